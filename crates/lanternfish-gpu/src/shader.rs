@@ -143,7 +143,7 @@ impl ShaderLibrary {
     }
 
     /// The files of the package.
-    pub fn sources(&self) -> &'static [ShaderSource] {
+    pub const fn sources(&self) -> &'static [ShaderSource] {
         self.sources
     }
 

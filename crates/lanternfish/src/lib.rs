@@ -63,7 +63,6 @@ struct Readme;
 pub mod common;
 mod context;
 pub mod debug_views;
-pub mod deep_images;
 pub mod environment_light;
 mod error;
 mod frame;
@@ -86,9 +85,9 @@ pub mod shadows;
 pub mod sky;
 pub mod technique;
 pub mod techniques;
-#[cfg(test)]
-mod testing;
-mod texture;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
+pub mod texture;
 pub mod view;
 
 pub use context::ViewContext;

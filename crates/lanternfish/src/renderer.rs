@@ -43,8 +43,8 @@ pub use self::{
 #[derive(Debug)]
 pub struct Renderer {
     engine: Engine,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
     /// As they were given.
     settings: Settings,
     /// As its passes take them: what a debug view does not show is left out.
@@ -228,8 +228,8 @@ impl Renderer {
 
     /// When lists of pictures' frames get more room: in the frame that needs it, which waits for the device, unless something else is said
     /// here. What [`Self::render`] gives of a frame that may not wait is not whole where there is not room enough.
-    #[cfg(test)]
-    pub(crate) fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
+    #[cfg(any(test, feature = "testing"))]
+    pub fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
         self.picture_growth = growth;
         self.use_growth(growth)
     }

@@ -98,7 +98,7 @@ impl Settings {
     }
 
     /// What lights are packed with.
-    pub(crate) fn lights(&self) -> LightSettings {
+    pub fn lights(&self) -> LightSettings {
         let Self { attenuation, range_threshold, light_radius, shadow_rays, .. } = *self;
         LightSettings { attenuation, range_threshold, radius: light_radius, shadow_rays }
     }

@@ -100,7 +100,7 @@ impl Root {
     }
 
     /// Every variant, where the file declares them.
-    fn variants(&self) -> Option<Vec<Vec<Feature>>> {
+    pub(crate) fn variants(&self) -> Option<Vec<Vec<Feature>>> {
         let lists = match self.variants {
             Variants::Chosen(lists) => lists,
             Variants::Computed(variants) => return Some(variants()),
@@ -120,7 +120,7 @@ impl Package {
     }
 
     /// The files.
-    pub fn sources(&self) -> &'static [ShaderSource] {
+    pub const fn sources(&self) -> &'static [ShaderSource] {
         self.0.sources()
     }
 
@@ -130,22 +130,31 @@ impl Package {
     }
 }
 
-/// What a constant of a shader is written as, without its suffix; for tests that compare it with the host's.
-///
-/// Panics when the module declares no such constant.
+#[cfg(any(test, feature = "testing"))]
+impl Package {
+    /// What a constant of a shader is written as, without its suffix; for tests that compare it with the host's.
+    ///
+    /// Panics when the module declares no such constant.
+    pub fn constant(&self, module: &str, name: &str) -> f64 {
+        let text = self.sources().iter().find(|(path, _)| *path == module).map(|(_, text)| *text);
+        let text = text.unwrap_or_else(|| panic!("no shader {module}"));
+        let start = format!("const {name} = ");
+        let line = text.lines().find_map(|line| line.strip_prefix(&start));
+        let value =
+            line.and_then(|line| line.split(';').next()).unwrap_or_else(|| panic!("{module}: no constant {name}"));
+        let digits = value.trim_end_matches('u');
+        let number = match digits.strip_prefix("0x") {
+            Some(hexadecimal) => u32::from_str_radix(hexadecimal, 16).ok().map(f64::from),
+            None => digits.parse().ok(),
+        };
+        number.unwrap_or_else(|| panic!("{module}: {name} = {value} is not a number"))
+    }
+}
+
+/// [`Package::constant`] of the library's shaders.
 #[cfg(test)]
 pub(crate) fn constant(module: &str, name: &str) -> f64 {
-    let text = SHADERS.sources().iter().find(|(path, _)| *path == module).map(|(_, text)| *text);
-    let text = text.unwrap_or_else(|| panic!("no shader {module}"));
-    let start = format!("const {name} = ");
-    let line = text.lines().find_map(|line| line.strip_prefix(&start));
-    let value = line.and_then(|line| line.split(';').next()).unwrap_or_else(|| panic!("{module}: no constant {name}"));
-    let digits = value.trim_end_matches('u');
-    let number = match digits.strip_prefix("0x") {
-        Some(hexadecimal) => u32::from_str_radix(hexadecimal, 16).ok().map(f64::from),
-        None => digits.parse().ok(),
-    };
-    number.unwrap_or_else(|| panic!("{module}: {name} = {value} is not a number"))
+    SHADERS.constant(module, name)
 }
 
 #[cfg(test)]

@@ -1,26 +1,5 @@
 //! What this crate is made of: the one list that names every technique, and what help says of each kind.
 
-pub use crate::{
-    deep_images::{
-        ACROSS_TEXELS, WITHIN_TEXEL,
-        directions::DirectionSet,
-        settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
-    },
-    indirect::{
-        IndirectClamp, IndirectResolution,
-        photon_splatting::PhotonSplatting,
-        radiance_cache::Bounces,
-        sampled::{HitLight, Sampled},
-        virtual_lights::VirtualLights,
-    },
-    light_culling::{
-        TileSize,
-        clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
-        raster_grid::RasterGrid,
-        tiled::Tiled,
-    },
-    occlusion::{deep::Deep, hbao::Hbao},
-};
 use crate::{
     indirect::IndirectTechnique,
     light_culling::CullingTechnique,
@@ -28,6 +7,18 @@ use crate::{
     rays::{OwnTracers, Tracer},
     shaders::Shaders,
     technique::{AnyTechnique, Choice, Kind, Registry},
+};
+pub use crate::{
+    indirect::{
+        IndirectClamp, IndirectResolution,
+        radiance_cache::Bounces,
+        sampled::{HitLight, Sampled},
+    },
+    light_culling::{
+        TileSize,
+        clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
+        tiled::Tiled,
+    },
 };
 
 impl Kind for dyn CullingTechnique {
@@ -43,7 +34,7 @@ impl Kind for dyn CullingTechnique {
 
     fn registry() -> &'static Registry<Self> {
         static REGISTRY: Registry<dyn CullingTechnique> =
-            Registry::new(|| vec![Tiled::default().into(), Clustered::default().into(), RasterGrid::default().into()]);
+            Registry::new(|| vec![Tiled::default().into(), Clustered::default().into()]);
         &REGISTRY
     }
 }
@@ -61,9 +52,7 @@ impl Kind for dyn IndirectTechnique {
     }
 
     fn registry() -> &'static Registry<Self> {
-        static REGISTRY: Registry<dyn IndirectTechnique> = Registry::new(|| {
-            vec![PhotonSplatting::default().into(), VirtualLights::default().into(), Sampled::default().into()]
-        });
+        static REGISTRY: Registry<dyn IndirectTechnique> = Registry::new(|| vec![Sampled::default().into()]);
         &REGISTRY
     }
 }
@@ -81,8 +70,7 @@ impl Kind for dyn OcclusionTechnique {
     }
 
     fn registry() -> &'static Registry<Self> {
-        static REGISTRY: Registry<dyn OcclusionTechnique> =
-            Registry::new(|| vec![Deep::default().into(), Hbao::default().into()]);
+        static REGISTRY: Registry<dyn OcclusionTechnique> = Registry::new(Vec::new);
         &REGISTRY
     }
 }
@@ -99,7 +87,7 @@ pub fn shaders() -> Vec<Shaders> {
 
 impl OwnTracers for Tracer {
     fn own() -> Vec<Tracer> {
-        vec![Tracer::BVH, Tracer::RAY_QUERY, WITHIN_TEXEL, ACROSS_TEXELS]
+        vec![Tracer::BVH, Tracer::RAY_QUERY]
     }
 }
 
@@ -111,11 +99,9 @@ const FOLDERS: &[Shaders] = &[
     crate::lights::DECLARED,
     crate::prepass::DECLARED,
     crate::light_culling::DECLARED,
-    crate::deep_images::DECLARED,
     crate::indirect::radiance_cache::DECLARED,
     crate::rays::DECLARED,
     crate::environment_light::DECLARED,
-    crate::indirect::light_views::DECLARED,
     crate::indirect::smoothing::DECLARED,
     crate::indirect::history::DECLARED,
     crate::occlusion::DECLARED,

@@ -28,7 +28,7 @@ impl Radiance {
 }
 
 /// A texture that is drawn to and read by later passes.
-pub(crate) fn target(
+pub fn target(
     device: &wgpu::Device,
     label: &str,
     size: UVec2,
@@ -39,7 +39,7 @@ pub(crate) fn target(
 }
 
 /// The same for the frame in hand alone, with so many samples a pixel. It holds anything at first.
-pub(crate) fn frame_target(
+pub fn frame_target(
     frame: &mut Frame<'_>,
     label: &str,
     size: UVec2,

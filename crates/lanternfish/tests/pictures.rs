@@ -2,23 +2,13 @@
 //!
 //! Every test that needs an adapter is called `gpu_…`.
 
-#[path = "pictures/animation.rs"]
-mod animation;
-#[path = "pictures/area_lights.rs"]
-mod area_lights;
-#[path = "pictures/changes.rs"]
-mod changes;
 #[path = "pictures/conformance.rs"]
 mod conformance;
-#[path = "pictures/corners.rs"]
-mod corners;
 #[path = "pictures/examples.rs"]
 #[allow(clippy::duplicate_mod, reason = "each example has the module that it shares with the others")]
 mod examples;
 #[path = "pictures/ground_truth.rs"]
 mod ground_truth;
-#[path = "pictures/identical.rs"]
-mod identical;
 #[path = "pictures/normals.rs"]
 mod normals;
 #[path = "pictures/regressions.rs"]

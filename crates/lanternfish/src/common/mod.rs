@@ -15,7 +15,7 @@ gpu_constants! {
 }
 
 /// Workgroups along x, y and z of a pass over a list with this many invocations: rows of [`WIDTH`].
-pub(crate) fn workgroups(invocations: u32) -> [u32; 3] {
+pub fn workgroups(invocations: u32) -> [u32; 3] {
     let groups = invocations.div_ceil(WORKGROUP);
     [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]
 }

@@ -16,7 +16,7 @@ pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
 /// With m = (1 − v·h)⁵: the integrals over the hemisphere of the specular BRDF without Fresnel's term times n·l (1 − m), and times
 /// n·l m. A surface reflects f0 times the first and f90 times the second [Karis2013].
-pub(super) fn shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
+pub(crate) fn shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
     let roughness = perceptual_roughness.max(LEAST_ROUGHNESS);
     let alpha = roughness * roughness;
     let n_dot_v = n_dot_v.max(1e-4);

@@ -9,7 +9,7 @@
 //!
 //! How much of it arrives is [`crate::occlusion`]'s; shading adds it by `shading/environment_light.wesl`.
 
-mod brdf_shares;
+pub(crate) mod brdf_shares;
 mod image;
 mod levels;
 mod samples;
@@ -22,7 +22,7 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Environment;
 
-pub(crate) use self::samples::samples_of;
+pub use self::samples::samples_of;
 use self::samples::{harmonics, sun_of};
 pub use self::{
     image::{EnvironmentImage, EnvironmentParameters},
@@ -36,7 +36,7 @@ use crate::{
 };
 
 /// The surroundings are an image.
-pub(crate) const ENVIRONMENT: Feature = Feature::new("environment");
+pub const ENVIRONMENT: Feature = Feature::new("environment");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
@@ -116,6 +116,6 @@ impl EnvironmentLight {
 }
 
 /// A texture of two layers for what arrives at every pixel from the surroundings.
-pub(crate) fn sums_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
+pub fn sums_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_layers(frame, "environment_sums", size, wgpu::TextureFormat::Rgba16Float, 2)
 }

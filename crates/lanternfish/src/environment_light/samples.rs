@@ -21,7 +21,7 @@ pub struct EnvironmentSample {
 }
 
 /// Pieces that together are the whole sphere. An image with as many pixels is averaged, a smaller one is read at their middles.
-pub(crate) fn samples_of(environment: &Environment) -> Vec<EnvironmentSample> {
+pub fn samples_of(environment: &Environment) -> Vec<EnvironmentSample> {
     let Environment { width, height, .. } = *environment;
     let averages = width >= COLUMNS && height >= ROWS;
     let (columns, rows) = if averages { (width, height) } else { (COLUMNS, ROWS) };

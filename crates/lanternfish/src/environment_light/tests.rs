@@ -1,5 +1,4 @@
 mod host;
-mod pictures;
 
 use std::f32::consts::TAU;
 
@@ -9,22 +8,9 @@ use lanternfish_scene::{Bounds, Environment};
 
 use super::{EnvironmentImage, EnvironmentLight};
 use crate::{
-    testing::{Random, ask_about, looking},
+    testing::{Random, ask_about, half_white, image, looking},
     view::View,
 };
-
-/// An image of what arrives from each direction.
-pub(crate) fn image(width: usize, height: usize, rotation: f32, radiance: impl Fn(Vec3) -> Vec3) -> Environment {
-    let blank = Environment { width, height, pixels: Vec::new(), rotation: 0.0 };
-    let part = |i: usize, whole: usize| (i as f32 + 0.5) / whole as f32;
-    let at = |i: usize| radiance(blank.direction(part(i % width, width), part(i / width, height)));
-    Environment { pixels: (0..width * height).map(at).collect(), rotation, ..blank.clone() }
-}
-
-/// White from above, black from below.
-pub(crate) fn half_white() -> Environment {
-    image(512, 256, 0.0, |direction| if direction.y > 0.0 { Vec3::ONE } else { Vec3::ZERO })
-}
 
 /// What surfaces mirror from each direction, with the roughness as fourth number.
 fn mirrored(gpu: &Gpu, environment: &Environment, queries: &[Vec4]) -> Vec<Vec3> {

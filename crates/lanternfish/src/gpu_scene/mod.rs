@@ -40,7 +40,7 @@ pub use moving::Sent;
 pub(crate) use needs::Needs;
 pub use parts::Parts;
 pub(crate) use previous::GeometryAt;
-pub(crate) use raster::{MASKED, PassState, SceneRaster, TEXTURES};
+pub use raster::{MASKED, PassState, SceneRaster, TEXTURES};
 pub use textures::automatic_anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
@@ -262,20 +262,35 @@ impl GpuScene {
         bindings
     }
 
+    /// World-space box around its geometry, m.
+    pub fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    /// Its lights.
+    pub fn lights(&self) -> &LightSet {
+        &self.lights
+    }
+
+    /// Triangles that rays can hit, each with the instance that it belongs to.
+    pub fn traced_triangles(&self) -> u32 {
+        self.traced_triangles
+    }
+
     /// The surroundings as light.
     ///
     /// Panics where the scene was uploaded under settings that do not ask for it: [`GpuScene::check`] comes first.
-    pub(crate) fn environment_light(&self) -> &EnvironmentLight {
+    pub fn environment_light(&self) -> &EnvironmentLight {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
     }
 
     /// Triangles that rays are traced through and that shine, where hits are shaded.
-    pub(crate) fn emissive_triangles(&self) -> &[EmissiveTriangle] {
+    pub fn emissive_triangles(&self) -> &[EmissiveTriangle] {
         self.light_trees.as_ref().map_or(&[], SceneLightTrees::triangles)
     }
 
     /// Whether any triangle that rays are traced through shines, where hits are shaded.
-    pub(crate) fn has_emissive_triangles(&self) -> bool {
+    pub fn has_emissive_triangles(&self) -> bool {
         self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
     }
 

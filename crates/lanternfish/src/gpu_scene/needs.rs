@@ -68,7 +68,7 @@ impl GpuScene {
     }
 
     /// An error unless it lies on this device and has these parts.
-    pub(crate) fn check_parts(&self, device: &wgpu::Device, needed: Parts) -> Result<(), RenderError> {
+    pub fn check_parts(&self, device: &wgpu::Device, needed: Parts) -> Result<(), RenderError> {
         self.check_device(device)?;
         lacks(self.needs.parts.lacks(needed))
     }

@@ -11,17 +11,17 @@ use super::{
 use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::Shaders};
 
 /// What a mask closes is discarded.
-pub(crate) const MASKED: Feature = Feature::new("masked");
+pub const MASKED: Feature = Feature::new("masked");
 /// Textures are an array of all, chosen by index.
 pub(crate) const BINDING_ARRAYS: Feature = Feature::new("binding_arrays");
 
 /// How textures reach a shader.
-pub(crate) const TEXTURES: &[&[Feature]] = &[&[], &[BINDING_ARRAYS]];
+pub const TEXTURES: &[&[Feature]] = &[&[], &[BINDING_ARRAYS]];
 
 /// A pass over a scene's geometry with one shader, entry points `vertex` and `fragment`, in the variants that the draws
 /// ask for: `masked` and `area_lights` where the room wants them, winding, texture arrays.
 #[derive(Debug)]
-pub(crate) struct SceneRaster {
+pub struct SceneRaster {
     label: &'static str,
     declared: Shaders,
     module: &'static str,
@@ -37,7 +37,7 @@ pub(crate) struct SceneRaster {
 
 /// What a pass over the geometry tests and writes.
 #[derive(Clone, Debug)]
-pub(crate) struct PassState {
+pub struct PassState {
     pub depth: wgpu::DepthStencilState,
     /// By their locations; none: depth alone, or what the shader stores by itself.
     pub targets: Vec<wgpu::ColorTargetState>,

@@ -10,8 +10,6 @@ use super::packed_lights;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     lights::Light as PackedLight,
-    techniques::DeepImageSettings,
-    techniques::DirectionSet,
     testing::{quad, scene_of},
 };
 
@@ -34,12 +32,9 @@ fn scene() -> Scene {
     scene
 }
 
-/// All there is, on a small scale.
+/// What the default settings have.
 fn everything(gpu: &Gpu) -> Renderer {
-    let directions = DirectionSet::Cube { k: 1 };
-    let deep_images = DeepImageSettings { directions, resolution: 8, ..DeepImageSettings::default() };
-    Renderer::with_engine(&testing::engine(gpu), Settings { structure: deep_images.into(), ..Settings::default() })
-        .unwrap()
+    Renderer::with_engine(&testing::engine(gpu), Settings::default()).unwrap()
 }
 
 type Change = fn(&mut Scene);

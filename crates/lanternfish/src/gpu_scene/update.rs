@@ -219,7 +219,7 @@ impl GpuScene {
     }
 
     /// A number of the order that the triangles are in: another one once another tree holds them, and none that another upload has or had.
-    pub(crate) fn triangle_order(&self) -> u64 {
+    pub fn triangle_order(&self) -> u64 {
         self.placed.triangle_order
     }
 

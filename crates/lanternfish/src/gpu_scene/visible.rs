@@ -17,7 +17,7 @@ pub struct VisibleDraws<'s> {
 
 impl GpuScene {
     /// Sorts out what `view` cannot show. Conservative: a box may meet the frustum where its triangles do not.
-    pub(crate) fn visible_draws(&self, view: &View) -> VisibleDraws<'_> {
+    pub fn visible_draws(&self, view: &View) -> VisibleDraws<'_> {
         let seen = self.geometry.draws.iter().filter(|draw| meets_frustum(view, &draw.bounds));
         let (blended, solid): (Vec<&Draw>, Vec<&Draw>) = seen.partition(|draw| draw.alpha == DrawAlpha::Blended);
         let mut visible = VisibleDraws { solid, blended };

@@ -4,7 +4,7 @@ use lanternfish_gpu::{Frame, GpuError, read_back};
 
 /// Counts of one view of a frame: rows of as many words as there are names, which are added up.
 #[derive(Clone, Debug)]
-pub(crate) struct Counters {
+pub struct Counters {
     counts: wgpu::Buffer,
     rows: u32,
     names: &'static [&'static str],

@@ -1,18 +1,15 @@
 //! Light that arrives from other surfaces, and from the surroundings.
 //!
-//! Every technique ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. Techniques: [`sampled`],
-//! [`virtual_lights`], [`photon_splatting`].
+//! Every technique ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. The library's own technique is
+//! [`sampled`].
 
 mod counters;
 pub(crate) mod history;
-pub(crate) mod light_views;
-pub mod photon_splatting;
 pub(crate) mod radiance_cache;
 pub mod sampled;
-pub(crate) mod smoothing;
+pub mod smoothing;
 #[cfg(test)]
 mod tests;
-pub mod virtual_lights;
 
 use std::fmt;
 
@@ -31,7 +28,7 @@ use crate::{
     texture::frame_layers,
 };
 
-pub(crate) use self::counters::Counters;
+pub use self::counters::Counters;
 pub use self::smoothing::{IndirectClamp, IndirectResolution};
 
 /// Shading adds what arrives from other surfaces.
@@ -179,6 +176,11 @@ impl IndirectSums {
     /// The four layers: those of [`layers_target`], written.
     pub fn new(layers: wgpu::TextureView) -> Self {
         Self { layers, counters: Vec::new() }
+    }
+
+    /// The same with what the technique counts.
+    pub fn with_counters(self, counters: Vec<Counters>) -> Self {
+        Self { counters, ..self }
     }
 
     /// Bindings under the names that the shaders use.

@@ -11,99 +11,19 @@ mod tracers;
 
 use glam::{Affine3A, UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
-use lanternfish_reference::{
-    Film, Settings as TracerSettings, Tracer as PathTracer,
-    settings::{Integrator, LightChoice},
-};
-use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Projection, Scene, generate::demo};
+use lanternfish_reference::{Film, Settings as TracerSettings, Tracer as PathTracer};
+use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Scene, generate::demo};
 
 use crate::{
     RenderError, Renderer, Settings,
     settings::{Attenuation, Indirect, Samples, Shadows, Tracer},
-    techniques::{
-        ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, IndirectClamp, IndirectResolution, Sampled,
-        WITHIN_TEXEL,
+    techniques::{IndirectClamp, IndirectResolution, Sampled},
+    testing::{
+        Random, apart, ask_module,
+        light::{SIZE, closed_box, cornell, floor, looking, matt, mean, off, picture, sampled, settings, traced},
+        quad, scene_of,
     },
-    testing::{Random, apart, ask_module, quad, scene_of},
 };
-
-/// Not a multiple of a workgroup.
-const SIZE: UVec2 = UVec2::new(61, 45);
-
-fn sampled(tracer: Tracer) -> Sampled {
-    let clamp = IndirectClamp::Off;
-    Sampled {
-        diffuse_rays: 64,
-        glossy_rays: 32,
-        tracer: tracer.into(),
-        filter_radius: 0,
-        clamp,
-        ..Sampled::default().one_bounce()
-    }
-}
-
-fn settings(sampled: Sampled) -> Settings {
-    Settings {
-        indirect: Indirect::from(sampled),
-        attenuation: Attenuation::Physical,
-        range_threshold: 1e-6,
-        ..Settings::direct_light()
-    }
-}
-
-fn picture(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-    let uploaded = renderer.upload(scene).unwrap();
-    let picture = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap();
-    picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
-}
-
-fn mean(pixels: &[Vec3]) -> f64 {
-    pixels.iter().map(|pixel| f64::from(pixel.element_sum()) / 3.0).sum::<f64>() / pixels.len() as f64
-}
-
-/// Mean distance of pixels over the mean of the second.
-fn off(found: &[Vec3], truth: &[Vec3]) -> f64 {
-    let apart = found.iter().zip(truth).map(|(a, b)| f64::from((*a - *b).abs().element_sum()) / 3.0);
-    apart.sum::<f64>() / truth.len() as f64 / mean(truth)
-}
-
-fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
-    Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.8, near: 0.02 })
-}
-
-fn matt(albedo: f32) -> Material {
-    Material {
-        base_color: Vec3::splat(albedo).extend(1.0),
-        metallic: 0.0,
-        specular: 0.0,
-        perceptual_roughness: 1.0,
-        double_sided: true,
-        ..Material::default()
-    }
-}
-
-fn floor(material: Material) -> Scene {
-    scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![material])
-}
-
-/// A box of 2 m around the origin whose sides look inwards.
-fn closed_box(material: Material) -> Scene {
-    let side = |axis: Vec3| {
-        let (right, up) = axis.any_orthonormal_pair();
-        quad(0, -axis, right, up)
-    };
-    let axes = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-    scene_of(axes.map(side).to_vec(), vec![material])
-}
-
-/// The Cornell box lit by a lamp in its middle: none of its surfaces is so near that few rays carry most of the light.
-fn cornell() -> Scene {
-    let mut scene = demo("cornell").unwrap();
-    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
-    scene.lights = vec![Light::point(Vec3::new(0.0, 1.2, 0.5), Vec3::new(3.0, 2.5, 2.0))];
-    scene
-}
 
 /// The tracers that the device has.
 fn tracers(gpu: &Gpu) -> impl Iterator<Item = Tracer> {
@@ -169,13 +89,10 @@ fn gpu_a_mirror_shows_what_is_above_it() {
     // Looking down: Fresnel's term stays at its least.
     let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
     for tracer in tracers(gpu) {
-        let deep_images = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() };
-        let found =
-            picture(gpu, Settings { structure: deep_images.into(), ..settings(sampled(tracer)) }, &scene, &camera);
+        let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
         let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
         let mean = found.iter().copied().sum::<Vec3>() / found.len() as f32;
-        // Deep images have holes.
-        let most = if is_exact(tracer) { 2e-3 } else { 0.02 };
+        let most = 2e-3;
         assert!((mean / expected - 1.0).abs().max_element() < most, "{tracer}: {mean}");
     }
 }
@@ -187,29 +104,12 @@ fn gpu_a_closed_box_that_shines_sends_each_bounce() {
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in tracers(gpu) {
-        let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let found =
-            picture(gpu, Settings { structure: deep_images.into(), ..settings(sampled(tracer)) }, &scene, &camera);
+        let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
         // Its own emission, half of it from everywhere, and half of that which was reflected once.
         let off = (mean(&found) / 1.75 - 1.0).abs();
-        let most = if is_exact(tracer) { 0.01 } else { 0.03 };
+        let most = 0.01;
         assert!(off < most, "{tracer}: {}", mean(&found));
     }
-}
-
-/// By the path tracer.
-fn traced(scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<Vec3> {
-    let settings = TracerSettings {
-        integrator: Integrator::Path,
-        max_depth,
-        attenuation: Attenuation::Physical,
-        range_threshold: 1e-6,
-        light_choice: LightChoice::Uniform,
-        ..TracerSettings::default()
-    };
-    let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
-    PathTracer::new(scene, settings).unwrap().render(camera, &mut film, samples);
-    film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect()
 }
 
 /// Truth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
@@ -229,12 +129,9 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let bounce = |whole: &[Vec3], part: &[Vec3]| whole.iter().zip(part).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>();
     let truth = bounce(&one_bounce, &direct);
     assert!(mean(&truth) > 0.1 * mean(&direct), "there is little to find");
-    for (tracer, most_off, most_biased) in
-        [(Tracer::BVH, 0.2, 0.03), (ACROSS_TEXELS, 0.25, 0.09), (WITHIN_TEXEL, 0.25, 0.09)]
     {
-        let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let whole =
-            picture(gpu, Settings { structure: deep_images.into(), ..settings(sampled(tracer)) }, &scene, &camera);
+        let (tracer, most_off, most_biased) = (Tracer::BVH, 0.2, 0.03);
+        let whole = picture(gpu, settings(sampled(tracer)), &scene, &camera);
         let found = bounce(&whole, &alone);
         let (off, energy) = (off(&found, &truth), mean(&found) / mean(&truth));
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
@@ -298,9 +195,8 @@ fn gpu_what_moves_sends_its_light_from_where_it_is() {
     let panel = quad(1, Vec3::Y, 0.5 * Vec3::X, 0.5 * Vec3::Z);
     let mut scene = apart(&scene_of(vec![floor, panel], vec![matt(0.5), lamp]));
     let camera = looking([0.0, 0.6, 0.6], [0.0, 0.0, 0.0]);
-    let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
     for tracer in tracers(gpu) {
-        let settings = Settings { structure: deep_images.into(), ..settings(sampled(tracer)) };
+        let settings = settings(sampled(tracer));
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let mut render = |uploaded: &_| {
@@ -404,9 +300,6 @@ fn gpu_what_does_not_go_together_is_refused() {
     let default = settings(Sampled::default().one_bounce());
     assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default().one_bounce() })).contains("rays"));
     assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default().one_bounce() })).contains("64 pixels"));
-    let deep_images = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
-    let within = settings(Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default().one_bounce() });
-    assert!(refused(Settings { structure: deep_images.into(), ..within }).contains("triangles"));
     // Rays of indirect light do not need any of shadows.
     Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::None, ..default }).unwrap();
 }

@@ -2,11 +2,10 @@
 //!
 //! Every scheme ends in one structure, read through `light_list.wesl`: cell c lists
 //! `light_indices[light_cells[c] .. light_cells[c + 1]]`, ascending. Techniques: [`all`] (the oracle), [`tiled`],
-//! [`clustered`], [`raster_grid`].
+//! [`clustered`].
 
 pub mod all;
 pub mod clustered;
-pub mod raster_grid;
 #[cfg(test)]
 mod tests;
 pub mod tiled;
@@ -158,7 +157,7 @@ pub enum Reach {
 
 /// The passes of the technique that was chosen.
 #[derive(Debug)]
-pub(crate) struct LightCulling {
+pub struct LightCulling {
     /// None: every light for every point.
     passes: Option<Box<dyn LightCullingPasses>>,
     tests_every_light: bool,
@@ -224,13 +223,13 @@ fn check_driver(adapter: &wgpu::AdapterInfo, light_count: u32) -> Result<(), Ren
 }
 
 /// How many entries of that list one binding holds.
-fn most_indices(device: &wgpu::Device) -> u64 {
+pub fn most_indices(device: &wgpu::Device) -> u64 {
     // Buffers are whole 16 bytes.
     (device.limits().max_storage_buffer_binding_size / 16 * 4).min(u32::MAX.into())
 }
 
 /// An error where more entries were counted than one binding holds.
-fn check_room(room: &ListRoom, limit: u64, lights: &LightSet, remedy: &'static str) -> Result<(), RenderError> {
+pub fn check_room(room: &ListRoom, limit: u64, lights: &LightSet, remedy: &'static str) -> Result<(), RenderError> {
     if room.elements <= limit {
         return Ok(());
     }

@@ -19,21 +19,21 @@ gpu_struct! {
 #[derive(Clone, Debug)]
 pub struct LightSet {
     /// The lights ([`Light`]), bound as `lights`.
-    pub(crate) lights: wgpu::Buffer,
+    pub lights: wgpu::Buffer,
     /// A [`LightCount`], bound as the uniform `light_count`.
-    pub(crate) count: wgpu::Buffer,
+    pub count: wgpu::Buffer,
     /// Where the device has counted them, if it did: one u32, which the host does not know.
-    pub(crate) counted: Option<wgpu::Buffer>,
+    pub counted: Option<wgpu::Buffer>,
     /// The same on the host, where it has them.
-    pub(crate) on_host: Arc<[Light]>,
+    pub on_host: Arc<[Light]>,
     /// How many there are at most; as many as there are, where the host knows.
-    pub(crate) capacity: u32,
+    pub capacity: u32,
     /// World-space box that holds the centres of all that have one.
-    pub(crate) bounds: Bounds,
+    pub bounds: Bounds,
     /// Name of the lists of light indices that are made of it: those of one name have the same room.
-    pub(crate) list: &'static str,
+    pub list: &'static str,
     /// What helps where these lists have no room, if it is not what helps with a scene's lights.
-    pub(crate) remedy: Option<&'static str>,
+    pub remedy: Option<&'static str>,
 }
 
 impl LightSet {

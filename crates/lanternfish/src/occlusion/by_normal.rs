@@ -8,7 +8,7 @@ use crate::{context::ViewContext, error::RenderError, prepass::Surface};
 
 /// Light by the normal alone, times the openness: for openness that knows no directions.
 #[derive(Debug)]
-pub(crate) struct LightByNormal {
+pub struct LightByNormal {
     kernel: ComputeKernel,
 }
 

@@ -1,8 +1,5 @@
 //! Openness, and the light that arrives from the surroundings, of this frame and of the frames before.
 
-#[cfg(test)]
-mod tests;
-
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, Growth};
 

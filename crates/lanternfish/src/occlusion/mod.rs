@@ -1,15 +1,10 @@
 //! How much of the surroundings each visible surface sees, and what light arrives from them: ambient occlusion and obscurance,
 //! [`crate::environment_light`].
 //!
-//! The techniques are `deep` (by the directions of deep images) and `hbao` (in screen space, for comparison); what asks for the
-//! answer imports `openness.wesl`.
+//! The library has no technique of this kind of its own: `lanternfish-papers` has two. What asks for the answer imports `openness.wesl`.
 
-mod by_normal;
-pub mod deep;
-pub mod hbao;
+pub mod by_normal;
 mod history;
-#[cfg(test)]
-mod tests;
 
 use std::fmt;
 
@@ -24,7 +19,7 @@ use crate::{
     prepass::Surface,
     settings::{History, Settings},
     shaders::{Root, Shaders},
-    technique::{AnyTechnique, Choice, ParameterInfo, Range, Technique, clone_of},
+    technique::{AnyTechnique, Choice, Technique, clone_of},
     texture::frame_target,
 };
 
@@ -37,7 +32,7 @@ pub(crate) const OCCLUSION: Feature = Feature::new("occlusion");
 
 gpu_constants! {
     /// Pixels a side of a workgroup.
-    const TILE: u32 = 8;
+    pub const TILE: u32 = 8;
 }
 
 /// How it is found how much of the environment a surface sees, or that it is not.
@@ -65,15 +60,6 @@ impl Occlusion {
         self.technique().map_or(Parts::NONE, |technique| technique.parts() | Parts::OPEN_SURROUNDINGS)
     }
 }
-
-/// The parameter that both techniques have.
-const DISTANCE: ParameterInfo = ParameterInfo::new(
-    "occlusion-distance",
-    "METRES",
-    Range::Positive,
-    "Distance from which on nothing occludes, m. Higher: darker. Without it: with `occlusion deep` everything occludes, \
-     however far; with hbao 1 m",
-);
 
 /// What a technique of occlusion is asked.
 pub trait OcclusionTechnique: AnyTechnique {

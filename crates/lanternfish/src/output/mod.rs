@@ -117,7 +117,7 @@ fn level_of(device: &wgpu::Device, exposure: Exposure) -> Result<wgpu::Buffer, R
 }
 
 /// Runs a pipeline over a display target of `size`.
-pub(crate) fn fullscreen(
+pub fn fullscreen(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,
     label: &str,

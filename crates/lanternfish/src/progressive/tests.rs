@@ -10,8 +10,7 @@ use super::*;
 use crate::{
     Picture, Renderer, Settings,
     context::FrameContext,
-    settings::{DebugView, Indirect, Samples},
-    techniques::{DeepImageSettings, Sampled, WITHIN_TEXEL},
+    settings::{DebugView, Samples},
     testing::{quad, scene_of},
     view::jitter_of_frame,
 };
@@ -178,30 +177,6 @@ fn gpu_a_mean_starts_anew_when_anything_changes() {
     let apart = renderer.refine(&uploaded, &[(&camera, 0, 1)]).unwrap_err().to_string();
     assert!(apart.contains("each side must be from 1"), "{apart}");
     assert_eq!(count(&mut renderer, &uploaded, &here), 3, "refused before the mean was touched");
-}
-
-#[test]
-fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
-    let Some(gpu) = testing::gpu("gpu_deep_images_are_built_for_each_turn_of_the_set") else { return };
-    let scene = cornell();
-    let views = view(&scene.cameras[0]);
-    let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let sampled = Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
-    let indirect = Indirect::from(sampled);
-    let settings = Settings { accumulate: 10, structure: deep_images.into(), indirect, ..Settings::default() };
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-    let uploaded = renderer.upload(&scene).unwrap();
-    let builds = |renderer: &Renderer| renderer.passes.structure.as_ref().unwrap().builds();
-    let after: Vec<u64> = (0..10)
-        .map(|_| {
-            renderer.refine(&uploaded, &views).unwrap();
-            builds(&renderer)
-        })
-        .collect();
-    assert_eq!(after, [1, 1, 1, 1, 2, 2, 2, 2, 3, 3]);
-    // Another mean begins at the first turn again.
-    renderer.render_views(&uploaded, &views).unwrap();
-    assert_eq!(builds(&renderer), 6);
 }
 
 /// A turned white square before black, without edges along pixels.

@@ -7,7 +7,6 @@
 //! A tracer is a folder: its `tracer.wesl` answers, its `mod.rs` says what it is (`TracerInfo`). The host chooses one when it links
 //! ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer reads.
 
-pub(crate) mod across_texels;
 mod bvh;
 mod list;
 mod ray_query;
@@ -15,7 +14,6 @@ mod structure;
 #[cfg(test)]
 mod tests;
 mod trace_pass;
-pub(crate) mod within_texel;
 
 use std::{
     fmt,
@@ -131,7 +129,7 @@ impl TracerChoice {
     }
 
     /// Replaces `Auto` by the device's tracer.
-    pub(crate) fn resolve(&mut self, automatic: Tracer) {
+    pub fn resolve(&mut self, automatic: Tracer) {
         if *self == Self::Auto {
             *self = Self::Fixed(automatic);
         }

@@ -82,7 +82,7 @@ impl Renderer {
     }
 
     /// Runs `work`, which renders, and turns what the device reports into an error; after any, no frame relies on one before it.
-    pub(super) fn checked_work<R>(
+    pub(crate) fn checked_work<R>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<R, RenderError>,
     ) -> Result<R, RenderError> {

@@ -3,7 +3,6 @@ mod edit;
 mod flight;
 mod later;
 mod motion;
-mod slices;
 mod steady;
 
 use lanternfish_gpu::testing;
@@ -11,8 +10,7 @@ use lanternfish_scene::generate::demo;
 
 use crate::{
     Renderer, Settings,
-    settings::{DebugView, Exposure, Occlusion, Shadows},
-    techniques::Hbao,
+    settings::{DebugView, Exposure, Shadows},
 };
 
 /// Dispatches that follow each other share a pass: those of a frame of the default settings are few, however many rays a pixel has.
@@ -46,11 +44,7 @@ fn gpu_a_frame_has_few_compute_passes() {
 fn gpu_settings_come_back_as_they_were_given() {
     let Some(gpu) = testing::gpu("gpu_settings_come_back_as_they_were_given") else { return };
     for view in [DebugView::BaseColor, DebugView::Normal] {
-        let given = Settings {
-            debug_view: Some(view),
-            occlusion: Occlusion::from(Hbao { radius: 2.0 }),
-            ..Settings::default()
-        };
+        let given = Settings { debug_view: Some(view), ..Settings::default() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), given.clone()).unwrap();
         assert_eq!(*renderer.settings(), given);
         renderer.set_exposure(Exposure::Ev(-1.0)).unwrap();

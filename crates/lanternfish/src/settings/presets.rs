@@ -1,7 +1,7 @@
 //! Settings that the renderer recommends.
 
 use super::Settings;
-use crate::{deep_images::settings::DeepImageSettings, indirect::Quality};
+use crate::indirect::Quality;
 
 impl Default for Settings {
     fn default() -> Self {
@@ -13,12 +13,6 @@ impl Settings {
     /// What the renderer recommends, with this much spent on indirect light and on edges: `lanternfish render --quality`. `Settings::default()`
     /// is that of [`Quality::Good`].
     pub fn of_quality(quality: Quality) -> Self {
-        let deep_images = DeepImageSettings { resolution: quality.deep_resolution(), ..DeepImageSettings::default() };
-        Self {
-            indirect: quality.sampled().into(),
-            structure: deep_images.chosen(),
-            samples: quality.samples(),
-            ..Self::direct_light()
-        }
+        Self { indirect: quality.sampled().into(), samples: quality.samples(), ..Self::direct_light() }
     }
 }

@@ -32,7 +32,7 @@ pub(crate) use self::{
     open_shares::{OpenShares, SteadyShares},
     sums::{LightSums, Sums},
 };
-#[cfg(test)]
+#[cfg(any(test, feature = "testing"))]
 pub(crate) use self::{open_shares::open_share_features, sums::sums_features};
 
 /// Blended surfaces: the colour is premultiplied.

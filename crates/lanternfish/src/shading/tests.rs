@@ -1,7 +1,5 @@
 //! `brdf.wesl` against the path tracer's `brdf`, which is the same in double precision, and what must be true of both.
 
-mod glass;
-
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3, Vec4};

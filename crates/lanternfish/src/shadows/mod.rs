@@ -350,7 +350,7 @@ pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
 }
 
 /// An error where the driver is one that crashes on shadows through deep images: while it compiles `trace`, Mesa 22.3.6.
-fn check_driver(tracer: Tracer, adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
+pub(crate) fn check_driver(tracer: Tracer, adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
     if tracer.is_exact() || !faulty_software(adapter) {
         return Ok(());
     }

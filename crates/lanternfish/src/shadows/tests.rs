@@ -1,6 +1,5 @@
 //! How visibility is divided, and what shaders and host share of it.
 
-mod deep_image;
 mod history;
 mod soft;
 mod visibility;

@@ -1,8 +1,16 @@
-//! For tests: kernels that ask one function of the shaders for many answers, and small scenes.
+//! For tests, of this crate and of those with further techniques (feature `testing`): kernels that ask one function of the shaders for many
+//! answers, checks of every shader, and small scenes.
 //!
 //! The probes are no part of the library's shaders: `build.rs` leaves this folder out.
 
-pub(crate) mod walks;
+pub mod culling;
+pub mod every_shader;
+pub mod inside;
+pub mod later;
+pub mod light;
+pub mod shared;
+pub mod steady;
+pub mod walks;
 
 use std::sync::OnceLock;
 
@@ -11,7 +19,7 @@ use lanternfish_gpu::{
     Bindings, ComputeKernel, Feature, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back, storage_buffer,
     storage_buffer_of,
 };
-use lanternfish_scene::{Bounds, Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
+use lanternfish_scene::{Bounds, Camera, Environment, Instance, Material, Mesh, Primitive, Projection, Scene};
 
 use crate::{
     GpuScene,
@@ -22,16 +30,13 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-const PROBES: [ShaderSource; 16] = [
+const PROBES: [ShaderSource; 13] = [
     ("testing/cell_table", include_str!("cell_table.wesl")),
-    ("testing/deep_hits", include_str!("deep_hits.wesl")),
-    ("testing/directions", include_str!("directions.wesl")),
     ("testing/functions", include_str!("functions.wesl")),
     ("testing/light_tree", include_str!("light_tree.wesl")),
     ("testing/masks", include_str!("masks.wesl")),
     ("testing/motion", include_str!("motion.wesl")),
     ("testing/pixels", include_str!("pixels.wesl")),
-    ("testing/put_fragments", include_str!("put_fragments.wesl")),
     ("testing/radiance_cache", include_str!("radiance_cache.wesl")),
     ("testing/radiance_cache_rays", include_str!("radiance_cache_rays.wesl")),
     ("testing/random", include_str!("random.wesl")),
@@ -41,17 +46,19 @@ const PROBES: [ShaderSource; 16] = [
     ("testing/unmarked", include_str!("unmarked.wesl")),
 ];
 
-/// The library's shaders and the probes.
-pub(crate) fn library() -> ShaderLibrary {
+/// The library's shaders and the probes: for libraries of tests.
+pub fn sources() -> Vec<ShaderSource> {
+    SHADERS.sources().iter().copied().chain(PROBES).collect()
+}
+
+/// The same as a library.
+pub fn library() -> ShaderLibrary {
     static SOURCES: OnceLock<&'static [ShaderSource]> = OnceLock::new();
-    ShaderLibrary::new(SOURCES.get_or_init(|| {
-        let all: Vec<_> = SHADERS.sources().iter().copied().chain(PROBES).collect();
-        all.leak()
-    }))
+    ShaderLibrary::new(SOURCES.get_or_init(|| sources().leak()))
 }
 
 /// The same with an edit of one file, which has to have the text; where it stands more than once, all of them are replaced.
-pub(crate) fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
+pub fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
     let edit = |(path, whole): &ShaderSource| {
         if *path != module {
             return (*path, *whole);
@@ -64,18 +71,23 @@ pub(crate) fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrar
 }
 
 /// One entry point of a probe.
-pub(crate) fn probe(gpu: &Gpu, module: &str, features: &[Feature], entry: &str) -> ComputeKernel {
-    let shader = library().link(module, features).unwrap_or_else(|error| panic!("{error}"));
+pub fn probe(gpu: &Gpu, module: &str, features: &[Feature], entry: &str) -> ComputeKernel {
+    probe_of(&library(), gpu, module, features, entry)
+}
+
+/// One entry point of a probe of this library.
+pub fn probe_of(library: &ShaderLibrary, gpu: &Gpu, module: &str, features: &[Feature], entry: &str) -> ComputeKernel {
+    let shader = library.link(module, features).unwrap_or_else(|error| panic!("{error}"));
     ComputeKernel::new(&gpu.device, &shader, entry, module)
 }
 
 /// Runs a probe of `testing/functions` over its queries, `vectors` vec4f each.
-pub(crate) fn ask(gpu: &Gpu, entry: &str, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
+pub fn ask(gpu: &Gpu, entry: &str, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
     ask_about(gpu, entry, &Bindings::new(), queries, vectors)
 }
 
 /// The same, with what else the entry point reads.
-pub(crate) fn ask_about(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
+pub fn ask_about(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
     ask_module(gpu, "testing/functions", entry, about, queries, vectors)
 }
 
@@ -89,7 +101,7 @@ fn rooms_of(module: &str) -> Vec<Feature> {
 }
 
 /// The same of another probe.
-pub(crate) fn ask_module(
+pub fn ask_module(
     gpu: &Gpu,
     module: &str,
     entry: &str,
@@ -111,12 +123,7 @@ pub(crate) fn ask_module(
 }
 
 /// A view whose pixels have one sample, for passes after the prepass.
-pub(crate) fn context<'a>(
-    scene: &'a GpuScene,
-    view: &'a View,
-    buffer: &ViewBuffer,
-    surface: &Surface,
-) -> ViewContext<'a> {
+pub fn context<'a>(scene: &'a GpuScene, view: &'a View, buffer: &ViewBuffer, surface: &Surface) -> ViewContext<'a> {
     let (buffer, surface, rotation) = (buffer.clone(), surface.clone(), Quat::IDENTITY);
     let draws = scene.visible_draws(view);
     let (key, view, middle) = (ViewKey::Slot(0), *view, surface.clone());
@@ -124,7 +131,7 @@ pub(crate) fn context<'a>(
 }
 
 /// A scene of one mesh, placed once.
-pub(crate) fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
+pub fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
     Scene {
         name: "test".to_owned(),
         meshes: vec![Mesh { name: String::new(), primitives }],
@@ -135,7 +142,7 @@ pub(crate) fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> 
 }
 
 /// The same scene with every primitive a mesh of its own, so that each can move by itself.
-pub(crate) fn apart(scene: &Scene) -> Scene {
+pub fn apart(scene: &Scene) -> Scene {
     let mut parts = Scene { meshes: Vec::new(), instances: Vec::new(), ..scene.clone() };
     for instance in &scene.instances {
         for primitive in &scene.meshes[instance.mesh].primitives {
@@ -147,7 +154,7 @@ pub(crate) fn apart(scene: &Scene) -> Scene {
 }
 
 /// The same scene with every other instance turned about its middle, and shifted by up to `reach`, m.
-pub(crate) fn moved(scene: &Scene, seed: u64, reach: f32) -> Scene {
+pub fn moved(scene: &Scene, seed: u64, reach: f32) -> Scene {
     let (mut scene, mut random) = (scene.clone(), Random::new(seed));
     for instance in scene.instances.iter_mut().step_by(2) {
         let mut bounds = Bounds::EMPTY;
@@ -161,7 +168,7 @@ pub(crate) fn moved(scene: &Scene, seed: u64, reach: f32) -> Scene {
 }
 
 /// A rectangle whose front is where `half_right` runs to the right and `half_up` upwards; uv 0..1 from its top left.
-pub(crate) fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> Primitive {
+pub fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> Primitive {
     let corner = |s: f32, t: f32| center + s * half_right + t * half_up;
     Primitive {
         material,
@@ -174,21 +181,36 @@ pub(crate) fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec
 }
 
 /// A camera at `eye` that looks at `target`, world space, m.
-pub(crate) fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
+pub fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
     Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.8, near: 0.05 })
+}
+
+/// An image of what arrives from each direction.
+pub fn image(width: usize, height: usize, rotation: f32, radiance: impl Fn(Vec3) -> Vec3) -> Environment {
+    let blank = Environment { width, height, pixels: Vec::new(), rotation: 0.0 };
+    let part = |i: usize, whole: usize| (i as f32 + 0.5) / whole as f32;
+    let at = |i: usize| radiance(blank.direction(part(i % width, width), part(i / width, height)));
+    Environment { pixels: (0..width * height).map(at).collect(), rotation, ..blank.clone() }
+}
+
+/// White from above, black from below.
+pub fn half_white() -> Environment {
+    image(512, 256, 0.0, |direction| if direction.y > 0.0 { Vec3::ONE } else { Vec3::ZERO })
 }
 
 /// Numbers in 0..1 that are the same on every machine (PCG, 32 bits of output).
 #[derive(Clone, Debug)]
-pub(crate) struct Random(u64);
+pub struct Random(u64);
 
 impl Random {
+    /// The numbers of a seed.
     pub fn new(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(2).wrapping_add(0x853c_49e6_748f_ea9b));
         random.unit();
         random
     }
 
+    /// A number in 0..1.
     pub fn unit(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let word = (((self.0 >> 18) ^ self.0) >> 27) as u32;
@@ -196,6 +218,7 @@ impl Random {
         (word.rotate_right((self.0 >> 59) as u32) >> 8) as f32 / (1 << 24) as f32
     }
 
+    /// A number in that range.
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
@@ -214,13 +237,18 @@ impl Random {
     }
 }
 
-#[test]
-fn every_probe_validates() {
-    for (module, _) in PROBES {
-        library().link(module, &rooms_of(module)).unwrap_or_else(|error| panic!("{error}"));
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_probe_validates() {
+        for (module, _) in PROBES {
+            library().link(module, &rooms_of(module)).unwrap_or_else(|error| panic!("{error}"));
+        }
+        let ray_query = Tracer::RAY_QUERY.features(&Structure::NONE, true);
+        library().link("testing/segments", &ray_query).unwrap_or_else(|error| panic!("{error}"));
+        // They are no part of what the library carries.
+        assert!(SHADERS.sources().iter().all(|(module, _)| !module.starts_with("testing")));
     }
-    let ray_query = Tracer::RAY_QUERY.features(&Structure::NONE, true);
-    library().link("testing/segments", &ray_query).unwrap_or_else(|error| panic!("{error}"));
-    // They are no part of what the library carries.
-    assert!(SHADERS.sources().iter().all(|(module, _)| !module.starts_with("testing")));
 }

@@ -8,20 +8,20 @@ use super::looking;
 use crate::{Picture, Renderer, Settings};
 
 /// Pixels of the pictures.
-pub(crate) const SIZE: (u32, u32) = (64, 48);
+pub const SIZE: (u32, u32) = (64, 48);
 
 /// A renderer that shares what tests have compiled.
-pub(crate) fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
+pub fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
 }
 
 /// Radiance, nits.
-pub(crate) fn pixels(picture: &Picture) -> Vec<Vec3> {
+pub fn pixels(picture: &Picture) -> Vec<Vec3> {
     picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
 /// The last of the pictures along a walk.
-pub(crate) fn walked(gpu: &Gpu, settings: Settings, scene: &Scene, cameras: &[Camera]) -> Vec<Vec3> {
+pub fn walked(gpu: &Gpu, settings: Settings, scene: &Scene, cameras: &[Camera]) -> Vec<Vec3> {
     let mut renderer = renderer(gpu, settings);
     let uploaded = renderer.upload(scene).unwrap();
     let mut last = Vec::new();
@@ -32,18 +32,18 @@ pub(crate) fn walked(gpu: &Gpu, settings: Settings, scene: &Scene, cameras: &[Ca
 }
 
 /// Mean of the channels' sums.
-pub(crate) fn mean(picture: &[Vec3]) -> f32 {
+pub fn mean(picture: &[Vec3]) -> f32 {
     picture.iter().map(|pixel| pixel.element_sum()).sum::<f32>() / picture.len() as f32
 }
 
 /// Mean distance from the truth, over its mean.
-pub(crate) fn off(picture: &[Vec3], truth: &[Vec3]) -> f32 {
+pub fn off(picture: &[Vec3], truth: &[Vec3]) -> f32 {
     let apart: f32 = picture.iter().zip(truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
     apart / (mean(truth) * truth.len() as f32)
 }
 
 /// A short walk into the Cornell box.
-pub(crate) fn steps(count: u32) -> Vec<Camera> {
+pub fn steps(count: u32) -> Vec<Camera> {
     let at = |step: u32| looking([0.01 * step as f32, 1.0, 2.6 - 0.005 * step as f32], [0.0, 0.8, 0.0]);
     (0..count).map(at).collect()
 }

@@ -114,7 +114,7 @@ impl View {
     }
 
     /// What clustering needs to know; near and far as tight as `bounds` allows.
-    pub(crate) fn frustum(&self, bounds: &Bounds) -> ViewFrustum {
+    pub fn frustum(&self, bounds: &Bounds) -> ViewFrustum {
         let (a, c, o) = (self.clip_from_view.x_axis.x, self.clip_from_view.z_axis, self.clip_from_view.w_axis);
         let b = self.clip_from_view.y_axis.y;
         let parallel = self.orthographic == 1;
@@ -144,7 +144,7 @@ impl View {
     }
 
     /// On the device for as long as it is held.
-    #[cfg(test)]
+    #[cfg(any(test, feature = "testing"))]
     pub(crate) fn upload(&self, device: &wgpu::Device) -> ViewBuffer {
         ViewBuffer { part: BufferPart::whole(lanternfish_gpu::uniform_buffer_of(device, "view", self)) }
     }

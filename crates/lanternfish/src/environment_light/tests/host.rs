@@ -3,14 +3,13 @@ use lanternfish_gpu::testing;
 use lanternfish_reference::{brdf::grazing_share, reflector};
 use lanternfish_scene::Material;
 
-use super::{half_white, image};
 use crate::{
     environment_light::{
         brdf_shares::{LEAST_ROUGHNESS, shares},
         samples::{by_normal, harmonics, samples_of, sun_of},
     },
     shaders::constant,
-    testing::{Random, ask},
+    testing::{Random, ask, half_white, image},
 };
 
 #[test]

@@ -10,7 +10,7 @@ const LEAST_SLOTS: u32 = 64;
 /// Cells that a table has room for at first.
 const FIRST_CELLS: u32 = 1 << 17;
 
-#[cfg(test)]
+#[cfg(any(test, feature = "testing"))]
 thread_local! {
     /// What stands for [`FIRST_CELLS`] in tests.
     pub(crate) static FIRST_CELLS_IN_TESTS: std::cell::Cell<u32> = const { std::cell::Cell::new(FIRST_CELLS) };
@@ -18,9 +18,9 @@ thread_local! {
 
 /// Cells that a table has room for at first.
 pub(super) fn first_cells() -> u32 {
-    #[cfg(test)]
+    #[cfg(any(test, feature = "testing"))]
     return FIRST_CELLS_IN_TESTS.get();
-    #[cfg(not(test))]
+    #[cfg(not(any(test, feature = "testing")))]
     FIRST_CELLS
 }
 

@@ -27,7 +27,7 @@ mod update;
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
 
 pub use self::bounces::Bounces;
-#[cfg(test)]
+#[cfg(any(test, feature = "testing"))]
 pub(crate) use self::growth::FIRST_CELLS_IN_TESTS;
 pub(crate) use self::parameters::{CacheUpdate, RadianceCacheParameters};
 use self::{

@@ -14,7 +14,7 @@ use glam::{UVec2, Vec3};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, faulty_software, gpu_struct, uniform_buffer_of};
 
 pub use self::settings::{HitLight, Sampled};
-#[cfg(test)]
+#[cfg(any(test, feature = "testing"))]
 pub(crate) use self::targets::MOST_ROUNDS_IN_TESTS;
 use self::{
     cells::{Cells, FrameCells},

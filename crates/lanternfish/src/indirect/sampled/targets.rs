@@ -16,7 +16,7 @@ const MOST_BYTES: u64 = 96 << 20;
 /// Rays at most that an invocation traces one after the other: all of `quality good`, and no pass of some 1,000 pixels takes long.
 pub(super) const MOST_ROUNDS: u64 = 20;
 
-#[cfg(test)]
+#[cfg(any(test, feature = "testing"))]
 thread_local! {
     /// What stands for [`MOST_ROUNDS`] in tests.
     pub(crate) static MOST_ROUNDS_IN_TESTS: std::cell::Cell<u64> = const { std::cell::Cell::new(MOST_ROUNDS) };
@@ -27,9 +27,9 @@ fn most_rounds(device: &wgpu::Device) -> u64 {
     if faulty_software(&device.adapter_info()) {
         return 1;
     }
-    #[cfg(test)]
+    #[cfg(any(test, feature = "testing"))]
     let most = MOST_ROUNDS_IN_TESTS.get();
-    #[cfg(not(test))]
+    #[cfg(not(any(test, feature = "testing")))]
     let most = MOST_ROUNDS;
     most
 }

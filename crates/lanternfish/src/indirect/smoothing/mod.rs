@@ -108,16 +108,16 @@ named_enum! {
 }
 
 /// The settings that rooms whose sums are smoothed have in common.
-pub(super) const RESOLUTION: ParameterInfo =
+pub const RESOLUTION: ParameterInfo =
     ParameterInfo::new("indirect-resolution", "NAME", Range::Names, "Where these rays start");
-pub(super) const FILTER: ParameterInfo = ParameterInfo::new(
+pub const FILTER: ParameterInfo = ParameterInfo::new(
     "indirect-filter",
     "PIXELS",
     Range::Count(0, 64),
     "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
                        noise, less detail",
 );
-pub(super) const CLAMP: ParameterInfo = ParameterInfo::new(
+pub const CLAMP: ParameterInfo = ParameterInfo::new(
     "indirect-clamp",
     "ON|OFF",
     Range::Names,
@@ -140,11 +140,11 @@ gpu_constants! {
 /// Bytes of a pixel's sums: `PackedSums`.
 const SUMS_BYTES: u64 = 48;
 /// Largest reach of the filter, pixels.
-pub(super) const MOST_RADIUS: u32 = 64;
+pub const MOST_RADIUS: u32 = 64;
 
 /// The sums of the pixels that are looked at, for one frame.
 #[derive(Debug)]
-pub(super) struct PixelSums {
+pub struct PixelSums {
     /// One each, row by row, bound under the name that the shader gives it.
     pub sums: wgpu::Buffer,
     /// How many pixels are looked at, across and down.
@@ -185,7 +185,7 @@ impl PixelSums {
 
 /// The passes.
 #[derive(Debug)]
-pub(super) struct Smoothing {
+pub struct Smoothing {
     bound: ComputeKernel,
     collect: ComputeKernel,
     spread: ComputeKernel,

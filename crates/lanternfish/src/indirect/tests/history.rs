@@ -3,7 +3,6 @@
 use glam::Affine3A;
 
 use crate::{
-    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
     settings::History,
     techniques::{Bounces, HitLight},
 };
@@ -31,20 +30,19 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
     let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_know_of_nothing_before") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let usual = Sampled { filter_radius: 4, clamp: IndirectClamp::On, ..few() };
-    let rooms = [
+    let techniques = [
         Indirect::from(usual),
         Indirect::from(Sampled { hit_light: HitLight::Cached, ..usual }),
         Indirect::from(Sampled { resolution: IndirectResolution::Half, ..usual }),
-        Indirect::from(VirtualLights { count: 256, ..VirtualLights::default() }),
-        Indirect::from(PhotonSplatting { count: 1024, ..PhotonSplatting::default() }),
     ];
     for (accumulate, samples) in [(1, Samples::One), (5, Samples::One), (5, Samples::Four)] {
-        for room in &rooms {
+        for technique in &techniques {
             let of = |history| {
-                let settings = Settings { accumulate, samples, history, indirect: room.clone(), ..settings(usual) };
+                let settings =
+                    Settings { accumulate, samples, history, indirect: technique.clone(), ..settings(usual) };
                 picture(gpu, settings, &scene, &camera)
             };
-            assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {room:?}");
+            assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {technique:?}");
         }
     }
 }

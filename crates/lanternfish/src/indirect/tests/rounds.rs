@@ -8,7 +8,7 @@ use lanternfish_gpu::{Bindings, uniform_buffer_of};
 use super::*;
 use crate::{
     indirect::sampled::{MOST_ROUNDS_IN_TESTS, SampledParameters, sample_order},
-    techniques::{HitLight, WITHIN_TEXEL},
+    techniques::HitLight,
     testing::{Random, ask_about, ask_module},
     view::View,
 };
@@ -17,15 +17,14 @@ use crate::{
 fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
     MOST_ROUNDS_IN_TESTS.set(most);
     let scene = demo("cornell").unwrap();
-    let deep_images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
-    picture(gpu, Settings { accumulate: 2, structure: deep_images.into(), ..settings(rays) }, &scene, &scene.cameras[0])
+    picture(gpu, Settings { accumulate: 2, ..settings(rays) }, &scene, &scene.cameras[0])
 }
 
 /// Whether a round is traced by itself or with others changes nothing.
 #[test]
 fn gpu_rounds_are_the_same_however_many_are_traced_together() {
     let Some(gpu) = testing::gpu("gpu_rounds_are_the_same_however_many_are_traced_together") else { return };
-    for tracer in [Tracer::BVH, WITHIN_TEXEL] {
+    for tracer in [Tracer::BVH] {
         let rays = Sampled { diffuse_rays: 5, glossy_rays: 2, ..sampled(tracer) };
         let [one, three, all] = [1, 3, 16].map(|most| traced_together(gpu, most, rays));
         assert!(one == all && three == all, "{tracer:?}");

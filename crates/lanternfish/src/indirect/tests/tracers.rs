@@ -1,7 +1,6 @@
 //! What rays go through changes nothing but what it must.
 
 use super::*;
-use crate::techniques::WITHIN_TEXEL;
 
 /// The inside of a closed box is dark, however bright its outside: light leaks through walls that are thinner than what deep
 /// images pass over.
@@ -66,25 +65,4 @@ fn gpu_runs_are_the_same_to_the_bit() {
     let settings = settings(Sampled { diffuse_rays: 4, glossy_rays: 2, ..Sampled::default().one_bounce() });
     let [a, b] = [0, 1].map(|_| picture(gpu, settings.clone(), &scene, &scene.cameras[0]));
     assert!(a == b);
-}
-
-#[test]
-fn gpu_every_store_gives_the_same_light() {
-    let Some(gpu) = testing::gpu("gpu_every_store_gives_the_same_light") else { return };
-    let scene = demo("cornell").unwrap();
-    let of = |store, depth| {
-        let deep_images = DeepImageSettings { store, depth, merge_texels: 0.0, ..DeepImageSettings::default() };
-        let settings = Settings { structure: deep_images.into(), ..settings(sampled(WITHIN_TEXEL)) };
-        picture(gpu, settings, &scene, &scene.cameras[0])
-    };
-    let expected = of(DeepStore::LinearArray, DeepDepth::Bits32);
-    for (store, depth) in [
-        (DeepStore::LinearArray, DeepDepth::Bits16),
-        (DeepStore::LinkedList, DeepDepth::Bits32),
-        (DeepStore::SortedLinkedList, DeepDepth::Bits32),
-    ] {
-        // Where several surfaces have the same depth, a linked list finds any of them.
-        let off = off(&of(store, depth), &expected);
-        assert!(off < 0.01, "{store}, {depth} bits: {off}");
-    }
 }

@@ -50,7 +50,7 @@ impl Renderer {
 }
 
 /// The grids of the last frame, in the order of their first views.
-pub(in crate::light_culling) fn contents_of_grids(
+pub(crate) fn contents_of_grids(
     passes: &ClusteredCulling,
     device: &wgpu::Device,
     queue: &wgpu::Queue,

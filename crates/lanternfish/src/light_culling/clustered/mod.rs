@@ -5,7 +5,7 @@
 //! 3. Compact: the list of visible clusters.
 //! 4. Assign: lights of every visible cluster are counted, the counts scanned, the lights written ([`tree`]).
 
-pub(super) mod contents;
+pub(crate) mod contents;
 pub mod grid;
 mod settings;
 #[cfg(test)]

@@ -56,7 +56,7 @@ gpu_struct! {
 
 /// An emissive triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct EmissiveTriangle {
+pub struct EmissiveTriangle {
     /// Index of the triangle, in the order of the BVH's leaves.
     pub triangle: u32,
     /// What the tree knows of the triangle.

@@ -5,9 +5,8 @@ use lanternfish_scene::generate::demo;
 
 use crate::{
     Change, Picture, RenderError, Renderer, Settings,
-    settings::{Attenuation, Culling, Exposure, Indirect, Occlusion, Samples, Shadows, ToneMap, Tracer},
-    techniques::DeepImageSettings,
-    techniques::{Deep, Sampled, Tiled},
+    settings::{Attenuation, Culling, Exposure, Indirect, Samples, Shadows, ToneMap, Tracer},
+    techniques::{Sampled, Tiled},
 };
 
 fn bvh() -> Settings {
@@ -32,7 +31,6 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
     let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
     let sampled = Settings { indirect: Indirect::from(few), ..bvh() };
     let more = Settings { indirect: Indirect::from(Sampled { diffuse_rays: 2, ..few }), ..bvh() };
-    let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
     for (name, settings, expected) in [
         ("the same", bvh(), Change::Uniform),
         ("a tone map", Settings { tone_map: ToneMap::Aces, ..bvh() }, Change::Uniform),
@@ -42,15 +40,6 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
         ("tiles", Settings { culling: Culling::from(Tiled::default()), ..bvh() }, Change::Relink),
         ("four samples", Settings { samples: Samples::Four, ..bvh() }, Change::Relink),
         ("no shadows", Settings { shadows: Shadows::None, ..bvh() }, Change::Relink),
-        (
-            "occlusion",
-            Settings {
-                occlusion: Occlusion::from(Deep { max_distance: None }),
-                structure: deep_images.into(),
-                ..bvh()
-            },
-            Change::Upload,
-        ),
         ("another attenuation", Settings { attenuation: Attenuation::Physical, ..bvh() }, Change::Upload),
         ("indirect light", sampled, Change::Upload),
         ("more rays", more, Change::Uniform),

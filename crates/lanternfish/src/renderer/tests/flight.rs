@@ -4,9 +4,7 @@ mod answers;
 
 use glam::{Affine3A, Vec3, Vec4};
 use half::f16;
-use lanternfish_gpu::{
-    AdapterChoice, Gpu, GpuError, Growth, Made, checked, made, read_texture, storage_buffer, testing,
-};
+use lanternfish_gpu::{AdapterChoice, Gpu, GpuError, Made, checked, made, read_texture, storage_buffer, testing};
 use lanternfish_scene::{
     Camera, Light, Material, Projection, Scene,
     generate::{demo, light_rain},
@@ -14,9 +12,8 @@ use lanternfish_scene::{
 
 use crate::{
     FrameId, FrameReport, GpuScene, RenderError, Renderer, Settings, SurfaceSource, Target, ViewRequest,
-    settings::{Culling, DebugView, Exposure, Indirect, Materials, Occlusion, Samples, Shadows, ToneMap},
-    techniques::DeepImageSettings,
-    techniques::{DeepBuilder, Sampled, Tiled},
+    settings::{Culling, DebugView, Exposure, Indirect, Materials, Samples, Shadows, ToneMap},
+    techniques::{Sampled, Tiled},
 };
 
 const SIZE: [u32; 2] = [48, 32];

@@ -1,47 +1,19 @@
 //! A frame like the one before it makes nothing, and frames of all kinds take no more and more memory.
 
-use glam::{Affine3A, Vec3};
-use lanternfish_gpu::{Gpu, Growth, Made, made, testing};
-use lanternfish_scene::{
-    Camera, Scene,
-    generate::{demo, light_rain},
-};
+use lanternfish_gpu::{Gpu, Growth, testing};
+use lanternfish_scene::generate::{demo, light_rain};
 
 use crate::{
-    GpuScene, RenderError, Renderer, Settings,
+    Renderer, Settings,
     context::FrameContext,
-    indirect::{Indirect, virtual_lights::VirtualLights},
     settings::{Culling, Exposure, Samples, Shadows},
-    techniques::{ACROSS_TEXELS, DeepImageSettings, RasterGrid, Sampled, Tiled},
+    techniques::{Sampled, Tiled},
+    testing::steady::{Frames, camera, check_steady},
 };
 
 /// The same on every adapter.
 fn bvh(settings: Settings) -> Settings {
     Settings { shadows: Shadows::BVH, ..settings }
-}
-
-/// A camera on its way along a small circle, which takes eight frames.
-fn camera(scene: &Scene, frame: u32) -> Camera {
-    let camera = &scene.cameras[0];
-    let (sin, cos) = (std::f32::consts::TAU * frame as f32 / 8.0).sin_cos();
-    let step = Affine3A::from_translation(0.01 * Vec3::new(sin, cos, 0.0));
-    Camera { world_from_camera: camera.world_from_camera * step, ..camera.clone() }
-}
-
-/// What a frame makes.
-fn made_by_frame(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, is_averaged: bool) -> Made {
-    let views = renderer.views(scene, &[(camera, 32, 24)]).unwrap();
-    let before = made();
-    renderer.frame(&FrameContext { scene, views: &views, is_averaged, requests: &[] }).unwrap();
-    let made = made() - before;
-    // What the frame has counted has arrived when the next one begins.
-    renderer.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    made
-}
-
-fn virtual_lights() -> Settings {
-    let few = VirtualLights { count: 500, ..VirtualLights::default() };
-    Settings { indirect: Indirect::from(few), ..Settings::direct_light() }
 }
 
 #[test]
@@ -58,62 +30,13 @@ fn gpu_a_steady_frame_makes_nothing() {
             Growth::Wait,
             Settings { culling: tiled, samples: Samples::Four, ..bvh(Settings::direct_light()) },
         ),
-        (
-            "a raster grid that does not wait",
-            false,
-            Growth::Later,
-            Settings { culling: Culling::from(RasterGrid::default()), ..bvh(Settings::direct_light()) },
-        ),
         ("indirect light", false, Growth::Wait, bvh(Settings::default())),
         ("indirect light, a mean of frames", true, Growth::Wait, bvh(Settings::default())),
-        ("virtual lights", false, Growth::Wait, bvh(virtual_lights())),
-        ("virtual lights that do not wait", false, Growth::Later, bvh(virtual_lights())),
         ("a mean of frames that do not wait", true, Growth::Later, bvh(Settings::direct_light())),
     ] {
         let scene = if settings.indirect.is::<Sampled>() { &small } else { &large };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
-        renderer.set_growth(growth).unwrap();
-        let uploaded = renderer.upload(scene).unwrap();
-        let mut frame = |i| made_by_frame(&mut renderer, &uploaded, &camera(scene, i), is_averaged);
-        let first = frame(0);
-        println!("{name}: the first frame makes {first:?}");
-        assert!(first.buffers > 10 && first.textures > 2 && first.bind_groups > 10 && first.pipelines > 0, "{first:?}");
-        for i in 1..16 {
-            frame(i);
-        }
-        for i in 16..24 {
-            assert_eq!(frame(i), Made::default(), "{name}, frame {i}");
-        }
-        // It can fail: a frame of another size makes what it needs.
-        let views = renderer.views(&uploaded, &[(&scene.cameras[0], 80, 60)]).unwrap();
-        let before = made();
-        renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged, requests: &[] }).unwrap();
-        let other = made() - before;
-        assert!(other.buffers > 0 && other.textures > 0 && other.bind_groups > 0, "{name}: {other:?}");
+        check_steady(gpu, scene, Frames { name, is_averaged, growth, settings });
     }
-}
-
-/// After an error nothing that a frame kept is used: the device may have refused to make it, or never have run what fills it.
-#[test]
-fn gpu_after_an_error_frames_begin_anew() {
-    let Some(gpu) = testing::gpu("gpu_after_an_error_frames_begin_anew") else { return };
-    let scene = demo("cornell").unwrap();
-    let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let settings =
-        Settings { shadows: Shadows::Traced(ACROSS_TEXELS), structure: deep_images.into(), ..Settings::direct_light() };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
-    let uploaded = renderer.upload(&scene).unwrap();
-    let render = |renderer: &mut Renderer| {
-        let picture = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
-        let builds = renderer.passes.structure.as_ref().map(|structure| structure.builds());
-        (picture.radiance, builds, renderer.pool.get_mut().unwrap().bytes())
-    };
-    let (radiance, builds, bytes) = render(&mut renderer);
-    assert_eq!(render(&mut renderer), (radiance.clone(), builds, bytes), "what a frame kept is used again");
-    let failed = renderer.checked_work::<()>(|_| Err(RenderError::NoFrames));
-    assert!(matches!(failed, Err(RenderError::NoFrames)));
-    assert!(renderer.pool.get_mut().unwrap().bytes() < bytes, "nothing was dropped");
-    assert_eq!(render(&mut renderer), (radiance, builds.map(|builds| builds + 1), bytes));
 }
 
 /// Bytes of the pool after the first and after the second number of frames. Sizes, lights, exposure and the number of views change from

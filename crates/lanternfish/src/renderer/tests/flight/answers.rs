@@ -1,7 +1,6 @@
 //! What cannot be is an answer; other views and targets: parallel rays, sums.
 
 use super::*;
-use crate::techniques::Deep;
 
 #[test]
 fn gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there() {
@@ -52,20 +51,6 @@ fn gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there() {
     assert!(matches!(renderer.read(second), Err(RenderError::Gone)) && renderer.read(third).is_ok());
     let reported: Vec<_> = std::iter::from_fn(|| renderer.poll()).map(|report| report.frame).collect();
     assert!(reported.ends_with(&[second, third]) && !reported.contains(&first), "{reported:?}");
-
-    // Deep images that only frames that wait can build.
-    let deep_images = DeepImageSettings { resolution: 8, builder: DeepBuilder::SinglePass, ..Default::default() };
-    let settings = Settings {
-        occlusion: Occlusion::from(Deep { max_distance: None }),
-        structure: deep_images.into(),
-        ..bvh(Settings::direct_light())
-    };
-    renderer.set(settings).unwrap();
-    let deep = renderer.upload(&scene).unwrap();
-    assert!(matches!(frame(gpu, &mut renderer, &deep, &[sound]), Err(RenderError::Together { .. })));
-    assert_eq!(renderer.pool.get_mut().unwrap().growth(), Growth::Wait);
-    renderer.set(bvh(Settings::direct_light())).unwrap();
-    frame(gpu, &mut renderer, &uploaded, &[sound]).unwrap();
 }
 
 #[test]
@@ -138,7 +123,6 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
     scene.sky = Vec3::splat(0.2);
     let plain = Settings { materials: Materials::Lambert, ..bvh(Settings::direct_light()) };
     let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default().one_bounce() };
-    let deep_images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
     let disk = Light::disk(Vec3::new(0.0, 1.6, 0.0), Vec3::NEG_Y, 0.2, Vec3::splat(4.0));
     let with_area = Scene { lights: scene.lights.iter().cloned().chain([disk]).collect(), ..scene.clone() };
     for (name, scene, settings) in [
@@ -151,15 +135,6 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
         ("soft shadows", &scene, Settings { light_radius: 0.05, shadow_rays: 4, ..plain.clone() }),
         ("a disk", &with_area, Settings { shadow_rays: 4, ..plain.clone() }),
         ("indirect light", &scene, Settings { indirect: Indirect::from(few), ..plain.clone() }),
-        (
-            "occlusion",
-            &scene,
-            Settings {
-                occlusion: Occlusion::from(Deep { max_distance: None }),
-                structure: deep_images.into(),
-                ..plain.clone()
-            },
-        ),
     ] {
         let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = waiting.upload(scene).unwrap();
@@ -173,7 +148,7 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
         let id = frame(gpu, &mut renderer, &uploaded, &view).unwrap();
         assert!(report(gpu, &mut renderer, id).is_whole, "{name}");
         let (direct, indirect) = (halves(gpu, &direct), halves(gpu, &indirect));
-        let finds_indirect = name == "indirect light" || name == "occlusion";
+        let finds_indirect = name == "indirect light";
         assert_eq!(indirect.iter().any(|texel| texel[..3].iter().any(|c| *c > 0.01)), finds_indirect, "{name}");
         // Halves are rounded by 2^-11, and normals and points are not the very same: at edges of shadows a ray may end elsewhere.
         let (mut off, mut covered) = (0, 0);

@@ -1,0 +1,339 @@
+//! Building deep images: a builder finds fragments and puts them into lists, a store makes lists of them.
+
+mod depth_peeling;
+mod per_direction;
+mod per_triangle;
+mod single_pass;
+
+use super::DECLARED;
+use glam::{Quat, UVec2};
+use lanternfish_gpu::{
+    Bindings, Feature, Frame, Growth, RasterPipeline, RasterState, faulty_software, storage_buffer_of,
+};
+
+pub use self::depth_peeling::PeeledFragment;
+use self::{
+    depth_peeling::DepthPeeling,
+    per_direction::PerDirection,
+    per_triangle::PerTriangle,
+    single_pass::{Samples, SinglePass},
+};
+use super::{
+    DeepCounts, DeepFrame, DeepGrid, DeepImages,
+    directions::Directions,
+    store::{Source, Store},
+};
+use crate::deep_images::settings::{DeepBuilder, DeepImageSettings, DeepStore};
+use lanternfish::{
+    RenderError,
+    gpu_scene::{GpuScene, Parts},
+    texture::frame_target,
+};
+
+/// How fragments are found.
+#[derive(Debug)]
+enum Builder {
+    /// The scene is drawn once into samples, which are then put into all images.
+    SinglePass(SinglePass),
+    /// Every triangle is put into all images by arithmetic.
+    PerTriangle(PerTriangle),
+    /// The scene is drawn for each image.
+    PerDirection(PerDirection),
+    /// The scene is drawn for each layer of surfaces, of all images at once.
+    DepthPeeling(DepthPeeling),
+}
+
+/// What a builder has found before the first chunk.
+#[derive(Debug)]
+enum Found {
+    /// Samples of all surfaces.
+    Samples(Samples),
+    /// Nothing.
+    Nothing,
+}
+
+impl Builder {
+    fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        Ok(match sound_builder(settings.builder, &device.adapter_info()) {
+            DeepBuilder::SinglePass => Self::SinglePass(SinglePass::new(device, settings)?),
+            DeepBuilder::PerTriangle => Self::PerTriangle(PerTriangle::new(device, settings)?),
+            DeepBuilder::PerDirection => Self::PerDirection(PerDirection::new(device, settings)?),
+            DeepBuilder::DepthPeeling => Self::DepthPeeling(DepthPeeling::new(device, settings)?),
+        })
+    }
+
+    /// What is found once for all chunks.
+    fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, grid: &DeepGrid) -> Result<Found, RenderError> {
+        match self {
+            Self::SinglePass(builder) => builder.sample(frame, scene, grid).map(Found::Samples),
+            Self::PerTriangle(_) | Self::PerDirection(_) | Self::DepthPeeling(_) => Ok(Found::Nothing),
+        }
+    }
+
+    /// Puts every fragment of a chunk's images, once, into its list.
+    fn gather(
+        &mut self,
+        frame: &mut Frame<'_>,
+        found: &Found,
+        grid: &DeepGrid,
+        bindings: &Bindings<'_>,
+    ) -> Result<(), RenderError> {
+        match (self, found) {
+            (Self::SinglePass(builder), Found::Samples(samples)) => builder.gather(frame, samples, bindings),
+            (Self::PerTriangle(builder), _) => builder.gather(frame, grid, bindings),
+            (Self::PerDirection(builder), _) => builder.gather(frame, grid, bindings),
+            (Self::DepthPeeling(builder), _) => builder.gather(frame, grid, bindings)?,
+            (Self::SinglePass(_), Found::Nothing) => unreachable!("a single pass has taken its samples"),
+        }
+        Ok(())
+    }
+}
+
+/// The passes.
+#[derive(Debug)]
+pub struct DeepImageBuilder {
+    settings: DeepImageSettings,
+    builder: Builder,
+    store: Store,
+    /// Not turned.
+    directions: Directions,
+    rotation: Quat,
+    direction_cells: wgpu::Buffer,
+    /// Images of a chunk at most: fewer, once more of them were too many for a binding; and of which scene, by [`GpuScene::triangle_order`]: while
+    /// it moves they stay too many.
+    most_images: (u64, u32),
+}
+
+impl DeepImageBuilder {
+    /// Compiles the passes, and lays out the directions, whose table costs time by the square of their number. An error where
+    /// the settings do not go together.
+    pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
+        if !(1..=64).contains(&settings.slices) {
+            return Err(RenderError::Together { setting: "deep images", needed: "1 to 64 slices" });
+        }
+        let (store, builder) = (Store::new(device, &settings)?, Builder::new(device, &settings)?);
+        let directions = Directions::new(settings.directions)
+            .map_err(|error| RenderError::Directions { what: error.to_string() })?;
+        let none = wgpu::BufferUsages::empty();
+        Ok(Self {
+            settings,
+            builder,
+            store,
+            direction_cells: storage_buffer_of(device, "deep_images/direction_cells", directions.cells(), none)?,
+            directions,
+            rotation: Quat::IDENTITY,
+            most_images: (0, u32::MAX),
+        })
+    }
+
+    /// An error unless frames that get their room so can build them: what reads counts on the host cannot be in one that does not wait.
+    pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
+        let counts_on_the_device = matches!(self.builder, Builder::PerTriangle(_) | Builder::PerDirection(_));
+        if growth == Growth::Wait || (counts_on_the_device && self.settings.store == DeepStore::LinearArray) {
+            return Ok(());
+        }
+        let needed = "deep images by per_triangle or per_direction, in a linear_array";
+        Err(RenderError::Together { setting: "a frame that does not wait", needed })
+    }
+
+    /// Turns the set of directions for the images that are recorded from now on: world space from the set's own, unit.
+    /// Frames whose sets are turned differently see each other's blind spots ([`lanternfish::view::rotations`]).
+    pub fn set_rotation(&mut self, rotation: Quat) {
+        self.rotation = rotation;
+    }
+
+    /// Builds the images of the scene's triangles; blended surfaces are not in them. A scene that was not uploaded for the BVH
+    /// is an error.
+    pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
+        self.check_growth(frame.growth())?;
+        scene.check_parts(frame.device, Parts::BVH)?;
+        let directions = self.directions.rotated(self.rotation);
+        let axes: Vec<DeepFrame> = (0..directions.len() as u32)
+            .map(|image| {
+                let axes = directions.frame(image);
+                DeepFrame { x: axes.x_axis, y: axes.y_axis, z: axes.z_axis, ..DeepFrame::default() }
+            })
+            .collect();
+        let frames = storage_buffer_of(frame.device, "deep_images/frames", &axes, wgpu::BufferUsages::empty())?;
+        let images = axes.len() as u32;
+        let (order, known) = self.most_images;
+        let most_images = if order == scene.triangle_order() { known } else { u32::MAX };
+        let slices = if frame.growth() == Growth::Later { self.settings.slices.max(1) } else { 1 };
+        let mut most = self.images_a_chunk(frame.device).min(most_images).min(images.div_ceil(slices));
+        let mut chunks = Vec::new();
+        let mut was_divided = false;
+        self.gathered(frame, scene, &directions, &frames, |store, frame, grid, source| {
+            let mut first_image = 0;
+            while first_image < images {
+                let image_count = most.min(images - first_image);
+                match store.record(frame, DeepGrid { first_image, image_count, ..grid }, source) {
+                    // More than one binding holds, of several images: of fewer it may hold them.
+                    Err(RenderError::Overflow { .. }) if image_count > 1 => {
+                        (most, was_divided) = (image_count / 2, true);
+                        continue;
+                    }
+                    other => chunks.push(other?),
+                }
+                first_image += image_count;
+            }
+            Ok(())
+        })?;
+        if was_divided {
+            self.most_images = (scene.triangle_order(), most);
+        }
+        let (settings, direction_cells) = (self.settings, self.direction_cells.clone());
+        let counts = DeepCounts::default();
+        let mut images = DeepImages { settings, directions, direction_cells, frames, chunks, counts };
+        images.count();
+        Ok(images)
+    }
+
+    /// Builds the images of one chunk anew: those of the scene as it is, whose triangles are still in the order in which they were when
+    /// the others were built.
+    pub fn renew(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        images: &mut DeepImages,
+        chunk: usize,
+    ) -> Result<(), RenderError> {
+        let DeepGrid { first_image, image_count, .. } = images.chunks[chunk].grid;
+        let renewed = |store: &mut Store, frame: &mut Frame<'_>, grid, source: &mut Source<'_>| {
+            store.record(frame, DeepGrid { first_image, image_count, ..grid }, source)
+        };
+        images.chunks[chunk] = self.gathered(frame, scene, &images.directions, &images.frames, renewed)?;
+        images.count();
+        Ok(())
+    }
+
+    /// Runs `work` with what the builder finds of the scene, and the grid of its images.
+    fn gathered<R>(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        directions: &Directions,
+        frames: &wgpu::Buffer,
+        work: impl FnOnce(&mut Store, &mut Frame<'_>, DeepGrid, &mut Source<'_>) -> Result<R, RenderError>,
+    ) -> Result<R, RenderError> {
+        let resolution = self.settings.resolution;
+        let radius = 0.5 * scene.bounds().size().length() * 1.001 + 1e-4;
+        let texels_per_metre = resolution as f32 / (2.0 * radius);
+        let grid = DeepGrid {
+            center: scene.bounds().center(),
+            radius,
+            texels_per_metre,
+            resolution,
+            triangle_count: scene.traced_triangles(),
+            merge_distance: self.settings.merge_texels / texels_per_metre,
+            sample_spacing: 2.0 * radius / (resolution * self.settings.supersampling) as f32,
+            set_from_world: directions.rotation().inverse().into(),
+            ..DeepGrid::default()
+        };
+        let builder = &mut self.builder;
+        let found = builder.begin(frame, scene, &grid)?;
+        let scene_bindings = scene.bindings();
+        let mut bindings = scene_bindings.buffer("deep_frames", frames);
+        if let Found::Samples(samples) = &found {
+            bindings = samples.bind(bindings);
+        }
+        let mut gather = |frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>| {
+            builder.gather(frame, &found, grid, bindings)
+        };
+        work(&mut self.store, frame, grid, &mut Source { bindings, gather: &mut gather })
+    }
+
+    /// Images whose lists fit one binding, and, at a guess, whose fragments do.
+    fn images_a_chunk(&self, device: &wgpu::Device) -> u32 {
+        let entries = device.limits().max_storage_buffer_binding_size / 4;
+        let most = images_that_fit(entries, self.settings.resolution, self.settings.fragments_a_texel);
+        match self.builder {
+            Builder::DepthPeeling(_) => most.min(DepthPeeling::most_images(device, self.settings.resolution)),
+            Builder::SinglePass(_) | Builder::PerTriangle(_) | Builder::PerDirection(_) => most,
+        }
+    }
+}
+
+/// The builder that is used for the one that was asked for: on a driver that ends loops early, which would leave triangles out
+/// without a word, the single pass stands in for the arithmetic.
+pub(super) fn sound_builder(asked: DeepBuilder, adapter: &wgpu::AdapterInfo) -> DeepBuilder {
+    if asked == DeepBuilder::PerTriangle && faulty_software(adapter) {
+        tracing::warn!(
+            driver = adapter.driver_info,
+            "deep images are built by single_pass: per_triangle would lose triangles"
+        );
+        return DeepBuilder::SinglePass;
+    }
+    asked
+}
+
+/// Images whose lists, and so many fragments of each, fit a binding of so many entries: at least one.
+fn images_that_fit(entries: u64, resolution: u32, fragments_a_texel: u64) -> u32 {
+    let texels = u64::from(resolution).pow(2);
+    // There are two entries more than lists.
+    (entries.saturating_sub(2) / (texels * fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
+}
+
+/// Written by nothing: a pass needs an attachment.
+const NO_TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
+/// Compiles a pass that draws triangles into nothing.
+fn raster(
+    device: &wgpu::Device,
+    module: &str,
+    features: &[Feature],
+    label: &str,
+) -> Result<RasterPipeline, RenderError> {
+    let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
+    let targets = [Some(nothing)];
+    let state = RasterState { targets: &targets, ..Default::default() };
+    let shader = DECLARED.link(module, features)?;
+    Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", label, &state))
+}
+
+/// Draws all triangles, pulled by their index, into nothing.
+fn draw(
+    frame: &mut Frame<'_>,
+    pipeline: &RasterPipeline,
+    label: &str,
+    size: UVec2,
+    grid: &DeepGrid,
+    instances: u32,
+    bindings: &Bindings<'_>,
+) {
+    let nothing = frame_target(frame, label, size, NO_TARGET, wgpu::TextureUsages::empty(), 1);
+    let color = wgpu::RenderPassColorAttachment {
+        view: &nothing,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
+    };
+    frame.render(label, &[Some(color)], None, |groups, pass| {
+        pipeline.set(pass);
+        pipeline.bind(groups, pass, bindings, 4);
+        pass.draw(0..3 * grid.triangle_count, 0..instances);
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DeepImageSettings, Directions, images_that_fit};
+
+    #[test]
+    fn a_chunk_has_room_for_the_ends_of_its_lists() {
+        // 128 of 512 x 512 texels would be the whole of 128 MiB.
+        assert_eq!(images_that_fit(1 << 25, 512, 1), 127);
+        assert_eq!(images_that_fit(1 << 25, 512, 0), 127);
+        assert_eq!(images_that_fit((1 << 25) + 2, 512, 1), 128);
+        assert_eq!(images_that_fit(1 << 25, 64, 32), 255);
+        assert_eq!(images_that_fit(16, 512, 1), 1);
+    }
+
+    /// Rays go through one chunk after the other, and most of them for nothing.
+    #[test]
+    fn the_usual_images_are_in_one_chunk_at_128_texels() {
+        let DeepImageSettings { directions, fragments_a_texel, .. } = DeepImageSettings::default();
+        let images = Directions::new(directions).unwrap().len() as u32;
+        // Of the 128 MiB that every device can bind.
+        assert!(images_that_fit(1 << 25, 128, fragments_a_texel) >= images);
+    }
+}

@@ -1,0 +1,31 @@
+//! Every triangle into all images, by arithmetic.
+
+use super::super::DECLARED;
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
+
+use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
+use lanternfish::{RenderError, common::workgroups};
+
+gpu_constants! {
+    /// Images that a workgroup looks at.
+    const SLICE: u32 = 32;
+    /// Triangles that an invocation looks at as one.
+    const EIGHT: u32 = 8;
+}
+
+#[derive(Debug)]
+pub(super) struct PerTriangle {
+    put: ComputeKernel,
+}
+
+impl PerTriangle {
+    pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        let shader = DECLARED.link("deep_images/build/per_triangle", &put_features(settings))?;
+        Ok(Self { put: ComputeKernel::new(device, &shader, "put", "deep_images/gather") })
+    }
+
+    pub fn gather(&self, frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>) {
+        let [x, y, _] = workgroups(grid.triangle_count.div_ceil(EIGHT).max(1));
+        frame.dispatch(&self.put, bindings, [x, y, grid.image_count.div_ceil(SLICE)]);
+    }
+}

@@ -1,0 +1,163 @@
+//! Deep images that are kept while nothing moves, and built again when something has.
+
+use std::sync::Arc;
+
+use glam::Quat;
+use lanternfish_gpu::{Frame, Growth};
+use lanternfish_scene::Bounds;
+
+use super::{
+    Chunk, DeepImageBuilder, DeepImages,
+    store::{SLOTS, note_again},
+};
+use crate::deep_images::settings::DeepImageSettings;
+use lanternfish::{RenderError, gpu_scene::GpuScene};
+
+/// Deep images of the scene as it is, asked for every frame.
+#[derive(Debug)]
+pub struct KeptDeepImages {
+    builder: DeepImageBuilder,
+    kept: Option<Kept>,
+    builds: u64,
+    slices: u32,
+    /// Frames that have asked for them, and the number of the last one.
+    frames: u64,
+    last_frame: u64,
+}
+
+#[derive(Debug)]
+struct Kept {
+    images: Arc<DeepImages>,
+    /// [`GpuScene::triangle_order`] of the scene that the images were built of.
+    order: u64,
+    rotation: Quat,
+    /// Of each chunk.
+    built: Vec<Built>,
+    /// The last frame that has noted whether there was room for them: its number.
+    noted_in: u64,
+}
+
+/// Of which scene a chunk was built, and in which frame it last was right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Built {
+    /// Which of those that have asked.
+    frame: u64,
+    /// [`GpuScene::generation`] of the scene.
+    generation: u64,
+}
+
+impl KeptDeepImages {
+    /// Compiles the builder's passes.
+    pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
+        Ok(Self {
+            builder: DeepImageBuilder::new(device, settings)?,
+            kept: None,
+            builds: 0,
+            slices: settings.slices,
+            frames: 0,
+            last_frame: 0,
+        })
+    }
+
+    /// Images of the scene with the set of directions turned by `rotation` (unit; world space from the set's own): built in
+    /// this frame where the last ones are of another scene, of triangles that have moved since, or turned differently; else
+    /// the last ones. A frame that they were built in must be submitted before they are read in another. Where frames do not wait,
+    /// images for which there was no room are built again as soon as that is known; until then frames that read them are not whole;
+    /// and with [`DeepImageSettings::slices`] of those that things have moved in the oldest slice is built anew, one in each frame.
+    pub fn get(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        rotation: Quat,
+    ) -> Result<&Arc<DeepImages>, RenderError> {
+        let [counted, images, ..] = frame.last_counted(SLOTS);
+        // What is told may be of larger chunks, before they were divided.
+        let has_room = |chunk: &Chunk| counted <= chunk.grid.capacity || images > chunk.grid.image_count;
+        let number = frame.number();
+        let is_later = frame.growth() == Growth::Later;
+        if std::mem::replace(&mut self.last_frame, number) != number {
+            self.frames += 1;
+        }
+        let now = Built { frame: self.frames, generation: scene.generation() };
+        let is_usable = |kept: &Kept| {
+            let has_room = !is_later || kept.images.chunks.iter().all(has_room);
+            let is_of_now = kept.built.iter().all(|built| built.generation == now.generation);
+            let may_be_old = is_later && self.slices > 1;
+            let is_same = (kept.order, kept.rotation) == (scene.triangle_order(), rotation);
+            is_same && has_room && (is_of_now || (may_be_old && kept.hold(scene.bounds())))
+        };
+        let is_usable = self.kept.as_ref().is_some_and(is_usable);
+        // Of those that are too large now for one binding, smaller chunks are made.
+        let is_renewed = is_usable && (!is_later || self.renew(frame, scene, now)?);
+        if !is_renewed {
+            // Their memory can go before there is more.
+            self.kept = None;
+            frame.forget_bind_groups();
+            self.builder.set_rotation(rotation);
+            let images = Arc::new(self.builder.record(frame, scene)?);
+            self.builds += 1;
+            let built = vec![now; images.chunks.len()];
+            let order = scene.triangle_order();
+            self.kept = Some(Kept { images, order, rotation, built, noted_in: number });
+        }
+        let kept = self.kept.as_mut().expect("just built, if not there");
+        kept.built.iter_mut().filter(|built| built.generation == now.generation).for_each(|built| *built = now);
+        Ok(&kept.images)
+    }
+
+    /// Builds the oldest slice anew, once a frame, where it is of a scene as it is no longer, and notes whether there was room for the others.
+    /// False: it no longer fits one binding.
+    fn renew(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, now: Built) -> Result<bool, RenderError> {
+        let Some(kept) = self.kept.as_mut().filter(|kept| kept.noted_in != frame.number()) else { return Ok(true) };
+        kept.noted_in = frame.number();
+        let oldest = kept.oldest(now.generation);
+        if let Some(oldest) = oldest {
+            frame.forget_bind_groups();
+            match self.builder.renew(frame, scene, Arc::make_mut(&mut kept.images), oldest) {
+                Err(RenderError::Overflow { .. }) => return Ok(false),
+                other => other?,
+            }
+            kept.built[oldest] = now;
+        }
+        let others = kept.images.chunks.iter().enumerate().filter(|(chunk, _)| Some(*chunk) != oldest);
+        others.map(|(_, chunk)| chunk).try_for_each(|chunk| note_again(frame, chunk))?;
+        Ok(true)
+    }
+
+    /// Frames since the oldest images were right, in the last frame that asked for them: 0 where all are of the scene as it was then.
+    /// None where all images are built at once.
+    pub fn age(&self) -> Option<u64> {
+        let kept = self.kept.as_ref().filter(|_| self.slices > 1)?;
+        let frames = || kept.built.iter().map(|built| built.frame);
+        Some(frames().max()? - frames().min()?)
+    }
+
+    /// Lets the next frame build them again: the one that built them was not handed to the device.
+    pub fn forget(&mut self) {
+        self.kept = None;
+    }
+
+    /// An error unless they can be built by frames that get their room so.
+    pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
+        self.builder.check_growth(growth)
+    }
+
+    /// How often all images have been built.
+    pub fn builds(&self) -> u64 {
+        self.builds
+    }
+}
+
+impl Kept {
+    /// Whether all of a scene within these bounds is in every image.
+    fn hold(&self, bounds: &Bounds) -> bool {
+        let grids = self.images.chunks.iter().map(|chunk| &chunk.grid);
+        grids.into_iter().all(|grid| bounds.corners().iter().all(|corner| corner.distance(grid.center) <= grid.radius))
+    }
+
+    /// The chunk of the oldest images of a scene as it is no longer.
+    fn oldest(&self, generation: u64) -> Option<usize> {
+        let old = (0..self.built.len()).filter(|chunk| self.built[*chunk].generation != generation);
+        old.min_by_key(|chunk| (self.built[*chunk].frame, *chunk))
+    }
+}

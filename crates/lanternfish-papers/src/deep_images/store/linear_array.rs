@@ -1,0 +1,145 @@
+//! Lists behind each other in one array, sorted, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
+
+use super::super::DECLARED;
+use lanternfish_gpu::{
+    ComputeKernel, Feature, Frame, Growth, primitives::Scan, storage_buffer, storage_buffer_of, uniform_buffer_of,
+};
+
+use super::{SLOTS, Slots, Source, check_room, counted_slots, first_guess, most_fragments, with_capacity};
+use crate::deep_images::{
+    Chunk, DeepGrid, PAYLOAD,
+    settings::{DeepDepth, DeepImageSettings},
+};
+use lanternfish::{RenderError, common::workgroups};
+
+#[derive(Debug)]
+pub(crate) struct LinearArray {
+    scan: Scan,
+    fill: ComputeKernel,
+    sort: ComputeKernel,
+    compact: ComputeKernel,
+    /// Packs depths, where they have 16 bits.
+    pack: Option<ComputeKernel>,
+    payload: bool,
+    /// Fragments of the fullest chunk so far.
+    capacity: u64,
+}
+
+impl LinearArray {
+    pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        let features: &[Feature] = if settings.payload { &[PAYLOAD] } else { &[] };
+        let fill = DECLARED.link("deep_images/store/fill", features)?;
+        let sort = DECLARED.link("deep_images/store/sort", features)?;
+        let pack = || {
+            let pack = DECLARED.link("deep_images/store/pack", &[])?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &pack, "pack", "deep_images/pack"))
+        };
+        Ok(Self {
+            scan: Scan::new(device, "deep_images")?,
+            fill: ComputeKernel::new(device, &fill, "fill", "deep_images/fill"),
+            sort: ComputeKernel::new(device, &sort, "sort", "deep_images/sort"),
+            compact: ComputeKernel::new(device, &sort, "compact", "deep_images/compact"),
+            pack: (settings.depth == DeepDepth::Bits16).then(pack).transpose()?,
+            payload: settings.payload,
+            capacity: 0,
+        })
+    }
+
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        mut grid: DeepGrid,
+        source: &mut Source<'_>,
+    ) -> Result<Chunk, RenderError> {
+        let device = frame.device;
+        let lists = grid.list_count();
+        let list_bytes = 4 * (u64::from(lists) + 2);
+        let triangles_of =
+            |label, count: u64| self.payload.then(|| storage_buffer(device, label, 4 * count)).transpose();
+
+        // Gather and scan; where the frame waits, once more where there was no room.
+        // How many were put, and of how many images.
+        let counted = [0, grid.image_count, 0, 0];
+        let counted = storage_buffer_of(device, "deep_images/counted", &counted, wgpu::BufferUsages::empty())?;
+        let limit = most_fragments(&device.limits());
+        let (slots, filled_starts) = loop {
+            let guess = self.capacity.max(first_guess(&device.limits(), lists));
+            let capacity = frame.planned_room(SLOTS, guess, limit);
+            let grid_buffer = with_capacity(&mut grid, device, capacity);
+            let slots = Slots::new(device, capacity, self.payload)?;
+            let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
+            let bindings = slots.bind(&source.bindings).buffer("deep_grid", &grid_buffer);
+            (source.gather)(frame, &grid, &bindings.buffer("list_counters", &filled_starts))?;
+            // How many slots were taken becomes the end of the last list.
+            let taken = 4 * (u64::from(lists) + 1);
+            frame.encoder().copy_buffer_to_buffer(&filled_starts, taken, &counted, 0, 4);
+            self.scan.record(frame, &filled_starts, lists + 2)?;
+            let room = frame.counted_room(&counted_slots(&counted, guess, limit), capacity)?;
+            // Where frames do not wait, what is told may be of larger chunks, before they were divided.
+            if frame.growth() == Growth::Wait || room.words[1] <= grid.image_count {
+                check_room(room.elements, limit)?;
+            }
+            match frame.growth() {
+                Growth::Wait if room.elements > capacity => self.capacity = room.elements,
+                Growth::Wait => {
+                    grid.capacity = room.elements as u32;
+                    break (slots, filled_starts);
+                }
+                Growth::Later => break (slots, filled_starts),
+            }
+        };
+        let drawn = u64::from(grid.capacity);
+        let grid_buffer = uniform_buffer_of(device, "deep_images/grid", &grid);
+
+        // Fill, sort, merge.
+        let filled_depths = storage_buffer(device, "deep_images/filled_depths", 4 * drawn)?;
+        let filled_triangles = triangles_of("deep_images/filled_triangles", drawn)?;
+        let shared = source.bindings.clone().buffer("deep_grid", &grid_buffer);
+        let mut shared = shared.buffer("list_counters", &filled_starts).buffer("filled_depths", &filled_depths);
+        if let Some(triangles) = &filled_triangles {
+            shared = shared.buffer("filled_triangles", triangles);
+        }
+        frame.dispatch(&self.fill, &slots.bind(&shared), workgroups(grid.capacity));
+        let kept = storage_buffer(device, "deep_images/list_starts", list_bytes)?;
+        let sorting = shared.buffer("filled_starts", &filled_starts).buffer("kept", &kept);
+        frame.dispatch(&self.sort, &sorting, workgroups(lists));
+
+        // Compact: `kept` becomes the starts of what is left, in the same form as `filled_starts`.
+        let total = self.scan.record(frame, &kept, lists + 2)?;
+        let fragments = match frame.growth() {
+            Growth::Wait => u64::from(frame.read_now::<u32>(&total, 1)?[0]),
+            // At most.
+            Growth::Later => drawn,
+        };
+        let depths = storage_buffer(device, "deep_images/depths", 4 * fragments)?;
+        let triangles = triangles_of("deep_images/triangles", fragments)?;
+        let mut compacting = sorting.buffer("compact_depths", &depths);
+        if let Some(triangles) = &triangles {
+            compacting = compacting.buffer("compact_triangles", triangles);
+        }
+        frame.dispatch(&self.compact, &compacting, workgroups(lists));
+
+        // Pack.
+        let packed = match &self.pack {
+            Some(pack) => {
+                let packed = storage_buffer(device, "deep_images/packed_depths", 2 * fragments)?;
+                let packing = compacting.buffer("packed_depths", &packed);
+                frame.dispatch(pack, &packing, workgroups((packed.size() / 4) as u32));
+                Some(packed.clone())
+            }
+            None => None,
+        };
+        let depths = packed.unwrap_or(depths);
+        Ok(Chunk {
+            grid,
+            grid_buffer,
+            list_starts: kept,
+            next: None,
+            depths,
+            triangles,
+            fragments,
+            drawn,
+            counted: Some(counted),
+        })
+    }
+}

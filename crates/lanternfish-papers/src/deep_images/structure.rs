@@ -1,0 +1,123 @@
+//! Deep images as a structure that tracers go through.
+
+use std::sync::Arc;
+
+use glam::{Quat, Vec3};
+use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
+
+use super::{
+    DECLARED, DeepImages, KeptDeepImages,
+    settings::{DeepImageSettings, DeepStore},
+};
+use crate::rays::{across_texels, within_texel};
+use lanternfish::{
+    RenderError,
+    gpu_scene::GpuScene,
+    rays::{IN_CHUNKS, KeptStructure, Structure, StructureTechnique, TracedRay, TracedStructure, Tracer},
+    shaders::Shaders,
+    technique::{Parameter, Technique},
+};
+
+/// Rays go through deep images.
+const DEEP_IMAGES: Feature = Feature::new("deep_images");
+
+/// The texel of a deep image that the ray starts in, along the image's axis [Archer2019, §3.2].
+pub const WITHIN_TEXEL: Tracer = Tracer::new(&within_texel::INFO);
+/// Every texel of that image that the ray crosses [Niessner2010, §3.2].
+pub const ACROSS_TEXELS: Tracer = Tracer::new(&across_texels::INFO);
+
+impl DeepImageSettings {
+    /// A choice of them: none where they are the default, which is what tracers take then.
+    pub fn chosen(self) -> Structure {
+        if self == Self::default() { Structure::NONE } else { self.into() }
+    }
+
+    /// Those that settings choose, or the default.
+    pub fn of(chosen: &Structure) -> Self {
+        chosen.get().copied().unwrap_or_default()
+    }
+}
+
+impl Technique for DeepImageSettings {
+    const NAME: &'static str = "deep-images";
+    const SUMMARY: &'static str =
+        "Images of every direction of a set, each texel a list of all surfaces along its axis";
+    const PARAMETERS: &'static [Parameter<Self>] = &[];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl StructureTechnique for DeepImageSettings {
+    fn features(&self, with_triangles: bool) -> Vec<Feature> {
+        let images = Self { payload: self.payload && with_triangles, ..*self };
+        images.fragment_features().into_iter().chain([DEEP_IMAGES, IN_CHUNKS]).collect()
+    }
+
+    fn every_features(&self, with_triangles: bool) -> Vec<Vec<Feature>> {
+        Self::every_kind(with_triangles).iter().map(|images| images.features(with_triangles)).collect()
+    }
+
+    fn finds_triangles(&self) -> bool {
+        self.payload
+    }
+
+    fn update_frames(&self) -> u32 {
+        self.slices.max(1)
+    }
+
+    fn lacks_for_shadows(&self) -> Option<&'static str> {
+        (self.store != DeepStore::LinearArray).then_some("the store linear_array")
+    }
+
+    fn build(&self, device: &wgpu::Device) -> Result<Box<dyn KeptStructure>, RenderError> {
+        Ok(Box::new(KeptDeepImages::new(device, *self)?))
+    }
+}
+
+impl KeptStructure for KeptDeepImages {
+    fn get(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        rotation: Quat,
+    ) -> Result<Arc<dyn TracedStructure>, RenderError> {
+        let images: Arc<DeepImages> = self.get(frame, scene, rotation)?.clone();
+        Ok(images)
+    }
+
+    fn builds(&self) -> u64 {
+        self.builds()
+    }
+
+    fn age(&self) -> Option<(&'static str, u64)> {
+        Some(("deep_images/age", self.age()?))
+    }
+
+    fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
+        self.check_growth(growth)
+    }
+
+    fn forget(&mut self) {
+        self.forget();
+    }
+}
+
+impl TracedStructure for DeepImages {
+    fn distance_features(&self) -> Vec<Feature> {
+        self.settings.features(false)
+    }
+
+    fn for_each_part(&self, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {
+        for chunk in &self.chunks {
+            let of_chunk = chunk.bindings(&self.frames).with(&self.direction_bindings());
+            dispatch(&bindings.clone().with(&of_chunk));
+        }
+    }
+}
+
+impl DeepImages {
+    /// A ray along `direction` (unit), which the nearest direction of the set stands for.
+    pub fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay {
+        let (image, is_reversed) = self.directions.nearest(direction);
+        TracedRay::new(origin, direction, offset, image, is_reversed)
+    }
+}

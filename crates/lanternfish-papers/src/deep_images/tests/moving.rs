@@ -1,0 +1,151 @@
+//! Deep images of what moves, of sets that turn, and kept ones.
+
+use crate::testing;
+use glam::{Quat, Vec4};
+use lanternfish::view::rotations::frame_rotation;
+use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of};
+
+use super::{build, builders::compare, lists, settings, upload};
+use crate::testing::{Random, apart, moved, probe};
+use crate::{
+    DeepBuilder, DeepImageSettings,
+    deep_images::{DeepImageBuilder, DeepImages, KeptDeepImages, directions::DirectionSet},
+};
+use lanternfish::{Renderer, Settings, settings::Shadows};
+
+/// Depths of all lists.
+fn depths(gpu: &lanternfish_gpu::Gpu, images: &DeepImages) -> Vec<Vec<f32>> {
+    let all = images.chunks.iter().flat_map(|chunk| lists(gpu, images, chunk));
+    all.map(|list| list.iter().map(|fragment| fragment.depth).collect()).collect()
+}
+
+#[test]
+fn gpu_deep_images_follow_what_moves() {
+    let Some(gpu) = testing::gpu("gpu_deep_images_follow_what_moves") else { return };
+    let before = apart(&lanternfish_scene::generate::demo("cornell").unwrap());
+    let after = moved(&before, 5, 0.2);
+    let renderer =
+        Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::BVH, ..Settings::direct_light() })
+            .unwrap();
+    let fresh_scene = upload(gpu, &after);
+    for builder in [DeepBuilder::SinglePass, DeepBuilder::PerTriangle, DeepBuilder::PerDirection] {
+        let mut uploaded = renderer.upload(&before).unwrap();
+        let first = depths(gpu, &build(gpu, &uploaded, settings(builder)));
+        renderer.update(&mut uploaded, &after).unwrap();
+        let found = depths(gpu, &build(gpu, &uploaded, settings(builder)));
+        let fresh = depths(gpu, &build(gpu, &fresh_scene, settings(builder)));
+        assert!(found == fresh, "{builder}: lists differ");
+        let changed = found.iter().zip(&first).filter(|(a, b)| a != b).count();
+        assert!(5 * changed > found.len(), "{builder}: {changed} of {} lists", found.len());
+    }
+}
+
+#[test]
+fn gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned() {
+    let Some(gpu) = testing::gpu("gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned") else { return };
+    let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
+    let kernel = probe(gpu, "testing/directions", &[], "nearest");
+    let mut random = Random::new(12);
+    let queries: Vec<Vec4> = (0..20_000).map(|_| random.direction().extend(0.0)).collect();
+    for (set, frame_index) in [
+        (DirectionSet::ZonalEqualArea { count: 169 }, 1),
+        (DirectionSet::StacksSlices { stacks: 5, slices: 7 }, 2),
+        (DirectionSet::Cube { k: 4 }, 3),
+    ] {
+        let settings = DeepImageSettings { directions: set, resolution: 8, ..settings(DeepBuilder::SinglePass) };
+        let mut builder = DeepImageBuilder::new(&gpu.device, settings).unwrap();
+        let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+        let straight = builder.record(&mut frame, &scene).unwrap();
+        builder.set_rotation(frame_rotation(frame_index));
+        let images = builder.record(&mut frame, &scene).unwrap();
+        let asked = storage_buffer_of(&gpu.device, "queries", &queries, wgpu::BufferUsages::empty()).unwrap();
+        let answers = storage_buffer(&gpu.device, "answers", 16 * queries.len() as u64).unwrap();
+        let (chunk, of_directions) = (images.chunks[0].bindings(&images.frames), images.direction_bindings());
+        let bindings =
+            Bindings::new().buffer("queries", &asked).buffer("answers", &answers).with(&chunk).with(&of_directions);
+        frame.dispatch(&kernel, &bindings, [queries.len().div_ceil(64) as u32, 1, 1]);
+        frame.submit();
+        let found = read_back::<Vec4>(&gpu.device, &gpu.queue, &answers, queries.len()).unwrap();
+        let mut elsewhere = 0;
+        for (query, found) in queries.iter().zip(found) {
+            let direction = query.truncate();
+            let (image, reversed) = images.directions.nearest(direction);
+            let cosine = |image: usize| images.directions.axes()[image].dot(direction);
+            // Between two that are equally near, either may be found: the turn is rounded.
+            let tied = (cosine(found.x as usize).abs() - cosine(image as usize).abs()).abs() < 2e-6;
+            assert!(tied, "{set:?} {direction}: {found}, not {image}");
+            assert!(found.x as u32 != image || (found.y == 1.0) == reversed, "{set:?} {direction}: {found}");
+            elsewhere += usize::from(straight.directions.nearest(direction).0 != image);
+        }
+        // A set that is not turned has other answers.
+        assert!(elsewhere > queries.len() / 2, "{elsewhere}");
+    }
+}
+
+/// A turned set's images are exact along its own axes, as those of a set that is not turned are.
+#[test]
+fn gpu_images_of_a_turned_set_are_of_its_axes() {
+    let Some(gpu) = testing::gpu("gpu_images_of_a_turned_set_are_of_its_axes") else { return };
+    let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
+    let mut builder = DeepImageBuilder::new(&gpu.device, settings(DeepBuilder::PerDirection)).unwrap();
+    let mut record = |rotation: Quat| {
+        builder.set_rotation(rotation);
+        let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+        let images = builder.record(&mut frame, &scene).unwrap();
+        frame.submit();
+        images
+    };
+    let (straight, turned, back) = (record(Quat::IDENTITY), record(frame_rotation(6)), record(Quat::IDENTITY));
+    for (chunk, other) in turned.chunks.iter().zip(&straight.chunks) {
+        let (found, exact) = (lists(gpu, &turned, chunk), super::exact(gpu, &scene, &turned, chunk));
+        let texel = 1.0 / chunk.grid.texels_per_metre;
+        let (empty, off, false_hits) = compare(&found, &exact, texel);
+        assert!(empty < 0.005 && off < 0.005 && false_hits < 0.005, "{empty} {off} {false_hits}");
+        let (_, off, _) = compare(&lists(gpu, &straight, other), &exact, texel);
+        assert!(off > 0.2, "{off}");
+    }
+    assert!(depths(gpu, &back) == depths(gpu, &straight), "a turn leaves a trace");
+}
+
+#[test]
+fn gpu_images_are_built_again_only_when_something_has_changed() {
+    let Some(gpu) = testing::gpu("gpu_images_are_built_again_only_when_something_has_changed") else { return };
+    let renderer =
+        Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::BVH, ..Settings::direct_light() })
+            .unwrap();
+    let mut scene = apart(&lanternfish_scene::generate::demo("cornell").unwrap());
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    let mut kept = KeptDeepImages::new(&gpu.device, settings(DeepBuilder::SinglePass)).unwrap();
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut ask = |kept: &mut KeptDeepImages, uploaded: &lanternfish::GpuScene, rotation: Quat| {
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+        let images = kept.get(&mut frame, uploaded, rotation).unwrap();
+        assert_eq!(images.directions.rotation(), rotation);
+        let ends = images.chunks[0].list_starts.clone();
+        frame.submit();
+        (kept.builds(), ends)
+    };
+    let straight = Quat::IDENTITY;
+    let first = ask(&mut kept, &uploaded, straight);
+    assert_eq!(first.0, 1);
+    // Nothing moves; a light does.
+    assert_eq!(ask(&mut kept, &uploaded, straight), first);
+    renderer.update(&mut uploaded, &scene).unwrap();
+    scene.lights.clear();
+    renderer.update(&mut uploaded, &scene).unwrap();
+    assert_eq!(ask(&mut kept, &uploaded, straight), first);
+    // Something moves.
+    renderer.update(&mut uploaded, &moved(&scene, 1, 0.1)).unwrap();
+    let second = ask(&mut kept, &uploaded, straight);
+    assert!(second.0 == 2 && second.1 != first.1);
+    assert_eq!(ask(&mut kept, &uploaded, straight), second);
+    // The set turns, and stays.
+    let turned = frame_rotation(3);
+    assert_eq!(ask(&mut kept, &uploaded, turned).0, 3);
+    assert_eq!(ask(&mut kept, &uploaded, turned).0, 3);
+    // Another scene.
+    let other = renderer.upload(&scene).unwrap();
+    assert_eq!(ask(&mut kept, &other, turned).0, 4);
+}

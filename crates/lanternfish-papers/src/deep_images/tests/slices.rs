@@ -1,0 +1,120 @@
+//! Deep images of what moves, a slice of which is built in each frame.
+
+use crate::testing;
+use glam::{Affine3A, Vec3, Vec4};
+use lanternfish_gpu::{Gpu, faulty_software};
+use lanternfish_scene::{Bounds, Instance, Light, Scene, generate::demo};
+
+use crate::testing::apart;
+use crate::{DeepImageSettings, WITHIN_TEXEL};
+use lanternfish::{
+    FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest,
+    settings::Indirect,
+    techniques::{IndirectClamp, Sampled},
+};
+
+const SIZE: [u32; 2] = [40, 30];
+
+fn settings(slices: u32) -> Settings {
+    let clamp = IndirectClamp::Off;
+    let rays = Sampled { diffuse_rays: 16, glossy_rays: 0, filter_radius: 0, clamp, ..Sampled::default().one_bounce() };
+    Settings {
+        indirect: Indirect::from(Sampled { tracer: WITHIN_TEXEL.into(), ..rays }),
+        structure: DeepImageSettings { resolution: 32, slices, ..DeepImageSettings::default() }.into(),
+        ..Settings::direct_light()
+    }
+}
+
+fn scene() -> Scene {
+    let mut scene = apart(&demo("cornell").unwrap());
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    scene.lights = vec![Light::point(Vec3::new(0.0, 1.2, 0.5), Vec3::new(3.0, 2.5, 2.0))];
+    scene
+}
+
+/// An instance that stays within the scene's bounds while it rises by 0.4 m: where they grow all images are built at once.
+fn block(scene: &Scene) -> usize {
+    let bounds = scene.bounds();
+    let is_inside = |instance: &Instance| {
+        let mut own = Bounds::EMPTY;
+        scene.meshes[instance.mesh].primitives.iter().for_each(|primitive| own.add_bounds(&primitive.bounds()));
+        let own = own.transformed(&instance.world_from_object);
+        own.size().max_element() > 0.2 && own.size().min_element() > 0.1 && own.max.y + 0.4 < bounds.max.y
+    };
+    scene.instances.iter().position(is_inside).expect("the box has blocks")
+}
+
+/// The picture and the report of a frame that is whole; one that is not for want of room comes again.
+fn whole(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> (Vec<Vec3>, FrameReport) {
+    let request = ViewRequest::of_camera(0, &scene.cameras[0], SIZE, Target::Own);
+    for _ in 0..8 {
+        let mut commands = gpu.device.create_command_encoder(&Default::default());
+        let frame = renderer.record(&mut commands, uploaded, &[request]).unwrap();
+        gpu.queue.submit([commands.finish()]);
+        renderer.submitted(frame);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let report = std::iter::from_fn(|| renderer.poll()).find(|report| report.frame == frame).unwrap();
+        if report.is_whole {
+            let picture = renderer.read(frame).unwrap().remove(0);
+            return (picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect(), report);
+        }
+    }
+    panic!("no frame is whole");
+}
+
+fn age(report: &FrameReport) -> Option<u64> {
+    report.counters.iter().find(|(name, _)| name == "deep_images/age").map(|(_, age)| *age)
+}
+
+/// Images are as old as there are slices at most, and once nothing moves any more as good as those that are built at once.
+#[test]
+fn gpu_slices_of_deep_images_are_built_in_turn() {
+    const TEST: &str = "gpu_slices_of_deep_images_are_built_in_turn";
+    let Some(gpu) = testing::gpu(TEST) else { return };
+    if faulty_software(&gpu.device.adapter_info()) {
+        testing::left_out(TEST, "this driver would lose triangles");
+        return;
+    }
+    let slices = 4;
+    let scene = scene();
+    let of = |slices| {
+        let renderer = Renderer::with_engine(&testing::engine(gpu), settings(slices)).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        (renderer, uploaded)
+    };
+    let ((mut at_once, mut all), (mut in_turn, mut sliced)) = (of(1), of(slices));
+    let request = ViewRequest::of_camera(0, &scene.cameras[0], SIZE, Target::Own);
+    in_turn.ready(&sliced, &[request]).unwrap();
+    let (first, report) = whole(gpu, &mut at_once, &all, &scene);
+    assert_eq!(age(&report), None);
+    let (same, report) = whole(gpu, &mut in_turn, &sliced, &scene);
+    assert_eq!(age(&report), Some(0));
+    assert!(first == same, "what the images hold does not depend on slices");
+    let inside = block(&scene);
+    let rest = scene.instances[inside].world_from_object;
+    let (mut ages, mut apart) = (Vec::new(), 0.0_f32);
+    for step in 1..=10 {
+        let moved = [(inside, Affine3A::from_translation(0.04 * step as f32 * Vec3::Y) * rest)];
+        at_once.move_instances(&mut all, &moved).unwrap();
+        in_turn.move_instances(&mut sliced, &moved).unwrap();
+        let (truth, _) = whole(gpu, &mut at_once, &all, &scene);
+        let (picture, report) = whole(gpu, &mut in_turn, &sliced, &scene);
+        ages.push(age(&report).unwrap());
+        let sum = |pixels: &[Vec3]| pixels.iter().map(|pixel| pixel.element_sum()).sum::<f32>();
+        apart = apart.max((sum(&picture) / sum(&truth) - 1.0).abs());
+    }
+    println!("ages {ages:?}, light off by {apart:.4} at most");
+    assert!(ages.iter().all(|age| (1..u64::from(slices)).contains(age)) && apart < 0.02, "{ages:?}, {apart}");
+    let (truth, _) = whole(gpu, &mut at_once, &all, &scene);
+    let rested: Vec<_> = (1..slices).map(|_| whole(gpu, &mut in_turn, &sliced, &scene)).collect();
+    let ages: Vec<u64> = rested.iter().map(|(_, report)| age(report).unwrap()).collect();
+    assert!(ages[..2].iter().all(|age| *age > 0) && ages[2] == 0, "{ages:?}");
+    assert!(rested[0].0 != truth && rested[2].0 == truth, "the images are not those of the scene as it is");
+    // Images that no longer hold all of the scene are built anew at once.
+    let outside = [(inside, Affine3A::from_translation(3.0 * Vec3::Y) * rest)];
+    at_once.move_instances(&mut all, &outside).unwrap();
+    in_turn.move_instances(&mut sliced, &outside).unwrap();
+    let (truth, _) = whole(gpu, &mut at_once, &all, &scene);
+    let (picture, report) = whole(gpu, &mut in_turn, &sliced, &scene);
+    assert!(age(&report) == Some(0) && picture == truth, "{:?}", age(&report));
+}

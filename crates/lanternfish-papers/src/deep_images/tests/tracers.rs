@@ -1,0 +1,74 @@
+//! Rays through deep images and through the BVH.
+
+use crate::testing;
+
+use super::{build, distances, settings, upload};
+use crate::testing::Random;
+use crate::{ACROSS_TEXELS, DeepBuilder, DeepImageSettings, WITHIN_TEXEL, deep_images::directions::DirectionSet};
+use lanternfish::{
+    rays::{RayTracer, TracedRay},
+    settings::Tracer,
+};
+
+#[test]
+fn gpu_the_bvh_finds_the_closest_surface() {
+    let Some(gpu) = testing::gpu("gpu_the_bvh_finds_the_closest_surface") else { return };
+    let scene = lanternfish_scene::generate::demo("atrium").unwrap();
+    let uploaded = upload(gpu, &scene);
+    let exact = lanternfish_reference::Tracer::new(&scene, lanternfish_reference::Settings::default()).unwrap();
+    let mut random = Random::new(6);
+    let bounds = scene.bounds();
+    let rays: Vec<TracedRay> = (0..4000)
+        .map(|_| {
+            let origin = bounds.center() + 0.4 * random.point() * bounds.size();
+            TracedRay { origin, direction: random.direction(), ..TracedRay::default() }
+        })
+        .collect();
+    let found = distances(gpu, &RayTracer::new(&gpu.device).unwrap(), &uploaded, (Tracer::BVH, None), &rays);
+    let (mut hits, mut other) = (0, 0);
+    for (ray, found) in rays.iter().zip(found) {
+        let expected = exact.nearest(ray.origin.into(), ray.direction.into());
+        let same = expected.map_or(found < 0.0, |expected| (found - expected).abs() < 1e-3 * expected.max(1.0));
+        other += usize::from(!same);
+        hits += usize::from(expected.is_some());
+    }
+    // Edges, and blended surfaces, which only the path tracer's rays meet.
+    assert!(hits > 2000 && other <= 20, "{other} of {hits}");
+}
+
+/// Rays that are followed from texel to texel end closer to the truth than those that stay in one.
+#[test]
+fn gpu_rays_across_texels_are_closer_to_the_truth() {
+    let Some(gpu) = testing::gpu("gpu_rays_across_texels_are_closer_to_the_truth") else { return };
+    let scene = lanternfish_scene::generate::demo("atrium").unwrap();
+    let uploaded = upload(gpu, &scene);
+    let exact = lanternfish_reference::Tracer::new(&scene, lanternfish_reference::Settings::default()).unwrap();
+    let directions = DirectionSet::ZonalEqualArea { count: 60 };
+    let images =
+        build(gpu, &uploaded, DeepImageSettings { directions, resolution: 128, ..settings(DeepBuilder::SinglePass) });
+    let mut random = Random::new(8);
+    let bounds = scene.bounds();
+    let rays: Vec<TracedRay> = (0..8000)
+        .map(|_| {
+            let origin = bounds.center() + 0.3 * random.point() * bounds.size();
+            images.ray(origin, random.direction(), 0.0)
+        })
+        .collect();
+    let tracer = RayTracer::new(&gpu.device).unwrap();
+    let median = |through| {
+        let found = distances(gpu, &tracer, &uploaded, (through, Some(&images)), &rays);
+        let pairs = rays.iter().zip(found);
+        let mut errors: Vec<f32> = pairs
+            .filter_map(|(ray, found)| {
+                let expected = exact.nearest(ray.origin.into(), ray.direction.into())?;
+                // A miss is as wrong as can be.
+                Some(if found < 0.0 { f32::INFINITY } else { (found - expected).abs() / expected })
+            })
+            .collect();
+        errors.sort_unstable_by(f32::total_cmp);
+        errors[errors.len() / 2]
+    };
+    let (within, across) = (median(WITHIN_TEXEL), median(ACROSS_TEXELS));
+    println!("median error {within} within a texel, {across} across texels");
+    assert!(across < 0.4 * within && across < 0.05, "{within} {across}");
+}

@@ -1,0 +1,139 @@
+//! Deep images as plain loops: every surface on the axis of every texel, by exact intersection. The builders' specification
+//! and oracle.
+
+use glam::{DVec3, Vec3};
+
+use super::{DeepFrame, DeepGrid, Fragment, validate::STEPS_16};
+use lanternfish::rays::TracedRay;
+
+/// Lists of one image, row by row, each ascending.
+pub(crate) fn image(grid: &DeepGrid, frame: &DeepFrame, triangles: &[[Vec3; 3]]) -> Vec<Vec<Fragment>> {
+    let n = grid.resolution as usize;
+    let mut lists = vec![Vec::new(); n * n];
+    let texel = |value: f64| (value * f64::from(grid.texels_per_metre) + 0.5 * n as f64 - 0.5).ceil().max(0.0) as usize;
+    let (x, y, z) = (frame.x.as_dvec3(), frame.y.as_dvec3(), frame.z.as_dvec3());
+    for (index, corners) in triangles.iter().enumerate() {
+        let local: [DVec3; 3] = corners.map(|corner| {
+            let q = (corner - grid.center).as_dvec3();
+            DVec3::new(q.dot(x), q.dot(y), q.dot(z))
+        });
+        // Texels whose middle lies in the triangle's box.
+        let low = local[0].min(local[1]).min(local[2]);
+        let high = local[0].max(local[1]).max(local[2]);
+        for row in texel(low.y)..texel(high.y).min(n) {
+            for column in texel(low.x)..texel(high.x).min(n) {
+                let middle = |i: usize| (i as f64 + 0.5 - 0.5 * n as f64) / f64::from(grid.texels_per_metre);
+                if let Some(depth) = meet(&local, middle(column), middle(row)) {
+                    lists[row * n + column].push(Fragment { depth: depth as f32, triangle: Some(index as u32) });
+                }
+            }
+        }
+    }
+    for list in &mut lists {
+        list.sort_by(|a, b| a.depth.total_cmp(&b.depth).then(a.triangle.cmp(&b.triangle)));
+    }
+    lists
+}
+
+/// z at which the line along z through (x, y) meets a triangle.
+fn meet([a, b, c]: &[DVec3; 3], x: f64, y: f64) -> Option<f64> {
+    let edge = |p: &DVec3, q: &DVec3| (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
+    let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    let sum = u + v + w;
+    (inside && sum != 0.0).then(|| (u * a.z + v * b.z + w * c.z) / sum)
+}
+
+/// Merges as sorting does: runs of fragments nearer to each other than `distance` are their first and, where the run is as long
+/// as that, their last.
+pub(crate) fn merge(list: &[Fragment], distance: f32) -> Vec<Fragment> {
+    let mut kept: Vec<Fragment> = Vec::new();
+    for run in list.chunk_by(|a, b| b.depth - a.depth < distance) {
+        let (first, last) = (run[0], run[run.len() - 1]);
+        kept.push(first);
+        if run.len() > 1 && last.depth - first.depth >= distance {
+            kept.push(last);
+        }
+    }
+    kept
+}
+
+/// What `store/depth_16.wesl` makes of a depth.
+pub(crate) fn depth_16(depth: f32, radius: f32) -> f32 {
+    let step = (STEPS_16 * (0.5 + 0.5 * depth / radius).clamp(0.0, 1.0)).round_ties_even();
+    (2.0 * step / STEPS_16 - 1.0) * radius
+}
+
+/// A ray's start in an image: texels across and down, and depth, m.
+fn start(grid: &DeepGrid, frame: &DeepFrame, ray: &TracedRay) -> Vec3 {
+    let q = ray.origin - grid.center;
+    let texels = |axis: Vec3| q.dot(axis) * grid.texels_per_metre + 0.5 * grid.resolution as f32;
+    Vec3::new(texels(frame.x), texels(frame.y), q.dot(frame.z))
+}
+
+/// The nearest fragment of an ascending list that is more than `depth`, or, backwards, less.
+fn first(list: &[Fragment], depth: f32, backwards: bool) -> Option<Fragment> {
+    if backwards {
+        return list.iter().rev().find(|fragment| fragment.depth < depth).copied();
+    }
+    list.iter().find(|fragment| fragment.depth > depth).copied()
+}
+
+/// `rays/within_texel/walk.wesl`: how far the ray goes, m, and what it meets. `lists`: of the ray's image.
+pub(crate) fn within_texel(
+    grid: &DeepGrid,
+    frame: &DeepFrame,
+    lists: &[Vec<Fragment>],
+    ray: &TracedRay,
+) -> Option<(f32, Fragment)> {
+    let p = start(grid, frame, ray);
+    let last = grid.resolution as usize - 1;
+    let list = &lists[(p.y as usize).min(last) * grid.resolution as usize + (p.x as usize).min(last)];
+    let backwards = ray.image_and_side % 2 == 1;
+    let offset = if backwards { -ray.offset } else { ray.offset };
+    let found = first(list, p.z + offset, backwards)?;
+    Some(((found.depth - p.z).abs(), found))
+}
+
+/// `rays/across_texels/walk.wesl`: the same, from every list that the ray passes over. It meets what is there half a texel before it
+/// enters a list, or after it leaves.
+pub(crate) fn across_texels(
+    grid: &DeepGrid,
+    frame: &DeepFrame,
+    lists: &[Vec<Fragment>],
+    ray: &TracedRay,
+) -> Option<(f32, Fragment)> {
+    let p = start(grid, frame, ray);
+    let n = grid.resolution as usize;
+    let along = ray.direction.dot(frame.z);
+    let tolerance = 0.5 / grid.texels_per_metre;
+    // Where the ray is over the texels from i to i + 1, from one distance to another.
+    let over = |axis: Vec3, at: f32, i: usize| {
+        let speed = ray.direction.dot(axis) * grid.texels_per_metre;
+        let (a, b) = ((i as f32 - at) / speed, (i as f32 + 1.0 - at) / speed);
+        (a.min(b), a.max(b))
+    };
+    let mut passed: Vec<(f32, f32, usize)> = Vec::new();
+    for row in 0..n {
+        let (enters_row, leaves_row) = over(frame.y, p.y, row);
+        for column in 0..n {
+            let (enters, leaves) = over(frame.x, p.x, column);
+            let (enters, leaves) = (enters.max(enters_row).max(0.0), leaves.min(leaves_row));
+            if enters < leaves {
+                passed.push((enters, leaves.min(4.0 * grid.radius), row * n + column));
+            }
+        }
+    }
+    passed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    passed.into_iter().find_map(|(enters, leaves, list)| {
+        // Depths grow with distance where the ray goes with the axis.
+        let (near, far) = (p.z + along * enters, p.z + along * leaves);
+        let beyond = p.z + ray.offset * along.signum();
+        let found = if along > 0.0 {
+            first(&lists[list], beyond.max(near - tolerance), false).filter(|found| found.depth <= far + tolerance)
+        } else {
+            first(&lists[list], beyond.min(near + tolerance), true).filter(|found| found.depth >= far - tolerance)
+        }?;
+        Some(((found.depth - p.z) / along, found))
+    })
+}

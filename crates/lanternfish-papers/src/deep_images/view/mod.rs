@@ -1,0 +1,40 @@
+//! Deep images to look at: their fragments as points in the scene, and one image's texels as pictures.
+//!
+//! Fragments are read in one place, `fragments.wesl`, from the lists that tracers read: a picture shows what a tracer gets.
+
+mod points;
+#[cfg(test)]
+mod tests;
+mod texels;
+
+pub use self::{
+    points::{PointCloud, PointPicture, PointRange, PointSize},
+    texels::{Colors, TexelQuery, TexelScale, TexelValues, TexelViews},
+};
+use super::{Chunk, DeepImages};
+use crate::deep_images::settings::{DeepImageSettings, DeepStore};
+use lanternfish::RenderError;
+
+/// An error unless fragments can be read by number.
+fn check_store(settings: &DeepImageSettings) -> Result<(), RenderError> {
+    match settings.store {
+        DeepStore::LinearArray => Ok(()),
+        DeepStore::LinkedList | DeepStore::SortedLinkedList => {
+            Err(RenderError::Together { setting: "a picture of deep images", needed: "linear arrays" })
+        }
+    }
+}
+
+/// The chunk that an image is in, and which of the chunk's images it is. An error where there is no such image.
+fn place_of(images: &DeepImages, image: u32) -> Result<(&Chunk, u32), RenderError> {
+    let holds = |chunk: &&Chunk| image.checked_sub(chunk.grid.first_image).is_some_and(|i| i < chunk.grid.image_count);
+    let chunk = images.chunks.iter().find(holds).ok_or_else(|| RenderError::NoSuch {
+        what: "image",
+        number: image.into(),
+        known: match images.directions.len() {
+            1 => "there is only image 0".to_owned(),
+            count => format!("{count} directions have images 0 to {}", count - 1),
+        },
+    })?;
+    Ok((chunk, image - chunk.grid.first_image))
+}

@@ -1,0 +1,163 @@
+//! Fragments as a cloud of points, seen by a camera [Archer2019, fig. 6; Aalund2015, fig. 3].
+
+use super::super::DECLARED;
+use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
+
+use super::{super::DeepImages, check_store, place_of};
+use crate::deep_images::settings::{DeepImageSettings, DeepSearch};
+use lanternfish::{
+    RenderError,
+    gpu_scene::{GpuScene, Parts},
+    output::DISPLAY_FORMAT,
+    prepass::DEPTH_FORMAT,
+    texture::target,
+    view::View,
+};
+
+gpu_struct! {
+    /// Which fragments of a chunk are drawn, and how large.
+    pub struct PointRange {
+        /// The first list whose fragments are drawn, counted from the chunk's first.
+        first_list: u32,
+        /// How many lists are drawn, from the first one on.
+        list_count: u32,
+        /// Radius of a point, m.
+        radius: f32,
+        /// Radius that no point is smaller than, pixels.
+        least_pixels: f32,
+    }
+}
+
+/// How large points are: the larger of the two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointSize {
+    /// Diameter in the widths of a texel. More: fewer gaps; less of what lies behind is seen, and silhouettes grow.
+    pub texels: f32,
+    /// Diameter that no point is smaller than, pixels. More: far points stay visible, and merge.
+    pub least_pixels: f32,
+}
+
+impl PointSize {
+    /// For so many images at once: one and a half times the distance between points of a surface that all of them see, which
+    /// shrinks with the root of their number, but no more than half a texel.
+    pub fn for_images(count: usize) -> Self {
+        Self { texels: (1.5 / (count.max(1) as f32).sqrt()).min(0.5), least_pixels: 1.5 }
+    }
+}
+
+/// What [`PointCloud::record`] makes.
+#[derive(Debug)]
+pub struct PointPicture {
+    /// [`DISPLAY_FORMAT`]; black where no point is.
+    pub display: wgpu::TextureView,
+    /// [`DEPTH_FORMAT`], of the points' middles; 0 where no point is.
+    pub depth: wgpu::TextureView,
+}
+
+/// The pass that draws the cloud.
+#[derive(Debug)]
+pub struct PointCloud {
+    pipeline: RasterPipeline,
+}
+
+impl PointCloud {
+    /// Compiles the pass for images of these settings: linear arrays that know their triangles.
+    pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        check_store(settings)?;
+        if !settings.payload {
+            return Err(RenderError::Together {
+                setting: "a cloud of points",
+                needed: "deep images that know their triangles",
+            });
+        }
+        let depth = wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: Default::default(),
+            bias: Default::default(),
+        };
+        let targets = [Some(DISPLAY_FORMAT.into())];
+        // All are shown: nothing is searched for.
+        let every_fragment = DeepImageSettings { search: DeepSearch::Bisection, ..*settings };
+        let state = RasterState { depth: Some(depth), targets: &targets, ..Default::default() };
+        let shader = DECLARED.link("deep_images/view/points", &every_fragment.fragment_features())?;
+        let pipeline = RasterPipeline::new(device, &shader, "vertex", "fragment", "deep_images/view/points", &state);
+        Ok(Self { pipeline })
+    }
+
+    /// Draws the fragments of all images, or of one, as round points tinted by where their triangles face: red is ±x,
+    /// green ±y, blue ±z; lit from the eye, darker with distance. `scene` is what the images were built of.
+    ///
+    /// An error where there is no such image, or the device cannot draw as large a picture or as many points.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        images: &DeepImages,
+        image: Option<u32>,
+        view: &View,
+        size: PointSize,
+    ) -> Result<PointPicture, RenderError> {
+        let limit = frame.device.limits().max_texture_dimension_2d;
+        if view.size.min_element() == 0 || view.size.max_element() > limit {
+            return Err(RenderError::Size { width: view.size.x, height: view.size.y, limit });
+        }
+        scene.check_parts(frame.device, Parts::BVH)?;
+        // Lists of each chunk that are drawn.
+        let drawn = match image {
+            None => images.chunks.iter().map(|chunk| (chunk, 0, chunk.list_count())).collect(),
+            Some(image) => {
+                let (chunk, image) = place_of(images, image)?;
+                let lists = chunk.grid.resolution * chunk.grid.resolution;
+                vec![(chunk, image * lists, lists)]
+            }
+        };
+        let picture =
+            |label: &str, format| target(frame.device, label, view.size, format, wgpu::TextureUsages::COPY_SRC);
+        let (display, depth) = (picture("points", DISPLAY_FORMAT), picture("points_depth", DEPTH_FORMAT));
+        let view_buffer = view.record(frame);
+        let scene_bindings = scene.bindings();
+        for (i, (chunk, first_list, list_count)) in drawn.into_iter().enumerate() {
+            // The fragments of one image are not known here: what lies beyond them is left out by the shader.
+            let vertices = u32::try_from(6 * chunk.fragments).map_err(|_| RenderError::Overflow {
+                list: "deep_images/view/points",
+                needed: chunk.fragments,
+                limit: u64::from(u32::MAX / 6),
+                remedy: "use fewer or coarser deep images",
+            })?;
+            let radius = 0.5 * size.texels / chunk.grid.texels_per_metre;
+            let range = PointRange { first_list, list_count, radius, least_pixels: 0.5 * size.least_pixels };
+            let range = uniform_buffer_of(frame.device, "deep_images/view/points", &range);
+            let bindings = chunk
+                .bindings(&images.frames)
+                .with(&view_buffer.bindings())
+                .with(&scene_bindings)
+                .with(&Bindings::new().buffer("point_range", &range));
+            let fresh = i == 0;
+            let color = wgpu::RenderPassColorAttachment {
+                view: &display,
+                depth_slice: None,
+                resolve_target: None,
+                ops: operations(fresh, wgpu::Color::BLACK),
+            };
+            let depth = wgpu::RenderPassDepthStencilAttachment {
+                view: &depth,
+                depth_ops: Some(operations(fresh, 0.0)),
+                stencil_ops: None,
+            };
+            frame.render("deep_images/view/points", &[Some(color)], Some(depth), |groups, pass| {
+                self.pipeline.set(pass);
+                self.pipeline.bind(groups, pass, &bindings, 4);
+                pass.draw(0..vertices, 0..1);
+            });
+        }
+        Ok(PointPicture { display, depth })
+    }
+}
+
+/// The first pass clears, later ones add.
+fn operations<V>(first: bool, clear: V) -> wgpu::Operations<V> {
+    let load = if first { wgpu::LoadOp::Clear(clear) } else { wgpu::LoadOp::Load };
+    wgpu::Operations { load, store: wgpu::StoreOp::Store }
+}

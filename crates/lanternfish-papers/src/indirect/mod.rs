@@ -1,0 +1,5 @@
+//! Indirect light from photons and from virtual lights.
+
+pub(crate) mod light_views;
+pub mod photon_splatting;
+pub mod virtual_lights;

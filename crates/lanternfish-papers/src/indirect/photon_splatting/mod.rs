@@ -1,0 +1,49 @@
+//! Photon differentials, split and splatted [Aalund2015, §3.4, §4.2].
+//!
+//! 1. Emit: photons go from the lights to the first surface, with their differentials (`emit.wesl`).
+//! 2. Split: each goes on in every direction of the deep images (`prepare.wesl`, `split.wesl`, `trace.wesl`).
+//! 3. Those that may light what the view shows are put in order (`tiles.wesl`, `keep.wesl`, `place.wesl`).
+//! 4. Light culling finds which of them reach which pixels; there their light is added up (`gather.wesl`);
+//!    or they are drawn (`splat.wesl`, `add.wesl`).
+//! 5. One of those that a photon was split into may be split in turn (`next.wesl`): steps 2 to 4 again.
+//! 6. The sums are made the picture's (`smoothing/`).
+
+mod directions;
+mod parameters;
+mod passes;
+mod raster;
+mod settings;
+#[cfg(test)]
+mod tests;
+
+use lanternfish_gpu::SharedStruct;
+
+use self::parameters::{PhotonHit, PhotonParameters, PrimaryPhoton};
+pub use self::settings::{PhotonSplatting, Splat};
+use lanternfish::{
+    light_culling::LightCulling,
+    rays,
+    shaders::{Root, Shaders},
+};
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders::of(
+    &crate::SHADERS,
+    &[
+        Root::computed("indirect/photon_splatting/emit", rays::exact_tracers),
+        Root::new("indirect/photon_splatting/prepare"),
+        Root::new("indirect/photon_splatting/split"),
+        Root::computed("indirect/photon_splatting/trace", || rays::every_tracer(true)),
+        Root::new("indirect/photon_splatting/tiles"),
+        Root::new("indirect/photon_splatting/keep"),
+        Root::new("indirect/photon_splatting/place"),
+        Root::computed("indirect/photon_splatting/land", || rays::every_tracer(true)),
+        Root::computed("indirect/photon_splatting/gather", || {
+            LightCulling::every_feature().into_iter().map(|scheme| vec![scheme]).collect()
+        }),
+        Root::new("indirect/photon_splatting/splat"),
+        Root::new("indirect/photon_splatting/add"),
+        Root::new("indirect/photon_splatting/next"),
+    ],
+    &[SharedStruct::of::<PhotonParameters>(), SharedStruct::of::<PrimaryPhoton>(), SharedStruct::of::<PhotonHit>()],
+);

@@ -1,0 +1,264 @@
+//! The passes of photon splatting, and the order in which they run.
+
+mod chunk;
+
+use std::any::Any;
+
+use super::DECLARED;
+use glam::{Quat, UVec2};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_constants, primitives::Scan, uniform_buffer_of};
+
+use self::chunk::Photons;
+use super::{PhotonSplatting, Splat, directions::PhotonDirections, parameters::PhotonParameters, raster::SplatRaster};
+use crate::{
+    deep_images::{DeepImages, settings::DeepImageSettings},
+    indirect::light_views::{KeptLightViews, Squares},
+};
+use lanternfish::{
+    RenderError, ViewContext,
+    common::workgroups,
+    indirect::{
+        Counters, IndirectPasses, IndirectSums,
+        smoothing::{MOST_RADIUS, PixelSums, Smoothing},
+    },
+    light_culling::LightCulling,
+    lights::Light,
+    prepass::Surface,
+    rays::{Structure, TracePass, Tracer},
+    settings::{Materials, Samples, Settings},
+    view::rotations::frame_rotation,
+};
+
+/// Name of the lists of photons' indices.
+const INDICES: &str = "indirect/photon_indices";
+
+/// What is counted: the constants of `counters.wesl`. Flux is in 1/2³² of the lights' flux.
+pub(super) const COUNTERS: &[&str] = &[
+    "photons/emitted",
+    "photons/reflected",
+    "photons/escaped",
+    "photons/landed",
+    "photons/off_screen",
+    "photons/hidden",
+    "photons/splatted",
+    "photons/flux_arrived",
+    "photons/flux_reflected",
+    "photons/flux_landed",
+    "photons/flux_splatted",
+];
+
+/// Units of flux that all lights have.
+pub(super) const FLUX_UNITS: f32 = 4_294_967_296.0;
+
+gpu_constants! {
+    /// Rows of counters, which the host adds up: what counts at the same time counts in different ones, and no sum exceeds its word.
+    pub(super) const ROWS: u32 = 64;
+    /// Edge of a tile that photons are looked for in, pixels.
+    pub(super) const TILE: u32 = 16;
+}
+
+/// The passes.
+#[derive(Debug)]
+pub struct PhotonPasses {
+    settings: PhotonSplatting,
+    materials: Materials,
+    /// Frames that a picture is the mean of, at least.
+    frames: u32,
+    directions: PhotonDirections,
+    views: KeptLightViews,
+    emit: ComputeKernel,
+    prepare: ComputeKernel,
+    split: ComputeKernel,
+    trace: TracePass,
+    tiles: ComputeKernel,
+    keep: ComputeKernel,
+    scan: Scan,
+    place: ComputeKernel,
+    /// None: what lies beyond edges is lost.
+    land: Option<TracePass>,
+    next: ComputeKernel,
+    splatting: Splatting,
+    smoothing: Smoothing,
+    /// The uniform that light culling reads the number of photons from.
+    count: wgpu::Buffer,
+    /// Photons of a chunk at most.
+    most_slots: u32,
+}
+
+/// How photons come to pixels.
+#[derive(Debug)]
+enum Splatting {
+    /// They are drawn.
+    Raster(SplatRaster),
+    /// Pixels add them up.
+    Gather { culling: LightCulling, gather: ComputeKernel },
+}
+
+impl PhotonPasses {
+    /// Compiles the passes. `tracer`: what shadows of the scene's lights are traced through, if there are any.
+    pub fn new(
+        device: &wgpu::Device,
+        room: PhotonSplatting,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Self, RenderError> {
+        check(&room, &settings.structure)?;
+        let traced = room.tracer.fixed().check(device, "`photon-tracer ray-query`", "`photon-tracer bvh`")?;
+        let kernel = |file: &str, features: &[Feature], entry: &str| {
+            let shader = DECLARED.link(&format!("indirect/photon_splatting/{file}"), features)?;
+            let label = format!("indirect/photon_splatting/{file}");
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
+        };
+        let structure = &settings.structure;
+        let trace_pass = |file: &str| {
+            Ok::<_, RenderError>(TracePass::new(traced, kernel(file, &traced.features(structure, true), file)?))
+        };
+        let exact = tracer.unwrap_or(Tracer::BVH).exact();
+        let limit = device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;
+        Ok(Self {
+            settings: room,
+            materials: settings.materials,
+            frames: settings.accumulate,
+            directions: PhotonDirections::new(DeepImageSettings::of(structure).directions)?,
+            views: KeptLightViews::default(),
+            emit: kernel("emit", &exact.features(structure, true), "emit")?,
+            prepare: kernel("prepare", &[], "prepare")?,
+            split: kernel("split", &[], "split")?,
+            trace: trace_pass("trace")?,
+            tiles: kernel("tiles", &[], "find_surfaces")?,
+            keep: kernel("keep", &[], "keep")?,
+            scan: Scan::new(device, "indirect/photon_splatting")?,
+            place: kernel("place", &[], "place")?,
+            land: room.conserved.then(|| trace_pass("land")).transpose()?,
+            next: kernel("next", &[], "go_on")?,
+            splatting: match room.splat {
+                Splat::Raster => Splatting::Raster(SplatRaster::new(device, settings.materials == Materials::File)?),
+                Splat::Gather => Splatting::Gather {
+                    culling: LightCulling::new(device, &settings.culling, Samples::One)?,
+                    gather: kernel("gather", &[LightCulling::feature(&settings.culling)], "gather")?,
+                },
+            },
+            smoothing: Smoothing::new(device, settings.history)?,
+            count: uniform_buffer_of(device, "indirect/photon_splatting/count", &[0u32; 4]),
+            most_slots: u64::from(room.chunk).min(limit) as u32,
+        })
+    }
+
+    /// The view's deep images, if photons go through them.
+    fn deep_images<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v DeepImages> {
+        let structure: &dyn Any = self.trace.structure(view)?;
+        structure.downcast_ref()
+    }
+
+    /// How the directions are turned in this frame: as deep images are; other structures answer for any direction.
+    fn rotation(&self, view: &ViewContext<'_>) -> Quat {
+        if self.deep_images(view).is_some() || view.rotation == Quat::IDENTITY {
+            return view.rotation;
+        }
+        frame_rotation(view.view.frame_index)
+    }
+
+    fn parameters(&self, view: &ViewContext<'_>, size: UVec2, frames: u32) -> PhotonParameters {
+        let views = self.views.views();
+        let tiles = size.map(|side| side.div_ceil(TILE));
+        PhotonParameters {
+            primary_count: views.texels(),
+            direction_count: self.directions.len(),
+            frame_index: view.view.random_index,
+            radius: self.settings.radius * (frames as f32).powf(-SHRINKING),
+            widened: u32::from(self.settings.widened),
+            glossy: u32::from(self.materials == Materials::File),
+            flux_unit: (views.flux / FLUX_UNITS).max(f32::MIN_POSITIVE),
+            columns: tiles.x,
+            rows: tiles.y,
+            is_first: 1,
+            own_directions: u32::from(frames > 1 && self.deep_images(view).is_none()),
+            ..Default::default()
+        }
+    }
+}
+
+/// Power of the number of frames that footprints shrink by in a mean: as much as keeps noise and blur falling together.
+const SHRINKING: f32 = 0.25;
+
+impl IndirectPasses for PhotonPasses {
+    fn forget(&mut self) {
+        self.smoothing.forget();
+    }
+
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<IndirectSums, RenderError> {
+        let frames = self.frames.max(view.view.frame_index.saturating_add(1));
+        self.views.renew(view.scene, self.settings.count, Squares::Any, view.view.random_index);
+        let mut parameters = self.parameters(view, surface.size, frames);
+        let lit = view.showing(surface);
+        let settings = &self.settings;
+        let sums =
+            PixelSums::new(frame, surface.size, settings.resolution, settings.filter_radius, settings.clamp, frames)?;
+        let mut counters = Counters::new(frame, "indirect/photon_splatting/counters", ROWS, COUNTERS)?;
+        counters.adds_up = false;
+
+        // What every bounce reads.
+        let turned = self.directions.turned(self.rotation(view));
+        let directions = frame.storage_of("indirect/photon_splatting/directions", &turned)?;
+        let tile_count = parameters.columns * parameters.rows;
+        let tiles = frame.scratch("indirect/photon_splatting/tiles", 8 * u64::from(tile_count))?;
+        let surfaces = view.buffer.bindings().with(&surface.bindings());
+        let uniform = frame.uniform(&parameters);
+        let finding = surfaces.clone().part("photons", &uniform).buffer("surface_tiles", &tiles);
+        frame.dispatch(&self.tiles, &finding, [parameters.columns, parameters.rows, 1]);
+
+        // Photons from the lights.
+        let light_views = self.views.views().record(frame, view.scene, view.view.random_index)?;
+        let mut primaries = self.room_for_primaries(frame, &parameters)?;
+        let scene = view.scene.bindings().with(&view.buffer.bindings());
+        let emitting = scene.clone().with(&light_views.bindings()).part("photons", &uniform);
+        let emitting = emitting.buffer("primary_photons", &primaries).buffer("photon_counters", counters.buffer());
+        frame.dispatch(&self.emit, &emitting, workgroups(parameters.primary_count));
+
+        let chunks = self.deep_images(view).map(|images| images.chunks.iter());
+        let texels = chunks.map(|chunks| chunks.map(|chunk| chunk.grid.texels_per_metre).fold(f32::INFINITY, f32::min));
+        parameters.least_width = texels.map_or(0.0, |texels| 1.0 / texels);
+        let photons = Photons {
+            scene,
+            directions: &directions,
+            tiles: &tiles,
+            counters: &counters,
+            lit: &lit,
+            sums: &sums,
+            room: self.chunk_room(frame, &parameters, &sums)?,
+        };
+        for bounce in 0..settings.bounces {
+            parameters.bounce = bounce;
+            let is_last = bounce + 1 == self.settings.bounces;
+            let next = (!is_last).then(|| self.room_for_primaries(frame, &parameters)).transpose()?;
+            self.scatter(frame, &photons, &mut parameters, &primaries, next.as_ref())?;
+            primaries = next.unwrap_or(primaries);
+        }
+        let layers = self.smoothing.record(frame, view, surface, &sums)?;
+        Ok(IndirectSums::new(layers).with_counters(vec![counters]))
+    }
+}
+
+/// An error where a number is out of range, or deep images lack the triangles that are needed.
+pub(super) fn check(room: &PhotonSplatting, structure: &Structure) -> Result<(), RenderError> {
+    let wrong = |needed| Err(RenderError::Together { setting: "`indirect photon-splatting`", needed });
+    if !(16..=262_144).contains(&room.count) || !(1..=16).contains(&room.bounces) {
+        return wrong("16 to 262144 photons, and 1 to 16 bounces");
+    }
+    if !(1024..=4_194_304).contains(&room.chunk) {
+        return wrong("1024 to 4194304 photons in hand at a time");
+    }
+    // What is no number is not above 0 either.
+    if room.filter_radius > MOST_RADIUS || room.radius.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+        return wrong("a filter of at most 64 pixels, and a radius above 0");
+    }
+    if !room.tracer.fixed().finds_triangles(structure) {
+        return wrong("deep images with triangles");
+    }
+    Ok(())
+}

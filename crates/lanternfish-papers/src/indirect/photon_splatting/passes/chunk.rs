@@ -1,0 +1,208 @@
+//! Photons split, traced and added up, chunk by chunk.
+
+use lanternfish_gpu::{Bindings, BufferPart, Frame};
+
+use super::{
+    super::parameters::{PhotonHit, PhotonParameters, PrimaryPhoton},
+    INDICES, PhotonPasses, Splatting,
+};
+use lanternfish::{
+    RenderError, ViewContext,
+    common::workgroups,
+    indirect::{Counters, smoothing::PixelSums},
+    light_culling::Reach,
+    lights::{Light, LightSet},
+};
+
+/// Lists that one frame makes of photons at most.
+const MOST_CHUNKS: u32 = 512;
+
+/// What the passes of one view read.
+pub(super) struct Photons<'a> {
+    /// Of the scene and the view.
+    pub scene: Bindings<'a>,
+    pub directions: &'a wgpu::Buffer,
+    pub tiles: &'a wgpu::Buffer,
+    pub counters: &'a Counters,
+    /// The view, of this surface.
+    pub lit: &'a ViewContext<'a>,
+    pub sums: &'a PixelSums,
+    pub room: ChunkRoom,
+}
+
+/// What all chunks of all bounces of one view share: they run one after the other.
+#[derive(Debug)]
+pub(super) struct ChunkRoom {
+    /// Directions that a chunk has at most: one at least, however many photons are split.
+    directions: u32,
+    hits: wgpu::Buffer,
+    places: wgpu::Buffer,
+    lights: wgpu::Buffer,
+    /// Where photons are drawn to, if they are.
+    targets: Option<[wgpu::TextureView; 4]>,
+}
+
+impl PhotonPasses {
+    pub(super) fn room_for_primaries(
+        &self,
+        frame: &mut Frame<'_>,
+        parameters: &PhotonParameters,
+    ) -> Result<wgpu::Buffer, RenderError> {
+        let bytes = size_of::<PrimaryPhoton>() as u64 * u64::from(parameters.primary_count.max(1));
+        Ok(frame.scratch("indirect/photon_splatting/primaries", bytes)?)
+    }
+
+    /// Splits photons, and adds up the light of what they were split into, chunk by chunk. `next`: where those that go on are put.
+    pub(super) fn scatter(
+        &mut self,
+        frame: &mut Frame<'_>,
+        photons: &Photons<'_>,
+        parameters: &mut PhotonParameters,
+        primaries: &wgpu::Buffer,
+        next: Option<&wgpu::Buffer>,
+    ) -> Result<(), RenderError> {
+        let count = parameters.primary_count;
+        let uniform = frame.uniform(parameters);
+        let preparing = Bindings::new()
+            .part("photons", &uniform)
+            .buffer("primary_photons", primaries)
+            .buffer("photon_directions", photons.directions)
+            .buffer("photon_counters", photons.counters.buffer());
+        frame.dispatch(&self.prepare, &preparing, workgroups(count));
+        // And the mirror direction; and, of light from emissive triangles, where it arrived.
+        let has_arrivals = parameters.bounce == 0 && photons.lit.scene.has_emissive_triangles();
+        let directions = parameters.direction_count + 1 + u32::from(has_arrivals);
+        let step = photons.room.directions;
+        for first in (0..directions).step_by(step as usize) {
+            parameters.first_direction = first;
+            parameters.chunk_directions = step.min(directions - first);
+            parameters.slot_count = parameters.chunk_directions * count;
+            let uniform = frame.uniform(parameters);
+            self.trace_chunk(frame, photons, parameters, &uniform, primaries);
+            self.splat_chunk(frame, photons, parameters, &uniform, primaries)?;
+            if let Some(next) = next {
+                let going = photons
+                    .scene
+                    .clone()
+                    .part("photons", &uniform)
+                    .buffer("split_photons", primaries)
+                    .buffer("landed_hits", &photons.room.hits)
+                    .buffer("next_photons", next);
+                frame.dispatch(&self.next, &going, workgroups(count));
+            }
+            parameters.is_first = 0;
+        }
+        Ok(())
+    }
+
+    /// Where the photons of a chunk come to.
+    fn trace_chunk(
+        &self,
+        frame: &mut Frame<'_>,
+        photons: &Photons<'_>,
+        parameters: &PhotonParameters,
+        uniform: &BufferPart,
+        primaries: &wgpu::Buffer,
+    ) {
+        let tracing = photons
+            .scene
+            .clone()
+            .part("photons", uniform)
+            .buffer("split_photons", primaries)
+            .buffer("photon_hits", &photons.room.hits);
+        let splitting = tracing.clone().buffer("photon_directions", photons.directions);
+        frame.dispatch(&self.split, &splitting, workgroups(parameters.slot_count));
+        self.trace.dispatch(frame, photons.lit, &tracing, workgroups(parameters.slot_count));
+    }
+
+    /// Adds their light to the pixels.
+    fn splat_chunk(
+        &mut self,
+        frame: &mut Frame<'_>,
+        photons: &Photons<'_>,
+        parameters: &PhotonParameters,
+        uniform: &BufferPart,
+        primaries: &wgpu::Buffer,
+    ) -> Result<(), RenderError> {
+        let slots = parameters.slot_count;
+        let ChunkRoom { hits, places, lights, .. } = &photons.room;
+        let footprints = photons
+            .scene
+            .clone()
+            .part("photons", uniform)
+            .buffer("split_photons", primaries)
+            .buffer("photon_directions", photons.directions)
+            .buffer("landed_hits", hits);
+        let keeping = footprints
+            .clone()
+            .buffer("seen_tiles", photons.tiles)
+            .buffer("photon_places", places)
+            .buffer("photon_counters", photons.counters.buffer());
+        frame.dispatch(&self.keep, &keeping, workgroups(slots + 1));
+        let total = self.scan.record(frame, places, slots + 1)?;
+        let placing = footprints.buffer("places", places).buffer("placed_photons", lights);
+        frame.dispatch(&self.place, &placing, workgroups(slots));
+        frame.encoder().copy_buffer_to_buffer(&total, 0, &self.count, 0, 4);
+        if let Some(land) = &self.land {
+            let landing = photons.scene.clone().part("photons", uniform).buffer("landed_photons", lights);
+            let landing = landing.buffer("light_count", &self.count);
+            land.dispatch(frame, photons.lit, &landing, workgroups(slots));
+        }
+        let set = LightSet {
+            lights: lights.clone(),
+            count: self.count.clone(),
+            counted: Some(total),
+            on_host: [].into(),
+            capacity: slots,
+            bounds: *photons.lit.scene.bounds(),
+            list: INDICES,
+            remedy: Some("choose a smaller `photon-chunk`"),
+        };
+        let sums = photons.sums;
+        let surface = photons.lit.surface.bindings();
+        let gathering = photons.scene.clone().with(&surface).with(&sums.bindings()).with(&set.bindings());
+        let gathering = gathering.part("photons", uniform).buffer("pixel_sums", &sums.sums);
+        match &mut self.splatting {
+            Splatting::Raster(raster) => raster.record(frame, &gathering, slots, sums, photons.room.targets.as_ref()),
+            Splatting::Gather { culling, gather } => {
+                let lists = culling.record(frame, std::slice::from_ref(photons.lit), Reach::Surface, &set)?.remove(0);
+                let [width, height, _] = gather.workgroup_size();
+                let groups = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
+                frame.dispatch(gather, &gathering.with(&lists.bindings()), groups);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl PhotonPasses {
+    /// Room for chunks of the photons that are split. An error where there would be too many of them.
+    pub(super) fn chunk_room(
+        &self,
+        frame: &mut Frame<'_>,
+        parameters: &PhotonParameters,
+        sums: &PixelSums,
+    ) -> Result<ChunkRoom, RenderError> {
+        let count = parameters.primary_count.max(1);
+        let most = parameters.direction_count + 2;
+        let directions = (self.most_slots / count).clamp(1, most);
+        if most.div_ceil(directions) * self.settings.bounces > MOST_CHUNKS {
+            let setting = "`indirect photon-splatting`";
+            return Err(RenderError::Together {
+                setting,
+                needed: "a larger `photon-chunk`, or fewer `photon-bounces`",
+            });
+        }
+        let slots = u64::from(directions) * u64::from(count);
+        Ok(ChunkRoom {
+            directions,
+            hits: frame.scratch("indirect/photon_splatting/hits", size_of::<PhotonHit>() as u64 * slots)?,
+            places: frame.scratch("indirect/photon_splatting/places", 4 * (slots + 1))?,
+            lights: frame.scratch("indirect/photon_splatting/photons", size_of::<Light>() as u64 * slots)?,
+            targets: match &self.splatting {
+                Splatting::Raster(raster) => Some(raster.targets(frame, sums)),
+                Splatting::Gather { .. } => None,
+            },
+        })
+    }
+}

@@ -1,0 +1,107 @@
+//! Photons drawn, each as a splat, with additive blending [Aalund2015, §4.2].
+
+use super::DECLARED;
+use glam::UVec2;
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState};
+
+use lanternfish::{RenderError, indirect::smoothing::PixelSums, texture::frame_target};
+
+/// Sums of many photons: half floats would lose what is small beside them.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+/// The passes.
+#[derive(Debug)]
+pub(super) struct SplatRaster {
+    diffuse: RasterPipeline,
+    /// None: surfaces have no glossy lobe.
+    glossy: Option<RasterPipeline>,
+    add: ComputeKernel,
+}
+
+impl SplatRaster {
+    /// An error where the device cannot blend 32-bit floats.
+    pub fn new(device: &wgpu::Device, is_glossy: bool) -> Result<Self, RenderError> {
+        if !device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
+            let feature = "blending of 32-bit floats";
+            return Err(RenderError::MissingFeature {
+                setting: "`photon-splat raster`",
+                feature,
+                instead: "`photon-splat gather`",
+            });
+        }
+        let shader = DECLARED.link("indirect/photon_splatting/splat", &[])?;
+        let component = wgpu::BlendComponent {
+            src_factor: wgpu::BlendFactor::One,
+            dst_factor: wgpu::BlendFactor::One,
+            operation: wgpu::BlendOperation::Add,
+        };
+        let target = wgpu::ColorTargetState {
+            format: FORMAT,
+            blend: Some(wgpu::BlendState { color: component, alpha: component }),
+            write_mask: wgpu::ColorWrites::COLOR,
+        };
+        let topology = wgpu::PrimitiveTopology::TriangleStrip;
+        let primitive = wgpu::PrimitiveState { topology, ..Default::default() };
+        let targets = [Some(target.clone()), Some(target)];
+        let state = RasterState { primitive, targets: &targets, ..Default::default() };
+        let pipeline = |fragment: &str| {
+            RasterPipeline::new(device, &shader, "rectangle", fragment, "indirect/photon_splatting/splat", &state)
+        };
+        let add = DECLARED.link("indirect/photon_splatting/add", &[])?;
+        Ok(Self {
+            diffuse: pipeline("splat_diffuse"),
+            glossy: is_glossy.then(|| pipeline("splat_glossy")),
+            add: ComputeKernel::new(device, &add, "add", "indirect/photon_splatting/add"),
+        })
+    }
+
+    /// What photons are drawn to.
+    pub fn targets(&self, frame: &mut Frame<'_>, sums: &PixelSums) -> [wgpu::TextureView; 4] {
+        ["diffuse", "diffuse_grazing", "glossy", "glossy_grazing"].map(|name| {
+            let label = format!("indirect/photon_splatting/{name}");
+            frame_target(frame, &label, sums.size, FORMAT, wgpu::TextureUsages::empty(), 1)
+        })
+    }
+
+    /// Draws so many photons at most, and adds them to the pixels' sums. `bindings`: those of the gathering pass but the lists.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        bindings: &Bindings<'_>,
+        slots: u32,
+        sums: &PixelSums,
+        targets: Option<&[wgpu::TextureView; 4]>,
+    ) {
+        let targets = targets.expect("made for photons that are drawn");
+        for (pipeline, targets) in [Some(&self.diffuse), self.glossy.as_ref()].into_iter().zip(targets.chunks(2)) {
+            let color = |view| wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            };
+            let colors = [Some(color(&targets[0])), Some(color(&targets[1]))];
+            frame.render("indirect/photon_splatting/splat", &colors, None, |groups, pass| {
+                // What no photon is drawn to is cleared all the same.
+                if let Some(pipeline) = pipeline {
+                    pipeline.set(pass);
+                    pipeline.bind(groups, pass, bindings, 4);
+                    pass.draw(0..4, 0..slots);
+                }
+            });
+        }
+        let [diffuse, diffuse_grazing, glossy, glossy_grazing] = targets;
+        let adding = bindings
+            .clone()
+            .texture("drawn_diffuse", diffuse)
+            .texture("drawn_diffuse_grazing", diffuse_grazing)
+            .texture("drawn_glossy", glossy)
+            .texture("drawn_glossy_grazing", glossy_grazing);
+        let [width, height, _] = self.add.workgroup_size();
+        let UVec2 { x, y } = sums.size;
+        frame.dispatch(&self.add, &adding, [x.div_ceil(width), y.div_ceil(height), 1]);
+    }
+}

@@ -1,0 +1,189 @@
+//! What can be chosen of photon splatting.
+
+use lanternfish_scene::named_enum;
+
+use super::{DECLARED, passes::PhotonPasses};
+use lanternfish::{
+    RenderError,
+    gpu_scene::Parts,
+    indirect::{
+        IndirectClamp, IndirectPasses, IndirectResolution, IndirectTechnique, Quality,
+        smoothing::{CLAMP, FILTER, RESOLUTION},
+    },
+    rays::{Tracer, TracerChoice},
+    settings::Settings,
+    shaders::Shaders,
+    technique::{Parameter, Range, Technique},
+};
+
+named_enum! {
+    /// How photons come to pixels.
+    Splat {
+        /// Light culling makes lists of them, and each pixel adds up those of its list.
+        Gather = "gather": "Light culling makes lists of them, and each pixel adds up those of its list",
+        /// Each is drawn, with additive blending in 32-bit floats, as in the paper: for adapters that can.
+        Raster = "raster": "Each is drawn with additive blending, where the adapter can blend 32-bit floats",
+    }
+}
+
+/// Photons from the lights, split where they meet a surface, and splatted where they meet the next one [Aalund2015, §3.4, §4.2].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhotonSplatting {
+    /// Photons from all lights that are split where they meet a surface, 16 to 262,144. More: finer, slower.
+    pub count: u32,
+    /// What split photons are traced through. Deep images: along their axes; others: along the same directions.
+    pub tracer: TracerChoice,
+    /// How often light is scattered on its way from a light to what the view shows, 1 to 16.
+    pub bounces: u32,
+    /// Radius of a footprint over that of the ellipse in the parallelogram of its differentials, > 0. Larger: smoother, more blurred.
+    pub radius: f32,
+    /// Whether footprints are widened to the part of the sphere that their direction stands for: from a radius of 1 on those of one photon that
+    /// was split cover what they light.
+    pub widened: bool,
+    /// Whether what a footprint has beyond the edges of surfaces is shared out over the rest of it; else it is lost, as in the paper.
+    pub conserved: bool,
+    /// How photons come to pixels.
+    pub splat: Splat,
+    /// Photons in hand at a time, 1024 to 4,194,304. The light is the same; fewer take less memory, 100 bytes each, and more passes.
+    pub chunk: u32,
+    /// Which pixels are lit.
+    pub resolution: IndirectResolution,
+    /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none.
+    pub filter_radius: u32,
+    /// Whether what a pixel gets is bounded by what the pixels around it do.
+    pub clamp: IndirectClamp,
+}
+
+impl Default for PhotonSplatting {
+    fn default() -> Self {
+        Self {
+            count: 4096,
+            tracer: TracerChoice::Auto,
+            bounces: 1,
+            radius: 0.125,
+            widened: true,
+            conserved: false,
+            splat: Splat::Gather,
+            chunk: 1 << 20,
+            resolution: IndirectResolution::Full,
+            filter_radius: 8,
+            clamp: IndirectClamp::Off,
+        }
+    }
+}
+
+impl Technique for PhotonSplatting {
+    const NAME: &'static str = "photon-splatting";
+    const SUMMARY: &'static str =
+        "Photons from the lights, split at the first surface, splatted at the next: any number of bounces";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
+            "photon-count",
+            "N",
+            Range::Count(16, 262_144),
+            "Photons from all lights that are split where they meet a surface. More: finer, slower",
+            |room: &mut Self| &mut room.count,
+        )
+        .with_default(),
+        Parameter::new(
+            "photon-tracer",
+            "NAME",
+            Range::Names,
+            "What split photons are traced through",
+            |room: &mut Self| &mut room.tracer,
+        )
+        .with_default(),
+        Parameter::new(
+            "photon-bounces",
+            "N",
+            Range::Count(1, 16),
+            "How often light is scattered between a light and what the view shows",
+            |room: &mut Self| &mut room.bounces,
+        )
+        .with_default(),
+        Parameter::new(
+            "photon-radius",
+            "FACTOR",
+            Range::Positive,
+            "Radius of a photon's footprint over that of its differentials' ellipse. Larger: smoother, more blurred",
+            |room: &mut Self| &mut room.radius,
+        )
+        .with_default(),
+        Parameter::new(
+            "photon-widened",
+            "on|off",
+            Range::Switch("By the cell of the direction, too", "As in the paper: by the light's differentials alone"),
+            "Whether footprints are widened to the part of the sphere that their direction stands for",
+            |room: &mut Self| &mut room.widened,
+        )
+        .with_default(),
+        Parameter::new(
+            "photon-conserve",
+            "on|off",
+            Range::Switch("No light is lost at edges", "As in the paper: it is"),
+            "Whether what footprints have beyond the edges of surfaces is shared out over the rest of them",
+            |room: &mut Self| &mut room.conserved,
+        )
+        .with_default(),
+        Parameter::new("photon-splat", "NAME", Range::Names, "How photons come to pixels", |room: &mut Self| {
+            &mut room.splat
+        })
+        .with_default(),
+        Parameter::new(
+            "photon-chunk",
+            "N",
+            Range::Count(1024, 4_194_304),
+            "Photons in hand at a time. The light is the same; fewer take less memory",
+            |room: &mut Self| &mut room.chunk,
+        )
+        .with_default(),
+        Parameter { info: RESOLUTION, of: |room| &mut room.resolution },
+        Parameter { info: FILTER, of: |room| &mut room.filter_radius },
+        Parameter { info: CLAMP, of: |room| &mut room.clamp },
+    ];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl IndirectTechnique for PhotonSplatting {
+    fn is_physical(&self) -> bool {
+        true
+    }
+
+    fn spend(&mut self, quality: Quality) {
+        (self.count, self.resolution) = match quality {
+            Quality::Draft => (2048, IndirectResolution::Half),
+            Quality::Good => (4096, IndirectResolution::Full),
+            Quality::Best => (16384, IndirectResolution::Full),
+        };
+    }
+
+    fn parts(&self) -> Parts {
+        Parts::HITS
+    }
+
+    fn tracers(&self) -> Vec<Tracer> {
+        vec![self.tracer.fixed()]
+    }
+
+    fn sees_surroundings(&self) -> bool {
+        false
+    }
+
+    fn resolve_tracer(&mut self, automatic: Tracer) {
+        self.tracer.resolve(automatic);
+    }
+
+    fn for_transparent(&mut self) {
+        self.tracer = self.tracer.fixed().exact().into();
+        self.resolution = IndirectResolution::Full;
+    }
+
+    fn build(
+        &self,
+        device: &wgpu::Device,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Box<dyn IndirectPasses>, RenderError> {
+        Ok(Box::new(PhotonPasses::new(device, *self, settings, tracer)?))
+    }
+}

@@ -1,0 +1,379 @@
+mod emission;
+
+use std::f32::consts::PI;
+
+use crate::testing;
+use glam::{UVec2, Vec3, Vec4};
+use lanternfish_gpu::Gpu;
+use lanternfish_scene::{Camera, Light, LightKind, Material, Primitive, Projection, Scene, generate::demo};
+
+use super::{PhotonSplatting, Splat, passes};
+use crate::testing::{quad, scene_of};
+use crate::{DeepImageSettings, WITHIN_TEXEL};
+use lanternfish::{
+    Picture, Renderer, Settings,
+    rays::Structure,
+    settings::{Attenuation, Culling, Indirect, Materials, Tracer},
+    techniques::{IndirectClamp, Sampled},
+};
+
+/// Not a multiple of a workgroup.
+const SIZE: UVec2 = UVec2::new(53, 39);
+
+/// Without the filter.
+fn room() -> PhotonSplatting {
+    PhotonSplatting { filter_radius: 0, ..PhotonSplatting::default() }
+}
+
+fn settings(indirect: Indirect) -> Settings {
+    Settings {
+        indirect,
+        materials: Materials::Lambert,
+        attenuation: Attenuation::Physical,
+        range_threshold: 1e-6,
+        ..Settings::direct_light()
+    }
+}
+
+fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera, size: UVec2) -> Picture {
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    renderer.render(&uploaded, camera, size.x, size.y).unwrap()
+}
+
+fn render_room(gpu: &Gpu, room: PhotonSplatting, scene: &Scene, camera: &Camera) -> Picture {
+    render(gpu, settings(Indirect::from(room)), scene, camera, SIZE)
+}
+
+fn energy(picture: &Picture) -> f64 {
+    picture.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).sum()
+}
+
+fn counter(picture: &Picture, name: &str) -> f64 {
+    let found = picture.report.counters.iter().find(|(known, _)| known.strip_prefix("photons/") == Some(name));
+    found.unwrap_or_else(|| panic!("no {name} in {:?}", picture.report.counters)).1 as f64
+}
+
+fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
+    Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.9, near: 0.02 })
+}
+
+fn matt(albedo: f32) -> Material {
+    Material { base_color: Vec3::splat(albedo).extend(1.0), double_sided: true, ..Material::default() }
+}
+
+/// The walls of a closed cube of 2 m, of the first material.
+fn walls() -> Vec<Primitive> {
+    let wall = |normal: Vec3, right: Vec3, up: Vec3| quad(0, normal, right, up);
+    vec![
+        wall(Vec3::X, Vec3::Y, Vec3::Z),
+        wall(-Vec3::X, Vec3::Y, Vec3::Z),
+        wall(Vec3::Y, Vec3::Z, Vec3::X),
+        wall(-Vec3::Y, Vec3::Z, Vec3::X),
+        wall(Vec3::Z, Vec3::X, Vec3::Y),
+        wall(-Vec3::Z, Vec3::X, Vec3::Y),
+    ]
+}
+
+/// A closed cube with a lamp in it.
+fn closed_box(albedo: f32) -> Scene {
+    let mut scene = scene_of(walls(), vec![matt(albedo)]);
+    scene.lights.push(Light::point(Vec3::new(0.2, 0.3, -0.1), Vec3::splat(2.0)));
+    scene
+}
+
+/// Cornell's box without its lamp's own light, which the reference here does not look for.
+fn cornell() -> (Scene, Camera) {
+    let mut scene = demo("cornell").unwrap();
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    scene.lights = vec![Light::point(Vec3::new(0.0, 1.2, 0.5), Vec3::new(3.0, 2.5, 2.0))];
+    (scene, looking([0.0, 1.0, 4.2], [0.0, 1.0, 0.0]))
+}
+
+/// Light is neither lost nor made: what lands of each bounce is what left the lights times the albedo to the power of the bounce, through
+/// the BVH and through deep images [the furnace's series].
+#[test]
+fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
+    let Some(gpu) = testing::gpu("gpu_flux_that_lands_is_the_lights_times_the_albedo") else { return };
+    let scene = closed_box(0.5);
+    let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
+    // Of deep images a few photons in a hundred start in a texel beside the wall that they leave.
+    for (tracer, most) in [(Tracer::BVH, 1e-3), (WITHIN_TEXEL, 0.015)] {
+        let mut before = 0.0;
+        for bounces in 1..=4 {
+            let room = PhotonSplatting { tracer: tracer.into(), bounces, count: 1024, ..room() };
+            let picture = render_room(gpu, room, &scene, &camera);
+            let share = |name| counter(&picture, name) / f64::from(passes::FLUX_UNITS);
+            // A texel's share of the sphere is taken at one of its points.
+            assert!((share("flux_arrived") - 1.0).abs() < 0.01, "{tracer}: {}", share("flux_arrived"));
+            let of_bounce = (share("flux_landed") - before) / share("flux_arrived");
+            before = share("flux_landed");
+            let expected = 0.5f64.powi(bounces as i32);
+            assert!(
+                (of_bounce / expected - 1.0).abs() < most * f64::from(bounces),
+                "{tracer}, bounce {bounces}: {of_bounce} of {expected}"
+            );
+        }
+    }
+    // The harness sees what is lost: a box without one wall.
+    let mut open = walls();
+    open.pop();
+    let open = Scene { lights: scene.lights.clone(), ..scene_of(open, vec![matt(0.5)]) };
+    let picture = render_room(gpu, room(), &open, &camera);
+    assert!(
+        counter(&picture, "escaped") > 0.0
+            && counter(&picture, "flux_landed") < 0.9 * counter(&picture, "flux_reflected")
+    );
+}
+
+/// What pixels show of a closed cube, seen from its middle, is all of the light that lands on its walls: nothing is lost at edges, and none
+/// in the sums.
+#[test]
+fn gpu_all_of_the_light_that_lands_is_seen() {
+    let Some(gpu) = testing::gpu("gpu_all_of_the_light_that_lands_is_seen") else { return };
+    let (albedo, size) = (0.5, UVec2::splat(40));
+    let scene = closed_box(albedo);
+    let ways = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+    let flux_of = |room: PhotonSplatting| {
+        let (mut flux, mut reflected) = (0.0, 0.0);
+        for way in ways {
+            let up = if way.y == 0.0 { Vec3::Y } else { Vec3::X };
+            let projection = Projection::Perspective { fov_y: 0.5 * PI, near: 0.02 };
+            let mut camera = Camera::look_at(Vec3::ZERO, way, projection);
+            let axes = glam::Mat3::from_cols(way.cross(up), up, -way);
+            camera.world_from_camera = glam::Affine3A::from_mat3(axes);
+            let direct = energy(&render(gpu, settings(Indirect::NONE), &scene, &camera, size));
+            let picture = render(gpu, settings(Indirect::from(room)), &scene, &camera, size);
+            // Each pixel shows as much of a wall: 4 m² in all.
+            flux += (energy(&picture) - direct) / 3.0 * f64::from(PI / albedo) * 4.0 / f64::from(size.x * size.y);
+            reflected = counter(&picture, "flux_reflected") / f64::from(passes::FLUX_UNITS);
+        }
+        // Of a lamp of 2 cd.
+        flux / (8.0 * std::f64::consts::PI * reflected)
+    };
+    for (what, room) in [
+        ("usual", room()),
+        ("larger", PhotonSplatting { radius: 0.5, count: 1024, ..room() }),
+        ("conserved", PhotonSplatting { conserved: true, radius: 0.5, count: 1024, ..room() }),
+        ("raster", PhotonSplatting { splat: Splat::Raster, count: 256, radius: 0.5, conserved: true, ..room() }),
+        ("deep images", PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..room() }),
+    ] {
+        let seen = flux_of(room);
+        let most = match room.tracer.fixed() {
+            tracer if tracer == WITHIN_TEXEL => 0.06,
+            // What lies beyond a footprint's reach, where light grazes.
+            _ if room.conserved => 0.01,
+            _ => 0.03,
+        };
+        assert!((seen - 1.0).abs() < most, "{what}: {seen}");
+    }
+}
+
+/// Every scheme of light culling, chunks of any size and every run give the same picture to the bit; drawing gives the same but for the
+/// order of sums.
+#[test]
+fn gpu_photons_are_the_same_however_they_come_to_pixels() {
+    let Some(gpu) = testing::gpu("gpu_photons_are_the_same_however_they_come_to_pixels") else { return };
+    let (scene, camera) = cornell();
+    let room = PhotonSplatting { count: 200, radius: 0.5, bounces: 2, ..room() };
+    let of = |room, culling| render(gpu, Settings { culling, ..settings(Indirect::from(room)) }, &scene, &camera, SIZE);
+    let all = of(room, Culling::NONE);
+    assert!(counter(&all, "splatted") > 10_000.0);
+    for culling in Culling::all() {
+        assert!(of(room, culling.clone()).radiance == all.radiance, "{}", culling.name());
+    }
+    let chunks = of(PhotonSplatting { chunk: 1024, ..room }, Culling::NONE);
+    assert!(chunks.radiance == all.radiance, "chunks");
+    assert!(of(PhotonSplatting { radius: 0.4, ..room }, Culling::NONE).radiance != all.radiance, "blind");
+    let drawn = of(PhotonSplatting { splat: Splat::Raster, ..room }, Culling::NONE);
+    let again = of(PhotonSplatting { splat: Splat::Raster, chunk: 4096, ..room }, Culling::NONE);
+    for picture in [&drawn, &again] {
+        let far = picture.radiance.iter().zip(&all.radiance).filter(|(a, b)| {
+            let (a, b) = (Vec4::from(**a).truncate(), Vec4::from(**b).truncate());
+            (a - b).abs().max_element() > 2e-3 * b.max_element().max(1e-3)
+        });
+        assert_eq!(far.count(), 0);
+    }
+    assert!(
+        of(PhotonSplatting { splat: Splat::Raster, ..room }, Culling::NONE).radiance == drawn.radiance,
+        "runs differ"
+    );
+}
+
+/// One bounce in Cornell's box has the energy of rays from every pixel, and a mean of frames is nearer to them, pixel by pixel, than one.
+#[test]
+fn gpu_the_light_of_photons_is_that_of_one_bounce() {
+    let Some(gpu) = testing::gpu("gpu_the_light_of_photons_is_that_of_one_bounce") else { return };
+    let (scene, camera) = cornell();
+    // Frames of a mean look through other places of their pixels: all three are means of as many.
+    let picture =
+        |indirect, accumulate| render(gpu, Settings { accumulate, ..settings(indirect) }, &scene, &camera, SIZE);
+    let of_frames = |frames: u32| {
+        let rays = Sampled {
+            diffuse_rays: 1024 / frames,
+            filter_radius: 0,
+            clamp: IndirectClamp::Off,
+            ..Sampled::default().one_bounce()
+        };
+        (picture(Indirect::NONE, frames), picture(Indirect::from(rays), frames))
+    };
+    let references = [(1, of_frames(1)), (16, of_frames(16))];
+    let of = |room: PhotonSplatting| {
+        references.each_ref().map(|(frames, (direct, truth))| {
+            let photons = picture(Indirect::from(room), *frames);
+            let one_bounce = energy(truth) - energy(direct);
+            let off = |(a, b): (&[f32; 4], &[f32; 4])| f64::from((Vec4::from(*a) - Vec4::from(*b)).abs().max_element());
+            let distance = photons.radiance.iter().zip(&truth.radiance).map(off).sum::<f64>() / one_bounce;
+            ((energy(&photons) - energy(direct)) / one_bounce, distance)
+        })
+    };
+    for tracer in [Tracer::BVH, WITHIN_TEXEL] {
+        let [(one, _), (many, _)] = of(PhotonSplatting { tracer: tracer.into(), ..room() });
+        // Beyond the blocks' edges 4 % are lost, where a pixel is 5 cm wide; deep images lose another 1 % beside walls.
+        let lost = if tracer == Tracer::BVH { 0.05 } else { 0.07 };
+        assert!((one - 1.0).abs() < lost && (many - 1.0).abs() < lost, "{tracer}: {one}, 16 frames {many}");
+    }
+    // So few photons that noise is most of what is wrong.
+    let [(_, one_off), (_, many_off)] = of(PhotonSplatting { count: 128, ..room() });
+    assert!(many_off < 0.6 * one_off, "{many_off} of {one_off}");
+}
+
+/// A mirror sends a beam on: the wall that it meets is lit there, and the light is what the mirror reflects.
+#[test]
+fn gpu_a_mirror_throws_light_onto_a_wall() {
+    let Some(gpu) = testing::gpu("gpu_a_mirror_throws_light_onto_a_wall") else { return };
+    // Floor is a mirror, the lamp a narrow spot that looks at it at 45 degrees.
+    let mut primitives = walls();
+    primitives[3] = quad(1, -Vec3::Y, Vec3::Z, Vec3::X);
+    let mirror = Material {
+        metallic: 1.0,
+        perceptual_roughness: 0.05,
+        base_color: Vec4::ONE,
+        double_sided: true,
+        ..Material::default()
+    };
+    let wall = Material { metallic: 0.0, specular: 0.0, ..matt(0.5) };
+    let mut scene = scene_of(primitives, vec![wall, mirror]);
+    let spot = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.2 };
+    let light = Light::point(Vec3::new(-0.9, -0.1, 0.0), Vec3::splat(5.0));
+    scene.lights.push(Light { kind: spot, direction: Vec3::new(1.0, -1.0, 0.0).normalize(), ..light });
+    let camera = looking([-0.9, 0.0, 0.0], [1.0, 0.0, 0.0]);
+    let of = |room| {
+        let settings = Settings { materials: Materials::File, ..settings(Indirect::from(room)) };
+        render(gpu, settings, &scene, &camera, SIZE)
+    };
+    let picture = of(PhotonSplatting { radius: 1.0, ..room() });
+    // The beam goes on to the right wall, 1 m above the floor where it is reflected from the middle of it: (1, 0, 0).
+    let about = |x: usize, y: usize| -> f32 {
+        let pixels = (y - 3..y + 4).flat_map(|y| (x - 3..x + 4).map(move |x| y * SIZE.x as usize + x));
+        pixels.map(|i| Vec4::from(picture.radiance[i]).truncate().element_sum()).sum::<f32>() / 49.0
+    };
+    // 5 cd from 2.69 m away, at 45 degrees, on a surface that scatters a half; of three channels.
+    let expected = 3.0 * 5.0 / (2.687 * 2.687) * 0.707 * 0.5 / PI;
+    let (middle, aside) = (about(26, 19), about(8, 19));
+    assert!((middle / expected - 1.0).abs() < 0.15 && aside < 0.05 * middle, "{middle} of {expected}, beside {aside}");
+    // Nearly all of it is mirrored.
+    assert!(counter(&picture, "flux_reflected") > 0.9 * counter(&picture, "flux_arrived"));
+}
+
+/// A scene without lights is dark and no error, however pixels are lit.
+#[test]
+fn gpu_no_lights_are_no_photons() {
+    let Some(gpu) = testing::gpu("gpu_no_lights_are_no_photons") else { return };
+    let scene = Scene { lights: Vec::new(), ..closed_box(0.5) };
+    let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
+    for splat in [Splat::Gather, Splat::Raster] {
+        for tracer in [Tracer::BVH, WITHIN_TEXEL] {
+            let room = PhotonSplatting {
+                splat,
+                tracer: tracer.into(),
+                bounces: 2,
+                conserved: true,
+                ..PhotonSplatting::default()
+            };
+            let picture = render_room(gpu, room, &scene, &camera);
+            assert_eq!((energy(&picture), counter(&picture, "landed")), (0.0, 0.0), "{splat}, {tracer}");
+        }
+    }
+}
+
+/// Photons that light nothing that is seen are left out, and the picture has no less light for it.
+#[test]
+fn gpu_photons_that_light_nothing_in_view_are_left_out() {
+    let Some(gpu) = testing::gpu("gpu_photons_that_light_nothing_in_view_are_left_out") else { return };
+    let scene = closed_box(0.5);
+    let room = PhotonSplatting { count: 512, radius: 0.5, ..room() };
+    let far = looking([0.0, 0.0, 0.9], [0.0, 0.0, -1.0]);
+    let picture = render_room(gpu, room, &scene, &far);
+    let [landed, off, hidden, splatted] =
+        ["landed", "off_screen", "hidden", "splatted"].map(|name| counter(&picture, name));
+    assert!(off > 0.2 * landed && off + hidden + splatted == landed, "{off}, {hidden}, {splatted} of {landed}");
+    // The middle of the picture is that of a wider view, which leaves out fewer.
+    let wide = Camera::look_at(
+        Vec3::new(0.0, 0.0, 0.9),
+        Vec3::NEG_Z,
+        Projection::Perspective { fov_y: 2.0 * (3.0 * 0.45f32.tan()).atan(), near: 0.02 },
+    );
+    let settings = settings(Indirect::from(room));
+    let whole = render(gpu, settings, &scene, &wide, 3 * SIZE);
+    let at =
+        |picture: &Picture, p: UVec2| Vec4::from(picture.radiance[(p.y * picture.width + p.x) as usize]).truncate();
+    for y in 0..SIZE.y {
+        for x in 0..SIZE.x {
+            let (a, b) = (at(&picture, UVec2::new(x, y)), at(&whole, SIZE + UVec2::new(x, y)));
+            assert!((a - b).abs().max_element() < 2e-3 * b.max_element() + 1e-4, "{x}, {y}: {a} and {b}");
+        }
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    let images = Structure::NONE;
+    let usual = PhotonSplatting::default();
+    assert!(passes::check(&usual, &images).is_ok());
+    let wrong = [
+        PhotonSplatting { count: 15, ..usual },
+        PhotonSplatting { count: 300_000, ..usual },
+        PhotonSplatting { bounces: 17, ..usual },
+        PhotonSplatting { chunk: 10, ..usual },
+        PhotonSplatting { radius: f32::NAN, ..usual },
+        PhotonSplatting { radius: 0.0, ..usual },
+        PhotonSplatting { filter_radius: 65, ..usual },
+    ];
+    for room in wrong {
+        assert!(passes::check(&room, &images).is_err(), "{room:?}");
+    }
+    let deep = PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..usual };
+    let without = DeepImageSettings { payload: false, ..DeepImageSettings::default() }.into();
+    assert!(passes::check(&deep, &without).is_err() && passes::check(&usual, &without).is_ok());
+}
+
+#[test]
+fn constants_are_the_shaders() {
+    let constant =
+        |file: &str, name| crate::SHADERS.constant(&format!("indirect/photon_splatting/{file}"), name) as u32;
+    let names = [
+        "EMITTED",
+        "REFLECTED",
+        "ESCAPED",
+        "LANDED",
+        "OFF_SCREEN",
+        "HIDDEN",
+        "SPLATTED",
+        "FLUX_ARRIVED",
+        "FLUX_REFLECTED",
+        "FLUX_LANDED",
+        "FLUX_SPLATTED",
+    ];
+    for (i, name) in names.iter().enumerate() {
+        assert_eq!(constant("counters", name) as usize, i);
+        assert_eq!(passes::COUNTERS[i], format!("photons/{}", name.to_lowercase()));
+    }
+    assert_eq!(constant("counters", "COLUMNS") as usize, names.len());
+    assert_eq!(names.len(), passes::COUNTERS.len());
+    use crate::indirect::light_views::Source;
+    let sources = ["CONE", "PARALLEL", "AREA", "TRIANGLE"];
+    let of = |name| crate::SHADERS.constant("indirect/light_views/rays", name) as u32;
+    let ours = [Source::Cone, Source::Parallel, Source::Area, Source::Triangle].map(|source| source as u32);
+    assert_eq!(sources.map(of), ours);
+}

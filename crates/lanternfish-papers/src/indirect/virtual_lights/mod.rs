@@ -1,0 +1,190 @@
+//! Virtual point lights, each with a range of its own [Archer2019, §3.2; Keller1997; Dachsbacher2005].
+//!
+//! 1. Map: what the scene's lights see, texel by texel (`light_views/`, `trace.wesl`); texels that lie close together become one
+//!    (`merge.wesl`).
+//! 2. Ranges: six rays from every texel's surface (`range_rays.wesl`); lights with too small or too large a range are left out
+//!    (`ranges.wesl`); the others are put in order (`place.wesl`).
+//! 3. Lists: light culling finds which of them reach which pixels, through whatever scheme the settings name.
+//! 4. Gather: their light is added up (`gather.wesl`), or some are chosen for each pixel and looked for (`shadow.wesl`).
+//! 5. What is found is made the picture's, bounded and filtered (`smoothing/`).
+
+mod builder;
+mod choices;
+mod draw;
+mod parameters;
+mod settings;
+#[cfg(test)]
+mod tests;
+
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct};
+
+use self::{
+    builder::LightBuilder,
+    parameters::{LightRange, Texel, VirtualLightParameters},
+};
+pub use self::{
+    choices::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual},
+    settings::VirtualLights,
+};
+use lanternfish::indirect::{
+    IndirectClamp, IndirectPasses, IndirectSums,
+    smoothing::{MOST_RADIUS, PixelSums, Smoothing},
+};
+use lanternfish::{
+    RenderError, ViewContext,
+    gpu_scene::{MASKED, TEXTURES},
+    light_culling::{LightCulling, Reach},
+    prepass::Surface,
+    rays::{self, TracePass, Tracer},
+    settings::{Samples, Settings, Shadows},
+    shaders::{Root, Shaders},
+};
+
+/// Lights are chosen for rays, instead of being added up.
+const SHADOWED: Feature = Feature::new("shadowed");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders::of(
+    &crate::SHADERS,
+    &[
+        Root::of("indirect/virtual_lights/draw", &[&[&[], &[MASKED]], TEXTURES]),
+        Root::new("indirect/virtual_lights/reconstruct"),
+        Root::computed("indirect/virtual_lights/trace", rays::exact_tracers),
+        Root::new("indirect/virtual_lights/merge"),
+        Root::new("indirect/virtual_lights/thin"),
+        Root::computed("indirect/virtual_lights/range_rays", || rays::every_tracer(false)),
+        Root::new("indirect/virtual_lights/ranges"),
+        Root::new("indirect/virtual_lights/place"),
+        Root::computed("indirect/virtual_lights/gather", || {
+            let schemes = LightCulling::every_feature().into_iter();
+            schemes.flat_map(|scheme| [vec![scheme], vec![scheme, SHADOWED]]).collect()
+        }),
+        Root::computed("indirect/virtual_lights/shadow", || rays::every_tracer(false)),
+    ],
+    &[SharedStruct::of::<VirtualLightParameters>(), SharedStruct::of::<Texel>(), SharedStruct::of::<LightRange>()],
+);
+
+/// The passes.
+#[derive(Debug)]
+pub struct VirtualLightPasses {
+    settings: VirtualLights,
+    /// Frames that a picture is the mean of, at least.
+    frames: u32,
+    builder: LightBuilder,
+    culling: LightCulling,
+    gather: ComputeKernel,
+    /// None: virtual lights cast no shadows.
+    shadow: Option<TracePass>,
+    smoothing: Smoothing,
+}
+
+impl VirtualLightPasses {
+    /// Compiles the passes. `tracer`: what shadows of the scene's lights are traced through, if there are any.
+    pub fn new(
+        device: &wgpu::Device,
+        room: VirtualLights,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Self, RenderError> {
+        check(&room)?;
+        let kernel = |file: &str, features: &[Feature]| {
+            let module = format!("indirect/virtual_lights/{file}");
+            let shader = DECLARED.link(&module, features)?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, file, &module))
+        };
+        let exact = tracer.unwrap_or(Tracer::BVH).exact();
+        let shadows = match room.shadows {
+            Shadows::None => None,
+            Shadows::Auto => Some(exact),
+            Shadows::Traced(tracer) => Some(tracer.check(device, "`vpl-shadows ray-query`", "`vpl-shadows bvh`")?),
+        };
+        let mut gather = vec![LightCulling::feature(&settings.culling)];
+        gather.extend(shadows.map(|_| SHADOWED));
+        let shadow = |tracer: Tracer| {
+            Ok::<_, RenderError>(TracePass::new(
+                tracer,
+                kernel("shadow", &tracer.features(&settings.structure, false))?,
+            ))
+        };
+        Ok(Self {
+            settings: room,
+            frames: settings.accumulate,
+            builder: LightBuilder::new(device, room, settings, &settings.structure, exact)?,
+            culling: LightCulling::new(device, &settings.culling, Samples::One)?,
+            gather: kernel("gather", &gather)?,
+            shadow: shadows.map(shadow).transpose()?,
+            smoothing: Smoothing::new(device, settings.history)?,
+        })
+    }
+}
+
+impl IndirectPasses for VirtualLightPasses {
+    fn forget(&mut self) {
+        self.smoothing.forget();
+    }
+
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<IndirectSums, RenderError> {
+        let found = self.builder.get(frame, view)?;
+        // What is lit is this surface, whatever else the view shows.
+        let lit = view.showing(surface);
+        let lists = self.culling.record(frame, std::slice::from_ref(&lit), Reach::Surface, &found.set)?.remove(0);
+
+        let frames = self.frames.max(view.view.frame_index.saturating_add(1));
+        let (resolution, radius) = (self.settings.resolution, self.settings.filter_radius);
+        // Where pixels take all of their light there is no noise.
+        let (radius, clamp) = match self.shadow.is_some() || self.settings.stride > 1 {
+            true => (radius, self.settings.clamp),
+            false => (0, IndirectClamp::Off),
+        };
+        let sums = PixelSums::new(frame, surface.size, resolution, radius, clamp, frames)?;
+        let [width, height, _] = self.gather.workgroup_size();
+        let groups = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
+        let surfaces = view.buffer.bindings().with(&surface.bindings());
+        let uniform = frame.uniform(&found.parameters);
+        let scene_bindings = view.scene.bindings();
+        let lit = scene_bindings.with(&surfaces).with(&sums.bindings()).with(&found.set.bindings());
+        let lit = lit.part("virtual_lights", &uniform).buffer("pixel_sums", &sums.sums);
+        let gathering = lit.clone().with(&lists.bindings());
+        match &self.shadow {
+            None => frame.dispatch(&self.gather, &gathering, groups),
+            Some(shadow) => {
+                let pixels = u64::from(sums.size.x) * u64::from(sums.size.y);
+                let words = pixels * (u64::from(self.settings.shadow_rays) + 1);
+                let limit = frame.device.limits().max_storage_buffer_binding_size / 4;
+                if words > limit {
+                    let remedy = "choose fewer `vpl-shadow-rays`, `indirect-resolution half`, or a smaller picture";
+                    return Err(RenderError::Overflow { list: "rays to virtual lights", needed: words, limit, remedy });
+                }
+                let chosen = frame.scratch("indirect/virtual_lights/chosen", 4 * words)?;
+                frame.dispatch(&self.gather, &gathering.buffer("chosen_lights", &chosen), groups);
+                shadow.dispatch(frame, view, &lit.buffer("chosen_lights", &chosen), groups);
+            }
+        }
+        let layers = self.smoothing.record(frame, view, surface, &sums)?;
+        Ok(IndirectSums::new(layers).with_counters(vec![found.counters.clone()]))
+    }
+}
+
+/// An error where a number is out of range.
+fn check(room: &VirtualLights) -> Result<(), RenderError> {
+    let wrong = |needed| Err(RenderError::Together { setting: "`indirect virtual-lights`", needed });
+    let are_there = (1..=256).contains(&room.shadow_rays) && (1..=4096).contains(&room.far_lights);
+    if !are_there || !(1..=64).contains(&room.stride) {
+        return wrong("1 to 256 rays a pixel, 1 to 4096 far lights, and a stride of 1 to 64");
+    }
+    if room.filter_radius > MOST_RADIUS || room.large_kept > 100 {
+        return wrong("a filter of at most 64 pixels, and at most 100 percent of large lights");
+    }
+    let shares = [room.spacing, room.least_range, room.most_range];
+    // What is no number is not above 0 either.
+    let is_above = |number: &f32| *number > 0.0;
+    if !shares.iter().chain(&room.least_distance).all(is_above) {
+        return wrong("spacing and ranges above 0, and a least distance above 0");
+    }
+    Ok(())
+}

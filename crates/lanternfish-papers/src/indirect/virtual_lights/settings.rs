@@ -1,0 +1,312 @@
+//! What can be chosen of virtual lights.
+
+use super::{DECLARED, Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLightPasses};
+use lanternfish::{
+    RenderError,
+    gpu_scene::Parts,
+    indirect::{
+        IndirectClamp, IndirectPasses, IndirectResolution, IndirectTechnique, Quality,
+        smoothing::{CLAMP, FILTER, RESOLUTION},
+    },
+    rays::Tracer,
+    settings::{Attenuation, Settings, Shadows},
+    shaders::Shaders,
+    technique::{Parameter, Range, Technique},
+};
+
+/// Virtual point lights on what the scene's lights light, each with a range [Archer2019, §3.2].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VirtualLights {
+    /// Texels along an edge of the reflective shadow map, which all lights share. Larger: more virtual lights, slower.
+    pub map: MapSize,
+    /// How the map is made.
+    pub source: MapSource,
+    /// Whether texels that lie close together become one light.
+    pub unique: bool,
+    /// Distance between virtual lights on a surface below which texels become one, as a share of the scene's radius, > 0. Larger: fewer
+    /// lights, coarser light.
+    pub spacing: f32,
+    /// How many lights are taken of all these, each with an equal share of their flux; 0: all. More: less coarse light, slower.
+    pub count: u32,
+    /// A pixel looks at every nth of the lights that reach it, pixels nearby at the others, 1 to 64. More: faster, noisier.
+    pub stride: u32,
+    /// Where a light's range comes from.
+    pub ranges: Ranges,
+    /// What the rays that find ranges are cast about.
+    pub axis: RangeAxis,
+    /// What these rays are traced through.
+    pub range_tracer: Tracer,
+    /// Range below which a light is left out, as a share of the scene's radius, > 0. Larger: fewer lights, corners get darker.
+    pub least_range: f32,
+    /// Range above which only some lights are kept, as a share of the scene's radius, > 0; and up to which random ranges go. Smaller: fewer
+    /// lights reach each pixel.
+    pub most_range: f32,
+    /// How many lights with a range above that are kept, percent, up to 100. More: more lights reach each pixel.
+    pub large_kept: u32,
+    /// How light ends at its range.
+    pub falloff: Attenuation,
+    /// How a virtual light shines about its normal.
+    pub emission: Emission,
+    /// Least distance to a virtual light that counts, m, > 0. Larger: darker corners, no spots. None: a light counts as a disk of the
+    /// area that it stands for.
+    pub least_distance: Option<f32>,
+    /// What is done about the flux that ranges cut off.
+    pub residual: Residual,
+    /// How many lights carry over the whole scene what ranges cut off, with [`Residual::FarLights`], 1 to 4096. More: smoother, slower.
+    pub far_lights: u32,
+    /// Where it is not 0, the light of the n virtual lights that reach a pixel is weighed by this number over n, so that pixels that
+    /// many lights reach are no brighter than others. Larger: brighter.
+    pub weight_count: u32,
+    /// What shadows of virtual lights are traced through.
+    pub shadows: Shadows,
+    /// Rays from a pixel to virtual lights, 1 to 256. More: less noise, slower.
+    pub shadow_rays: u32,
+    /// Which pixels look for virtual lights.
+    pub resolution: IndirectResolution,
+    /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none.
+    pub filter_radius: u32,
+    /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do.
+    pub clamp: IndirectClamp,
+}
+
+impl Default for VirtualLights {
+    fn default() -> Self {
+        Self {
+            map: MapSize::Texels256,
+            source: MapSource::Rays,
+            unique: true,
+            spacing: 0.02,
+            count: 4096,
+            stride: 16,
+            ranges: Ranges::Average,
+            axis: RangeAxis::Normal,
+            range_tracer: crate::deep_images::WITHIN_TEXEL,
+            least_range: 0.005,
+            most_range: 0.5,
+            large_kept: 100,
+            falloff: Attenuation::Gltf,
+            emission: Emission::Cosine,
+            least_distance: None,
+            residual: Residual::FarLights,
+            far_lights: 512,
+            weight_count: 0,
+            shadows: Shadows::Auto,
+            shadow_rays: 4,
+            resolution: IndirectResolution::Full,
+            filter_radius: 8,
+            clamp: IndirectClamp::On,
+        }
+    }
+}
+
+impl Technique for VirtualLights {
+    const NAME: &'static str = "virtual-lights";
+    const SUMMARY: &'static str = "Point lights on what the scene's lights light, each with a range: one bounce";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
+            "vpl-map",
+            "TEXELS",
+            Range::Numbers,
+            "Texels along an edge of the map of what lights see, of which virtual lights are made",
+            |room: &mut Self| &mut room.map,
+        )
+        .with_default(),
+        Parameter::new("vpl-source", "NAME", Range::Names, "How the map of what lights see is made", |room: &mut Self| &mut room.source)
+            .with_default(),
+        Parameter::new(
+            "vpl-unique",
+            "on|off",
+            Range::Switch("Fewer lights, evenly spread over surfaces", "A light a texel"),
+            "Whether texels of the map that lie close together become one light",
+            |room: &mut Self| &mut room.unique,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-spacing",
+            "SHARE",
+            Range::Positive,
+            "Distance between virtual lights below which texels of their map become one light, as a share of the scene's radius. Larger: fewer \
+             lights",
+            |room: &mut Self| &mut room.spacing,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-count",
+            "N",
+            Range::Count(0, 4_194_304),
+            "How many virtual lights are taken of all that the map gives, each with an equal share of the flux; 0: all. More: less \
+             coarse, slower",
+            |room: &mut Self| &mut room.count,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-stride",
+            "N",
+            Range::Count(1, 64),
+            "A pixel looks at every Nth of the virtual lights that reach it, pixels nearby at the others. More: faster, noisier",
+            |room: &mut Self| &mut room.stride,
+        )
+        .with_default(),
+        Parameter::new("vpl-ranges", "NAME", Range::Names, "Where a virtual light's range comes from", |room: &mut Self| {
+            &mut room.ranges
+        })
+        .with_default(),
+        Parameter::new(
+            "vpl-axis",
+            "NAME",
+            Range::Names,
+            "What the rays that find ranges are cast about",
+            |room: &mut Self| &mut room.axis,
+        )
+        .with_default(),
+        Parameter::new("vpl-range-tracer", "NAME", Range::Names, "What these rays are traced through", |room: &mut Self| {
+            &mut room.range_tracer
+        })
+        .with_default(),
+        Parameter::new(
+            "vpl-least-range",
+            "SHARE",
+            Range::Positive,
+            "Range below which a virtual light is left out, as a share of the scene's radius. Larger: fewer lights",
+            |room: &mut Self| &mut room.least_range,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-most-range",
+            "SHARE",
+            Range::Positive,
+            "Range above which only some virtual lights are kept, as a share of the scene's radius; random ranges end there. Smaller: \
+             fewer lights a pixel",
+            |room: &mut Self| &mut room.most_range,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-large-kept",
+            "PERCENT",
+            Range::Count(0, 100),
+            "How many virtual lights with a range above `vpl-most-range` are kept, percent. More: more lights a pixel",
+            |room: &mut Self| &mut room.large_kept,
+        )
+        .with_default(),
+        Parameter::new("vpl-falloff", "NAME", Range::Names, "How virtual lights end at their range", |room: &mut Self| {
+            &mut room.falloff
+        })
+        .with_default(),
+        Parameter::new(
+            "vpl-emission",
+            "NAME",
+            Range::Names,
+            "How a virtual light shines about its normal",
+            |room: &mut Self| &mut room.emission,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-least-distance",
+            "METRES",
+            Range::Positive,
+            "Least distance to a virtual light that counts. Larger: darker corners, no spots. Without it, a light counts as a \
+             disk of the area that it stands for",
+            |room: &mut Self| &mut room.least_distance,
+        ),
+        Parameter::new(
+            "vpl-residual",
+            "NAME",
+            Range::Names,
+            "What is done about light that ranges cut off",
+            |room: &mut Self| &mut room.residual,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-far-lights",
+            "N",
+            Range::Count(1, 4096),
+            "How many lights carry over the whole scene what ranges cut off, with `vpl-residual far-lights`. More: smoother, slower",
+            |room: &mut Self| &mut room.far_lights,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-weight",
+            "N",
+            Range::Count(0, 65536),
+            "Weighs a pixel's light by N over the number of virtual lights that reach it; 0: not at all",
+            |room: &mut Self| &mut room.weight_count,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-shadows",
+            "NAME",
+            Range::Names,
+            "What shadows of virtual lights are traced through",
+            |room: &mut Self| &mut room.shadows,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-shadow-rays",
+            "N",
+            Range::Count(1, 256),
+            "Rays from a pixel to virtual lights. More: less noise, slower",
+            |room: &mut Self| &mut room.shadow_rays,
+        )
+        .with_default(),
+        Parameter { info: RESOLUTION, of: |room| &mut room.resolution },
+        Parameter { info: FILTER, of: |room| &mut room.filter_radius },
+        Parameter { info: CLAMP, of: |room| &mut room.clamp },
+    ];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl IndirectTechnique for VirtualLights {
+    fn is_physical(&self) -> bool {
+        true
+    }
+
+    fn spend(&mut self, quality: Quality) {
+        let (count, shadow_rays, resolution) = match quality {
+            Quality::Draft => (4096, 4, IndirectResolution::Half),
+            Quality::Good => (4096, 4, IndirectResolution::Full),
+            Quality::Best => (16384, 12, IndirectResolution::Full),
+        };
+        (self.count, self.shadow_rays, self.resolution) = (count, shadow_rays, resolution);
+        self.clamp = if quality == Quality::Best { IndirectClamp::Off } else { IndirectClamp::On };
+    }
+
+    fn parts(&self) -> Parts {
+        Parts::HITS
+    }
+
+    fn tracers(&self) -> Vec<Tracer> {
+        let shadows = match self.shadows {
+            Shadows::Traced(tracer) => Some(tracer),
+            Shadows::Auto | Shadows::None => None,
+        };
+        self.traces_ranges().then_some(self.range_tracer).into_iter().chain(shadows).collect()
+    }
+
+    fn sees_surroundings(&self) -> bool {
+        false
+    }
+
+    fn for_transparent(&mut self) {
+        self.range_tracer = self.range_tracer.exact();
+        if let Shadows::Traced(tracer) = &mut self.shadows {
+            *tracer = tracer.exact();
+        }
+        self.resolution = IndirectResolution::Full;
+    }
+
+    fn build(
+        &self,
+        device: &wgpu::Device,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Box<dyn IndirectPasses>, RenderError> {
+        Ok(Box::new(VirtualLightPasses::new(device, *self, settings, tracer)?))
+    }
+}
+
+impl VirtualLights {
+    /// Whether rays are cast about every light: for its range, or to know what that cuts off.
+    pub(super) fn traces_ranges(&self) -> bool {
+        matches!(self.ranges, Ranges::Average | Ranges::Maximum) || self.residual != Residual::Lost
+    }
+}

@@ -1,0 +1,75 @@
+//! Techniques of the papers for [`lanternfish`] that none of its default settings runs: the scene as deep images, and what is found through
+//! them; light from virtual lights and from photons; a raster grid of lights; occlusion in screen space.
+//!
+//! [`register`] makes all of them known by name, to flags, shots, panels and reports. Settings that a program fills in itself need only the
+//! tracers and the culling registered, which [`register`] does too.
+//!
+//! ```
+//! use lanternfish::Settings;
+//! use lanternfish_papers::{DeepImageSettings, VirtualLights};
+//!
+//! lanternfish_papers::register();
+//! let settings = Settings {
+//!     indirect: VirtualLights::default().into(),
+//!     structure: DeepImageSettings { resolution: 64, ..DeepImageSettings::default() }.into(),
+//!     ..Settings::default()
+//! };
+//! # let _ = settings;
+//! ```
+//!
+//! | Paper | Here |
+//! |---|---|
+//! | Nießner 2010, Aalund 2015 | [`deep_images`], [`occlusion`] by them, [`ACROSS_TEXELS`] |
+//! | Archer 2019 | the single pass of [`deep_images`], [`WITHIN_TEXEL`], [`indirect::virtual_lights`], [`indirect::photon_splatting`] |
+//! | van Gelderen 2020 | [`light_culling::raster_grid`] |
+//!
+//! Folders bear the names of the library's: a technique is below its kind.
+
+pub mod deep_images;
+pub mod indirect;
+pub mod light_culling;
+pub mod occlusion;
+pub mod rays;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Once;
+
+use lanternfish::{
+    settings::{Culling, Indirect, Occlusion},
+    shaders::{Package, Shaders},
+};
+
+pub use self::{
+    deep_images::{
+        ACROSS_TEXELS, WITHIN_TEXEL,
+        directions::DirectionSet,
+        settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
+    },
+    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
+    light_culling::raster_grid::RasterGrid,
+    occlusion::{deep::Deep, hbao::Hbao},
+};
+
+/// Every `.wesl` file of this crate; a module's path is its file's. They may import those of the library.
+pub static SHADERS: Package = Package::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs")));
+
+/// The shaders of the folders that are no technique of a kind.
+pub const FOLDERS: &[Shaders] = &[deep_images::DECLARED, indirect::light_views::DECLARED];
+
+/// Makes every technique of this crate known by name. Programs call it before they read names and before they make a renderer; more than
+/// once does nothing.
+pub fn register() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        WITHIN_TEXEL.register();
+        ACROSS_TEXELS.register();
+        Culling::from(RasterGrid::default()).register();
+        Indirect::from(PhotonSplatting::default()).register();
+        Indirect::from(VirtualLights::default()).register();
+        Occlusion::from(Deep::default()).register();
+        Occlusion::from(Hbao::default()).register();
+    });
+}

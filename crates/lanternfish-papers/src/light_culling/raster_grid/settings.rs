@@ -1,0 +1,62 @@
+//! What can be chosen of the grid.
+
+use lanternfish_gpu::Feature;
+
+use super::{CULLING_RASTER_GRID, DECLARED, RasterGridCulling};
+use lanternfish::{
+    RenderError,
+    light_culling::{CullingTechnique, LightCullingPasses, TileSize},
+    settings::Samples,
+    shaders::Shaders,
+    technique::{Parameter, Range, Technique},
+};
+
+/// Lists per screen tile and layer of distance, found by drawing the lights [Archer2019, §3.2].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RasterGrid {
+    /// Edge of a tile, pixels. Smaller: fewer lights a pixel, more lists.
+    pub tile_size: TileSize,
+    /// Layers that a tile is divided into, 1 to 32. More: fewer lights a pixel where a tile shows surfaces far apart, more lists.
+    pub layers: u32,
+}
+
+impl Default for RasterGrid {
+    fn default() -> Self {
+        Self { tile_size: TileSize::Px16, layers: 32 }
+    }
+}
+
+impl Technique for RasterGrid {
+    const NAME: &'static str = "raster-grid";
+    const SUMMARY: &'static str =
+        "A list of lights for every layer of every tile of the screen, found by drawing the lights";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
+            "tile-size",
+            "PIXELS",
+            Range::Numbers,
+            "Edge of a tile, pixels, with `culling tiled` or `culling raster-grid`. The picture is the same",
+            |grid: &mut Self| &mut grid.tile_size,
+        )
+        .with_default(),
+        Parameter::new(
+            "grid-layers",
+            "N",
+            Range::Count(1, super::MOST_LAYERS),
+            "Layers that a tile is divided into by the distance, with `culling raster-grid`. The picture is the same",
+            |grid: &mut Self| &mut grid.layers,
+        )
+        .with_default(),
+    ];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl CullingTechnique for RasterGrid {
+    fn feature(&self) -> Feature {
+        CULLING_RASTER_GRID
+    }
+
+    fn build(&self, device: &wgpu::Device, _samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
+        Ok(Box::new(RasterGridCulling::new(device, *self)?))
+    }
+}

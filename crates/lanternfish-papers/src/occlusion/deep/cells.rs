@@ -1,0 +1,105 @@
+//! The radiance of the surroundings about each direction of a set, kept while neither changes.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Quat, Vec4};
+use lanternfish_gpu::storage_buffer_of;
+
+use crate::deep_images::directions::Directions;
+use lanternfish::{RenderError, environment_light::EnvironmentSample};
+
+/// Mean radiance of one image of the surroundings about each direction of one set. The set must be the same whenever the buffer is asked
+/// for, but for its rotation.
+#[derive(Debug, Default)]
+pub(super) struct CellRadiances {
+    kept: Option<Kept>,
+}
+
+#[derive(Debug)]
+struct Kept {
+    samples: Arc<[EnvironmentSample]>,
+    rotation: Quat,
+    buffer: wgpu::Buffer,
+}
+
+impl CellRadiances {
+    /// Lets the next frame fill the buffer anew.
+    pub fn forget(&mut self) {
+        self.kept = None;
+    }
+
+    /// The radiances, bound as `cell_radiances`; made anew where the image or the rotation is not that of before.
+    pub fn get(
+        &mut self,
+        device: &wgpu::Device,
+        samples: &Arc<[EnvironmentSample]>,
+        directions: &Directions,
+    ) -> Result<&wgpu::Buffer, RenderError> {
+        let rotation = directions.rotation();
+        let same = |kept: &Kept| Arc::ptr_eq(&kept.samples, samples) && kept.rotation == rotation;
+        if !self.kept.as_ref().is_some_and(same) {
+            let cells = cell_radiances(samples, directions);
+            let buffer = storage_buffer_of(device, "occlusion/cells", &cells, wgpu::BufferUsages::empty())?;
+            self.kept = Some(Kept { samples: samples.clone(), rotation, buffer });
+        }
+        Ok(&self.kept.as_ref().expect("just made, if not there").buffer)
+    }
+}
+
+/// Mean radiance of what is nearer to each direction than to any other: of each image of a set, its axis' and then that of the
+/// opposite; nits, w unused.
+fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) -> Vec<Vec4> {
+    let mut sums = vec![(DVec3::ZERO, 0.0f64); 2 * directions.len()];
+    for sample in samples {
+        let (image, reversed) = directions.nearest(sample.direction);
+        let (radiance, solid_angle) = &mut sums[2 * image as usize + usize::from(reversed)];
+        *radiance += sample.radiance.as_dvec3() * f64::from(sample.solid_angle);
+        *solid_angle += f64::from(sample.solid_angle);
+    }
+    let mean = |(i, (radiance, solid_angle)): (usize, (DVec3, f64))| {
+        if solid_angle > 0.0 {
+            return (radiance / solid_angle).as_vec3().extend(0.0);
+        }
+        // A cell smaller than any piece.
+        let axis = directions.axes()[i / 2] * if i % 2 == 0 { 1.0 } else { -1.0 };
+        let nearest = samples.iter().max_by(|a, b| a.direction.dot(axis).total_cmp(&b.direction.dot(axis)));
+        nearest.map_or(Vec4::ZERO, |sample| sample.radiance.extend(0.0))
+    };
+    sums.into_iter().enumerate().map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::deep_images::directions::DirectionSet;
+    use crate::testing::{half_white, image};
+    use lanternfish::{environment_light::samples_of, view::rotations::frame_rotation};
+
+    #[test]
+    fn every_direction_has_the_mean_of_what_is_near_it() {
+        let set = Directions::new(DirectionSet::ZonalEqualArea { count: 169 }).unwrap();
+        let even = samples_of(&image(32, 16, 0.0, |_| Vec3::new(0.3, 1.0, 7.0)));
+        let half = samples_of(&half_white());
+        for frame in [None, Some(0), Some(7)] {
+            let turned = set.rotated(frame.map_or(Quat::IDENTITY, frame_rotation));
+            let cells = cell_radiances(&even, &turned);
+            let off = cells.iter().map(|cell| (*cell - Vec4::new(0.3, 1.0, 7.0, 0.0)).length());
+            assert!(off.fold(0.0, f32::max) < 1e-6);
+            // A cell is less than 10° wide.
+            let wrong = |directions: &Directions| {
+                let cells = cell_radiances(&half, directions);
+                let axes = turned.axes().iter().flat_map(|axis| [*axis, -*axis]);
+                let is_wrong = |(axis, cell): &(Vec3, &Vec4)| axis.y.abs() > 0.2 && cell.x != f32::from(axis.y > 0.0);
+                axes.zip(&cells).filter(is_wrong).count()
+            };
+            assert_eq!(wrong(&turned), 0);
+            // It can fail: cells of a set that is turned otherwise.
+            assert!(wrong(&set.rotated(frame_rotation(3))) > 50);
+        }
+        // The largest set has cells smaller than the pieces at the equator: none is black for it.
+        let largest = Directions::new(DirectionSet::ZonalEqualArea { count: Directions::MAX_COUNT }).unwrap();
+        assert!(cell_radiances(&even, &largest).iter().all(|cell| (cell.y - 1.0).abs() < 1e-6));
+    }
+}

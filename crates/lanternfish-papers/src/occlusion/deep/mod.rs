@@ -1,0 +1,233 @@
+//! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3], and the light that arrives along them.
+
+mod cells;
+
+use glam::{Quat, UVec2, Vec3};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_struct};
+
+use self::cells::CellRadiances;
+use super::DISTANCE;
+use crate::deep_images::{
+    DEPTH_16, DeepCounts, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST,
+    directions::Directions, settings::DeepImageSettings,
+};
+use lanternfish::occlusion::{OcclusionPasses, OcclusionTechnique, Openness, TILE, openness_target};
+use lanternfish::{
+    RenderError, ViewContext,
+    environment_light::{ENVIRONMENT, sums_target},
+    gpu_scene::Parts,
+    prepass::Surface,
+    settings::{History, Settings},
+    shaders::{Root, Shaders},
+    technique::{Parameter, Technique},
+};
+
+gpu_struct! {
+    /// Directions that one pass sums up.
+    pub struct DirectionRun {
+        /// First of the chunk's images.
+        first: u32,
+        /// Images.
+        count: u32,
+        /// Distance from which on nothing occludes, m; 0: everything does, however far.
+        max_distance: f32,
+        /// 1: first run of the frame, nothing has been summed before.
+        is_first: u32,
+        /// Perceptual roughness of the narrowest lobe about the mirror direction.
+        least_roughness: f32,
+        /// Number of the frame, of those that draw other texels.
+        frame: u32,
+    }
+}
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders::of(
+    &crate::SHADERS,
+    &[Root::of(
+        "occlusion/deep/accumulate",
+        &[
+            &[&[PAYLOAD]],
+            &[&[], &[LINKED_LIST], &[SORTED_LINKED_LIST], &[DEPTH_16], &[LINEAR_STEPS], &[DEPTH_16, LINEAR_STEPS]],
+            &[&[], &[ENVIRONMENT]],
+        ],
+    )],
+    &[SharedStruct::of::<DirectionRun>()],
+);
+
+/// By rays along every direction of deep images [Aalund2015, §3.3].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Deep {
+    /// Distance from which on nothing occludes, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which everything
+    /// occludes, however far.
+    pub max_distance: Option<f32>,
+}
+
+impl Technique for Deep {
+    const NAME: &'static str = "deep";
+    const SUMMARY: &'static str = "By the directions of deep images, which hold the whole scene";
+    const PARAMETERS: &'static [Parameter<Self>] = &[Parameter { info: DISTANCE, of: |deep| &mut deep.max_distance }];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl OcclusionTechnique for Deep {
+    fn max_distance(&self) -> Option<f32> {
+        self.max_distance
+    }
+
+    fn update_frames(&self, settings: &Settings) -> u32 {
+        DeepImageSettings::of(&settings.structure).slices.max(1)
+    }
+
+    /// Texels are drawn.
+    fn is_noisy(&self) -> bool {
+        true
+    }
+
+    fn parts(&self) -> Parts {
+        Parts::BVH
+    }
+
+    fn build(&self, device: &wgpu::Device, settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError> {
+        Ok(Box::new(DeepOcclusion::new(device, settings, self.max_distance)?))
+    }
+}
+
+/// Images that one pass looks into. A pass for each would spend its time on reading pixels; one for all keeps a slow device
+/// busy for longer than a driver may allow.
+const IMAGES_A_PASS: u32 = 32;
+
+/// Bytes of a pixel's `OpennessSums`.
+const SUMS_BYTES: u64 = 16;
+/// The same with radiance.
+const RADIANCE_SUMS_BYTES: u64 = 48;
+
+/// The passes.
+#[derive(Debug)]
+struct DeepOcclusion {
+    /// As they are without any rotation.
+    directions: Directions,
+    images: KeptDeepImages,
+    constant: Kernels,
+    /// Under an image of the surroundings.
+    environment: Kernels,
+    cells: CellRadiances,
+    max_distance: f32,
+    history: History,
+}
+
+#[derive(Debug)]
+struct Kernels {
+    accumulate: ComputeKernel,
+    resolve: ComputeKernel,
+}
+
+impl Kernels {
+    fn new(device: &wgpu::Device, features: &[Feature]) -> Result<Self, RenderError> {
+        let shader = DECLARED.link("occlusion/deep/accumulate", features)?;
+        Ok(Self {
+            accumulate: ComputeKernel::new(device, &shader, "accumulate", "occlusion/deep/accumulate"),
+            resolve: ComputeKernel::new(device, &shader, "resolve", "occlusion/deep/resolve"),
+        })
+    }
+}
+
+/// The rotation of the set turned on, so that its nearest axis is along `direction` (unit, world space).
+fn turned_towards(directions: &Directions, direction: Vec3) -> Quat {
+    let (image, reversed) = directions.nearest(direction);
+    let axis = directions.axes()[image as usize];
+    let nearest = if reversed { -axis } else { axis };
+    (Quat::from_rotation_arc(nearest, direction) * directions.rotation()).normalize()
+}
+
+impl DeepOcclusion {
+    /// Compiles the passes.
+    fn new(device: &wgpu::Device, settings: &Settings, max_distance: Option<f32>) -> Result<Self, RenderError> {
+        let history = settings.history;
+        // Near fragments are asked for their triangles.
+        let settings = DeepImageSettings { payload: true, ..DeepImageSettings::of(&settings.structure) };
+        let features = settings.fragment_features();
+        let with_image: Vec<Feature> = features.iter().copied().chain([ENVIRONMENT]).collect();
+        Ok(Self {
+            directions: Directions::new(settings.directions)
+                .map_err(|error| RenderError::Directions { what: error.to_string() })?,
+            images: KeptDeepImages::new(device, settings)?,
+            constant: Kernels::new(device, &features)?,
+            environment: Kernels::new(device, &with_image)?,
+            cells: CellRadiances::default(),
+            max_distance: max_distance.unwrap_or(0.0),
+            history,
+        })
+    }
+}
+
+impl OcclusionPasses for DeepOcclusion {
+    fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
+        self.images.check_growth(growth)
+    }
+
+    fn forget(&mut self) {
+        self.images.forget();
+        self.cells.forget();
+    }
+
+    /// By images of the scene as it is now, whose set of directions is turned as the frame says; and, where there is a sun, a little
+    /// more, so that one of them is towards it.
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        ViewContext { scene, view, buffer, rotation, .. }: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<Openness, RenderError> {
+        let rotation = match scene.environment_light().sun {
+            Some(sun) => turned_towards(&self.directions.rotated(*rotation), sun),
+            None => *rotation,
+        };
+        let images = self.images.get(frame, scene, rotation)?;
+        let cells = match &scene.environment_light().samples {
+            Some(samples) => Some(self.cells.get(frame.device, samples, &images.directions)?),
+            None => None,
+        };
+        let kernels = if cells.is_some() { &self.environment } else { &self.constant };
+        let UVec2 { x, y } = surface.size;
+        let pixels = u64::from(x) * u64::from(y);
+        let sums_bytes = if cells.is_some() { RADIANCE_SUMS_BYTES } else { SUMS_BYTES };
+        let sums = frame.scratch("occlusion/sums", sums_bytes * pixels)?;
+        let target = openness_target(frame, surface.size);
+        let environment_sums = sums_target(frame, surface.size);
+        let groups = [x.div_ceil(TILE), y.div_ceil(TILE), 1];
+        let view_bindings = buffer.bindings();
+        let shared = view_bindings.with(&surface.bindings()).with(&scene.bindings());
+        let mut shared = shared.buffer("openness_sums", &sums);
+        if let Some(cells) = cells {
+            shared = shared.buffer("cell_radiances", cells);
+        }
+        // Half vectors, which lean half as much as directions, are as wide as a direction's cell, whose radius is (2 / count)^½.
+        let least_roughness = (2.0 / images.directions.len() as f32).sqrt().sqrt().min(1.0);
+        let drawn = match self.history {
+            History::Off => view.frame_index,
+            History::On => view.forgetful_index,
+        };
+        let max_distance = self.max_distance;
+        let run = DirectionRun { max_distance, least_roughness, frame: drawn, ..Default::default() };
+        let mut is_first = 1;
+        for chunk in &images.chunks {
+            let of_chunk = shared.clone().with(&chunk.bindings(&images.frames));
+            for first in (0..chunk.grid.image_count).step_by(IMAGES_A_PASS as usize) {
+                let count = IMAGES_A_PASS.min(chunk.grid.image_count - first);
+                let run = DirectionRun { first, count, is_first, ..run };
+                let run = frame.uniform(&run);
+                frame.dispatch(&kernels.accumulate, &of_chunk.clone().part("direction_run", &run), groups);
+                is_first = 0;
+            }
+        }
+        let run = frame.uniform(&run);
+        let resolving = shared
+            .part("direction_run", &run)
+            .texture("openness_target", &target)
+            .texture("environment_sums_target", &environment_sums);
+        frame.dispatch(&kernels.resolve, &resolving, groups);
+        let DeepCounts { kept, bytes, .. } = images.counts;
+        let counters = vec![("deep_images/fragments", kept), ("deep_images/bytes", bytes)];
+        Ok(Openness { texture: target, environment_sums, counters })
+    }
+}

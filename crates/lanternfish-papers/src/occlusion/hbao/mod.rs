@@ -1,0 +1,111 @@
+//! Ambient obscurance by horizons in the depth of the view [Bavoil2008; Jimenez2016]: what screen space can do, for comparison.
+
+use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
+
+use super::DISTANCE;
+use lanternfish::occlusion::{
+    OcclusionPasses, OcclusionTechnique, Openness, TILE, by_normal::LightByNormal, openness_target,
+};
+use lanternfish::{
+    RenderError, ViewContext,
+    environment_light::sums_target,
+    prepass::Surface,
+    settings::Settings,
+    shaders::{Root, Shaders},
+    technique::{Parameter, Technique},
+};
+
+gpu_struct! {
+    /// How far horizons are looked for.
+    pub struct HbaoParameters {
+        /// Distance from which on nothing occludes, m.
+        radius: f32,
+    }
+}
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders::of(
+    &crate::SHADERS,
+    &[Root::new("occlusion/hbao/horizon"), Root::new("occlusion/hbao/blur")],
+    &[SharedStruct::of::<HbaoParameters>()],
+);
+
+/// By horizons in the depth of the view: for comparison [Bavoil2008; Jimenez2016].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hbao {
+    /// Distance from which on nothing occludes, m, > 0. Higher: darker, and more that the view does not show is missed.
+    pub radius: f32,
+}
+
+impl Default for Hbao {
+    fn default() -> Self {
+        Self { radius: 1.0 }
+    }
+}
+
+impl Technique for Hbao {
+    const NAME: &'static str = "hbao";
+    const SUMMARY: &'static str = "By horizons in the picture's depth, which knows what is seen: for comparison";
+    const PARAMETERS: &'static [Parameter<Self>] = &[Parameter { info: DISTANCE, of: |hbao| &mut hbao.radius }];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl OcclusionTechnique for Hbao {
+    fn max_distance(&self) -> Option<f32> {
+        Some(self.radius)
+    }
+
+    fn build(&self, device: &wgpu::Device, _settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError> {
+        Ok(Box::new(HbaoOcclusion::new(device, self.radius)?))
+    }
+}
+
+/// The passes.
+#[derive(Debug)]
+struct HbaoOcclusion {
+    horizons: ComputeKernel,
+    blur_across: ComputeKernel,
+    blur_down: ComputeKernel,
+    light: LightByNormal,
+    parameters: wgpu::Buffer,
+}
+
+impl HbaoOcclusion {
+    /// Compiles the passes.
+    fn new(device: &wgpu::Device, radius: f32) -> Result<Self, RenderError> {
+        let horizon = DECLARED.link("occlusion/hbao/horizon", &[])?;
+        let blur = DECLARED.link("occlusion/hbao/blur", &[])?;
+        Ok(Self {
+            horizons: ComputeKernel::new(device, &horizon, "horizons", "occlusion/hbao/horizons"),
+            blur_across: ComputeKernel::new(device, &blur, "blur_across", "occlusion/hbao/blur_across"),
+            blur_down: ComputeKernel::new(device, &blur, "blur_down", "occlusion/hbao/blur_down"),
+            light: LightByNormal::new(device)?,
+            parameters: uniform_buffer_of(device, "occlusion/hbao", &HbaoParameters { radius }),
+        })
+    }
+}
+
+impl OcclusionPasses for HbaoOcclusion {
+    /// How open every pixel's surface is to what the view shows around it, and that share of the surroundings' light.
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<Openness, RenderError> {
+        let [found, across, down] = std::array::from_fn(|_| openness_target(frame, surface.size));
+        let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
+        let view_bindings = view.buffer.bindings();
+        let shared = view_bindings.with(&surface.bindings());
+        let bindings = shared.clone().buffer("hbao_parameters", &self.parameters).texture("openness_target", &found);
+        frame.dispatch(&self.horizons, &bindings, groups);
+        for (kernel, from, to) in [(&self.blur_across, &found, &across), (&self.blur_down, &across, &down)] {
+            let bindings = shared.clone().texture("unblurred_openness", from).texture("openness_target", to);
+            frame.dispatch(kernel, &bindings, groups);
+        }
+        let environment_sums = sums_target(frame, surface.size);
+        let openness = Openness { texture: down, environment_sums, counters: Vec::new() };
+        self.light.record(frame, view, surface, &openness);
+        Ok(openness)
+    }
+}

@@ -1,0 +1,308 @@
+mod environment;
+mod glass;
+mod history;
+
+use crate::testing;
+use glam::{Affine3A, UVec2, Vec3, Vec4};
+use lanternfish_gpu::Gpu;
+use lanternfish_reference::{
+    Film, Settings as TracerSettings, Tracer,
+    settings::{Integrator, LightChoice},
+};
+use lanternfish_scene::{Camera, Material, Projection, Scene, generate::demo};
+
+use crate::testing::{inside, looking, quad, scene_of};
+use crate::{Deep, DeepImageSettings, DirectionSet, Hbao};
+use lanternfish::{
+    GpuScene, RenderError, Renderer, Settings,
+    settings::{DebugView, Occlusion, Shadows},
+};
+
+/// Not a multiple of a workgroup.
+const SIZE: UVec2 = UVec2::new(61, 45);
+
+fn deep() -> Occlusion {
+    Occlusion::from(Deep { max_distance: None })
+}
+
+fn settings(occlusion: Occlusion) -> Settings {
+    Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
+}
+
+fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
+    Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
+}
+
+/// How open each pixel is; rows from the top.
+fn openness(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Vec<f32> {
+    inside::openness(gpu, renderer, scene, camera, SIZE)
+}
+
+/// The same of a scene that is uploaded for this alone.
+fn openness_of(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<f32> {
+    let mut renderer = renderer(gpu, settings);
+    let uploaded = renderer.upload(scene).unwrap();
+    openness(gpu, &mut renderer, &uploaded, camera)
+}
+
+fn mean(values: &[f32]) -> f64 {
+    values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len() as f64
+}
+
+/// Mean of the distances between pixels.
+fn off(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / a.len() as f64
+}
+
+/// Root mean square over squares of 4 x 4 pixels of how far their means are apart: noise of single pixels is a quarter there,
+/// blotches are what they are.
+fn mottling(a: &[f32], b: &[f32]) -> f64 {
+    let UVec2 { x: columns, y: rows } = SIZE / 4;
+    let square = |i: u32| {
+        let (x, y) = (4 * (i % columns), 4 * (i / columns));
+        let pixels = (0..16).map(|k| ((y + k / 4) * SIZE.x + x + k % 4) as usize);
+        pixels.map(|pixel| f64::from(a[pixel] - b[pixel])).sum::<f64>() / 16.0
+    };
+    let squares = columns * rows;
+    ((0..squares).map(|i| square(i).powi(2)).sum::<f64>() / f64::from(squares)).sqrt()
+}
+
+fn white() -> Material {
+    Material { metallic: 0.0, double_sided: true, ..Material::default() }
+}
+
+/// A floor of 20 x 20 m.
+fn floor() -> Scene {
+    scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![white()])
+}
+
+/// Truth: rays through exact triangles, 128 a pixel, whose own mean distance from the exact value is 0.035 at most (half a
+/// square root of 1/128, times the mean distance of a normal distribution). Pixels at edges show several surfaces to the truth
+/// and one to the renderer. Bounds are a quarter above what was measured.
+#[test]
+fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
+    let Some(gpu) = testing::gpu("gpu_deep_images_find_the_occlusion_that_exact_rays_find") else { return };
+    let scene = demo("cornell").unwrap();
+    let camera = &scene.cameras[0];
+    let exact = |integrator| {
+        let settings = TracerSettings { integrator, light_choice: LightChoice::Uniform, ..TracerSettings::default() };
+        let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
+        Tracer::new(&scene, settings).unwrap().render(camera, &mut film, 128);
+        film.mean().iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
+    };
+    let found = |occlusion, resolution| {
+        let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
+        openness_of(gpu, Settings { structure: deep_images.into(), ..settings(occlusion) }, &scene, camera)
+    };
+    let occlusion = exact(Integrator::Occlusion);
+    let obscurance = exact(Integrator::Obscurance { max_distance: 0.6 });
+    let near = Occlusion::from(Deep { max_distance: Some(0.6) });
+    let mut failures = Vec::new();
+    for (setting, truth, resolution, most_off, most_mottled, most_biased) in [
+        (deep(), &occlusion, 64, 0.034, 0.022, 0.01),
+        (deep(), &occlusion, 128, 0.034, 0.022, 0.01),
+        (near.clone(), &obscurance, 64, 0.016, 0.011, 0.004),
+        (near, &obscurance, 128, 0.016, 0.011, 0.004),
+    ] {
+        let found = found(setting.clone(), resolution);
+        let (off, bias) = (off(&found, truth), mean(&found) - mean(truth));
+        let mottled = mottling(&found, truth);
+        let line = format!("{setting:?} at {resolution}: off by {off:.4}, squares by {mottled:.4}, bias {bias:+.4}");
+        println!("{line}");
+        if off >= most_off || mottled >= most_mottled || bias.abs() >= most_biased {
+            failures.push(line);
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+    // The comparison sees another distance, and that nothing is occluded at all.
+    let farther = found(Occlusion::from(Deep { max_distance: Some(0.9) }), 64);
+    assert!(
+        off(&farther, &obscurance) > 0.05,
+        "blind to a distance half as large again: {}",
+        off(&farther, &obscurance)
+    );
+    let open = vec![1.0; pixel_count()];
+    assert!(off(&open, &obscurance) > 0.08 && off(&open, &occlusion) > 0.2);
+}
+
+fn pixel_count() -> usize {
+    (SIZE.x * SIZE.y) as usize
+}
+
+#[test]
+fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
+    let Some(gpu) = testing::gpu("gpu_an_open_plane_is_open_and_a_closed_box_is_closed") else { return };
+    let camera = looking([1.0, 1.5, 4.0], [0.0, 0.0, -1.0]);
+    for occlusion in [deep(), Occlusion::from(Deep { max_distance: Some(3.0) }), Occlusion::from(Hbao { radius: 3.0 })]
+    {
+        let found = openness_of(gpu, settings(occlusion.clone()), &floor(), &camera);
+        let least = found.iter().copied().fold(f32::INFINITY, f32::min);
+        assert!(least == 1.0, "{occlusion:?}: {least}");
+    }
+    // A box around the camera: what looks out of it looks past its edges, within a texel.
+    let side = |axis: Vec3| {
+        let (right, up) = axis.any_orthonormal_pair();
+        quad(0, 2.0 * axis, 2.0 * right, 2.0 * up)
+    };
+    let sides = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z].map(side);
+    let closed = scene_of(sides.into(), vec![white()]);
+    let camera = looking([1.2, 0.3, 1.4], [-2.0, -1.0, -1.5]);
+    let [coarse, fine] = [64, 256].map(|resolution| {
+        let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
+        mean(&openness_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &closed, &camera))
+    });
+    println!("closed: {coarse:.4}, {fine:.4}");
+    assert!(coarse < 0.06 && fine < 0.5 * coarse, "{coarse} {fine}");
+}
+
+/// On a floor at the foot of an endless wall half the hemisphere is closed; a radius away nothing is.
+#[test]
+fn gpu_both_ways_darken_a_corner() {
+    let Some(gpu) = testing::gpu("gpu_both_ways_darken_a_corner") else { return };
+    let mut scene = floor();
+    scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, -2.0), 10.0 * Vec3::X, 5.0 * Vec3::Y));
+    // Straight down: a column of pixels runs from the wall's foot outwards.
+    let camera = Camera::look_at(
+        Vec3::new(0.0, 3.0, -0.6),
+        Vec3::new(0.0, 0.0, -0.6),
+        Projection::Perspective { fov_y: 1.0, near: 0.05 },
+    );
+    let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
+    for occlusion in [Occlusion::from(Deep { max_distance: Some(1.0) }), Occlusion::from(Hbao { radius: 1.0 })] {
+        let found = openness_of(
+            gpu,
+            Settings { structure: deep_images.into(), ..settings(occlusion.clone()) },
+            &scene,
+            &camera,
+        );
+        let at = |y: u32| found[(y * SIZE.x + SIZE.x / 2) as usize];
+        let column: Vec<f32> = (0..SIZE.y).map(at).collect();
+        println!("{occlusion:?}: {column:.2?}");
+        let darkest = column.iter().copied().fold(f32::INFINITY, f32::min);
+        let brightest = column[SIZE.y as usize - 4];
+        assert!((0.4..0.75).contains(&darkest), "{occlusion:?}: {darkest}");
+        assert!(brightest > 0.97, "{occlusion:?}: {brightest}");
+    }
+}
+
+/// Where a floor meets a wall, a texel's axis may pass behind the wall. Truth: of a long wall of height h, a floor at distance x sees
+/// (1 - x / √(x² + h²)) / 2 of its hemisphere. A row of pixels is at one distance; its mean is free of most noise.
+#[test]
+fn gpu_creases_do_not_glow() {
+    let Some(gpu) = testing::gpu("gpu_creases_do_not_glow") else { return };
+    // The floor goes on behind the wall, or ends there.
+    for foot in [-2.0, -10.0] {
+        let mut scene = floor();
+        scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, foot), 10.0 * Vec3::X, 5.0 * Vec3::Y));
+        // Straight down; the wall's foot is at the upper edge.
+        let projection = Projection::Orthographic { half_height: 1.0, near: 0.0, far: 20.0 };
+        let camera = Camera::look_at(Vec3::new(0.0, 3.0, foot + 1.0), Vec3::new(0.0, 0.0, foot + 1.0), projection);
+        for resolution in [64, 128] {
+            let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
+            let found =
+                openness_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &scene, &camera);
+            let rows: Vec<f64> = found.chunks(SIZE.x as usize).map(mean).collect();
+            let truth = |row: usize| {
+                let distance = 2.0 * (row as f64 + 0.5) / f64::from(SIZE.y);
+                0.5 + 0.5 * distance / distance.hypot(10.0)
+            };
+            println!("{foot} at {resolution}: {rows:.2?}");
+            for (row, found) in rows.iter().enumerate() {
+                let truth = truth(row);
+                assert!((found - truth).abs() < 0.05, "{foot} at {resolution}, row {row}: {found} instead of {truth}");
+            }
+        }
+    }
+}
+
+#[test]
+fn gpu_what_moves_occludes_where_it_is_now() {
+    let Some(gpu) = testing::gpu("gpu_what_moves_occludes_where_it_is_now") else { return };
+    let mut scene = floor();
+    let plate = scene_of(vec![quad(0, 0.3 * Vec3::Y, 0.5 * Vec3::X, -0.5 * Vec3::Z)], vec![]);
+    scene.meshes.extend(plate.meshes);
+    scene.instances.push(lanternfish_scene::Instance { mesh: 1, ..plate.instances[0].clone() });
+    let mut moved = scene.clone();
+    moved.instances[1].world_from_object = Affine3A::from_translation(Vec3::new(-1.2, 0.1, -0.4));
+    let camera = looking([1.0, 2.5, 4.0], [0.0, 0.0, -0.5]);
+    let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
+    for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
+        let settings = Settings { structure: deep_images.into(), ..settings(occlusion.clone()) };
+        let mut renderer = renderer(gpu, settings.clone());
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let before = openness(gpu, &mut renderer, &uploaded, &camera);
+        assert!(
+            before == openness(gpu, &mut renderer, &uploaded, &camera),
+            "{occlusion:?}: differs from frame to frame"
+        );
+        renderer.update(&mut uploaded, &moved).unwrap();
+        let after = openness(gpu, &mut renderer, &uploaded, &camera);
+        let changed = before.iter().zip(&after).filter(|(a, b)| (**a - **b).abs() > 0.02).count();
+        assert!(changed > 100, "{occlusion:?}: {changed} pixels");
+        // No trace of where it was, and the same to the bit in another renderer.
+        assert!(after == openness_of(gpu, settings, &moved, &camera), "{occlusion:?}: differs from a fresh upload");
+    }
+}
+
+#[test]
+fn gpu_the_sky_lights_what_is_open_to_it() {
+    let Some(gpu) = testing::gpu("gpu_the_sky_lights_what_is_open_to_it") else { return };
+    let mut scene = floor();
+    scene.materials[0].base_color = Vec4::new(0.5, 0.25, 1.0, 1.0);
+    // All of it diffuse.
+    scene.materials[0].specular = 0.0;
+    scene.sky = Vec3::new(2.0, 4.0, 0.5);
+    let camera = looking([0.0, 3.0, 0.1], [0.0, 0.0, 0.0]);
+    let center = |occlusion| {
+        let mut renderer = renderer(gpu, settings(occlusion));
+        let uploaded = renderer.upload(&scene).unwrap();
+        renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance[pixel_count() / 2]
+    };
+    assert_eq!(center(Occlusion::NONE), [0.0, 0.0, 0.0, 1.0]);
+    for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
+        assert_eq!(center(occlusion.clone()), [1.0, 1.0, 0.5, 1.0], "{occlusion:?}");
+    }
+    // Half of what a wall beside it leaves.
+    scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, -0.5), 10.0 * Vec3::X, 5.0 * Vec3::Y));
+    let mut renderer = renderer(gpu, settings(deep()));
+    let uploaded = renderer.upload(&scene).unwrap();
+    let radiance = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance[pixel_count() / 2];
+    assert!((0.45..0.65).contains(&radiance[0]), "{radiance:?}");
+}
+
+#[test]
+fn gpu_frames_of_one_mean_look_in_other_directions() {
+    let Some(gpu) = testing::gpu("gpu_frames_of_one_mean_look_in_other_directions") else { return };
+    let mut scene = floor();
+    scene.meshes[0].primitives.push(quad(0, 0.4 * Vec3::Y, 0.8 * Vec3::X, -0.8 * Vec3::Z));
+    scene.sky = Vec3::ONE;
+    let camera = looking([0.0, 1.5, 5.0], [0.0, 0.0, 0.0]);
+    let radiance = |count, accumulate| {
+        let directions = DirectionSet::ZonalEqualArea { count };
+        let deep_images = DeepImageSettings { directions, resolution: 128, ..DeepImageSettings::default() };
+        let mut renderer = renderer(gpu, Settings { structure: deep_images.into(), accumulate, ..settings(deep()) });
+        let uploaded = renderer.upload(&scene).unwrap();
+        let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+        picture.radiance.iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
+    };
+    let many = radiance(400, 4);
+    let (one, mean) = (off(&radiance(10, 1), &many), off(&radiance(10, 16), &many));
+    println!("10 directions are off by {one:.4}, their mean by {mean:.4}");
+    assert!(mean < 0.6 * one, "{mean} {one}");
+}
+
+#[test]
+fn gpu_what_cannot_be_is_refused_with_a_remedy() {
+    let Some(gpu) = testing::gpu("gpu_what_cannot_be_is_refused_with_a_remedy") else { return };
+    let refused = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap_err();
+    for distance in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        for occlusion in
+            [Occlusion::from(Deep { max_distance: Some(distance) }), Occlusion::from(Hbao { radius: distance })]
+        {
+            let error = refused(settings(occlusion));
+            assert!(matches!(error, RenderError::Value { .. }), "{error}");
+        }
+    }
+    let error = refused(Settings { debug_view: Some(DebugView::Occlusion), ..settings(Occlusion::NONE) });
+    assert!(error.to_string().contains("`occlusion`"), "{error}");
+}

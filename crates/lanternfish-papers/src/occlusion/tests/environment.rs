@@ -1,0 +1,240 @@
+use crate::testing;
+use glam::{UVec2, Vec3, Vec4};
+use lanternfish_gpu::Gpu;
+use lanternfish_reference::{
+    Film, Settings as TracerSettings, Tracer,
+    settings::{Integrator, LightChoice},
+};
+use lanternfish_scene::{Camera, Environment, Material, Scene};
+
+use crate::testing::{apart, half_white, image, inside::brdf_shares as shares, looking, quad, scene_of};
+use crate::{Deep, DeepImageSettings, Hbao};
+use lanternfish::{
+    Renderer, Settings,
+    settings::{Occlusion, Samples, Shadows},
+};
+
+/// Not a multiple of a workgroup.
+const SIZE: UVec2 = UVec2::new(61, 45);
+
+fn by_deep_images() -> Occlusion {
+    Occlusion::from(Deep { max_distance: None })
+}
+
+fn by_horizons() -> Occlusion {
+    Occlusion::from(Hbao { radius: 1.0 })
+}
+
+fn settings(occlusion: Occlusion) -> Settings {
+    Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
+}
+
+fn picture(gpu: &Gpu, settings: &Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    pixels(&renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap().radiance)
+}
+
+fn pixels(radiance: &[[f32; 4]]) -> Vec<Vec3> {
+    radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
+}
+
+fn center(pixels: &[Vec3]) -> Vec3 {
+    pixels[pixels.len() / 2]
+}
+
+fn mean(pixels: &[Vec3]) -> f32 {
+    pixels.iter().map(|pixel| pixel.element_sum() / 3.0).sum::<f32>() / pixels.len() as f32
+}
+
+/// Mean distance of pixels over the mean of the second.
+fn off(found: &[Vec3], truth: &[Vec3]) -> f32 {
+    let apart: f32 = found.iter().zip(truth).map(|(a, b)| (*a - *b).abs().element_sum() / 3.0).sum();
+    apart / truth.len() as f32 / mean(truth)
+}
+
+/// White, diffuse and no more.
+fn matt() -> Material {
+    Material { metallic: 0.0, specular: 0.0, double_sided: true, ..Material::default() }
+}
+
+fn metal(perceptual_roughness: f32) -> Material {
+    Material { metallic: 1.0, perceptual_roughness, double_sided: true, ..Material::default() }
+}
+
+fn floor(material: Material) -> Scene {
+    scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![material])
+}
+
+/// A plate over a floor and a wall behind it.
+fn corner(materials: [Material; 3]) -> Scene {
+    let plate = quad(1, 0.5 * Vec3::Y, 0.5 * Vec3::X, -0.5 * Vec3::Z);
+    let wall = quad(2, Vec3::new(0.0, 1.0, -1.5), 2.0 * Vec3::X, Vec3::Y);
+    scene_of(vec![quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z), plate, wall], materials.into())
+}
+
+fn even(radiance: Vec3) -> Environment {
+    image(16, 8, 0.0, |_| radiance)
+}
+
+#[test]
+fn gpu_an_even_image_is_a_constant_sky() {
+    let Some(gpu) = testing::gpu("gpu_an_even_image_is_a_constant_sky") else { return };
+    let sky = Vec3::new(1.0, 2.0, 0.5);
+    let dielectric = Material { metallic: 0.0, perceptual_roughness: 0.4, double_sided: true, ..Material::default() };
+    let constant = Scene { sky, ..corner([matt(), metal(0.3), dielectric]) };
+    let imaged = Scene { environment: Some(even(sky)), ..constant.clone() };
+    let camera = looking([1.0, 1.5, 4.0], [0.0, 0.3, 0.0]);
+    for occlusion in [by_deep_images(), by_horizons()] {
+        let [a, b] = [&constant, &imaged].map(|scene| picture(gpu, &settings(occlusion.clone()), scene, &camera));
+        let apart = a.iter().zip(&b).map(|(a, b)| ((*a - *b) / sky).abs().max_element()).fold(0.0, f32::max);
+        // Half floats of the sums, of a few levels, and of the picture.
+        assert!(apart < 4e-3, "{occlusion:?}: {apart}");
+        assert!(mean(&a) > 0.3, "{occlusion:?}: black");
+    }
+}
+
+#[test]
+fn gpu_white_surfaces_under_white_surroundings_are_white() {
+    let Some(gpu) = testing::gpu("gpu_white_surfaces_under_white_surroundings_are_white") else { return };
+    let camera = looking([0.0, 3.0, 0.1], [0.0, 0.0, 0.0]);
+    let white = |material| Scene { environment: Some(even(Vec3::ONE)), ..floor(material) };
+    for occlusion in [by_deep_images(), by_horizons()] {
+        for pixel in picture(gpu, &settings(occlusion.clone()), &white(matt()), &camera) {
+            // Means of pieces and cells are off by some 2⁻²³.
+            assert!((pixel - 1.0).abs().max_element() < 1e-3, "{occlusion:?}: {pixel}");
+        }
+        for roughness in [0.0f32, 0.3, 0.6, 1.0] {
+            let found = center(&picture(gpu, &settings(occlusion.clone()), &white(metal(roughness)), &camera)).x;
+            let [near, grazing] = shares(1.0, roughness.into());
+            // One reflection between facets and no more: what meets another facet is lost, 0.69 of it at roughness 1.
+            println!("{occlusion:?}, roughness {roughness}: {found}");
+            assert!((f64::from(found) - near - grazing).abs() < 5e-3, "{roughness}: {found}, {}", near + grazing);
+            assert!(found < 1.002 && found > 0.998 - 0.7 * roughness * roughness, "{roughness}: {found}");
+        }
+        // A dielectric loses less than a tenth: 0.04 of it goes the metal's way.
+        let dielectric = Material { metallic: 0.0, ..metal(0.5) };
+        let found = center(&picture(gpu, &settings(occlusion), &white(dielectric), &camera)).x;
+        assert!((0.9..1.002).contains(&found), "{found}");
+    }
+}
+
+/// A plane whose normal is at angle a to the zenith gets (1 + cos a) / 2 of what it would get from all sides.
+#[test]
+fn gpu_tilted_planes_get_what_they_face() {
+    let Some(gpu) = testing::gpu("gpu_tilted_planes_get_what_they_face") else { return };
+    for degrees in [0.0f32, 30.0, 60.0, 90.0, 135.0, 180.0] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let normal = Vec3::new(sin, cos, 0.0);
+        let up = Vec3::new(-cos, sin, 0.0);
+        let plane = scene_of(vec![quad(0, Vec3::ZERO, up.cross(normal), up)], vec![matt()]);
+        let scene = Scene { environment: Some(half_white()), ..plane };
+        let eye = 3.0 * normal + 0.1 * Vec3::Z;
+        let camera = Camera::look_at(eye, Vec3::ZERO, looking([0.0; 3], [1.0; 3]).projection);
+        let expected = 0.5 * (1.0 + cos);
+        // Cells that the horizon cuts are white or black as a whole for the cosine, but for the mean of frames.
+        for (occlusion, most) in [(by_deep_images(), 0.025), (by_horizons(), 3e-3)] {
+            let found = center(&picture(gpu, &settings(occlusion.clone()), &scene, &camera)).x;
+            println!("{degrees}°, {occlusion:?}: {found:.4}, not {expected:.4}");
+            assert!((found - expected).abs() < most, "{degrees}°, {occlusion:?}: {found}, not {expected}");
+        }
+    }
+}
+
+#[test]
+fn gpu_turned_surroundings_turn_their_light() {
+    let Some(gpu) = testing::gpu("gpu_turned_surroundings_turn_their_light") else { return };
+    // White from +x.
+    let wall = scene_of(vec![quad(0, Vec3::ZERO, -Vec3::Z, Vec3::Y)], vec![matt()]);
+    let camera = looking([3.0, 0.0, 0.0], [0.0; 3]);
+    for occlusion in [by_deep_images(), by_horizons()] {
+        for material in [matt(), metal(0.2)] {
+            let lit = |rotation| {
+                let environment = image(256, 128, rotation, |d| Vec3::splat(f32::from(d.x > 0.0)));
+                let scene = Scene { environment: Some(environment), materials: vec![material.clone()], ..wall.clone() };
+                center(&picture(gpu, &settings(occlusion.clone()), &scene, &camera)).x
+            };
+            let [facing, aside, behind] = [0.0, 90.0f32, 180.0].map(|degrees| lit(degrees.to_radians()));
+            println!("{occlusion:?}, metallic {}: {facing} {aside} {behind}", material.metallic);
+            assert!(facing > 0.9 && behind < 0.05, "{occlusion:?}: {facing} {behind}");
+            assert!((aside - 0.5 * facing).abs() < 0.06, "{occlusion:?}: {aside} of {facing}");
+        }
+    }
+}
+
+#[test]
+fn gpu_what_moves_stands_in_the_light_where_it_is_now() {
+    let Some(gpu) = testing::gpu("gpu_what_moves_stands_in_the_light_where_it_is_now") else { return };
+    let glossy = Material { metallic: 0.5, perceptual_roughness: 0.3, ..matt() };
+    let mut scene = apart(&corner([glossy, matt(), matt()]));
+    scene.environment = Some(image(64, 32, 0.0, |d| Vec3::new(1.0, 0.5, 0.2) * (1.0 + d.x) + d.y.max(0.0)));
+    let camera = looking([1.0, 1.5, 4.0], [0.0, 0.3, 0.0]);
+    for occlusion in [by_deep_images(), by_horizons()] {
+        let settings = settings(occlusion.clone());
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance);
+        let before = render(&uploaded);
+        assert!(before == render(&uploaded), "{occlusion:?}: differs from frame to frame");
+        let mut moved = scene.clone();
+        moved.instances[1].world_from_object.translation.x -= 1.0;
+        let other = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
+        other.update(&mut uploaded, &moved).unwrap();
+        let after = render(&uploaded);
+        let changed = before.iter().zip(&after).filter(|(a, b)| (**a - **b).abs().max_element() > 0.02).count();
+        assert!(changed > 100, "{occlusion:?}: {changed} pixels");
+        assert!(after == picture(gpu, &settings, &moved, &camera), "{occlusion:?}: differs from a fresh upload");
+    }
+}
+
+/// Truth: paths of two segments. Bounds are about a quarter above what was measured.
+#[test]
+fn gpu_light_is_the_path_tracers() {
+    let Some(gpu) = testing::gpu("gpu_light_is_the_path_tracers") else { return };
+    let mut scene = corner([matt(), Material { metallic: 0.0, ..metal(0.5) }, metal(0.6)]);
+    let towards = Vec3::new(0.5, 0.6, 0.6).normalize();
+    let patch = |d: Vec3| if d.dot(towards) > 0.9 { Vec3::new(4.0, 3.0, 2.0) } else { Vec3::ZERO };
+    scene.environment = Some(image(128, 64, 0.0, |d| Vec3::new(0.4, 0.6, 1.0) * (1.2 + d.y) + patch(d)));
+    // Nothing but surfaces is seen.
+    let camera = looking([0.3, 1.6, 2.0], [0.0, 0.3, -0.6]);
+    let tracer = TracerSettings {
+        integrator: Integrator::Path,
+        max_depth: 2,
+        light_choice: LightChoice::Uniform,
+        ..TracerSettings::default()
+    };
+    let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
+    Tracer::new(&scene, tracer).unwrap().render(&camera, &mut film, 96);
+    let truth: Vec<Vec3> = film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect();
+    let found = |occlusion, accumulate, scene: &Scene| {
+        let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
+        let found = picture(
+            gpu,
+            &Settings { structure: deep_images.into(), accumulate, ..settings(occlusion) },
+            scene,
+            &camera,
+        );
+        println!("off by {:.4}, energy {:.4}", off(&found, &truth), mean(&found) / mean(&truth));
+        (off(&found, &truth), mean(&found) / mean(&truth))
+    };
+    let [deep, frames, hbao] =
+        [(by_deep_images(), 1), (by_deep_images(), 4), (by_horizons(), 1)].map(|(o, count)| found(o, count, &scene));
+    assert!(deep.0 < 0.09 && (deep.1 - 1.0).abs() < 0.03, "{deep:?}");
+    assert!(frames.0 < deep.0 && (frames.1 - 1.0).abs() < 0.03, "{frames:?}");
+    assert!(hbao.0 < 0.25 && hbao.0 > 1.5 * deep.0, "{hbao:?}");
+    // It can fail: surroundings that are turned are others.
+    scene.environment.as_mut().unwrap().rotation = 0.5;
+    let turned = found(by_deep_images(), 1, &scene);
+    assert!(turned.0 > 1.25 * deep.0, "{turned:?}");
+}
+
+/// Each sample takes what was found for the pixel like it: away from edges the pictures are one.
+#[test]
+fn gpu_several_samples_are_lit_as_one() {
+    let Some(gpu) = testing::gpu("gpu_several_samples_are_lit_as_one") else { return };
+    let scene = Scene { environment: Some(half_white()), ..floor(metal(0.5)) };
+    let camera = looking([0.0, 1.5, 2.0], [0.0, 0.0, 0.0]);
+    let [one, four] = [Samples::One, Samples::Four]
+        .map(|samples| picture(gpu, &Settings { samples, ..settings(by_deep_images()) }, &scene, &camera));
+    assert!(off(&four, &one) < 5e-3, "{}", off(&four, &one));
+}

@@ -1,0 +1,190 @@
+//! What blended surfaces get from other surfaces and the surroundings, and what those that let light through leave of the picture.
+
+use crate::testing;
+use glam::{UVec2, Vec3, Vec4};
+use lanternfish_gpu::Gpu;
+use lanternfish_scene::{AlphaMode, Camera, Filter, Image, Material, Projection, Sampler, Scene, Texture, TextureRef};
+
+use crate::testing::{apart, quad, scene_of};
+use crate::{Deep, Hbao};
+use lanternfish::{
+    Renderer, Settings,
+    settings::{Indirect, Occlusion, Samples},
+    techniques::Sampled,
+};
+
+/// Not a multiple of a workgroup.
+const SIZE: UVec2 = UVec2::new(37, 29);
+const TINT: Vec3 = Vec3::new(0.5, 1.0, 0.25);
+
+fn sampled() -> Settings {
+    Settings { indirect: Indirect::from(Sampled::default()), ..Settings::direct_light() }
+}
+
+fn occlusion(occlusion: Occlusion) -> Settings {
+    Settings { indirect: Indirect::NONE, occlusion, ..Settings::direct_light() }
+}
+
+/// The mean of 16 x 16 pixels in the middle of a picture from 3 m in front of the origin: one pixel's few rays are noise.
+fn middle(gpu: &Gpu, settings: Settings, scene: &Scene) -> Vec3 {
+    let camera = Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.1, near: 0.02 });
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+    let corner = SIZE / 2 - 8;
+    let pixels = (0..256).map(|i| corner + UVec2::new(i % 16, i / 16)).map(|p| (SIZE.x * p.y + p.x) as usize);
+    pixels.map(|pixel| Vec4::from(picture.radiance[pixel]).truncate()).sum::<Vec3>() / 256.0
+}
+
+fn blended(base_color: Vec4, perceptual_roughness: f32) -> Material {
+    Material {
+        base_color,
+        metallic: 0.0,
+        perceptual_roughness,
+        alpha_mode: AlphaMode::Blend,
+        double_sided: true,
+        ..Material::default()
+    }
+}
+
+fn glass() -> Material {
+    Material { transmission: 1.0, ..blended(TINT.extend(1.0), 0.0) }
+}
+
+/// Sheets at these depths, turned about the vertical, under a white sky.
+fn sheets(material: Material, depths: &[f32], turn: f32) -> Scene {
+    let right = 20.0 * Vec3::new(turn.cos(), 0.0, turn.sin());
+    let sheet = |z: &f32| quad(0, *z * Vec3::Z, right, 20.0 * Vec3::Y);
+    Scene { sky: Vec3::ONE, ..apart(&scene_of(depths.iter().map(sheet).collect(), vec![material])) }
+}
+
+fn assert_near(found: Vec3, expected: Vec3, most: f32, what: &str) {
+    assert!((found - expected).abs().max_element() < most, "{what}: {found}, not {expected}");
+}
+
+#[test]
+fn gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it() {
+    let Some(gpu) = testing::gpu("gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it") else { return };
+    for turn in [0.0f32, 0.8, 1.3] {
+        let reflected = 0.04 + 0.96 * (1.0 - turn.cos()).powi(5);
+        let passing = (1.0 - reflected) * TINT;
+        for settings in [sampled(), Settings { samples: Samples::Four, ..sampled() }] {
+            let found = middle(gpu, settings, &sheets(glass(), &[0.0], turn));
+            // What is let in is a fit.
+            assert_near(found, passing + reflected, 0.015, "a sheet of glass");
+        }
+        // Two, each of which mirrors the sky.
+        let found = middle(gpu, sampled(), &sheets(glass(), &[0.0, -0.5], turn));
+        assert_near(found, passing * (passing + reflected) + reflected, 0.02, "two sheets of glass");
+    }
+    // Half of it paint.
+    let painted = Material { transmission: 0.5, ..glass() };
+    let found = middle(gpu, sampled(), &sheets(painted, &[0.0], 0.0));
+    assert_near(found, 0.96 * TINT + 0.04, 0.015, "half painted");
+    // By occlusion instead of rays.
+    for room in [Occlusion::from(Deep { max_distance: None }), Occlusion::from(Hbao { radius: 1.0 })] {
+        let found = middle(gpu, occlusion(room), &sheets(glass(), &[0.0], 0.0));
+        assert_near(found, 0.96 * TINT + 0.04, 0.015, "under occlusion");
+    }
+}
+
+/// Alpha says where glass is, whatever passes through it.
+#[test]
+fn gpu_glass_is_where_its_alpha_says() {
+    let Some(gpu) = testing::gpu("gpu_glass_is_where_its_alpha_says") else { return };
+    let pane = |alpha_mode, alpha: u8| {
+        let mut scene =
+            sheets(Material { alpha_mode, base_color_texture: Some(TextureRef::new(0)), ..glass() }, &[0.0], 0.0);
+        scene.images = vec![Image { name: String::new(), width: 1, height: 1, rgba: vec![255, 255, 255, alpha] }];
+        scene.samplers = vec![Sampler { mag: Filter::Nearest, ..Sampler::default() }];
+        scene.textures = vec![Texture { image: 0, sampler: 0 }];
+        scene
+    };
+    let there = 0.96 * TINT + 0.04;
+    let mask = AlphaMode::Mask { cutoff: 0.5 };
+    for (alpha_mode, alpha, share) in [
+        (AlphaMode::Opaque, 0, 1.0),
+        (mask, 102, 0.0),
+        (mask, 204, 1.0),
+        (AlphaMode::Blend, 0, 0.0),
+        (AlphaMode::Blend, 102, 0.4),
+        (AlphaMode::Blend, 255, 1.0),
+    ] {
+        for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
+            let found = middle(gpu, settings, &pane(alpha_mode, alpha));
+            assert_near(found, Vec3::ONE.lerp(there, share), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
+        }
+    }
+}
+
+/// What is found for blended surfaces is found for the views that show some, whichever these are.
+#[test]
+fn gpu_glass_may_be_in_a_later_view_alone() {
+    let Some(gpu) = testing::gpu("gpu_glass_may_be_in_a_later_view_alone") else { return };
+    let scene = Scene { sky: Vec3::ONE, ..scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y)], vec![glass()]) };
+    let [towards, away] = [Vec3::ZERO, 50.0 * Vec3::X].map(|target| {
+        let projection = Projection::Perspective { fov_y: 0.1, near: 0.02 };
+        Camera::look_at(target + 3.0 * Vec3::Z, target, projection)
+    });
+    for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let [towards, away] = [(&towards, SIZE.x, SIZE.y), (&away, SIZE.y, SIZE.x)];
+        let pictures = renderer.render_views(&uploaded, &[away, towards, away, towards]).unwrap();
+        let alone = renderer.render(&uploaded, towards.0, SIZE.x, SIZE.y).unwrap();
+        assert!(pictures[1].radiance == alone.radiance && pictures[3].radiance == alone.radiance);
+        assert!(pictures[0].radiance.iter().all(|pixel| pixel[..3] == [1.0; 3]), "the sky alone");
+    }
+}
+
+#[test]
+fn gpu_glass_mirrors_what_shines_behind_the_viewer() {
+    let Some(gpu) = testing::gpu("gpu_glass_mirrors_what_shines_behind_the_viewer") else { return };
+    let lamp = Material { emissive: Vec3::new(50.0, 100.0, 25.0), ..Material::default() };
+    let sheet = quad(0, Vec3::ZERO, Vec3::X, Vec3::Y);
+    let behind = quad(1, 6.0 * Vec3::Z, -4.0 * Vec3::X, 4.0 * Vec3::Y);
+    let scene = apart(&scene_of(vec![sheet, behind], vec![glass(), lamp]));
+    for settings in [sampled(), Settings { samples: Samples::Four, ..sampled() }] {
+        assert_near(middle(gpu, settings, &scene), Vec3::new(2.0, 4.0, 1.0), 0.02, "0.04 of the lamp");
+    }
+    // It can fail: without rays there is nothing.
+    let dark = Settings { indirect: Indirect::NONE, ..Settings::direct_light() };
+    assert_eq!(middle(gpu, dark, &scene), Vec3::ZERO);
+}
+
+#[test]
+fn gpu_the_sky_lights_blended_surfaces() {
+    let Some(gpu) = testing::gpu("gpu_the_sky_lights_blended_surfaces") else { return };
+    // White, half there: what it covers it gives back.
+    let scene = sheets(blended(Vec4::new(1.0, 1.0, 1.0, 0.5), 0.5), &[0.0], 0.4);
+    for settings in [
+        sampled(),
+        Settings { samples: Samples::Four, ..sampled() },
+        occlusion(Occlusion::from(Deep { max_distance: None })),
+        occlusion(Occlusion::from(Hbao { radius: 1.0 })),
+    ] {
+        assert_near(middle(gpu, settings, &scene), Vec3::ONE, 0.02, "half a white sheet");
+    }
+}
+
+/// A lens of two sheets, the near one first in the mesh: what the far one sends is seen through the near one.
+#[test]
+fn gpu_the_far_side_of_glass_is_seen_through_the_near_one() {
+    let Some(gpu) = testing::gpu("gpu_the_far_side_of_glass_is_seen_through_the_near_one") else { return };
+    let near = quad(0, 0.1 * Vec3::Z, Vec3::X, Vec3::Y);
+    let far = quad(0, -0.1 * Vec3::Z, -Vec3::X, Vec3::Y);
+    let lens = |material: &Material| {
+        let mut scene = scene_of(vec![near.clone(), far.clone()], vec![material.clone()]);
+        let [near, far] = scene.meshes[0].primitives.get_disjoint_mut([0, 1]).unwrap();
+        let first = near.positions.len() as u32;
+        near.positions.append(&mut far.positions);
+        near.normals.append(&mut far.normals);
+        near.uv0.append(&mut far.uv0);
+        near.indices.extend(far.indices.iter().map(|index| first + index));
+        scene.meshes[0].primitives.truncate(1);
+        scene
+    };
+    let shining = Material { emissive: Vec3::new(1.0, 2.0, 4.0), ..glass() };
+    let emitted = 0.96 * TINT * shining.emissive + shining.emissive;
+    assert_near(middle(gpu, Settings::direct_light(), &lens(&shining)), emitted, 0.05, "glass");
+}

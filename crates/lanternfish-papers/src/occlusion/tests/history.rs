@@ -1,0 +1,86 @@
+//! Openness that pixels keep from the frames before.
+
+use crate::testing;
+use glam::{Affine3A, Vec3};
+use lanternfish_scene::{Scene, generate};
+
+use crate::testing::walks::{SIZE, mean, off, pixels, renderer, steps, walked};
+use crate::{Deep, DeepImageSettings, DirectionSet};
+use lanternfish::{
+    Settings,
+    settings::{History, Occlusion, Shadows},
+};
+
+/// Lit by the surroundings alone.
+fn settings(history: History) -> Settings {
+    let directions = DirectionSet::ZonalEqualArea { count: 40 };
+    Settings {
+        occlusion: Occlusion::from(Deep { max_distance: None }),
+        history,
+        shadows: Shadows::None,
+        structure: DeepImageSettings { resolution: 32, directions, ..DeepImageSettings::default() }.into(),
+        ..Settings::direct_light()
+    }
+}
+
+/// The Cornell box without a lamp, under a sky.
+fn under_sky() -> Scene {
+    let mut scene = generate::demo("cornell").unwrap();
+    scene.lights.clear();
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    scene.sky = Vec3::ONE;
+    scene
+}
+
+/// The first picture of a renderer, and a mean, are what they are without a history, to the bit.
+#[test]
+fn gpu_first_pictures_under_a_sky_are_the_same_with_a_history() {
+    let Some(gpu) = testing::gpu("gpu_first_pictures_under_a_sky_are_the_same_with_a_history") else { return };
+    for accumulate in [1, 5] {
+        let of = |history| walked(gpu, Settings { accumulate, ..settings(history) }, &under_sky(), &steps(1));
+        assert!(of(History::Off) == of(History::On), "{accumulate} frames");
+    }
+}
+
+/// While the camera moves, texels that each frame draws anew average out: less noise, as much light.
+#[test]
+fn gpu_a_camera_that_moves_takes_the_noise_of_openness_away() {
+    let Some(gpu) = testing::gpu("gpu_a_camera_that_moves_takes_the_noise_of_openness_away") else { return };
+    let walk = steps(16);
+    let last = &walk[walk.len() - 1..];
+    let scene = under_sky();
+    // In a mean directions turn, and in a frame they do not: of those of a frame a rest knows all that texels say.
+    let mut rested = renderer(gpu, settings(History::On));
+    let uploaded = rested.upload(&scene).unwrap();
+    let truth = (0..48).map(|_| rested.render(&uploaded, &last[0], SIZE.0, SIZE.1).unwrap()).last().unwrap();
+    let truth = pixels(&truth);
+    let [without, with] = [History::Off, History::On].map(|history| walked(gpu, settings(history), &scene, &walk));
+    let [noise, kept] = [&without, &with].map(|picture| off(picture, &truth));
+    let light = mean(&with) / mean(&truth);
+    println!("off by {noise:.4} without, {kept:.4} with; {light:.4} of the light");
+    assert!(kept < 0.8 * noise && (light - 1.0).abs() < 0.01, "{noise} {kept} {light}");
+}
+
+/// In the frame in which something has moved nothing is known: the picture is that of a frame by itself, to the bit.
+#[test]
+fn gpu_what_moves_takes_its_occlusion_along() {
+    let Some(gpu) = testing::gpu("gpu_what_moves_takes_its_occlusion_along") else { return };
+    let camera = &steps(1)[0];
+    let before = under_sky();
+    let mut after = before.clone();
+    let block = after.instances.last_mut().expect("the box has blocks");
+    block.world_from_object = Affine3A::from_translation(Vec3::new(0.3, 0.4, 0.2)) * block.world_from_object;
+    let mut renderer = renderer(gpu, settings(History::On));
+    let mut uploaded = renderer.upload(&before).unwrap();
+    (0..8).for_each(|_| drop(renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap()));
+    renderer.update(&mut uploaded, &after).unwrap();
+    let moved = pixels(&renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap());
+    let alone = walked(gpu, settings(History::Off), &after, &steps(1));
+    let later = (0..8).map(|_| renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap()).last().unwrap();
+    assert!(moved == alone, "off by {}", off(&moved, &alone));
+    // Later frames mix what is there now.
+    assert!(off(&pixels(&later), &alone) < 0.05, "{}", off(&pixels(&later), &alone));
+    // It can fail: the block is seen to move.
+    let alone_before = walked(gpu, settings(History::Off), &before, &steps(1));
+    assert!(off(&alone_before, &alone) > 0.01);
+}

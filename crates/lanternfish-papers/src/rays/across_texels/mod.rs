@@ -1,0 +1,16 @@
+//! Every texel of the nearest direction's deep image that a ray crosses [Niessner2010, §3.2].
+
+use lanternfish_gpu::Feature;
+
+use crate::deep_images::settings::DeepImageSettings;
+use lanternfish::gpu_scene::Parts;
+use lanternfish::rays::TracerInfo;
+
+pub(crate) const INFO: TracerInfo = TracerInfo {
+    name: "across-texels",
+    words: "Every texel of a deep image that a ray crosses",
+    feature: Feature::choosing("tracer_across_texels", "tracer", "rays/across_texels/tracer", crate::SHADERS.sources()),
+    parts: Parts::BVH,
+    needs: wgpu::Features::empty(),
+    structure: Some(|| DeepImageSettings::default().into()),
+};

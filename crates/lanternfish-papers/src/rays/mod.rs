@@ -1,0 +1,6 @@
+//! Tracers that go through deep images.
+
+pub(crate) mod across_texels;
+#[cfg(test)]
+mod tests;
+pub(crate) mod within_texel;

@@ -1,0 +1,3 @@
+mod indirect;
+mod own_structure;
+mod shadows;

@@ -1,0 +1,198 @@
+//! Shadows through deep images, beside those through the BVH.
+
+use crate::testing;
+use glam::{Affine3A, Vec3, Vec4};
+use lanternfish_gpu::{Gpu, faulty_software};
+use lanternfish_scene::{Scene, generate};
+
+use crate::testing::apart;
+use crate::{ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, WITHIN_TEXEL};
+use lanternfish::{
+    RenderError, Renderer, Settings,
+    settings::{DebugView, Samples, Shadows, Tracer},
+};
+
+const SIZE: (u32, u32) = (90, 76);
+
+fn deep(resolution: u32) -> Settings {
+    let directions = DirectionSet::ZonalEqualArea { count: 60 };
+    let deep_images = DeepImageSettings { directions, resolution, ..DeepImageSettings::default() };
+    Settings { shadows: Shadows::Traced(ACROSS_TEXELS), structure: deep_images.into(), ..Settings::direct_light() }
+}
+
+fn bvh() -> Settings {
+    Settings { shadows: Shadows::BVH, ..Settings::direct_light() }
+}
+
+fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    let picture = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
+    picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate().element_sum()).collect()
+}
+
+/// The adapter for tests, unless its driver crashes on these shadows.
+fn sound_gpu(test: &str) -> Option<&'static Gpu> {
+    let gpu = testing::gpu(test)?;
+    let crashes = faulty_software(&gpu.device.adapter_info());
+    if crashes {
+        testing::left_out(test, "this driver crashes on shadows through deep images");
+    }
+    (!crashes).then_some(gpu)
+}
+
+/// Share of the pixels that are lit in any of two pictures whose values are more than a hundredth apart.
+fn differing(a: &[f32], b: &[f32]) -> f64 {
+    let lit = a.iter().zip(b).filter(|(a, b)| a.max(**b) > 1e-3);
+    let (lit, other) =
+        lit.fold((0, 0), |(lit, other), (a, b)| (lit + 1, other + usize::from((a - b).abs() > 0.01 * a.max(*b))));
+    f64::from(other as u32) / f64::from(lit)
+}
+
+#[test]
+fn gpu_shadows_of_deep_images_are_close_to_exact_ones() {
+    let Some(gpu) = sound_gpu("gpu_shadows_of_deep_images_are_close_to_exact_ones") else { return };
+    let scene = generate::demo("cornell").unwrap();
+    let exact = luminance(gpu, &scene, bvh());
+    let of = |settings| differing(&luminance(gpu, &scene, settings), &exact);
+    let [coarse, fine] = [64, 256].map(|resolution| of(deep(resolution)));
+    let none = of(Settings { shadows: Shadows::None, ..bvh() });
+    println!("lit pixels that differ from the BVH's: {coarse} with 64 texels, {fine} with 256, {none} without shadows");
+    assert!(fine < 0.008 && coarse < 0.02 && none > 0.05, "{coarse} {fine} {none}");
+
+    // Soft ones as well.
+    let radius = |settings| Settings { light_radius: 0.1, ..settings };
+    let soft = luminance(gpu, &scene, radius(bvh()));
+    let found = luminance(gpu, &scene, radius(deep(256)));
+    let apart: f32 = found.iter().zip(&soft).map(|(a, b)| (a - b).abs()).sum();
+    let share = apart / soft.iter().sum::<f32>();
+    println!("soft: {share} of the light");
+    assert!(share < 0.03, "{share}");
+}
+
+/// Within a texel a ray goes along its image's axis: shadows are as far off as that is from the light. Known, and there to be compared.
+#[test]
+fn gpu_known_fault_shadows_within_a_texel_have_bands() {
+    let Some(gpu) = sound_gpu("gpu_known_fault_shadows_within_a_texel_have_bands") else { return };
+    let scene = generate::demo("cornell").unwrap();
+    let exact = luminance(gpu, &scene, bvh());
+    let of = |tracer| {
+        let settings = Settings { shadows: Shadows::Traced(tracer), ..deep(128) };
+        differing(&luminance(gpu, &scene, settings), &exact)
+    };
+    let [within, across] = [WITHIN_TEXEL, ACROSS_TEXELS].map(of);
+    println!("lit pixels that differ from the BVH's: {within} within a texel, {across} across texels");
+    // Most are right all the same: walls do not shadow themselves.
+    assert!(within < 0.3 && within > 5.0 * across, "{within} {across}");
+}
+
+#[test]
+fn gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are() {
+    let Some(gpu) = sound_gpu("gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are") else { return };
+    let scene = generate::demo("cornell").unwrap();
+    let of = |change: &dyn Fn(&mut Settings)| {
+        let mut settings = Settings { light_radius: 0.1, shadow_rays: 3, ..deep(64) };
+        change(&mut settings);
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let picture = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
+        let counter = |name: &str| picture.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
+        (counter("shadows/rays").unwrap(), picture.radiance)
+    };
+    let one = of(&|_| ());
+    assert!(one == of(&|_| ()), "not the same again");
+    // 60 images of 64 x 64 texels of 1000 fragments, 4 bytes each: several bindings' worth.
+    assert!(
+        one == of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().fragments_a_texel = 1000),
+        "chunks change the picture"
+    );
+    assert!(
+        one.1 != of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().resolution = 63).1,
+        "blind to the images"
+    );
+    let sums =
+        [one.1, of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().depth = DeepDepth::Bits16).1]
+            .map(|radiance| radiance.iter().flatten().sum::<f32>());
+    assert!((sums[0] / sums[1] - 1.0).abs() < 2e-3, "{sums:?}");
+}
+
+#[test]
+fn gpu_a_shadow_moves_with_what_casts_it() {
+    let Some(gpu) = sound_gpu("gpu_a_shadow_moves_with_what_casts_it") else { return };
+    let before = apart(&generate::demo("cornell").unwrap());
+    let mut after = before.clone();
+    let shift = Affine3A::from_translation(Vec3::new(0.2, 0.0, 0.15));
+    let last = after.instances.last_mut().expect("several");
+    last.world_from_object = shift * last.world_from_object;
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap();
+    let mut uploaded = renderer.upload(&before).unwrap();
+    let mut frame = |uploaded: &_| renderer.render(uploaded, &before.cameras[0], SIZE.0, SIZE.1).unwrap().radiance;
+    let still = frame(&uploaded);
+    assert!(still == frame(&uploaded));
+    Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap().update(&mut uploaded, &after).unwrap();
+    let moved = frame(&uploaded);
+    let fresh = Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap();
+    let fresh = fresh.upload(&after).unwrap();
+    assert!(moved != still, "nothing moved");
+    assert!(moved == frame(&fresh), "not what a new upload shows");
+}
+
+#[test]
+fn gpu_samples_of_a_pixel_share_its_shadows() {
+    let Some(gpu) = sound_gpu("gpu_samples_of_a_pixel_share_its_shadows") else { return };
+    let scene = generate::demo("cornell").unwrap();
+    let of = |settings| luminance(gpu, &scene, Settings { samples: Samples::Four, light_radius: 0.1, ..settings });
+    let exact = of(bvh());
+    let apart = |found: Vec<f32>| {
+        let apart: f32 = found.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum();
+        apart / exact.iter().sum::<f32>()
+    };
+    let (coarse, fine) = (apart(of(deep(16))), apart(of(deep(256))));
+    println!("shares of the light that differ from the BVH's: {coarse} with 16 texels, {fine} with 256");
+    // The images are asked, and are as right as for one sample.
+    assert!(coarse > 0.02 && fine < 0.03, "{coarse} {fine}");
+}
+
+#[test]
+fn gpu_scenes_without_lights_are_dark() {
+    let Some(gpu) = sound_gpu("gpu_scenes_without_lights_are_dark") else { return };
+    let mut scene = generate::demo("cornell").unwrap();
+    scene.lights.clear();
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    for settings in [bvh(), deep(16)] {
+        for light_radius in [0.0, 0.1] {
+            let found = luminance(gpu, &scene, Settings { light_radius, ..settings.clone() });
+            assert!(found.iter().all(|value| *value == 0.0));
+        }
+    }
+}
+
+#[test]
+fn gpu_what_deep_images_cannot_do_is_refused() {
+    let Some(gpu) = testing::gpu("gpu_what_deep_images_cannot_do_is_refused") else { return };
+    let refused = |settings| match Renderer::with_engine(&testing::engine(gpu), settings) {
+        Err(RenderError::Together { needed, .. }) => needed,
+        other => panic!("{other:?}"),
+    };
+    let mut linked = deep(16);
+    linked.structure.get_mut::<DeepImageSettings>().unwrap().store = DeepStore::LinkedList;
+    assert!(refused(linked).contains("linear_array"));
+    let counts = Settings { debug_view: Some(DebugView::RayCount), ..deep(16) };
+    assert_eq!(refused(counts), "`shadows bvh`");
+}
+
+#[test]
+fn a_driver_that_crashes_is_refused_by_name_and_with_the_remedy() {
+    let check_tracer = |tracer, device_type, driver: &str| {
+        let adapter = wgpu::AdapterInfo::new(device_type, wgpu::Backend::Vulkan);
+        testing::inside::check_shadow_driver(tracer, &wgpu::AdapterInfo { driver_info: driver.to_owned(), ..adapter })
+    };
+    let check = |device_type, driver| check_tracer(ACROSS_TEXELS, device_type, driver);
+    assert!(check_tracer(Tracer::BVH, wgpu::DeviceType::Cpu, "Mesa 22.3.6").is_ok());
+    let error = check(wgpu::DeviceType::Cpu, "Mesa 22.3.6 (LLVM 15.0.6)").unwrap_err().to_string();
+    for word in ["`shadows` through deep images", "Mesa 22.3.6", "crashes", "use `shadows bvh`", "newer driver"] {
+        assert!(error.contains(word), "{word:?} is not in {error}");
+    }
+    assert!(check(wgpu::DeviceType::Cpu, "Mesa 25.0.7").is_ok());
+    assert!(check(wgpu::DeviceType::IntegratedGpu, "Mesa 22.3.6").is_ok());
+}

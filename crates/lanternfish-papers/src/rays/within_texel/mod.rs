@@ -1,0 +1,16 @@
+//! The texel of the nearest direction's deep image that a ray starts in, along the image's axis [Archer2019, §3.2].
+
+use lanternfish_gpu::Feature;
+
+use crate::deep_images::settings::DeepImageSettings;
+use lanternfish::gpu_scene::Parts;
+use lanternfish::rays::TracerInfo;
+
+pub(crate) const INFO: TracerInfo = TracerInfo {
+    name: "within-texel",
+    words: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
+    feature: Feature::choosing("tracer_within_texel", "tracer", "rays/within_texel/tracer", crate::SHADERS.sources()),
+    parts: Parts::BVH,
+    needs: wgpu::Features::empty(),
+    structure: Some(|| DeepImageSettings::default().into()),
+};

@@ -1,0 +1,48 @@
+use std::{collections::BTreeSet, path::Path};
+
+use lanternfish::{
+    settings::{Occlusion, Settings},
+    techniques,
+    testing::every_shader::{EveryShader, all_settings, check_floor, with},
+};
+
+use crate::{Deep, DeepDepth, DeepImageSettings, DeepSearch, FOLDERS, SHADERS};
+
+fn every_shader() -> EveryShader {
+    crate::register();
+    let all = all_settings();
+    let all = with(&all, &[Occlusion::NONE, Occlusion::from(Deep { max_distance: None })], |s, v| s.occlusion = v);
+    let usual = Settings::default();
+    let (usual, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|s| s.ray_culling == usual.ray_culling);
+    let usual = with(&usual, DeepDepth::ALL, |s, depth| {
+        s.structure = DeepImageSettings { depth, ..DeepImageSettings::of(&s.structure) }.into()
+    });
+    let usual = with(&usual, DeepSearch::ALL, |s, search| {
+        s.structure = DeepImageSettings { search, ..DeepImageSettings::of(&s.structure) }.into()
+    });
+    let settings: Vec<_> = usual.into_iter().chain(others).collect();
+    let folders = techniques::shaders().into_iter().chain(FOLDERS.iter().copied()).collect();
+    EveryShader::new(vec![&lanternfish::shaders::SHADERS, &SHADERS], folders, &settings)
+}
+
+/// Files of this crate, and those of the library that are linked with a feature of it: the library's tests link all others.
+#[test]
+fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
+    let every = every_shader();
+    let own: BTreeSet<_> = SHADERS.sources().iter().map(|(path, _)| *path).collect();
+    const FEATURES: [&str; 5] =
+        ["culling_raster_grid", "deep_images", "occlusion", "tracer_across_texels", "tracer_within_texel"];
+    let shaders = every.link(|root, features| {
+        own.contains(root.module) || features.iter().any(|feature| FEATURES.contains(&feature.name()))
+    });
+    println!("{} variants", shaders.len());
+    assert!(FEATURES.iter().all(|feature| shaders.iter().any(|shader| shader.label.contains(feature))));
+    check_floor(&shaders);
+    every.check_shared_structs(&shaders, &[Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src"))]);
+}
+
+#[test]
+fn every_file_is_declared_and_every_feature_that_a_shader_asks_for() {
+    every_shader().check_entry_points(&[]);
+    every_shader().check_features(&[]);
+}

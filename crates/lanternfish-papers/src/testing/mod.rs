@@ -1,0 +1,37 @@
+//! For tests: what the library's tests have, and kernels that ask one function of the shaders for many answers.
+
+mod every_shader;
+
+use std::sync::OnceLock;
+
+pub(crate) use lanternfish::testing::*;
+pub(crate) use lanternfish_gpu::testing::{engine, left_out};
+use lanternfish_gpu::{ComputeKernel, Feature, Gpu, ShaderLibrary, ShaderSource};
+
+use crate::SHADERS;
+
+const PROBES: [ShaderSource; 3] = [
+    ("testing/deep_hits", include_str!("deep_hits.wesl")),
+    ("testing/directions", include_str!("directions.wesl")),
+    ("testing/put_fragments", include_str!("put_fragments.wesl")),
+];
+
+/// The adapter, once the techniques are registered; none where the test is left out.
+pub(crate) fn gpu(test: &str) -> Option<&'static Gpu> {
+    crate::register();
+    lanternfish_gpu::testing::gpu(test)
+}
+
+/// One entry point of a probe.
+pub(crate) fn probe(gpu: &Gpu, module: &str, features: &[Feature], entry: &str) -> ComputeKernel {
+    probe_of(&library(), gpu, module, features, entry)
+}
+
+/// The shaders of the library and of this crate, and the probes of both.
+fn library() -> ShaderLibrary {
+    static SOURCES: OnceLock<&'static [ShaderSource]> = OnceLock::new();
+    ShaderLibrary::new(SOURCES.get_or_init(|| {
+        let all: Vec<_> = sources().into_iter().chain(SHADERS.sources().iter().copied()).chain(PROBES).collect();
+        all.leak()
+    }))
+}

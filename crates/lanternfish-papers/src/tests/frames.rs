@@ -1,0 +1,250 @@
+//! Frames under settings that choose techniques of this crate: what they make, keep and show.
+
+use glam::{Vec3, Vec4};
+use lanternfish::{
+    Change, RenderError, Renderer, Settings, Target, ViewRequest,
+    settings::{DebugView, History, Indirect, Materials, Occlusion, Samples, Shadows},
+    techniques::Sampled,
+};
+use lanternfish_gpu::{Frame, Gpu, Growth, Profiler, read_texture};
+use lanternfish_scene::{Camera, Light, Material, generate::demo};
+
+use crate::{
+    ACROSS_TEXELS, Deep, DeepImageSettings, DirectionSet, Hbao, PhotonSplatting, RasterGrid, VirtualLights,
+    WITHIN_TEXEL,
+    deep_images::DeepImageBuilder,
+    testing::{
+        self, engine, inside,
+        light::{cornell, picture, sampled, settings},
+        shared::{self, shared_and_refused},
+        steady::{Frames, check_steady},
+    },
+};
+
+fn bvh() -> Settings {
+    Settings { shadows: Shadows::BVH, ..Settings::direct_light() }
+}
+
+fn coarse() -> DeepImageSettings {
+    DeepImageSettings { directions: DirectionSet::Cube { k: 1 }, resolution: 8, ..DeepImageSettings::default() }
+}
+
+fn occlusion(resolution: u32, others: Settings) -> Settings {
+    Settings {
+        occlusion: Occlusion::from(Deep { max_distance: None }),
+        structure: DeepImageSettings { resolution, ..DeepImageSettings::default() }.into(),
+        ..others
+    }
+}
+
+#[test]
+fn gpu_a_steady_frame_makes_nothing() {
+    let Some(gpu) = testing::gpu("gpu_a_steady_frame_makes_nothing") else { return };
+    let scene = demo("atrium").unwrap();
+    let few = VirtualLights { count: 500, ..VirtualLights::default() };
+    let virtual_lights = Settings { indirect: few.into(), ..bvh() };
+    let grid = Settings { culling: RasterGrid::default().into(), ..bvh() };
+    for (name, growth, settings) in [
+        ("a raster grid that does not wait", Growth::Later, grid),
+        ("virtual lights", Growth::Wait, virtual_lights.clone()),
+        ("virtual lights that do not wait", Growth::Later, virtual_lights),
+    ] {
+        check_steady(gpu, &scene, Frames { name, is_averaged: false, growth, settings });
+    }
+}
+
+/// After an error nothing that a frame kept is used: the device may have refused to make it, or never have run what fills it.
+#[test]
+fn gpu_after_an_error_frames_begin_anew() {
+    let Some(gpu) = testing::gpu("gpu_after_an_error_frames_begin_anew") else { return };
+    let scene = demo("cornell").unwrap();
+    let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() }.into();
+    let settings = Settings { shadows: Shadows::Traced(ACROSS_TEXELS), structure, ..Settings::direct_light() };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let render = |renderer: &mut Renderer| {
+        let picture = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
+        (picture.radiance, inside::structure_builds(renderer), inside::kept_bytes(renderer))
+    };
+    let (radiance, builds, bytes) = render(&mut renderer);
+    assert_eq!(render(&mut renderer), (radiance.clone(), builds, bytes), "what a frame kept is used again");
+    inside::fail(&mut renderer);
+    assert!(inside::kept_bytes(&mut renderer) < bytes, "nothing was dropped");
+    assert_eq!(render(&mut renderer), (radiance, builds.map(|builds| builds + 1), bytes));
+}
+
+#[test]
+fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
+    let Some(gpu) = testing::gpu("gpu_deep_images_are_built_for_each_turn_of_the_set") else { return };
+    let scene = demo("cornell").unwrap();
+    let views = [(&scene.cameras[0], 32, 24)];
+    let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() }.into();
+    let indirect = Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() }.into();
+    let settings = Settings { accumulate: 10, structure, indirect, ..Settings::default() };
+    let mut renderer = Renderer::with_engine(&engine(gpu), settings).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let after: Vec<_> = (0..10)
+        .map(|_| {
+            renderer.refine(&uploaded, &views).unwrap();
+            inside::structure_builds(&renderer).unwrap()
+        })
+        .collect();
+    assert_eq!(after, [1, 1, 1, 1, 2, 2, 2, 2, 3, 3]);
+    // Another mean begins at the first turn again.
+    renderer.render_views(&uploaded, &views).unwrap();
+    assert_eq!(inside::structure_builds(&renderer), Some(6));
+}
+
+#[test]
+fn gpu_a_renderer_that_is_given_occlusion_renders_as_one_that_was_made_with_it() {
+    let test = "gpu_a_renderer_that_is_given_occlusion_renders_as_one_that_was_made_with_it";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let scene = demo("cornell").unwrap();
+    let camera = &scene.cameras[0];
+    let mut renderer = Renderer::with_engine(&engine(gpu), bvh()).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    assert_eq!(renderer.set(occlusion(16, bvh())).unwrap(), Change::Upload);
+    assert!(matches!(renderer.render(&uploaded, camera, 32, 24), Err(RenderError::OtherSettings { .. })));
+    let uploaded = renderer.upload(&scene).unwrap();
+    let found = renderer.render(&uploaded, camera, 32, 24).unwrap();
+    let mut fresh = Renderer::new(&gpu.device, &gpu.queue, occlusion(16, bvh())).unwrap();
+    let its_own = fresh.upload(&scene).unwrap();
+    assert_eq!(found.radiance, fresh.render(&its_own, camera, 32, 24).unwrap().radiance);
+}
+
+/// A debug view leaves out what it does not show, and says nothing else of the settings than what it was given.
+#[test]
+fn gpu_settings_come_back_as_they_were_given() {
+    let Some(gpu) = testing::gpu("gpu_settings_come_back_as_they_were_given") else { return };
+    for view in [DebugView::BaseColor, DebugView::Normal] {
+        let occlusion = Hbao { radius: 2.0 }.into();
+        let given = Settings { debug_view: Some(view), occlusion, ..Settings::default() };
+        assert_eq!(*Renderer::with_engine(&engine(gpu), given.clone()).unwrap().settings(), given);
+    }
+}
+
+#[test]
+fn gpu_a_shared_scene_is_the_same_picture_or_is_refused() {
+    let Some(gpu) = testing::gpu("gpu_a_shared_scene_is_the_same_picture_or_is_refused") else { return };
+    let rays = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
+    let direct = || Settings { structure: coarse().into(), ..bvh() };
+    let choices = vec![
+        ("no shadows", Settings { shadows: Shadows::None, ..direct() }),
+        ("bvh", direct()),
+        ("hbao", Settings { occlusion: Hbao { radius: 1.0 }.into(), shadows: Shadows::None, ..direct() }),
+        ("indirect, deep images", Settings { indirect: rays.into(), ..direct() }),
+    ];
+    let (same, refused) = shared_and_refused(gpu, choices);
+    assert!(same >= 6 && refused >= 6, "{same} shared, {refused} refused");
+
+    let without = shared::renderer(gpu, Settings { shadows: Shadows::None, ..Settings::direct_light() });
+    let uploaded = without.upload(&shared::scene()).unwrap();
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    let built = DeepImageBuilder::new(&gpu.device, coarse()).unwrap().record(&mut frame, &uploaded);
+    assert!(matches!(built, Err(RenderError::OtherSettings { .. })), "{built:?}");
+}
+
+/// A single picture and a mean of frames know of nothing before, whether there is a history or not.
+#[test]
+fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
+    let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_know_of_nothing_before") else { return };
+    let scene = cornell();
+    let techniques = [
+        Indirect::from(VirtualLights { count: 256, ..VirtualLights::default() }),
+        Indirect::from(PhotonSplatting { count: 1024, ..PhotonSplatting::default() }),
+    ];
+    for (accumulate, samples) in [(1, Samples::One), (5, Samples::Four)] {
+        for indirect in &techniques {
+            let of = |history| {
+                let usual = settings(sampled(lanternfish::settings::Tracer::BVH));
+                let settings = Settings { accumulate, samples, history, indirect: indirect.clone(), ..usual };
+                picture(gpu, settings, &scene, &scene.cameras[0])
+            };
+            assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {indirect:?}");
+        }
+    }
+}
+
+fn texture(gpu: &Gpu) -> wgpu::TextureView {
+    let size = wgpu::Extent3d { width: 48, height: 32, depth_or_array_layers: 1 };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+fn halves(gpu: &Gpu, view: &wgpu::TextureView) -> Vec<[f32; 4]> {
+    let texels: Vec<[u16; 4]> = read_texture(&gpu.device, &gpu.queue, view.texture()).unwrap();
+    texels.into_iter().map(|texel| texel.map(|bits| half::f16::from_bits(bits).to_f32())).collect()
+}
+
+/// What a white surface sends is direct light and that of the surroundings together; surfaces are the scene's.
+#[test]
+fn gpu_sums_of_white_surfaces_are_the_picture_with_occlusion() {
+    let Some(gpu) = testing::gpu("gpu_sums_of_white_surfaces_are_the_picture_with_occlusion") else { return };
+    let mut scene = demo("cornell").unwrap();
+    for material in &mut scene.materials {
+        *material = Material { base_color: Vec4::ONE, double_sided: material.double_sided, ..Material::default() };
+    }
+    scene.lights.push(Light::point(Vec3::new(0.3, 1.2, 0.4), Vec3::splat(2.0)));
+    scene.sky = Vec3::splat(0.2);
+    let camera: &Camera = &scene.cameras[0];
+    let settings = occlusion(32, Settings { materials: Materials::Lambert, ..bvh() });
+    let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let uploaded = waiting.upload(&scene).unwrap();
+    let expected = waiting.render(&uploaded, camera, 48, 32).unwrap().radiance;
+    let [direct, indirect] = [(); 2].map(|()| texture(gpu));
+    let view = [ViewRequest::of_camera(1, camera, [48, 32], Target::Sums { direct: &direct, indirect: &indirect })];
+    let mut renderer = Renderer::with_engine(waiting.engine(), settings).unwrap();
+    renderer.ready(&uploaded, &view).unwrap();
+    let mut commands = gpu.device.create_command_encoder(&Default::default());
+    let frame = renderer.record(&mut commands, &uploaded, &view).unwrap();
+    gpu.queue.submit([commands.finish()]);
+    renderer.submitted(frame);
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    let (direct, indirect) = (halves(gpu, &direct), halves(gpu, &indirect));
+    assert!(indirect.iter().any(|texel| texel[..3].iter().any(|c| *c > 0.01)));
+    // Halves are rounded by 2^-11, and normals and points are not the very same: at edges of shadows a ray may end elsewhere.
+    let covered = || expected.iter().enumerate().filter(|(_, texel)| texel[3] == 1.0);
+    let is_off = |(i, expected): &(usize, &[f32; 4])| {
+        (0..3).any(|c| (direct[*i][c] + indirect[*i][c] - expected[c]).abs() > 0.004 * expected[c] + 1e-4)
+    };
+    let (off, covered) = (covered().filter(is_off).count(), covered().count());
+    assert!(covered > 500 && off * 50 < covered, "{off} of {covered} pixels are off");
+}
+
+#[test]
+fn gpu_frames_in_the_callers_commands_refuse_images_that_only_waiting_frames_can_build() {
+    let test = "gpu_frames_in_the_callers_commands_refuse_images_that_only_waiting_frames_can_build";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let scene = demo("cornell").unwrap();
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh()).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let view = [ViewRequest::of_camera(1, &scene.cameras[0], [48, 32], Target::Own)];
+    let record = |renderer: &mut Renderer, scene: &_| {
+        let mut commands = gpu.device.create_command_encoder(&Default::default());
+        let frame = renderer.record(&mut commands, scene, &view)?;
+        gpu.queue.submit([commands.finish()]);
+        renderer.submitted(frame);
+        Ok(())
+    };
+    let deep = Settings {
+        structure: DeepImageSettings { resolution: 8, builder: crate::DeepBuilder::SinglePass, ..Default::default() }
+            .into(),
+        ..occlusion(8, bvh())
+    };
+    renderer.set(deep).unwrap();
+    let with_more = renderer.upload(&scene).unwrap();
+    assert!(matches!(record(&mut renderer, &with_more), Err(RenderError::Together { .. })));
+    assert_eq!(inside::growth(&mut renderer), Growth::Wait);
+    renderer.set(bvh()).unwrap();
+    record(&mut renderer, &uploaded).unwrap();
+}

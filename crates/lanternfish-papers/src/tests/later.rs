@@ -1,0 +1,96 @@
+//! Frames that never wait.
+
+use glam::Vec3;
+use lanternfish::{
+    RenderError, Renderer, Settings,
+    settings::{Culling, Exposure, Indirect, Occlusion, Shadows},
+    techniques::Sampled,
+};
+use lanternfish_gpu::{Growth, faulty_software};
+use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::demo};
+
+use crate::{
+    ACROSS_TEXELS, Deep, DeepBuilder, DeepImageSettings, DeepStore, DirectionSet, RasterGrid, VirtualLights,
+    WITHIN_TEXEL,
+    indirect::virtual_lights::MapSize,
+    testing,
+    testing::{
+        inside,
+        later::{Path, check, settings, walk},
+        quad, scene_of,
+    },
+};
+
+#[test]
+fn gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_pictures_alone() {
+    let test = "gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_pictures_alone";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let scene = demo("atrium").unwrap();
+    let camera = scene.cameras[0].clone();
+    let step = |i: usize| (camera.clone(), [10, 3000, 10, 6000][i / 8 % 4]);
+    let path = Path { scene: scene.clone(), range: 3.0, size: [64, 48], step: &step, frames: 32 };
+    check(&walk(gpu, &settings(RasterGrid::default().into()), &path));
+}
+
+/// Panes behind each other: more fragments a texel than there is room for at first.
+fn panes() -> Scene {
+    let pane = |i: usize| quad(0, Vec3::new(0.0, 0.0, -0.02 * i as f32), Vec3::X, Vec3::Y);
+    let mut scene = scene_of((0..90).map(pane).collect(), vec![Material { double_sided: true, ..Material::default() }]);
+    scene.lights.push(Light::point(Vec3::new(0.3, 0.4, 2.0), Vec3::splat(9.0)));
+    scene.sky = Vec3::splat(0.4);
+    scene
+}
+
+/// Through deep images too: for shadows, for indirect light, to find occlusion, and for ranges of virtual lights, whose lists grow as well.
+#[test]
+fn gpu_deep_images_get_their_room_in_later_frames() {
+    let test = "gpu_deep_images_get_their_room_in_later_frames";
+    let Some(gpu) = testing::gpu(test) else { return };
+    if faulty_software(&gpu.device.adapter_info()) {
+        return testing::left_out(test, "this driver crashes on shadows through deep images");
+    }
+    let scene = panes();
+    let camera =
+        Camera::look_at(Vec3::new(0.4, 0.2, 2.5), Vec3::ZERO, Projection::Perspective { fov_y: 0.9, near: 0.02 });
+    let step = |i: usize| (camera.clone(), [0, 300][i / 6 % 2]);
+    let path = Path { scene: scene.clone(), range: 3.0, size: [48, 32], step: &step, frames: 18 };
+    let deep_images =
+        DeepImageSettings { resolution: 96, directions: DirectionSet::Cube { k: 3 }, ..DeepImageSettings::default() };
+    let direct =
+        Settings { structure: deep_images.into(), exposure: Exposure::Ev(0.0), ..settings(Culling::default()) };
+    let sampled =
+        Sampled { tracer: WITHIN_TEXEL.into(), diffuse_rays: 1, glossy_rays: 0, ..Sampled::default().one_bounce() };
+    let few = VirtualLights { count: 300, map: MapSize::Texels64, ..VirtualLights::default() };
+    for (name, settings) in [
+        ("shadows", Settings { shadows: Shadows::Traced(ACROSS_TEXELS), ..direct.clone() }),
+        ("indirect", Settings { indirect: Indirect::from(sampled), ..direct.clone() }),
+        ("occlusion", Settings { occlusion: Occlusion::from(Deep { max_distance: None }), ..direct.clone() }),
+        ("virtual lights", Settings { indirect: Indirect::from(few), ..direct.clone() }),
+    ] {
+        let outcome = walk(gpu, &settings, &path);
+        println!("{name}: {outcome:?}");
+        check(&outcome);
+    }
+}
+
+#[test]
+fn gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_do_not_wait() {
+    let test = "gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_do_not_wait";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let coarse = DeepImageSettings { resolution: 8, ..DeepImageSettings::default() };
+    for deep_images in [
+        DeepImageSettings { builder: DeepBuilder::SinglePass, ..coarse },
+        DeepImageSettings { builder: DeepBuilder::DepthPeeling, ..coarse },
+        DeepImageSettings { store: DeepStore::LinkedList, ..coarse },
+    ] {
+        let settings = Settings {
+            occlusion: Occlusion::from(Deep { max_distance: None }),
+            structure: deep_images.into(),
+            ..settings(Culling::default())
+        };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        assert!(matches!(renderer.set_growth(Growth::Later), Err(RenderError::Together { .. })));
+        assert_eq!(inside::growth(&mut renderer), Growth::Wait);
+        renderer.set_growth(Growth::Wait).unwrap();
+    }
+}

@@ -1,0 +1,23 @@
+//! Pictures on a real adapter by every technique, the library's and this crate's: against each other, from run to run, while scenes change.
+//!
+//! Every test that needs an adapter is called `gpu_…`.
+
+#[path = "pictures/animation.rs"]
+mod animation;
+#[path = "pictures/area_lights.rs"]
+mod area_lights;
+#[path = "pictures/changes.rs"]
+mod changes;
+#[path = "pictures/corners.rs"]
+mod corners;
+#[path = "pictures/identical.rs"]
+mod identical;
+#[path = "../../lanternfish/tests/pictures/support.rs"]
+#[allow(dead_code, reason = "the library's own pictures have it too")]
+mod support;
+
+/// The adapter, once the techniques are registered; none where the test is left out.
+fn gpu(test: &str) -> Option<&'static lanternfish_gpu::Gpu> {
+    lanternfish_papers::register();
+    lanternfish_gpu::testing::gpu(test)
+}

@@ -1,0 +1,279 @@
+//! Scenes that move: the pictures of posed scenes against the path tracer's, and what is brought to the device against what is uploaded.
+
+use glam::{Affine3A, Vec3, Vec4};
+use lanternfish::{
+    GpuScene, Renderer, Settings,
+    settings::{Attenuation, Indirect, Occlusion, Shadows, Tracer},
+    techniques::Sampled,
+};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_metrics::{RelativeError, RgbImage, write_exr};
+use lanternfish_papers::{
+    Deep, DeepImageSettings, Hbao,
+    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
+};
+use lanternfish_reference as reference;
+use lanternfish_scene::{
+    Bounds, Camera, Instance, Light, Material, Mesh, Projection, Scene,
+    motion::{
+        Animation, Channel, Deformation, DeformedMesh, Influences, Interpolation, Motion, Node, Property, Sampler, Skin,
+    },
+};
+
+use crate::support::{differing, linear, quad, scene_of};
+
+const SIZE: (u32, u32) = (96, 72);
+/// Of pictures of the samples.
+const POSED: (u32, u32) = (64, 48);
+/// Every animated sample.
+const SAMPLES: [&str; 12] = [
+    "AnimatedCube/AnimatedCube.gltf",
+    "AnimatedTriangle/AnimatedTriangle.gltf",
+    "AnimatedMorphCube.glb",
+    "BoxAnimated.glb",
+    "CesiumMan.glb",
+    "CesiumMilkTruck.glb",
+    "Fox.glb",
+    "InterpolationTest.glb",
+    "RiggedFigure.glb",
+    "RiggedSimple.glb",
+    "SimpleMorph/SimpleMorph.gltf",
+    "SimpleSkin/SimpleSkin.gltf",
+];
+/// Shares of the animation's duration.
+const TIMES: [f32; 5] = [0.0, 0.21, 0.45, 0.7, 0.93];
+
+/// A camera that sees the scene at all times, and lights around it. Surfaces have no textures, which do not move and are filtered by
+/// each renderer in its own way.
+fn staged(mut scene: Scene) -> (Scene, Camera) {
+    for material in &mut scene.materials {
+        material.base_color_texture = None;
+        material.metallic_roughness_texture = None;
+        material.normal_texture = None;
+        material.occlusion_texture = None;
+        material.emissive_texture = None;
+        material.emissive = Vec3::ZERO;
+    }
+    let mut bounds = Bounds::EMPTY;
+    let duration = scene.motion.animations[0].duration();
+    for time in TIMES {
+        scene.pose(0, time * duration);
+        bounds.add_bounds(&scene.bounds());
+    }
+    let (center, size) = (bounds.center(), bounds.size().length());
+    let sun = Light::directional(Vec3::new(-0.5, -1.0, -0.7), Vec3::splat(2.0));
+    let lamp = Light::point(center + size * Vec3::new(0.6, 0.7, 0.9), Vec3::new(1.0, 0.8, 0.6) * size * size);
+    scene.lights = vec![sun, lamp];
+    (scene, Camera::framing(&bounds, 0.8, POSED.0 as f32 / POSED.1 as f32))
+}
+
+/// Direct light alone.
+fn truth(scene: &Scene, camera: &Camera) -> RgbImage {
+    let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
+    let tracer = reference::Tracer::new(scene, settings).unwrap();
+    let mut film = reference::Film::new(POSED.0 as usize, POSED.1 as usize).unwrap();
+    tracer.render(camera, &mut film, 1024);
+    RgbImage::new(POSED.0 as usize, POSED.1 as usize, film.mean()).unwrap()
+}
+
+fn settings() -> Settings {
+    Settings { accumulate: 64, shadows: Shadows::BVH, attenuation: Attenuation::Physical, ..Settings::direct_light() }
+}
+
+/// Each animated sample at five times: brought to the device that has the scene at rest, uploaded anew, and traced.
+#[test]
+fn gpu_posed_scenes_are_the_path_tracers() {
+    let name = "gpu_posed_scenes_are_the_path_tracers";
+    let Some(gpu) = crate::gpu(name) else { return };
+    let of = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let (mut renderer, mut once) = (of(settings()), of(Settings { accumulate: 1, ..settings() }));
+    let mut all = Vec::new();
+    for sample in SAMPLES {
+        let Some(path) = testing::shared(name, &format!("assets/conformance/{sample}")) else { return };
+        let (mut scene, camera) = staged(lanternfish_scene::load(path.to_str().unwrap()).unwrap());
+        let duration = scene.motion.animations[0].duration();
+        scene.pose_at_rest();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let mut pictures = Vec::new();
+        for time in TIMES {
+            scene.pose(0, time * duration);
+            assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
+            renderer.update(&mut uploaded, &scene).unwrap();
+            // A frame is enough to tell what was brought from what is uploaded, and the mean of many is compared with the truth.
+            let brought = once.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
+            let fresh = once.upload(&scene).unwrap();
+            let fresh = once.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
+            assert_eq!(differing(&brought, &fresh), 0, "{sample} at {time}: what was brought is not what is uploaded");
+            let found = renderer.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
+            let (found, expected) = (linear(&found), truth(&scene, &camera));
+            if let Ok(folder) = std::env::var("LANTERNFISH_TEST_PICTURES") {
+                for (kind, image) in [("found", &found), ("truth", &expected)] {
+                    let file = format!("{}-{time}-{kind}.exr", sample.replace('/', "-"));
+                    write_exr(&std::path::Path::new(&folder).join(file), image).expect("the folder can be written");
+                }
+            }
+            let error = RelativeError::measure(&found, &expected, 1e-3).unwrap();
+            println!(
+                "{sample} at {time}: {} lit, median {:.3} %, {:.2} % within 5 %, energy {:+.3} %",
+                error.lit_count(),
+                100.0 * error.median(),
+                100.0 * error.share_within(0.05),
+                100.0 * (error.energy_ratio() - 1.0)
+            );
+            pictures.push((found, expected, error));
+        }
+        all.push((sample, pictures));
+    }
+    for (sample, pictures) in &all {
+        for (time, (_, _, error)) in TIMES.iter().zip(pictures) {
+            // Up to half of the pixels of so small a thing are edges, of which 64 frames see 64 places.
+            assert!(error.lit_count() > 40, "{sample} at {time}: little is seen");
+            assert!(error.median() < 0.04, "{sample} at {time}: median {}", error.median());
+            assert!(error.share_within(0.1) > 0.7, "{sample} at {time}: {} within 10 %", error.share_within(0.1));
+            assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{sample} at {time}: energy {}", error.energy_ratio());
+        }
+        // It can fail: another moment is another picture. The truck's wheels turn alone, and are round.
+        let other = RelativeError::measure(&pictures[2].0, &pictures[1].1, 1e-3).unwrap().share_within(0.1);
+        let own = pictures[2].2.share_within(0.1);
+        assert!(other < own - 0.02 || sample.contains("Truck"), "{sample}: blind to what moves: {other} and {own}");
+    }
+}
+
+/// Pixels, of so many, that may differ where the device bends vertices and not the host: none on a software adapter, which rounds as the host
+/// does; elsewhere an edge, or that of a shadow, may lie one pixel further.
+fn otherwise_rounded(gpu: &Gpu, pixels: usize) -> usize {
+    if gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu { 0 } else { pixels / 200 }
+}
+
+/// Each animated sample at five times: what the device bends and moves looks as what is uploaded anew.
+#[test]
+fn gpu_what_the_device_animates_is_what_is_uploaded() {
+    let name = "gpu_what_the_device_animates_is_what_is_uploaded";
+    let Some(gpu) = crate::gpu(name) else { return };
+    let settings = Settings { accumulate: 1, ..settings() };
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    for sample in SAMPLES {
+        let Some(path) = testing::shared(name, &format!("assets/conformance/{sample}")) else { return };
+        let (mut scene, camera) = staged(lanternfish_scene::load(path.to_str().unwrap()).unwrap());
+        let duration = scene.motion.animations[0].duration();
+        scene.pose_at_rest();
+        let rest = scene.clone();
+        let mut animated = renderer.upload(&rest).unwrap();
+        let mut last = None;
+        let (mut wrong, mut changed) = (0, 0);
+        for time in TIMES {
+            renderer.animate(&mut animated, &rest, Some((0, time * duration))).unwrap();
+            let found = renderer.render(&animated, &camera, POSED.0, POSED.1).unwrap();
+            scene.pose(0, time * duration);
+            let fresh = renderer.upload(&scene).unwrap();
+            let fresh = renderer.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
+            wrong += differing(&found, &fresh);
+            changed += last.replace(found).map_or(0, |last| differing(&last, &fresh));
+        }
+        println!("{sample}: {wrong} pixels differ from a fresh upload, {changed} from the picture before");
+        let pixels = TIMES.len() * (POSED.0 * POSED.1) as usize;
+        assert!(wrong <= otherwise_rounded(gpu, pixels), "{sample}: {wrong} of {pixels} pixels");
+        // It can fail: another moment is another picture. The truck's wheels turn alone, and are round.
+        assert!(changed > pixels / 200 || sample.contains("Truck"), "{sample}: {changed} of {pixels} pixels");
+    }
+}
+
+/// A floor, and above it a sheet of two joints of which an animation moves one: half of it folds down, and its lamp goes with it.
+fn folding() -> (Scene, Camera) {
+    let surface = |base_color: [f32; 3]| Material {
+        base_color: Vec3::from(base_color).extend(1.0),
+        double_sided: true,
+        ..Material::default()
+    };
+    let mut sheet = quad(1, Vec3::new(0.0, 0.5, 0.0), 0.4 * Vec3::X, -0.3 * Vec3::Z);
+    let weights = sheet.positions.iter().map(|p| if p.x > 0.0 { Vec4::Y } else { Vec4::X }).collect();
+    sheet.deformation = Some(Box::new(Deformation {
+        positions: sheet.positions.clone(),
+        normals: sheet.normals.clone(),
+        influences: vec![Influences { joints: vec![[0, 1, 0, 0]; 4], weights }],
+        ..Deformation::default()
+    }));
+    let floor = quad(0, Vec3::ZERO, 1.5 * Vec3::X, -1.5 * Vec3::Z);
+    let wall = quad(0, Vec3::new(0.0, 0.7, -1.0), 1.5 * Vec3::X, 0.7 * Vec3::Y);
+    let mut scene = scene_of(vec![floor, wall], vec![surface([0.7, 0.7, 0.7]), surface([0.8, 0.2, 0.1])]);
+    scene.meshes.push(Mesh { name: "sheet".to_owned(), primitives: vec![sheet] });
+    scene.instances.push(Instance { mesh: 1, ..scene.instances[0].clone() });
+    let values = [Vec3::ZERO, Vec3::new(-0.1, -0.35, 0.2)].iter().flat_map(|v| v.to_array()).collect();
+    let sampler = Sampler { interpolation: Interpolation::Linear, times: vec![0.0, 1.0], values };
+    let fold = Channel { node: 1, property: Property::Translation, sampler };
+    scene.motion = Motion {
+        nodes: vec![Node::default(), Node::default()],
+        skins: vec![Skin { joints: vec![0, 1], joint_from_object: vec![Affine3A::IDENTITY; 2] }],
+        animations: vec![Animation { name: "fold".to_owned(), channels: vec![fold] }],
+        meshes: vec![DeformedMesh { mesh: 1, node: 0, skin: Some(0) }],
+        ..Motion::default()
+    };
+    scene.lights = vec![Light::point(Vec3::new(0.4, 1.4, 0.3), Vec3::splat(2.0))];
+    scene.sky = Vec3::splat(0.3);
+    let projection = Projection::Perspective { fov_y: 0.8, near: 0.05 };
+    (scene, Camera::look_at(Vec3::new(0.2, 1.0, 2.4), Vec3::new(0.0, 0.3, 0.0), projection))
+}
+
+/// What bends changes shadows, occlusion and indirect light in the frame in which it does, through every structure that is traced; and what
+/// is brought to the device is what would be uploaded anew.
+#[test]
+fn gpu_what_bends_is_seen_by_everything() {
+    let Some(gpu) = crate::gpu("gpu_what_bends_is_seen_by_everything") else { return };
+    let (mut scene, camera) = folding();
+    let direct = || Settings { shadows: Shadows::None, ..Settings::direct_light() };
+    let deep = |settings: Settings| {
+        let images = DeepImageSettings { resolution: 128, payload: true, ..DeepImageSettings::default() };
+        Settings { structure: images.into(), ..settings }
+    };
+    let mut asked = vec![
+        (
+            "occlusion deep".to_owned(),
+            Settings { occlusion: Occlusion::from(Deep { max_distance: Some(2.0) }), ..direct() },
+        ),
+        ("occlusion hbao".to_owned(), Settings { occlusion: Occlusion::from(Hbao { radius: 2.0 }), ..direct() }),
+        ("virtual lights".to_owned(), Settings { indirect: Indirect::from(VirtualLights::default()), ..direct() }),
+    ];
+    for tracer in Tracer::all().into_iter() {
+        if tracer == Tracer::RAY_QUERY && !gpu.description.ray_query {
+            testing::left_out("gpu_what_bends_is_seen_by_everything", "this adapter has no ray query");
+            continue;
+        }
+        let sampled = Sampled { diffuse_rays: 4, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
+        let photons = PhotonSplatting { count: 1024, tracer: tracer.into(), ..PhotonSplatting::default() };
+        asked.push((format!("shadows {tracer}"), deep(Settings { shadows: Shadows::Traced(tracer), ..direct() })));
+        asked.push((format!("sampled {tracer}"), deep(Settings { indirect: Indirect::from(sampled), ..direct() })));
+        asked.push((format!("photons {tracer}"), deep(Settings { indirect: Indirect::from(photons), ..direct() })));
+    }
+    for (name, settings) in asked {
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        scene.pose_at_rest();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let shown =
+            |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, SIZE.0, SIZE.1).unwrap();
+        let before = shown(&mut renderer, &uploaded);
+        scene.pose(0, 1.0);
+        renderer.update(&mut uploaded, &scene).unwrap();
+        let after = shown(&mut renderer, &uploaded);
+        let fresh = renderer.upload(&scene).unwrap();
+        assert_eq!(
+            differing(&after, &shown(&mut renderer, &fresh)),
+            0,
+            "{name}: what was brought is not what is uploaded"
+        );
+        // By the device alone, of which the host knows no vertex.
+        scene.pose_at_rest();
+        let mut animated = renderer.upload(&scene).unwrap();
+        renderer.animate(&mut animated, &scene, Some((0, 1.0))).unwrap();
+        let wrong = differing(&after, &shown(&mut renderer, &animated));
+        assert!(wrong <= otherwise_rounded(gpu, after.radiance.len()), "{name}: {wrong} pixels, bent by the device");
+        // On the floor and the wall alone: whatever of the sheet is seen before or after is left out by its colour.
+        let is_grey = |[r, _, b, _]: &[f32; 4]| *r <= 1.8 * *b;
+        let pairs = || before.radiance.iter().zip(&after.radiance).filter(|(a, b)| is_grey(a) && is_grey(b));
+        let changed = pairs().filter(|(a, b)| (a[1] - b[1]).abs() > 0.02 * a[1].max(b[1])).count();
+        println!("{name}: {changed} of {} pixels of floor and wall change", pairs().count());
+        assert!(pairs().count() > 2000 && changed > 80, "{name}: {changed} of {}", pairs().count());
+        // It can fail: without what brings light the floor does not change, as the last of these frames with itself.
+        let again = shown(&mut renderer, &uploaded);
+        assert_eq!(differing(&after, &again), 0, "{name}: the same frame again");
+    }
+}

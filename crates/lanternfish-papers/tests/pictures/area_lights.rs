@@ -1,0 +1,256 @@
+//! Disks and rectangles that shine: against the path tracer, and alike however they are found.
+
+use glam::Vec3;
+use lanternfish::{
+    Picture, Renderer, Settings,
+    settings::{Culling, DebugView, Indirect, Samples, Shadows},
+    techniques::{Assignment, ClusterTest, Clustered, Sampled, TileSize, Tiled},
+};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_metrics::{RelativeError, RgbImage};
+use lanternfish_papers::RasterGrid;
+use lanternfish_reference as reference;
+use lanternfish_scene::{AlphaMode, Camera, Light, Material, Projection, Scene, generate};
+
+use crate::support::{counter, differing, linear, quad, render, scene_of};
+
+const SIZE: (u32, u32) = (96, 64);
+
+fn surface(base_color: [f32; 3], metallic: f32, perceptual_roughness: f32) -> Material {
+    let base_color = Vec3::from(base_color).extend(1.0);
+    Material { base_color, metallic, perceptual_roughness, double_sided: true, ..Material::default() }
+}
+
+/// A panel, a disk and a point light over a matt floor, a glossy and a metal plate, and a sheet that casts a shadow on them.
+fn still_life() -> (Scene, Camera) {
+    let materials = vec![
+        surface([0.8, 0.8, 0.8], 0.0, 1.0),
+        surface([0.7, 0.3, 0.2], 0.0, 0.3),
+        surface([0.9, 0.7, 0.4], 1.0, 0.4),
+        surface([0.3, 0.5, 0.8], 0.0, 0.7),
+    ];
+    let quads = vec![
+        quad(0, Vec3::ZERO, 3.0 * Vec3::X, -3.0 * Vec3::Z),
+        quad(1, Vec3::new(-0.8, 0.02, 0.2), 0.7 * Vec3::X, -0.7 * Vec3::Z),
+        quad(2, Vec3::new(0.9, 0.4, -0.3), 0.6 * Vec3::X, Vec3::new(0.0, 0.35, -0.4)),
+        quad(3, Vec3::new(0.1, 0.7, 0.1), 0.4 * Vec3::X, -0.3 * Vec3::Z),
+    ];
+    let mut scene = scene_of(quads, materials);
+    let panel = Light::rectangle(Vec3::new(-0.4, 1.6, -0.6), Vec3::NEG_Y, Vec3::X, [1.2, 0.4], Vec3::splat(4.0));
+    let towards = Vec3::new(-1.0, -0.8, -0.3).normalize();
+    let disk = Light::disk(Vec3::new(1.6, 1.1, 0.6), towards, 0.35, Vec3::new(6.0, 5.0, 3.0));
+    let point = Light::point(Vec3::new(-1.6, 1.2, 0.8), Vec3::new(0.2, 0.3, 0.5));
+    scene.lights = vec![panel, point, disk];
+    let projection = Projection::Perspective { fov_y: 0.7, near: 0.05 };
+    (scene, Camera::look_at(Vec3::new(0.0, 1.7, 3.2), Vec3::new(0.0, 0.3, 0.0), projection))
+}
+
+/// Direct light alone.
+fn truth(scene: &Scene, camera: &Camera, samples: u64) -> RgbImage {
+    let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
+    let tracer = reference::Tracer::new(scene, settings).unwrap();
+    let mut film = reference::Film::new(SIZE.0 as usize, SIZE.1 as usize).unwrap();
+    tracer.render(camera, &mut film, samples);
+    RgbImage::new(SIZE.0 as usize, SIZE.1 as usize, film.mean()).unwrap()
+}
+
+fn compare(name: &str, found: &RgbImage, truth: &RgbImage) -> RelativeError {
+    let error = RelativeError::measure(found, truth, 1e-3).unwrap();
+    println!(
+        "{name}: median {:.3} %, {:.2} % within 5 %, energy {:+.3} %",
+        100.0 * error.median(),
+        100.0 * error.share_within(0.05),
+        100.0 * (error.energy_ratio() - 1.0)
+    );
+    error
+}
+
+fn accumulated(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings) -> RgbImage {
+    linear(&render(gpu, scene, camera, SIZE, settings))
+}
+
+#[test]
+fn gpu_area_lights_are_the_path_tracers() {
+    let Some(gpu) = crate::gpu("gpu_area_lights_are_the_path_tracers") else { return };
+    let (scene, camera) = still_life();
+    let expected = truth(&scene, &camera, 2048);
+    let settings = || Settings { accumulate: 64, shadows: Shadows::BVH, ..Settings::direct_light() };
+    let found = accumulated(gpu, &scene, &camera, settings());
+    // The noise of both: 0.8 % at the median. With several samples a pixel, surfaces at edges take the rays of a neighbour.
+    let check = |name: &str, found: &RgbImage, within: f32| {
+        let error = compare(name, found, &expected);
+        assert!(error.median() < 0.01, "{name}: median {}", error.median());
+        assert!(error.share_within(0.05) > within, "{name}: within 5 %: {}", error.share_within(0.05));
+        assert!((error.energy_ratio() - 1.0).abs() < 0.005, "{name}: energy {}", error.energy_ratio());
+    };
+    check("64 frames of 16 rays", &found, 0.97);
+    // Lights of all kinds have more bits with a radius; with several samples a pixel some rays start in shading.
+    let soft = Settings { light_radius: 1e-3, ..settings() };
+    check("beside soft shadows", &accumulated(gpu, &scene, &camera, soft), 0.97);
+    let samples = Settings { samples: Samples::Four, accumulate: 32, ..settings() };
+    check("four samples", &accumulated(gpu, &scene, &camera, samples), 0.93);
+    // More rays than a frame has bits for.
+    let many = Settings { shadow_rays: 255, accumulate: 32, ..settings() };
+    check("255 rays", &accumulated(gpu, &scene, &camera, many), 0.97);
+
+    // It can fail: one per cent of light, the sheet's shadow, and light that comes from the middle.
+    let mut brighter = scene.clone();
+    brighter.lights.iter_mut().for_each(|light| light.intensity *= 1.01);
+    let error = compare("1 % brighter", &accumulated(gpu, &brighter, &camera, settings()), &expected);
+    assert!(error.energy_ratio() > 1.005, "blind to 1 % of light");
+    let open = Settings { shadows: Shadows::None, ..settings() };
+    let error = compare("without shadows", &accumulated(gpu, &scene, &camera, open), &expected);
+    assert!(error.energy_ratio() > 1.02 && error.share_within(0.05) < 0.95, "blind to shadows");
+    let mut smaller = scene.clone();
+    for light in smaller.lights.iter_mut().filter(|light| light.area().is_some()) {
+        let (area, position) = (light.area().unwrap(), light.position);
+        *light = Light::disk(position, light.direction, 0.02, light.intensity);
+        light.intensity *= area / light.area().unwrap();
+    }
+    let error = compare("small lights", &accumulated(gpu, &smaller, &camera, settings()), &expected);
+    assert!(error.share_within(0.05) < 0.9, "blind to the lights' size");
+}
+
+/// Without what could cast a shadow, `shadows none` is the truth too: the whole of the light, and not that of its middle.
+#[test]
+fn gpu_area_lights_without_shadows_are_whole() {
+    let Some(gpu) = crate::gpu("gpu_area_lights_without_shadows_are_whole") else { return };
+    let (mut scene, camera) = still_life();
+    scene.meshes[0].primitives.truncate(1);
+    scene.materials[0].perceptual_roughness = 0.4;
+    let expected = truth(&scene, &camera, 1024);
+    let settings = Settings { accumulate: 64, shadows: Shadows::None, ..Settings::direct_light() };
+    let error = compare("no shadows", &accumulated(gpu, &scene, &camera, settings), &expected);
+    assert!(error.median() < 0.01 && (error.energy_ratio() - 1.0).abs() < 0.005, "{}", error.energy_ratio());
+}
+
+/// Blended surfaces trace their own rays.
+#[test]
+fn gpu_area_lights_on_a_blended_pane_are_the_path_tracers() {
+    let Some(gpu) = crate::gpu("gpu_area_lights_on_a_blended_pane_are_the_path_tracers") else { return };
+    let (mut scene, camera) = still_life();
+    // A rough pane beneath the sheet, in its shadow, over the black of nothing.
+    scene.materials[1].alpha_mode = AlphaMode::Blend;
+    scene.materials[1].base_color.w = 0.5;
+    scene.materials[1].perceptual_roughness = 1.0;
+    let primitives = &mut scene.meshes[0].primitives;
+    primitives[1] = quad(1, Vec3::new(0.0, 0.02, 0.2), 1.5 * Vec3::X, -0.9 * Vec3::Z);
+    primitives.remove(0);
+    let expected = truth(&scene, &camera, 2048);
+    let settings = || Settings { accumulate: 64, shadows: Shadows::BVH, ..Settings::direct_light() };
+    let error = compare("a pane", &accumulated(gpu, &scene, &camera, settings()), &expected);
+    // The path tracer meets a blended surface by chance, half of the time: that is its noise, 1.7 % at the median.
+    assert!(error.median() < 0.025 && (error.energy_ratio() - 1.0).abs() < 0.005, "{}", error.energy_ratio());
+    let open = Settings { shadows: Shadows::None, ..settings() };
+    let error = compare("a pane without shadows", &accumulated(gpu, &scene, &camera, open), &expected);
+    assert!(error.energy_ratio() > 1.02, "blind to shadows");
+}
+
+/// Rays of indirect light find what the lights' points send: the same bounce as the path tracer's.
+#[test]
+fn gpu_a_bounce_of_area_lights_is_the_path_tracers() {
+    let Some(gpu) = crate::gpu("gpu_a_bounce_of_area_lights_is_the_path_tracers") else { return };
+    // Two walls that face each other; the panel lights one of them, and is too near to be taken for its middle.
+    let white = surface([0.8; 3], 0.0, 1.0);
+    let walls = vec![
+        quad(0, Vec3::ZERO, 1.5 * Vec3::X, -1.5 * Vec3::Z),
+        quad(0, Vec3::new(0.0, 1.0, 0.0), 1.5 * Vec3::X, 1.5 * Vec3::Z),
+    ];
+    let mut scene = scene_of(walls, vec![white]);
+    let panel = Light::rectangle(0.7 * Vec3::Y, Vec3::Y, Vec3::X, [1.6, 1.0], Vec3::splat(3.0));
+    scene.lights = vec![panel];
+    let projection = Projection::Perspective { fov_y: 0.7, near: 0.05 };
+    let camera = Camera::look_at(Vec3::new(0.0, 0.6, 3.5), Vec3::new(0.0, 0.45, 0.0), projection);
+    let settings = reference::Settings { max_depth: 3, ..reference::Settings::default() };
+    let tracer = reference::Tracer::new(&scene, settings).unwrap();
+    let mut film = reference::Film::new(SIZE.0 as usize, SIZE.1 as usize).unwrap();
+    tracer.render(&camera, &mut film, 1024);
+    let expected = RgbImage::new(SIZE.0 as usize, SIZE.1 as usize, film.mean()).unwrap();
+    // Few lights are all weighed; many are chosen by the tree: beside dark ones the panel is the same.
+    for others in [0, 20] {
+        let dim = (0..others).map(|i| Light::point(Vec3::new(0.0, 0.5 + 0.01 * i as f32, 9.0), Vec3::splat(1e-6)));
+        let lit = Scene { lights: scene.lights.iter().cloned().chain(dim).collect(), ..scene.clone() };
+        let settings = Settings {
+            accumulate: 16,
+            indirect: Indirect::from(Sampled::default().one_bounce()),
+            ..Settings::default()
+        };
+        let found = accumulated(gpu, &lit, &camera, settings);
+        // Squares of 64 pixels, of which what is left is the noise of both, close to the panel: 3 % at the median, 9 % of single pixels.
+        let [found, expected] = [&found, &expected].map(|image| image.box_downsampled(8).unwrap());
+        let error = compare(&format!("one bounce, {others} other lights"), &found, &expected);
+        assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{}", error.energy_ratio());
+        assert!(error.median() < 0.05, "median {}", error.median());
+    }
+}
+
+fn cullings() -> Vec<Culling> {
+    let clustered = |assignment, test| Culling::from(Clustered { assignment, test, ..Clustered::default() });
+    vec![
+        Culling::from(Tiled { tile_size: TileSize::Px8, aabb_test: true }),
+        Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
+        clustered(Assignment::Hierarchy, ClusterTest::PlanesAndBox),
+        clustered(Assignment::BruteForce, ClusterTest::Planes),
+        Culling::from(RasterGrid::default()),
+    ]
+}
+
+#[test]
+fn gpu_points_and_areas_are_the_same_under_every_culling() {
+    let Some(gpu) = crate::gpu("gpu_points_and_areas_are_the_same_under_every_culling") else { return };
+    let mut scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 500, Some(0.4), 2, 0.0));
+    for (i, light) in scene.lights.iter_mut().enumerate().skip(3).step_by(16) {
+        let towards = Vec3::new((i as f32).sin(), -0.5, (2.0 * i as f32).sin()).normalize();
+        let (position, range) = (light.position, light.range);
+        let area = match i % 32 < 16 {
+            true => Light::disk(position, towards, 0.1, 10.0 * light.intensity),
+            false => Light::rectangle(position, towards, Vec3::X, [0.3, 0.1], 10.0 * light.intensity),
+        };
+        *light = Light { range, ..area };
+    }
+    let picture =
+        |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
+    let all = picture(&scene, Culling::NONE);
+    let rays = |picture: &Picture| counter(picture, "shadows/rays");
+    for culling in cullings() {
+        let found = picture(&scene, culling.clone());
+        assert_eq!(differing(&found, &all), 0, "{culling:?}");
+        assert_eq!(rays(&found), rays(&all), "{culling:?}");
+    }
+    // It can fail: areas whose range is a tenth shorter, and those without an area alone.
+    let mut shorter = scene.clone();
+    let areas = shorter.lights.iter_mut().filter(|light| light.area().is_some());
+    areas.for_each(|light| light.range = light.range.map(|range| 0.9 * range));
+    assert!(differing(&picture(&shorter, Culling::default()), &all) > 500);
+    // Lights come and go: the scene that has areas no more is as if it never had.
+    let mut points = scene.clone();
+    points.lights.retain(|light| light.area().is_none());
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    for (scene, expected) in [(&scene, &all), (&points, &picture(&points, Culling::NONE)), (&scene, &all)] {
+        renderer.update(&mut uploaded, scene).unwrap();
+        let found = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap();
+        assert_eq!(differing(&found, expected), 0, "{} lights", scene.lights.len());
+    }
+}
+
+/// Where nothing is hidden all rays are open: as many lights as are listed, each counted once.
+#[test]
+fn gpu_views_of_rays_count_those_to_areas() {
+    let Some(gpu) = crate::gpu("gpu_views_of_rays_count_those_to_areas") else { return };
+    let (mut scene, camera) = still_life();
+    scene.meshes[0].primitives.truncate(1);
+    scene.lights.truncate(1);
+    let view = |view| {
+        let settings = Settings { debug_view: Some(view), shadows: Shadows::BVH, ..Settings::direct_light() };
+        render(gpu, &scene, &camera, SIZE, settings)
+    };
+    let (shares, rays) = (view(DebugView::Visibility), view(DebugView::RayCount));
+    let lit = shares.display.iter().filter(|pixel| pixel[0] == 255).count();
+    let shown = shares.display.iter().filter(|pixel| pixel[0] > 0).count();
+    assert!(lit > 2000 && lit == shown, "{lit} of {shown} see all of the light");
+    // Sixteen rays to each pixel of the floor, and no others.
+    assert_eq!(counter(&rays, "shadows/rays"), 16 * lit as u64);
+}

@@ -1,0 +1,195 @@
+//! Hundreds of frames with changes at random: what comes of them is what a fresh upload shows.
+
+use glam::{Affine3A, Quat, Vec3};
+use lanternfish::{
+    Change, GpuScene, Renderer, Settings,
+    settings::{Culling, DebugView, Indirect, Occlusion, Samples, Shadows, ToneMap, Tracer},
+    techniques::Sampled,
+};
+use lanternfish_gpu::testing;
+use lanternfish_papers::{Hbao, indirect::virtual_lights::VirtualLights};
+use lanternfish_scene::{Instance, Light, Mesh, Scene, generate};
+
+use crate::support::differing;
+
+/// Frames of a run.
+const FRAMES: usize = 1200;
+/// After so many frames all settings have been met, and nothing more is to be kept.
+const WARM: usize = 400;
+/// Bytes that a run may take beyond what it had when it was warm: what an allocator keeps of sizes that differ.
+const KEPT: u64 = 48 << 20;
+
+/// Numbers that are the same in every run [Steele2014].
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() % count as u64) as usize
+    }
+
+    fn unit(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit()) - 0.5
+    }
+}
+
+/// The Cornell box with each of its parts an instance, in light rain.
+fn scene() -> Scene {
+    let whole = generate::demo("cornell").unwrap();
+    let mut scene = Scene { meshes: Vec::new(), instances: Vec::new(), ..whole.clone() };
+    for instance in &whole.instances {
+        for primitive in &whole.meshes[instance.mesh].primitives {
+            scene.instances.push(Instance { mesh: scene.meshes.len(), ..instance.clone() });
+            scene.meshes.push(Mesh { name: String::new(), primitives: vec![primitive.clone()] });
+        }
+    }
+    // What shines and moves takes an update.
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 12, Some(0.8), 1, 0.0));
+    scene
+}
+
+/// An instance comes or goes, now and then with a mesh and a material of its own.
+fn come_or_go(scene: &mut Scene, random: &mut Random) {
+    let (few, many) = (scene.instances.len() < 6, scene.instances.len() > 20);
+    if few || (!many && random.below(2) == 0) {
+        let like = scene.instances[random.below(scene.instances.len())].clone();
+        let mut mesh = like.mesh;
+        if random.below(2) == 0 {
+            let mut another = scene.meshes[mesh].clone();
+            another.primitives[0].positions.iter_mut().for_each(|position| *position *= 0.9);
+            another.primitives[0].material = scene.materials.len();
+            scene.materials.push(scene.materials[0].clone());
+            mesh = scene.meshes.len();
+            scene.meshes.push(another);
+        }
+        let step = Affine3A::from_translation(0.3 * random.vector());
+        scene.instances.push(Instance { mesh, world_from_object: step * like.world_from_object, ..like });
+        return;
+    }
+    scene.instances.remove(random.below(scene.instances.len()));
+    // The last mesh goes with its last instance, and its material, which is the last too.
+    let last = scene.meshes.len() - 1;
+    let is_placed = scene.instances.iter().any(|instance| instance.mesh == last);
+    if last >= 8 && !is_placed && scene.meshes[last].primitives[0].material == scene.materials.len() - 1 {
+        scene.meshes.pop();
+        scene.materials.pop();
+    }
+}
+
+/// Settings that a scene need not be uploaded again for, where it has hits to shade and a BVH.
+fn settings() -> Vec<Settings> {
+    let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
+    let usual = Settings { shadows: Shadows::BVH, indirect: Indirect::from(sampled), ..Settings::direct_light() };
+    let direct = || Settings { indirect: Indirect::NONE, ..usual.clone() };
+    vec![
+        usual.clone(),
+        direct(),
+        Settings { culling: Culling::NONE, ..direct() },
+        Settings { samples: Samples::Four, ..direct() },
+        Settings { tone_map: ToneMap::None, ..usual.clone() },
+        Settings { indirect: Indirect::from(VirtualLights::default()), ..usual.clone() },
+        Settings { occlusion: Occlusion::from(Hbao { radius: 0.5 }), ..direct() },
+        Settings { debug_view: Some(DebugView::LightCount), ..direct() },
+    ]
+}
+
+/// Bytes of memory that this process has; none where the system does not say it.
+fn resident() -> Option<u64> {
+    let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
+    pages.split(' ').nth(1)?.parse::<u64>().ok().map(|pages| 4096 * pages)
+}
+
+#[test]
+fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
+    let Some(gpu) = crate::gpu("gpu_frames_of_random_changes_end_as_a_fresh_upload") else { return };
+    let (all, mut random, mut scene) = (settings(), Random(7), scene());
+    let camera = scene.cameras[0].clone();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), all[0].clone()).unwrap();
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    let mut size = (24, 16);
+    let (mut refused, mut compared, mut changed) = (0, 0, 0);
+    let mut last = None;
+    let mut warm = None;
+    for frame in 0..FRAMES {
+        match random.below(15) {
+            0..=5 => {
+                let instance = random.below(scene.instances.len());
+                let turn = Quat::from_scaled_axis(0.3 * random.vector());
+                let step = Affine3A::from_rotation_translation(turn, 0.05 * random.vector());
+                let place = &mut scene.instances[instance].world_from_object;
+                *place = step * *place;
+                renderer.move_instances(&mut uploaded, &[(instance, *place)]).unwrap();
+            }
+            6 => {
+                let place = random.below(scene.lights.len());
+                scene.lights[place] = Light::point(0.4 * random.vector() + 0.5 * Vec3::Y, Vec3::splat(0.2));
+                // Where hits are shaded lights are in a tree.
+                if renderer.set_light(&mut uploaded, place, &scene.lights[place]).is_err() {
+                    refused += 1;
+                    renderer.update(&mut uploaded, &scene).unwrap();
+                }
+            }
+            7 => {
+                scene.lights.push(Light::point(0.4 * random.vector() + 0.5 * Vec3::Y, Vec3::splat(0.1)));
+                renderer.update(&mut uploaded, &scene).unwrap();
+            }
+            8 => {
+                let place = random.below(scene.lights.len());
+                scene.lights.remove(place);
+                scene.lights.push(Light::point(0.2 * random.vector(), Vec3::splat(0.1)));
+                let primitive = &mut scene.meshes[random.below(2)].primitives[0];
+                primitive.positions.iter_mut().for_each(|p| *p *= 1.01);
+                renderer.update(&mut uploaded, &scene).unwrap();
+            }
+            9 => size = (8 + random.below(40) as u32, 8 + random.below(30) as u32),
+            10 => {
+                let cost = renderer.set(all[random.below(all.len())].clone()).unwrap();
+                if cost == Change::Upload {
+                    uploaded = renderer.upload(&scene).unwrap();
+                }
+            }
+            11 => {
+                come_or_go(&mut scene, &mut random);
+                renderer.update(&mut uploaded, &scene).unwrap();
+            }
+            12 => {
+                let place = random.below(scene.materials.len());
+                scene.materials[place].base_color = (random.vector() + 0.5).extend(1.0);
+                renderer.set_material(&mut uploaded, place, &scene.materials[place]).unwrap();
+            }
+            _ => {}
+        }
+        let shown =
+            |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, size.0, size.1).unwrap();
+        let found = shown(&mut renderer, &uploaded);
+        if frame == WARM {
+            warm = resident();
+        }
+        if frame % 120 == 119 {
+            let fresh = renderer.upload(&scene).unwrap();
+            let mut another = Renderer::with_engine(&testing::engine(gpu), renderer.settings().clone()).unwrap();
+            assert_eq!(differing(&found, &shown(&mut renderer, &fresh)), 0, "frame {frame}");
+            let fresh = another.upload(&scene).unwrap();
+            assert_eq!(differing(&found, &shown(&mut another, &fresh)), 0, "frame {frame}, another renderer");
+            compared += 1;
+        }
+        changed += usize::from(last.replace(found.radiance.clone()) != Some(found.radiance));
+    }
+    if let (Some(warm), Some(end)) = (warm, resident()) {
+        println!("{} MiB after {WARM} frames, {} at the end", warm >> 20, end >> 20);
+        assert!(end < warm + KEPT, "{warm} bytes after {WARM} frames, {end} at the end");
+    }
+    println!("{refused} lights by an update, {compared} compared, {changed} of {FRAMES} changed");
+    assert!(changed > FRAMES / 3 && refused > 0, "{changed} frames changed, {refused} refused");
+}

@@ -1,0 +1,148 @@
+//! Pictures at the ends of what can be asked for.
+
+use glam::Vec3;
+use lanternfish::{
+    RenderError, Renderer, Settings,
+    settings::{Culling, DebugView, Indirect, Occlusion, RayCulling, Samples, Shadows},
+};
+use lanternfish_gpu::testing;
+use lanternfish_papers::Deep;
+use lanternfish_scene::{Light, Scene, generate};
+
+use crate::support::{Front, bits, render};
+
+#[test]
+fn gpu_empty_scenes_show_the_sky() {
+    let Some(gpu) = crate::gpu("gpu_empty_scenes_show_the_sky") else { return };
+    let sky = Vec3::new(0.25, 0.5, 2.0);
+    let light = Light::point(Vec3::ONE, Vec3::ONE);
+    let mut shadows = vec![Shadows::None, Shadows::BVH];
+    shadows.extend(gpu.description.ray_query.then_some(Shadows::RAY_QUERY));
+    for shadows in shadows {
+        for culling in [Culling::NONE, Culling::default()] {
+            for lights in [vec![], vec![light.clone()]] {
+                let scene = Scene { sky, lights, ..Scene::default() };
+                let front = Front::render(
+                    gpu,
+                    &scene,
+                    Settings { shadows, culling: culling.clone(), ..Settings::direct_light() },
+                );
+                assert!(
+                    front.0.radiance.iter().all(|texel| *texel == [sky.x, sky.y, sky.z, 0.0]),
+                    "{shadows}, {culling:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn gpu_a_scene_without_lights_is_dark_but_for_what_glows() {
+    let Some(gpu) = crate::gpu("gpu_a_scene_without_lights_is_dark_but_for_what_glows") else { return };
+    let mut scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    let lit = render(gpu, &scene, &camera, (40, 40), Settings::direct_light());
+    scene.lights.clear();
+    for culling in [Culling::NONE, Culling::default()] {
+        let dark =
+            render(gpu, &scene, &camera, (40, 40), Settings { culling: culling.clone(), ..Settings::direct_light() });
+        let bright = |picture: &lanternfish::Picture| picture.radiance.iter().filter(|texel| texel[0] > 0.0).count();
+        // The lamp is an emissive quad.
+        let glowing = dark.radiance.iter().filter(|texel| texel[..3] == [17.0, 12.0, 4.0]).count();
+        assert!(glowing > 0 && bright(&dark) == glowing, "{culling:?}: {glowing} glow, {} are bright", bright(&dark));
+        assert!(bright(&lit) > 1000, "it can fail");
+    }
+}
+
+#[test]
+fn gpu_any_size_shows_the_same_scene() {
+    let Some(gpu) = crate::gpu("gpu_any_size_shows_the_same_scene") else { return };
+    let mut scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 40, Some(1.0), 1, 0.0));
+    for size in [(1, 1), (1, 9), (9, 1), (37, 23), (16, 16), (17, 33)] {
+        for view in [None, Some(DebugView::NormalImproved), Some(DebugView::LightCount), Some(DebugView::RayCount)] {
+            let settings = |culling| Settings { culling, debug_view: view, ..Settings::direct_light() };
+            let tiled = render(gpu, &scene, &camera, size, settings(Culling::default()));
+            assert_eq!(tiled.radiance.len(), (size.0 * size.1) as usize);
+            assert_eq!(tiled.display.len(), tiled.radiance.len());
+            let sum: f32 = tiled.radiance.iter().map(|texel| texel[1]).sum();
+            assert!(sum > 0.0 && sum.is_finite(), "{size:?}: {sum}");
+            if view.is_none() {
+                let all = render(gpu, &scene, &camera, size, settings(Culling::NONE));
+                assert_eq!(bits(&tiled), bits(&all), "{size:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn gpu_debug_views_leave_the_radiance_as_it_is() {
+    let Some(gpu) = crate::gpu("gpu_debug_views_leave_the_radiance_as_it_is") else { return };
+    let mut scene = generate::demo("cornell").unwrap();
+    // One light alone is the same colour in every heat map of lights.
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 60, Some(0.5), 2, 0.0));
+    let camera = scene.cameras[0].clone();
+    let plain = render(gpu, &scene, &camera, (40, 30), Settings::direct_light());
+    let mut seen = vec![plain.display.clone()];
+    for view in DebugView::ALL.iter().copied() {
+        // One shows what is otherwise not asked for; under a black sky it lights nothing.
+        let occlusion = match view {
+            DebugView::Occlusion => Occlusion::from(Deep { max_distance: None }),
+            _ => Occlusion::NONE,
+        };
+        // Another has nothing to show without what it shows.
+        let indirect = if view == DebugView::Indirect { Indirect::default() } else { Indirect::NONE };
+        let settings = Settings { debug_view: Some(view), occlusion, indirect, ..Settings::direct_light() };
+        let picture = render(gpu, &scene, &camera, (40, 30), settings.clone());
+        if view == DebugView::BaseColor {
+            assert_ne!(bits(&picture), bits(&plain));
+        } else if view == DebugView::Indirect {
+            let with_indirect = render(gpu, &scene, &camera, (40, 30), Settings { debug_view: None, ..settings });
+            assert_eq!(bits(&picture), bits(&with_indirect), "{view}");
+        } else {
+            assert_eq!(bits(&picture), bits(&plain), "{view}");
+        }
+        if view == DebugView::Nan {
+            assert!(picture.display.iter().all(|texel| texel[0] == texel[1]), "not a number somewhere");
+            // It is the one that shows what several samples come to.
+            let samples = Settings { debug_view: Some(view), samples: Samples::Four, ..Settings::direct_light() };
+            let picture = render(gpu, &scene, &camera, (40, 30), samples);
+            assert!(picture.display.iter().all(|texel| texel[0] == texel[1]), "not a number in some sample");
+        }
+        seen.push(picture.display);
+    }
+    // No two are one picture, but that on these flat walls all normals agree up to the few edges.
+    seen.sort();
+    let all = seen.len();
+    seen.dedup();
+    assert!(seen.len() + 1 >= all, "{} of {all} pictures are different", seen.len());
+}
+
+#[test]
+fn gpu_sizes_out_of_reach_are_errors() {
+    let Some(gpu) = crate::gpu("gpu_sizes_out_of_reach_are_errors") else { return };
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
+    let scene = generate::demo("cornell").unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    for (width, height) in [(0, 5), (5, 0), (100_000, 5)] {
+        let error = renderer.render(&uploaded, &scene.cameras[0], width, height).unwrap_err();
+        assert!(matches!(error, RenderError::Size { .. }), "{error}");
+        assert!(error.to_string().contains(&format!("{width} x {height}")), "{error}");
+    }
+    renderer.render(&uploaded, &scene.cameras[0], 5, 5).expect("the renderer still works");
+}
+
+#[test]
+fn gpu_every_ray_culling_renders_without_depth() {
+    let Some(gpu) = crate::gpu("gpu_every_ray_culling_renders_without_depth") else { return };
+    // One pixel of sky beside one of wall: normals from depth look over the border and into the sky.
+    let scene = generate::demo("cornell").unwrap();
+    for ray_culling in RayCulling::ALL.iter().copied() {
+        for size in [(1, 1), (2, 2), (3, 1)] {
+            let settings = Settings { ray_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
+            let picture = render(gpu, &scene, &scene.cameras[0], size, settings);
+            assert!(picture.radiance.iter().flatten().all(|v| v.is_finite()), "{ray_culling} at {size:?}");
+        }
+    }
+}

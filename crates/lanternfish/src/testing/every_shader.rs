@@ -1,0 +1,266 @@
+//! Every variant of every shader that settings can ask for links, is valid, and fits WebGPU's least limits.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::Path,
+    sync::Arc,
+};
+
+use lanternfish_gpu::{Feature, LinkedShader, SharedStruct};
+use wgpu::naga::{AddressSpace, ImageClass, Module, TypeInner, proc::Layouter};
+
+use crate::{
+    debug_views,
+    gpu_scene::{MASKED, TEXTURES},
+    lights::AREA_LIGHTS,
+    settings::{Culling, DebugView, History, Indirect, RayCulling, Samples, Settings, Tracer},
+    shaders::{Package, Root, Shaders},
+    shading, shadows,
+    techniques::Sampled,
+};
+
+/// Every shader of some packages, in every variant that can be asked for.
+#[derive(Debug)]
+pub struct EveryShader {
+    packages: Vec<&'static Package>,
+    folders: Vec<Shaders>,
+    asked: BTreeMap<&'static str, BTreeSet<Vec<Feature>>>,
+}
+
+/// `settings`, each with each of the values.
+pub fn with<T: Clone>(settings: &[Settings], values: &[T], set: impl Fn(&mut Settings, T)) -> Vec<Settings> {
+    let changed = |settings: &Settings, value: &T| {
+        let mut settings = settings.clone();
+        set(&mut settings, value.clone());
+        settings
+    };
+    settings.iter().flat_map(|settings| values.iter().map(|value| changed(settings, value))).collect()
+}
+
+/// All that finding shadows and shading look at in settings, each with each.
+pub fn all_settings() -> Vec<Settings> {
+    let cullings: Vec<_> = [Culling::NONE].into_iter().chain(Culling::all()).collect();
+    let all = with(&[Settings::default()], &cullings, |s, v| s.culling = v);
+    let all = with(&all, RayCulling::ALL, |s, v| s.ray_culling = v);
+    let all = with(&all, &[0.0, 0.1], |s, v| s.light_radius = v);
+    let all = with(&all, &[Samples::One, Samples::Four], |s, v| s.samples = v);
+    let all = with(&all, &[Indirect::NONE, Indirect::from(Sampled::default())], |s, v| s.indirect = v);
+    let views = [None, Some(DebugView::RayCount), Some(DebugView::Motion), Some(DebugView::Indirect)];
+    let all = with(&all, &views, |s, v| s.debug_view = v);
+    // Which rays are traced is nothing to a history.
+    let usual = Settings::default();
+    let is_usual = |s: &&Settings| s.ray_culling == usual.ray_culling;
+    let with_history = all.iter().filter(is_usual).map(|s| Settings { history: History::On, ..s.clone() });
+    with_history.chain(all.iter().cloned()).collect()
+}
+
+/// Features by module, of folders whose features depend on settings; what they refuse is no variant.
+fn asked_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
+    let mut asked: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
+    for settings in all_settings {
+        asked.entry("debug_views/debug").or_default().insert(debug_views::features(settings));
+        for tracer in [None].into_iter().chain(Tracer::all().into_iter().map(Some)) {
+            // What each draw asks for beside.
+            for lights in [&[][..], &[AREA_LIGHTS]] {
+                let features = [&shading::sums_features(settings, tracer)[..], lights].concat();
+                asked.entry("shading/sums").or_default().insert(features);
+            }
+            let [opaque, blended] = shading::features(settings, tracer);
+            for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (blended, &[&[]])] {
+                let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
+                for [draw, textures] in drawn {
+                    for lights in [&[][..], &[AREA_LIGHTS]] {
+                        let added = [&features[..], draw, lights, textures].concat();
+                        asked.entry("shading/forward").or_default().insert(added);
+                    }
+                }
+            }
+            let Some(tracer) = tracer else { continue };
+            for has_areas in [false, true] {
+                if settings.history == History::On && (has_areas || settings.light_radius > 0.0) {
+                    let features = shading::open_share_features(settings, has_areas);
+                    asked.entry("shading/open_shares").or_default().insert(features);
+                }
+                let Ok([plan, trace]) = shadows::features(settings, tracer, has_areas) else { continue };
+                asked.entry("shadows/plan").or_default().insert(plan);
+                asked.entry("shadows/trace").or_default().insert(trace);
+            }
+        }
+    }
+    asked
+}
+
+impl EveryShader {
+    /// Of these packages, whose folders are these, under these settings.
+    pub fn new(packages: Vec<&'static Package>, folders: Vec<Shaders>, settings: &[Settings]) -> Self {
+        Self { packages, folders, asked: asked_by(settings) }
+    }
+
+    /// Every file with entry points, and the folder that declares it.
+    fn roots(&self) -> impl Iterator<Item = (&Shaders, &'static Root)> {
+        self.folders.iter().flat_map(|folder| folder.roots.iter().map(move |root| (folder, root)))
+    }
+
+    /// Every variant of a file that can be asked for.
+    fn variants(&self, root: &Root) -> Vec<Vec<Feature>> {
+        root.variants().unwrap_or_else(|| self.asked[root.module].iter().cloned().collect())
+    }
+
+    /// Links every variant that `is_wanted` names by its file and features.
+    ///
+    /// Panics where one is not valid.
+    pub fn link(&self, is_wanted: impl Fn(&Root, &[Feature]) -> bool) -> Vec<Arc<LinkedShader>> {
+        let wanted = self
+            .roots()
+            .flat_map(|(folder, root)| self.variants(root).into_iter().map(move |features| (folder, root, features)));
+        wanted
+            .filter(|(_, root, features)| is_wanted(root, features))
+            .map(|(folder, root, features)| {
+                folder.link(root.module, &features).unwrap_or_else(|error| panic!("{error}"))
+            })
+            .collect()
+    }
+
+    /// Panics unless the folders declare each file with entry points once, and no variant is there twice.
+    pub fn check_entry_points(&self, shaders: &[Arc<LinkedShader>]) {
+        for (path, text) in self.packages.iter().flat_map(|package| package.sources()) {
+            let declares_entry = ["@compute", "@vertex", "@fragment"].iter().any(|stage| text.contains(stage));
+            let roots = self.roots().filter(|(_, root)| root.module == *path).count();
+            assert_eq!(usize::from(declares_entry), roots, "{path}: its folder's `DECLARED` names it so many times");
+        }
+        assert!(shaders.iter().all(|shader| !shader.module.entry_points.is_empty()));
+        let labels: BTreeSet<_> = shaders.iter().map(|shader| &shader.label).collect();
+        assert_eq!(labels.len(), shaders.len(), "a variant twice");
+    }
+
+    /// Panics unless the shaders ask for each feature that variants are linked with, for these, and for no other.
+    pub fn check_features(&self, open: &[Feature]) {
+        let known: BTreeSet<&str> = self
+            .roots()
+            .flat_map(|(_, root)| self.variants(root))
+            .flatten()
+            .chain(open.iter().copied())
+            .filter(|feature| !feature.is_choice())
+            .map(|feature| feature.name())
+            .collect();
+        let mut asked = BTreeSet::new();
+        for (_, text) in self.packages.iter().flat_map(|package| package.sources()) {
+            for condition in text.split("@if(").skip(1).filter_map(|rest| rest.split(')').next()) {
+                let names = condition.split(|c: char| !c.is_alphanumeric() && c != '_');
+                asked.extend(names.filter(|name| !name.is_empty()));
+            }
+        }
+        assert_eq!(asked, known);
+    }
+
+    /// Panics unless each struct that these crates declare for the host too is laid out as in each shader that has it. `sources`: the folders of
+    /// the crates' sources.
+    pub fn check_shared_structs(&self, shaders: &[Arc<LinkedShader>], sources: &[&Path]) {
+        let mut declared = BTreeSet::new();
+        sources.iter().for_each(|folder| declared_structs(folder, &mut declared));
+        let mut checked = BTreeSet::new();
+        for SharedStruct { name, check } in self.folders.iter().flat_map(|folder| folder.structs) {
+            let has_it = |shader: &&Arc<LinkedShader>| {
+                shader.module.types.iter().any(|(_, ty)| item_name(ty.name.as_deref()) == *name)
+            };
+            for shader in shaders.iter().filter(has_it) {
+                check(shader).unwrap_or_else(|error| panic!("{error}"));
+                checked.insert(name.to_string());
+            }
+        }
+        // None is missing above, and each is in some shader.
+        let missing: Vec<_> = declared.difference(&checked).collect();
+        assert!(!declared.is_empty() && missing.is_empty(), "not in the folders' lists, or in no shader: {missing:?}");
+    }
+}
+
+/// What an item was called in its own file.
+fn item_name(linked_name: Option<&str>) -> &str {
+    linked_name.and_then(|name| name.split("__").next()).unwrap_or_default()
+}
+
+/// Resources of one entry point that WebGPU counts.
+#[derive(Default)]
+struct Use {
+    storage_buffers: usize,
+    uniform_buffers: usize,
+    textures: usize,
+    storage_textures: usize,
+    samplers: usize,
+    groups: u32,
+    workgroup_bytes: u32,
+}
+
+fn resources(shader: &LinkedShader, entry: usize) -> Use {
+    let module: &Module = &shader.module;
+    let mut layouter = Layouter::default();
+    layouter.update(module.to_ctx()).expect("the shader is valid");
+    let mut found = Use::default();
+    for (handle, variable) in module.global_variables.iter() {
+        if shader.info.get_entry_point(entry)[handle].is_empty() {
+            continue;
+        }
+        if let Some(binding) = variable.binding {
+            found.groups = found.groups.max(binding.group + 1);
+        }
+        match (variable.space, &module.types[variable.ty].inner) {
+            (AddressSpace::Storage { .. }, _) => found.storage_buffers += 1,
+            (AddressSpace::Uniform, _) => found.uniform_buffers += 1,
+            (AddressSpace::WorkGroup, _) => found.workgroup_bytes += layouter[variable.ty].size,
+            (_, TypeInner::Image { class: ImageClass::Storage { .. }, .. }) => {
+                found.storage_textures += 1;
+            }
+            (_, TypeInner::Image { .. }) => found.textures += 1,
+            (_, TypeInner::Sampler { .. }) => found.samplers += 1,
+            // An acceleration structure, or an array of textures or samplers: what the variant's feature is for.
+            _ => assert!(shader.label.contains("ray_query") || shader.label.contains("binding_arrays")),
+        }
+    }
+    found
+}
+
+/// Panics unless every entry point is within WebGPU's default limits, <https://www.w3.org/TR/webgpu/#limits>.
+pub fn check_floor(shaders: &[Arc<LinkedShader>]) {
+    let floor = wgpu::Limits::default();
+    let mut most_storage_buffers = 0;
+    for shader in shaders {
+        for (i, entry) in shader.module.entry_points.iter().enumerate() {
+            let found = resources(shader, i);
+            let name = format!("{} {}", shader.label, entry.name);
+            let fits = |what: &str, count: usize, limit: u32| {
+                assert!(count <= limit as usize, "{name}: {count} {what}, the floor has {limit}");
+            };
+            fits("storage buffers", found.storage_buffers, floor.max_storage_buffers_per_shader_stage);
+            fits("uniform buffers", found.uniform_buffers, floor.max_uniform_buffers_per_shader_stage);
+            fits("textures", found.textures, floor.max_sampled_textures_per_shader_stage);
+            fits("storage textures", found.storage_textures, floor.max_storage_textures_per_shader_stage);
+            fits("samplers", found.samplers, floor.max_samplers_per_shader_stage);
+            fits("bind groups", found.groups as usize, floor.max_bind_groups);
+            let invocations: u32 = entry.workgroup_size.iter().product();
+            fits("invocations", invocations as usize, floor.max_compute_invocations_per_workgroup);
+            let bytes = found.workgroup_bytes as usize;
+            fits("workgroup bytes", bytes, floor.max_compute_workgroup_storage_size);
+            most_storage_buffers = most_storage_buffers.max(found.storage_buffers);
+        }
+    }
+    // The count sees buffers at all: tracing alone reads the lists, the lights, the tree, the masks and the bits.
+    assert!(most_storage_buffers >= 7, "{most_storage_buffers} storage buffers found at most");
+}
+
+/// Names declared with `gpu_struct!` below a folder.
+fn declared_structs(folder: &Path, names: &mut BTreeSet<String>) {
+    for entry in fs::read_dir(folder).expect("src can be read") {
+        let path = entry.expect("src can be read").path();
+        if path.is_dir() {
+            declared_structs(&path, names);
+        } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("testing/every_shader.rs") {
+            let text = fs::read_to_string(&path).expect("sources are UTF-8");
+            let declarations = text.split("gpu_struct! {").skip(1);
+            names.extend(declarations.filter_map(|d| {
+                let name = d.split("struct ").nth(1)?.split_whitespace().next()?;
+                Some(name.to_owned())
+            }));
+        }
+    }
+}

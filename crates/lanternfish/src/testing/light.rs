@@ -1,0 +1,116 @@
+//! Scenes and pictures for tests of indirect light, and the path tracer's.
+
+use glam::{UVec2, Vec3, Vec4};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_reference::{
+    Film, Settings as TracerSettings, Tracer as PathTracer,
+    settings::{Integrator, LightChoice},
+};
+use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::demo};
+
+use super::{quad, scene_of};
+use crate::{
+    Renderer, Settings,
+    settings::{Attenuation, Indirect, Tracer},
+    techniques::{IndirectClamp, Sampled},
+};
+
+/// Not a multiple of a workgroup.
+pub const SIZE: UVec2 = UVec2::new(61, 45);
+
+/// Many rays through a tracer, their ends lit by the lights alone, nothing filtered.
+pub fn sampled(tracer: Tracer) -> Sampled {
+    let clamp = IndirectClamp::Off;
+    Sampled {
+        diffuse_rays: 64,
+        glossy_rays: 32,
+        tracer: tracer.into(),
+        filter_radius: 0,
+        clamp,
+        ..Sampled::default().one_bounce()
+    }
+}
+
+/// Settings with this indirect light, under the inverse square of the distance.
+pub fn settings(sampled: Sampled) -> Settings {
+    Settings {
+        indirect: Indirect::from(sampled),
+        attenuation: Attenuation::Physical,
+        range_threshold: 1e-6,
+        ..Settings::direct_light()
+    }
+}
+
+/// Radiance of a picture, nits.
+pub fn picture(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    let picture = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap();
+    picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
+}
+
+/// Mean of all channels.
+pub fn mean(pixels: &[Vec3]) -> f64 {
+    pixels.iter().map(|pixel| f64::from(pixel.element_sum()) / 3.0).sum::<f64>() / pixels.len() as f64
+}
+
+/// Mean distance of pixels over the mean of the second.
+pub fn off(found: &[Vec3], truth: &[Vec3]) -> f64 {
+    let apart = found.iter().zip(truth).map(|(a, b)| f64::from((*a - *b).abs().element_sum()) / 3.0);
+    apart.sum::<f64>() / truth.len() as f64 / mean(truth)
+}
+
+/// A camera at `eye` that looks at `target`, world space, m.
+pub fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
+    Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.8, near: 0.02 })
+}
+
+/// A diffuse material.
+pub fn matt(albedo: f32) -> Material {
+    Material {
+        base_color: Vec3::splat(albedo).extend(1.0),
+        metallic: 0.0,
+        specular: 0.0,
+        perceptual_roughness: 1.0,
+        double_sided: true,
+        ..Material::default()
+    }
+}
+
+/// A floor of 20 m.
+pub fn floor(material: Material) -> Scene {
+    scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![material])
+}
+
+/// A box of 2 m around the origin whose sides look inwards.
+pub fn closed_box(material: Material) -> Scene {
+    let side = |axis: Vec3| {
+        let (right, up) = axis.any_orthonormal_pair();
+        quad(0, -axis, right, up)
+    };
+    let axes = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+    scene_of(axes.map(side).to_vec(), vec![material])
+}
+
+/// The Cornell box lit by a lamp in its middle: none of its surfaces is so near that few rays carry most of the light.
+pub fn cornell() -> Scene {
+    let mut scene = demo("cornell").unwrap();
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    scene.lights = vec![Light::point(Vec3::new(0.0, 1.2, 0.5), Vec3::new(3.0, 2.5, 2.0))];
+    scene
+}
+
+/// The same picture by the path tracer: paths of up to so many segments, so many samples a pixel.
+pub fn traced(scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<Vec3> {
+    let settings = TracerSettings {
+        integrator: Integrator::Path,
+        max_depth,
+        attenuation: Attenuation::Physical,
+        range_threshold: 1e-6,
+        light_choice: LightChoice::Uniform,
+        ..TracerSettings::default()
+    };
+    let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
+    PathTracer::new(scene, settings).unwrap().render(camera, &mut film, samples);
+    film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect()
+}

@@ -1,0 +1,64 @@
+//! A check that a frame like the one before it makes nothing.
+
+use glam::Affine3A;
+use glam::Vec3;
+use lanternfish_gpu::{Gpu, Growth, Made, made};
+use lanternfish_scene::{Camera, Scene};
+
+use crate::{GpuScene, Renderer, Settings, context::FrameContext};
+
+/// A camera on its way along a small circle, which takes eight frames.
+pub fn camera(scene: &Scene, frame: u32) -> Camera {
+    let camera = &scene.cameras[0];
+    let (sin, cos) = (std::f32::consts::TAU * frame as f32 / 8.0).sin_cos();
+    let step = Affine3A::from_translation(0.01 * Vec3::new(sin, cos, 0.0));
+    Camera { world_from_camera: camera.world_from_camera * step, ..camera.clone() }
+}
+
+/// What a frame makes.
+fn made_by_frame(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, is_averaged: bool) -> Made {
+    let views = renderer.views(scene, &[(camera, 32, 24)]).unwrap();
+    let before = made();
+    renderer.frame(&FrameContext { scene, views: &views, is_averaged, requests: &[] }).unwrap();
+    let made = made() - before;
+    // What the frame has counted has arrived when the next one begins.
+    renderer.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    made
+}
+
+/// Frames under settings.
+#[derive(Clone, Debug)]
+pub struct Frames {
+    /// What the check calls them.
+    pub name: &'static str,
+    /// Whether they are of one mean.
+    pub is_averaged: bool,
+    /// Whether they wait for the room of their lists.
+    pub growth: Growth,
+    /// The settings.
+    pub settings: Settings,
+}
+
+/// Panics where a frame makes a buffer, texture, bind group or pipeline although it is like the ones before.
+pub fn check_steady(gpu: &Gpu, scene: &Scene, frames: Frames) {
+    let Frames { name, is_averaged, growth, settings } = frames;
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    renderer.set_growth(growth).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    let mut frame = |i| made_by_frame(&mut renderer, &uploaded, &camera(scene, i), is_averaged);
+    let first = frame(0);
+    println!("{name}: the first frame makes {first:?}");
+    assert!(first.buffers > 10 && first.textures > 2 && first.bind_groups > 10 && first.pipelines > 0, "{first:?}");
+    for i in 1..16 {
+        frame(i);
+    }
+    for i in 16..24 {
+        assert_eq!(frame(i), Made::default(), "{name}, frame {i}");
+    }
+    // It can fail: a frame of another size makes what it needs.
+    let views = renderer.views(&uploaded, &[(&scene.cameras[0], 80, 60)]).unwrap();
+    let before = made();
+    renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged, requests: &[] }).unwrap();
+    let other = made() - before;
+    assert!(other.buffers > 0 && other.textures > 0 && other.bind_groups > 0, "{name}: {other:?}");
+}
