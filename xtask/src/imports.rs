@@ -20,33 +20,7 @@ type File = (&'static str, String);
 const LARGEST_CYCLE: usize = 15;
 
 /// Folders of techniques of the library. Beside their own files only the registration may import from them.
-const TECHNIQUES: &[&str] = &[
-    "deep_images",
-    "indirect/light_views",
-    "indirect/photon_splatting",
-    "indirect/sampled",
-    "indirect/virtual_lights",
-    "light_culling/clustered",
-    "light_culling/raster_grid",
-    "light_culling/tiled",
-    "occlusion/deep",
-    "occlusion/hbao",
-    "rays/across_texels",
-    "rays/deep_image",
-    "rays/within_texel",
-];
-
-/// Those of the papers, which read each other: they are to be one crate.
-const PAPERS: &[&str] = &[
-    "deep_images",
-    "indirect/light_views",
-    "indirect/photon_splatting",
-    "indirect/virtual_lights",
-    "occlusion/deep",
-    "rays/across_texels",
-    "rays/deep_image",
-    "rays/within_texel",
-];
+const TECHNIQUES: &[&str] = &["indirect/sampled", "light_culling/clustered", "light_culling/tiled"];
 
 /// The one list that names techniques.
 const REGISTRATION: &str = "techniques";
@@ -212,13 +186,11 @@ fn is_in((_, module): &File, folder: &str) -> bool {
     module.strip_prefix(folder).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
-/// Imports of a technique's folder from outside it, and of the registration. Files of `together` may import each other.
-fn outside(imports: &Imports, techniques: &[&str], together: &[&str]) -> Vec<String> {
+/// Imports of a technique's folder from outside it, and of the registration.
+fn outside(imports: &Imports, techniques: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
     for (file, imported) in imports.iter().filter(|((_, module), _)| module != REGISTRATION) {
-        let is_together = together.iter().any(|folder| is_in(file, folder));
         let others = techniques.iter().filter(|folder| !is_in(file, folder));
-        let others = others.filter(|folder| !(is_together && together.contains(folder)));
         for folder in others.chain([&REGISTRATION]) {
             let names = imported.iter().filter(|other| is_in(other, folder));
             found.extend(names.map(|other| format!("{}.{} imports {}", file.1, file.0, other.1)));
@@ -254,15 +226,8 @@ fn techniques_are_named_by_the_registration_alone() {
         imports.contains_key(&("wesl", "light_culling/tiled/host".to_owned())),
         "what Rust declares for shaders is left out"
     );
-    let known = [
-        // `--quality` states the resolution of deep images.
-        "settings/presets.rs imports deep_images/settings",
-    ];
-    let found = outside(&imports, TECHNIQUES, PAPERS);
-    let unknown: Vec<_> = found.iter().filter(|found| !known.contains(&&***found)).collect();
-    assert!(unknown.is_empty(), "{unknown:#?}");
-    let gone: Vec<_> = known.iter().filter(|known| !found.iter().any(|found| found == *known)).collect();
-    assert!(gone.is_empty(), "no longer so: {gone:#?}");
+    let found = outside(&imports, TECHNIQUES);
+    assert!(found.is_empty(), "{found:#?}");
 }
 
 #[test]
@@ -282,8 +247,7 @@ fn cycles_and_names_are_found() {
     let edges =
         [("a", "t/x"), ("t", "t/x"), ("t/x", "a"), (REGISTRATION, "t"), ("u", "tt"), ("v", "t"), ("w", REGISTRATION)];
     let found = ["a.rs imports t/x", "v.rs imports t", "w.rs imports techniques"];
-    assert_eq!(outside(&imports(&edges), &["t", "v"], &[]), found);
-    assert_eq!(outside(&imports(&edges), &["t", "v"], &["t", "v"]), [found[0], found[2]]);
+    assert_eq!(outside(&imports(&edges), &["t", "v"]), found);
 }
 
 #[test]

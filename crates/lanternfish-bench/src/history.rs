@@ -3,9 +3,10 @@
 
 use lanternfish::{
     settings::{History, Settings},
-    techniques::{HitLight, IndirectResolution, Sampled, WITHIN_TEXEL},
+    techniques::{HitLight, IndirectResolution, Sampled},
 };
 use lanternfish_cli::{error::CliError, progress::Progress};
+use lanternfish_papers::WITHIN_TEXEL;
 use lanternfish_scene::Scene;
 
 use crate::{

@@ -1,9 +1,12 @@
 //! The techniques that benches choose, by a constructor each: what a setting's type is, matters here and where it is taken apart.
 
 use lanternfish::{
-    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
     settings::{Culling, Indirect, Occlusion},
-    techniques::{Clustered, Deep, Hbao, RasterGrid, Sampled, Tiled},
+    techniques::{Clustered, Sampled, Tiled},
+};
+use lanternfish_papers::{
+    Deep, Hbao, RasterGrid,
+    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
 };
 
 pub const NO_INDIRECT: Indirect = Indirect::NONE;

@@ -122,6 +122,7 @@ pub struct RenderArgs {
 
 /// `render`, by itself.
 pub(crate) fn render_command() -> Command {
+    lanternfish_papers::register();
     let command =
         Command::new("render").bin_name("lanternfish render").disable_help_flag(true).arg(help::flag("lanternfish"));
     RenderArgs::augment_args(command).args_override_self(true)

@@ -83,12 +83,15 @@ mod tests {
     /// What the library calls a setting is a flag of `render`, and it speaks of no flags.
     #[test]
     fn every_setting_that_the_library_names_is_a_flag() {
+        lanternfish_papers::register();
         let mut root = Cli::command();
         root.build();
         let render = root.find_subcommand("render").unwrap();
         let flags: Vec<&str> = render.get_arguments().filter_map(|flag| flag.get_long()).collect();
         let mut files = Vec::new();
-        sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../lanternfish/src"), &mut files);
+        for folder in ["../lanternfish/src", "../lanternfish-papers/src"] {
+            sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut files);
+        }
         let mut named = 0;
         for (path, source) in &files {
             for literal in literals(source) {

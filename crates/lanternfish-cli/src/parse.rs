@@ -6,10 +6,8 @@ mod range;
 mod tests;
 
 use glam::Vec3;
-use lanternfish::{
-    deep_images::directions::{DirectionSet, Directions},
-    settings::Exposure,
-};
+use lanternfish::settings::Exposure;
+use lanternfish_papers::deep_images::directions::{DirectionSet, Directions};
 use lanternfish_scene::{Bounds, Light, Scene};
 
 pub use self::{

@@ -16,6 +16,7 @@ use crate::{
 /// the arguments. To be called first in `main`, before there is any other thread.
 pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> ExitCode) -> ExitCode {
     error::install_panic_message();
+    lanternfish_papers::register();
     quieten_mesa();
     if let Err(error) = signals::install() {
         error::say(&CliError::new(format_args!("signals cannot be listened to: {error}"), ""));

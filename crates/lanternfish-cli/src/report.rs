@@ -6,9 +6,9 @@ use lanternfish::{
     Report,
     settings::{Settings, Shadows},
     technique::{Choice, Kind},
-    techniques::{Deep, DeepImageSettings},
 };
 use lanternfish_gpu::AdapterDescription;
+use lanternfish_papers::{Deep, DeepImageSettings};
 use serde::Serialize;
 
 use crate::{

@@ -3,18 +3,15 @@
 use std::sync::Arc;
 
 use glam::UVec2;
-use lanternfish::{
-    GpuScene, RenderError, Renderer, Settings,
+use lanternfish::{GpuScene, RenderError, Renderer, Settings, settings::Shadows, view::View};
+use lanternfish_gpu::{Frame, Profiler};
+use lanternfish_papers::{
+    DeepImageSettings, DeepStore,
     deep_images::{
         DeepImageBuilder, DeepImages,
         view::{PointCloud, PointSize},
     },
-    settings::Shadows,
-    techniques::DeepImageSettings,
-    techniques::DeepStore,
-    view::View,
 };
-use lanternfish_gpu::{Frame, Profiler};
 use lanternfish_scene::{Camera, Scene};
 
 use crate::seen::Seen;

@@ -16,6 +16,7 @@ mod regressions;
 #[path = "pictures/sky.rs"]
 mod sky;
 #[path = "pictures/support.rs"]
+#[allow(dead_code, reason = "pictures of the papers' techniques have it too")]
 mod support;
 #[path = "pictures/surfaces.rs"]
 mod surfaces;

@@ -3,9 +3,10 @@
 use lanternfish::{
     Picture, RenderError, Renderer,
     settings::{Culling, Settings, Shadows},
-    techniques::{Clustered, RasterGrid, TileSize, Tiled},
+    techniques::{Clustered, TileSize, Tiled},
 };
 use lanternfish_cli::{error::CliError, report::grouped};
+use lanternfish_papers::RasterGrid;
 use lanternfish_scene::{Camera, Scene};
 
 use super::cases::BRUTE_FORCE_TESTS;

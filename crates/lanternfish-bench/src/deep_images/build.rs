@@ -2,14 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use lanternfish::{
-    GpuScene,
-    deep_images::{DeepImageBuilder, DeepImages},
-    techniques::DeepBuilder,
-    techniques::DeepImageSettings,
-};
+use lanternfish::GpuScene;
 use lanternfish_cli::error::CliError;
 use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back};
+use lanternfish_papers::{
+    DeepBuilder, DeepImageSettings,
+    deep_images::{DeepImageBuilder, DeepImages},
+};
 
 use super::cases::in_words;
 use crate::{run::ms_of, table::Row};

@@ -1,9 +1,6 @@
 //! What is measured: one list.
 
-use lanternfish::{
-    techniques::DeepImageSettings,
-    techniques::{DeepBuilder, DeepDepth, DeepSearch, DeepStore, DirectionSet},
-};
+use lanternfish_papers::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore, DirectionSet};
 
 use crate::table::Row;
 

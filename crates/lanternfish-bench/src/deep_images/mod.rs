@@ -9,13 +9,14 @@ mod trace;
 use clap::Args;
 use lanternfish::{
     GpuScene, Renderer,
-    deep_images::{DeepImages, Holes},
     settings::{Settings, Shadows, Tracer},
-    techniques::DeepBuilder,
-    techniques::DeepImageSettings,
 };
 use lanternfish_cli::{args::PartArgs, error::CliError, progress::Progress, report::grouped, scene::SceneName};
 use lanternfish_gpu::Profiler;
+use lanternfish_papers::{
+    DeepBuilder, DeepImageSettings,
+    deep_images::{DeepImages, Holes},
+};
 use lanternfish_reference::Tracer as Exact;
 use lanternfish_scene::Scene;
 

@@ -1,7 +1,8 @@
 //! Rays to trace, with the distances that they truly go.
 
 use glam::Vec3;
-use lanternfish::{deep_images::DeepImages, rays::TracedRay};
+use lanternfish::rays::TracedRay;
+use lanternfish_papers::deep_images::DeepImages;
 use lanternfish_reference::{Random, Tracer};
 use lanternfish_scene::Scene;
 use rayon::prelude::*;

@@ -1,13 +1,12 @@
 //! Traces rays through images and through exact structures, times them, and compares distances.
 
 use lanternfish::{
-    deep_images::DeepImages,
     rays::{RayTracer, TracedRay},
     settings::Tracer,
-    techniques::DeepImageSettings,
 };
 use lanternfish_cli::error::CliError;
 use lanternfish_gpu::{Frame, read_back};
+use lanternfish_papers::{DeepImageSettings, deep_images::DeepImages};
 
 use super::{
     Bench,

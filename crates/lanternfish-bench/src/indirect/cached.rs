@@ -3,10 +3,11 @@
 use lanternfish::{
     Picture, Renderer,
     settings::Settings,
-    techniques::{Bounces, HitLight, Sampled, WITHIN_TEXEL},
+    techniques::{Bounces, HitLight, Sampled},
 };
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_gpu::PassTime;
+use lanternfish_papers::WITHIN_TEXEL;
 
 use super::{
     cases::{Brdf, Case, ImageSet},

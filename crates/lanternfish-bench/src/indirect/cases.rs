@@ -2,9 +2,9 @@
 
 use lanternfish::{
     settings::{Materials, Samples, Settings, Tracer},
-    techniques::DeepImageSettings,
-    techniques::{DirectionSet, Sampled},
+    techniques::Sampled,
 };
+use lanternfish_papers::{DeepImageSettings, DirectionSet};
 use lanternfish_scene::Scene;
 use serde::Serialize;
 

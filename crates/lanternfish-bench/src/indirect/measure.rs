@@ -1,10 +1,9 @@
 //! Renders every case, times it, and compares its image.
 
-use lanternfish::{
-    GpuScene, Picture, RenderError, Renderer, settings::Settings, techniques::DeepImageSettings, techniques::Sampled,
-};
+use lanternfish::{GpuScene, Picture, RenderError, Renderer, settings::Settings, techniques::Sampled};
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
 use lanternfish_gpu::{PassTime, Profiler};
+use lanternfish_papers::DeepImageSettings;
 use lanternfish_scene::Camera;
 
 use super::{

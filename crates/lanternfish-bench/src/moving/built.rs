@@ -3,11 +3,10 @@
 use glam::Mat3A;
 use lanternfish::{
     Renderer,
-    deep_images::directions::Directions,
     settings::{Quality, Settings, Shadows},
-    techniques::{DeepImageSettings, WITHIN_TEXEL},
 };
 use lanternfish_cli::error::CliError;
+use lanternfish_papers::{DeepImageSettings, WITHIN_TEXEL, deep_images::directions::Directions};
 use lanternfish_scene::Scene;
 
 use super::{Bench, moved};

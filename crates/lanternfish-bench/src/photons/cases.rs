@@ -1,12 +1,15 @@
 //! What is measured: one list.
 
 use lanternfish::{
+    settings::{Quality, Settings, Tracer},
+    techniques::{IndirectResolution, Sampled},
+};
+use lanternfish_papers::{
+    ACROSS_TEXELS, DeepImageSettings, DirectionSet, WITHIN_TEXEL,
     indirect::{
         photon_splatting::{PhotonSplatting, Splat},
         virtual_lights::VirtualLights,
     },
-    settings::{Quality, Settings, Tracer},
-    techniques::{ACROSS_TEXELS, DeepImageSettings, DirectionSet, IndirectResolution, Sampled, WITHIN_TEXEL},
 };
 
 use crate::{

@@ -1,10 +1,8 @@
 //! Ambient occlusion by 512 deep images [Aalund2015, figs 8 and 9].
 
-use lanternfish::{
-    settings::{Occlusion, Settings},
-    techniques::DeepImageSettings,
-};
+use lanternfish::settings::{Occlusion, Settings};
 use lanternfish_cli::error::CliError;
+use lanternfish_papers::DeepImageSettings;
 
 use super::cases::papers_images;
 use crate::{

@@ -3,9 +3,9 @@
 
 use lanternfish::{
     settings::{Indirect, Materials, Settings},
-    techniques::DeepImageSettings,
     techniques::Sampled,
 };
+use lanternfish_papers::DeepImageSettings;
 
 use super::techniques::Technique;
 use crate::truths::Truth;

@@ -10,10 +10,11 @@ use lanternfish::{
         TextureBinding, Tracer,
     },
     techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, Deep, DeepImageSettings, DirectionSet, HitLight,
-        IndirectClamp, IndirectResolution, RasterGrid, Sampled, TileSize, Tiled, WITHIN_TEXEL,
+        Assignment, ClusterShape, ClusterTest, Clustered, HitLight, IndirectClamp, IndirectResolution, Sampled,
+        TileSize, Tiled,
     },
 };
+use lanternfish_papers::{Deep, DeepImageSettings, DirectionSet, RasterGrid, WITHIN_TEXEL};
 use lanternfish_scene::Named;
 
 use crate::{

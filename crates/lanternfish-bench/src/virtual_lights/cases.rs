@@ -1,9 +1,12 @@
 //! What is measured: one list.
 
 use lanternfish::{
-    indirect::virtual_lights::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights},
     settings::{Attenuation, Indirect, Quality, Settings, Shadows, Tracer},
-    techniques::{ACROSS_TEXELS, DeepImageSettings, DirectionSet, IndirectResolution, Sampled, WITHIN_TEXEL},
+    techniques::{IndirectResolution, Sampled},
+};
+use lanternfish_papers::{
+    ACROSS_TEXELS, DeepImageSettings, DirectionSet, WITHIN_TEXEL,
+    indirect::virtual_lights::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights},
 };
 
 use crate::{

@@ -1,11 +1,11 @@
 //! Renders every case, times it, and compares its image.
 
-use lanternfish::{
-    indirect::virtual_lights::{MapSize, Ranges},
-    settings::Tracer,
-    techniques::WITHIN_TEXEL,
-};
+use lanternfish::settings::Tracer;
 use lanternfish_cli::{error::CliError, parse::Size};
+use lanternfish_papers::{
+    WITHIN_TEXEL,
+    indirect::virtual_lights::{MapSize, Ranges},
+};
 
 use super::{
     cases::{WITH_STEPS, ranges_alone},

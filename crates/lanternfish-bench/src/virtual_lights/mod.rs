@@ -5,8 +5,8 @@ mod cases;
 mod measure;
 mod steps;
 
-use lanternfish::indirect::virtual_lights::MapSize;
 use lanternfish_cli::{error::CliError, progress::Progress};
+use lanternfish_papers::indirect::virtual_lights::MapSize;
 
 use self::{
     cases::{cases, walked},

@@ -5,9 +5,8 @@ use lanternfish::{
     indirect::IndirectTechnique,
     occlusion::OcclusionTechnique,
     settings::{Indirect, Occlusion, Quality, Samples, Settings},
-    techniques::DeepImageSettings,
-    techniques::DirectionSet,
 };
+use lanternfish_papers::{DeepImageSettings, DirectionSet};
 
 use super::parameters::{ParameterFlags, TechniqueFlag};
 use crate::{choices::choice, parse};
@@ -74,7 +73,7 @@ impl IndirectArgs {
         let usual = DeepImageSettings::default();
         let spent = match self.indirect.0.is_none() {
             true => usual.resolution,
-            false => self.quality.deep_resolution(),
+            false => DeepImageSettings::of_quality(self.quality).resolution,
         };
         let resolution = self.deep_resolution.unwrap_or(spent);
         DeepImageSettings { directions: self.deep_directions, resolution, slices: self.deep_slices, ..usual }

@@ -4,12 +4,12 @@ use lanternfish::{
         Anisotropy, Attenuation, Culling, DebugView, Exposure, History, Indirect, Materials, Occlusion, Quality,
         RayCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
     },
-    techniques::DeepImageSettings,
     techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, Deep, DirectionSet, Grouping, Hbao, IndirectClamp,
-        IndirectResolution, Sampled, TileSize, Tiled,
+        Assignment, ClusterShape, ClusterTest, Clustered, Grouping, IndirectClamp, IndirectResolution, Sampled,
+        TileSize, Tiled,
     },
 };
+use lanternfish_papers::{Deep, DeepImageSettings, DirectionSet, Hbao};
 
 use super::*;
 use crate::{
@@ -18,6 +18,7 @@ use crate::{
 };
 
 fn parsed(words: &[&str]) -> Result<RenderArgs, clap::Error> {
+    lanternfish_papers::register();
     match Cli::try_parse_from(["lanternfish", "render", "scene.glb"].iter().chain(words))?.command {
         Command::Render(args) => Ok(*args),
         _ => unreachable!("the words start with render"),
@@ -31,11 +32,13 @@ fn the_flags_are_consistent() {
 
 #[test]
 fn without_flags_the_settings_are_the_librarys_defaults() {
-    assert_eq!(parsed(&[]).unwrap().settings(), Settings::default());
+    let structure = DeepImageSettings::of_quality(Quality::default()).chosen();
+    assert_eq!(parsed(&[]).unwrap().settings(), Settings { structure, ..Settings::default() });
     assert_eq!(parsed(&["--indirect", "none"]).unwrap().settings(), Settings::direct_light());
     for quality in Quality::ALL {
         let flags = ["--quality", quality.name()];
-        assert_eq!(parsed(&flags).unwrap().settings(), Settings::of_quality(*quality));
+        let structure = DeepImageSettings::of_quality(*quality).chosen();
+        assert_eq!(parsed(&flags).unwrap().settings(), Settings { structure, ..Settings::of_quality(*quality) });
     }
 }
 

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use lanternfish::{deep_images::directions::DirectionSet, techniques::DeepBuilder, techniques::DeepImageSettings};
 use lanternfish_gpu::AdapterChoice;
+use lanternfish_papers::{DeepBuilder, DeepImageSettings, deep_images::directions::DirectionSet};
 
 use crate::{
     args::{PartArgs, ViewArgs, adapter, demos},

@@ -4,15 +4,17 @@ use std::{fmt::Display, time::Instant};
 
 use lanternfish::{
     GpuScene, Picture, RenderError, Renderer,
+    settings::{Settings, Shadows},
+    view::View,
+};
+use lanternfish_gpu::{Frame, Gpu, GpuError, Profiler, read_back, read_texture};
+use lanternfish_papers::{
+    DeepImageSettings,
     deep_images::{
         DeepImageBuilder, DeepImages,
         view::{Colors, PointCloud, PointSize, TexelViews},
     },
-    settings::{Settings, Shadows},
-    techniques::DeepImageSettings,
-    view::View,
 };
-use lanternfish_gpu::{Frame, Gpu, GpuError, Profiler, read_back, read_texture};
 use lanternfish_scene::Scene;
 
 use super::{

@@ -3,8 +3,9 @@
 use lanternfish::{
     Settings,
     settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
-    techniques::{Deep, Sampled},
+    techniques::Sampled,
 };
+use lanternfish_papers::Deep;
 
 use super::{
     measure::{Kind, Limits, Reference},

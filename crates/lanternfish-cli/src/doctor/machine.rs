@@ -3,9 +3,9 @@
 use lanternfish::{
     RenderError, Renderer, Settings,
     settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
-    techniques::DeepImageSettings,
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
+use lanternfish_papers::DeepImageSettings;
 
 use super::report::{Adapter, Technique};
 use crate::flags::as_flags;

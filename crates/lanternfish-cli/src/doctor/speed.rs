@@ -5,13 +5,15 @@ use std::time::Instant;
 use glam::Vec3;
 use lanternfish::{
     GpuScene, Renderer, Settings,
-    deep_images::{DeepImageBuilder, DeepImages},
     rays::{RayTracer, Structure, TracedRay, TracedStructure},
     settings::{Quality, Shadows, Tracer},
-    techniques::DeepImageSettings,
 };
 use lanternfish_gpu::{
     Frame, PassTime, Profiler, faulty_software, primitives::RadixSort, read_back, storage_buffer_of,
+};
+use lanternfish_papers::{
+    DeepImageSettings,
+    deep_images::{DeepImageBuilder, DeepImages},
 };
 use lanternfish_reference::Random;
 use lanternfish_scene::{

@@ -9,8 +9,8 @@ use glam::Vec3;
 use lanternfish::{
     settings::Settings,
     technique::{Choice, Kind},
-    techniques::DeepImageSettings,
 };
+use lanternfish_papers::DeepImageSettings;
 use lanternfish_scene::{
     Camera, Eyes, Light, LightKind, Projection, Scene,
     generate::Rain,

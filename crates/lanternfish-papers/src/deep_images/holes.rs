@@ -1,10 +1,10 @@
 //! How many surfaces deep images miss, and how many they have that are not there.
 
 use glam::Vec3;
+use lanternfish::{RenderError, gpu_scene::GpuScene};
 use lanternfish_gpu::read_back;
 
 use super::{DeepGrid, DeepImages, Fragment};
-use lanternfish::{RenderError, gpu_scene::GpuScene};
 
 /// Surfaces of images against those of a yardstick: images of the same scene, directions and resolution, built by a draw for each
 /// direction. Two fragments of one texel are the same surface where their depths differ by a texel at most. Shares, 0 to 1.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::Quat;
+use lanternfish::{RenderError, gpu_scene::GpuScene};
 use lanternfish_gpu::{Frame, Growth};
 use lanternfish_scene::Bounds;
 
@@ -11,7 +12,6 @@ use super::{
     store::{SLOTS, note_again},
 };
 use crate::deep_images::settings::DeepImageSettings;
-use lanternfish::{RenderError, gpu_scene::GpuScene};
 
 /// Deep images of the scene as it is, asked for every frame.
 #[derive(Debug)]

@@ -23,6 +23,7 @@ mod validate;
 pub mod view;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
+use lanternfish::shaders::{Root, Shaders};
 use lanternfish_gpu::{Bindings, Feature, SharedStruct, gpu_struct};
 
 use self::directions::Directions;
@@ -34,7 +35,6 @@ pub use self::{
     validate::{Fragment, ListFault},
 };
 use crate::deep_images::settings::{DeepDepth, DeepImageSettings, DeepSearch, DeepStore};
-use lanternfish::shaders::{Root, Shaders};
 
 /// Features of each store, without and with the fragments' triangles.
 const STORES: &[&[Feature]] = &[

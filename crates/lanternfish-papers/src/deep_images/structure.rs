@@ -3,6 +3,14 @@
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
+use lanternfish::{
+    RenderError,
+    gpu_scene::GpuScene,
+    rays::{IN_CHUNKS, KeptStructure, Structure, StructureTechnique, TracedRay, TracedStructure, Tracer},
+    settings::Quality,
+    shaders::Shaders,
+    technique::{Parameter, Technique},
+};
 use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
 
 use super::{
@@ -10,13 +18,6 @@ use super::{
     settings::{DeepImageSettings, DeepStore},
 };
 use crate::rays::{across_texels, within_texel};
-use lanternfish::{
-    RenderError,
-    gpu_scene::GpuScene,
-    rays::{IN_CHUNKS, KeptStructure, Structure, StructureTechnique, TracedRay, TracedStructure, Tracer},
-    shaders::Shaders,
-    technique::{Parameter, Technique},
-};
 
 /// Rays go through deep images.
 const DEEP_IMAGES: Feature = Feature::new("deep_images");
@@ -30,6 +31,15 @@ impl DeepImageSettings {
     /// A choice of them: none where they are the default, which is what tracers take then.
     pub fn chosen(self) -> Structure {
         if self == Self::default() { Structure::NONE } else { self.into() }
+    }
+
+    /// Those of a quality: as fine as its rays are worth.
+    pub fn of_quality(quality: Quality) -> Self {
+        let resolution = match quality {
+            Quality::Draft => 64,
+            Quality::Good | Quality::Best => 128,
+        };
+        Self { resolution, ..Self::default() }
     }
 
     /// Those that settings choose, or the default.

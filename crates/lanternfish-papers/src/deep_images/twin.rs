@@ -2,9 +2,9 @@
 //! and oracle.
 
 use glam::{DVec3, Vec3};
+use lanternfish::rays::TracedRay;
 
 use super::{DeepFrame, DeepGrid, Fragment, validate::STEPS_16};
-use lanternfish::rays::TracedRay;
 
 /// Lists of one image, row by row, each ascending.
 pub(crate) fn image(grid: &DeepGrid, frame: &DeepFrame, triangles: &[[Vec3; 3]]) -> Vec<Vec<Fragment>> {

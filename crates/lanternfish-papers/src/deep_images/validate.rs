@@ -1,9 +1,10 @@
 //! What must hold of deep images, whatever built them: read back from the device and checked, every list and every fragment.
 
-use super::{Chunk, DeepFrame, DeepImages};
-use crate::deep_images::settings::{DeepDepth, DeepStore};
 use lanternfish::RenderError;
 use lanternfish_gpu::read_back;
+
+use super::{Chunk, DeepFrame, DeepImages};
+use crate::deep_images::settings::{DeepDepth, DeepStore};
 
 /// A surface on a texel's axis.
 #[derive(Clone, Copy, Debug, PartialEq)]

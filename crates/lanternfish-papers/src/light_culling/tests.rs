@@ -4,9 +4,10 @@ use lanternfish::{
 };
 
 use crate::{
-    RasterGrid, testing,
-    testing::culling::{
-        Case, SIZE, check_counted_sets, check_loses_no_light, check_sees_a_tenth_of_range_missing, listed,
+    RasterGrid,
+    testing::{
+        self,
+        culling::{Case, SIZE, check_counted_sets, check_loses_no_light, check_sees_a_tenth_of_range_missing, listed},
     },
 };
 

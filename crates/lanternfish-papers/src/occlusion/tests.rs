@@ -2,8 +2,11 @@ mod environment;
 mod glass;
 mod history;
 
-use crate::testing;
 use glam::{Affine3A, UVec2, Vec3, Vec4};
+use lanternfish::{
+    GpuScene, RenderError, Renderer, Settings,
+    settings::{DebugView, Occlusion, Shadows},
+};
 use lanternfish_gpu::Gpu;
 use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer,
@@ -11,11 +14,9 @@ use lanternfish_reference::{
 };
 use lanternfish_scene::{Camera, Material, Projection, Scene, generate::demo};
 
-use crate::testing::{inside, looking, quad, scene_of};
-use crate::{Deep, DeepImageSettings, DirectionSet, Hbao};
-use lanternfish::{
-    GpuScene, RenderError, Renderer, Settings,
-    settings::{DebugView, Occlusion, Shadows},
+use crate::{
+    Deep, DeepImageSettings, DirectionSet, Hbao,
+    testing::{self, inside, looking, quad, scene_of},
 };
 
 /// Not a multiple of a workgroup.

@@ -13,9 +13,8 @@ use crate::{
     ACROSS_TEXELS, Deep, DeepBuilder, DeepImageSettings, DeepStore, DirectionSet, RasterGrid, VirtualLights,
     WITHIN_TEXEL,
     indirect::virtual_lights::MapSize,
-    testing,
     testing::{
-        inside,
+        self, inside,
         later::{Path, check, settings, walk},
         quad, scene_of,
     },

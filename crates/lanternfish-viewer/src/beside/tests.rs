@@ -1,11 +1,9 @@
 use std::time::{Duration, Instant};
 
-use lanternfish::{
-    settings::{DebugView, Shadows, ToneMap},
-    techniques::DeepImageSettings,
-};
+use lanternfish::settings::{DebugView, Shadows, ToneMap};
 use lanternfish_gpu::{Gpu, read_texture, testing};
 use lanternfish_metrics::{PIXELS_PER_DEGREE, RgbImage, flip_ldr};
+use lanternfish_papers::DeepImageSettings;
 use lanternfish_scene::generate::demo;
 
 use super::*;

@@ -9,8 +9,9 @@ use egui::{Color32, Painter, Rect, Shape, Stroke, Ui};
 use glam::Vec3;
 use lanternfish::{
     settings::Settings,
-    techniques::{ClusterShape, Clustered, RasterGrid, TileSize, Tiled},
+    techniques::{ClusterShape, Clustered, TileSize, Tiled},
 };
+use lanternfish_papers::RasterGrid;
 use lanternfish_scene::{Camera, Light, LightKind, Scene};
 
 pub use self::birds_eye::BirdsEye;
@@ -283,8 +284,9 @@ pub fn switches(ui: &mut Ui, overlays: &mut Overlays, settings: &Settings) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use lanternfish::settings::Culling;
+
+    use super::*;
 
     #[test]
     fn colours_are_those_of_the_debug_view() {

@@ -2,10 +2,10 @@
 
 use lanternfish::{
     settings::{Culling, DebugView, Indirect, Occlusion, Quality, Samples, Shadows},
-    techniques::DeepImageSettings,
-    techniques::{Deep, Tiled},
+    techniques::Tiled,
 };
 use lanternfish_gpu::{AdapterChoice, KeptCompiled, testing};
+use lanternfish_papers::{Deep, DeepImageSettings};
 use lanternfish_scene::generate::demo;
 
 use super::*;

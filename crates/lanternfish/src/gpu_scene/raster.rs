@@ -38,6 +38,7 @@ pub struct SceneRaster {
 /// What a pass over the geometry tests and writes.
 #[derive(Clone, Debug)]
 pub struct PassState {
+    /// How depth is tested and written.
     pub depth: wgpu::DepthStencilState,
     /// By their locations; none: depth alone, or what the shader stores by itself.
     pub targets: Vec<wgpu::ColorTargetState>,
@@ -58,6 +59,7 @@ struct Key {
 const TEXTURE_GROUP: usize = 3;
 
 impl SceneRaster {
+    /// Compiles the shader `module` of a folder for the scene's draws. `label`: of the pass.
     pub fn new(
         label: &'static str,
         declared: Shaders,

@@ -101,14 +101,6 @@ named_enum! {
 }
 
 impl Quality {
-    /// Texels across the deep images, where rays go through them.
-    pub const fn deep_resolution(self) -> u32 {
-        match self {
-            Self::Draft => 64,
-            Self::Good | Self::Best => 128,
-        }
-    }
-
     /// Samples a pixel at edges: several, where they are a tenth of the frame; beside a draft's light they were a third of it.
     pub const fn samples(self) -> Samples {
         match self {

@@ -4,8 +4,9 @@ use clap::Parser as _;
 use glam::{Mat3A, Vec3A};
 use lanternfish::{
     settings::{Culling, DebugView, Exposure, Indirect, Occlusion, Quality, Samples, Shadows, TextureBinding, ToneMap},
-    techniques::{Clustered, DeepImageSettings, DeepStore, DirectionSet, Hbao, RasterGrid, TileSize, Tiled},
+    techniques::{Clustered, TileSize, Tiled},
 };
+use lanternfish_papers::{DeepImageSettings, DeepStore, DirectionSet, Hbao, RasterGrid};
 use lanternfish_scene::generate::demo;
 
 use super::*;
@@ -106,7 +107,7 @@ fn what_is_seen_is_written_and_read_again() {
 fn a_command_line_says_no_more_than_it_must() {
     let (opened, scene) = opened("--seed=7");
     let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
-    let settings = Settings { tone_map: ToneMap::Aces, ..Settings::default() };
+    let settings = Settings { tone_map: ToneMap::Aces, ..opened.shot.args.settings() };
     let shown = Shown {
         settings: &settings,
         scene: &scene,

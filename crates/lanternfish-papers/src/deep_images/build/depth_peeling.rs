@@ -1,12 +1,12 @@
 //! Lists of a chunk from depth peeling: the scene is drawn once for every layer of surfaces that any texel has
 //! [Niessner2010, §3.1].
 
-use super::super::DECLARED;
 use glam::UVec2;
+use lanternfish::{RenderError, common::workgroups, texture::target};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_struct, storage_buffer};
 
+use super::super::DECLARED;
 use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
-use lanternfish::{RenderError, common::workgroups, texture::target};
 
 gpu_struct! {
     /// A fragment of a layer.

@@ -5,8 +5,12 @@ mod per_direction;
 mod per_triangle;
 mod single_pass;
 
-use super::DECLARED;
 use glam::{Quat, UVec2};
+use lanternfish::{
+    RenderError,
+    gpu_scene::{GpuScene, Parts},
+    texture::frame_target,
+};
 use lanternfish_gpu::{
     Bindings, Feature, Frame, Growth, RasterPipeline, RasterState, faulty_software, storage_buffer_of,
 };
@@ -19,16 +23,11 @@ use self::{
     single_pass::{Samples, SinglePass},
 };
 use super::{
-    DeepCounts, DeepFrame, DeepGrid, DeepImages,
+    DECLARED, DeepCounts, DeepFrame, DeepGrid, DeepImages,
     directions::Directions,
     store::{Source, Store},
 };
 use crate::deep_images::settings::{DeepBuilder, DeepImageSettings, DeepStore};
-use lanternfish::{
-    RenderError,
-    gpu_scene::{GpuScene, Parts},
-    texture::frame_target,
-};
 
 /// How fragments are found.
 #[derive(Debug)]

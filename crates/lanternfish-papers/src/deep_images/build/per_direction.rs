@@ -1,11 +1,11 @@
 //! The scene drawn for each image.
 
 use glam::UVec2;
+use lanternfish::RenderError;
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline};
 
 use super::{draw, raster};
 use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
-use lanternfish::RenderError;
 
 #[derive(Debug)]
 pub(super) struct PerDirection {

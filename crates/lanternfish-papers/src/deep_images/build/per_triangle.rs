@@ -1,10 +1,10 @@
 //! Every triangle into all images, by arithmetic.
 
-use super::super::DECLARED;
+use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
 
+use super::super::DECLARED;
 use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
-use lanternfish::{RenderError, common::workgroups};
 
 gpu_constants! {
     /// Images that a workgroup looks at.

@@ -1,12 +1,11 @@
 //! All images from one draw of the scene: samples, which are then put into all images.
 
-use super::super::DECLARED;
 use glam::UVec2;
+use lanternfish::{RenderError, common::workgroups, gpu_scene::GpuScene};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, storage_buffer, uniform_buffer_of};
 
-use super::{draw, raster};
+use super::{super::DECLARED, draw, raster};
 use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
-use lanternfish::{RenderError, common::workgroups, gpu_scene::GpuScene};
 
 #[derive(Debug)]
 pub(super) struct SinglePass {

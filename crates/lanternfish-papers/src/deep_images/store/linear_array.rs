@@ -1,16 +1,17 @@
 //! Lists behind each other in one array, sorted, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
 
-use super::super::DECLARED;
+use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{
     ComputeKernel, Feature, Frame, Growth, primitives::Scan, storage_buffer, storage_buffer_of, uniform_buffer_of,
 };
 
-use super::{SLOTS, Slots, Source, check_room, counted_slots, first_guess, most_fragments, with_capacity};
+use super::{
+    super::DECLARED, SLOTS, Slots, Source, check_room, counted_slots, first_guess, most_fragments, with_capacity,
+};
 use crate::deep_images::{
     Chunk, DeepGrid, PAYLOAD,
     settings::{DeepDepth, DeepImageSettings},
 };
-use lanternfish::{RenderError, common::workgroups};
 
 #[derive(Debug)]
 pub(crate) struct LinearArray {

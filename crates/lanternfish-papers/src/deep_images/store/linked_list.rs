@@ -2,15 +2,14 @@
 //! then; sorted, a pass over all fragments puts each where it belongs. Nothing is merged, since lists are never walked as a whole
 //! while they are built.
 
-use super::super::DECLARED;
+use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, storage_buffer};
 
-use super::{Slots, Source, check_room, first_guess, most_fragments, with_capacity};
+use super::{super::DECLARED, Slots, Source, check_room, first_guess, most_fragments, with_capacity};
 use crate::deep_images::{
     Chunk, DeepGrid, PAYLOAD,
     settings::{DeepImageSettings, DeepStore},
 };
-use lanternfish::{RenderError, common::workgroups};
 
 #[derive(Debug)]
 pub(crate) struct LinkedLists {

@@ -3,12 +3,12 @@
 mod linear_array;
 mod linked_list;
 
+use lanternfish::RenderError;
 use lanternfish_gpu::{Bindings, Counted, Feature, Frame, gpu_constants, storage_buffer, uniform_buffer_of};
 
 use self::{linear_array::LinearArray, linked_list::LinkedLists};
 use super::{APPEND, Chunk, DeepGrid, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
 use crate::deep_images::settings::{DeepImageSettings, DeepStore};
-use lanternfish::RenderError;
 
 /// Features of `store/put_fragment.wesl`, in which every builder's pass ends.
 pub(crate) fn put_features(settings: &DeepImageSettings) -> Vec<Feature> {

@@ -1,16 +1,15 @@
 //! The builders against exact intersection, and against each other.
 
-use crate::testing;
 use glam::Vec3;
+use lanternfish::gpu_scene::GpuScene;
 use lanternfish_gpu::Gpu;
 
 use super::{build, exact, lists, settings, upload};
-use crate::testing::{quad, scene_of};
 use crate::{
     DeepBuilder, DeepImageSettings,
     deep_images::{Fragment, Holes, build::sound_builder, directions::DirectionSet},
+    testing::{self, quad, scene_of},
 };
-use lanternfish::gpu_scene::GpuScene;
 
 /// Over the texels where the exact axis meets something: the share that is empty, the share whose first surface is off by more than a
 /// texel, and the number of texels that hold something where there is nothing, over the same number.

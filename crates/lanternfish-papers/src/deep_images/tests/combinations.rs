@@ -2,18 +2,17 @@
 
 use std::collections::HashSet;
 
-use crate::testing;
-use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer, storage_buffer_of};
-
-use super::{build, builders::compare, distances, exact, frame_of, lists, settings, upload};
-use crate::testing::{Random, probe};
-use crate::{
-    ACROSS_TEXELS, DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, WITHIN_TEXEL,
-    deep_images::{DeepImages, Fragment, directions::DirectionSet, twin},
-};
 use lanternfish::{
     gpu_scene::GpuScene,
     rays::{RayTracer, TracedRay},
+};
+use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer, storage_buffer_of};
+
+use super::{build, builders::compare, distances, exact, frame_of, lists, settings, upload};
+use crate::{
+    ACROSS_TEXELS, DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, WITHIN_TEXEL,
+    deep_images::{DeepImages, Fragment, directions::DirectionSet, twin},
+    testing::{self, Random, probe},
 };
 
 const SETS: [DirectionSet; 3] = [

@@ -1,10 +1,10 @@
 //! Depth peeling against a draw for each direction and against exact intersection.
 
-use crate::testing;
-
 use super::{builders::compare, *};
-use crate::deep_images::DeepGrid;
-use crate::testing::{quad, scene_of};
+use crate::{
+    deep_images::DeepGrid,
+    testing::{self, quad, scene_of},
+};
 
 /// Two shares of all lists: those whose depths differ, by more than a thousandth of a texel, and those of the same depths but of other
 /// triangles.

@@ -1,14 +1,12 @@
 //! `validate` notices broken images; and stores hold what is put into them, whoever puts it.
 
-use crate::testing;
+use glam::{Quat, Vec4};
+use lanternfish::RenderError;
 use lanternfish_gpu::{
     Bindings, Frame, Gpu, Profiler, read_back, storage_buffer, storage_buffer_of, uniform_buffer_of,
 };
 
-use glam::{Quat, Vec4};
-
 use super::{build, frame_of, lists, settings, upload};
-use crate::testing::{Random, probe};
 use crate::{
     DeepBuilder, DeepDepth, DeepImageSettings, DeepStore,
     deep_images::{
@@ -17,8 +15,8 @@ use crate::{
         store::{MOST_SLOTS, Source, Store, put_features},
         twin,
     },
+    testing::{self, Random, probe},
 };
-use lanternfish::RenderError;
 
 const TRIANGLES: u32 = 1000;
 

@@ -12,17 +12,17 @@ mod stores;
 mod tracers;
 
 use glam::Vec3;
-use lanternfish_gpu::{Frame, Gpu, Profiler, read_back};
-use lanternfish_scene::Scene;
-
-use super::{Chunk, DeepFrame, DeepImageBuilder, DeepImages, Fragment, directions::DirectionSet, twin};
-use crate::{DeepBuilder, DeepImageSettings};
 use lanternfish::{
     Renderer, Settings,
     gpu_scene::GpuScene,
     rays::{RayTracer, TracedRay, TracedStructure},
     settings::{Shadows, Tracer},
 };
+use lanternfish_gpu::{Frame, Gpu, Profiler, read_back};
+use lanternfish_scene::Scene;
+
+use super::{Chunk, DeepFrame, DeepImageBuilder, DeepImages, Fragment, directions::DirectionSet, twin};
+use crate::{DeepBuilder, DeepImageSettings};
 
 /// Uploads for the BVH, whose triangles the builders draw.
 pub(super) fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {

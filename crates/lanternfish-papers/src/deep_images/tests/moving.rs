@@ -1,17 +1,15 @@
 //! Deep images of what moves, of sets that turn, and kept ones.
 
-use crate::testing;
 use glam::{Quat, Vec4};
-use lanternfish::view::rotations::frame_rotation;
+use lanternfish::{Renderer, Settings, settings::Shadows, view::rotations::frame_rotation};
 use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of};
 
 use super::{build, builders::compare, lists, settings, upload};
-use crate::testing::{Random, apart, moved, probe};
 use crate::{
     DeepBuilder, DeepImageSettings,
     deep_images::{DeepImageBuilder, DeepImages, KeptDeepImages, directions::DirectionSet},
+    testing::{self, Random, apart, moved, probe},
 };
-use lanternfish::{Renderer, Settings, settings::Shadows};
 
 /// Depths of all lists.
 fn depths(gpu: &lanternfish_gpu::Gpu, images: &DeepImages) -> Vec<Vec<f32>> {

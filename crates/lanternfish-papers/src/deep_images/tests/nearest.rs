@@ -1,14 +1,15 @@
 //! The nearest direction, on the device.
 
-use crate::testing;
 use glam::Vec4;
 use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of, uniform_buffer_of};
 
-use crate::deep_images::{
-    DeepFrame, DeepGrid,
-    directions::{DirectionSet, Directions},
+use crate::{
+    deep_images::{
+        DeepFrame, DeepGrid,
+        directions::{DirectionSet, Directions},
+    },
+    testing::{self, Random, probe},
 };
-use crate::testing::{Random, probe};
 
 #[test]
 fn gpu_the_nearest_direction_is_the_hosts() {

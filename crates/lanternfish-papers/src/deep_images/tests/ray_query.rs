@@ -1,9 +1,7 @@
 //! The adapter's own structure against the BVH.
 
-use crate::testing;
-
 use super::*;
-use crate::testing::Random;
+use crate::testing::{self, Random};
 
 #[test]
 fn gpu_ray_query_finds_what_the_bvh_finds() {

@@ -1,16 +1,17 @@
 //! Deep images of what moves, a slice of which is built in each frame.
 
-use crate::testing;
 use glam::{Affine3A, Vec3, Vec4};
-use lanternfish_gpu::{Gpu, faulty_software};
-use lanternfish_scene::{Bounds, Instance, Light, Scene, generate::demo};
-
-use crate::testing::apart;
-use crate::{DeepImageSettings, WITHIN_TEXEL};
 use lanternfish::{
     FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest,
     settings::Indirect,
     techniques::{IndirectClamp, Sampled},
+};
+use lanternfish_gpu::{Gpu, faulty_software};
+use lanternfish_scene::{Bounds, Instance, Light, Scene, generate::demo};
+
+use crate::{
+    DeepImageSettings, WITHIN_TEXEL,
+    testing::{self, apart},
 };
 
 const SIZE: [u32; 2] = [40, 30];

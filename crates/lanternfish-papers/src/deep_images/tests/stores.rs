@@ -1,16 +1,15 @@
 //! What each store makes of fragments.
 
-use crate::testing;
 use glam::{Affine3A, Vec3};
+use lanternfish::{GpuScene, Renderer, Settings, settings::Shadows};
 use lanternfish_gpu::{Frame, Profiler};
 
 use super::{build, lists, settings, upload};
-use crate::testing::{quad, scene_of};
 use crate::{
     DeepBuilder, DeepDepth, DeepImageSettings, DeepStore,
     deep_images::{DeepImageBuilder, directions::DirectionSet},
+    testing::{self, quad, scene_of},
 };
-use lanternfish::{GpuScene, Renderer, Settings, settings::Shadows};
 
 #[test]
 fn gpu_lists_are_the_same_whatever_order_the_atomics_ran_in() {

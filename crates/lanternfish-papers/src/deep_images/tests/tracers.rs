@@ -1,13 +1,15 @@
 //! Rays through deep images and through the BVH.
 
-use crate::testing;
-
-use super::{build, distances, settings, upload};
-use crate::testing::Random;
-use crate::{ACROSS_TEXELS, DeepBuilder, DeepImageSettings, WITHIN_TEXEL, deep_images::directions::DirectionSet};
 use lanternfish::{
     rays::{RayTracer, TracedRay},
     settings::Tracer,
+};
+
+use super::{build, distances, settings, upload};
+use crate::{
+    ACROSS_TEXELS, DeepBuilder, DeepImageSettings, WITHIN_TEXEL,
+    deep_images::directions::DirectionSet,
+    testing::{self, Random},
 };
 
 #[test]

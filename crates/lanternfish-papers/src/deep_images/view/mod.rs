@@ -7,13 +7,14 @@ mod points;
 mod tests;
 mod texels;
 
+use lanternfish::RenderError;
+
 pub use self::{
     points::{PointCloud, PointPicture, PointRange, PointSize},
     texels::{Colors, TexelQuery, TexelScale, TexelValues, TexelViews},
 };
 use super::{Chunk, DeepImages};
 use crate::deep_images::settings::{DeepImageSettings, DeepStore};
-use lanternfish::RenderError;
 
 /// An error unless fragments can be read by number.
 fn check_store(settings: &DeepImageSettings) -> Result<(), RenderError> {

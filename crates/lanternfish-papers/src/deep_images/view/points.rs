@@ -1,10 +1,5 @@
 //! Fragments as a cloud of points, seen by a camera [Archer2019, fig. 6; Aalund2015, fig. 3].
 
-use super::super::DECLARED;
-use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
-
-use super::{super::DeepImages, check_store, place_of};
-use crate::deep_images::settings::{DeepImageSettings, DeepSearch};
 use lanternfish::{
     RenderError,
     gpu_scene::{GpuScene, Parts},
@@ -13,6 +8,13 @@ use lanternfish::{
     texture::target,
     view::View,
 };
+use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
+
+use super::{
+    super::{DECLARED, DeepImages},
+    check_store, place_of,
+};
+use crate::deep_images::settings::{DeepImageSettings, DeepSearch};
 
 gpu_struct! {
     /// Which fragments of a chunk are drawn, and how large.

@@ -1,5 +1,5 @@
-use crate::testing;
 use glam::{UVec2, Vec2, Vec3, Vec4};
+use lanternfish::{gpu_scene::GpuScene, view::View};
 use lanternfish_gpu::{Frame, Gpu, Profiler, read_texture, uniform_buffer_of};
 use lanternfish_scene::{Scene, generate};
 
@@ -10,9 +10,7 @@ use super::{
     },
     *,
 };
-use crate::SHADERS;
-use crate::{DeepBuilder, DeepImageSettings};
-use lanternfish::{gpu_scene::GpuScene, view::View};
+use crate::{DeepBuilder, DeepImageSettings, SHADERS, testing};
 
 const SIZE: UVec2 = UVec2::new(200, 150);
 

@@ -1,18 +1,20 @@
 //! One image's texels as numbers and as pictures: how many fragments, or one layer's depth.
 
-use super::super::DECLARED;
 use glam::UVec2;
+use lanternfish::{
+    RenderError,
+    output::{DISPLAY_FORMAT, fullscreen},
+};
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_constants, gpu_struct, storage_buffer,
     uniform_buffer_of,
 };
 
-use super::{super::DeepImages, check_store, place_of};
-use crate::deep_images::settings::DeepImageSettings;
-use lanternfish::{
-    RenderError,
-    output::{DISPLAY_FORMAT, fullscreen},
+use super::{
+    super::{DECLARED, DeepImages},
+    check_store, place_of,
 };
+use crate::deep_images::settings::DeepImageSettings;
 
 gpu_struct! {
     /// What is asked of every texel.

@@ -6,14 +6,13 @@
 use std::f32::consts::PI;
 
 use glam::{Mat3, Vec3};
-use lanternfish_gpu::{Bindings, BufferPart, Frame, GpuError, SharedStruct, gpu_struct};
-use lanternfish_scene::Bounds;
-
 use lanternfish::{
     gpu_scene::GpuScene,
     lights::{Light, tree::EmissiveTriangle},
     shaders::Shaders,
 };
+use lanternfish_gpu::{Bindings, BufferPart, Frame, GpuError, SharedStruct, gpu_struct};
+use lanternfish_scene::Bounds;
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
@@ -327,8 +326,9 @@ fn faces(axes: Mat3) -> [Mat3; 6] {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use lanternfish::settings::Settings;
+
+    use super::*;
 
     fn light(light: &lanternfish_scene::Light) -> Light {
         Light::new(light, &Settings::default().lights())

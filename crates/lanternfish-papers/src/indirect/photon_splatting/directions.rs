@@ -3,9 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Quat, Vec3, Vec4};
+use lanternfish::RenderError;
 
 use crate::deep_images::directions::{DirectionSet, Directions};
-use lanternfish::RenderError;
 
 /// Places on the sphere that are shared out among the directions, for each of them.
 const PLACES: usize = 128;

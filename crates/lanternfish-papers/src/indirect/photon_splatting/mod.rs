@@ -16,15 +16,15 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-use lanternfish_gpu::SharedStruct;
-
-use self::parameters::{PhotonHit, PhotonParameters, PrimaryPhoton};
-pub use self::settings::{PhotonSplatting, Splat};
 use lanternfish::{
     light_culling::LightCulling,
     rays,
     shaders::{Root, Shaders},
 };
+use lanternfish_gpu::SharedStruct;
+
+use self::parameters::{PhotonHit, PhotonParameters, PrimaryPhoton};
+pub use self::settings::{PhotonSplatting, Splat};
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::of(

@@ -4,16 +4,7 @@ mod chunk;
 
 use std::any::Any;
 
-use super::DECLARED;
 use glam::{Quat, UVec2};
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_constants, primitives::Scan, uniform_buffer_of};
-
-use self::chunk::Photons;
-use super::{PhotonSplatting, Splat, directions::PhotonDirections, parameters::PhotonParameters, raster::SplatRaster};
-use crate::{
-    deep_images::{DeepImages, settings::DeepImageSettings},
-    indirect::light_views::{KeptLightViews, Squares},
-};
 use lanternfish::{
     RenderError, ViewContext,
     common::workgroups,
@@ -27,6 +18,16 @@ use lanternfish::{
     rays::{Structure, TracePass, Tracer},
     settings::{Materials, Samples, Settings},
     view::rotations::frame_rotation,
+};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_constants, primitives::Scan, uniform_buffer_of};
+
+use self::chunk::Photons;
+use super::{
+    DECLARED, PhotonSplatting, Splat, directions::PhotonDirections, parameters::PhotonParameters, raster::SplatRaster,
+};
+use crate::{
+    deep_images::{DeepImages, settings::DeepImageSettings},
+    indirect::light_views::{KeptLightViews, Squares},
 };
 
 /// Name of the lists of photons' indices.

@@ -1,10 +1,10 @@
 //! Photons drawn, each as a splat, with additive blending [Aalund2015, §4.2].
 
-use super::DECLARED;
 use glam::UVec2;
+use lanternfish::{RenderError, indirect::smoothing::PixelSums, texture::frame_target};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState};
 
-use lanternfish::{RenderError, indirect::smoothing::PixelSums, texture::frame_target};
+use super::DECLARED;
 
 /// Sums of many photons: half floats would lose what is small beside them.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;

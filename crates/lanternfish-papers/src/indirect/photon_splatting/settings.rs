@@ -1,8 +1,5 @@
 //! What can be chosen of photon splatting.
 
-use lanternfish_scene::named_enum;
-
-use super::{DECLARED, passes::PhotonPasses};
 use lanternfish::{
     RenderError,
     gpu_scene::Parts,
@@ -15,6 +12,9 @@ use lanternfish::{
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
+use lanternfish_scene::named_enum;
+
+use super::{DECLARED, passes::PhotonPasses};
 
 named_enum! {
     /// How photons come to pixels.

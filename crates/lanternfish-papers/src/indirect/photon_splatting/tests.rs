@@ -2,19 +2,20 @@ mod emission;
 
 use std::f32::consts::PI;
 
-use crate::testing;
 use glam::{UVec2, Vec3, Vec4};
-use lanternfish_gpu::Gpu;
-use lanternfish_scene::{Camera, Light, LightKind, Material, Primitive, Projection, Scene, generate::demo};
-
-use super::{PhotonSplatting, Splat, passes};
-use crate::testing::{quad, scene_of};
-use crate::{DeepImageSettings, WITHIN_TEXEL};
 use lanternfish::{
     Picture, Renderer, Settings,
     rays::Structure,
     settings::{Attenuation, Culling, Indirect, Materials, Tracer},
     techniques::{IndirectClamp, Sampled},
+};
+use lanternfish_gpu::Gpu;
+use lanternfish_scene::{Camera, Light, LightKind, Material, Primitive, Projection, Scene, generate::demo};
+
+use super::{PhotonSplatting, Splat, passes};
+use crate::{
+    DeepImageSettings, WITHIN_TEXEL,
+    testing::{self, quad, scene_of},
 };
 
 /// Not a multiple of a workgroup.

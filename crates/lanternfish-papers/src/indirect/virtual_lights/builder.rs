@@ -1,14 +1,5 @@
 //! The virtual lights of a frame: from what the scene's lights see to a set of lights with ranges.
 
-use super::DECLARED;
-use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, primitives::Scan, uniform_buffer_of};
-
-use super::{
-    Emission, MapSource, Ranges, Residual, VirtualLightParameters, VirtualLights,
-    draw::MapRaster,
-    parameters::{LightRange, Texel},
-};
-use crate::indirect::light_views::{KeptLightViews, LightViews, Squares, radius_of};
 use lanternfish::{
     RenderError, ViewContext,
     common::workgroups,
@@ -18,6 +9,14 @@ use lanternfish::{
     rays::{Structure, TracePass, Tracer},
     settings::{Materials, Settings},
 };
+use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, primitives::Scan, uniform_buffer_of};
+
+use super::{
+    DECLARED, Emission, MapSource, Ranges, Residual, VirtualLightParameters, VirtualLights,
+    draw::MapRaster,
+    parameters::{LightRange, Texel},
+};
+use crate::indirect::light_views::{KeptLightViews, LightViews, Squares, radius_of};
 
 /// Name of the list of virtual lights, and of the lists of their indices.
 const LIGHTS: &str = "indirect/virtual_lights";

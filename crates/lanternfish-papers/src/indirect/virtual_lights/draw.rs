@@ -1,11 +1,6 @@
 //! The reflective shadow map by drawing: the scene from each of the strongest lights, into squares of one target.
 
-use super::DECLARED;
 use glam::{Affine3A, Mat3, UVec2, Vec3};
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
-use lanternfish_scene::{Bounds, Camera, Projection};
-
-use crate::indirect::light_views::{LightView, Source, radius_of};
 use lanternfish::{
     RenderError,
     common::workgroups,
@@ -14,6 +9,11 @@ use lanternfish::{
     texture::frame_target,
     view::View,
 };
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
+use lanternfish_scene::{Bounds, Camera, Projection};
+
+use super::DECLARED;
+use crate::indirect::light_views::{LightView, Source, radius_of};
 
 /// Views that are drawn at most: ten point lights. What others see is traced.
 const MOST_DRAWN: usize = 60;

@@ -16,6 +16,19 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
+use lanternfish::{
+    RenderError, ViewContext,
+    gpu_scene::{MASKED, TEXTURES},
+    indirect::{
+        IndirectClamp, IndirectPasses, IndirectSums,
+        smoothing::{MOST_RADIUS, PixelSums, Smoothing},
+    },
+    light_culling::{LightCulling, Reach},
+    prepass::Surface,
+    rays::{self, TracePass, Tracer},
+    settings::{Samples, Settings, Shadows},
+    shaders::{Root, Shaders},
+};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct};
 
 use self::{
@@ -25,19 +38,6 @@ use self::{
 pub use self::{
     choices::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual},
     settings::VirtualLights,
-};
-use lanternfish::indirect::{
-    IndirectClamp, IndirectPasses, IndirectSums,
-    smoothing::{MOST_RADIUS, PixelSums, Smoothing},
-};
-use lanternfish::{
-    RenderError, ViewContext,
-    gpu_scene::{MASKED, TEXTURES},
-    light_culling::{LightCulling, Reach},
-    prepass::Surface,
-    rays::{self, TracePass, Tracer},
-    settings::{Samples, Settings, Shadows},
-    shaders::{Root, Shaders},
 };
 
 /// Lights are chosen for rays, instead of being added up.

@@ -1,6 +1,5 @@
 //! What can be chosen of virtual lights.
 
-use super::{DECLARED, Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLightPasses};
 use lanternfish::{
     RenderError,
     gpu_scene::Parts,
@@ -13,6 +12,8 @@ use lanternfish::{
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
+
+use super::{DECLARED, Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLightPasses};
 
 /// Virtual point lights on what the scene's lights light, each with a range [Archer2019, §3.2].
 #[derive(Clone, Copy, Debug, PartialEq)]

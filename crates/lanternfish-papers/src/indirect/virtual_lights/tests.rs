@@ -1,15 +1,14 @@
-use crate::testing;
 use glam::{UVec2, Vec3, Vec4};
-use lanternfish_gpu::Gpu;
-use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::demo};
-
-use super::{MapSize, MapSource, Ranges, Residual, VirtualLights};
-use crate::testing::{quad, scene_of};
 use lanternfish::{
     Picture, Renderer, Settings,
     settings::{Attenuation, Culling, Indirect, Materials, Samples, Shadows, Tracer},
     techniques::{IndirectClamp, IndirectResolution, Sampled},
 };
+use lanternfish_gpu::Gpu;
+use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::demo};
+
+use super::{MapSize, MapSource, Ranges, Residual, VirtualLights};
+use crate::testing::{self, quad, scene_of};
 
 /// Not a multiple of a workgroup.
 const SIZE: UVec2 = UVec2::new(53, 39);

@@ -11,20 +11,20 @@ mod settings;
 mod tests;
 
 use glam::UVec2;
+use lanternfish::{
+    RenderError, ViewContext,
+    light_culling::{LightCullingPasses, LightLists, Reach},
+    lights::LightSet,
+    shaders::{Root, Shaders},
+    texture::frame_target,
+    view::frustum::ViewFrustum,
+};
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Counted, Feature, Frame, LinkedShader, RasterPipeline, RasterState, SharedStruct,
     gpu_struct, primitives::Scan,
 };
 
 pub use self::settings::RasterGrid;
-use lanternfish::light_culling::{LightCullingPasses, LightLists, Reach};
-use lanternfish::{
-    RenderError, ViewContext,
-    lights::LightSet,
-    shaders::{Root, Shaders},
-    texture::frame_target,
-    view::frustum::ViewFrustum,
-};
 
 gpu_struct! {
     /// The grid of cells.

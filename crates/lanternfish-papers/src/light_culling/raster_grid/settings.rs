@@ -1,8 +1,5 @@
 //! What can be chosen of the grid.
 
-use lanternfish_gpu::Feature;
-
-use super::{CULLING_RASTER_GRID, DECLARED, RasterGridCulling};
 use lanternfish::{
     RenderError,
     light_culling::{CullingTechnique, LightCullingPasses, TileSize},
@@ -10,6 +7,9 @@ use lanternfish::{
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
+use lanternfish_gpu::Feature;
+
+use super::{CULLING_RASTER_GRID, DECLARED, RasterGridCulling};
 
 /// Lists per screen tile and layer of distance, found by drawing the lights [Archer2019, §3.2].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,16 +1,17 @@
-use super::DECLARED;
-use crate::testing;
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, read_back, storage_buffer_of, uniform_buffer_of};
-use lanternfish_scene::{Camera, Light, Projection, Scene};
-
-use super::{MOST_LAYERS, RasterCells, RasterGrid, RasterGridCulling};
-use crate::{SHADERS, testing::Random};
 use lanternfish::{
     Renderer, Settings,
     settings::{Culling, Shadows},
     techniques::TileSize,
     view::View,
+};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, read_back, storage_buffer_of, uniform_buffer_of};
+use lanternfish_scene::{Camera, Light, Projection, Scene};
+
+use super::{DECLARED, MOST_LAYERS, RasterCells, RasterGrid, RasterGridCulling};
+use crate::{
+    SHADERS,
+    testing::{self, Random},
 };
 
 #[test]

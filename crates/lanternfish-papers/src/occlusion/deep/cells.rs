@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Quat, Vec4};
+use lanternfish::{RenderError, environment_light::EnvironmentSample};
 use lanternfish_gpu::storage_buffer_of;
 
 use crate::deep_images::directions::Directions;
-use lanternfish::{RenderError, environment_light::EnvironmentSample};
 
 /// Mean radiance of one image of the surroundings about each direction of one set. The set must be the same whenever the buffer is asked
 /// for, but for its rotation.
@@ -71,11 +71,13 @@ fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) -> Vec
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
+    use lanternfish::{environment_light::samples_of, view::rotations::frame_rotation};
 
     use super::*;
-    use crate::deep_images::directions::DirectionSet;
-    use crate::testing::{half_white, image};
-    use lanternfish::{environment_light::samples_of, view::rotations::frame_rotation};
+    use crate::{
+        deep_images::directions::DirectionSet,
+        testing::{half_white, image},
+    };
 
     #[test]
     fn every_direction_has_the_mean_of_what_is_near_it() {

@@ -3,6 +3,16 @@
 mod cells;
 
 use glam::{Quat, UVec2, Vec3};
+use lanternfish::{
+    RenderError, ViewContext,
+    environment_light::{ENVIRONMENT, sums_target},
+    gpu_scene::Parts,
+    occlusion::{OcclusionPasses, OcclusionTechnique, Openness, TILE, openness_target},
+    prepass::Surface,
+    settings::{History, Settings},
+    shaders::{Root, Shaders},
+    technique::{Parameter, Technique},
+};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_struct};
 
 use self::cells::CellRadiances;
@@ -10,16 +20,6 @@ use super::DISTANCE;
 use crate::deep_images::{
     DEPTH_16, DeepCounts, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST,
     directions::Directions, settings::DeepImageSettings,
-};
-use lanternfish::occlusion::{OcclusionPasses, OcclusionTechnique, Openness, TILE, openness_target};
-use lanternfish::{
-    RenderError, ViewContext,
-    environment_light::{ENVIRONMENT, sums_target},
-    gpu_scene::Parts,
-    prepass::Surface,
-    settings::{History, Settings},
-    shaders::{Root, Shaders},
-    technique::{Parameter, Technique},
 };
 
 gpu_struct! {

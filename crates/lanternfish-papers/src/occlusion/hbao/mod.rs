@@ -1,19 +1,17 @@
 //! Ambient obscurance by horizons in the depth of the view [Bavoil2008; Jimenez2016]: what screen space can do, for comparison.
 
-use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
-
-use super::DISTANCE;
-use lanternfish::occlusion::{
-    OcclusionPasses, OcclusionTechnique, Openness, TILE, by_normal::LightByNormal, openness_target,
-};
 use lanternfish::{
     RenderError, ViewContext,
     environment_light::sums_target,
+    occlusion::{OcclusionPasses, OcclusionTechnique, Openness, TILE, by_normal::LightByNormal, openness_target},
     prepass::Surface,
     settings::Settings,
     shaders::{Root, Shaders},
     technique::{Parameter, Technique},
 };
+use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
+
+use super::DISTANCE;
 
 gpu_struct! {
     /// How far horizons are looked for.

@@ -1,5 +1,8 @@
-use crate::testing;
 use glam::{UVec2, Vec3, Vec4};
+use lanternfish::{
+    Renderer, Settings,
+    settings::{Occlusion, Samples, Shadows},
+};
 use lanternfish_gpu::Gpu;
 use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer,
@@ -7,11 +10,9 @@ use lanternfish_reference::{
 };
 use lanternfish_scene::{Camera, Environment, Material, Scene};
 
-use crate::testing::{apart, half_white, image, inside::brdf_shares as shares, looking, quad, scene_of};
-use crate::{Deep, DeepImageSettings, Hbao};
-use lanternfish::{
-    Renderer, Settings,
-    settings::{Occlusion, Samples, Shadows},
+use crate::{
+    Deep, DeepImageSettings, Hbao,
+    testing::{self, apart, half_white, image, inside::brdf_shares as shares, looking, quad, scene_of},
 };
 
 /// Not a multiple of a workgroup.

@@ -1,16 +1,17 @@
 //! What blended surfaces get from other surfaces and the surroundings, and what those that let light through leave of the picture.
 
-use crate::testing;
 use glam::{UVec2, Vec3, Vec4};
-use lanternfish_gpu::Gpu;
-use lanternfish_scene::{AlphaMode, Camera, Filter, Image, Material, Projection, Sampler, Scene, Texture, TextureRef};
-
-use crate::testing::{apart, quad, scene_of};
-use crate::{Deep, Hbao};
 use lanternfish::{
     Renderer, Settings,
     settings::{Indirect, Occlusion, Samples},
     techniques::Sampled,
+};
+use lanternfish_gpu::Gpu;
+use lanternfish_scene::{AlphaMode, Camera, Filter, Image, Material, Projection, Sampler, Scene, Texture, TextureRef};
+
+use crate::{
+    Deep, Hbao,
+    testing::{self, apart, quad, scene_of},
 };
 
 /// Not a multiple of a workgroup.

@@ -1,14 +1,18 @@
 //! Openness that pixels keep from the frames before.
 
-use crate::testing;
 use glam::{Affine3A, Vec3};
-use lanternfish_scene::{Scene, generate};
-
-use crate::testing::walks::{SIZE, mean, off, pixels, renderer, steps, walked};
-use crate::{Deep, DeepImageSettings, DirectionSet};
 use lanternfish::{
     Settings,
     settings::{History, Occlusion, Shadows},
+};
+use lanternfish_scene::{Scene, generate};
+
+use crate::{
+    Deep, DeepImageSettings, DirectionSet,
+    testing::{
+        self,
+        walks::{SIZE, mean, off, pixels, renderer, steps, walked},
+    },
 };
 
 /// Lit by the surroundings alone.

@@ -1,10 +1,9 @@
 //! Every texel of the nearest direction's deep image that a ray crosses [Niessner2010, §3.2].
 
+use lanternfish::{gpu_scene::Parts, rays::TracerInfo};
 use lanternfish_gpu::Feature;
 
 use crate::deep_images::settings::DeepImageSettings;
-use lanternfish::gpu_scene::Parts;
-use lanternfish::rays::TracerInfo;
 
 pub(crate) const INFO: TracerInfo = TracerInfo {
     name: "across-texels",

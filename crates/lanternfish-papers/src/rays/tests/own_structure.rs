@@ -2,12 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::testing;
 use glam::Quat;
-use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
-use lanternfish_scene::generate::demo;
-
-use crate::{DeepImageSettings, WITHIN_TEXEL};
 use lanternfish::{
     GpuScene, RenderError, Renderer, Settings,
     gpu_scene::Parts,
@@ -17,6 +12,10 @@ use lanternfish::{
     technique::{Parameter, Technique},
     techniques::Sampled,
 };
+use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
+use lanternfish_scene::generate::demo;
+
+use crate::{DeepImageSettings, WITHIN_TEXEL, testing};
 
 /// A structure of one part that holds nothing.
 #[derive(Clone, Debug, Default, PartialEq)]

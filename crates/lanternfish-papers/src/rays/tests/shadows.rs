@@ -1,15 +1,16 @@
 //! Shadows through deep images, beside those through the BVH.
 
-use crate::testing;
 use glam::{Affine3A, Vec3, Vec4};
-use lanternfish_gpu::{Gpu, faulty_software};
-use lanternfish_scene::{Scene, generate};
-
-use crate::testing::apart;
-use crate::{ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, WITHIN_TEXEL};
 use lanternfish::{
     RenderError, Renderer, Settings,
     settings::{DebugView, Samples, Shadows, Tracer},
+};
+use lanternfish_gpu::{Gpu, faulty_software};
+use lanternfish_scene::{Scene, generate};
+
+use crate::{
+    ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, WITHIN_TEXEL,
+    testing::{self, apart},
 };
 
 const SIZE: (u32, u32) = (90, 76);

@@ -62,15 +62,19 @@ gpu_struct! {
         rough_count: f32,
         /// Of glossy light at normal incidence.
         glossy: Vec3,
+        /// Unused.
         _pad: u32,
         /// Of glossy light at grazing incidence.
         glossy_grazing: Vec3,
+        /// Unused.
         _pad_2: u32,
         /// Position of one of them, world space, m.
         p_world: Vec3,
+        /// Unused.
         _pad_3: u32,
         /// Its normal, unit.
         normal: Vec3,
+        /// Unused.
         _pad_4: u32,
     }
 }
@@ -107,9 +111,10 @@ named_enum! {
     }
 }
 
-/// The settings that rooms whose sums are smoothed have in common.
+/// A parameter of every technique whose sums are smoothed: [`IndirectResolution`].
 pub const RESOLUTION: ParameterInfo =
     ParameterInfo::new("indirect-resolution", "NAME", Range::Names, "Where these rays start");
+/// A parameter of every technique whose sums are smoothed: the filter's radius.
 pub const FILTER: ParameterInfo = ParameterInfo::new(
     "indirect-filter",
     "PIXELS",
@@ -117,6 +122,7 @@ pub const FILTER: ParameterInfo = ParameterInfo::new(
     "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
                        noise, less detail",
 );
+/// A parameter of every technique whose sums are smoothed: [`IndirectClamp`].
 pub const CLAMP: ParameterInfo = ParameterInfo::new(
     "indirect-clamp",
     "ON|OFF",

@@ -1,17 +1,17 @@
 //! Photons split, traced and added up, chunk by chunk.
 
-use lanternfish_gpu::{Bindings, BufferPart, Frame};
-
-use super::{
-    super::parameters::{PhotonHit, PhotonParameters, PrimaryPhoton},
-    INDICES, PhotonPasses, Splatting,
-};
 use lanternfish::{
     RenderError, ViewContext,
     common::workgroups,
     indirect::{Counters, smoothing::PixelSums},
     light_culling::Reach,
     lights::{Light, LightSet},
+};
+use lanternfish_gpu::{Bindings, BufferPart, Frame};
+
+use super::{
+    super::parameters::{PhotonHit, PhotonParameters, PrimaryPhoton},
+    INDICES, PhotonPasses, Splatting,
 };
 
 /// Lists that one frame makes of photons at most.
