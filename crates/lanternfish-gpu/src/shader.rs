@@ -35,40 +35,40 @@ pub struct Feature {
 struct Chosen {
     purpose: &'static str,
     module: &'static str,
-    sources: Sources,
+    package: Package,
 }
 
-/// Files, known by where their list lies.
+/// Another package, known by where it lies: it is a static. (Where its list of files lies does not say: constants may have copies.)
 #[derive(Clone, Copy)]
-struct Sources(&'static [ShaderSource]);
+struct Package(Option<&'static ShaderLibrary>);
 
-impl Sources {
+impl Package {
     fn address(self) -> usize {
-        self.0.as_ptr().addr()
+        self.0.map_or(0, |library| std::ptr::from_ref(library).addr())
     }
 }
 
-impl PartialEq for Sources {
+impl PartialEq for Package {
     fn eq(&self, other: &Self) -> bool {
         self.address() == other.address()
     }
 }
 
-impl Eq for Sources {}
+impl Eq for Package {}
 
-impl PartialOrd for Sources {
+impl PartialOrd for Package {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Sources {
+impl Ord for Package {
     fn cmp(&self, other: &Self) -> Ordering {
         self.address().cmp(&other.address())
     }
 }
 
-impl Hash for Sources {
+impl Hash for Package {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.address().hash(state);
     }
@@ -80,15 +80,15 @@ impl Feature {
         Self { name, chosen: None }
     }
 
-    /// The same, and what a shader imports from `package::chosen::PURPOSE` is that of `module` (a path, as `"tiled/cell"`). `sources`: the
-    /// files of the package that it lies in.
+    /// The same, and what a shader imports from `package::chosen::PURPOSE` is that of `module` (a path, as `"tiled/cell"`). `package`: the
+    /// static that the module lies in, where it is not in the shader's own package.
     pub const fn choosing(
         name: &'static str,
         purpose: &'static str,
         module: &'static str,
-        sources: &'static [ShaderSource],
+        package: Option<&'static ShaderLibrary>,
     ) -> Self {
-        Self { name, chosen: Some(Chosen { purpose, module, sources: Sources(sources) }) }
+        Self { name, chosen: Some(Chosen { purpose, module, package: Package(package) }) }
     }
 
     /// Whether it chooses a module.
@@ -183,7 +183,11 @@ impl ShaderLibrary {
         let chosen = || features.iter().filter_map(|feature| feature.chosen);
         let mut resolver = VirtualResolver::new();
         let base = self.base.map_or(&[][..], |base| base.sources);
-        for (path, text) in chosen().flat_map(|chosen| chosen.sources.0).chain(base).chain(self.sources) {
+        for (path, text) in chosen()
+            .flat_map(|chosen| chosen.package.0.map_or(&[][..], |package| package.sources))
+            .chain(base)
+            .chain(self.sources)
+        {
             let text = texts.get(*path).map_or(*text, String::as_str);
             resolver.add_module(module_path(path), with_chosen(text, chosen()));
         }
@@ -399,8 +403,8 @@ mod tests {
             LIBRARY.link("room/bound", &[]).unwrap().source,
             "a package has the files of its base"
         );
-        let own = Feature::choosing("one", "scale", "scales/one", &[]);
-        let other = Feature::choosing("pi", "scale", "other/pi", OTHER);
+        let own = Feature::choosing("one", "scale", "scales/one", None);
+        let other = Feature::choosing("pi", "scale", "other/pi", Some(&EXTENDED));
         let [own, other] = [own, other].map(|feature| LIBRARY.link("room/asking", &[feature]).unwrap());
         assert!(own.source.contains("return 1.0") && !own.source.contains("PI"), "{}", own.source);
         assert!(other.source.contains("return PI") && other.source.contains("3.14159"), "{}", other.source);

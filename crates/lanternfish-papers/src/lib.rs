@@ -30,6 +30,7 @@ pub mod indirect;
 pub mod light_culling;
 pub mod occlusion;
 pub mod rays;
+pub mod shaders;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
@@ -39,7 +40,7 @@ use std::sync::Once;
 
 use lanternfish::{
     settings::{Culling, Indirect, Occlusion},
-    shaders::{Package, Shaders},
+    shaders::Shaders,
 };
 
 pub use self::{
@@ -52,9 +53,6 @@ pub use self::{
     light_culling::raster_grid::RasterGrid,
     occlusion::{deep::Deep, hbao::Hbao},
 };
-
-/// Every `.wesl` file of this crate; a module's path is its file's. They may import those of the library.
-pub static SHADERS: Package = Package::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs")));
 
 /// The shaders of the folders that are no technique of a kind.
 pub const FOLDERS: &[Shaders] = &[deep_images::DECLARED, indirect::light_views::DECLARED];

@@ -125,7 +125,7 @@ impl Package {
     }
 
     /// All files of the package, linked in any way.
-    pub fn library(&self) -> &ShaderLibrary {
+    pub const fn library(&self) -> &ShaderLibrary {
         &self.0
     }
 }

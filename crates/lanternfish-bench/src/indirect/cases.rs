@@ -246,6 +246,7 @@ mod tests {
 
     #[test]
     fn the_rows_are_the_papers() {
+        lanternfish_papers::register();
         let plan = Plan::new(false, &[]);
         let directions: Vec<u32> = plan.groups.iter().map(|group| group.set.directions()).collect();
         assert_eq!(directions, [96, 150, 384, 96, 150, 384]);

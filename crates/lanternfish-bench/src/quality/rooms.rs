@@ -44,6 +44,7 @@ mod tests {
 
     #[test]
     fn every_value_has_a_row() {
+        lanternfish_papers::register();
         let rows = bounces(&Settings::direct_light());
         for name in [
             "one-bounce virtual-lights",

@@ -48,7 +48,7 @@ const STORES: &[&[Feature]] = &[
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::of(
-    &crate::SHADERS,
+    &crate::shaders::SHADERS,
     &[
         Root::new("deep_images/build/single_pass"),
         Root::of("deep_images/build/distribute", &[STORES]),

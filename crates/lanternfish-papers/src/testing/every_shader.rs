@@ -6,7 +6,7 @@ use lanternfish::{
     testing::every_shader::{EveryShader, all_settings, check_floor, with},
 };
 
-use crate::{Deep, DeepDepth, DeepImageSettings, DeepSearch, FOLDERS, SHADERS};
+use crate::{Deep, DeepDepth, DeepImageSettings, DeepSearch, FOLDERS, shaders::SHADERS};
 
 fn every_shader() -> EveryShader {
     crate::register();

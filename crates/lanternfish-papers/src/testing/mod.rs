@@ -8,7 +8,7 @@ pub(crate) use lanternfish::testing::*;
 pub(crate) use lanternfish_gpu::testing::{engine, left_out};
 use lanternfish_gpu::{ComputeKernel, Feature, Gpu, ShaderLibrary, ShaderSource};
 
-use crate::SHADERS;
+use crate::shaders::SHADERS;
 
 const PROBES: [ShaderSource; 3] = [
     ("testing/deep_hits", include_str!("deep_hits.wesl")),

@@ -10,7 +10,7 @@ use super::{
     },
     *,
 };
-use crate::{DeepBuilder, DeepImageSettings, SHADERS, testing};
+use crate::{DeepBuilder, DeepImageSettings, shaders::SHADERS, testing};
 
 const SIZE: UVec2 = UVec2::new(200, 150);
 

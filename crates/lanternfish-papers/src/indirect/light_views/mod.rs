@@ -16,7 +16,7 @@ use lanternfish_scene::Bounds;
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
-    Shaders::of(&crate::SHADERS, &[], &[SharedStruct::of::<LightView>(), SharedStruct::of::<LightViewSet>()]);
+    Shaders::of(&crate::shaders::SHADERS, &[], &[SharedStruct::of::<LightView>(), SharedStruct::of::<LightViewSet>()]);
 
 gpu_struct! {
     /// What shaders are told of the views.

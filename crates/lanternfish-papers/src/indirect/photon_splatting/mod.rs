@@ -28,7 +28,7 @@ pub use self::settings::{PhotonSplatting, Splat};
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::of(
-    &crate::SHADERS,
+    &crate::shaders::SHADERS,
     &[
         Root::computed("indirect/photon_splatting/emit", rays::exact_tracers),
         Root::new("indirect/photon_splatting/prepare"),

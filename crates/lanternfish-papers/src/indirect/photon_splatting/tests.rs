@@ -352,7 +352,7 @@ fn numbers_out_of_range_are_refused() {
 #[test]
 fn constants_are_the_shaders() {
     let constant =
-        |file: &str, name| crate::SHADERS.constant(&format!("indirect/photon_splatting/{file}"), name) as u32;
+        |file: &str, name| crate::shaders::SHADERS.constant(&format!("indirect/photon_splatting/{file}"), name) as u32;
     let names = [
         "EMITTED",
         "REFLECTED",
@@ -374,7 +374,7 @@ fn constants_are_the_shaders() {
     assert_eq!(names.len(), passes::COUNTERS.len());
     use crate::indirect::light_views::Source;
     let sources = ["CONE", "PARALLEL", "AREA", "TRIANGLE"];
-    let of = |name| crate::SHADERS.constant("indirect/light_views/rays", name) as u32;
+    let of = |name| crate::shaders::SHADERS.constant("indirect/light_views/rays", name) as u32;
     let ours = [Source::Cone, Source::Parallel, Source::Area, Source::Triangle].map(|source| source as u32);
     assert_eq!(sources.map(of), ours);
 }

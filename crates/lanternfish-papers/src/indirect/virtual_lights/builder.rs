@@ -304,7 +304,8 @@ fn range_source(ranges: Ranges) -> u32 {
 #[cfg(test)]
 #[test]
 fn constants_are_the_shaders() {
-    let constant = |file: &str, name| crate::SHADERS.constant(&format!("indirect/virtual_lights/{file}"), name) as u32;
+    let constant =
+        |file: &str, name| crate::shaders::SHADERS.constant(&format!("indirect/virtual_lights/{file}"), name) as u32;
     assert_eq!(
         (constant("emission", "MOST_LEVELS"), u64::from(constant("rays", "RANGE_RAYS"))),
         (MOST_LEVELS, RANGE_RAYS)

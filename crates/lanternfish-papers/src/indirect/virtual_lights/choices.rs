@@ -89,7 +89,8 @@ named_enum! {
 #[cfg(test)]
 #[test]
 fn choices_are_the_shaders_constants() {
-    let constant = |file: &str, name| crate::SHADERS.constant(&format!("indirect/virtual_lights/{file}"), name) as u32;
+    let constant =
+        |file: &str, name| crate::shaders::SHADERS.constant(&format!("indirect/virtual_lights/{file}"), name) as u32;
     assert_eq!(constant("rays", "NORMAL_AXIS"), RangeAxis::Normal as u32);
     assert_eq!(constant("rays", "REFLECTION_AXIS"), RangeAxis::Reflection as u32);
     assert_eq!(["LOST", "SCALED", "FAR_LIGHTS"].map(|name| constant("place", name)), [0, 1, 2]);

@@ -45,7 +45,7 @@ const SHADOWED: Feature = Feature::new("shadowed");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::of(
-    &crate::SHADERS,
+    &crate::shaders::SHADERS,
     &[
         Root::of("indirect/virtual_lights/draw", &[&[&[], &[MASKED]], TEXTURES]),
         Root::new("indirect/virtual_lights/reconstruct"),

@@ -49,12 +49,16 @@ gpu_struct! {
 }
 
 /// This room is behind `light_list`.
-pub(crate) const CULLING_RASTER_GRID: Feature =
-    Feature::choosing("culling_raster_grid", "culling", "light_culling/raster_grid/cell", crate::SHADERS.sources());
+pub(crate) const CULLING_RASTER_GRID: Feature = Feature::choosing(
+    "culling_raster_grid",
+    "culling",
+    "light_culling/raster_grid/cell",
+    Some(crate::shaders::SHADERS.library()),
+);
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::of(
-    &crate::SHADERS,
+    &crate::shaders::SHADERS,
     &[
         Root::new("light_culling/raster_grid/mask"),
         Root::new("light_culling/raster_grid/outline"),

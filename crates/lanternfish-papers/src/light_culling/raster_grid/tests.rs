@@ -10,7 +10,7 @@ use lanternfish_scene::{Camera, Light, Projection, Scene};
 
 use super::{DECLARED, MOST_LAYERS, RasterCells, RasterGrid, RasterGridCulling};
 use crate::{
-    SHADERS,
+    shaders::SHADERS,
     testing::{self, Random},
 };
 

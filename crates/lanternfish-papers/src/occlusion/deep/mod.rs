@@ -42,7 +42,7 @@ gpu_struct! {
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::of(
-    &crate::SHADERS,
+    &crate::shaders::SHADERS,
     &[Root::of(
         "occlusion/deep/accumulate",
         &[

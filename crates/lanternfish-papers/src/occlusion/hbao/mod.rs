@@ -23,7 +23,7 @@ gpu_struct! {
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::of(
-    &crate::SHADERS,
+    &crate::shaders::SHADERS,
     &[Root::new("occlusion/hbao/horizon"), Root::new("occlusion/hbao/blur")],
     &[SharedStruct::of::<HbaoParameters>()],
 );

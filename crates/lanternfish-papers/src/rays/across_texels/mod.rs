@@ -8,7 +8,12 @@ use crate::deep_images::settings::DeepImageSettings;
 pub(crate) const INFO: TracerInfo = TracerInfo {
     name: "across-texels",
     words: "Every texel of a deep image that a ray crosses",
-    feature: Feature::choosing("tracer_across_texels", "tracer", "rays/across_texels/tracer", crate::SHADERS.sources()),
+    feature: Feature::choosing(
+        "tracer_across_texels",
+        "tracer",
+        "rays/across_texels/tracer",
+        Some(crate::shaders::SHADERS.library()),
+    ),
     parts: Parts::BVH,
     needs: wgpu::Features::empty(),
     structure: Some(|| DeepImageSettings::default().into()),

@@ -25,7 +25,7 @@ impl Technique for Nothing {
     const NAME: &'static str = "nothing";
     const SUMMARY: &'static str = "Nothing";
     const PARAMETERS: &'static [Parameter<Self>] = &[];
-    const SHADERS: Shaders = Shaders::of(&crate::SHADERS, &[], &[]);
+    const SHADERS: Shaders = Shaders::of(&crate::shaders::SHADERS, &[], &[]);
 }
 
 impl StructureTechnique for Nothing {
@@ -86,7 +86,7 @@ impl TracedStructure for Nothing {
 static OTHER: TracerInfo = TracerInfo {
     name: "other",
     words: "The BVH under another name",
-    feature: Feature::choosing("tracer_other", "tracer", "rays/bvh/tracer", &[]),
+    feature: Feature::choosing("tracer_other", "tracer", "rays/bvh/tracer", None),
     parts: Parts::NONE,
     needs: wgpu::Features::empty(),
     structure: Some(|| Nothing.into()),

@@ -8,7 +8,12 @@ use crate::deep_images::settings::DeepImageSettings;
 pub(crate) const INFO: TracerInfo = TracerInfo {
     name: "within-texel",
     words: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
-    feature: Feature::choosing("tracer_within_texel", "tracer", "rays/within_texel/tracer", crate::SHADERS.sources()),
+    feature: Feature::choosing(
+        "tracer_within_texel",
+        "tracer",
+        "rays/within_texel/tracer",
+        Some(crate::shaders::SHADERS.library()),
+    ),
     parts: Parts::BVH,
     needs: wgpu::Features::empty(),
     structure: Some(|| DeepImageSettings::default().into()),

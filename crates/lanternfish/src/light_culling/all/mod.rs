@@ -6,7 +6,7 @@ use super::LightLists;
 use crate::{error::RenderError, lights::LightSet};
 
 /// This room is behind `light_list`.
-pub(crate) const CULLING_ALL: Feature = Feature::choosing("culling_all", "culling", "light_culling/all/cell", &[]);
+pub(crate) const CULLING_ALL: Feature = Feature::choosing("culling_all", "culling", "light_culling/all/cell", None);
 
 /// One cell with all lights.
 pub fn record(frame: &mut Frame<'_>, set: &LightSet) -> Result<LightLists, RenderError> {

@@ -61,7 +61,7 @@ gpu_struct! {
 
 /// This room is behind `light_list`.
 pub(crate) const CULLING_CLUSTERED: Feature =
-    Feature::choosing("culling_clustered", "culling", "light_culling/clustered/cluster_grid", &[]);
+    Feature::choosing("culling_clustered", "culling", "light_culling/clustered/cluster_grid", None);
 /// A tree over the lights is walked.
 const HIERARCHY: Feature = Feature::new("hierarchy");
 

@@ -37,7 +37,7 @@ gpu_struct! {
 
 /// This room is behind `light_list`.
 pub(crate) const CULLING_TILED: Feature =
-    Feature::choosing("culling_tiled", "culling", "light_culling/tiled/cell", &[]);
+    Feature::choosing("culling_tiled", "culling", "light_culling/tiled/cell", None);
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

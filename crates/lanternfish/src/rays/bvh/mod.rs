@@ -8,7 +8,7 @@ use crate::gpu_scene::Parts;
 pub(crate) const INFO: TracerInfo = TracerInfo {
     name: "bvh",
     words: "The bounding volume hierarchy in compute: exact, on any adapter",
-    feature: Feature::choosing("tracer_bvh", "tracer", "rays/bvh/tracer", &[]),
+    feature: Feature::choosing("tracer_bvh", "tracer", "rays/bvh/tracer", None),
     parts: Parts::BVH,
     needs: wgpu::Features::empty(),
     structure: None,

@@ -1,0 +1,6 @@
+//! The shaders of this crate.
+
+use lanternfish::shaders::Package;
+
+/// Every `.wesl` file of this crate; a module's path is its file's. They may import those of the library.
+pub static SHADERS: Package = Package::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs")));
