@@ -28,7 +28,9 @@ use crate::{
 };
 
 /// Not a multiple of a workgroup.
-const SIZE: UVec2 = UVec2::new(61, 45);
+const SIZE: UVec2 = UVec2::new(31, 23);
+/// Of pictures whose edges, blocks or shares of cells are what is looked at; neither.
+const LARGE: UVec2 = UVec2::new(61, 45);
 
 fn sampled(tracer: Tracer) -> Sampled {
     let clamp = IndirectClamp::Off;
@@ -52,9 +54,13 @@ fn settings(sampled: Sampled) -> Settings {
 }
 
 fn picture(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+    picture_of(gpu, SIZE, settings, scene, camera)
+}
+
+fn picture_of(gpu: &Gpu, size: UVec2, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let picture = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap();
+    let picture = renderer.render(&uploaded, camera, size.x, size.y).unwrap();
     picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
@@ -199,6 +205,10 @@ fn gpu_a_closed_box_that_shines_sends_each_bounce() {
 
 /// By the path tracer.
 fn traced(scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<Vec3> {
+    traced_of(SIZE, scene, camera, max_depth, samples)
+}
+
+fn traced_of(size: UVec2, scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<Vec3> {
     let settings = TracerSettings {
         integrator: Integrator::Path,
         max_depth,
@@ -207,7 +217,7 @@ fn traced(scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<V
         light_choice: LightChoice::Uniform,
         ..TracerSettings::default()
     };
-    let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
+    let mut film = Film::new(size.x as usize, size.y as usize).unwrap();
     PathTracer::new(scene, settings).unwrap().render(camera, &mut film, samples);
     film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect()
 }
@@ -218,10 +228,11 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_one_bounce_is_the_path_tracers") else { return };
     let scene = cornell();
     let camera = scene.cameras[0].clone();
-    let (direct, one_bounce) = (traced(&scene, &camera, 2, 192), traced(&scene, &camera, 3, 192));
+    let (direct, one_bounce) = (traced_of(LARGE, &scene, &camera, 2, 192), traced_of(LARGE, &scene, &camera, 3, 192));
     // Edges are drawn with one sample in one picture and many in the other, with or without the bounce: it is what is compared.
-    let alone = picture(
+    let alone = picture_of(
         gpu,
+        LARGE,
         Settings { indirect: Indirect::NONE, ..settings(Sampled::default().one_bounce()) },
         &scene,
         &camera,
@@ -233,8 +244,13 @@ fn gpu_one_bounce_is_the_path_tracers() {
         [(Tracer::BVH, 0.2, 0.03), (ACROSS_TEXELS, 0.25, 0.09), (WITHIN_TEXEL, 0.25, 0.09)]
     {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let whole =
-            picture(gpu, Settings { structure: deep_images.into(), ..settings(sampled(tracer)) }, &scene, &camera);
+        let whole = picture_of(
+            gpu,
+            LARGE,
+            Settings { structure: deep_images.into(), ..settings(sampled(tracer)) },
+            &scene,
+            &camera,
+        );
         let found = bounce(&whole, &alone);
         let (off, energy) = (off(&found, &truth), mean(&found) / mean(&truth));
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
@@ -243,8 +259,9 @@ fn gpu_one_bounce_is_the_path_tracers() {
     // It can fail: white walls send another bounce.
     let mut white = scene.clone();
     white.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
-    let of =
-        |indirect| picture(gpu, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera);
+    let of = |indirect| {
+        picture_of(gpu, LARGE, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera)
+    };
     let found = bounce(&of(Indirect::from(sampled(Tracer::BVH))), &of(Indirect::NONE));
     assert!(off(&found, &truth) > 0.5, "{}", off(&found, &truth));
 }

@@ -18,7 +18,8 @@ fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
     MOST_ROUNDS_IN_TESTS.set(most);
     let scene = demo("cornell").unwrap();
     let deep_images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
-    picture(gpu, Settings { accumulate: 2, structure: deep_images.into(), ..settings(rays) }, &scene, &scene.cameras[0])
+    let settings = Settings { accumulate: 2, structure: deep_images.into(), ..settings(rays) };
+    picture_of(gpu, LARGE, settings, &scene, &scene.cameras[0])
 }
 
 /// Whether a round is traced by itself or with others changes nothing.

@@ -39,6 +39,12 @@ fn made_by_frame(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, is_
     made
 }
 
+/// Few rays, and few samples of each cell of the radiance cache.
+fn rays() -> Settings {
+    let few = Sampled { diffuse_rays: 2, glossy_rays: 1, cache_samples: 4, ..Sampled::default() };
+    Settings { indirect: Indirect::from(few), ..Settings::direct_light() }
+}
+
 fn virtual_lights() -> Settings {
     let few = VirtualLights { count: 500, ..VirtualLights::default() };
     Settings { indirect: Indirect::from(few), ..Settings::direct_light() }
@@ -64,8 +70,8 @@ fn gpu_a_steady_frame_makes_nothing() {
             Growth::Later,
             Settings { culling: Culling::from(RasterGrid::default()), ..bvh(Settings::direct_light()) },
         ),
-        ("indirect light", false, Growth::Wait, bvh(Settings::default())),
-        ("indirect light, a mean of frames", true, Growth::Wait, bvh(Settings::default())),
+        ("indirect light", false, Growth::Wait, bvh(rays())),
+        ("indirect light, a mean of frames", true, Growth::Wait, bvh(rays())),
         ("virtual lights", false, Growth::Wait, bvh(virtual_lights())),
         ("virtual lights that do not wait", false, Growth::Later, bvh(virtual_lights())),
         ("a mean of frames that do not wait", true, Growth::Later, bvh(Settings::direct_light())),
