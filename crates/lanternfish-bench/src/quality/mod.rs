@@ -46,6 +46,9 @@ pub struct QualityArgs {
     /// What is judged by one truth alone. Repeatable.
     #[arg(long = "truth", value_name = "TRUTH", value_parser = truth())]
     truths: Vec<Truth>,
+    /// Only techniques whose name holds one of these words. Repeatable.
+    #[arg(long = "technique", value_name = "WORDS")]
+    techniques: Vec<String>,
     /// Samples a pixel of the truths with all light; eight times as many of those with direct light. More: less noise, slower.
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u64).range(2..=1 << 20))]
     spp: u64,
@@ -62,6 +65,11 @@ pub struct QualityArgs {
 }
 
 impl QualityArgs {
+    /// Whether a technique is asked for.
+    fn asks_for(&self, name: &str) -> bool {
+        self.techniques.is_empty() || self.techniques.iter().any(|words| name.contains(words))
+    }
+
     fn assets(&self) -> PathBuf {
         let variable = || std::env::var_os("LANTERNFISH_SHARED").map(PathBuf::from);
         self.shared.clone().or_else(variable).unwrap_or_else(|| "../shared".into()).join("assets")
@@ -104,7 +112,8 @@ fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, surroundings: &Environme
     let settings = shot.settings();
     let bench = Bench { run, shot, camera: &camera };
     let mut result = ShotReport::new(shot, &whole);
-    let techniques = techniques(&settings, whole.bounds().size().length());
+    let mut techniques = techniques(&settings, whole.bounds().size().length());
+    techniques.retain(|technique| args.asks_for(&technique.name));
     let mut first = None;
     for truth in judges().filter(|truth| args.truths.is_empty() || args.truths.contains(truth)) {
         let (scene, settings) = (&truth.scene(&whole, surroundings), truth.seen(&settings));

@@ -17,10 +17,17 @@ struct Quality {
 /// Runs the bench on the smallest shot, with these truths alone.
 #[track_caller]
 fn bench(folder: &Path, truths: &[&str]) -> Quality {
+    bench_of(folder, truths, &[])
+}
+
+/// The same of techniques alone whose names hold one of these words, or of all.
+#[track_caller]
+fn bench_of(folder: &Path, truths: &[&str], words: &[&str]) -> Quality {
     let output = program(folder)
         .args(["quality", "--output", "out", "--adapter", "cpu", "--commit", "test"])
         .args(["--only", "cornell", "--size", "32x32", "--spp", "64", "--runs", "1"])
         .args(truths.iter().flat_map(|truth| ["--truth", truth]))
+        .args(words.iter().flat_map(|words| ["--technique", words]))
         .output()
         .unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
@@ -125,7 +132,11 @@ fn gpu_light_that_is_reflected_more_than_once_is_missed_without_indirect_light()
 
 #[test]
 fn gpu_one_bounce_is_there_by_whatever_its_rays_are_traced_through() {
-    let found = judged(&["one-bounce"]);
+    // Of rays all, and one of photons and of virtual lights each.
+    let folder = tempfile::tempdir().unwrap();
+    let asked =
+        ["one-bounce none", "one-bounce bvh", "one-bounce across", "one-bounce within", "splat raster", "map 64"];
+    let found = bench_of(folder.path(), &["one-bounce"], &asked);
     let energy = |technique| found.energy(&format!("one-bounce {technique}"));
     assert!(energy("none") < 0.9, "{}", energy("none"));
     assert!((energy("bvh, not clamped") - 1.0).abs() < 0.05, "{}", energy("bvh, not clamped"));

@@ -152,9 +152,9 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
     let scene = cornell();
     let techniques = [
         Indirect::from(VirtualLights { count: 256, ..VirtualLights::default() }),
-        Indirect::from(PhotonSplatting { count: 1024, ..PhotonSplatting::default() }),
+        Indirect::from(PhotonSplatting { count: 256, ..PhotonSplatting::default() }),
     ];
-    for (accumulate, samples) in [(1, Samples::One), (5, Samples::Four)] {
+    for (accumulate, samples) in [(1, Samples::One), (3, Samples::Four)] {
         for indirect in &techniques {
             let of = |history| {
                 let usual = settings(sampled(lanternfish::settings::Tracer::BVH));

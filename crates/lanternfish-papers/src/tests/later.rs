@@ -26,8 +26,8 @@ fn gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_pictures_alone() {
     let Some(gpu) = testing::gpu(test) else { return };
     let scene = demo("atrium").unwrap();
     let camera = scene.cameras[0].clone();
-    let step = |i: usize| (camera.clone(), [10, 3000, 10, 6000][i / 8 % 4]);
-    let path = Path { scene: scene.clone(), range: 3.0, size: [64, 48], step: &step, frames: 32 };
+    let step = |i: usize| (camera.clone(), [10, 3000, 10, 6000][i / 6 % 4]);
+    let path = Path { scene: scene.clone(), range: 3.0, size: [32, 24], step: &step, frames: 24 };
     check(&walk(gpu, &settings(RasterGrid::default().into()), &path));
 }
 

@@ -22,7 +22,7 @@ use lanternfish_scene::{
 
 use crate::support::{differing, linear, quad, scene_of};
 
-const SIZE: (u32, u32) = (96, 72);
+const SIZE: (u32, u32) = (64, 48);
 /// Of pictures of the samples.
 const POSED: (u32, u32) = (64, 48);
 /// Every animated sample.
@@ -42,6 +42,8 @@ const SAMPLES: [&str; 12] = [
 ];
 /// Shares of the animation's duration.
 const TIMES: [f32; 5] = [0.0, 0.21, 0.45, 0.7, 0.93];
+/// Those of [`TIMES`] at which pictures are compared with the truth.
+const TRACED: [f32; 2] = [0.21, 0.45];
 
 /// A camera that sees the scene at all times, and lights around it. Surfaces have no textures, which do not move and are filtered by
 /// each renderer in its own way.
@@ -72,7 +74,7 @@ fn truth(scene: &Scene, camera: &Camera) -> RgbImage {
     let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
     let tracer = reference::Tracer::new(scene, settings).unwrap();
     let mut film = reference::Film::new(POSED.0 as usize, POSED.1 as usize).unwrap();
-    tracer.render(camera, &mut film, 1024);
+    tracer.render(camera, &mut film, 256);
     RgbImage::new(POSED.0 as usize, POSED.1 as usize, film.mean()).unwrap()
 }
 
@@ -80,7 +82,7 @@ fn settings() -> Settings {
     Settings { accumulate: 64, shadows: Shadows::BVH, attenuation: Attenuation::Physical, ..Settings::direct_light() }
 }
 
-/// Each animated sample at five times: brought to the device that has the scene at rest, uploaded anew, and traced.
+/// Each animated sample at two times: brought to the device that has the scene at rest, uploaded anew, and traced.
 #[test]
 fn gpu_posed_scenes_are_the_path_tracers() {
     let name = "gpu_posed_scenes_are_the_path_tracers";
@@ -95,7 +97,7 @@ fn gpu_posed_scenes_are_the_path_tracers() {
         scene.pose_at_rest();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let mut pictures = Vec::new();
-        for time in TIMES {
+        for time in TRACED {
             scene.pose(0, time * duration);
             assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
             renderer.update(&mut uploaded, &scene).unwrap();
@@ -125,7 +127,7 @@ fn gpu_posed_scenes_are_the_path_tracers() {
         all.push((sample, pictures));
     }
     for (sample, pictures) in &all {
-        for (time, (_, _, error)) in TIMES.iter().zip(pictures) {
+        for (time, (_, _, error)) in TRACED.iter().zip(pictures) {
             // Up to half of the pixels of so small a thing are edges, of which 64 frames see 64 places.
             assert!(error.lit_count() > 40, "{sample} at {time}: little is seen");
             assert!(error.median() < 0.04, "{sample} at {time}: median {}", error.median());
@@ -133,8 +135,8 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{sample} at {time}: energy {}", error.energy_ratio());
         }
         // It can fail: another moment is another picture. The truck's wheels turn alone, and are round.
-        let other = RelativeError::measure(&pictures[2].0, &pictures[1].1, 1e-3).unwrap().share_within(0.1);
-        let own = pictures[2].2.share_within(0.1);
+        let other = RelativeError::measure(&pictures[1].0, &pictures[0].1, 1e-3).unwrap().share_within(0.1);
+        let own = pictures[1].2.share_within(0.1);
         assert!(other < own - 0.02 || sample.contains("Truck"), "{sample}: blind to what moves: {other} and {own}");
     }
 }
@@ -222,7 +224,7 @@ fn gpu_what_bends_is_seen_by_everything() {
     let (mut scene, camera) = folding();
     let direct = || Settings { shadows: Shadows::None, ..Settings::direct_light() };
     let deep = |settings: Settings| {
-        let images = DeepImageSettings { resolution: 128, payload: true, ..DeepImageSettings::default() };
+        let images = DeepImageSettings { resolution: 64, payload: true, ..DeepImageSettings::default() };
         Settings { structure: images.into(), ..settings }
     };
     let mut asked = vec![
@@ -238,7 +240,7 @@ fn gpu_what_bends_is_seen_by_everything() {
             testing::left_out("gpu_what_bends_is_seen_by_everything", "this adapter has no ray query");
             continue;
         }
-        let sampled = Sampled { diffuse_rays: 4, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
+        let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
         let photons = PhotonSplatting { count: 1024, tracer: tracer.into(), ..PhotonSplatting::default() };
         asked.push((format!("shadows {tracer}"), deep(Settings { shadows: Shadows::Traced(tracer), ..direct() })));
         asked.push((format!("sampled {tracer}"), deep(Settings { indirect: Indirect::from(sampled), ..direct() })));
@@ -271,7 +273,7 @@ fn gpu_what_bends_is_seen_by_everything() {
         let pairs = || before.radiance.iter().zip(&after.radiance).filter(|(a, b)| is_grey(a) && is_grey(b));
         let changed = pairs().filter(|(a, b)| (a[1] - b[1]).abs() > 0.02 * a[1].max(b[1])).count();
         println!("{name}: {changed} of {} pixels of floor and wall change", pairs().count());
-        assert!(pairs().count() > 2000 && changed > 80, "{name}: {changed} of {}", pairs().count());
+        assert!(pairs().count() > 2000 && changed > 35, "{name}: {changed} of {}", pairs().count());
         // It can fail: without what brings light the floor does not change, as the last of these frames with itself.
         let again = shown(&mut renderer, &uploaded);
         assert_eq!(differing(&after, &again), 0, "{name}: the same frame again");

@@ -20,7 +20,10 @@ use crate::{
     techniques::{IndirectClamp, IndirectResolution, Sampled},
     testing::{
         Random, apart, ask_module,
-        light::{SIZE, closed_box, cornell, floor, looking, matt, mean, off, picture, sampled, settings, traced},
+        light::{
+            LARGE, SIZE, closed_box, cornell, floor, looking, matt, mean, off, picture, picture_of, sampled, settings,
+            traced, traced_of,
+        },
         quad, scene_of,
     },
 };
@@ -118,10 +121,11 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_one_bounce_is_the_path_tracers") else { return };
     let scene = cornell();
     let camera = scene.cameras[0].clone();
-    let (direct, one_bounce) = (traced(&scene, &camera, 2, 192), traced(&scene, &camera, 3, 192));
+    let (direct, one_bounce) = (traced_of(LARGE, &scene, &camera, 2, 192), traced_of(LARGE, &scene, &camera, 3, 192));
     // Edges are drawn with one sample in one picture and many in the other, with or without the bounce: it is what is compared.
-    let alone = picture(
+    let alone = picture_of(
         gpu,
+        LARGE,
         Settings { indirect: Indirect::NONE, ..settings(Sampled::default().one_bounce()) },
         &scene,
         &camera,
@@ -131,7 +135,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     assert!(mean(&truth) > 0.1 * mean(&direct), "there is little to find");
     {
         let (tracer, most_off, most_biased) = (Tracer::BVH, 0.2, 0.03);
-        let whole = picture(gpu, settings(sampled(tracer)), &scene, &camera);
+        let whole = picture_of(gpu, LARGE, settings(sampled(tracer)), &scene, &camera);
         let found = bounce(&whole, &alone);
         let (off, energy) = (off(&found, &truth), mean(&found) / mean(&truth));
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
@@ -140,8 +144,9 @@ fn gpu_one_bounce_is_the_path_tracers() {
     // It can fail: white walls send another bounce.
     let mut white = scene.clone();
     white.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
-    let of =
-        |indirect| picture(gpu, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera);
+    let of = |indirect| {
+        picture_of(gpu, LARGE, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera)
+    };
     let found = bounce(&of(Indirect::from(sampled(Tracer::BVH))), &of(Indirect::NONE));
     assert!(off(&found, &truth) > 0.5, "{}", off(&found, &truth));
 }

@@ -16,7 +16,9 @@ use crate::{
 };
 
 /// Not a multiple of a workgroup.
-pub const SIZE: UVec2 = UVec2::new(61, 45);
+pub const SIZE: UVec2 = UVec2::new(31, 23);
+/// Of pictures whose edges, blocks or shares of cells are what is looked at; neither.
+pub const LARGE: UVec2 = UVec2::new(61, 45);
 
 /// Many rays through a tracer, their ends lit by the lights alone, nothing filtered.
 pub fn sampled(tracer: Tracer) -> Sampled {
@@ -43,9 +45,14 @@ pub fn settings(sampled: Sampled) -> Settings {
 
 /// Radiance of a picture, nits.
 pub fn picture(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+    picture_of(gpu, SIZE, settings, scene, camera)
+}
+
+/// The same of another size, pixels.
+pub fn picture_of(gpu: &Gpu, size: UVec2, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let picture = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap();
+    let picture = renderer.render(&uploaded, camera, size.x, size.y).unwrap();
     picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
@@ -102,6 +109,11 @@ pub fn cornell() -> Scene {
 
 /// The same picture by the path tracer: paths of up to so many segments, so many samples a pixel.
 pub fn traced(scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<Vec3> {
+    traced_of(SIZE, scene, camera, max_depth, samples)
+}
+
+/// The same of another size, pixels.
+pub fn traced_of(size: UVec2, scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<Vec3> {
     let settings = TracerSettings {
         integrator: Integrator::Path,
         max_depth,
@@ -110,7 +122,7 @@ pub fn traced(scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> V
         light_choice: LightChoice::Uniform,
         ..TracerSettings::default()
     };
-    let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
+    let mut film = Film::new(size.x as usize, size.y as usize).unwrap();
     PathTracer::new(scene, settings).unwrap().render(camera, &mut film, samples);
     film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect()
 }

@@ -101,7 +101,7 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
     // Of deep images a few photons in a hundred start in a texel beside the wall that they leave.
     for (tracer, most) in [(Tracer::BVH, 1e-3), (WITHIN_TEXEL, 0.015)] {
         let mut before = 0.0;
-        for bounces in 1..=4 {
+        for bounces in 1..=3 {
             let room = PhotonSplatting { tracer: tracer.into(), bounces, count: 1024, ..room() };
             let picture = render_room(gpu, room, &scene, &camera);
             let share = |name| counter(&picture, name) / f64::from(passes::FLUX_UNITS);
@@ -132,7 +132,7 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
 #[test]
 fn gpu_all_of_the_light_that_lands_is_seen() {
     let Some(gpu) = testing::gpu("gpu_all_of_the_light_that_lands_is_seen") else { return };
-    let (albedo, size) = (0.5, UVec2::splat(40));
+    let (albedo, size) = (0.5, UVec2::splat(20));
     let scene = closed_box(albedo);
     let ways = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
     let flux_of = |room: PhotonSplatting| {
@@ -211,14 +211,14 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
         |indirect, accumulate| render(gpu, Settings { accumulate, ..settings(indirect) }, &scene, &camera, SIZE);
     let of_frames = |frames: u32| {
         let rays = Sampled {
-            diffuse_rays: 1024 / frames,
+            diffuse_rays: 256 / frames,
             filter_radius: 0,
             clamp: IndirectClamp::Off,
             ..Sampled::default().one_bounce()
         };
         (picture(Indirect::NONE, frames), picture(Indirect::from(rays), frames))
     };
-    let references = [(1, of_frames(1)), (16, of_frames(16))];
+    let references = [(1, of_frames(1)), (4, of_frames(4))];
     let of = |room: PhotonSplatting| {
         references.each_ref().map(|(frames, (direct, truth))| {
             let photons = picture(Indirect::from(room), *frames);
@@ -232,10 +232,11 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
         let [(one, _), (many, _)] = of(PhotonSplatting { tracer: tracer.into(), ..room() });
         // Beyond the blocks' edges 4 % are lost, where a pixel is 5 cm wide; deep images lose another 1 % beside walls.
         let lost = if tracer == Tracer::BVH { 0.05 } else { 0.07 };
-        assert!((one - 1.0).abs() < lost && (many - 1.0).abs() < lost, "{tracer}: {one}, 16 frames {many}");
+        assert!((one - 1.0).abs() < lost && (many - 1.0).abs() < lost, "{tracer}: {one}, 4 frames {many}");
     }
     // So few photons that noise is most of what is wrong.
     let [(_, one_off), (_, many_off)] = of(PhotonSplatting { count: 128, ..room() });
+    println!("{many_off} of {one_off}");
     assert!(many_off < 0.6 * one_off, "{many_off} of {one_off}");
 }
 

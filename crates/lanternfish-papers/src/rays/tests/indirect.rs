@@ -13,7 +13,10 @@ use crate::{
     ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, WITHIN_TEXEL,
     testing::{
         apart, gpu,
-        light::{closed_box, cornell, floor, looking, matt, mean, off, picture, sampled, settings, traced},
+        light::{
+            LARGE, SIZE, closed_box, cornell, floor, looking, matt, mean, off, picture, picture_of, sampled, settings,
+            traced, traced_of,
+        },
         quad, scene_of,
     },
 };
@@ -81,10 +84,12 @@ fn gpu_one_bounce_through_deep_images_is_the_path_tracers() {
     let Some(gpu) = gpu("gpu_one_bounce_through_deep_images_is_the_path_tracers") else { return };
     let scene = cornell();
     let camera = scene.cameras[0].clone();
-    let truth = bounce(&traced(&scene, &camera, 3, 192), &traced(&scene, &camera, 2, 192));
-    let alone = picture(gpu, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
+    let traced = |depth| traced_of(LARGE, &scene, &camera, depth, 192);
+    let truth = bounce(&traced(3), &traced(2));
+    let alone =
+        picture_of(gpu, LARGE, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
     for tracer in TRACERS {
-        let found = bounce(&picture(gpu, deep(tracer, 128), &scene, &camera), &alone);
+        let found = bounce(&picture_of(gpu, LARGE, deep(tracer, 128), &scene, &camera), &alone);
         let (off, energy) = (off(&found, &truth), mean(&found) / mean(&truth));
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
         assert!(off < 0.25 && (energy - 1.0).abs() < 0.09, "{tracer}: off {off}, energy {energy}");
@@ -119,7 +124,7 @@ fn gpu_deep_images_follow_a_lamp_that_moves() {
     for tracer in TRACERS {
         let mut renderer = renderer(gpu, deep(tracer, 128));
         let mut uploaded = renderer.upload(&here).unwrap();
-        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, 61, 45).unwrap().radiance);
+        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance);
         let before = render(&uploaded);
         self::renderer(gpu, deep(tracer, 128)).update(&mut uploaded, &there).unwrap();
         let after = render(&uploaded);

@@ -35,6 +35,12 @@ fn scene() -> Scene {
     scene
 }
 
+/// Few rays, and few samples of each cell of the radiance cache.
+fn few_rays() -> Sampled {
+    let usual = Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() };
+    Sampled { diffuse_rays: 1, first_rays: 1, glossy_rays: 1, cache_samples: 2, ..usual }
+}
+
 fn renderer(gpu: &Gpu, shadows: Shadows) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), Settings { shadows, ..Settings::direct_light() }).unwrap()
 }
@@ -103,12 +109,11 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
     before.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     let before = before;
     let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
-    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let asked = [
         ("bvh", direct(Shadows::BVH)),
         ("ray query", direct(Shadows::RAY_QUERY)),
-        ("sampled", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::BVH) }),
-        ("sampled, and ray query", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::RAY_QUERY) }),
+        ("sampled", Settings { indirect: Indirect::from(few_rays()), ..direct(Shadows::BVH) }),
+        ("sampled, and ray query", Settings { indirect: Indirect::from(few_rays()), ..direct(Shadows::RAY_QUERY) }),
         ("nothing traced", direct(Shadows::None)),
     ];
     for (name, settings) in asked {
@@ -224,8 +229,7 @@ fn gpu_factors_of_materials_follow() {
     ];
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     // And where hits are shaded.
-    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
-    let indirect = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
+    let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
     for settings in [direct, indirect] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut uploaded = renderer.upload(&before).unwrap();

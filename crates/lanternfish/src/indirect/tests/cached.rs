@@ -44,8 +44,8 @@ fn gpu_a_closed_box_that_shines_sends_every_bounce() {
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let counted = [(Bounces::ONE, 1.75), (Bounces::UpTo(2), 1.875), (Bounces::UpTo(3), 1.9375)];
     for (bounces, expected) in counted.into_iter().chain([(Bounces::All, 2.0)]) {
-        let rays = Sampled { cache_samples: 64, ..cached(Tracer::BVH, bounces) };
-        let found = mean(&picture(gpu, over_frames(rays, 16), &scene, &camera));
+        let rays = Sampled { cache_samples: 32, ..cached(Tracer::BVH, bounces) };
+        let found = mean(&picture(gpu, over_frames(rays, 8), &scene, &camera));
         println!("{bounces}: {found:.4} of {expected}");
         assert!((found / expected - 1.0).abs() < 0.01, "{bounces}: {found} of {expected}");
     }
@@ -64,8 +64,8 @@ fn gpu_many_first_samples_know_every_bounce() {
     };
     // Of no more rays than a list holds.
     let truth = of(16, 16);
-    for diffuse_rays in [1, 16] {
-        let found = of(diffuse_rays, 128) / truth;
+    for diffuse_rays in [1, 8] {
+        let found = of(diffuse_rays, 64) / truth;
         println!("{diffuse_rays} rays: {found:.4} of the light");
         assert!((found - 1.0).abs() < 0.015, "{diffuse_rays} rays: {found}");
     }
@@ -175,7 +175,7 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
     let (found, counts) = rendered(Sampled { cache_cells: 64, ..one });
     println!("{} rays' cells had no room; {:.4} of the light", counts[2], found / expected);
-    assert!(counts[..2] == [rays, hits] && counts[2] > 10_000 && counts[3] == 0, "{counts:?}");
+    assert!(counts[..2] == [rays, hits] && counts[2] > rays / 4 && counts[3] == 0, "{counts:?}");
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
     // A first frame that starts over, with a table that is full again: cells that had room before have none then.
     let first = Sampled { first_rays: 1, ..one };
@@ -183,7 +183,7 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     FIRST_CELLS_IN_TESTS.set(256);
     let (found, counts) = rendered_over(1, Sampled { cache_cells: 512, ..first });
     println!("{} rays' cells had no room after starting over; {:.4} of the light", counts[2], found / expected);
-    assert!(counts[..2] == [rays, hits] && counts[2] > 10_000, "{counts:?}, {rays} rays, {hits} hits");
+    assert!(counts[..2] == [rays, hits] && counts[2] > rays / 4, "{counts:?}, {rays} rays, {hits} hits");
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
     FIRST_CELLS_IN_TESTS.set(1 << 17);
     let all = cached(Tracer::BVH, Bounces::All);
@@ -218,10 +218,10 @@ fn gpu_cells_that_move_keep_their_light() {
     let Some(gpu) = testing::gpu("gpu_cells_that_move_keep_their_light") else { return };
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-    let rays = Sampled { diffuse_rays: 2, cache_samples: 64, ..cached(Tracer::BVH, Bounces::All) };
+    let rays = Sampled { diffuse_rays: 2, cache_samples: 16, ..cached(Tracer::BVH, Bounces::All) };
     // More frames than cells are kept for.
     let rendered = || {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, 140)).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 140)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap()
     };
@@ -288,7 +288,7 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         scene.lights.push(Light::point(Vec3::new(-0.5, 0.0, -0.5), Vec3::ONE));
         let cells = Sampled { cache_samples: 64, ..cached(Tracer::BVH, Bounces::All) };
         let found = mean(&picture(gpu, over_frames(cells, 8), &scene, &dark));
-        let truth = mean(&traced(&scene, &dark, u32::MAX, 512));
+        let truth = mean(&traced(&scene, &dark, u32::MAX, 192));
         println!("a wall of {thickness} edges: {:.4} of the light", found / truth);
         // Light of so many bounces comes late. While all cells had the same say, it was 0.64.
         assert!((0.8..1.02).contains(&(found / truth)), "{thickness}: {found} of {truth}");
@@ -308,7 +308,7 @@ fn gpu_tables_that_grow_change_no_picture() {
     let rays = Sampled { diffuse_rays: 4, glossy_rays: 2, ..cached(Tracer::BVH, Bounces::All) };
     let rendered = |first_cells, rays| {
         FIRST_CELLS_IN_TESTS.set(first_cells);
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, 3)).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 3)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let [picture, again] = [(), ()].map(|()| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
         let counted = |name: &str| picture.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
@@ -325,7 +325,7 @@ fn gpu_tables_that_grow_change_no_picture() {
         let rays = Sampled { tracer: tracer.into(), bounces, first_rays, ..rays };
         let (expected, [cells, ..], _) = rendered(1 << 17, rays);
         // Of 4096 the frame starts over behind a later round.
-        for first_cells in [64, 1 << 12, 1 << 14, 1 << 15] {
+        for first_cells in [64, 1 << 12, 1 << 14] {
             let (found, counts, moved) = rendered(first_cells, rays);
             moved_between_frames += moved;
             assert_eq!(counts, [cells, 0, 0], "{tracer}, {first_cells}");

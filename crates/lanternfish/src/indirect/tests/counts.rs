@@ -118,7 +118,7 @@ fn gpu_well_known_cells_get_fewer_samples() {
     let (hit_light, bounces) = (HitLight::Cached, Bounces::All);
     let sampled_at_last = |cache_samples| {
         let rays =
-            Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light, bounces, cache_samples, ..sampled(Tracer::BVH) };
+            Sampled { diffuse_rays: 4, glossy_rays: 0, hit_light, bounces, cache_samples, ..sampled(Tracer::BVH) };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 2)).unwrap();
         let mut scene = closed_box(matt(0.5));
         scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));

@@ -35,7 +35,7 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
         Indirect::from(Sampled { hit_light: HitLight::Cached, ..usual }),
         Indirect::from(Sampled { resolution: IndirectResolution::Half, ..usual }),
     ];
-    for (accumulate, samples) in [(1, Samples::One), (5, Samples::One), (5, Samples::Four)] {
+    for (accumulate, samples) in [(1, Samples::One), (3, Samples::One), (3, Samples::Four)] {
         for technique in &techniques {
             let of = |history| {
                 let settings =
@@ -188,16 +188,16 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
     let card = |step: u32| Affine3A::from_translation(Vec3::new(0.04 * step as f32 - 0.3, 0.0, 0.0));
     scene.instances[1].world_from_object = card(11);
     let many = Sampled { diffuse_rays: 512, ..few() };
-    let truth = picture(gpu, settings(many), &scene, &camera);
+    let truth = picture_of(gpu, LARGE, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = card(10);
-    let before = picture(gpu, settings(many), &scene, &camera);
+    let before = picture_of(gpu, LARGE, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = Affine3A::IDENTITY;
     let of = |history| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let moved = (0..12).map(|step| {
             renderer.move_instances(&mut uploaded, &[(1, card(step))]).unwrap();
-            pixels(&renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap())
+            pixels(&renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap())
         });
         moved.last().unwrap()
     };

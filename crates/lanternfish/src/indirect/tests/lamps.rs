@@ -29,8 +29,9 @@ fn gpu_cells_close_to_a_lamp_send_what_it_does() {
         let scene = under_a_mirror(Light::point(Vec3::new(x, 0.005, -0.7 * x), Vec3::ONE));
         let rays = into_a_mirror(HitLight::Cached, 16);
         let none = Settings { indirect: Indirect::NONE, ..over_frames(rays, 1) };
-        let [all, direct] = [over_frames(rays, 1), none].map(|settings| mean(&picture(gpu, settings, &scene, &camera)));
-        let [one, truly_direct] = [3, 2].map(|depth| mean(&traced(&scene, &camera, depth, 128)));
+        let [all, direct] =
+            [over_frames(rays, 1), none].map(|settings| mean(&picture_of(gpu, LARGE, settings, &scene, &camera)));
+        let [one, truly_direct] = [3, 2].map(|depth| mean(&traced(&scene, &camera, depth, 64)));
         let found = (all - direct) / (one - truly_direct);
         println!("lamp at {x}: {found:.4} of the light");
         found - 1.0
@@ -86,14 +87,14 @@ fn gpu_few_samples_know_many_lamps() {
         let rays = into_a_mirror(hit_light, cache_samples);
         let all = over_frames(rays, accumulate);
         let none = Settings { indirect: Indirect::NONE, ..over_frames(rays, accumulate) };
-        let [all, direct] = [all, none].map(|settings| picture(gpu, settings, &scene, &camera));
+        let [all, direct] = [all, none].map(|settings| picture_of(gpu, LARGE, settings, &scene, &camera));
         let pixels: Vec<Vec3> = all.iter().zip(&direct).map(|(all, direct)| *all - *direct).collect();
         let block = |x: u32, y: u32| {
-            let inside = (0..81).map(|i| pixels[((y + i / 9) * SIZE.x + x + i % 9) as usize]);
+            let inside = (0..81).map(|i| pixels[((y + i / 9) * LARGE.x + x + i % 9) as usize]);
             inside.sum::<Vec3>() / 81.0
         };
         let blocks =
-            (0..SIZE.y / 9).flat_map(|y| (0..SIZE.x / 9).map(move |x| (9 * x, 9 * y))).map(|(x, y)| block(x, y));
+            (0..LARGE.y / 9).flat_map(|y| (0..LARGE.x / 9).map(move |x| (9 * x, 9 * y))).map(|(x, y)| block(x, y));
         blocks.collect::<Vec<_>>()
     };
     let truth = of(HitLight::Shaded, 1, 64);

@@ -19,11 +19,11 @@ fn gpu_noise_repeats_nowhere() {
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let of = |diffuse_rays| {
         let sampled = Sampled { diffuse_rays, glossy_rays: 0, ..sampled(Tracer::BVH) };
-        picture(gpu, settings(sampled), &scene, &camera)
+        picture_of(gpu, LARGE, settings(sampled), &scene, &camera)
     };
     let (few, truth) = (of(5), of(1024));
     let errors: Vec<f64> = few.iter().zip(&truth).map(|(few, truth)| f64::from(few.x / truth.x - 1.0)).collect();
-    let (width, height) = (SIZE.x as usize, SIZE.y as usize);
+    let (width, height) = (LARGE.x as usize, LARGE.y as usize);
     let power = errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64;
     assert!(power > 1e-4, "{power}: there is no noise");
     for (right, down) in [(4, 0), (8, 0), (32, 0), (0, 4), (0, 8), (0, 32), (32, 32)] {

@@ -17,7 +17,7 @@ use crate::{
 fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
     MOST_ROUNDS_IN_TESTS.set(most);
     let scene = demo("cornell").unwrap();
-    picture(gpu, Settings { accumulate: 2, ..settings(rays) }, &scene, &scene.cameras[0])
+    picture_of(gpu, LARGE, Settings { accumulate: 2, ..settings(rays) }, &scene, &scene.cameras[0])
 }
 
 /// Whether a round is traced by itself or with others changes nothing.

@@ -21,9 +21,9 @@ fn gpu_frames_that_do_not_wait_show_whole_pictures_alone() {
     let step = |i: usize| {
         let towards = Affine3A::from_translation(0.02 * i as f32 * Vec3::NEG_Z);
         let camera = Camera { world_from_camera: camera.world_from_camera * towards, ..camera.clone() };
-        (camera, [10, 3000, 10, 6000][i / 8 % 4])
+        (camera, [10, 3000, 10, 6000][i / 6 % 4])
     };
-    let path = Path { scene: scene.clone(), range: 3.0, size: [64, 48], step: &step, frames: 32 };
+    let path = Path { scene: scene.clone(), range: 3.0, size: [32, 24], step: &step, frames: 24 };
     for culling in Culling::all() {
         let name = culling.name();
         let outcome = walk(gpu, &settings(culling), &path);

@@ -16,6 +16,12 @@ fn bvh(settings: Settings) -> Settings {
     Settings { shadows: Shadows::BVH, ..settings }
 }
 
+/// Few rays, and few samples of each cell of the radiance cache.
+fn rays() -> Settings {
+    let few = Sampled { diffuse_rays: 2, glossy_rays: 1, cache_samples: 4, ..Sampled::default() };
+    Settings { indirect: few.into(), ..Settings::direct_light() }
+}
+
 #[test]
 fn gpu_a_steady_frame_makes_nothing() {
     let Some(gpu) = testing::gpu("gpu_a_steady_frame_makes_nothing") else { return };
@@ -30,8 +36,8 @@ fn gpu_a_steady_frame_makes_nothing() {
             Growth::Wait,
             Settings { culling: tiled, samples: Samples::Four, ..bvh(Settings::direct_light()) },
         ),
-        ("indirect light", false, Growth::Wait, bvh(Settings::default())),
-        ("indirect light, a mean of frames", true, Growth::Wait, bvh(Settings::default())),
+        ("indirect light", false, Growth::Wait, bvh(rays())),
+        ("indirect light, a mean of frames", true, Growth::Wait, bvh(rays())),
         ("a mean of frames that do not wait", true, Growth::Later, bvh(Settings::direct_light())),
     ] {
         let scene = if settings.indirect.is::<Sampled>() { &small } else { &large };

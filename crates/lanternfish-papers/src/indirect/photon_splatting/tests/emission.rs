@@ -7,7 +7,7 @@ fn rays_and_photons(gpu: &Gpu, scene: &Scene, camera: &Camera, room: PhotonSplat
     let of = |indirect| energy(&render(gpu, settings(indirect), scene, camera, SIZE));
     let direct = of(Indirect::NONE);
     let sampled =
-        Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
+        Sampled { diffuse_rays: 64, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
     [Indirect::from(sampled), Indirect::from(room)].map(|indirect| of(indirect) - direct)
 }
 

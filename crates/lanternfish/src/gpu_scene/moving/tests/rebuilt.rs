@@ -58,9 +58,9 @@ fn wait(renderer: &Renderer, uploaded: &mut GpuScene, places: &[(usize, Affine3A
 /// Pixels that are not those of a fresh upload.
 fn wrong(renderer: &mut Renderer, uploaded: &GpuScene, now: &Scene) -> usize {
     let fresh = renderer.upload(now).unwrap();
-    let mut shown = |uploaded| renderer.render(uploaded, &now.cameras[0], 96, 96).unwrap().radiance;
+    let mut shown = |uploaded| renderer.render(uploaded, &now.cameras[0], 64, 64).unwrap().radiance;
     let (seen, expected) = (shown(uploaded), shown(&fresh));
-    assert!(expected.iter().filter(|pixel| pixel[..3] != [0.0; 3]).count() > 1000, "there is something to see");
+    assert!(expected.iter().filter(|pixel| pixel[..3] != [0.0; 3]).count() > 500, "there is something to see");
     seen.iter().zip(&expected).filter(|(a, b)| a != b).count()
 }
 
@@ -81,7 +81,8 @@ fn gpu_a_tree_that_was_built_in_the_background_shows_what_a_fresh_upload_shows()
     let Some(gpu) = testing::gpu(test) else { return };
     let before = scene();
     let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
-    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
+    let usual = Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() };
+    let sampled = Sampled { diffuse_rays: 1, first_rays: 1, glossy_rays: 1, cache_samples: 2, ..usual };
     let asked = [
         ("bvh", direct(Shadows::BVH)),
         ("sampled", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::BVH) }),
@@ -93,7 +94,7 @@ fn gpu_a_tree_that_was_built_in_the_background_shows_what_a_fresh_upload_shows()
             continue;
         }
         // The adapter's own structure has triangles in another order: at edges either of two may be met.
-        let allowed = if settings.shadows == Shadows::RAY_QUERY { 96 * 96 / 500 } else { 0 };
+        let allowed = if settings.shadows == Shadows::RAY_QUERY { 64 * 64 / 500 } else { 0 };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut uploaded = renderer.upload(&before).unwrap();
         let now = elsewhere(&before, 2);

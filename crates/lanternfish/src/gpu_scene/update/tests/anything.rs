@@ -62,9 +62,8 @@ fn small(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Picture
 #[test]
 fn gpu_anything_may_change() {
     let Some(gpu) = testing::gpu("gpu_anything_may_change") else { return };
-    let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
+    let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
     for settings in [direct, indirect] {
         let mut now = textured();
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();
@@ -141,9 +140,8 @@ fn gpu_what_is_scaled_to_nothing_comes_by_a_move() {
 #[test]
 fn gpu_one_material_is_put_in_the_place_of_another() {
     let Some(gpu) = testing::gpu("gpu_one_material_is_put_in_the_place_of_another") else { return };
-    let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
+    let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
     for (settings, bytes) in [(direct, 368), (indirect, 432)] {
         let is_indirect = settings.indirect != Indirect::NONE;
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();
