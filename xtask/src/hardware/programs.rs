@@ -31,10 +31,11 @@ pub const RELEASED: [Program; 2] = [
 ];
 
 /// The programs that hold the tests of passes and images.
-pub const TESTS: [Program; 3] = [
+pub const TESTS: [Program; 4] = [
     Program { package: "lanternfish-gpu", kind: "lib", target: None, is_test: true, name: "lanternfish-gpu" },
     Program { package: "lanternfish", kind: "lib", target: None, is_test: true, name: "lanternfish" },
     Program { package: "lanternfish", kind: "test", target: Some("pictures"), is_test: true, name: "pictures" },
+    Program { package: "lanternfish-papers", kind: "lib", target: None, is_test: true, name: "lanternfish-papers" },
 ];
 
 /// Builds with cargo; returns its messages, a line of JSON each.

@@ -14,7 +14,7 @@ fn gpu_a_walk_is_steadier_with_a_history() {
                 [[track.keyframes]]\ntime = 0\neye = [8.2, 1.75, -2.7]\ntarget = [-4, 2.2, 0]\n\
                 [[track.keyframes]]\ntime = 1\neye = [7.6, 1.75, -2.5]\ntarget = [-4, 2.2, 0]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
-    let words = ["history", "walk.toml", "--quick", "--runs", "1", "--size", "32x24", "--spp", "128"];
+    let words = ["history", "walk.toml", "--quick", "--runs", "1", "--size", "48x36", "--spp", "64"];
     let output = program(folder.path()).args(words).args(["--adapter", "cpu", "-o", "found"]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let report: Value = serde_json::from_slice(&fs::read(folder.path().join("found/report.json")).unwrap()).unwrap();

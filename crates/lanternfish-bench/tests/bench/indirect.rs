@@ -10,7 +10,7 @@ use crate::program;
 fn bench(folder: &Path, words: &str) -> (bool, String, String) {
     let mut command = program(folder);
     command.args(["indirect"]);
-    let quick = ["--quick", "--runs", "1", "--size", "24x18", "--adapter", "cpu"];
+    let quick = ["--quick", "--runs", "1", "--size", "40x30", "--adapter", "cpu"];
     let output = command.args(words.split_whitespace()).args(quick).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.success(), text(output.stdout), text(output.stderr))
@@ -51,7 +51,7 @@ fn gpu_every_speed_has_its_error() {
             "glossy" => 16.0,
             _ => 1.0,
         };
-        assert!(a_frame > 0.5 * a_pixel * 432.0 && a_frame <= a_pixel * 432.0, "{row}");
+        assert!(a_frame > 0.5 * a_pixel * 1200.0 && a_frame <= a_pixel * 1200.0, "{row}");
 
         let energies = [figure("energy_ratio"), figure("indirect_energy_ratio")];
         if row["tracer"] == "bvh" {

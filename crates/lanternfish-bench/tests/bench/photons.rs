@@ -14,7 +14,7 @@ fn gpu_photons_stand_beside_the_truth() {
                 [[track.keyframes]]\ntime = 1\neye = [0.5, 1, 4.0]\ntarget = [0, 1, 0]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
     let report = |name: &str, only: &[&str]| -> (Value, String) {
-        let words = ["photons", "walk.toml", "--quick", "--runs", "1", "--size", "32x24", "--spp", "64"];
+        let words = ["photons", "walk.toml", "--quick", "--runs", "1", "--size", "48x36", "--spp", "32"];
         let output = program(folder.path()).args(words).args(["--adapter", "cpu", "-o", name]).args(only).output();
         let output = output.unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -40,10 +40,10 @@ fn gpu_photons_stand_beside_the_truth() {
     for picture in ["none", "photon-splatting", "photon-splatting-4-frames", "truth-one-bounce"] {
         assert!(folder.path().join(format!("first/{picture}.png")).is_file(), "{picture}");
     }
-    // Again, of some alone, and beside the truths that are there.
-    let (second, _) = report("first", &["--only", "resolution half", "--only", "within-texel"]);
+    // Again, of photons alone, and beside the truths that are there.
+    let (second, _) = report("first", &["--only", "photon-splatting"]);
     let mut compared = 0;
-    for table in ["rows", "means"] {
+    for table in ["rows", "means", "flicker"] {
         for again in second[table].as_array().unwrap() {
             let is_this = |row: &&Value| row["name"] == again["name"] && row["frames"] == again["frames"];
             let row = first[table].as_array().unwrap().iter().find(is_this).unwrap();
@@ -55,5 +55,5 @@ fn gpu_photons_stand_beside_the_truth() {
             compared += 1;
         }
     }
-    assert!(compared == 6, "{compared} rows of {second}");
+    assert!(compared > 6, "{compared} rows of {second}");
 }

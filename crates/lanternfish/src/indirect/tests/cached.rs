@@ -157,11 +157,11 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_a_full_cache_loses_no_light_of_one_bounce") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let none = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) };
-    let direct = mean(&picture(gpu, none, &scene, &camera));
+    let direct = mean(&picture_of(gpu, LARGE, none, &scene, &camera));
     let rendered_over = |frames, rays| {
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, frames)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+        let picture = renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap();
         let pixels: Vec<Vec3> = picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
         let counted = |name: &str| picture.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
         let names = ["indirect/rays", "indirect/hits", "indirect/lost_cells", "radiance_cache/lost"];

@@ -12,11 +12,11 @@ fn gpu_rays_are_counted() {
     let counted = |scene: &Scene, camera: &Camera| {
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(rays)).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
-        let report = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap().report;
+        let report = renderer.render(&uploaded, camera, LARGE.x, LARGE.y).unwrap().report;
         let count = |name: &str| report.counters.iter().find(|(known, _)| known == name).expect(name).1;
         ["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"].map(count)
     };
-    let pixels = u64::from(SIZE.x * SIZE.y);
+    let pixels = u64::from(LARGE.x * LARGE.y);
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let mut room = closed_box(matt(0.5));
     assert_eq!(counted(&room, &camera), [3 * pixels, 3 * pixels, 0, 0]);
@@ -124,7 +124,7 @@ fn gpu_well_known_cells_get_fewer_samples() {
         scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
         let uploaded = renderer.upload(&scene).unwrap();
         let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-        let counters = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().report.counters;
+        let counters = renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap().report.counters;
         counters.iter().find(|(name, _)| name == "radiance_cache/samples").unwrap().1 as f64
     };
     let all = sampled_at_last(16);

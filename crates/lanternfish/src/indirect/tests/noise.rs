@@ -90,7 +90,7 @@ fn gpu_what_the_clamp_cuts_off_is_spread() {
         scene.sky = Vec3::splat(5e-4);
         let of = |clamp, filter_radius| {
             let rays = Sampled { clamp, filter_radius, diffuse_rays: 4, glossy_rays, ..sampled(Tracer::BVH) };
-            picture(gpu, settings(rays), &scene, &camera)
+            picture_of(gpu, LARGE, settings(rays), &scene, &camera)
         };
         let all = mean(&of(IndirectClamp::Off, 0));
         let [lost, kept] = [0, 8].map(|radius| mean(&of(IndirectClamp::On, radius)) / all);
@@ -150,7 +150,7 @@ fn gpu_the_filter_keeps_the_light_of_lone_bright_pixels() {
         scene.sky = Vec3::splat(sky);
         let [without, with] = [0, 8].map(|filter_radius| {
             let rays = Sampled { diffuse_rays: 4, glossy_rays: 0, filter_radius, ..sampled(Tracer::BVH) };
-            picture(gpu, settings(rays), &scene, &camera)
+            picture_of(gpu, LARGE, settings(rays), &scene, &camera)
         });
         let floor = 0.5 * f64::from(sky);
         let lone = without.iter().filter(|pixel| f64::from(pixel.x) > 2.0 * floor).count();
