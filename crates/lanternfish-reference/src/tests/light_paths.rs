@@ -27,7 +27,7 @@ fn found(scene: &Scene, light_paths: LightPaths, max_depth: u32) -> (f64, f64) {
         let settings = Settings { light_paths, max_depth, ..Settings::default() };
         mean_and_error(&render(scene, &front(4.0, 0.9), 16, samples, settings))
     };
-    let ((all, error), (direct, error_of_direct)) = (of(max_depth, 2048), of(2, 1024));
+    let ((all, error), (direct, error_of_direct)) = (of(max_depth, 4096), of(2, 4096));
     (all - direct, error.hypot(error_of_direct))
 }
 
