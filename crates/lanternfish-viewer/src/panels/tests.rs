@@ -118,6 +118,7 @@ fn choose(harness: &mut Harness<'_, Shown>, name: &str, entry: &str) {
 
 #[test]
 fn every_named_setting_is_found_and_reaches_the_settings() {
+    lanternfish_papers::register();
     let mut harness = shown();
     for knob in Settings::PARAMETERS.iter().filter(|knob| matches!(knob.info.range, Range::Names)) {
         let name = knob.info.name;

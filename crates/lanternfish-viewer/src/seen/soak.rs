@@ -114,6 +114,7 @@ fn is_refusal(error: &RenderError) -> bool {
 
 #[test]
 fn gpu_settings_change_at_random() {
+    lanternfish_papers::register();
     let Some(gpu) = testing::gpu("gpu_settings_change_at_random") else { return };
     let frames = std::env::var(FRAMES_FROM).ok().and_then(|count| count.parse().ok()).unwrap_or(FRAMES);
     let gpu = own(gpu);

@@ -60,6 +60,7 @@ fn kinds() -> Vec<Settings> {
 
 #[test]
 fn gpu_settings_that_come_again_take_no_more_memory() {
+    lanternfish_papers::register();
     let Some(gpu) = testing::gpu("gpu_settings_that_come_again_take_no_more_memory") else { return };
     let scene = demo("cornell").unwrap();
     let camera = scene.default_camera(1.5);
