@@ -14,7 +14,7 @@ gpu_constants! {
     pub(crate) const WORKGROUP: u32 = 64;
 }
 
-/// Workgroups along x, y and z of a pass over a list with this many invocations: rows of [`WIDTH`].
+/// Workgroups along x, y and z of a pass over a list with this many invocations: rows of 1,024.
 pub fn workgroups(invocations: u32) -> [u32; 3] {
     let groups = invocations.div_ceil(WORKGROUP);
     [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]

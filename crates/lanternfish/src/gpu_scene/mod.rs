@@ -279,7 +279,7 @@ impl GpuScene {
 
     /// The surroundings as light.
     ///
-    /// Panics where the scene was uploaded under settings that do not ask for it: [`GpuScene::check`] comes first.
+    /// Panics where the scene was uploaded under settings that do not ask for it: a renderer checks that before it records a frame.
     pub fn environment_light(&self) -> &EnvironmentLight {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
     }

@@ -32,7 +32,7 @@ pub struct FrameReport {
     pub is_lost: bool,
     /// Device time of each pass, in order; empty where the device has no timestamp queries.
     pub passes: Vec<PassTime>,
-    /// Entries of its lists, by their names; and `deep_images/age`, where [`crate::deep_images::settings::DeepImageSettings::slices`] are built in turn: frames since the
+    /// Entries of its lists, by their names; and `deep_images/age`, where slices of deep images are built in turn: frames since the
     /// oldest images were right.
     pub counters: Vec<(String, u64)>,
     /// Lists that have got other room because of what it has counted.
