@@ -1,8 +1,7 @@
 //! Techniques of the papers for [`lanternfish`] that none of its default settings runs: the scene as deep images, and what is found through
 //! them; light from virtual lights and from photons; a raster grid of lights; occlusion in screen space.
 //!
-//! [`register`] makes all of them known by name, to flags, shots, panels and reports. Settings that a program fills in itself need only the
-//! tracers and the culling registered, which [`register`] does too.
+//! A program calls [`register`] once, before it reads names or makes a renderer. Flags, shots, panels and reports know the techniques then.
 //!
 //! ```
 //! use lanternfish::Settings;
@@ -19,11 +18,11 @@
 //!
 //! | Paper | Here |
 //! |---|---|
-//! | Nießner 2010, Aalund 2015 | [`deep_images`], [`occlusion`] by them, [`ACROSS_TEXELS`] |
-//! | Archer 2019 | the single pass of [`deep_images`], [`WITHIN_TEXEL`], [`indirect::virtual_lights`], [`indirect::photon_splatting`] |
-//! | van Gelderen 2020 | [`light_culling::raster_grid`] |
+//! | Nießner 2010 | [`deep_images`], [`ACROSS_TEXELS`] |
+//! | Aalund 2015 | [`deep_images`], [`occlusion::deep`], [`indirect::photon_splatting`] |
+//! | Archer 2019 | the single pass of [`deep_images`], [`WITHIN_TEXEL`], [`indirect::virtual_lights`], [`light_culling::raster_grid`] |
 //!
-//! Folders bear the names of the library's: a technique is below its kind.
+//! [`occlusion::hbao`] is there for comparison (Bavoil 2008). A technique lies in a folder below its kind, as in the library.
 
 pub mod deep_images;
 pub mod indirect;
