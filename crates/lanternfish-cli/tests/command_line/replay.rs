@@ -22,7 +22,7 @@ target = [0, 1, 0]
 time = 0.5
 eye = [0.2, 1.2, 3]
 target = [0, 0.9, 0]
-[technique]
+[indirect]
 indirect-rays = 1
 first-rays = 1
 glossy-rays = 1
@@ -167,7 +167,11 @@ fn gpu_what_was_recorded_is_played_again() {
         .replace("frames = 4", "")
         .replace("0, 1, 3.4]", "0, 1, 3.2]")
         .replace("[output]", "[view]\nfov-y = 45.836624\n[output]");
-    fs::write(folder.path().join("walk.toml"), shot.split("[track]").next().unwrap()).unwrap();
+    fs::write(
+        folder.path().join("walk.toml"),
+        format!("{}[indirect]\nindirect = \"none\"\n", shot.split("[track]").next().unwrap()),
+    )
+    .unwrap();
     let words =
         ["--runs", "1", "--frames", "2-2", "--fps", "10", "--eye", "0,1,3.2", "--target", "0,1,0", "-o", "shot"];
     let output = replay(folder.path(), &words);

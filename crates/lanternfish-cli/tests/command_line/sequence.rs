@@ -40,7 +40,7 @@ keyframes = [
     { time = 0.4, eye = [0.6, 1.1, 2.5], target = [0, 1, 0], fov-y = 50 },
     { time = 1, eye = [0.2, 0.5, 0.9], target = [0, 0.4, 0], fov-y = 60 },
 ]
-[technique]
+[indirect]
 indirect-rays = 1
 first-rays = 1
 glossy-rays = 1
@@ -195,8 +195,7 @@ fn gpu_a_killed_chunk_is_gone_on_with() {
     let (whole, parts) = (walk(), walk());
     for folder in [&whole, &parts] {
         // Frames that take a little.
-        fs::write(folder.path().join("walk.toml"), WALK.replace("[technique]\n", "[technique]\naccumulate = 4\n"))
-            .unwrap();
+        fs::write(folder.path().join("walk.toml"), format!("{WALK}[technique]\naccumulate = 4\n")).unwrap();
     }
     run(whole.path(), "render walk.toml --fps 12 --frames 1-12");
     assert_eq!(run(whole.path(), "frames walk.toml 1-12").0, "12 of 12 frames are whole\n");

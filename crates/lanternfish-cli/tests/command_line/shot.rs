@@ -55,7 +55,7 @@ output = \"walk.png\"
 size = [24, 16]
 [look]
 exposure = 0
-[technique]
+[indirect]
 indirect = \"none\"
 [track]
 frames = 3
