@@ -87,7 +87,8 @@ fn gpu_area_lights_are_the_path_tracers() {
     let soft = Settings { light_radius: 1e-3, ..settings() };
     check("beside soft shadows", &accumulated(gpu, &scene, &camera, soft), 0.97);
     let samples = Settings { samples: Samples::Four, accumulate: 32, ..settings() };
-    check("four samples", &accumulated(gpu, &scene, &camera, samples), 0.93);
+    // More pixels lie at edges, the smaller the picture is.
+    check("four samples", &accumulated(gpu, &scene, &camera, samples), 0.91);
     // More rays than a frame has bits for.
     let many = Settings { shadow_rays: 255, accumulate: 32, ..settings() };
     check("255 rays", &accumulated(gpu, &scene, &camera, many), 0.97);
