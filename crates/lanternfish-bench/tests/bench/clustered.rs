@@ -14,7 +14,7 @@ fn said(folder: &Path, words: &[&str]) -> String {
 }
 
 fn bench(folder: &Path, name: &str) -> (Value, String) {
-    let words = ["clustered", "demo:cornell", "--quick", "--size", "48x27", "--adapter", "cpu", "-o", name];
+    let words = ["clustered", "demo:cornell", "--quick", "--size", "32x18", "--adapter", "cpu", "-o", name];
     let said = said(folder, &words);
     let report = fs::read(folder.join(name).join("report.json")).unwrap();
     (serde_json::from_slice(&report).unwrap(), said)
@@ -41,7 +41,7 @@ fn gpu_two_runs_count_the_same() {
     for row in rows {
         let count = |name: &str| row["counts"][name].as_u64().unwrap();
         assert!(count("visible_clusters") > 0 && count("visible_clusters") <= count("clusters"), "{row}");
-        assert!(count("fragments") <= 2 * 48 * 27 && count("lighting_operations") >= count("lights_listed"), "{row}");
+        assert!(count("fragments") <= 2 * 32 * 18 && count("lighting_operations") >= count("lights_listed"), "{row}");
         for histogram in ["clusters_by_lights", "clusters_by_fragments"] {
             let bins = row["counts"][histogram].as_array().unwrap();
             assert_eq!(bins.iter().map(|bin| bin.as_u64().unwrap()).sum::<u64>(), count("visible_clusters"));
@@ -82,7 +82,7 @@ fn gpu_a_track_makes_the_figures_of_the_thesis() {
     let shot = "scene = \"demo:cornell\"\n[view]\nfov-y = 58.7\n[track]\nframes = 9\nkeyframes = [{ time = 0, eye = [0, 1, 3.4], target = \
                 [0, 1, 0] }, { time = 1, eye = [0.3, 1.2, 2.8], target = [0, 1, 0] }]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
-    let words = "clustered walk.toml --quick --frames 3 --size 48x27 --adapter cpu -o figures";
+    let words = "clustered walk.toml --quick --frames 3 --size 32x18 --adapter cpu -o figures";
     let said = said(folder.path(), &words.split(' ').collect::<Vec<_>>());
     assert!(
         said.contains("| 6.5 | persp:4: visible clusters, enclosed / individual, 10,000 lights | halved: 0.5 | "),

@@ -10,7 +10,8 @@ use crate::program;
 #[test]
 fn gpu_photons_stand_beside_the_truth() {
     let folder = tempfile::tempdir().unwrap();
-    let shot = "scene = \"demo:cornell\"\n[track]\nframes = 8\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
+    // A lamp far before the box takes most of the photons, which meet nothing: those that are split are few.
+    let shot = "scene = \"demo:cornell\"\n[lights]\npoint = [[0, 1, 30, 100]]\n[track]\nframes = 8\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
                 [[track.keyframes]]\ntime = 1\neye = [0.5, 1, 4.0]\ntarget = [0, 1, 0]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
     let report = |name: &str, only: &[&str]| -> (Value, String) {
@@ -31,7 +32,7 @@ fn gpu_photons_stand_beside_the_truth() {
     assert!((figure("photon-splatting", "indirect_energy") - 1.0).abs() < 0.15, "{rows:?}");
     assert!(figure("none", "indirect_energy") == 0.0 && figure("photon-splatting", "flip") < figure("none", "flip"));
     let counts = ["splatted", "off_screen", "hidden", "landed"].map(|name| figure("photon-splatting", name));
-    assert!(counts[0] > 100_000.0 && counts[0] + counts[1] + counts[2] == counts[3], "{counts:?}");
+    assert!(counts[0] > 5_000.0 && counts[0] + counts[1] + counts[2] == counts[3], "{counts:?}");
     let means = first["means"].as_array().unwrap();
     assert!(means.len() == 8 && means.iter().any(|mean| mean["frames"] == 4), "{means:?}");
     let flicker = first["flicker"].as_array().unwrap();

@@ -78,16 +78,17 @@ fn gpu_an_exr_is_linear_and_the_same_every_time() {
     assert_eq!(exr("b.exr", "").0, bytes, "same command, same bytes");
 
     // Exposure and tone map are the display's, not the scene's.
-    assert_eq!(exr("c.exr", "--exposure 3 --tone-map aces").0, bytes);
+    let direct = exr("c.exr", "--indirect none").0;
+    assert_eq!(exr("d.exr", "--indirect none --exposure 3 --tone-map aces").0, direct);
     // The comparison notices a light.
-    assert_ne!(exr("d.exr", "--point 0,1,0.2,20").0, bytes);
+    assert_ne!(exr("e.exr", "--indirect none --point 0,1,0.2,20").0, direct);
 }
 
 #[test]
 fn gpu_frames_are_averaged() {
     let folder = tempfile::tempdir().unwrap();
     let exr = |name: &str, words: &str| {
-        render(folder.path(), &format!("--point 0,1,0,20 --report run.json -o {name} {words}"));
+        render(folder.path(), &format!("--point 0,1,0,20 --indirect none --report run.json -o {name} {words}"));
         let report: Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
         let frames = report["counters"].get("progressive/frames").map(|frames| frames.as_u64().unwrap());
         (read_exr(&folder.path().join(name)).unwrap().pixels, frames, report["settings"]["accumulate"].clone())
@@ -95,19 +96,19 @@ fn gpu_frames_are_averaged() {
     let plain = exr("plain.exr", "");
     assert_eq!((plain.1, &plain.2), (None, &"1".into()));
     assert_eq!(exr("one.exr", "--accumulate 1"), plain);
-    let many = exr("many.exr", "--accumulate 6");
-    assert_eq!((many.1, &many.2), (Some(6), &"6".into()));
+    let many = exr("many.exr", "--accumulate 3");
+    assert_eq!((many.1, &many.2), (Some(3), &"3".into()));
     assert_ne!(many.0, plain.0, "edges are smoother");
-    assert_eq!(exr("again.exr", "--accumulate 6"), many);
+    assert_eq!(exr("again.exr", "--accumulate 3"), many);
     // Two eyes are counted once.
-    assert_eq!(exr("eyes.exr", "--accumulate 6 --stereo parallel").1, Some(6));
+    assert_eq!(exr("eyes.exr", "--accumulate 3 --stereo parallel").1, Some(3));
 }
 
 #[test]
 fn gpu_pictures_are_exposed_so_that_they_can_be_seen() {
     let folder = tempfile::tempdir().unwrap();
     let png = |name: &str, words: &str| {
-        let (_, said) = render_scene(folder.path(), "demo:cornell", &format!("-o {name} {words}"));
+        let (_, said) = render_scene(folder.path(), "demo:cornell", &format!("--indirect none -o {name} {words}"));
         let ev = said.split("--exposure ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::to_owned);
         (read_png(&folder.path().join(name)).unwrap().pixels, ev)
     };
@@ -127,14 +128,14 @@ fn gpu_pictures_are_exposed_so_that_they_can_be_seen() {
     }
     assert!(evs[0] - evs[3] > 10.0 && evs[0] - evs[4] > 10.0, "{evs:?}");
     // It can fail: as it is, all that a lamp of 100,000 cd lights is white, which is more than half of the picture.
-    assert!(mean(&png("a.png", "--point 0,1,0,100000 --exposure 0").0) > 0.5);
+    assert!(mean(&png("a.png", "--point 0,1,0,100000 --exposure 0 --indirect sampled").0) > 0.5);
 }
 
 #[test]
 fn gpu_a_track_and_two_eyes_have_one_exposure() {
     let folder = tempfile::tempdir().unwrap();
     // From before the lamp into a corner.
-    let track = "scene = 'demo:cornell'\n[output]\noutput = 'a.png'\n[view]\ntarget = [0, 1, 0]\n[track]\nframes = 2\nkeyframes = \
+    let track = "scene = 'demo:cornell'\n[output]\noutput = 'a.png'\n[indirect]\nindirect = 'none'\n[view]\ntarget = [0, 1, 0]\n[track]\nframes = 2\nkeyframes = \
                  [{ time = 0, eye = [0, 1, 3.6] }, { time = 1, eye = [0.3, 0.2, 0.3] }]\n";
     fs::write(folder.path().join("track.toml"), track).unwrap();
     let said = render_scene(folder.path(), "track.toml", "--report a.json").1;

@@ -22,6 +22,11 @@ target = [0, 1, 0]
 time = 0.5
 eye = [0.2, 1.2, 3]
 target = [0, 0.9, 0]
+[indirect]
+indirect-rays = 1
+first-rays = 1
+glossy-rays = 1
+cache-samples = 2
 "#;
 
 fn replay(folder: &Path, words: &[&str]) -> Output {
@@ -129,7 +134,7 @@ fn what_cannot_be_replayed_is_refused() {
 const RECORDED: &str = r#"
 recording = 1
 scene = "demo:cornell"
-flags = [["lights", "rain:60"], ["size", "48x27"]]
+flags = [["lights", "rain:60"], ["size", "48x27"], ["indirect", "none"]]
 step = 0.1
 speed = 1.0
 reach = 2.0
@@ -162,7 +167,11 @@ fn gpu_what_was_recorded_is_played_again() {
         .replace("frames = 4", "")
         .replace("0, 1, 3.4]", "0, 1, 3.2]")
         .replace("[output]", "[view]\nfov-y = 45.836624\n[output]");
-    fs::write(folder.path().join("walk.toml"), shot.split("[track]").next().unwrap()).unwrap();
+    fs::write(
+        folder.path().join("walk.toml"),
+        format!("{}[indirect]\nindirect = \"none\"\n", shot.split("[track]").next().unwrap()),
+    )
+    .unwrap();
     let words =
         ["--runs", "1", "--frames", "2-2", "--fps", "10", "--eye", "0,1,3.2", "--target", "0,1,0", "-o", "shot"];
     let output = replay(folder.path(), &words);
@@ -181,8 +190,9 @@ fn gpu_clusters_reach_as_far_as_is_asked_and_show_the_same() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("walk.toml"), SHOT).unwrap();
     let of = |depth: &str, shape: &str| {
+        let direct = ["--indirect", "none"];
         let words = ["--runs", "1", "--frames", "1", "--clusters", shape, "--cluster-depth", depth, "-o", "out"];
-        let output = replay(folder.path(), &words);
+        let output = replay(folder.path(), &[&direct[..], &words].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let frame = &report(folder.path(), "out")["frames"][0];
         let clusters = frame["counters"]["light_culling/clusters"].as_u64().unwrap();

@@ -27,7 +27,7 @@ fn refused(folder: &Path, words: &str) -> String {
 }
 
 const FLAGS: &str = "--adapter cpu --size 48x32 --lights rain:20 --seed 3 --point 0.3,1,0.1,20,1,.9,0.7 --sky 0,0.1,.2 \
-                     --eye 0.1,1,3.3 --fov-y 41.7 --exposure -.3 --tone-map aces --aabb off --attenuation smooth";
+                     --eye 0.1,1,3.3 --fov-y 41.7 --exposure -.3 --tone-map aces --aabb off --attenuation smooth --indirect none";
 
 #[test]
 fn gpu_a_written_shot_renders_the_same_picture() {
@@ -55,6 +55,8 @@ output = \"walk.png\"
 size = [24, 16]
 [look]
 exposure = 0
+[indirect]
+indirect = \"none\"
 [track]
 frames = 3
 keyframes = [

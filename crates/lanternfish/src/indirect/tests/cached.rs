@@ -159,7 +159,7 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     let none = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) };
     let direct = mean(&picture_of(gpu, LARGE, none, &scene, &camera));
     let rendered_over = |frames, rays| {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, frames)).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let picture = renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap();
         let pixels: Vec<Vec3> = picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
@@ -286,7 +286,7 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         let end = Vec3::new(0.2, 0.0, 0.0);
         scene.meshes[0].primitives.push(quad(0, end, 0.5 * thickness * edge * Vec3::Z, Vec3::Y));
         scene.lights.push(Light::point(Vec3::new(-0.5, 0.0, -0.5), Vec3::ONE));
-        let cells = Sampled { cache_samples: 64, ..cached(Tracer::BVH, Bounces::All) };
+        let cells = Sampled { cache_samples: 32, ..cached(Tracer::BVH, Bounces::All) };
         let found = mean(&picture(gpu, over_frames(cells, 8), &scene, &dark));
         let truth = mean(&traced(&scene, &dark, u32::MAX, 192));
         println!("a wall of {thickness} edges: {:.4} of the light", found / truth);
