@@ -2,6 +2,7 @@
 
 mod history;
 mod soft;
+mod vertex_grid;
 mod visibility;
 
 use lanternfish_gpu::testing;
