@@ -138,7 +138,8 @@ fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
     {
         let found = openness_of(gpu, settings(occlusion.clone()), &floor(), &camera);
         let least = found.iter().copied().fold(f32::INFINITY, f32::min);
-        assert!(least == 1.0, "{occlusion:?}: {least}");
+        // A device may round one up to the number below 1.
+        assert!(least > 1.0 - 1e-6, "{occlusion:?}: {least}");
     }
     // A box around the camera: what looks out of it looks past its edges, within a texel.
     let side = |axis: Vec3| {

@@ -162,6 +162,18 @@ pub fn pose(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<TracedTria
     sources.par_iter().map(place).collect()
 }
 
+/// Panics unless both hold the same triangles in the same order, with corners a few roundings apart at most: a device may fuse a product and a sum.
+#[cfg(test)]
+pub fn assert_same_corners(found: &[TracedTriangle], expected: &[TracedTriangle]) {
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(expected) {
+        assert_eq!(found.source, expected.source);
+        for (a, b) in found.corners.iter().zip(expected.corners) {
+            assert!(a.distance(b) <= 1e-6 * b.abs().max_element().max(1.0), "{found:?} {expected:?}");
+        }
+    }
+}
+
 /// Corners of a triangle, world space.
 fn corners(instance: &Instance, primitive: &Primitive, triangle: usize) -> [Vec3; 3] {
     let corner = |i: usize| primitive.positions[primitive.indices[3 * triangle + i] as usize];

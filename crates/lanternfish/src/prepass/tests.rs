@@ -289,7 +289,8 @@ fn gpu_motion_is_what_both_frames_matrices_say() {
     let mut uploaded = harness.renderer.upload(&scene).unwrap();
     let mut view = view_of(&looking([0.3, 0.2, 2.4], [0.0, 0.1, 0.0]), &scene);
     let mut depths = harness.show(&uploaded, &view);
-    assert!(depths.iter().all(|texel| texel.x == 0.0 && texel.y == 0.0), "the first frame has none before it");
+    // Both places are computed by expressions of their own, which a device may round otherwise.
+    assert!(depths.iter().all(|texel| texel.x.abs().max(texel.y.abs()) < 1e-5), "the first frame has none before it");
     for (i, Step { name, camera, moved, updates }) in steps().into_iter().enumerate() {
         let (before, last_view) = (scene.clone(), view);
         if !moved.is_empty() {

@@ -14,7 +14,7 @@ mod bending;
 mod instances;
 mod rebuild;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use std::ops::Range;
 

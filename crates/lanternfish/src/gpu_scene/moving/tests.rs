@@ -134,15 +134,15 @@ fn scene() -> Scene {
 }
 
 /// What is on the device.
-struct Read {
+pub(in crate::gpu_scene) struct Read {
     positions: Vec<f32>,
     attributes: Vec<[u32; 10]>,
     /// Of traced triangles, in leaf order.
-    corners: Vec<TracedTriangle>,
-    nodes: Vec<u32>,
+    pub(in crate::gpu_scene) corners: Vec<TracedTriangle>,
+    pub(in crate::gpu_scene) nodes: Vec<u32>,
 }
 
-fn read(gpu: &Gpu, scene: &GpuScene) -> Read {
+pub(in crate::gpu_scene) fn read(gpu: &Gpu, scene: &GpuScene) -> Read {
     let words =
         |buffer: &wgpu::Buffer| read_back::<u32>(&gpu.device, &gpu.queue, buffer, buffer.size() as usize / 4).unwrap();
     let bvh = scene.bvh.as_ref().unwrap();

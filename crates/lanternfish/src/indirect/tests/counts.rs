@@ -41,7 +41,7 @@ fn gpu_rays_are_counted() {
     room.meshes[0].primitives[2].material = 1;
     let behind = looking([0.0, 0.5, 0.0], [0.0, -1.0, 0.1]);
     let looked = counted(&room, &behind)[3];
-    assert!(looked > pixels / 10 && looked <= 2 * pixels, "{looked} of {pixels} pixels");
+    assert!(looked > pixels / 20 && looked <= 2 * pixels, "{looked} of {pixels} pixels");
     let down = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let [rays, hits, shadow_rays, _] = counted(&floor(matt(0.5)), &down);
     // Over a floor all rays go up, and count, but a few that leave it at the very edge of the hemisphere.

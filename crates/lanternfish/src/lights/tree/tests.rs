@@ -108,7 +108,9 @@ fn gpu_patches_keep_the_chance_of_every_light() {
     let reaching = of_points.iter().filter(|chance| **chance > 0.0).count();
     assert!(reaching > 200, "{reaching}");
     for (point, patch) in of_points.iter().zip(&of_patches) {
-        assert!((*point > 0.0) == (*patch > 0.0), "{point} of a point, {patch} of a patch");
+        // A chance that is 1 less what a neighbour has may round to nothing.
+        let is_rounding = point.max(*patch) < 1e-6;
+        assert!((*point > 0.0) == (*patch > 0.0) || is_rounding, "{point} of a point, {patch} of a patch");
     }
     // A light is drawn as often as its chance says, and climbing from its leaf gives the same chance.
     const DRAWS: usize = 2048;

