@@ -66,8 +66,8 @@ const FAINT_SKY: Vec3 = Vec3::new(0.08, 0.11, 0.16);
 
 /// Whether a scene may be given a faint sky: it has no surroundings, and no flag says what light there is.
 pub(crate) fn may_have_faint_sky(scene: &Scene, flags: &LightArgs) -> bool {
-    let has_surroundings = scene.environment.is_some() || scene.sky != Vec3::ZERO;
-    !has_surroundings && flags.light_rig.is_none() && !has_light(flags)
+    let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
+    !has_environment && flags.light_rig.is_none() && !has_light(flags)
 }
 
 /// A faint sky, nits, for a scene whose own lights leave most of `picture` black, as streets at night are. None where there is enough

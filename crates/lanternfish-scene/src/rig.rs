@@ -25,17 +25,17 @@ named_enum! {
 impl LightRig {
     /// Adds its light to the scene, for `camera`; surroundings that the scene has stay.
     pub fn add(self, scene: &mut Scene, camera: &Camera) {
-        let has_surroundings = scene.environment.is_some() || scene.sky != Vec3::ZERO;
+        let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
         match self {
             Self::Studio => {
                 scene.lights.extend(lamp(scene, camera));
-                if !has_surroundings {
+                if !has_environment {
                     scene.environment = Some(studio(camera));
                 }
             }
             Self::Sun => {
                 scene.lights.push(sun(camera));
-                if !has_surroundings {
+                if !has_environment {
                     scene.sky = sky();
                 }
             }

@@ -118,7 +118,7 @@ impl Settings {
 
     /// Whether openness is looked for: rays of indirect light may see the surroundings themselves.
     pub(crate) fn finds_openness(&self) -> bool {
-        let is_used = !self.indirect.sees_surroundings() || self.debug_view == Some(DebugView::Occlusion);
+        let is_used = !self.indirect.sees_environment() || self.debug_view == Some(DebugView::Occlusion);
         self.occlusion != Occlusion::NONE && is_used
     }
 }

@@ -86,7 +86,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     // A picture of a quantity wants no light.
     let lights = Lighting {
         is_seen: settings.debug_view.is_none(),
-        reaches_surfaces: settings.indirect.sees_surroundings() || settings.occlusion != Occlusion::NONE,
+        reaches_surfaces: settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE,
     };
     light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
     note_what_lights_nothing(&progress, &scene, &settings);
@@ -238,21 +238,21 @@ fn note_what_lights_nothing(progress: &Progress, scene: &Scene, settings: &Setti
     if settings.debug_view.is_some() {
         return;
     }
-    let (has_occlusion, sees_surroundings) =
-        (settings.occlusion != Occlusion::NONE, settings.indirect.sees_surroundings());
-    if has_occlusion && sees_surroundings {
+    let (has_occlusion, sees_environment) =
+        (settings.occlusion != Occlusion::NONE, settings.indirect.sees_environment());
+    if has_occlusion && sees_environment {
         progress.note(
             "--occlusion has no part in this picture: rays of --indirect sampled see the surroundings themselves; \
              with --indirect none they light what --occlusion finds open",
         );
     }
-    let misses_sky = settings.indirect != Indirect::NONE && !sees_surroundings;
+    let misses_sky = settings.indirect != Indirect::NONE && !sees_environment;
     let has_sky = scene.sky != Vec3::ZERO || scene.environment.is_some();
     if misses_sky && !has_occlusion && has_sky {
         progress
             .note("the surroundings light nothing: --indirect virtual-lights does not see them, --occlusion deep does");
     }
-    if has_occlusion && !sees_surroundings && !has_sky {
+    if has_occlusion && !sees_environment && !has_sky {
         progress.note("--occlusion shades the light of the surroundings, and there are none; try --sky 0.5,0.5,0.5 or --environment FILE");
     }
 }

@@ -196,7 +196,7 @@ fn cameras_that_are_not_there() {
 }
 
 #[test]
-fn the_studio_is_surroundings() {
+fn the_studio_is_an_environment() {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), &["render", "demo:cornell", "--light-rig", "studio", "--sky", "1,1,1"])
         .assert_refused(&["--light-rig studio", "--sky", "hint"], &[]);

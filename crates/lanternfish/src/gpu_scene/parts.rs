@@ -12,12 +12,12 @@ pub struct Parts {
     /// What the ends of rays are shaded with.
     pub hits: bool,
     /// What arrives from the surroundings where nothing occludes them.
-    pub open_surroundings: bool,
+    pub environment_visibility: bool,
 }
 
 impl Parts {
     /// None.
-    pub const NONE: Self = Self { bvh: false, ray_query: false, hits: false, open_surroundings: false };
+    pub const NONE: Self = Self { bvh: false, ray_query: false, hits: false, environment_visibility: false };
     /// The BVH.
     pub const BVH: Self = Self { bvh: true, ..Self::NONE };
     /// The adapter's own acceleration structure.
@@ -25,7 +25,7 @@ impl Parts {
     /// What hits are shaded with. They are found by the triangles of the BVH.
     pub const HITS: Self = Self { bvh: true, hits: true, ..Self::NONE };
     /// Light of the environment.
-    pub const OPEN_SURROUNDINGS: Self = Self { open_surroundings: true, ..Self::NONE };
+    pub const ENVIRONMENT_VISIBILITY: Self = Self { environment_visibility: true, ..Self::NONE };
 
     /// Whether something is traced.
     pub fn rays(self) -> bool {
@@ -38,7 +38,7 @@ impl Parts {
             (needed.bvh && !self.bvh, "it has no BVH"),
             (needed.ray_query && !self.ray_query, "it has no acceleration structure of the adapter's own"),
             (needed.hits && !self.hits, "it has nothing to shade the ends of indirect rays with"),
-            (needed.open_surroundings && !self.open_surroundings, "it has no surroundings to light by occlusion"),
+            (needed.environment_visibility && !self.environment_visibility, "it has no surroundings to light by occlusion"),
         ];
         faults.iter().find(|(is_missing, _)| *is_missing).map(|(_, what)| *what)
     }
@@ -52,7 +52,7 @@ impl BitOr for Parts {
             bvh: self.bvh || other.bvh,
             ray_query: self.ray_query || other.ray_query,
             hits: self.hits || other.hits,
-            open_surroundings: self.open_surroundings || other.open_surroundings,
+            environment_visibility: self.environment_visibility || other.environment_visibility,
         }
     }
 }

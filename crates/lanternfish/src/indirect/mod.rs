@@ -67,7 +67,7 @@ pub trait IndirectTechnique: AnyTechnique {
     }
 
     /// Whether it finds the light of the surroundings too: if it does not, occlusion may.
-    fn sees_surroundings(&self) -> bool {
+    fn sees_environment(&self) -> bool {
         true
     }
 
@@ -120,8 +120,8 @@ impl Indirect {
     }
 
     /// Whether the technique finds the light of the surroundings.
-    pub fn sees_surroundings(&self) -> bool {
-        self.technique().is_some_and(|technique| technique.sees_surroundings())
+    pub fn sees_environment(&self) -> bool {
+        self.technique().is_some_and(|technique| technique.sees_environment())
     }
 
     /// Replaces a tracer that is left to the adapter by the one that it takes.

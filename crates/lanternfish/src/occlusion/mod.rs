@@ -57,7 +57,7 @@ impl Occlusion {
 
     /// What the technique reads of a scene.
     pub(crate) fn parts(&self) -> Parts {
-        self.technique().map_or(Parts::NONE, |technique| technique.parts() | Parts::OPEN_SURROUNDINGS)
+        self.technique().map_or(Parts::NONE, |technique| technique.parts() | Parts::ENVIRONMENT_VISIBILITY)
     }
 }
 

@@ -46,7 +46,7 @@ impl NearestBlended {
             none => none.insert(Passes {
                 prepass: Prepass::of_blended(),
                 // Rays of indirect light may see the surroundings themselves.
-                occlusion: match self.settings.indirect.sees_surroundings() {
+                occlusion: match self.settings.indirect.sees_environment() {
                     false => occlusion::passes(frame.device, &self.settings)?,
                     true => None,
                 },

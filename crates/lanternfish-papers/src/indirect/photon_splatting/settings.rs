@@ -165,7 +165,7 @@ impl IndirectTechnique for PhotonSplatting {
         vec![self.tracer.fixed()]
     }
 
-    fn sees_surroundings(&self) -> bool {
+    fn sees_environment(&self) -> bool {
         false
     }
 

@@ -283,7 +283,7 @@ impl IndirectTechnique for VirtualLights {
         self.traces_ranges().then_some(self.range_tracer).into_iter().chain(shadows).collect()
     }
 
-    fn sees_surroundings(&self) -> bool {
+    fn sees_environment(&self) -> bool {
         false
     }
 
