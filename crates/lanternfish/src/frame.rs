@@ -10,7 +10,7 @@ use crate::{
     gpu_scene::VisibleDraws,
     indirect::{IndirectPasses, IndirectSums},
     light_culling::{LightCulling, LightLists, Reach},
-    occlusion::{OcclusionPasses, Openness},
+    occlusion::{OcclusionPasses, AmbientVisibility},
     output::{Output, display_target, present::Present},
     prepass::{Prepass, ShownViews},
     progressive::Progressive,
@@ -69,7 +69,7 @@ pub(crate) struct Shaded {
     /// Mean radiance of this frame and the frames before it, where frames are averaged.
     pub mean: Option<wgpu::TextureView>,
     pub visibility: Option<VisibilityPlan>,
-    pub openness: Option<Openness>,
+    pub ambient_visibility: Option<AmbientVisibility>,
     pub indirect: Option<IndirectSums>,
     /// Indirect light at the nearest blended surfaces.
     pub indirect_of_blended: Option<IndirectSums>,
@@ -85,7 +85,7 @@ impl Shaded {
             indirect_light: None,
             mean: None,
             visibility: None,
-            openness: None,
+            ambient_visibility: None,
             indirect: None,
             indirect_of_blended: None,
             lights,
@@ -176,9 +176,9 @@ impl Passes {
                 Some(lights) => self.blend(frame, view, lights, &radiance)?,
                 None => None,
             };
-            let Arriving { openness, indirect, .. } = arriving;
+            let Arriving { ambient_visibility, indirect, .. } = arriving;
             let shaded = Shaded::of_lights(radiance, lights);
-            results.push(Shaded { visibility, openness, indirect, indirect_of_blended, ..shaded });
+            results.push(Shaded { visibility, ambient_visibility, indirect, indirect_of_blended, ..shaded });
         }
         // Only now it is certain whether the frame is whole.
         if context.is_averaged {
@@ -250,10 +250,10 @@ impl Passes {
         let mut of_view = |view: &ViewContext<'_>| {
             let surface = view.middle.clone();
             let occlusion = self.occlusion.as_mut();
-            let openness = occlusion.map(|occlusion| occlusion.record(frame, view, &surface)).transpose()?;
+            let ambient_visibility = occlusion.map(|occlusion| occlusion.record(frame, view, &surface)).transpose()?;
             let indirect = self.indirect.as_mut();
             let indirect = indirect.map(|indirect| indirect.record(frame, view, &surface)).transpose()?;
-            Ok(Arriving { surface, openness, indirect })
+            Ok(Arriving { surface, ambient_visibility, indirect })
         };
         views.iter().map(&mut of_view).collect()
     }
@@ -292,7 +292,7 @@ impl Passes {
         })?;
         let Sums { direct, indirect } = sums;
         let shaded = Shaded::of_lights(Radiance { target: direct, drawn: None }, lights);
-        Ok(Shaded { indirect_light: Some(indirect), visibility: plan, openness: arriving.openness, ..shaded })
+        Ok(Shaded { indirect_light: Some(indirect), visibility: plan, ambient_visibility: arriving.ambient_visibility, ..shaded })
     }
 
     /// How the shadows of a view are traced, where there are any.

@@ -326,8 +326,8 @@ impl Renderer {
                 }
             }
         }
-        let of_openness = shaded.openness.iter().flat_map(|openness| &openness.counters);
-        counters.extend(of_openness.map(|(name, count)| ((*name).to_owned(), *count)));
+        let of_ambient_visibility = shaded.ambient_visibility.iter().flat_map(|ambient_visibility| &ambient_visibility.counters);
+        counters.extend(of_ambient_visibility.map(|(name, count)| ((*name).to_owned(), *count)));
         let report = Report { passes: Vec::new(), counters };
         Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, exposure, report })
     }

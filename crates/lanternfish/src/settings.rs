@@ -111,13 +111,13 @@ impl Settings {
     /// Whether anything may be mixed with what the frames before have found: motion is looked for then. Whether lights have an area the scene
     /// says, which comes later.
     pub(crate) fn keeps_history(&self) -> bool {
-        let has_steady_openness = self.occlusion.is_noisy() && self.finds_openness();
-        let is_noisy = self.indirect != Indirect::NONE || self.shadows != Shadows::None || has_steady_openness;
+        let has_accumulated_ambient_visibility = self.occlusion.is_noisy() && self.finds_ambient_visibility();
+        let is_noisy = self.indirect != Indirect::NONE || self.shadows != Shadows::None || has_accumulated_ambient_visibility;
         self.history == History::On && is_noisy
     }
 
     /// Whether openness is looked for: rays of indirect light may see the surroundings themselves.
-    pub(crate) fn finds_openness(&self) -> bool {
+    pub(crate) fn finds_ambient_visibility(&self) -> bool {
         let is_used = !self.indirect.sees_environment() || self.debug_view == Some(DebugView::Occlusion);
         self.occlusion != Occlusion::NONE && is_used
     }

@@ -35,15 +35,15 @@ fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
 }
 
 /// How open each pixel is; rows from the top.
-fn openness(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Vec<f32> {
-    inside::openness(gpu, renderer, scene, camera, SIZE)
+fn ambient_visibility(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Vec<f32> {
+    inside::ambient_visibility(gpu, renderer, scene, camera, SIZE)
 }
 
 /// The same of a scene that is uploaded for this alone.
-fn openness_of(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<f32> {
+fn ambient_visibility_of(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<f32> {
     let mut renderer = renderer(gpu, settings);
     let uploaded = renderer.upload(scene).unwrap();
-    openness(gpu, &mut renderer, &uploaded, camera)
+    ambient_visibility(gpu, &mut renderer, &uploaded, camera)
 }
 
 fn mean(values: &[f32]) -> f64 {
@@ -93,7 +93,7 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     };
     let found = |occlusion, resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-        openness_of(gpu, Settings { structure: deep_images.into(), ..settings(occlusion) }, &scene, camera)
+        ambient_visibility_of(gpu, Settings { structure: deep_images.into(), ..settings(occlusion) }, &scene, camera)
     };
     let occlusion = exact(Integrator::Occlusion);
     let obscurance = exact(Integrator::Obscurance { max_distance: 0.6 });
@@ -136,7 +136,7 @@ fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.0, -1.0]);
     for occlusion in [deep(), Occlusion::from(Deep { max_distance: Some(3.0) }), Occlusion::from(Hbao { radius: 3.0 })]
     {
-        let found = openness_of(gpu, settings(occlusion.clone()), &floor(), &camera);
+        let found = ambient_visibility_of(gpu, settings(occlusion.clone()), &floor(), &camera);
         let least = found.iter().copied().fold(f32::INFINITY, f32::min);
         // A device may round one up to the number below 1.
         assert!(least > 1.0 - 1e-6, "{occlusion:?}: {least}");
@@ -151,7 +151,7 @@ fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
     let camera = looking([1.2, 0.3, 1.4], [-2.0, -1.0, -1.5]);
     let [coarse, fine] = [64, 256].map(|resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-        mean(&openness_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &closed, &camera))
+        mean(&ambient_visibility_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &closed, &camera))
     });
     println!("closed: {coarse:.4}, {fine:.4}");
     assert!(coarse < 0.06 && fine < 0.5 * coarse, "{coarse} {fine}");
@@ -171,7 +171,7 @@ fn gpu_both_ways_darken_a_corner() {
     );
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
     for occlusion in [Occlusion::from(Deep { max_distance: Some(1.0) }), Occlusion::from(Hbao { radius: 1.0 })] {
-        let found = openness_of(
+        let found = ambient_visibility_of(
             gpu,
             Settings { structure: deep_images.into(), ..settings(occlusion.clone()) },
             &scene,
@@ -202,7 +202,7 @@ fn gpu_creases_do_not_glow() {
         for resolution in [64, 128] {
             let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
             let found =
-                openness_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &scene, &camera);
+                ambient_visibility_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &scene, &camera);
             let rows: Vec<f64> = found.chunks(SIZE.x as usize).map(mean).collect();
             let truth = |row: usize| {
                 let distance = 2.0 * (row as f64 + 0.5) / f64::from(SIZE.y);
@@ -232,17 +232,17 @@ fn gpu_what_moves_occludes_where_it_is_now() {
         let settings = Settings { structure: deep_images.into(), ..settings(occlusion.clone()) };
         let mut renderer = renderer(gpu, settings.clone());
         let mut uploaded = renderer.upload(&scene).unwrap();
-        let before = openness(gpu, &mut renderer, &uploaded, &camera);
+        let before = ambient_visibility(gpu, &mut renderer, &uploaded, &camera);
         assert!(
-            before == openness(gpu, &mut renderer, &uploaded, &camera),
+            before == ambient_visibility(gpu, &mut renderer, &uploaded, &camera),
             "{occlusion:?}: differs from frame to frame"
         );
         renderer.update(&mut uploaded, &moved).unwrap();
-        let after = openness(gpu, &mut renderer, &uploaded, &camera);
+        let after = ambient_visibility(gpu, &mut renderer, &uploaded, &camera);
         let changed = before.iter().zip(&after).filter(|(a, b)| (**a - **b).abs() > 0.02).count();
         assert!(changed > 100, "{occlusion:?}: {changed} pixels");
         // No trace of where it was, and the same to the bit in another renderer.
-        assert!(after == openness_of(gpu, settings, &moved, &camera), "{occlusion:?}: differs from a fresh upload");
+        assert!(after == ambient_visibility_of(gpu, settings, &moved, &camera), "{occlusion:?}: differs from a fresh upload");
     }
 }
 

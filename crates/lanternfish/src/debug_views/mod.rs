@@ -16,7 +16,7 @@ use crate::{
     light_culling::Culling,
     light_culling::LightCulling,
     occlusion::Occlusion,
-    occlusion::{self, Openness},
+    occlusion::{self, AmbientVisibility},
     output::{DISPLAY_FORMAT, show},
     prepass::MOTION,
     settings::{DebugView, Settings},
@@ -150,7 +150,7 @@ impl DebugViews {
         &self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, middle, .. }: &ViewContext<'_>,
-        Shaded { radiance, visibility, openness, indirect, lights, .. }: &Shaded,
+        Shaded { radiance, visibility, ambient_visibility, indirect, lights, .. }: &Shaded,
         display: &wgpu::TextureView,
     ) {
         // Shadow rays of each pixel, where shadows were traced.
@@ -170,9 +170,9 @@ impl DebugViews {
             .texture("ray_count_texture", ray_counts);
         let scene_bindings = scene.bindings();
         let shared = buffer.bindings().with(&scene_bindings);
-        let openness = openness.as_ref().map(Openness::bindings).unwrap_or_default();
+        let ambient_visibility = ambient_visibility.as_ref().map(AmbientVisibility::bindings).unwrap_or_default();
         let indirect = indirect.as_ref().map(IndirectSums::bindings).unwrap_or_default();
-        let found = openness.with(&indirect);
+        let found = ambient_visibility.with(&indirect);
         let bindings = shared.with(&middle.bindings()).with(&lights.bindings()).with(&found).with(&own);
         show(frame, &self.pipeline, "debug_views", &bindings, display);
     }

@@ -103,9 +103,9 @@ fn scales_say_their_ends() {
         "m from the camera plane, logarithmic: 64 and more is black, 0.0625 and less white"
     );
     assert_eq!(said(DebugView::Occlusion), "openness, linear: 0 is black, 1 white");
-    // Openness is light, and sRGB-encoded as such: half of it is brighter than half of 255.
-    let openness = Scale::of(DebugView::Occlusion).unwrap();
-    assert_eq!([0.0, 0.5, 1.0].map(|place| openness.color(place)[0]), [0, 188, 255]);
+    // AmbientVisibility is light, and sRGB-encoded as such: half of it is brighter than half of 255.
+    let ambient_visibility = Scale::of(DebugView::Occlusion).unwrap();
+    assert_eq!([0.0, 0.5, 1.0].map(|place| ambient_visibility.color(place)[0]), [0, 188, 255]);
 }
 
 /// Not a multiple of any size of clusters.

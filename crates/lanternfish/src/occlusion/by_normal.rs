@@ -3,7 +3,7 @@
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame};
 
-use super::Openness;
+use super::AmbientVisibility;
 use crate::{context::ViewContext, error::RenderError, prepass::Surface};
 
 /// Light by the normal alone, times the openness: for openness that knows no directions.
@@ -25,15 +25,15 @@ impl LightByNormal {
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, .. }: &ViewContext<'_>,
         surface: &Surface,
-        openness: &Openness,
+        ambient_visibility: &AmbientVisibility,
     ) {
         let [width, height, _] = self.kernel.workgroup_size();
         let groups = [surface.size.x.div_ceil(width), surface.size.y.div_ceil(height), 1];
         let light_bindings = scene.environment_light().bindings();
         let bindings = buffer.bindings().with(&surface.bindings()).with(&light_bindings);
         let bindings = bindings
-            .texture("occlusion_texture", &openness.texture)
-            .texture("environment_sums_target", &openness.environment_sums);
+            .texture("occlusion_texture", &ambient_visibility.texture)
+            .texture("environment_sums_target", &ambient_visibility.environment_sums);
         frame.dispatch(&self.kernel, &bindings, groups);
     }
 }

@@ -1,9 +1,9 @@
-//! Openness, and the light that arrives from the surroundings, of this frame and of the frames before.
+//! AmbientVisibility, and the light that arrives from the surroundings, of this frame and of the frames before.
 
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, Growth};
 
-use super::{OcclusionPasses, Openness, TILE, openness_target};
+use super::{OcclusionPasses, AmbientVisibility, TILE, ambient_visibility_target};
 use crate::{
     context::ViewContext,
     environment_light::sums_target,
@@ -18,14 +18,14 @@ use crate::{
 
 /// A room's passes, and those that mix what they find along its surfaces.
 #[derive(Debug)]
-pub(super) struct SteadyOcclusion {
+pub(super) struct AccumulatedOcclusion {
     found: Box<dyn OcclusionPasses>,
     gather: ComputeKernel,
     spread: ComputeKernel,
     histories: Histories,
 }
 
-impl SteadyOcclusion {
+impl AccumulatedOcclusion {
     /// Compiles the passes around those of a room.
     pub fn new(
         device: &wgpu::Device,
@@ -41,7 +41,7 @@ impl SteadyOcclusion {
     }
 }
 
-impl OcclusionPasses for SteadyOcclusion {
+impl OcclusionPasses for AccumulatedOcclusion {
     fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
         self.found.check_growth(growth)
     }
@@ -56,26 +56,26 @@ impl OcclusionPasses for SteadyOcclusion {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-    ) -> Result<Openness, RenderError> {
-        let openness = self.found.record(frame, view, surface)?;
+    ) -> Result<AmbientVisibility, RenderError> {
+        let ambient_visibility = self.found.record(frame, view, surface)?;
         // Views whose surfaces the caller gives, and sums, know no frame before.
-        let Some(motion) = &surface.motion else { return Ok(openness) };
+        let Some(motion) = &surface.motion else { return Ok(ambient_visibility) };
         let [found, mixed] = std::array::from_fn(|_| layers_target(frame, surface.size));
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let bindings = view.buffer.bindings();
-        let bindings = bindings.texture("occlusion_texture", &openness.texture);
-        let gathering = bindings.clone().texture("found_environment_sums", &openness.environment_sums);
+        let bindings = bindings.texture("occlusion_texture", &ambient_visibility.texture);
+        let gathering = bindings.clone().texture("found_environment_sums", &ambient_visibility.environment_sums);
         frame.dispatch(&self.gather, &gathering.texture("filtered", &found), groups);
         let mix = Mix { surface, motion, found: &found, mixed: &mixed, asked_frames: 0.0, bounded_frames: 0.0 };
         self.histories.record(frame, view, &mix)?;
-        let target = openness_target(frame, surface.size);
+        let target = ambient_visibility_target(frame, surface.size);
         let environment_sums = sums_target(frame, surface.size);
         let spreading = bindings
             .texture("filtered_sums", &found)
             .texture("mixed_sums", &mixed)
-            .texture("openness_target", &target)
+            .texture("ambient_visibility_target", &target)
             .texture("environment_sums_target", &environment_sums);
         frame.dispatch(&self.spread, &spreading, groups);
-        Ok(Openness { texture: target, environment_sums, counters: openness.counters })
+        Ok(AmbientVisibility { texture: target, environment_sums, counters: ambient_visibility.counters })
     }
 }

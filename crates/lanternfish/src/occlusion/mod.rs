@@ -1,7 +1,7 @@
 //! How much of the surroundings each visible surface sees, and what light arrives from them: ambient occlusion and obscurance,
 //! [`crate::environment_light`].
 //!
-//! The library has no technique of this kind of its own: `lanternfish-papers` has two. What asks for the answer imports `openness.wesl`.
+//! The library has no technique of this kind of its own: `lanternfish-papers` has two. What asks for the answer imports `ambient_visibility.wesl`.
 
 pub mod by_normal;
 mod history;
@@ -11,7 +11,7 @@ use std::fmt;
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame, Growth, gpu_constants};
 
-use self::history::SteadyOcclusion;
+use self::history::AccumulatedOcclusion;
 use crate::{
     context::ViewContext,
     error::RenderError,
@@ -27,7 +27,7 @@ use crate::{
 pub(crate) const DECLARED: Shaders =
     Shaders::new(&[Root::new("occlusion/by_normal"), Root::new("occlusion/history")], &[]);
 
-/// [`Openness`] is read.
+/// [`AmbientVisibility`] is read.
 pub(crate) const OCCLUSION: Feature = Feature::new("occlusion");
 
 gpu_constants! {
@@ -93,7 +93,7 @@ pub trait OcclusionPasses: fmt::Debug {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-    ) -> Result<Openness, RenderError>;
+    ) -> Result<AmbientVisibility, RenderError>;
 
     /// An error unless frames that get their lists so can be recorded.
     fn check_growth(&self, _growth: Growth) -> Result<(), RenderError> {
@@ -106,7 +106,7 @@ pub trait OcclusionPasses: fmt::Debug {
 
 /// How open every pixel's opaque surface is.
 #[derive(Clone, Debug)]
-pub struct Openness {
+pub struct AmbientVisibility {
     /// 32-bit floats, the one format of one channel that every device lets a compute pass write. 1 where nothing occludes,
     /// and where no surface is.
     pub texture: wgpu::TextureView,
@@ -116,7 +116,7 @@ pub struct Openness {
     pub counters: Vec<(&'static str, u64)>,
 }
 
-impl Openness {
+impl AmbientVisibility {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().texture("occlusion_texture", &self.texture).texture("environment_sums", &self.environment_sums)
@@ -137,23 +137,23 @@ pub(crate) fn passes(
             needed: "metres above 0",
         });
     }
-    if !settings.finds_openness() {
+    if !settings.finds_ambient_visibility() {
         return Ok(None);
     }
     let passes = technique.build(device, settings)?;
     Ok(Some(match settings.history {
-        History::On if technique.is_noisy() => Box::new(SteadyOcclusion::new(device, settings, passes)?),
+        History::On if technique.is_noisy() => Box::new(AccumulatedOcclusion::new(device, settings, passes)?),
         _ => passes,
     }))
 }
 
-/// The feature of shaders that read [`Openness`].
+/// The feature of shaders that read [`AmbientVisibility`].
 pub(crate) fn feature(setting: &Occlusion) -> Option<Feature> {
     setting.is_some().then_some(OCCLUSION)
 }
 
 /// A texture for the openness of each pixel, for compute passes to write: one 32-bit float.
-pub fn openness_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
+pub fn ambient_visibility_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
-    frame_target(frame, "openness", size, wgpu::TextureFormat::R32Float, usage, 1)
+    frame_target(frame, "ambient_visibility", size, wgpu::TextureFormat::R32Float, usage, 1)
 }

@@ -88,15 +88,15 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     shadows::check(&settings)?;
     let texture_arrays = texture_arrays(device, settings.textures)?;
     let shadow_passes = tracer.map(|tracer| Shadows::new(device, &settings, tracer)).transpose()?;
-    let openness_passes = occlusion::passes(device, &settings)?;
-    let openness = if openness_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
+    let ambient_visibility_passes = occlusion::passes(device, &settings)?;
+    let ambient_visibility = if ambient_visibility_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
     let tracers: Vec<Tracer> = tracer.into_iter().chain(settings.indirect.tracers()).collect();
     // What structures are not asked for goes through the scene itself.
     let traced = tracers.iter().fold(Parts::NONE, |parts, tracer| parts | tracer.parts() | tracer.exact().parts());
-    let parts = traced | settings.indirect.parts() | openness;
+    let parts = traced | settings.indirect.parts() | ambient_visibility;
     let structure = structure(&tracers, &settings.structure)?;
     let structure = structure.technique().map(|structure| structure.build(device));
-    let finds_arriving = openness_passes.is_some() || settings.indirect != Indirect::NONE;
+    let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
     let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
     let asks_for_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
     // What is found for a pixel is of the surface at its middle.
@@ -112,7 +112,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
             true => Prepass::of_moving(),
         }),
         light_culling: LightCulling::new(device, &settings.culling, settings.samples)?,
-        occlusion: openness_passes,
+        occlusion: ambient_visibility_passes,
         shadows: shadow_passes,
         structure: structure.transpose()?,
         indirect: indirect::passes(device, &settings, tracer)?,

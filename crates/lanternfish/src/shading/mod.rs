@@ -215,10 +215,10 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
     let mut opaque = vec![culling];
     let mut blended = vec![culling, TRANSPARENT];
     // Rays of indirect light may see the surroundings themselves.
-    let openness = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_environment());
+    let ambient_visibility = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_environment());
     let indirect = (settings.indirect != Indirect::NONE).then_some(INDIRECT);
     for features in [&mut opaque, &mut blended] {
-        features.extend(indirect.into_iter().chain(openness));
+        features.extend(indirect.into_iter().chain(ambient_visibility));
         features.extend((samples > 1).then_some(MULTISAMPLED));
     }
     if let Some(tracer) = tracer {

@@ -54,8 +54,8 @@ impl NearestBlended {
             }),
         };
         let surface = prepass.record_blended(frame, view)?;
-        let openness = occlusion.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
+        let ambient_visibility = occlusion.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
         let indirect = indirect.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
-        Ok(Arriving { surface, openness, indirect })
+        Ok(Arriving { surface, ambient_visibility, indirect })
     }
 }

@@ -28,14 +28,14 @@ pub fn fail(renderer: &mut Renderer) {
 }
 
 /// How open each pixel is; rows from the top.
-pub fn openness(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, size: UVec2) -> Vec<f32> {
+pub fn ambient_visibility(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, size: UVec2) -> Vec<f32> {
     let views = [View::new(camera, size, Vec3::ZERO, &scene.bounds)];
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     let context = FrameContext { scene, views: &views, is_averaged: false, requests: &[] };
     let result = renderer.passes.record(&mut frame, &context).unwrap().remove(0);
     frame.submit();
-    read_texture(&gpu.device, &gpu.queue, result.shaded.openness.unwrap().texture.texture()).unwrap()
+    read_texture(&gpu.device, &gpu.queue, result.shaded.ambient_visibility.unwrap().texture.texture()).unwrap()
 }
 
 /// An error where shadows cannot be traced so with this driver.

@@ -7,7 +7,7 @@ use lanternfish::{
     RenderError, ViewContext,
     environment_light::{ENVIRONMENT, sums_target},
     gpu_scene::Parts,
-    occlusion::{OcclusionPasses, OcclusionTechnique, Openness, TILE, openness_target},
+    occlusion::{OcclusionPasses, OcclusionTechnique, AmbientVisibility, TILE, ambient_visibility_target},
     prepass::Surface,
     settings::{History, Settings},
     shaders::{Root, Shaders},
@@ -96,7 +96,7 @@ impl OcclusionTechnique for Deep {
 /// busy for longer than a driver may allow.
 const IMAGES_A_PASS: u32 = 32;
 
-/// Bytes of a pixel's `OpennessSums`.
+/// Bytes of a pixel's `AmbientVisibilitySums`.
 const SUMS_BYTES: u64 = 16;
 /// The same with radiance.
 const RADIANCE_SUMS_BYTES: u64 = 48;
@@ -177,7 +177,7 @@ impl OcclusionPasses for DeepOcclusion {
         frame: &mut Frame<'_>,
         ViewContext { scene, view, buffer, rotation, .. }: &ViewContext<'_>,
         surface: &Surface,
-    ) -> Result<Openness, RenderError> {
+    ) -> Result<AmbientVisibility, RenderError> {
         let rotation = match scene.environment_light().sun {
             Some(sun) => turned_towards(&self.directions.rotated(*rotation), sun),
             None => *rotation,
@@ -192,12 +192,12 @@ impl OcclusionPasses for DeepOcclusion {
         let pixels = u64::from(x) * u64::from(y);
         let sums_bytes = if cells.is_some() { RADIANCE_SUMS_BYTES } else { SUMS_BYTES };
         let sums = frame.scratch("occlusion/sums", sums_bytes * pixels)?;
-        let target = openness_target(frame, surface.size);
+        let target = ambient_visibility_target(frame, surface.size);
         let environment_sums = sums_target(frame, surface.size);
         let groups = [x.div_ceil(TILE), y.div_ceil(TILE), 1];
         let view_bindings = buffer.bindings();
         let shared = view_bindings.with(&surface.bindings()).with(&scene.bindings());
-        let mut shared = shared.buffer("openness_sums", &sums);
+        let mut shared = shared.buffer("ambient_visibility_sums", &sums);
         if let Some(cells) = cells {
             shared = shared.buffer("cell_radiances", cells);
         }
@@ -223,11 +223,11 @@ impl OcclusionPasses for DeepOcclusion {
         let run = frame.uniform(&run);
         let resolving = shared
             .part("direction_run", &run)
-            .texture("openness_target", &target)
+            .texture("ambient_visibility_target", &target)
             .texture("environment_sums_target", &environment_sums);
         frame.dispatch(&kernels.resolve, &resolving, groups);
         let DeepCounts { kept, bytes, .. } = images.counts;
         let counters = vec![("deep_images/fragments", kept), ("deep_images/bytes", bytes)];
-        Ok(Openness { texture: target, environment_sums, counters })
+        Ok(AmbientVisibility { texture: target, environment_sums, counters })
     }
 }

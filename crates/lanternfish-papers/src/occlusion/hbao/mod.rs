@@ -3,7 +3,7 @@
 use lanternfish::{
     RenderError, ViewContext,
     environment_light::sums_target,
-    occlusion::{OcclusionPasses, OcclusionTechnique, Openness, TILE, by_normal::LightByNormal, openness_target},
+    occlusion::{OcclusionPasses, OcclusionTechnique, AmbientVisibility, TILE, by_normal::LightByNormal, ambient_visibility_target},
     prepass::Surface,
     settings::Settings,
     shaders::{Root, Shaders},
@@ -90,20 +90,20 @@ impl OcclusionPasses for HbaoOcclusion {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-    ) -> Result<Openness, RenderError> {
-        let [found, across, down] = std::array::from_fn(|_| openness_target(frame, surface.size));
+    ) -> Result<AmbientVisibility, RenderError> {
+        let [found, across, down] = std::array::from_fn(|_| ambient_visibility_target(frame, surface.size));
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let view_bindings = view.buffer.bindings();
         let shared = view_bindings.with(&surface.bindings());
-        let bindings = shared.clone().buffer("hbao_parameters", &self.parameters).texture("openness_target", &found);
+        let bindings = shared.clone().buffer("hbao_parameters", &self.parameters).texture("ambient_visibility_target", &found);
         frame.dispatch(&self.horizons, &bindings, groups);
         for (kernel, from, to) in [(&self.blur_across, &found, &across), (&self.blur_down, &across, &down)] {
-            let bindings = shared.clone().texture("unblurred_openness", from).texture("openness_target", to);
+            let bindings = shared.clone().texture("unblurred_visibility", from).texture("ambient_visibility_target", to);
             frame.dispatch(kernel, &bindings, groups);
         }
         let environment_sums = sums_target(frame, surface.size);
-        let openness = Openness { texture: down, environment_sums, counters: Vec::new() };
-        self.light.record(frame, view, surface, &openness);
-        Ok(openness)
+        let ambient_visibility = AmbientVisibility { texture: down, environment_sums, counters: Vec::new() };
+        self.light.record(frame, view, surface, &ambient_visibility);
+        Ok(ambient_visibility)
     }
 }

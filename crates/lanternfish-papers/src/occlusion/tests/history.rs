@@ -1,4 +1,4 @@
-//! Openness that pixels keep from the frames before.
+//! AmbientVisibility that pixels keep from the frames before.
 
 use glam::{Affine3A, Vec3};
 use lanternfish::{
