@@ -185,7 +185,7 @@ impl<'a> Frame<'a> {
     }
 
     fn compute(&mut self, kernel: &ComputeKernel, dispatch: impl FnOnce(&mut BindGroups, &mut wgpu::ComputePass<'_>)) {
-        if self.profiler.shares_passes {
+        if self.profiler.is_shared_pass {
             let pass = self.pass.get_or_insert_with(|| {
                 self.profiler.compute_passes += 1;
                 let descriptor = wgpu::ComputePassDescriptor { label: Some("dispatches"), timestamp_writes: None };

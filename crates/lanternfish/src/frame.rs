@@ -16,7 +16,7 @@ use crate::{
     progressive::Progressive,
     rays::KeptStructure,
     request::{SurfaceSource, Target},
-    shading::{Arriving, Forward, LightSums, NearestBlended, OpenShares, Shadowing, SteadyShares, Sums},
+    shading::{Arriving, Forward, LightSums, NearestBlended, VisibilityRatios, Shadowing, AccumulatedRatios, Sums},
     shadows::{Shadows, Visibility, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
@@ -41,7 +41,7 @@ pub(crate) struct Passes {
     /// Where light arrives otherwise than straight from the lights.
     pub nearest_blended: Option<NearestBlended>,
     /// Mixes the share of light that reaches each pixel with that of the frames before, where there is a history.
-    pub open_shares: Option<OpenShares>,
+    pub visibility_ratios: Option<VisibilityRatios>,
     pub forward: Forward,
     /// Where sums are wanted in the place of a picture.
     pub sums: LightSums,
@@ -119,7 +119,7 @@ impl Passes {
         if let Some(indirect) = &mut self.indirect {
             indirect.forget();
         }
-        if let Some(shares) = &mut self.open_shares {
+        if let Some(shares) = &mut self.visibility_ratios {
             shares.forget();
         }
         self.light_culling.forget();
@@ -268,7 +268,7 @@ impl Passes {
     ) -> Result<(Radiance, Option<VisibilityPlan>), RenderError> {
         let radiance = self.forward.target(frame, view.view.size);
         let plan = self.plan(frame, view, lights)?;
-        let shares = self.steady_shares(frame, view, lights, plan.as_ref())?;
+        let shares = self.accumulated_ratios(frame, view, lights, plan.as_ref())?;
         let traced = shares.as_ref().map_or(Traced::Nothing, |_| Traced::LastBand);
         self.by_bands(frame, view, lights, plan.as_ref(), traced, |passes, frame, visibility| {
             let shadows = Shadowing { visibility, shares: shares.as_ref() };
@@ -306,20 +306,20 @@ impl Passes {
     }
 
     /// The share of the light of lights that have a size that reaches each pixel, mixed with that of the frames before, where there is a history.
-    fn steady_shares(
+    fn accumulated_ratios(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         lights: &LightLists,
         plan: Option<&VisibilityPlan>,
-    ) -> Result<Option<SteadyShares>, RenderError> {
-        let Some(mut shares) = self.open_shares.take_if(|shares| shares.are_of(view.scene)) else { return Ok(None) };
+    ) -> Result<Option<AccumulatedRatios>, RenderError> {
+        let Some(mut shares) = self.visibility_ratios.take_if(|shares| shares.are_of(view.scene)) else { return Ok(None) };
         let found = shares.target(frame, view.view.size);
         let recorded = self.by_bands(frame, view, lights, plan, Traced::Nothing, |_, frame, visibility| {
             visibility.map_or(Ok(()), |visibility| shares.find(frame, view, lights, visibility, &found))
         });
         let steady = recorded.and_then(|()| shares.steady(frame, view, found));
-        self.open_shares = Some(shares);
+        self.visibility_ratios = Some(shares);
         steady.map(Some)
     }
 

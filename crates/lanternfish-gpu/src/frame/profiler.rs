@@ -20,7 +20,7 @@ pub struct Profiler {
     pub(super) inner: GpuProfiler,
     period: f32,
     /// Whether dispatches may share a pass: each can then be timed by itself, or nothing is timed at all.
-    pub(super) shares_passes: bool,
+    pub(super) is_shared_pass: bool,
     pub(super) compute_passes: u64,
     /// Frames whose times are on their way.
     pending: VecDeque<u64>,
@@ -42,8 +42,8 @@ impl Profiler {
         };
         let inner = GpuProfiler::new(device, settings).expect("the settings are valid");
         let has = |feature| device.features().contains(feature);
-        let shares_passes = has(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES) || !has(wgpu::Features::TIMESTAMP_QUERY);
-        Self { inner, period: queue.get_timestamp_period(), shares_passes, compute_passes: 0, pending: VecDeque::new() }
+        let is_shared_pass = has(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES) || !has(wgpu::Features::TIMESTAMP_QUERY);
+        Self { inner, period: queue.get_timestamp_period(), is_shared_pass, compute_passes: 0, pending: VecDeque::new() }
     }
 
     /// Forgets every frame whose times are not there yet.

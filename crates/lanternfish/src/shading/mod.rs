@@ -2,7 +2,7 @@
 
 mod arriving;
 mod nearest_blended;
-mod open_shares;
+mod visibility_ratios;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -29,11 +29,11 @@ use crate::{
 pub use self::arriving::Arriving;
 pub(crate) use self::{
     nearest_blended::NearestBlended,
-    open_shares::{OpenShares, SteadyShares},
+    visibility_ratios::{VisibilityRatios, AccumulatedRatios},
     sums::{LightSums, Sums},
 };
 #[cfg(any(test, feature = "testing"))]
-pub(crate) use self::{open_shares::open_share_features, sums::sums_features};
+pub(crate) use self::{visibility_ratios::visibility_ratio_features, sums::sums_features};
 
 /// Blended surfaces: the colour is premultiplied.
 const TRANSPARENT: Feature = Feature::new("transparent");
@@ -47,7 +47,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
         Root::by_settings("shading/forward"),
         Root::by_settings("shading/sums"),
-        Root::by_settings("shading/open_shares"),
+        Root::by_settings("shading/visibility_ratios"),
         Root::of("shading/dim", &[TEXTURES]),
     ],
     &[],
@@ -69,7 +69,7 @@ pub(crate) struct Shadowing<'a> {
     /// Which lights reach each pixel, where shadows are traced.
     pub visibility: Option<&'a Visibility<'a>>,
     /// The ratio of area lights' light that reaches each pixel, where there is a history.
-    pub shares: Option<&'a SteadyShares>,
+    pub shares: Option<&'a AccumulatedRatios>,
 }
 
 impl Forward {
@@ -166,7 +166,7 @@ impl Forward {
             rows = visibility.rows.clone();
             bindings = bindings.with(more);
         }
-        let shares = shares.map(SteadyShares::bindings);
+        let shares = shares.map(AccumulatedRatios::bindings);
         let bindings = shares.iter().fold(bindings, |bindings, more| bindings.with(more));
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
         frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |groups, pass| {

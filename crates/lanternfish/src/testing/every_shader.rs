@@ -79,8 +79,8 @@ fn asked_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Vec<Fe
             let Some(tracer) = tracer else { continue };
             for has_areas in [false, true] {
                 if settings.history == History::On && (has_areas || settings.light_radius > 0.0) {
-                    let features = shading::open_share_features(settings, has_areas);
-                    asked.entry("shading/open_shares").or_default().insert(features);
+                    let features = shading::visibility_ratio_features(settings, has_areas);
+                    asked.entry("shading/visibility_ratios").or_default().insert(features);
                 }
                 let Ok([plan, trace]) = shadows::features(settings, tracer, has_areas) else { continue };
                 asked.entry("shadows/plan").or_default().insert(plan);

@@ -20,7 +20,7 @@ use crate::{
 
 /// The pass that finds the shares, and what views keep of them.
 #[derive(Debug)]
-pub(crate) struct OpenShares {
+pub(crate) struct VisibilityRatios {
     settings: Settings,
     /// For scenes without area lights, and with; compiled for the first of them.
     find: [Option<ComputeKernel>; 2],
@@ -29,29 +29,29 @@ pub(crate) struct OpenShares {
 
 /// Shares of one view; linear, a channel of light each, in the first of four layers.
 #[derive(Debug)]
-pub(crate) struct SteadyShares {
+pub(crate) struct AccumulatedRatios {
     /// Of this frame's rays.
     found: wgpu::TextureView,
     /// Mixed with those of the frames before.
     steady: wgpu::TextureView,
 }
 
-impl SteadyShares {
+impl AccumulatedRatios {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("found_shares", &self.found).texture("steady_shares", &self.steady)
+        Bindings::new().texture("current_ratios", &self.found).texture("accumulated_ratios", &self.steady)
     }
 }
 
 /// Features of the shader that finds shares, in scenes with area lights or without.
-pub(crate) fn open_share_features(settings: &Settings, has_areas: bool) -> Vec<Feature> {
+pub(crate) fn visibility_ratio_features(settings: &Settings, has_areas: bool) -> Vec<Feature> {
     let mut features = vec![LightCulling::feature(&settings.culling), SHADOW_HISTORY];
     features.extend(settings.casts_soft_shadows().then_some(SOFT));
     features.extend(has_areas.then_some(AREA_LIGHTS));
     features
 }
 
-impl OpenShares {
+impl VisibilityRatios {
     /// The pass, where shadows of these settings have a history.
     pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
         if settings.history == History::Off || settings.shadows == Shadows::None {
@@ -94,9 +94,9 @@ impl OpenShares {
         let kernel = match slot {
             Some(kernel) => kernel,
             none => {
-                let features = open_share_features(&self.settings, scene.has_area_lights);
-                let shader = DECLARED.link("shading/open_shares", &features)?;
-                none.insert(ComputeKernel::new(frame.device, &shader, "find_shares", "shading/open_shares"))
+                let features = visibility_ratio_features(&self.settings, scene.has_area_lights);
+                let shader = DECLARED.link("shading/visibility_ratios", &features)?;
+                none.insert(ComputeKernel::new(frame.device, &shader, "find_ratios", "shading/visibility_ratios"))
             }
         };
         let bindings = buffer
@@ -116,14 +116,14 @@ impl OpenShares {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         found: wgpu::TextureView,
-    ) -> Result<SteadyShares, RenderError> {
+    ) -> Result<AccumulatedRatios, RenderError> {
         let Some(motion) = &view.middle.motion else {
-            return Ok(SteadyShares { steady: found.clone(), found });
+            return Ok(AccumulatedRatios { steady: found.clone(), found });
         };
         let steady = self.target(frame, view.middle.size);
         let surface = &view.middle;
         let mix = Mix { surface, motion, found: &found, mixed: &steady, asked_frames: 0.0, bounded_frames: 0.0 };
         self.histories.record(frame, view, &mix)?;
-        Ok(SteadyShares { found, steady })
+        Ok(AccumulatedRatios { found, steady })
     }
 }
