@@ -132,13 +132,13 @@ impl Bar {
         }
     }
 
-    /// `share` of the work is done, 0 to 1.
-    pub fn show(&self, share: f64, text: String) {
+    /// `fraction` of the work is done, 0 to 1.
+    pub fn show(&self, fraction: f64, text: String) {
         const LENGTH: u64 = 1000;
         let template = "{spinner:.cyan} [{bar:20}] {msg}";
         self.line.set_style(ProgressStyle::with_template(template).expect("a valid template").progress_chars("=> "));
         self.line.set_length(LENGTH);
-        self.line.set_position((share * LENGTH as f64) as u64);
+        self.line.set_position((fraction * LENGTH as f64) as u64);
         self.line.set_message(text);
     }
 }

@@ -329,8 +329,8 @@ mod tests {
             let (passes, times) = (profiler.compute_passes(), profiler.finished());
             println!("{required_features:?}: {passes} passes, {} times", times.len());
             let dispatches = 3;
-            let shares = required_features != timestamps;
-            assert_eq!(passes, if shares { 1 } else { dispatches }, "{required_features:?}");
+            let fractions = required_features != timestamps;
+            assert_eq!(passes, if fractions { 1 } else { dispatches }, "{required_features:?}");
             let timed = if required_features.is_empty() { 0 } else { dispatches as usize };
             assert_eq!(times.len(), timed, "{required_features:?}: {times:?}");
         }

@@ -43,7 +43,7 @@ impl RelativeError {
     }
 
     /// The share of lit pixels, 0..=1, whose error is at most `error`.
-    pub fn share_within(&self, error: f32) -> f32 {
+    pub fn fraction_within(&self, error: f32) -> f32 {
         self.sorted.partition_point(|e| *e <= error) as f32 / self.sorted.len() as f32
     }
 
@@ -57,7 +57,7 @@ impl RelativeError {
 /// The share of pixels, 0..=1, of which any channel differs by more than `tolerance`.
 ///
 /// Equal infinities are the same; NaN differs from everything, itself included.
-pub fn share_differing(a: &RgbImage, b: &RgbImage, tolerance: f32) -> Result<f32, MetricsError> {
+pub fn fraction_differing(a: &RgbImage, b: &RgbImage, tolerance: f32) -> Result<f32, MetricsError> {
     check_sizes(a, b)?;
     let same = |(x, y): (&f32, &f32)| x == y || (x - y).abs() <= tolerance;
     let differing = a.pixels.iter().zip(&b.pixels).filter(|(a, b)| !a.iter().zip(b.iter()).all(same)).count();
@@ -103,9 +103,9 @@ mod tests {
     #[test]
     fn an_image_agrees_with_itself() {
         let error = measured(&reference());
-        assert_eq!((error.lit_count(), error.median(), error.share_within(0.0)), (100, 0.0, 1.0));
+        assert_eq!((error.lit_count(), error.median(), error.fraction_within(0.0)), (100, 0.0, 1.0));
         assert_eq!(error.energy_ratio(), 1.0);
-        assert_eq!(share_differing(&reference(), &reference(), 0.0).unwrap(), 0.0);
+        assert_eq!(fraction_differing(&reference(), &reference(), 0.0).unwrap(), 0.0);
     }
 
     #[test]
@@ -113,14 +113,14 @@ mod tests {
         let error = measured(&changed(|_, p| p.map(|v| 1.03 * v)));
         assert!((error.median() - 0.03).abs() < 1e-5, "{}", error.median());
         assert!((error.energy_ratio() - 1.03).abs() < 1e-5);
-        assert_eq!(error.share_within(0.02), 0.0);
+        assert_eq!(error.fraction_within(0.02), 0.0);
     }
 
     #[test]
     fn the_share_sees_what_the_median_does_not() {
         let error = measured(&changed(|i, p| if i % 10 == 0 { [0.0; 3] } else { p }));
         assert_eq!(error.median(), 0.0);
-        assert_eq!(error.share_within(0.02), 0.9);
+        assert_eq!(error.fraction_within(0.02), 0.9);
     }
 
     #[test]
@@ -135,7 +135,7 @@ mod tests {
         let mut dark = reference();
         dark.pixels[99] = [0.0; 3];
         let error = RelativeError::measure(&reference(), &dark, 1e-3).unwrap();
-        assert_eq!((error.lit_count(), error.share_within(0.0)), (99, 1.0));
+        assert_eq!((error.lit_count(), error.fraction_within(0.0)), (99, 1.0));
         // One of the 50.5 the reference sums to is in the pixel that is black.
         assert!((error.energy_ratio() - 50.5 / 49.5).abs() < 1e-5);
     }
@@ -144,7 +144,7 @@ mod tests {
     fn a_pixel_that_is_not_finite_is_an_error_and_not_a_hole() {
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let error = measured(&changed(|_, [_, g, b]| [bad, g, b]));
-            assert_eq!((error.median(), error.share_within(f32::MAX)), (f32::INFINITY, 0.0));
+            assert_eq!((error.median(), error.fraction_within(f32::MAX)), (f32::INFINITY, 0.0));
             assert!(!error.energy_ratio().is_finite());
         }
     }
@@ -152,11 +152,11 @@ mod tests {
     #[test]
     fn the_differing_share_counts_pixels_beyond_the_tolerance() {
         let image = changed(|i, [r, g, b]| if i < 7 { [r, g + 0.25, b] } else { [r, g, b + 1e-4] });
-        assert_eq!(share_differing(&image, &reference(), 0.1).unwrap(), 0.07);
-        assert_eq!(share_differing(&image, &reference(), 0.5).unwrap(), 0.0);
-        assert_eq!(share_differing(&image, &reference(), 0.0).unwrap(), 1.0);
+        assert_eq!(fraction_differing(&image, &reference(), 0.1).unwrap(), 0.07);
+        assert_eq!(fraction_differing(&image, &reference(), 0.5).unwrap(), 0.0);
+        assert_eq!(fraction_differing(&image, &reference(), 0.0).unwrap(), 1.0);
         let nan = changed(|_, _| [f32::NAN; 3]);
-        assert_eq!(share_differing(&nan, &nan, 1.0).unwrap(), 1.0);
+        assert_eq!(fraction_differing(&nan, &nan, 1.0).unwrap(), 1.0);
     }
 
     #[test]
@@ -164,7 +164,7 @@ mod tests {
         let other = RgbImage::new(20, 5, vec![[1.0; 3]; 100]).unwrap();
         let error = RelativeError::measure(&other, &reference(), 1e-3).unwrap_err();
         assert!(error.to_string().contains("20×5") && error.to_string().contains("10×10"), "{error}");
-        assert!(share_differing(&other, &reference(), 1.0).is_err());
+        assert!(fraction_differing(&other, &reference(), 1.0).is_err());
         assert!(matches!(
             RelativeError::measure(&reference(), &reference(), 2.0),
             Err(MetricsError::NothingLit { threshold: 2.0 })

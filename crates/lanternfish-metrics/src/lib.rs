@@ -2,7 +2,7 @@
 //!
 //! [`RgbImage`] is linear and scene-referred; it is read from and written to OpenEXR. What a display shows is 8 bits
 //! and goes to PNG with [`write_png`]. [`Pair`] is two images to be compared by any measure there is, pixels that are
-//! not finite left out. [`RelativeError`] compares with a ground truth where that is lit, [`share_differing`] two
+//! not finite left out. [`RelativeError`] compares with a ground truth where that is lit, [`fraction_differing`] two
 //! pictures that should be the same, [`flip_ldr`] and [`flip_hdr`] how different two look to an observer.
 
 mod compare;
@@ -19,7 +19,7 @@ mod ssim;
 mod write_aside;
 mod z_test;
 
-pub use compare::{RelativeError, share_differing};
+pub use compare::{RelativeError, fraction_differing};
 pub use error::MetricsError;
 pub use exr_file::{exr_layers, read_exr, read_exr_attributes, read_exr_layer, write_exr, write_exr_layers};
 pub use flip::{Exposures, FlipMap, FlipToneMapper, HdrFlip, HdrFlipMap, PIXELS_PER_DEGREE, flip_hdr, flip_ldr};

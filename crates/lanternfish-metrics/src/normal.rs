@@ -40,7 +40,7 @@ mod tests {
     /// The expected tails are from tables of the normal distribution.
     #[test]
     fn tails_are_those_of_the_tables() {
-        for (deviate, share) in [
+        for (deviate, fraction) in [
             (0.0, 1.0),
             (1.0, 0.317_310_507_863),
             (1.959_963_984_54, 0.05),
@@ -53,7 +53,7 @@ mod tests {
         ] {
             for deviate in [deviate, -deviate] {
                 let tail = two_sided(deviate);
-                assert!((tail / share - 1.0).abs() < 1e-4, "{deviate}: {tail:e}, not {share:e}");
+                assert!((tail / fraction - 1.0).abs() < 1e-4, "{deviate}: {tail:e}, not {fraction:e}");
             }
         }
         assert_eq!(two_sided(f64::INFINITY), 0.0);

@@ -139,13 +139,13 @@ impl ZTest {
             let (chi_square, count) = deviates.fold((0.0, 0usize), |(sum, n), z| (sum + z * z, n + 1));
             if count == 0 { f64::NAN } else { chi_square_deviate(chi_square, count as f64) }
         });
-        let share = |count: usize| count as f64 / value_count as f64;
+        let fraction = |count: usize| count as f64 / value_count as f64;
         Ok(Self {
             value_count,
             mean_z: sum / value_count as f64,
             mean_z_squared: squares / value_count as f64,
-            share_beyond_2: share(beyond_2),
-            share_beyond_3: share(beyond_3),
+            share_beyond_2: fraction(beyond_2),
+            share_beyond_3: fraction(beyond_3),
             certain_equal,
             certain_different,
             invalid_variance,

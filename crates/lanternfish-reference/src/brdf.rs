@@ -78,15 +78,15 @@ impl Coat {
     }
 
     /// Share of what the surface below sends towards `wo` that it lets through.
-    pub fn share_below(&self, wo: DVec3) -> f64 {
+    pub fn fraction_below(&self, wo: DVec3) -> f64 {
         let layer = self.layer();
-        let grazing = grazing_share(self.normal.dot(wo).max(LEAST_COSINE), layer.alpha());
+        let grazing = grazing_fraction(self.normal.dot(wo).max(LEAST_COSINE), layer.alpha());
         1.0 - self.weight * (1.0 - layer.lets_in(grazing).x)
     }
 
     /// The BRDF times n·wi, 1/sr, of a surface that sends `below`, with its coat.
     pub fn over(&self, wi: DVec3, wo: DVec3, below: DVec3) -> DVec3 {
-        self.share_below(wo) * below + self.weight * self.layer().reflect_light(self.normal, wi, wo)
+        self.fraction_below(wo) * below + self.weight * self.layer().reflect_light(self.normal, wi, wo)
     }
 
     /// Chance that a direction is chosen by the coat.
@@ -166,12 +166,12 @@ fn visibility_term(n_dot_l: f64, n_dot_v: f64, alpha: f64) -> f64 {
 
 /// Share of even light that a specular layer reflects at this cosine to the normal which reflects nothing at normal and
 /// everything at grazing incidence: a fit.
-pub fn grazing_share(cosine: f64, alpha: f64) -> f64 {
+pub fn grazing_fraction(cosine: f64, alpha: f64) -> f64 {
     (1.0 - cosine).max(0.0).powf(grazing_power(alpha)) / (1.0 + (20.0 + 32.0 * alpha) * alpha)
 }
 
-/// The mean of [`grazing_share`] over the hemisphere, by the cosine.
-fn mean_grazing_share(alpha: f64) -> f64 {
+/// The mean of [`grazing_fraction`] over the hemisphere, by the cosine.
+fn mean_grazing_fraction(alpha: f64) -> f64 {
     let power = grazing_power(alpha);
     2.0 / ((power + 1.0) * (power + 2.0) * (1.0 + (20.0 + 32.0 * alpha) * alpha))
 }
@@ -215,7 +215,7 @@ impl Reflector {
             * (normal_distribution(n, h, self.alpha()) * visibility_term(n_dot_l, n_dot_v, self.alpha()))
     }
 
-    /// Share of even light that the specular layer lets in at an angle of this [`grazing_share`].
+    /// Share of even light that the specular layer lets in at an angle of this [`grazing_fraction`].
     pub fn lets_in(&self, grazing: f64) -> DVec3 {
         // What would be reflected if everything were, at every angle: no less than it is.
         let all = 1.0 - 0.39 * self.alpha() * self.alpha();
@@ -227,8 +227,8 @@ impl Reflector {
     /// With even light from all sides, it sends towards `wo` what the specular layer does not.
     pub fn diffuse(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
         let [at_light, at_viewer] =
-            [n.dot(wi), n.dot(wo).max(LEAST_COSINE)].map(|cosine| self.lets_in(grazing_share(cosine, self.alpha())));
-        let mean = self.lets_in(mean_grazing_share(self.alpha())).max(DVec3::splat(1e-4));
+            [n.dot(wi), n.dot(wo).max(LEAST_COSINE)].map(|cosine| self.lets_in(grazing_fraction(cosine, self.alpha())));
+        let mean = self.lets_in(mean_grazing_fraction(self.alpha())).max(DVec3::splat(1e-4));
         at_light * at_viewer / mean * self.albedo * ((1.0 - self.transmission) / PI)
     }
 

@@ -95,8 +95,8 @@ impl Starts {
         let emitter = |(light, _): &(u32, u32)| {
             let light = &scene.lights[*light as usize];
             let emitter = Emitter::of_light(light, UNBOUNDED, 0.0);
-            let share = (cone(light) / (2.0 * std::f64::consts::TAU)) as f32;
-            Emitter { power: emitter.power * share, cone: Cone::ALL, ..emitter }
+            let fraction = (cone(light) / (2.0 * std::f64::consts::TAU)) as f32;
+            Emitter { power: emitter.power * fraction, cone: Cone::ALL, ..emitter }
         };
         let tree = LightTree::new(&lights.iter().map(emitter).collect::<Vec<_>>());
         let all: f64 = lights.iter().map(power).sum();

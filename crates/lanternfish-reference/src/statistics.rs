@@ -7,15 +7,15 @@
 pub(crate) fn chi_square(counts: &[u64], expected: &[f64]) -> f64 {
     assert_eq!(counts.len(), expected.len());
     let total = counts.iter().sum::<u64>() as f64;
-    let shares: f64 = expected.iter().sum();
-    assert!((shares - 1.0).abs() < 0.01, "the expected shares sum to {shares}");
+    let fractions: f64 = expected.iter().sum();
+    assert!((fractions - 1.0).abs() < 0.01, "the expected shares sum to {fractions}");
     let (mut statistic, mut cells, mut pooled) = (0.0, 0, (0.0, 0.0));
     let mut add = |count: f64, expected: f64| {
         statistic += (count - expected) * (count - expected) / expected;
         cells += 1;
     };
-    for (count, share) in counts.iter().zip(expected) {
-        let (count, expected) = (*count as f64, share / shares * total);
+    for (count, fraction) in counts.iter().zip(expected) {
+        let (count, expected) = (*count as f64, fraction / fractions * total);
         if expected <= 0.0 && count > 0.0 {
             return 0.0;
         }

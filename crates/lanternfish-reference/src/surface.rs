@@ -198,16 +198,16 @@ pub(crate) fn pane_transmittance(world: &World, hit: &Hit, direction: Vec3A) -> 
 impl Surface {
     /// Share of light, each channel, that goes straight through towards `wo`.
     pub fn passes_straight(&self, wo: DVec3) -> Vec3 {
-        let (share, reflector) = match self.bsdf {
+        let (fraction, reflector) = match self.bsdf {
             Some(Bsdf::MetallicRoughness(reflector)) => (1.0, reflector),
-            Some(Bsdf::Coated(coat, reflector)) => (coat.share_below(wo), reflector),
+            Some(Bsdf::Coated(coat, reflector)) => (coat.fraction_below(wo), reflector),
             _ => return Vec3::ZERO,
         };
         if reflector.behind != Behind::Pane {
             return Vec3::ZERO;
         }
         let passes =
-            share * (1.0 - reflector.fresnel(self.normal.dot(wo).abs())) * reflector.albedo * reflector.transmission;
+            fraction * (1.0 - reflector.fresnel(self.normal.dot(wo).abs())) * reflector.albedo * reflector.transmission;
         passes.clamp(DVec3::ZERO, DVec3::ONE).as_vec3()
     }
 }

@@ -7,7 +7,7 @@ use crate::{Image, Material, Primitive, Scene, linear_from_srgb};
 /// Places of a triangle that are looked at, an edge.
 const STEPS: u32 = 4;
 /// What the places miss is still found, rarely: by this share of what the texture could send.
-const LEAST_SHARE: f32 = 0.01;
+const LEAST_FRACTION: f32 = 0.01;
 
 /// Mean of the brightest channel of what a triangle of `primitive` emits, over its area and its texture, nits; not 0 where the material
 /// shines at all. `corners`: the triangle's indices.
@@ -25,7 +25,7 @@ pub fn mean_emission(scene: &Scene, primitive: &Primitive, material: &Material, 
         let place = (1.0 - root) * uv[0] + root * (1.0 - v) * uv[1] + root * v * uv[2];
         sum += (material.emissive * nearest_texel(image, place)).max_element() / (STEPS * STEPS) as f32;
     }
-    sum.max(LEAST_SHARE * most)
+    sum.max(LEAST_FRACTION * most)
 }
 
 fn nearest_texel(image: &Image, uv: Vec2) -> Vec3 {

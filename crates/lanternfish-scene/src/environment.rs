@@ -61,7 +61,7 @@ impl Environment {
             let [left, right] = across.map(|x| self.pixels[y * self.width + x]);
             (left, right)
         });
-        let mix = |a: Vec3, b: Vec3, share: f32| a * (1.0 - share) + b * share;
+        let mix = |a: Vec3, b: Vec3, fraction: f32| a * (1.0 - fraction) + b * fraction;
         mix(mix(above.0, above.1, x - left), mix(below.0, below.1, x - left), y - top)
     }
 

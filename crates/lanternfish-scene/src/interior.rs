@@ -97,7 +97,7 @@ impl Room {
         let bounds = scene.bounds();
         let quarters = [0.5, 0.25, 0.75];
         let places = quarters.iter().flat_map(|x| quarters.map(|z| Vec3::new(*x, EYE_HEIGHT, z)));
-        let rooms = places.filter_map(|share| Self::around(scene, &bounds, bounds.min + share * bounds.size()));
+        let rooms = places.filter_map(|fraction| Self::around(scene, &bounds, bounds.min + fraction * bounds.size()));
         // The first of equals: the middle.
         rooms.reduce(|best, room| if room.freedom > best.freedom { room } else { best })
     }
@@ -142,9 +142,9 @@ impl Room {
         let longest = (1..count).fold(0, |best, i| if length(i) > 1.001 * length(best) { i } else { best });
         let projection = Projection::Perspective { fov_y, near: near_plane(bounds) };
         let views = [longest, opposite(longest)].into_iter().flat_map(|ahead| {
-            [0.85, 0.5, 0.0].map(|share| {
+            [0.85, 0.5, 0.0].map(|fraction| {
                 let direction = Self::direction(ahead);
-                let eye = self.eye - share * self.level[opposite(ahead)] * direction;
+                let eye = self.eye - fraction * self.level[opposite(ahead)] * direction;
                 Camera::looking_along(eye, direction, projection)
             })
         });

@@ -30,8 +30,8 @@ impl Pace {
             return 1.0;
         }
         let Some(cost) = self.ms_per_megapixel else { return FIRST };
-        let share = (BUDGET / (cost * pixels as f64 * 1e-6)).sqrt() as f32;
-        ((share * STEPS).floor() / STEPS).clamp(LEAST, 1.0)
+        let fraction = (BUDGET / (cost * pixels as f64 * 1e-6)).sqrt() as f32;
+        ((fraction * STEPS).floor() / STEPS).clamp(LEAST, 1.0)
     }
 }
 

@@ -2,7 +2,7 @@
 
 /// Share of the time that painting may take while nothing but the mean of frames changes. More: each frame is seen sooner, and there are
 /// fewer of them.
-const SHARE: f64 = 0.02;
+const FRACTION: f64 = 0.02;
 /// Milliseconds after which it is painted whatever that takes.
 const LONGEST: f64 = 2000.0;
 
@@ -45,7 +45,7 @@ impl Paints {
 
     /// Whether it is to be painted again, so long after the last time, though only the mean of frames has become another.
     pub fn is_due(&self, since: f64) -> bool {
-        since >= self.takes.map_or(0.0, |takes| (takes / SHARE).min(LONGEST))
+        since >= self.takes.map_or(0.0, |takes| (takes / FRACTION).min(LONGEST))
     }
 
     /// A frame of the picture has ended at this time. `goes_on`: the next one follows at once. What lies behind it, where the last one did so.
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     /// Frames of 100 ms for a minute, each painted where it may be: the share of the time that painting takes.
-    fn share(paint_ms: f64) -> f64 {
+    fn fraction(paint_ms: f64) -> f64 {
         let (mut paints, mut now, mut last, mut own) = (Paints::default(), 0.0, f64::NEG_INFINITY, 0.0);
         while now < 60_000.0 {
             now += 100.0;
@@ -77,11 +77,11 @@ mod tests {
     #[test]
     fn what_only_gets_better_is_painted_for_a_small_share_of_the_time() {
         for ms in [0.5, 4.0, 20.0] {
-            let share = share(ms);
-            assert!((0.2 * SHARE..=SHARE).contains(&share), "{ms} ms: {share}");
+            let fraction = fraction(ms);
+            assert!((0.2 * FRACTION..=FRACTION).contains(&fraction), "{ms} ms: {fraction}");
         }
         // It is seen now and then, whatever that takes.
-        assert!((0.15..0.25).contains(&share(500.0)), "{}", share(500.0));
+        assert!((0.15..0.25).contains(&fraction(500.0)), "{}", fraction(500.0));
     }
 
     #[test]

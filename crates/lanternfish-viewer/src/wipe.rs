@@ -81,7 +81,7 @@ impl Wipe {
 pub fn paint(ui: &Ui, place: Rect, whole: Rect, painted: Painted, textures: &Textures) {
     let image = |texture: Option<egui::TextureId>, from: f32, to: f32| {
         let Some(texture) = texture.filter(|_| to > from) else { return };
-        let x = |share: f32| egui::lerp(place.x_range(), share);
+        let x = |fraction: f32| egui::lerp(place.x_range(), fraction);
         let part = Rect::from_x_y_ranges(x(from)..=x(to), place.y_range());
         let uv = Rect::from_min_max(egui::Pos2::ZERO, pos2(1.0, 1.0));
         ui.painter().with_clip_rect(part.intersect(ui.clip_rect())).image(texture, whole, uv, egui::Color32::WHITE);
@@ -96,19 +96,19 @@ pub fn paint(ui: &Ui, place: Rect, whole: Rect, painted: Painted, textures: &Tex
     }
 }
 
-/// The line over the picture, and the hand that drags it. `share`: where it is, of the place's width.
-pub fn line(ui: &mut Ui, place: Rect, share: &mut f32) {
-    let x = egui::lerp(place.x_range(), *share);
+/// The line over the picture, and the hand that drags it. `fraction`: where it is, of the place's width.
+pub fn line(ui: &mut Ui, place: Rect, fraction: &mut f32) {
+    let x = egui::lerp(place.x_range(), *fraction);
     let grip = Rect::from_x_y_ranges(x - GRIP..=x + GRIP, place.y_range());
     let response = ui.interact(grip, ui.scope_id().with("wipe"), egui::Sense::drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "Line between A and B"));
     if let Some(hand) = response.interact_pointer_pos().filter(|_| response.dragged() && place.width() > 0.0) {
-        *share = ((hand.x - place.left()) / place.width()).clamp(0.0, 1.0);
+        *fraction = ((hand.x - place.left()) / place.width()).clamp(0.0, 1.0);
     }
     let is_held = response.hovered() || response.dragged();
     let response = response.on_hover_and_drag_cursor(egui::CursorIcon::ResizeHorizontal);
     let color = if is_held { egui::Color32::WHITE } else { egui::Color32::from_white_alpha(160) };
-    let x = egui::lerp(place.x_range(), *share);
+    let x = egui::lerp(place.x_range(), *fraction);
     ui.painter().vline(x, place.y_range(), egui::Stroke::new(1.5, color));
     for (letter, side, align) in [("A", -8.0, egui::Align2::RIGHT_TOP), ("B", 8.0, egui::Align2::LEFT_TOP)] {
         let font = egui::FontId::proportional(16.0);

@@ -119,8 +119,8 @@ impl Passes {
         if let Some(indirect) = &mut self.indirect {
             indirect.forget();
         }
-        if let Some(shares) = &mut self.visibility_ratios {
-            shares.forget();
+        if let Some(fractions) = &mut self.visibility_ratios {
+            fractions.forget();
         }
         self.light_culling.forget();
         self.forget_shown();
@@ -268,10 +268,10 @@ impl Passes {
     ) -> Result<(Radiance, Option<VisibilityPlan>), RenderError> {
         let radiance = self.forward.target(frame, view.view.size);
         let plan = self.plan(frame, view, lights)?;
-        let shares = self.accumulated_ratios(frame, view, lights, plan.as_ref())?;
-        let traced = shares.as_ref().map_or(Traced::Nothing, |_| Traced::LastBand);
+        let fractions = self.accumulated_ratios(frame, view, lights, plan.as_ref())?;
+        let traced = fractions.as_ref().map_or(Traced::Nothing, |_| Traced::LastBand);
         self.by_bands(frame, view, lights, plan.as_ref(), traced, |passes, frame, visibility| {
-            let shadows = Shadowing { visibility, shares: shares.as_ref() };
+            let shadows = Shadowing { visibility, fractions: fractions.as_ref() };
             passes.forward.record(frame, view, lights, arriving, &shadows, &radiance)
         })?;
         Ok((radiance, plan))
@@ -313,13 +313,13 @@ impl Passes {
         lights: &LightLists,
         plan: Option<&VisibilityPlan>,
     ) -> Result<Option<AccumulatedRatios>, RenderError> {
-        let Some(mut shares) = self.visibility_ratios.take_if(|shares| shares.are_of(view.scene)) else { return Ok(None) };
-        let found = shares.target(frame, view.view.size);
+        let Some(mut fractions) = self.visibility_ratios.take_if(|fractions| fractions.are_of(view.scene)) else { return Ok(None) };
+        let found = fractions.target(frame, view.view.size);
         let recorded = self.by_bands(frame, view, lights, plan, Traced::Nothing, |_, frame, visibility| {
-            visibility.map_or(Ok(()), |visibility| shares.find(frame, view, lights, visibility, &found))
+            visibility.map_or(Ok(()), |visibility| fractions.find(frame, view, lights, visibility, &found))
         });
-        let steady = recorded.and_then(|()| shares.steady(frame, view, found));
-        self.visibility_ratios = Some(shares);
+        let steady = recorded.and_then(|()| fractions.steady(frame, view, found));
+        self.visibility_ratios = Some(fractions);
         steady.map(Some)
     }
 

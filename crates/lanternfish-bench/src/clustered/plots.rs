@@ -27,7 +27,7 @@ pub fn plots(scene: &SceneName, rows: &[Measured]) -> Vec<(&'static str, String)
     let histogram = |title: &str, label: &str, of: fn(&Measured) -> &Vec<u64>| {
         let curves_of: Vec<Curve> = most.iter().map(|row| distribution(row, &most, of(row))).collect();
         let bins = most.iter().map(|row| of(row).len()).max().unwrap_or(1) + 1;
-        let highest = curves_of.iter().flat_map(|c| &c.points).map(|(_, share)| *share).fold(0.1, f64::max);
+        let highest = curves_of.iter().flat_map(|c| &c.points).map(|(_, fraction)| *fraction).fold(0.1, f64::max);
         let x = Axis {
             label,
             ends: [0.0, (bins - 1) as f64],
@@ -38,7 +38,7 @@ pub fn plots(scene: &SceneName, rows: &[Measured]) -> Vec<(&'static str, String)
             label: "share of visible clusters",
             ends: [0.0, highest],
             logarithmic: false,
-            ticks: shares(highest),
+            ticks: fractions(highest),
         };
         curves(&named(title), &x, &y, &curves_of)
     };
@@ -126,7 +126,7 @@ fn bin_name(bin: usize) -> String {
 }
 
 /// Every tenth or fifth up to there.
-fn shares(highest: f64) -> Vec<(f64, String)> {
+fn fractions(highest: f64) -> Vec<(f64, String)> {
     let step = if highest > 0.5 { 0.2 } else { 0.1 };
     let count = (highest / step) as usize;
     (0..=count).map(|i| (i as f64 * step, format!("{:.0} %", 100.0 * i as f64 * step))).collect()

@@ -110,9 +110,9 @@ impl Errors {
             }
         }
         errors.sort_by(f64::total_cmp);
-        let at = |share: f64| errors.get((share * errors.len() as f64) as usize).copied().unwrap_or_default();
-        let share = |count: usize| count as f64 / known.len().max(1) as f64;
-        Self { median: at(0.5), p95: at(0.95), missed: share(missed), false_hits: share(false_hits) }
+        let at = |fraction: f64| errors.get((fraction * errors.len() as f64) as usize).copied().unwrap_or_default();
+        let fraction = |count: usize| count as f64 / known.len().max(1) as f64;
+        Self { median: at(0.5), p95: at(0.95), missed: fraction(missed), false_hits: fraction(false_hits) }
     }
 }
 

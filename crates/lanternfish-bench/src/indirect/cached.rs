@@ -57,7 +57,7 @@ impl Bench<'_> {
                     let first = self.picture(settings(usual))?;
                     let warmed = self.picture(settings(WARMED_SAMPLES))?;
                     let warm = self.warm_frame(settings(usual))?;
-                    let share = |picture: &Picture| (energy(picture) - direct) / (energy(converged) - direct);
+                    let fraction = |picture: &Picture| (energy(picture) - direct) / (energy(converged) - direct);
                     let (trace, light) = (sum(&warm, is_trace), sum(&warm, is_light));
                     let covered = first.radiance.iter().map(|pixel| pixel[3]);
                     let count = rays(covered, 1, Brdf::Diffuse.counted_rays()) as f64;
@@ -74,8 +74,8 @@ impl Bench<'_> {
                             .shown("ratio", format_args!("{:.2}", with_light / traced))
                             .count("cells", "cells", counter(&warm.report, "radiance_cache/cells"))
                             .count("samples", "samples a frame", counter(&warm.report, "radiance_cache/samples"))
-                            .fixed("energy", "energy", 3, share(&first))
-                            .fixed("warmed_energy", "warmed", 3, share(&warmed))
+                            .fixed("energy", "energy", 3, fraction(&first))
+                            .fixed("warmed_energy", "warmed", 3, fraction(&warmed))
                             .fixed("flip", "FLIP", 4, flip(&first, converged)?)
                             .fixed("warmed_flip", "warmed", 4, flip(&warmed, converged)?),
                     )

@@ -76,7 +76,7 @@ impl Times {
 /// surface sends `rays`.
 pub fn rays(covered: impl Iterator<Item = f32>, frames: u32, rays: u32) -> u64 {
     // A mean of few frames is off in its last bits.
-    let pixels: f64 = covered.map(|share| (f64::from(share) * f64::from(frames) - 1e-3).ceil().max(0.0)).sum();
+    let pixels: f64 = covered.map(|fraction| (f64::from(fraction) * f64::from(frames) - 1e-3).ceil().max(0.0)).sum();
     pixels as u64 * u64::from(rays)
 }
 

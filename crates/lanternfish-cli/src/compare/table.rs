@@ -116,7 +116,7 @@ fn errors_lines(table: &mut Table, errors: &ImageErrors, is_linear: bool) {
 }
 
 fn z_lines(table: &mut Table, inputs: &Inputs, test: &ZTest) {
-    let percent = |share: f64| format!("{:.3} %", 100.0 * share);
+    let percent = |fraction: f64| format!("{:.3} %", 100.0 * fraction);
     table.line("z-test, (A - B) / σ", &["value", "of noise"]);
     for (name, variance) in ["variances of A", "variances of B"].into_iter().zip(&inputs.variances) {
         table.text(name, variance.as_ref().map_or("none: taken to be exact", |variance| &variance.source));

@@ -75,13 +75,13 @@ fn column() -> Primitive {
     let (mut positions, mut normals, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     let (mut joints, mut weights) = (Vec::new(), Vec::new());
     for ring in 0..RINGS {
-        let share = ring as f32 / (RINGS - 1) as f32;
-        let along = share * JOINTS as f32 - 0.5;
+        let fraction = ring as f32 / (RINGS - 1) as f32;
+        let along = fraction * JOINTS as f32 - 0.5;
         let first = (along.floor().max(0.0) as usize).min(JOINTS - 2);
         let second = (along - first as f32).clamp(0.0, 1.0);
         for side in 0..SIDES {
             let (sin, cos) = (TAU * side as f32 / SIDES as f32).sin_cos();
-            positions.push(Vec3::new(RADIUS * cos, share * HEIGHT, RADIUS * sin));
+            positions.push(Vec3::new(RADIUS * cos, fraction * HEIGHT, RADIUS * sin));
             normals.push(Vec3::new(cos, 0.0, sin));
             joints.push([first as u16, first as u16 + 1, 0, 0]);
             weights.push(Vec4::new(1.0 - second, second, 0.0, 0.0));

@@ -108,9 +108,9 @@ fn frames(text: &mut String, report: &Report) {
         let _ = writeln!(text, "\n{what}, {lights} lights, {size}:\n");
         let mut passes = frame.passes.clone();
         passes.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let share = |ms: f64| format!("{:.1} %", 100.0 * ms / frame.median_ms.max(1e-9));
+        let fraction = |ms: f64| format!("{:.1} %", 100.0 * ms / frame.median_ms.max(1e-9));
         let rows: Vec<_> =
-            passes.iter().take(10).map(|(name, ms)| [format!("`{name}`"), format!("{ms:.3}"), share(*ms)]).collect();
+            passes.iter().take(10).map(|(name, ms)| [format!("`{name}`"), format!("{ms:.3}"), fraction(*ms)]).collect();
         table(text, &["pass", "ms", "fraction"], &rows);
     }
 }

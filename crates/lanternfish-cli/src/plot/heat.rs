@@ -31,14 +31,14 @@ pub fn heat_map(title: &str, x_label: &str, y_label: &str, high: f64, frames: &[
             if sum == 0 {
                 continue;
             }
-            let share = (1.0 + sum as f64 / (end - first) as f64).ln() / (1.0 + most).ln();
+            let fraction = (1.0 + sum as f64 / (end - first) as f64).ln() / (1.0 + most).ln();
             let [left, right] = [px(first as f64), px(end as f64)];
             let [top, bottom] = [py(bin as f64 + 1.0), py(bin as f64)];
             svg.add(&format!(
                 r#"<rect x="{left:.2}" y="{top:.2}" width="{:.2}" height="{:.2}" fill="{}"/>"#,
                 right - left + 0.05,
                 bottom - top,
-                color(share)
+                color(fraction)
             ));
         }
     }
@@ -61,17 +61,17 @@ fn scale(svg: &mut Svg, most: f64) {
         ));
     }
     for step in 0..=4 {
-        let share = f64::from(step) / 4.0;
-        let value = (share * (1.0 + most).ln()).exp_m1();
+        let fraction = f64::from(step) / 4.0;
+        let value = (fraction * (1.0 + most).ln()).exp_m1();
         // To three digits, which is more than colours tell.
         let digit = 10f64.powf(value.max(1.0).log10().floor() - 2.0);
         let value = (value / digit).round() * digit;
-        svg.text([right + 42.0, bottom - (bottom - top) * share + 4.0], "start", &short(value));
+        svg.text([right + 42.0, bottom - (bottom - top) * fraction + 4.0], "start", &short(value));
     }
 }
 
-fn color(share: f64) -> String {
-    let place = share.clamp(0.0, 1.0) * (COLORS.len() - 1) as f64;
+fn color(fraction: f64) -> String {
+    let place = fraction.clamp(0.0, 1.0) * (COLORS.len() - 1) as f64;
     let low = (place as usize).min(COLORS.len() - 2);
     let [r, g, b] = [0, 1, 2].map(|c| {
         let (from, to) = (COLORS[low][c], COLORS[low + 1][c]);

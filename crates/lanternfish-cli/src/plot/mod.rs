@@ -34,7 +34,7 @@ impl<'a> Axis<'a> {
         Self { label, ends: [0.0, f64::from(count) * step], logarithmic: false, ticks }
     }
     /// 0 to 1 from one end to the other; beyond the ends it is the end.
-    fn share(&self, value: f64) -> f64 {
+    fn fraction(&self, value: f64) -> f64 {
         let scale = |v: f64| if self.logarithmic { v.max(f64::MIN_POSITIVE).ln() } else { v };
         let [low, high] = self.ends.map(scale);
         ((scale(value) - low) / (high - low)).clamp(0.0, 1.0)
@@ -117,7 +117,7 @@ pub fn bars(title: &str, unit: &str, parts: &[(&str, &'static str)], rows: &[(St
 /// Where values of the axes are in the picture, pixels.
 fn places<'p>(x: &'p Axis<'_>, y: &'p Axis<'_>) -> [Box<dyn Fn(f64) -> f64 + 'p>; 2] {
     let [left, top, right, bottom] = FRAME;
-    [Box::new(move |v| left + (right - left) * x.share(v)), Box::new(move |v| bottom - (bottom - top) * y.share(v))]
+    [Box::new(move |v| left + (right - left) * x.fraction(v)), Box::new(move |v| bottom - (bottom - top) * y.fraction(v))]
 }
 
 /// A number in few characters: 1,500,000 is 1.5M.

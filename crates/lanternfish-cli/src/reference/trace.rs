@@ -169,8 +169,8 @@ fn show(bar: &Bar, film: &Film, goal: &Goal, added: u64, seconds: f64) {
     if let Some(left) = left {
         text += &format!(", {} left", duration(left));
     }
-    let share = left.map_or(0.0, |left| seconds / (seconds + left));
-    bar.show(share, text);
+    let fraction = left.map_or(0.0, |left| seconds / (seconds + left));
+    bar.show(fraction, text);
 }
 
 /// A number with three digits and k, M or G.

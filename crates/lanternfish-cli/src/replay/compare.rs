@@ -19,7 +19,7 @@ use crate::error::CliError;
 /// How probable it may be that a pass is called slower where none is.
 const LEVEL: f64 = 0.05;
 /// Share of the frame that a pass takes at least, if it is tested.
-const LEAST_SHARE: f64 = 0.01;
+const LEAST_FRACTION: f64 = 0.01;
 
 /// What has become of one pass.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,7 +101,7 @@ pub fn compare(old: &Report, new: &Report, matters: f64) -> Result<Comparison, C
             unmatched.push(new.name.clone());
             continue;
         };
-        if ms(&new).max(ms(&old)) < LEAST_SHARE * frame {
+        if ms(&new).max(ms(&old)) < LEAST_FRACTION * frame {
             continue;
         }
         changes.push(change(&old, &new));

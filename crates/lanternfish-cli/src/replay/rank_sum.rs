@@ -8,7 +8,7 @@
 pub fn chance(below: &[f64], above: &[f64]) -> f64 {
     let pairs = above.iter().map(|a| below.iter().filter(|b| a > b).count()).sum::<usize>();
     // The small ones first.
-    shares(below.len(), above.len())[pairs..].iter().rev().sum::<f64>().min(1.0)
+    fractions(below.len(), above.len())[pairs..].iter().rev().sum::<f64>().min(1.0)
 }
 
 /// The smallest probability that sets of these sizes can have: of all values of the one above all of the other.
@@ -17,16 +17,16 @@ pub fn least_chance(below: usize, above: usize) -> f64 {
 }
 
 /// In which share of the orders of `n` and `m` values there are 0, 1, … n m pairs in which one of the `m` is above.
-fn shares(n: usize, m: usize) -> Vec<f64> {
+fn fractions(n: usize, m: usize) -> Vec<f64> {
     // Of i and j values the highest is one of the m, above all i, as often as j of i + j, or one of the n. A row: all j of one i.
     let mut row: Vec<Vec<f64>> = vec![vec![1.0]; m + 1];
     for i in 1..=n {
         for j in 1..=m {
-            let mut shares = vec![0.0; i * j + 1];
+            let mut fractions = vec![0.0; i * j + 1];
             let of_m = j as f64 / (i + j) as f64;
-            row[j - 1].iter().enumerate().for_each(|(pairs, share)| shares[pairs + i] += of_m * share);
-            row[j].iter().enumerate().for_each(|(pairs, share)| shares[pairs] += (1.0 - of_m) * share);
-            row[j] = shares;
+            row[j - 1].iter().enumerate().for_each(|(pairs, fraction)| fractions[pairs + i] += of_m * fraction);
+            row[j].iter().enumerate().for_each(|(pairs, fraction)| fractions[pairs] += (1.0 - of_m) * fraction);
+            row[j] = fractions;
         }
     }
     row.pop().unwrap_or_default()
@@ -38,11 +38,11 @@ mod tests {
 
     #[test]
     fn orders_are_those_of_the_tables() {
-        let orders: Vec<f64> = shares(2, 2).iter().map(|share| (6.0 * share).round()).collect();
+        let orders: Vec<f64> = fractions(2, 2).iter().map(|fraction| (6.0 * fraction).round()).collect();
         assert_eq!(orders, [1.0, 1.0, 2.0, 1.0, 1.0]);
-        assert!((shares(3, 5)[7] - 6.0 / 56.0).abs() < 1e-12 && (least_chance(7, 7) - 1.0 / 3432.0).abs() < 1e-15);
+        assert!((fractions(3, 5)[7] - 6.0 / 56.0).abs() < 1e-12 && (least_chance(7, 7) - 1.0 / 3432.0).abs() < 1e-15);
         // Large ones stay numbers.
-        let many = shares(100, 100);
+        let many = fractions(100, 100);
         assert!((many.iter().sum::<f64>() - 1.0).abs() < 1e-9 && least_chance(100, 100) > 0.0);
         assert_eq!((chance(&[], &[1.0]), chance(&[1.0], &[])), (1.0, 1.0));
     }

@@ -57,8 +57,8 @@ impl Track {
         if index + 1 == count && count > 1 {
             return self.last();
         }
-        let share = f64::from(index) / f64::from((count - 1).max(1));
-        (f64::from(self.first()) + share * (f64::from(self.last()) - f64::from(self.first()))) as f32
+        let fraction = f64::from(index) / f64::from((count - 1).max(1));
+        (f64::from(self.first()) + fraction * (f64::from(self.last()) - f64::from(self.first()))) as f32
     }
 
     /// The camera at a time, seconds; before the start as at the start, after the end as at the end.

@@ -91,11 +91,11 @@ impl ColorDifference {
 
     /// Error, 0..=1, between two colours as [`lab_from_opponent`] gives them.
     pub(super) fn between(&self, a: [f32; 3], b: [f32; 3]) -> f32 {
-        let share = distance(a, b).powf(Self::EXPONENT) / self.largest;
-        if share < Self::KNEE_DISTANCE {
-            Self::KNEE_ERROR / Self::KNEE_DISTANCE * share
+        let fraction = distance(a, b).powf(Self::EXPONENT) / self.largest;
+        if fraction < Self::KNEE_DISTANCE {
+            Self::KNEE_ERROR / Self::KNEE_DISTANCE * fraction
         } else {
-            let beyond = (share - Self::KNEE_DISTANCE) / (1.0 - Self::KNEE_DISTANCE);
+            let beyond = (fraction - Self::KNEE_DISTANCE) / (1.0 - Self::KNEE_DISTANCE);
             (Self::KNEE_ERROR + (1.0 - Self::KNEE_ERROR) * beyond).min(1.0)
         }
     }

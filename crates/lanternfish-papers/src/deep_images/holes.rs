@@ -28,7 +28,7 @@ struct Alone {
 }
 
 impl Alone {
-    fn share(self) -> f64 {
+    fn fraction(self) -> f64 {
         self.alone as f64 / self.all.max(1) as f64
     }
 }
@@ -107,9 +107,9 @@ impl DeepImages {
             .iter()
             .fold(Alone::default(), |sum, class| Alone { all: sum.all + class.all, alone: sum.alone + class.alone });
         Ok(Holes {
-            missing: all.share(),
-            spurious: spurious.share(),
-            missing_by_cosine: missing.map(Alone::share),
+            missing: all.fraction(),
+            spurious: spurious.fraction(),
+            missing_by_cosine: missing.map(Alone::fraction),
             fragments: spurious.all as f64 / all.all.max(1) as f64,
         })
     }
@@ -126,6 +126,6 @@ mod tests {
         let [first, second, ..] = alone(&these, &those, 0.5, |index, _| index);
         assert_eq!([(first.all, first.alone), (second.all, second.alone)], [(2, 1), (1, 1)]);
         assert_eq!([-1.0, -0.6, 0.5, 0.25, 0.0].map(class_of), [3, 2, 1, 0, 0]);
-        assert_eq!(Alone::default().share(), 0.0);
+        assert_eq!(Alone::default().fraction(), 0.0);
     }
 }

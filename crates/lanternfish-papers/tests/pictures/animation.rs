@@ -119,7 +119,7 @@ fn gpu_posed_scenes_are_the_path_tracers() {
                 "{sample} at {time}: {} lit, median {:.3} %, {:.2} % within 5 %, energy {:+.3} %",
                 error.lit_count(),
                 100.0 * error.median(),
-                100.0 * error.share_within(0.05),
+                100.0 * error.fraction_within(0.05),
                 100.0 * (error.energy_ratio() - 1.0)
             );
             pictures.push((found, expected, error));
@@ -131,12 +131,12 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             // Up to half of the pixels of so small a thing are edges, of which 64 frames see 64 places.
             assert!(error.lit_count() > 40, "{sample} at {time}: little is seen");
             assert!(error.median() < 0.04, "{sample} at {time}: median {}", error.median());
-            assert!(error.share_within(0.1) > 0.7, "{sample} at {time}: {} within 10 %", error.share_within(0.1));
+            assert!(error.fraction_within(0.1) > 0.7, "{sample} at {time}: {} within 10 %", error.fraction_within(0.1));
             assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{sample} at {time}: energy {}", error.energy_ratio());
         }
         // It can fail: another moment is another picture. The truck's wheels turn alone, and are round.
-        let other = RelativeError::measure(&pictures[1].0, &pictures[0].1, 1e-3).unwrap().share_within(0.1);
-        let own = pictures[1].2.share_within(0.1);
+        let other = RelativeError::measure(&pictures[1].0, &pictures[0].1, 1e-3).unwrap().fraction_within(0.1);
+        let own = pictures[1].2.fraction_within(0.1);
         assert!(other < own - 0.02 || sample.contains("Truck"), "{sample}: blind to what moves: {other} and {own}");
     }
 }

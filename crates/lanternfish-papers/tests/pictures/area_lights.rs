@@ -59,7 +59,7 @@ fn compare(name: &str, found: &RgbImage, truth: &RgbImage) -> RelativeError {
     println!(
         "{name}: median {:.3} %, {:.2} % within 5 %, energy {:+.3} %",
         100.0 * error.median(),
-        100.0 * error.share_within(0.05),
+        100.0 * error.fraction_within(0.05),
         100.0 * (error.energy_ratio() - 1.0)
     );
     error
@@ -80,7 +80,7 @@ fn gpu_area_lights_are_the_path_tracers() {
     let check = |name: &str, found: &RgbImage, within: f32| {
         let error = compare(name, found, &expected);
         assert!(error.median() < 0.01, "{name}: median {}", error.median());
-        assert!(error.share_within(0.05) > within, "{name}: within 5 %: {}", error.share_within(0.05));
+        assert!(error.fraction_within(0.05) > within, "{name}: within 5 %: {}", error.fraction_within(0.05));
         assert!((error.energy_ratio() - 1.0).abs() < 0.005, "{name}: energy {}", error.energy_ratio());
     };
     check("64 frames of 16 rays", &found, 0.97);
@@ -100,7 +100,7 @@ fn gpu_area_lights_are_the_path_tracers() {
     assert!(error.energy_ratio() > 1.005, "blind to 1 % of light");
     let open = Settings { shadows: Shadows::None, ..settings() };
     let error = compare("without shadows", &accumulated(gpu, &scene, &camera, open), &expected);
-    assert!(error.energy_ratio() > 1.02 && error.share_within(0.05) < 0.95, "blind to shadows");
+    assert!(error.energy_ratio() > 1.02 && error.fraction_within(0.05) < 0.95, "blind to shadows");
     let mut smaller = scene.clone();
     for light in smaller.lights.iter_mut().filter(|light| light.area().is_some()) {
         let (area, position) = (light.area().unwrap(), light.position);
@@ -108,7 +108,7 @@ fn gpu_area_lights_are_the_path_tracers() {
         light.intensity *= area / light.area().unwrap();
     }
     let error = compare("small lights", &accumulated(gpu, &smaller, &camera, settings()), &expected);
-    assert!(error.share_within(0.05) < 0.9, "blind to the lights' size");
+    assert!(error.fraction_within(0.05) < 0.9, "blind to the lights' size");
 }
 
 /// Without what could cast a shadow, `shadows none` is the truth too: the whole of the light, and not that of its middle.
@@ -247,9 +247,9 @@ fn gpu_views_of_rays_count_those_to_areas() {
         let settings = Settings { debug_view: Some(view), shadows: Shadows::BVH, ..Settings::direct_light() };
         render(gpu, &scene, &camera, SIZE, settings)
     };
-    let (shares, rays) = (view(DebugView::Visibility), view(DebugView::RayCount));
-    let lit = shares.display.iter().filter(|pixel| pixel[0] == 255).count();
-    let shown = shares.display.iter().filter(|pixel| pixel[0] > 0).count();
+    let (fractions, rays) = (view(DebugView::Visibility), view(DebugView::RayCount));
+    let lit = fractions.display.iter().filter(|pixel| pixel[0] == 255).count();
+    let shown = fractions.display.iter().filter(|pixel| pixel[0] > 0).count();
     assert!(lit > 2000 && lit == shown, "{lit} of {shown} see all of the light");
     // Sixteen rays to each pixel of the floor, and no others.
     assert_eq!(counter(&rays, "shadows/rays"), 16 * lit as u64);

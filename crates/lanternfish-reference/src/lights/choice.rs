@@ -25,14 +25,14 @@ impl Choice {
 
     /// An emitter for the surface at `p` with normal `n`, and its chance. `None`: nothing arrives there.
     pub fn choose(&self, p: Vec3A, n: DVec3, u: f64) -> Option<(u32, f64)> {
-        let shares = self.shares();
-        let scaled = u * f64::from(shares);
-        let share = (scaled as u32).min(shares.checked_sub(1)?);
-        if share < self.infinite {
-            return Some((share, 1.0 / f64::from(shares)));
+        let fractions = self.fractions();
+        let scaled = u * f64::from(fractions);
+        let fraction = (scaled as u32).min(fractions.checked_sub(1)?);
+        if fraction < self.infinite {
+            return Some((fraction, 1.0 / f64::from(fractions)));
         }
-        let (emitter, chance) = self.tree.choose(&receiver(p, n), scaled - f64::from(share))?;
-        Some((self.infinite + emitter, chance / f64::from(shares)))
+        let (emitter, chance) = self.tree.choose(&receiver(p, n), scaled - f64::from(fraction))?;
+        Some((self.infinite + emitter, chance / f64::from(fractions)))
     }
 
     /// The chance that [`Choice::choose`] gives `emitter`.
@@ -41,10 +41,10 @@ impl Choice {
             None => 1.0,
             Some(bounded) => self.tree.chance(&receiver(p, n), bounded),
         };
-        within / f64::from(self.shares())
+        within / f64::from(self.fractions())
     }
 
-    fn shares(&self) -> u32 {
+    fn fractions(&self) -> u32 {
         self.infinite + u32::from(!self.tree.is_empty())
     }
 }

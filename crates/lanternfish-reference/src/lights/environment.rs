@@ -115,11 +115,11 @@ impl Sky {
 fn weight(image: &Environment, x: usize, y: usize) -> f64 {
     let tent = [0.125, 0.75, 0.125];
     let mut sum = 0.0;
-    for (j, row_share) in tent.iter().enumerate() {
+    for (j, row_fraction) in tent.iter().enumerate() {
         let row = (y + j).saturating_sub(1).min(image.height - 1);
-        for (i, share) in tent.iter().enumerate() {
+        for (i, fraction) in tent.iter().enumerate() {
             let column = (x + image.width + i - 1) % image.width;
-            sum += share * row_share * f64::from(image.pixels[row * image.width + column].max_element());
+            sum += fraction * row_fraction * f64::from(image.pixels[row * image.width + column].max_element());
         }
     }
     sum

@@ -39,8 +39,8 @@ fn emitters_are_chosen_as_often_as_is_said() {
                 let p_value = chi_square(&counts, &expected);
                 assert!(p_value > 1e-5, "{infinite} {bounded} {range} at {p}: {p_value}");
             } else {
-                for (found, share) in counts.iter().zip(&expected) {
-                    assert!((*found as f64 / 50_000.0 - share).abs() < 0.015, "{counts:?}, not {expected:?}");
+                for (found, fraction) in counts.iter().zip(&expected) {
+                    assert!((*found as f64 / 50_000.0 - fraction).abs() < 0.015, "{counts:?}, not {expected:?}");
                 }
             }
         }

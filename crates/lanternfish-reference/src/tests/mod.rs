@@ -172,8 +172,8 @@ fn shared_edges_are_closed() {
     for corners in primitive.indices.chunks_exact(3) {
         for (i, j) in [(0, 1), (1, 2), (2, 0), (0, 0)] {
             let [a, b] = [corners[i], corners[j]].map(|c| Vec3A::from(primitive.positions[c as usize]));
-            for share in 0..20 {
-                let target = a.lerp(b, share as f32 / 20.0);
+            for fraction in 0..20 {
+                let target = a.lerp(b, fraction as f32 / 20.0);
                 let direction = target.normalize();
                 assert!(tracer.world.closest(Vec3A::ZERO, direction, Faces::All, 0).is_some(), "{target}");
                 aimed += 1;

@@ -24,17 +24,17 @@ fn cell(wi: DVec3) -> usize {
 }
 
 /// Shares of the cells under a density over solid angle.
-fn shares(pdf: &dyn Fn(DVec3) -> f64) -> Vec<f64> {
-    let mut shares = vec![0.0; ROWS * COLUMNS];
+fn fractions(pdf: &dyn Fn(DVec3) -> f64) -> Vec<f64> {
+    let mut fractions = vec![0.0; ROWS * COLUMNS];
     for i in 0..ROWS * FINE {
         let z = 2.0 * (i as f64 + 0.5) / (ROWS * FINE) as f64 - 1.0;
         for j in 0..COLUMNS * FINE {
             let phi = 2.0 * PI * ((j as f64 + 0.5) / (COLUMNS * FINE) as f64 - 0.5);
             let wi = DVec3::new((1.0 - z * z).sqrt() * phi.cos(), (1.0 - z * z).sqrt() * phi.sin(), z);
-            shares[cell(wi)] += pdf(wi) * 4.0 * PI / (ROWS * FINE * COLUMNS * FINE) as f64;
+            fractions[cell(wi)] += pdf(wi) * 4.0 * PI / (ROWS * FINE * COLUMNS * FINE) as f64;
         }
     }
-    shares
+    fractions
 }
 
 /// p of the test that `sample` (lost samples: `None`) follows `pdf`.
@@ -47,7 +47,7 @@ fn agreement(sample: &dyn Fn([f64; 3]) -> Option<DVec3>, pdf: &dyn Fn(DVec3) -> 
             None => counts[ROWS * COLUMNS] += 1,
         }
     }
-    let mut expected = shares(pdf);
+    let mut expected = fractions(pdf);
     let lost = (1.0 - expected.iter().sum::<f64>()).max(0.0);
     // The sum over points is good to this: fewer losses cannot be told from none.
     if lost < 2e-3 {

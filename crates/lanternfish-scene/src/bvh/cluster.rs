@@ -13,7 +13,7 @@ use obvhs::{
 use rayon::prelude::*;
 
 /// A pass that makes fewer pairs than one for this many clusters pairs neighbours by order instead.
-const LEAST_SHARE: usize = 16;
+const LEAST_FRACTION: usize = 16;
 /// Number of clusters up to which a pass may make a single pair.
 const FEW: usize = 64;
 /// Least number of clusters in a task of a thread.
@@ -55,7 +55,7 @@ pub fn tree(boxes: &[Aabb], order: &[u32], search: Search) -> Bvh2 {
         match search {
             Search::Near { radius, narrow_passes } => {
                 choose(&clusters, partners, if pass < narrow_passes { 1 } else { radius });
-                if clusters.len() > FEW && pairs(partners) * LEAST_SHARE < clusters.len() {
+                if clusters.len() > FEW && pairs(partners) * LEAST_FRACTION < clusters.len() {
                     pair_neighbours(partners);
                 }
             }

@@ -273,8 +273,8 @@ mod tests {
     fn masks_have_leaf_and_gap() {
         for image in [frond(), leaves()] {
             let solid = image.rgba.chunks_exact(4).filter(|p| p[3] == 255).count();
-            let share = solid as f32 / (image.width * image.height) as f32;
-            assert!((0.15..0.8).contains(&share), "{}: {share} is leaf", image.name);
+            let fraction = solid as f32 / (image.width * image.height) as f32;
+            assert!((0.15..0.8).contains(&fraction), "{}: {fraction} is leaf", image.name);
         }
     }
 }

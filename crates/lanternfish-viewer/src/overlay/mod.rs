@@ -212,8 +212,8 @@ fn heat(lights: u32) -> Color32 {
     ];
     let place = ((1.0 + lights as f32).log2() / 2.0).min(5.0);
     let first = (place as usize).min(4);
-    let share = place - first as f32;
-    let channel = |i: usize| (STOPS[first][i] + share * (STOPS[first + 1][i] - STOPS[first][i])) as u8;
+    let fraction = place - first as f32;
+    let channel = |i: usize| (STOPS[first][i] + fraction * (STOPS[first + 1][i] - STOPS[first][i])) as u8;
     Color32::from_rgba_unmultiplied(channel(0), channel(1), channel(2), 130)
 }
 

@@ -49,8 +49,8 @@ impl Projector {
     fn place(&self, p_view: Vec3) -> Pos2 {
         let [left, right, bottom, top] = self.sides;
         let across = if self.near.is_some() { p_view.truncate() / -p_view.z } else { p_view.truncate() };
-        let share = (across - Vec2::new(left, top)) / Vec2::new(right - left, bottom - top);
-        pos2(self.picture.left() + share.x * self.picture.width(), self.picture.top() + share.y * self.picture.height())
+        let fraction = (across - Vec2::new(left, top)) / Vec2::new(right - left, bottom - top);
+        pos2(self.picture.left() + fraction.x * self.picture.width(), self.picture.top() + fraction.y * self.picture.height())
     }
 }
 

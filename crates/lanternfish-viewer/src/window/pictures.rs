@@ -46,8 +46,8 @@ impl Viewer {
             }
             self.seen.update()?;
         }
-        let share = self.pace.scale(u64::from(self.room.x) * u64::from(self.room.y), self.moves());
-        let size = (self.room.as_vec2() * share).as_uvec2().max(UVec2::ONE);
+        let fraction = self.pace.scale(u64::from(self.room.x) * u64::from(self.room.y), self.moves());
+        let size = (self.room.as_vec2() * fraction).as_uvec2().max(UVec2::ONE);
         self.seen.resize(size);
         if self.seen.has_more(&self.state.controls.camera) {
             self.seen.draw(&self.state.controls.camera)?;

@@ -5,11 +5,11 @@
 //! * `samples`: small pieces of the sphere with their mean radiance, from which every direction of deep images gets its own, and
 //!   nine numbers that give the irradiance by the normal where nothing occludes;
 //! * `levels`: a cube of it, each level filtered as a surface of that roughness reflects it;
-//! * `brdf_shares`: what a surface reflects of an even light, of any scene.
+//! * `brdf_fractions`: what a surface reflects of an even light, of any scene.
 //!
 //! How much of it arrives is [`crate::occlusion`]'s; shading adds it by `shading/environment_light.wesl`.
 
-pub(crate) mod brdf_shares;
+pub(crate) mod brdf_fractions;
 mod image;
 mod levels;
 mod samples;
@@ -70,7 +70,7 @@ pub struct EnvironmentLight {
     /// Unit direction, world space, towards a spot of the image that sends much of all light, if there is one.
     pub sun: Option<Vec3>,
     levels: wgpu::TextureView,
-    brdf_shares: wgpu::TextureView,
+    brdf_fractions: wgpu::TextureView,
     sampler: wgpu::Sampler,
     parameters: wgpu::Buffer,
 }
@@ -99,7 +99,7 @@ impl EnvironmentLight {
             sun: samples.as_deref().and_then(sun_of),
             samples,
             levels,
-            brdf_shares: brdf_shares::upload(device, queue),
+            brdf_fractions: brdf_fractions::upload(device, queue),
             sampler,
             parameters: uniform_buffer_of(device, "environment_light", &parameters),
         })
@@ -110,7 +110,7 @@ impl EnvironmentLight {
         Bindings::new()
             .buffer("environment_light_parameters", &self.parameters)
             .texture("environment_levels", &self.levels)
-            .texture("brdf_shares", &self.brdf_shares)
+            .texture("brdf_fractions", &self.brdf_fractions)
             .sampler("environment_sampler", &self.sampler)
     }
 }

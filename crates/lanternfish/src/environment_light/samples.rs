@@ -61,7 +61,7 @@ fn mean_of(environment: &Environment, across: &Range<usize>, down: &Range<usize>
 /// Angle from the brightest piece within which lies what may be a sun, rad.
 const SUN_RADIUS: f32 = 0.05;
 /// Least share of all light that a sun sends.
-const SUN_SHARE: f32 = 0.05;
+const SUN_FRACTION: f32 = 0.05;
 
 /// Where a sun stands, if the image has one: a spot that sends much of all light. Unit, world space.
 pub(super) fn sun_of(samples: &[EnvironmentSample]) -> Option<Vec3> {
@@ -71,7 +71,7 @@ pub(super) fn sun_of(samples: &[EnvironmentSample]) -> Option<Vec3> {
     let near: f32 = samples.iter().filter(is_near).map(light).sum();
     let towards: Vec3 = samples.iter().filter(is_near).map(|sample| light(sample) * sample.direction).sum();
     let all: f32 = samples.iter().map(light).sum();
-    (near > SUN_SHARE * all).then(|| towards.normalize_or(brightest.direction))
+    (near > SUN_FRACTION * all).then(|| towards.normalize_or(brightest.direction))
 }
 
 /// Irradiance over π of a surface that nothing occludes, by its normal, nits: the sum of these numbers times 1, y, z, x, xy, yz,

@@ -271,7 +271,7 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
     let mut shining = scene.clone();
     shining.materials[0] = Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) };
     let direct = Settings { samples: Samples::Four, ..Settings::direct_light() };
-    let share = picture(gpu, direct, &shining, &camera);
+    let fraction = picture(gpu, direct, &shining, &camera);
     let differing = one.iter().zip(&four).filter(|(a, b)| (**a - **b).abs().max_element() > 1e-3).count();
     let edges = SIZE.y as usize;
     assert!((edges / 4..=3 * edges).contains(&differing), "{differing} pixels differ");
@@ -281,7 +281,7 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
         for x in 1..width - 1 {
             let around = (0..9).map(|i| one[(y + i / 3 - 1) * width + x + i % 3 - 1].x);
             let most = around.fold(0.0, f32::max);
-            let most = 1.03 * share[y * width + x].x * most;
+            let most = 1.03 * fraction[y * width + x].x * most;
             assert!(four[y * width + x].x <= most + 1e-3, "{x}, {y}: {} of {most}", four[y * width + x]);
         }
     }

@@ -45,8 +45,8 @@ fn gpu_attenuation_is_the_theses() {
     let mut arguments = Vec::new();
     for function in Attenuation::ALL.iter().copied() {
         for range in [0.5f32, 1.0, 7.5, 300.0] {
-            for share in [0.01f32, 0.1, 0.3, 0.5, 0.77, 0.9, 0.99, 0.9999, 1.0, 1.0001, 1.5, 40.0] {
-                arguments.push((function, share * range, range));
+            for fraction in [0.01f32, 0.1, 0.3, 0.5, 0.77, 0.9, 0.99, 0.9999, 1.0, 1.0001, 1.5, 40.0] {
+                arguments.push((function, fraction * range, range));
             }
         }
     }

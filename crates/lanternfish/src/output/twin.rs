@@ -6,7 +6,7 @@ const BIN_COUNT: usize = 512;
 const BIN_SHIFT: u32 = 20;
 const FIRST_BIN: u32 = 760;
 const SURFACE_WEIGHT: f32 = 8.0;
-const HIGHLIGHT_SHARE: f32 = 0.05;
+const HIGHLIGHT_FRACTION: f32 = 0.05;
 const MIDDLE: f32 = 0.25;
 const STEPS_A_STOP: f32 = 8.0;
 
@@ -17,7 +17,7 @@ pub(super) const CONSTANTS: [(&str, f64); 7] = [
     ("BIN_SHIFT", BIN_SHIFT as f64),
     ("FIRST_BIN", FIRST_BIN as f64),
     ("SURFACE_WEIGHT", SURFACE_WEIGHT as f64),
-    ("HIGHLIGHT_SHARE", HIGHLIGHT_SHARE as f64),
+    ("HIGHLIGHT_FRACTION", HIGHLIGHT_FRACTION as f64),
     ("MIDDLE", MIDDLE as f64),
     ("STEPS_A_STOP", STEPS_A_STOP as f64),
 ];
@@ -51,7 +51,7 @@ pub fn metered_exposure(pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
     if total == 0.0 {
         return 0.0;
     }
-    let above = HIGHLIGHT_SHARE * total;
+    let above = HIGHLIGHT_FRACTION * total;
     let (mut highlight, mut passed) = (0.0, 0.0);
     for (bin, weight) in weights.iter().map(|weight| *weight as f32).enumerate().rev() {
         if passed + weight > above {
@@ -60,14 +60,14 @@ pub fn metered_exposure(pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
         }
         passed += weight;
     }
-    let share = |(bin, weight): (usize, &u64)| *weight as f32 / total * luminance_in_bin(bin, 0.5).min(highlight);
-    let mean = weights.iter().enumerate().map(share).sum::<f32>();
+    let fraction = |(bin, weight): (usize, &u64)| *weight as f32 / total * luminance_in_bin(bin, 0.5).min(highlight);
+    let mean = weights.iter().enumerate().map(fraction).sum::<f32>();
     (STEPS_A_STOP * (MIDDLE / mean).min(1.0 / highlight).log2()).round_ties_even() / STEPS_A_STOP + 0.0
 }
 
 /// Luminance a share of the way through a bin.
-fn luminance_in_bin(bin: usize, share: f32) -> f32 {
+fn luminance_in_bin(bin: usize, fraction: f32) -> f32 {
     let edge = |bin: u32| f32::from_bits((FIRST_BIN + bin) << BIN_SHIFT);
     let (low, high) = (edge(bin as u32), edge(bin as u32 + 1));
-    low + share * (high - low)
+    low + fraction * (high - low)
 }

@@ -69,7 +69,7 @@ pub(crate) struct Shadowing<'a> {
     /// Which lights reach each pixel, where shadows are traced.
     pub visibility: Option<&'a Visibility<'a>>,
     /// The ratio of area lights' light that reaches each pixel, where there is a history.
-    pub shares: Option<&'a AccumulatedRatios>,
+    pub fractions: Option<&'a AccumulatedRatios>,
 }
 
 impl Forward {
@@ -145,7 +145,7 @@ impl Forward {
         Radiance { target: target("radiance", wgpu::TextureUsages::COPY_SRC, 1), drawn }
     }
 
-    /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows; `shares` of the whole
+    /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows; `fractions` of the whole
     /// view, where shadows have a history. The
     /// call for the first row clears the target to the sky.
     pub fn record(
@@ -154,7 +154,7 @@ impl Forward {
         ViewContext { scene, buffer, draws, surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         arriving: &Arriving,
-        &Shadowing { visibility, shares }: &Shadowing<'_>,
+        &Shadowing { visibility, fractions }: &Shadowing<'_>,
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
         self.opaque.prepare(frame.device, scene, &draws.solid)?;
@@ -166,8 +166,8 @@ impl Forward {
             rows = visibility.rows.clone();
             bindings = bindings.with(more);
         }
-        let shares = shares.map(AccumulatedRatios::bindings);
-        let bindings = shares.iter().fold(bindings, |bindings, more| bindings.with(more));
+        let fractions = fractions.map(AccumulatedRatios::bindings);
+        let bindings = fractions.iter().fold(bindings, |bindings, more| bindings.with(more));
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
         frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |groups, pass| {
             // Mesa's software driver misplaces a scissor by half a pixel where there are several samples: there the shader looks.

@@ -215,9 +215,9 @@ fn the_grazing_share_fits_the_specular_layer() {
     let layer = |f0, roughness| Reflector { albedo: DVec3::ZERO, f0: DVec3::splat(f0), ..white(0.0, roughness) };
     for roughness in ROUGHNESSES {
         for angle in &ANGLES[..6] {
-            let share = reflectance(&layer(0.0, roughness), at(*angle), 96).x;
-            let fit = brdf::grazing_share(angle.cos(), layer(0.0, roughness).alpha());
-            assert!((-0.012..0.08).contains(&(fit - share)), "{roughness} {angle}: {fit}, not {share}");
+            let fraction = reflectance(&layer(0.0, roughness), at(*angle), 96).x;
+            let fit = brdf::grazing_fraction(angle.cos(), layer(0.0, roughness).alpha());
+            assert!((-0.012..0.08).contains(&(fit - fraction)), "{roughness} {angle}: {fit}, not {fraction}");
         }
     }
 }

@@ -43,9 +43,9 @@ pub fn check_shadow_driver(tracer: Tracer, adapter: &wgpu::AdapterInfo) -> Resul
     crate::shadows::check_driver(tracer, adapter)
 }
 
-/// The integrals that `environment_light/brdf_shares.rs` has tables of.
-pub fn brdf_shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
-    crate::environment_light::brdf_shares::shares(n_dot_v, perceptual_roughness)
+/// The integrals that `environment_light/brdf_fractions.rs` has tables of.
+pub fn brdf_fractions(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
+    crate::environment_light::brdf_fractions::fractions(n_dot_v, perceptual_roughness)
 }
 
 /// From now on, in this thread: rounds of rays that are traced together, at most, and cells that a radiance cache has room for at first.

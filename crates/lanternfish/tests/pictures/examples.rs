@@ -65,14 +65,14 @@ fn gpu_a_program_that_shades_by_itself_gets_the_light_of_the_picture() {
         let pairs = a.iter().zip(b).filter(|(a, b)| a[..3].iter().zip(&b[..3]).any(|(a, b)| a.abs_diff(*b) > 2));
         pairs.count() as f64 / a.len() as f64
     };
-    let (share, unshadowed) =
+    let (fraction, unshadowed) =
         (apart(&found, &expected.display), picture(Settings { shadows: Shadows::None, ..settings.clone() }));
     let without = picture(Settings { indirect: Settings::direct_light().indirect, ..settings });
     let others = [apart(&found, &unshadowed.display), apart(&found, &without.display)];
-    println!("{share} of the pixels differ by more than 2 of 255; without shadows, without indirect light {others:?}");
-    assert!(share < 0.005, "{share}");
+    println!("{fraction} of the pixels differ by more than 2 of 255; without shadows, without indirect light {others:?}");
+    assert!(fraction < 0.005, "{fraction}");
     // It can fail.
-    assert!(others.iter().all(|share| *share > 0.02), "{others:?}");
+    assert!(others.iter().all(|fraction| *fraction > 0.02), "{others:?}");
     let lit = found.iter().filter(|pixel| pixel[..3].iter().any(|c| *c > 20)).count();
     assert!(lit * 2 > found.len(), "{lit} pixels are lit");
 }

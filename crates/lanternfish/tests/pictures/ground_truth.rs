@@ -74,7 +74,7 @@ fn report(name: &str, error: &RelativeError, within: f32) {
         "{name}: {} lit pixels, median {:.3} %, {:.2} % within {} %, energy {:+.3} %",
         error.lit_count(),
         100.0 * error.median(),
-        100.0 * error.share_within(within),
+        100.0 * error.fraction_within(within),
         100.0 * within,
         100.0 * (error.energy_ratio() - 1.0)
     );
@@ -88,7 +88,7 @@ fn gpu_cornell_direct_light_is_the_reference() {
     let error = reference.compare(gpu, 8, 1.0);
     report("cornell-point-direct", &error, 0.02);
     assert!(error.median() < 0.005, "median {}", error.median());
-    assert!(error.share_within(0.02) > 0.98, "within 2 %: {}", error.share_within(0.02));
+    assert!(error.fraction_within(0.02) > 0.98, "within 2 %: {}", error.fraction_within(0.02));
     assert!((error.energy_ratio() - 1.0).abs() < 0.005, "energy {}", error.energy_ratio());
 
     // The harness can fail: one per cent too bright is seen.
@@ -108,6 +108,6 @@ fn gpu_sponza_direct_light_is_the_reference() {
     let error = reference.compare(gpu, 4, 1.0);
     report("sponza-ten-direct", &error, 0.1);
     assert!(error.median() < 0.015, "median {}", error.median());
-    assert!(error.share_within(0.1) > 0.9, "within 10 %: {}", error.share_within(0.1));
+    assert!(error.fraction_within(0.1) > 0.9, "within 10 %: {}", error.fraction_within(0.1));
     assert!((error.energy_ratio() - 1.0).abs() < 0.005, "energy {}", error.energy_ratio());
 }

@@ -127,10 +127,10 @@ fn the_stated_interval_holds_in_19_of_20_pairs() {
             all += 1;
         }
     }
-    let share = held as f64 / f64::from(all);
-    println!("the interval held in {:.2} % of {all} pairs", 100.0 * share);
+    let fraction = held as f64 / f64::from(all);
+    println!("the interval held in {:.2} % of {all} pairs", 100.0 * fraction);
     // Passes of a pair share its drift: the standard deviation is that of 400 values, 1.1 %, at most.
-    assert!((0.925..0.985).contains(&share), "{share}");
+    assert!((0.925..0.985).contains(&fraction), "{fraction}");
 }
 
 #[test]

@@ -26,8 +26,8 @@ pub(super) fn compare(found: &[Vec<Fragment>], exact: &[Vec<Fragment>], texel: f
             (None, None) => {}
         }
     }
-    let share = |count: usize| count as f64 / met as f64;
-    (share(empty), share(off), share(false_hits))
+    let fraction = |count: usize| count as f64 / met as f64;
+    (fraction(empty), fraction(off), fraction(false_hits))
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn gpu_a_single_pass_leaves_few_holes() {
     let Some(gpu) = testing::gpu("gpu_a_single_pass_leaves_few_holes") else { return };
     for name in ["cornell", "atrium"] {
         let scene = upload(gpu, &lanternfish_scene::generate::demo(name).unwrap());
-        let mut share = Vec::new();
+        let mut fraction = Vec::new();
         for supersampling in [1, 2, 3] {
             let images = build(gpu, &scene, DeepImageSettings { supersampling, ..settings(DeepBuilder::SinglePass) });
             let yardstick = build(gpu, &scene, settings(DeepBuilder::PerDirection));
@@ -76,9 +76,9 @@ fn gpu_a_single_pass_leaves_few_holes() {
                 images.counts.drawn,
                 images.counts.kept
             );
-            share.push(empty / n);
+            fraction.push(empty / n);
         }
-        assert!(share[1] <= share[0] && share[1] < 0.02, "{share:?}");
+        assert!(fraction[1] <= fraction[0] && fraction[1] < 0.02, "{fraction:?}");
     }
 }
 

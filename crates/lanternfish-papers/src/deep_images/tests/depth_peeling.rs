@@ -25,8 +25,8 @@ fn differing(found: &[Vec<Fragment>], other: &[Vec<Fragment>], grid: &DeepGrid) 
         }
     }
     assert_eq!(found.len(), other.len());
-    let share = |count: usize| count as f64 / found.len() as f64;
-    (share(depths), share(triangles))
+    let fraction = |count: usize| count as f64 / found.len() as f64;
+    (fraction(depths), fraction(triangles))
 }
 
 #[test]

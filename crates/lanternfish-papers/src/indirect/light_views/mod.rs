@@ -248,12 +248,12 @@ impl LightViews {
 }
 
 /// Near plane of a light's view, over the scene's radius.
-const NEAR_SHARE: f32 = 1e-4;
+const NEAR_FRACTION: f32 = 1e-4;
 
 /// Distances of the planes of a light's view: from its origin, and from where parallel rays start, which have a far one. `radius`: the
 /// scene's, m.
 fn planes(is_parallel: bool, radius: f32) -> (f32, f32) {
-    if is_parallel { (0.9 * radius, 3.1 * radius) } else { (NEAR_SHARE * radius, 0.0) }
+    if is_parallel { (0.9 * radius, 3.1 * radius) } else { (NEAR_FRACTION * radius, 0.0) }
 }
 
 fn luminance(color: Vec3) -> f32 {

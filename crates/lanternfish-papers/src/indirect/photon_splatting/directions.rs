@@ -32,8 +32,8 @@ impl PhotonDirections {
             let (image, _) = directions.nearest(DVec3::new(r * cos, r * sin, z).as_vec3());
             nearest[image as usize] += 1;
         }
-        let share = 2.0 * PI / count as f64;
-        let solid_angles = nearest.iter().map(|count| (share * f64::from(*count)) as f32).collect();
+        let fraction = 2.0 * PI / count as f64;
+        let solid_angles = nearest.iter().map(|count| (fraction * f64::from(*count)) as f32).collect();
         Ok(Self { directions, solid_angles })
     }
 

@@ -104,11 +104,11 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
         for bounces in 1..=3 {
             let room = PhotonSplatting { tracer: tracer.into(), bounces, count: 1024, ..room() };
             let picture = render_room(gpu, room, &scene, &camera);
-            let share = |name| counter(&picture, name) / f64::from(passes::FLUX_UNITS);
+            let fraction = |name| counter(&picture, name) / f64::from(passes::FLUX_UNITS);
             // A texel's share of the sphere is taken at one of its points.
-            assert!((share("flux_arrived") - 1.0).abs() < 0.01, "{tracer}: {}", share("flux_arrived"));
-            let of_bounce = (share("flux_landed") - before) / share("flux_arrived");
-            before = share("flux_landed");
+            assert!((fraction("flux_arrived") - 1.0).abs() < 0.01, "{tracer}: {}", fraction("flux_arrived"));
+            let of_bounce = (fraction("flux_landed") - before) / fraction("flux_arrived");
+            before = fraction("flux_landed");
             let expected = 0.5f64.powi(bounces as i32);
             assert!(
                 (of_bounce / expected - 1.0).abs() < most * f64::from(bounces),

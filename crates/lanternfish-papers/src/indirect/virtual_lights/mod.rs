@@ -180,10 +180,10 @@ fn check(room: &VirtualLights) -> Result<(), RenderError> {
     if room.filter_radius > MOST_RADIUS || room.large_kept > 100 {
         return wrong("a filter of at most 64 pixels, and at most 100 percent of large lights");
     }
-    let shares = [room.spacing, room.least_range, room.most_range];
+    let fractions = [room.spacing, room.least_range, room.most_range];
     // What is no number is not above 0 either.
     let is_above = |number: &f32| *number > 0.0;
-    if !shares.iter().chain(&room.least_distance).all(is_above) {
+    if !fractions.iter().chain(&room.least_distance).all(is_above) {
         return wrong("spacing and ranges above 0, and a least distance above 0");
     }
     Ok(())

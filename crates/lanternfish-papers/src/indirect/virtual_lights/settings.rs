@@ -124,7 +124,7 @@ impl Technique for VirtualLights {
         .with_default(),
         Parameter::new(
             "vpl-spacing",
-            "SHARE",
+            "FRACTION",
             Range::Positive,
             "Distance between virtual lights below which texels of their map become one light, as a share of the scene's radius. Larger: fewer \
              lights",
@@ -166,7 +166,7 @@ impl Technique for VirtualLights {
         .with_default(),
         Parameter::new(
             "vpl-least-range",
-            "SHARE",
+            "FRACTION",
             Range::Positive,
             "Range below which a virtual light is left out, as a share of the scene's radius. Larger: fewer lights",
             |room: &mut Self| &mut room.least_range,
@@ -174,7 +174,7 @@ impl Technique for VirtualLights {
         .with_default(),
         Parameter::new(
             "vpl-most-range",
-            "SHARE",
+            "FRACTION",
             Range::Positive,
             "Range above which only some virtual lights are kept, as a share of the scene's radius; random ranges end there. Smaller: \
              fewer lights a pixel",

@@ -234,18 +234,18 @@ fn gpu_no_light_leaks_into_a_closed_room() {
 fn gpu_ranges_reach_what_rays_meet() {
     let Some(gpu) = testing::gpu("gpu_ranges_reach_what_rays_meet") else { return };
     let (scene, camera) = (two_rooms(), lit_view());
-    let share = |room| {
+    let fraction = |room| {
         let picture = render_room(gpu, room, &scene, &camera);
         counter(&picture, "flux_in_range") / counter(&picture, "flux_arriving")
     };
     let room = VirtualLights { count: 512, falloff: Attenuation::Physical, ..room() };
-    let deep = share(room);
-    let bvh = share(VirtualLights { range_tracer: Tracer::BVH, ..room });
+    let deep = fraction(room);
+    let bvh = fraction(VirtualLights { range_tracer: Tracer::BVH, ..room });
     // Some of six rays go farther than their average.
     assert!((0.4..0.8).contains(&bvh) && (deep - bvh).abs() < 0.1, "deep images {deep}, BVH {bvh}");
-    let most = share(VirtualLights { ranges: Ranges::Maximum, range_tracer: Tracer::BVH, ..room });
+    let most = fraction(VirtualLights { ranges: Ranges::Maximum, range_tracer: Tracer::BVH, ..room });
     assert!(most > 0.8, "{most}: all but the longest ray end within the maximum");
-    let unlimited = share(VirtualLights { ranges: Ranges::Unlimited, ..room });
+    let unlimited = fraction(VirtualLights { ranges: Ranges::Unlimited, ..room });
     assert_eq!(unlimited, 1.0);
     // What is left out is counted.
     let picture = render_room(gpu, VirtualLights { most_range: 0.2, large_kept: 0, ..room }, &scene, &camera);

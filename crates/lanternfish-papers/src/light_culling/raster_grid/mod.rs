@@ -72,7 +72,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
 const MOST_LAYERS: u32 = 32;
 /// Layers begin at this share of the farthest distance: what is nearer is in the first. With the default of 32 each is a quarter
 /// deeper than the one before it.
-const NEAREST_SHARE: f32 = 1e-3;
+const NEAREST_FRACTION: f32 = 1e-3;
 /// Ratio between the farthest distance and the nearest at least, so that layers are deeper than what rounding does.
 const LEAST_RATIO: f32 = 2.0;
 /// What the lights are drawn to: nothing is written.
@@ -202,7 +202,7 @@ impl RasterGridCulling {
         let tile_size = self.settings.tile_size.pixels();
         let layers = self.settings.layers.clamp(1, MOST_LAYERS);
         // Parallel views may begin at the eye, or behind it.
-        let nearest = frustum.near.max(NEAREST_SHARE * frustum.far).max(1e-6);
+        let nearest = frustum.near.max(NEAREST_FRACTION * frustum.far).max(1e-6);
         RasterCells {
             tile_size,
             columns: size.x.div_ceil(tile_size),

@@ -12,7 +12,7 @@ use lanternfish_scene::{Camera, Environment, Material, Scene};
 
 use crate::{
     Deep, DeepImageSettings, Hbao,
-    testing::{self, apart, half_white, image, inside::brdf_shares as shares, looking, quad, scene_of},
+    testing::{self, apart, half_white, image, inside::brdf_fractions as fractions, looking, quad, scene_of},
 };
 
 /// Not a multiple of a workgroup.
@@ -107,7 +107,7 @@ fn gpu_white_surfaces_under_white_surroundings_are_white() {
         }
         for roughness in [0.0f32, 0.3, 0.6, 1.0] {
             let found = center(&picture(gpu, &settings(occlusion.clone()), &white(metal(roughness)), &camera)).x;
-            let [near, grazing] = shares(1.0, roughness.into());
+            let [near, grazing] = fractions(1.0, roughness.into());
             // One reflection between facets and no more: what meets another facet is lost, 0.69 of it at roughness 1.
             println!("{occlusion:?}, roughness {roughness}: {found}");
             assert!((f64::from(found) - near - grazing).abs() < 5e-3, "{roughness}: {found}, {}", near + grazing);

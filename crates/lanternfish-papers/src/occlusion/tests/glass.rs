@@ -103,7 +103,7 @@ fn gpu_glass_is_where_its_alpha_says() {
     };
     let there = 0.96 * TINT + 0.04;
     let mask = AlphaMode::Mask { cutoff: 0.5 };
-    for (alpha_mode, alpha, share) in [
+    for (alpha_mode, alpha, fraction) in [
         (AlphaMode::Opaque, 0, 1.0),
         (mask, 102, 0.0),
         (mask, 204, 1.0),
@@ -113,7 +113,7 @@ fn gpu_glass_is_where_its_alpha_says() {
     ] {
         for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
             let found = middle(gpu, settings, &pane(alpha_mode, alpha));
-            assert_near(found, Vec3::ONE.lerp(there, share), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
+            assert_near(found, Vec3::ONE.lerp(there, fraction), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
         }
     }
 }

@@ -66,9 +66,9 @@ fn gpu_shadows_of_deep_images_are_close_to_exact_ones() {
     let soft = luminance(gpu, &scene, radius(bvh()));
     let found = luminance(gpu, &scene, radius(deep(256)));
     let apart: f32 = found.iter().zip(&soft).map(|(a, b)| (a - b).abs()).sum();
-    let share = apart / soft.iter().sum::<f32>();
-    println!("soft: {share} of the light");
-    assert!(share < 0.03, "{share}");
+    let fraction = apart / soft.iter().sum::<f32>();
+    println!("soft: {fraction} of the light");
+    assert!(fraction < 0.03, "{fraction}");
 }
 
 /// Within a texel a ray goes along its image's axis: shadows are as far off as that is from the light. Known, and there to be compared.

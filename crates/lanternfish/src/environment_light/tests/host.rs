@@ -1,11 +1,11 @@
 use glam::{DVec3, Quat, Vec3, Vec4};
 use lanternfish_gpu::testing;
-use lanternfish_reference::{brdf::grazing_share, reflector};
+use lanternfish_reference::{brdf::grazing_fraction, reflector};
 use lanternfish_scene::Material;
 
 use crate::{
     environment_light::{
-        brdf_shares::{LEAST_ROUGHNESS, shares},
+        brdf_fractions::{LEAST_ROUGHNESS, fractions},
         samples::{by_normal, harmonics, samples_of, sun_of},
     },
     shaders::constant,
@@ -90,11 +90,11 @@ fn gpu_shares_are_the_brdfs_under_even_light() {
     };
     for roughness in [0.3f32, 0.6, 1.0] {
         for n_dot_v in [0.15f32, 0.5, 0.95] {
-            let [near, grazing] = shares(n_dot_v.into(), roughness.into());
+            let [near, grazing] = fractions(n_dot_v.into(), roughness.into());
             let metal = reflected(1.0, n_dot_v, roughness);
             let dielectric = reflected(0.0, n_dot_v, roughness);
             let white = reflector(&Material::default(), DVec3::ONE, 0.0, roughness.into(), true);
-            let let_in = white.lets_in(grazing_share(n_dot_v.into(), white.alpha())).x;
+            let let_in = white.lets_in(grazing_fraction(n_dot_v.into(), white.alpha())).x;
             let expected = let_in + 0.04 * near + grazing;
             println!("{roughness} {n_dot_v}: {metal:.4} {:.4}, {dielectric:.4} {expected:.4}", near + grazing);
             // Both are sums: of 512 and of 98,304 directions.

@@ -190,15 +190,15 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
     let (first, mut posed) = (read(gpu, &by_device), rest.clone());
     let (mut farthest, mut most_steps, mut largest, mut moved) = (0.0f32, 0, 0.0f32, 0.0f32);
     let mut later = Sent::default();
-    for share in TIMES {
-        let time = share * rest.motion.animations[0].duration();
+    for fraction in TIMES {
+        let time = fraction * rest.motion.animations[0].duration();
         let generation = by_device.generation();
         later = renderer.animate(&mut by_device, rest, Some((0, time))).unwrap();
         posed.pose(0, time);
         renderer.update(&mut by_host, &posed).unwrap();
         // Again: nothing is sent.
         let numbers = (by_device.generation(), by_device.revision());
-        assert!(numbers.0 != generation || later == Sent::default(), "{name} at {share}");
+        assert!(numbers.0 != generation || later == Sent::default(), "{name} at {fraction}");
         let again = renderer.animate(&mut by_device, rest, Some((0, time))).unwrap();
         assert!(again == Sent::default() || again.has_rebuilt, "{again:?}");
         assert!((by_device.generation(), by_device.revision()) == numbers || again.has_rebuilt);
@@ -212,19 +212,19 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
             outside(bytemuck::cast_slice::<_, CwBvhNode>(&device.nodes), &device.corners),
             (0, device.corners.len())
         );
-        assert!(holds(&by_device.bounds, &by_host.bounds), "{name} at {share}");
+        assert!(holds(&by_device.bounds, &by_host.bounds), "{name} at {fraction}");
         largest = largest.max(by_device.bounds.size().length() / size);
         assert_eq!(by_device.geometry.draws.len(), by_host.geometry.draws.len());
         for (reach, exact) in by_device.geometry.draws.iter().zip(&by_host.geometry.draws) {
-            assert!(holds(&reach.bounds, &exact.bounds), "{name} at {share}: {:?}, {:?}", reach.bounds, exact.bounds);
+            assert!(holds(&reach.bounds, &exact.bounds), "{name} at {fraction}: {:?}, {:?}", reach.bounds, exact.bounds);
             largest = largest.max(reach.bounds.size().length() / exact.bounds.size().length());
         }
-        assert!(by_device.placed.stands().eq(by_host.placed.stands()), "{name} at {share}");
+        assert!(by_device.placed.stands().eq(by_host.placed.stands()), "{name} at {fraction}");
         // Of those that send nothing only that is the same.
         for (device, host) in by_device.lights.on_host.iter().zip(&*by_host.lights.on_host) {
             assert!(
                 device == host || (device.intensity, host.intensity) == (Vec3::ZERO, Vec3::ZERO),
-                "{name} at {share}"
+                "{name} at {fraction}"
             );
         }
     }

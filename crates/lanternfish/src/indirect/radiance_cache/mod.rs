@@ -81,8 +81,8 @@ const NEAR_EDGES: f32 = 128.0;
 /// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do. In pictures that are waited for, so do
 /// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them. Those of which much is
 /// known get one in every second or fourth frame then: `schedule.wesl`.
-const SHARE: u32 = 8;
-const _: () = assert!(SHARE.is_power_of_two());
+const FRACTION: u32 = 8;
+const _: () = assert!(FRACTION.is_power_of_two());
 /// Samples that a cell of generation 0 gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
 /// From this sample on each counts as much as that one.
@@ -185,8 +185,8 @@ impl CacheOfFrame {
     }
 
     /// One of so many cells gets another sample in the frame's first update, whatever it has; 0: none.
-    pub fn share(&self) -> u32 {
-        self.update.share
+    pub fn fraction(&self) -> u32 {
+        self.update.fraction
     }
 
     /// Slots of the table.
@@ -225,10 +225,10 @@ fn first_updates(is_first_view: bool) -> u32 {
 fn every_cell_gets_its_turn() {
     for (views, parts) in [(1, 1), (1, 3), (2, 1), (2, 2), (3, 1), (4, 5)] {
         let of_frame: u32 = (0..views).map(|view| first_updates(view == 0) + parts * FEWEST).sum();
-        for share in [2, 4, SHARE, 128] {
-            let mut turns: Vec<u32> = (0..share).map(|frame| frame * of_frame % share).collect();
+        for fraction in [2, 4, FRACTION, 128] {
+            let mut turns: Vec<u32> = (0..fraction).map(|frame| frame * of_frame % fraction).collect();
             turns.sort_unstable();
-            assert_eq!(turns, (0..share).collect::<Vec<_>>(), "{views} views in {parts} parts");
+            assert_eq!(turns, (0..fraction).collect::<Vec<_>>(), "{views} views in {parts} parts");
         }
     }
 }
@@ -336,7 +336,7 @@ impl RadianceCache {
             slot_mask: self.slots - 1,
             edge: table.edge,
             near: NEAR_EDGES * table.edge,
-            most_share: if is_doubted { 1 } else { SHARE },
+            most_fraction: if is_doubted { 1 } else { FRACTION },
             fewest: if is_new { self.first_samples } else { FEWEST },
             most: MOST,
             kept: KEPT,
@@ -350,12 +350,12 @@ impl RadianceCache {
         };
         let update = CacheUpdate {
             update: self.update,
-            share: if is_new {
+            fraction: if is_new {
                 0
             } else if is_doubted || (waits && is_first_view && self.bounces.needs_rays()) {
                 1
             } else {
-                SHARE
+                FRACTION
             },
             remembered: match change {
                 Change::Alone => NONE,

@@ -23,7 +23,7 @@ gpu_struct! {
         /// From this sample on each counts as much as that one.
         most: f32,
         /// One of so many entries is scheduled at least, whatever its rank and its history; a power of two.
-        most_share: u32,
+        most_fraction: u32,
         /// Times so far that the history was cut. Added to an entry's number of samples, it makes its sample another in each frame of a scene
         /// that keeps changing, too.
         changes: u32,
@@ -44,8 +44,8 @@ gpu_struct! {
         /// Updates so far, whatever frames are numbered.
         update: u32,
         /// One of so many entries of rank 0 is scheduled, of each later rank half as many, and of entries with a long history a half or a
-        /// quarter of those, but no fewer than `most_share` says; a power of two, or 0: none.
-        share: u32,
+        /// quarter of those, but no fewer than `most_fraction` says; a power of two, or 0: none.
+        fraction: u32,
         /// Length to which the history is cut, samples.
         remembered: f32,
         /// 1: entries that nothing requests go on to the next rank, when it is their turn.

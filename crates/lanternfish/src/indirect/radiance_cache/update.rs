@@ -34,7 +34,7 @@ impl RadianceCache {
             // New cells get one sample after the other, and those that their rays meet; the others one in the first round.
             let is_first = round == 0;
             // Rays have voted for entries whose turn it is by that number.
-            debug_assert!(!is_first || cache.update.share == 0 || self.update == cache.update.update);
+            debug_assert!(!is_first || cache.update.fraction == 0 || self.update == cache.update.update);
             let of_round = if is_first { CacheUpdate { counts: 1, ..cache.update } } else { CacheUpdate::NEW_ONES };
             let uniform = frame.uniform(&CacheUpdate { update: self.update, ..of_round });
             self.update += 1;
@@ -84,5 +84,5 @@ impl RadianceCache {
 
 impl CacheUpdate {
     /// An update in which new entries alone are scheduled.
-    const NEW_ONES: Self = Self { update: 0, share: 0, remembered: ALL, fades: 0, counts: 0, _pad: 0 };
+    const NEW_ONES: Self = Self { update: 0, fraction: 0, remembered: ALL, fades: 0, counts: 0, _pad: 0 };
 }

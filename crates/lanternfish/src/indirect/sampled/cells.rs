@@ -107,9 +107,9 @@ impl Cells {
             frame.indirect("indirect/cells/shade_workgroups")?,
             frame.indirect("indirect/cells/shadow_workgroups")?,
         ];
-        let share = of_frame.share();
+        let fraction = of_frame.fraction();
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
-        Ok(FrameCells { cells: self, of_frame, size, slots, ends, dispatches, together, rounds, sky_is_dark, share })
+        Ok(FrameCells { cells: self, of_frame, size, slots, ends, dispatches, together, rounds, sky_is_dark, fraction })
     }
 }
 
@@ -128,11 +128,11 @@ impl Asking {
     /// One cell in so many is asked for, at most: as many rays may ask as one round has, or an eighth of all. Of a pixel's one does.
     const ROUNDS: u32 = 8;
 
-    /// Where one of `share` cells gets another sample in this frame, rays ask for those whose turn it is; where more of them do, for each cell in a
+    /// Where one of `fraction` cells gets another sample in this frame, rays ask for those whose turn it is; where more of them do, for each cell in a
     /// share of the rounds.
-    fn of(share: u32, rounds: u32) -> Self {
+    fn of(fraction: u32, rounds: u32) -> Self {
         let one_of = 1 << rounds.clamp(1, Self::ROUNDS).ilog2();
-        Self { mask: one_of - 1, step: u32::from(share < one_of) }
+        Self { mask: one_of - 1, step: u32::from(fraction < one_of) }
     }
 }
 
@@ -163,7 +163,7 @@ pub(super) struct FrameCells<'a> {
     rounds: u32,
     sky_is_dark: u32,
     /// One of so many cells gets another sample in this frame.
-    share: u32,
+    fraction: u32,
 }
 
 impl FrameCells<'_> {
@@ -185,7 +185,7 @@ impl FrameCells<'_> {
 
     /// The parameters of the frame, as they are with cells.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
-        let asking = if self.is_first() { Asking::EACH } else { Asking::of(self.share, self.rounds) };
+        let asking = if self.is_first() { Asking::EACH } else { Asking::of(self.fraction, self.rounds) };
         SampledParameters {
             has_cells: 1,
             asking_mask: asking.mask,

@@ -106,11 +106,11 @@ fn gpu_counted_bounces_are_the_path_tracers() {
     for bounces in [2, 3] {
         let cells = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::UpTo(bounces)) };
         let found = mean(&picture(gpu, over_frames(cells, 16), &scene, &camera)) - direct;
-        let share = |more: i32| found / (traced[(bounces as i32 + more) as usize] - traced[0]);
-        println!("{bounces}: {:.4} of the light; {:.4} of that of one more", share(0), share(1));
-        assert!((share(0) - 1.0).abs() < 0.03, "{bounces}: {}", share(0));
+        let fraction = |more: i32| found / (traced[(bounces as i32 + more) as usize] - traced[0]);
+        println!("{bounces}: {:.4} of the light; {:.4} of that of one more", fraction(0), fraction(1));
+        assert!((fraction(0) - 1.0).abs() < 0.03, "{bounces}: {}", fraction(0));
         // It can fail: by one bounce more or less.
-        assert!(share(-1) > 1.05 && share(1) < 0.96, "{bounces}: {} {}", share(-1), share(1));
+        assert!(fraction(-1) > 1.05 && fraction(1) < 0.96, "{bounces}: {} {}", fraction(-1), fraction(1));
     }
 }
 

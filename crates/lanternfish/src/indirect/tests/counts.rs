@@ -66,7 +66,7 @@ fn gpu_rays_left_out_change_no_mean() {
         queries.push(start.extend(random.unit().powi(6)));
         queries.push(Vec3::Y.extend(random.unit()));
     }
-    let answers = ask_module(gpu, "testing/roulette", "shares", &uploaded.bindings(), &queries, 2);
+    let answers = ask_module(gpu, "testing/roulette", "fractions", &uploaded.bindings(), &queries, 2);
     let (mut brought, mut of_all, mut traced, mut open) = (0.0, 0.0, 0, 0);
     for (group, answers) in queries.chunks(2 * 64).zip(answers.chunks(64)) {
         let mean = group.iter().step_by(2).map(|query| query.w).sum::<f32>() / 64.0;
@@ -129,9 +129,9 @@ fn gpu_well_known_cells_get_fewer_samples() {
     };
     let all = sampled_at_last(16);
     assert!(all > 1000.0, "{all}");
-    for (cache_samples, share) in [(24, 0.5), (32, 0.25), (48, 0.25)] {
+    for (cache_samples, fraction) in [(24, 0.5), (32, 0.25), (48, 0.25)] {
         let well_known = sampled_at_last(cache_samples);
         println!("{cache_samples} samples: {well_known} of {all}");
-        assert!((well_known / all - share).abs() < 0.3 * share, "{cache_samples} samples: {well_known} of {all}");
+        assert!((well_known / all - fraction).abs() < 0.3 * fraction, "{cache_samples} samples: {well_known} of {all}");
     }
 }

@@ -12,9 +12,9 @@ use super::*;
 
 /// Two closed boxes, 4 m apart, a lamp in the middle of each: neither has ever been seen from within the other. Three walls that meet in a corner
 /// reflect the first share, those that face them the second one.
-fn two_boxes(shares: [f32; 2]) -> Scene {
-    let mut scene = closed_box(matt(shares[0]));
-    scene.materials.push(matt(shares[1]));
+fn two_boxes(fractions: [f32; 2]) -> Scene {
+    let mut scene = closed_box(matt(fractions[0]));
+    scene.materials.push(matt(fractions[1]));
     let walls = scene.meshes[0].primitives.iter_mut().enumerate();
     walls.for_each(|(i, wall)| wall.material = i % 2);
     let other = Affine3A::from_translation(4.0 * Vec3::X);
@@ -39,10 +39,10 @@ struct Frames<'g> {
 }
 
 impl<'g> Frames<'g> {
-    fn of(gpu: &'g Gpu, rays: Sampled, shares: [f32; 2], changes: bool) -> Self {
+    fn of(gpu: &'g Gpu, rays: Sampled, fractions: [f32; 2], changes: bool) -> Self {
         let settings = Settings { history: History::On, ..settings(rays) };
         let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-        let mut scene = two_boxes(shares);
+        let mut scene = two_boxes(fractions);
         scene.lights.push(Light::point(100.0 * Vec3::Y, Vec3::ONE));
         let uploaded = renderer.upload(&scene).unwrap();
         Self { gpu, renderer, uploaded, scene, changes }
@@ -71,16 +71,16 @@ fn cached(bounces: Bounces) -> Sampled {
 }
 
 /// Mean radiance of 16 pictures from within the second box.
-fn settled(gpu: &Gpu, indirect: Indirect, shares: [f32; 2]) -> f64 {
+fn settled(gpu: &Gpu, indirect: Indirect, fractions: [f32; 2]) -> f64 {
     let settings = Settings { accumulate: 16, indirect, ..settings(cached(Bounces::ONE)) };
-    mean(&picture_of(gpu, LARGE, settings, &two_boxes(shares), &within(4.0)))
+    mean(&picture_of(gpu, LARGE, settings, &two_boxes(fractions), &within(4.0)))
 }
 
 /// Mean radiance of frames in the second box after twelve in the first one, over that of pictures.
-fn seen(gpu: &Gpu, bounces: Bounces, shares: [f32; 2], frames: usize, changes: bool) -> Vec<f64> {
+fn seen(gpu: &Gpu, bounces: Bounces, fractions: [f32; 2], frames: usize, changes: bool) -> Vec<f64> {
     let rays = cached(bounces);
-    let settled = settled(gpu, Indirect::from(rays), shares);
-    let mut walk = Frames::of(gpu, rays, shares, changes);
+    let settled = settled(gpu, Indirect::from(rays), fractions);
+    let mut walk = Frames::of(gpu, rays, fractions, changes);
     (0..12).for_each(|_| {
         walk.next(&within(0.0));
     });
@@ -95,10 +95,10 @@ fn seen(gpu: &Gpu, bounces: Bounces, shares: [f32; 2], frames: usize, changes: b
 fn gpu_cells_that_come_into_view_have_every_bounce() {
     let Some(gpu) = testing::gpu("gpu_cells_that_come_into_view_have_every_bounce") else { return };
     let (even, uneven) = (([0.8, 0.8], 0.02), ([0.9, 0.2], 0.01));
-    for (bounces, (shares, most)) in [(Bounces::UpTo(3), uneven), (Bounces::All, even), (Bounces::All, uneven)] {
-        let seen = seen(gpu, bounces, shares, 25, false);
-        println!("{bounces}, {shares:?}: {:.4?}", [0, 1, 2, 4, 8, 16, 24].map(|i: usize| seen[i]));
-        assert!(seen.iter().all(|share| (share - 1.0).abs() < most), "{bounces}, {shares:?}: {seen:?}");
+    for (bounces, (fractions, most)) in [(Bounces::UpTo(3), uneven), (Bounces::All, even), (Bounces::All, uneven)] {
+        let seen = seen(gpu, bounces, fractions, 25, false);
+        println!("{bounces}, {fractions:?}: {:.4?}", [0, 1, 2, 4, 8, 16, 24].map(|i: usize| seen[i]));
+        assert!(seen.iter().all(|fraction| (fraction - 1.0).abs() < most), "{bounces}, {fractions:?}: {seen:?}");
     }
 }
 
@@ -109,7 +109,7 @@ fn gpu_cells_have_every_bounce_while_the_scene_changes() {
     let Some(gpu) = testing::gpu("gpu_cells_have_every_bounce_while_the_scene_changes") else { return };
     let seen = seen(gpu, Bounces::All, [0.8, 0.8], 16, true);
     println!("{seen:.4?}");
-    assert!(seen.iter().all(|share| (share - 1.0).abs() < 0.02), "{seen:?}");
+    assert!(seen.iter().all(|fraction| (fraction - 1.0).abs() < 0.02), "{seen:?}");
 }
 
 /// A lamp is dimmed to a tenth while the scene changes in every frame. What cells know of it counts for three samples beside a new one, so that three
@@ -119,12 +119,12 @@ fn gpu_cells_have_every_bounce_while_the_scene_changes() {
 #[test]
 fn gpu_every_bounce_follows_a_lamp_while_the_scene_changes() {
     let Some(gpu) = testing::gpu("gpu_every_bounce_follows_a_lamp_while_the_scene_changes") else { return };
-    let shares = [0.8, 0.8];
-    let direct = settled(gpu, Indirect::NONE, shares);
+    let fractions = [0.8, 0.8];
+    let direct = settled(gpu, Indirect::NONE, fractions);
     for (bounces, most_late) in [(Bounces::ONE, 0), (Bounces::All, 2)] {
         let rays = cached(bounces);
-        let indirect = settled(gpu, Indirect::from(rays), shares) - direct;
-        let mut frames = Frames::of(gpu, rays, shares, true);
+        let indirect = settled(gpu, Indirect::from(rays), fractions) - direct;
+        let mut frames = Frames::of(gpu, rays, fractions, true);
         (0..16).for_each(|_| {
             frames.next(&within(4.0));
         });

@@ -98,13 +98,13 @@ fn gpu_what_the_clamp_cuts_off_is_spread() {
             let mean = mean(&pixels);
             pixels.iter().map(|pixel| (f64::from(pixel.x) / mean - 1.0).abs()).sum::<f64>() / pixels.len() as f64
         };
-        let share = uneven(of(IndirectClamp::On, 8)) / uneven(of(IndirectClamp::Off, 8));
+        let fraction = uneven(of(IndirectClamp::On, 8)) / uneven(of(IndirectClamp::Off, 8));
         println!(
-            "{name}: energy kept {kept:.4}, {lost:.4} if nothing is spread; {share:.3} of the noise without the clamp"
+            "{name}: energy kept {kept:.4}, {lost:.4} if nothing is spread; {fraction:.3} of the noise without the clamp"
         );
         assert!(lost < 0.9, "{name}: nothing is cut off: {lost}");
         assert!((kept - 1.0).abs() < 0.03, "{name}: {kept}");
-        assert!(share < 0.8, "{name}: {share}");
+        assert!(fraction < 0.8, "{name}: {fraction}");
     }
 }
 

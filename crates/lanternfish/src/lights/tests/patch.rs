@@ -13,10 +13,10 @@ struct Case {
     to_light: Vec3,
 }
 
-fn shares(gpu: &lanternfish_gpu::Gpu, cases: &[Case]) -> Vec<f64> {
+fn fractions(gpu: &lanternfish_gpu::Gpu, cases: &[Case]) -> Vec<f64> {
     let query = |case: &Case| [case.n.extend(case.edge), case.shading.extend(0.0), case.to_light.extend(0.0)];
     let queries: Vec<Vec4> = cases.iter().flat_map(query).collect();
-    ask(gpu, "patch_shares", &queries, 3).iter().map(|answer| f64::from(answer.x)).collect()
+    ask(gpu, "patch_fractions", &queries, 3).iter().map(|answer| f64::from(answer.x)).collect()
 }
 
 /// The mean over the square of cosine / distance², over that in its middle. The square's sides lie along `across` of `math.wesl`.
@@ -48,7 +48,7 @@ fn gpu_a_patch_has_the_mean_of_its_points() {
         }
     }
     let mut far = 0;
-    for (case, found) in cases.iter().zip(shares(gpu, &cases)) {
+    for (case, found) in cases.iter().zip(fractions(gpu, &cases)) {
         let expected = summed(case).max(0.0);
         assert!((found - expected).abs() < 2e-3 * expected.max(0.1), "{found}, not {expected}");
         far += usize::from((expected - 1.0).abs() > 0.2);
@@ -61,7 +61,7 @@ fn gpu_a_patch_ends_at_its_reach_and_under_the_light() {
     let Some(gpu) = testing::gpu("gpu_a_patch_ends_at_its_reach_and_under_the_light") else { return };
     let reach = crate::shaders::constant("lights/patch", "PATCH_REACH") as f32;
     let above = |edge, height: f32| Case { n: Vec3::Y, edge, shading: Vec3::Y, to_light: height * Vec3::Y };
-    let found = shares(gpu, &[above(1.0, reach), above(10.0, 0.01), above(1.0, 1e-5)]);
+    let found = fractions(gpu, &[above(1.0, reach), above(10.0, 0.01), above(1.0, 1e-5)]);
     assert!((found[0] - 0.985).abs() < 1e-3, "{found:?}");
     // From so close the square is half of all directions, of what a point at distance d has by 1 / d².
     assert!((found[1] / (2.0 * std::f64::consts::PI * 1e-6) - 1.0).abs() < 0.01, "{found:?}");

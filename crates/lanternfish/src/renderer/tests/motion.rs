@@ -68,7 +68,7 @@ fn gpu_colours_of_motion_are_those_of_the_frame_before() {
         renderer.move_instances(&mut uploaded, &[(0, pixels(place[0], place[1]))]).unwrap();
         let found = render(&mut renderer, &uploaded, &still);
         let length = right.abs().max(down.abs());
-        let expected = hue.map(|share| 255.0 * share * (length / 16.0).min(1.0));
+        let expected = hue.map(|fraction| 255.0 * fraction * (length / 16.0).min(1.0));
         assert!(is(found, expected), "{right}, {down}: {found:?}, not {expected:?}");
         let scale = Scale::of(DebugView::Motion).unwrap();
         let of_scale = scale.color(scale.place(length)).map(f32::from);

@@ -202,19 +202,19 @@ fn trace(gpu: &Gpu, scene: &Scene, tracer: Tracer, segments: &[[Vec3; 2]]) -> Ve
 
 /// Traces the segments with every tracer of the adapter. Each answer must be the oracle's, but where it has none: those
 /// may be at most this share.
-fn check(test: &str, gpu: &Gpu, scene: &Scene, segments: &[[Vec3; 2]], either_share: f64) {
+fn check(test: &str, gpu: &Gpu, scene: &Scene, segments: &[[Vec3; 2]], either_fraction: f64) {
     assert_eq!(scene.validate(), Ok(()));
     let faces = faces(scene);
     let expected: Vec<_> = segments.iter().map(|[p, q]| answer(&faces, *p, *q)).collect();
-    let share = |wanted| expected.iter().filter(|a| **a == wanted).count() as f64 / segments.len() as f64;
-    let (blocked, either) = (share(Answer::Blocked), share(Answer::Either));
+    let fraction = |wanted| expected.iter().filter(|a| **a == wanted).count() as f64 / segments.len() as f64;
+    let (blocked, either) = (fraction(Answer::Blocked), fraction(Answer::Either));
     println!(
         "{test}: {} faces, {:.1} % blocked, {:.3} % too close to tell",
         faces.len(),
         100.0 * blocked,
         100.0 * either
     );
-    assert!(either <= either_share, "{test}: {either} of the segments are too close to tell");
+    assert!(either <= either_fraction, "{test}: {either} of the segments are too close to tell");
 
     let mut tracers = vec![Tracer::BVH];
     if gpu.description.ray_query {
@@ -274,14 +274,14 @@ fn gpu_visibility_far_from_the_origin_and_at_small_scale() {
     let test = "gpu_visibility_far_from_the_origin_and_at_small_scale";
     let Some(gpu) = testing::gpu(test) else { return };
     // A kilometre away coordinates are 6e-5 m apart and the strips a thousand times as wide: 4 mm, on triangles of 0.2 m.
-    for (offset, scale, either_share) in [(1000.0, 1.0, 0.2), (0.0, 1e-3, 2e-3), (0.0, 1e4, 2e-3)] {
+    for (offset, scale, either_fraction) in [(1000.0, 1.0, 0.2), (0.0, 1e-3, 2e-3), (0.0, 1e4, 2e-3)] {
         let mut random = Random::new(21);
         let mut soup = soup(&mut random, 300, 0.2);
         let place = |p: Vec3| offset + scale * p;
         soup.positions.iter_mut().for_each(|p| *p = place(*p));
         let scene = scene_of(vec![soup], vec![Material::default()]);
         let segments = random_segments(&mut random, 2000).into_iter().map(|ends| ends.map(place)).collect::<Vec<_>>();
-        check(test, gpu, &scene, &segments, either_share);
+        check(test, gpu, &scene, &segments, either_fraction);
     }
 }
 

@@ -54,8 +54,8 @@ fn choose_one(
     parameters: &RadianceCacheParameters,
     of_update: &CacheUpdate,
 ) -> Option<DueCell> {
-    let RadianceCacheParameters { most_share, most, .. } = *parameters;
-    let CacheUpdate { update, share, remembered, fades, .. } = *of_update;
+    let RadianceCacheParameters { most_fraction, most, .. } = *parameters;
+    let CacheUpdate { update, fraction, remembered, fades, .. } = *of_update;
     let key = table.keys[slot];
     if table.votes[slot] != 0 {
         table.requested[slot] = parameters.frame;
@@ -76,8 +76,8 @@ fn choose_one(
     let rank = vote::rank(table.samples[slot]);
     let halvings = rank.min(MOST_HALVINGS);
     let known = WELL_KNOWN.iter().filter(|well| samples >= **well >> halvings).count() as u32;
-    let stride = if share == 0 { 0 } else { (share << (rank + known)).min(most_share) };
-    let has_own_turn = share != 0 && has_turn(key, update, share) && has_turn(key, update, stride);
+    let stride = if fraction == 0 { 0 } else { (fraction << (rank + known)).min(most_fraction) };
+    let has_own_turn = fraction != 0 && has_turn(key, update, fraction) && has_turn(key, update, stride);
     let is_scheduled = is_requested && (samples < fewest(rank, parameters) || has_own_turn);
     is_scheduled.then(|| scheduled(table, slot, samples, parameters))
 }

@@ -154,7 +154,7 @@ fn parameters(slots: u32) -> RadianceCacheParameters {
         kept: 128,
         fewest: 4,
         most: 128.0,
-        most_share: 8,
+        most_fraction: 8,
         changes: 5,
         bounce_levels: 2,
         earlier_steps: 1,
@@ -164,7 +164,7 @@ fn parameters(slots: u32) -> RadianceCacheParameters {
 
 /// An update in which nothing changes.
 const UPDATE: CacheUpdate =
-    CacheUpdate { update: 1_000_003, share: 8, remembered: f32::MAX, fades: 1, counts: 1, _pad: 0 };
+    CacheUpdate { update: 1_000_003, fraction: 8, remembered: f32::MAX, fades: 1, counts: 1, _pad: 0 };
 
 /// A table with so many entries of any state; those of any age up to 200 frames.
 fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &RadianceCacheParameters) -> Table {
@@ -221,11 +221,11 @@ fn random_samples(random: &mut Random, table: &Table, list: &[DueCell]) -> Vec<S
 }
 
 /// A list of different entries of a table: about so large a share of them.
-fn random_list(random: &mut Random, table: &Table, share: f32) -> Vec<DueCell> {
+fn random_list(random: &mut Random, table: &Table, fraction: f32) -> Vec<DueCell> {
     let taken: Vec<usize> = table.taken().collect();
     let mut list = Vec::new();
     for slot in taken {
-        if random.unit() < share {
+        if random.unit() < fraction {
             list.push(DueCell { slot: slot as u32, sample: word(random) });
         }
     }

@@ -172,7 +172,7 @@ fn another_schedule_is_found_out() {
             ("schedule", "samples >= f32(WELL_KNOWN[0]", "samples > f32(WELL_KNOWN[0]"),
             ("schedule", "(rank + known)", "rank"),
             ("schedule", "(rank + known)", "known"),
-            ("schedule", "known), radiance_cache.most_share", "known), 2u * radiance_cache.most_share"),
+            ("schedule", "known), radiance_cache.most_fraction", "known), 2u * radiance_cache.most_fraction"),
             ("schedule", "cell_light[hit].w == 0.0", "cell_light[hit].w <= 1.0"),
             ("schedule", "has_won == 1u", "has_won <= 1u"),
             ("schedule", "count + WORKGROUP - 1u", "count + WORKGROUP"),

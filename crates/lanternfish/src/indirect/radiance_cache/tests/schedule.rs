@@ -9,23 +9,23 @@ const SLOTS: u32 = 256;
 fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
     let (frame, update) = (parameters(SLOTS), UPDATE);
     let first = RadianceCacheParameters { fewest: 16, ..frame };
-    let of_first = CacheUpdate { share: 0, fades: 0, ..update };
-    let doubted = RadianceCacheParameters { most_share: 1, ..frame };
+    let of_first = CacheUpdate { fraction: 0, fades: 0, ..update };
+    let doubted = RadianceCacheParameters { most_fraction: 1, ..frame };
     let mut frames = vec![
         (frame, update),
         (RadianceCacheParameters { bounce_levels: 0, earlier_steps: 0, ..frame }, update),
-        (frame, CacheUpdate { share: 1, ..update }),
-        (doubted, CacheUpdate { share: 1, ..update }),
+        (frame, CacheUpdate { fraction: 1, ..update }),
+        (doubted, CacheUpdate { fraction: 1, ..update }),
         // A change that comes alone, and one of many.
-        (doubted, CacheUpdate { remembered: 0.0, share: 1, ..update }),
-        (RadianceCacheParameters { changes: 65_533, ..doubted }, CacheUpdate { remembered: 3.0, share: 1, ..update }),
+        (doubted, CacheUpdate { remembered: 0.0, fraction: 1, ..update }),
+        (RadianceCacheParameters { changes: 65_533, ..doubted }, CacheUpdate { remembered: 3.0, fraction: 1, ..update }),
         (first, of_first),
         (RadianceCacheParameters { fewest: 128, ..first }, CacheUpdate { counts: 0, ..of_first }),
         (RadianceCacheParameters { fewest: 1, ..frame }, update),
     ];
     frames.extend((0..8).map(|i| (first, CacheUpdate { update: 7 * i, ..of_first })));
     // Updates that follow each other.
-    let following = |i| CacheUpdate { update: update.update + i, share: if i < 10 { 8 } else { 1 }, ..update };
+    let following = |i| CacheUpdate { update: update.update + i, fraction: if i < 10 { 8 } else { 1 }, ..update };
     frames.extend((1..20).map(|i| (frame, following(i))));
     frames
 }

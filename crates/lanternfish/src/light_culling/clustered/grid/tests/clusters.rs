@@ -43,9 +43,9 @@ fn enclosed_clusters_have_the_views_mean_volume_up_to_the_ceiling() {
                 continue;
             }
             tested.set(tested.get() + 1);
-            let share = grid.mean_volume() / target * (grid.dimensions.as_dvec3() / exact).element_product();
+            let fraction = grid.mean_volume() / target * (grid.dimensions.as_dvec3() / exact).element_product();
             // f32 cells: 1.2e-7 · 3 ln(far / near) and a far plane rounded out.
-            prop_assert!((share - 1.0).abs() < 2e-5, "{share}");
+            prop_assert!((fraction - 1.0).abs() < 2e-5, "{fraction}");
             prop_assert!(grid.mean_volume() <= target * (1.0 + 2e-5));
             let rounded_up = grid.dimensions.as_dvec3().cmpge(exact * (1.0 - 2e-6));
             prop_assert!(rounded_up.all() && grid.dimensions.as_dvec3().cmplt(exact + 1.0).all());

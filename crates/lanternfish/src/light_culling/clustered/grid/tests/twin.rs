@@ -100,9 +100,9 @@ pub(super) fn point_of(view: &ViewFrustum, across: [f64; 2], along: f64) -> DVec
 
 /// Rigs down to telescopes and long thin boxes.
 fn narrow_rig() -> impl Strategy<Value = Rig> {
-    (rig(), -4.0f32..0.0).prop_map(|(rig, log_share)| {
-        let share = if log_share > -2.0 { 1.0 } else { 10f32.powf(log_share + 2.0) };
-        Rig { slopes: rig.slopes.map(|slope| slope * share), ..rig }
+    (rig(), -4.0f32..0.0).prop_map(|(rig, log_fraction)| {
+        let fraction = if log_fraction > -2.0 { 1.0 } else { 10f32.powf(log_fraction + 2.0) };
+        Rig { slopes: rig.slopes.map(|slope| slope * fraction), ..rig }
     })
 }
 
@@ -110,8 +110,8 @@ fn narrow_rig() -> impl Strategy<Value = Rig> {
 fn points_lie_in_the_volume_of_their_cluster() {
     let padding = constant("light_culling/clustered/cluster_volume", "PADDING") as f32;
     // With the edges; proptest's own closed ranges of floats panic at times.
-    let share = || (0..=4096).prop_map(|part| f64::from(part) / 4096.0);
-    let points = prop::collection::vec((0..2usize, [share(), share()], share()), 64);
+    let fraction = || (0..=4096).prop_map(|part| f64::from(part) / 4096.0);
+    let points = prop::collection::vec((0..2usize, [fraction(), fraction()], fraction()), 64);
     let wrong = (-1..=1, -1..=1).prop_map(|(log, exp)| (Wrong(log as f32), Wrong(exp as f32)));
     let (tested, lost) = (Cell::new(0), Cell::new(0));
     let strategy = (narrow_rig(), any_shape(), points, any::<bool>(), 1..=2usize, wrong);

@@ -16,7 +16,7 @@ pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
 /// With m = (1 − v·h)⁵: the integrals over the hemisphere of the specular BRDF without Fresnel's term times n·l (1 − m), and times
 /// n·l m. A surface reflects f0 times the first and f90 times the second [Karis2013].
-pub(crate) fn shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
+pub(crate) fn fractions(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
     let roughness = perceptual_roughness.max(LEAST_ROUGHNESS);
     let alpha = roughness * roughness;
     let n_dot_v = n_dot_v.max(1e-4);
@@ -48,18 +48,18 @@ pub(crate) fn shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
     sums.map(|sum| sum / f64::from(COUNT))
 }
 
-/// Rows from roughness 0 on; half floats: the two of [`shares`].
+/// Rows from roughness 0 on; half floats: the two of [`fractions`].
 static TABLE: LazyLock<Vec<[f16; 2]>> = LazyLock::new(|| {
     let part = |i: u32| f64::from(i) / f64::from(SIDE - 1);
-    let entry = |row: u32, column: u32| shares(part(column), part(row)).map(f16::from_f64);
+    let entry = |row: u32, column: u32| fractions(part(column), part(row)).map(f16::from_f64);
     (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| entry(row, column))).collect()
 });
 
-/// Bound as `brdf_shares`.
+/// Bound as `brdf_fractions`.
 pub(super) fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
     let size = wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("environment_light/brdf_shares"),
+        label: Some("environment_light/brdf_fractions"),
         size,
         mip_level_count: 1,
         sample_count: 1,
