@@ -58,7 +58,7 @@ fn visit(folder: &Path, module: &mut Vec<String>, texts: &mut BTreeMap<File, Str
             _ => continue,
         };
         // CPU references are for tests alone.
-        if ["tests", "twin"].contains(&stem) {
+        if ["tests", "cpu_reference"].contains(&stem) {
             continue;
         }
         let is_folder = language == "rs" && ["mod", "lib", "main"].contains(&stem);

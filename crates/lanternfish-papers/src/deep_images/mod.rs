@@ -18,7 +18,7 @@ mod structure;
 mod tests;
 
 #[cfg(test)]
-mod twin;
+mod cpu_reference;
 mod validate;
 pub mod view;
 

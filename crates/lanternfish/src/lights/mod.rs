@@ -5,7 +5,7 @@ mod set;
 mod tests;
 pub mod tree;
 #[cfg(test)]
-mod twin;
+mod cpu_reference;
 
 use std::f32::consts::PI;
 

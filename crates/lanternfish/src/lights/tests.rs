@@ -5,7 +5,7 @@ use glam::{Vec3, Vec4};
 use lanternfish_gpu::{Bindings, storage_buffer_of, testing};
 use lanternfish_scene::{Camera, Light, LightKind, Material, Projection};
 
-use super::twin;
+use super::cpu_reference;
 use crate::{
     Renderer, Settings,
     settings::{Attenuation, Materials, Shadows},
@@ -22,7 +22,7 @@ fn the_functions_end_at_the_range_and_approach_the_physical_one() {
     for function in Attenuation::ALL.iter().copied() {
         for (intensity, i0) in [(1.0f64, 0.25f64), (40.0, 0.02), (0.003, 0.02)] {
             let r1 = (intensity / i0).sqrt();
-            let a = |d: f64| twin::attenuation(function, intensity, i0, d);
+            let a = |d: f64| cpu_reference::attenuation(function, intensity, i0, d);
             if reaches_zero(function) {
                 assert!(a(r1).abs() < 1e-12 * intensity.max(i0), "{function}: {} at R1", a(r1));
             }
@@ -34,7 +34,7 @@ fn the_functions_end_at_the_range_and_approach_the_physical_one() {
         }
         // "lim I0 -> 0: a = a_phy" (§A.2), for all but the two illustrations.
         if !matches!(function, Attenuation::Linear | Attenuation::Step) {
-            assert!((twin::attenuation(function, 2.0, 1e-9, 3.0) - 2.0 / 9.0).abs() < 1e-8, "{function}");
+            assert!((cpu_reference::attenuation(function, 2.0, 1e-9, 3.0) - 2.0 / 9.0).abs() < 1e-8, "{function}");
         }
     }
 }
@@ -57,7 +57,7 @@ fn gpu_attenuation_is_the_theses() {
         let (d, range) = (f64::from(*d), f64::from(*range));
         let outside = d >= range;
         // A unit intensity's cut-off is 1 / R².
-        let inside = twin::attenuation(*function, 1.0, 1.0 / (range * range), d).max(0.0);
+        let inside = cpu_reference::attenuation(*function, 1.0, 1.0 / (range * range), d).max(0.0);
         let expected = if outside { 0.0 } else { inside };
         // The terms that cancel near R are no larger than three times the physical one; eight roundings of each.
         let tolerance = 8.0 * 3.0 * f64::from(f32::EPSILON) * (1.0 / (d * d)).max(1.0);
@@ -143,7 +143,7 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say() {
         let pixel = picture.radiance[12];
         // A light of intensity I and range R has the cut-off I / R².
         let (intensity, i0) = (f64::from(intensity), f64::from(intensity / (range * range)));
-        let expected = twin::attenuation(attenuation, intensity, i0, d.into()) / std::f64::consts::PI;
+        let expected = cpu_reference::attenuation(attenuation, intensity, i0, d.into()) / std::f64::consts::PI;
         // A unit in the last place of a half float, 2⁻¹⁰: adapters may round to the target's format either way.
         let tolerance = 9.8e-4 * expected;
         for channel in &pixel[..3] {

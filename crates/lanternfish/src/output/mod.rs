@@ -5,7 +5,7 @@ mod meter;
 pub(crate) mod present;
 #[cfg(test)]
 mod tests;
-mod twin;
+mod cpu_reference;
 
 use glam::UVec2;
 use lanternfish_gpu::{
@@ -21,7 +21,7 @@ use crate::{
     texture::frame_target,
 };
 
-pub use twin::metered_exposure;
+pub use cpu_reference::metered_exposure;
 
 gpu_struct! {
     /// How the picture is shown.

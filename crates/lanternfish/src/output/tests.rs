@@ -82,7 +82,7 @@ fn what_is_no_number_is_passed_over_and_every_exposure_is_finite() {
 #[test]
 fn constants_are_the_shaders() {
     assert_eq!(constant("output/meter", "BIN_COUNT"), meter::BIN_COUNT as f64);
-    for (name, value) in twin::CONSTANTS {
+    for (name, value) in cpu_reference::CONSTANTS {
         assert_eq!(constant("output/meter", name) as f32, value as f32, "{name}");
     }
 }

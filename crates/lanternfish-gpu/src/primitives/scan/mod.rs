@@ -97,7 +97,7 @@ mod tests {
     use crate::{Profiler, check_layout, read_back, storage_buffer_of, testing};
 
     /// The same, as plain Rust.
-    fn twin(values: &[u32]) -> (Vec<u32>, u32) {
+    fn cpu_reference(values: &[u32]) -> (Vec<u32>, u32) {
         let mut sum = 0u32;
         let starts = values
             .iter()
@@ -128,7 +128,7 @@ mod tests {
             let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
             let found_total = scan.record(&mut frame, &buffer, count).unwrap();
             frame.submit();
-            let (starts, total) = twin(&values);
+            let (starts, total) = cpu_reference(&values);
             assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &buffer, count as usize).unwrap(), starts, "{count}");
             assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &found_total, 1).unwrap(), [total], "{count}");
         }

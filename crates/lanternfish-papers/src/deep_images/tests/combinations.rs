@@ -1,4 +1,4 @@
-//! Every combination of directions, builder, store, depth, payload and tracer, against the loops of `twin.rs`.
+//! Every combination of directions, builder, store, depth, payload and tracer, against the loops of `cpu_reference.rs`.
 
 use std::collections::HashSet;
 
@@ -11,7 +11,7 @@ use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer,
 use super::{build, builders::compare, distances, exact, frame_of, lists, settings, upload};
 use crate::{
     ACROSS_TEXELS, DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, WITHIN_TEXEL,
-    deep_images::{DeepImages, Fragment, directions::DirectionSet, twin},
+    deep_images::{DeepImages, Fragment, directions::DirectionSet, cpu_reference},
     testing::{self, Random, probe},
 };
 
@@ -48,13 +48,13 @@ fn expected(drawn: &[Vec<Fragment>], images: &DeepImages) -> Vec<Vec<Fragment>> 
     let DeepImageSettings { store, depth, payload, .. } = images.settings;
     let grid = &images.chunks[0].grid;
     let merged = drawn.iter().map(|list| match store {
-        DeepStore::LinearArray => twin::merge(list, grid.merge_distance),
+        DeepStore::LinearArray => cpu_reference::merge(list, grid.merge_distance),
         DeepStore::LinkedList | DeepStore::SortedLinkedList => list.clone(),
     });
     let as_stored = |fragment: &Fragment| Fragment {
         depth: match depth {
             DeepDepth::Bits32 => fragment.depth,
-            DeepDepth::Bits16 => twin::depth_16(fragment.depth, grid.radius),
+            DeepDepth::Bits16 => cpu_reference::depth_16(fragment.depth, grid.radius),
         },
         triangle: fragment.triangle.filter(|_| payload),
     };
@@ -111,13 +111,13 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
     for (entry, through) in [("within", WITHIN_TEXEL), ("across", ACROSS_TEXELS)] {
         let traced = distances(gpu, tracer, scene, (through, Some(images)), &rays);
         let answers = hits(gpu, images, entry, &rays);
-        let twin = |ray: &TracedRay| {
+        let cpu_reference = |ray: &TracedRay| {
             let image = ray.image_and_side / 2;
             let (frame, first) = (frame_of(images, image), image as usize * texels);
-            let walk = if through == WITHIN_TEXEL { twin::within_texel } else { twin::across_texels };
+            let walk = if through == WITHIN_TEXEL { cpu_reference::within_texel } else { cpu_reference::across_texels };
             walk(grid, &frame, &lists[first..first + texels], ray)
         };
-        let agrees = |ray: &TracedRay, found: f32| match twin(ray) {
+        let agrees = |ray: &TracedRay, found: f32| match cpu_reference(ray) {
             Some((distance, _)) => (found - distance).abs() < 1e-4 * grid.radius.max(distance),
             None => found == -1.0,
         };

@@ -13,7 +13,7 @@ use crate::{
         Chunk, DeepCounts, DeepGrid, DeepImages, Fragment, ListFault,
         directions::{DirectionSet, Directions},
         store::{MOST_SLOTS, Source, Store, put_features},
-        twin,
+        cpu_reference,
     },
     testing::{self, Random, probe},
 };
@@ -140,7 +140,7 @@ fn gpu_stores_hold_what_is_put_into_them() {
                         .collect();
                     ascending(&mut expected);
                     if store == DeepStore::LinearArray {
-                        expected = twin::merge(&expected, merge_texels);
+                        expected = cpu_reference::merge(&expected, merge_texels);
                     }
                     if store == DeepStore::LinkedList {
                         ascending(&mut found);

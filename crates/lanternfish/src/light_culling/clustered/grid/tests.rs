@@ -2,7 +2,7 @@
 
 mod clusters;
 mod enclosing;
-mod twin;
+mod cpu_reference;
 
 use glam::{Affine3A, DVec3, EulerRot, Quat, UVec2, Vec3, vec3};
 use proptest::{

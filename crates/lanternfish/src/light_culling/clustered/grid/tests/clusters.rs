@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::{
     super::*,
     ROUNDED, Rig, any_shape, check, narrowed, outside, rig, slopes,
-    twin::{Wrong, point_of},
+    cpu_reference::{Wrong, point_of},
     view, vive, volume, whole_grid,
 };
 

@@ -88,8 +88,8 @@ fn enclosing_is_tight() {
 fn one_view_encloses_itself_and_twins_enclose_no_more() {
     let one = vive().eyes()[0];
     assert_eq!(enclosing(&[one]), Some(one));
-    let twins = enclosing(&[one, one, one]).unwrap();
-    assert!(volume(&twins) < volume(&one) * (1.0 + 1e-5), "{twins:?}");
+    let cpu_references = enclosing(&[one, one, one]).unwrap();
+    assert!(volume(&cpu_references) < volume(&one) * (1.0 + 1e-5), "{cpu_references:?}");
 }
 
 #[test]
