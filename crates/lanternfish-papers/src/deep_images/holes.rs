@@ -58,7 +58,7 @@ fn alone(
 }
 
 impl DeepImages {
-    /// Compares with `yardstick`, images of the same scene. Both are read back.
+    /// Compares with `baseline`, images of the same scene. Both are read back.
     ///
     /// An error where a list is broken, where the two differ in directions, resolution, chunks or the scene's bounds, or where the
     /// yardstick has no triangles.
@@ -67,7 +67,7 @@ impl DeepImages {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &GpuScene,
-        yardstick: &DeepImages,
+        baseline: &DeepImages,
     ) -> Result<Holes, RenderError> {
         let grids = |images: &DeepImages| -> Vec<_> {
             let of = |grid: &DeepGrid| {
@@ -75,8 +75,8 @@ impl DeepImages {
             };
             images.chunks.iter().map(|chunk| of(&chunk.grid)).collect()
         };
-        let is_alike = grids(self) == grids(yardstick) && self.directions.set() == yardstick.directions.set();
-        let has_triangles = yardstick.chunks.iter().all(|chunk| chunk.triangles.is_some());
+        let is_alike = grids(self) == grids(baseline) && self.directions.set() == baseline.directions.set();
+        let has_triangles = baseline.chunks.iter().all(|chunk| chunk.triangles.is_some());
         let (Some(triangles), true, true) = (scene.bvh_triangles(), is_alike, has_triangles) else {
             return Err(RenderError::Together {
                 setting: "holes",
@@ -89,8 +89,8 @@ impl DeepImages {
             |w: &[f32; 12]| (corner(w, 1) - corner(w, 0)).cross(corner(w, 2) - corner(w, 0)).normalize_or_zero();
         let normals: Vec<Vec3> = words.iter().map(normal).collect();
         let (mut missing, mut spurious) = ([Alone::default(); 4], Alone::default());
-        for (chunk, other) in self.chunks.iter().zip(&yardstick.chunks) {
-            let (these, those) = (self.read_lists(device, queue, chunk)?, yardstick.read_lists(device, queue, other)?);
+        for (chunk, other) in self.chunks.iter().zip(&baseline.chunks) {
+            let (these, those) = (self.read_lists(device, queue, chunk)?, baseline.read_lists(device, queue, other)?);
             let texel = 1.0 / chunk.grid.texels_per_metre;
             let texels = chunk.grid.resolution.pow(2) as usize;
             let class = |list: usize, fragment: &Fragment| {

@@ -56,18 +56,18 @@ fn gpu_a_single_pass_leaves_few_holes() {
         let mut fraction = Vec::new();
         for supersampling in [1, 2, 3] {
             let images = build(gpu, &scene, DeepImageSettings { supersampling, ..settings(DeepBuilder::SinglePass) });
-            let yardstick = build(gpu, &scene, settings(DeepBuilder::PerDirection));
+            let baseline = build(gpu, &scene, settings(DeepBuilder::PerDirection));
             let (mut empty, mut off, mut false_hits) = (0.0, 0.0, 0.0);
-            for (chunk, other) in images.chunks.iter().zip(&yardstick.chunks) {
+            for (chunk, other) in images.chunks.iter().zip(&baseline.chunks) {
                 let (e, o, f) = compare(
                     &lists(gpu, &images, chunk),
-                    &lists(gpu, &yardstick, other),
+                    &lists(gpu, &baseline, other),
                     1.0 / chunk.grid.texels_per_metre,
                 );
                 (empty, off, false_hits) = (empty + e, off + o, false_hits + f);
             }
             let n = images.chunks.len() as f64;
-            let more = images.counts.kept as f64 / yardstick.counts.kept as f64;
+            let more = images.counts.kept as f64 / baseline.counts.kept as f64;
             println!(
                 "{name} x{supersampling}: empty {:.4}, off {:.4}, false {:.4}; drawn {}, kept {} ({more:.2} of a direction each)",
                 empty / n,
@@ -85,8 +85,8 @@ fn gpu_a_single_pass_leaves_few_holes() {
 /// What the images of `settings` miss of those of a draw for each direction.
 fn holes(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> Holes {
     let images = build(gpu, scene, settings);
-    let yardstick = build(gpu, scene, DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings });
-    images.holes(&gpu.device, &gpu.queue, scene, &yardstick).unwrap()
+    let baseline = build(gpu, scene, DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings });
+    images.holes(&gpu.device, &gpu.queue, scene, &baseline).unwrap()
 }
 
 #[test]

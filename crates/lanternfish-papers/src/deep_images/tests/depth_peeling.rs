@@ -42,10 +42,10 @@ fn gpu_peeled_images_are_those_of_a_draw_each() {
             ..settings(builder)
         };
         let peeled = build(gpu, &scene, settings(DeepBuilder::DepthPeeling));
-        let yardstick = build(gpu, &scene, settings(DeepBuilder::PerDirection));
-        let more = peeled.counts.drawn as f64 / yardstick.counts.drawn as f64;
-        let (chunk, other) = (&peeled.chunks[0], &yardstick.chunks[0]);
-        let (found, expected) = (lists(gpu, &peeled, chunk), lists(gpu, &yardstick, other));
+        let baseline = build(gpu, &scene, settings(DeepBuilder::PerDirection));
+        let more = peeled.counts.drawn as f64 / baseline.counts.drawn as f64;
+        let (chunk, other) = (&peeled.chunks[0], &baseline.chunks[0]);
+        let (found, expected) = (lists(gpu, &peeled, chunk), lists(gpu, &baseline, other));
         let (depths, triangles) = differing(&found, &expected, &chunk.grid);
         println!("{name}: {depths:.5} of the lists differ, {triangles:.5} in triangles; {more:.5} times the fragments");
         // Samples on an edge may fall to either side of it, and where two surfaces cross, each builder rounds its depths in its own way.
