@@ -26,12 +26,12 @@ fn of_technique(room: Indirect, default: &Settings) -> Vec<Technique> {
     let name = room.name().to_owned();
     let mut rows =
         vec![row(name.clone(), Truth::OneBounce, room.clone()), row(name.clone(), Truth::OneBounceFile, room.clone())];
-    for (knob, values) in room.technique().expect("it is one").parameters() {
+    for (parameter, values) in room.technique().expect("it is one").parameters() {
         for (value, _) in values {
             let mut other = room.clone();
-            other.technique_mut().expect("it is one").set(knob.name, value).expect("it is one of its values");
+            other.technique_mut().expect("it is one").set(parameter.name, value).expect("it is one of its values");
             if other != room {
-                rows.push(row(format!("{name}, {} {value}", knob.name), Truth::OneBounce, other));
+                rows.push(row(format!("{name}, {} {value}", parameter.name), Truth::OneBounce, other));
             }
         }
     }

@@ -243,7 +243,7 @@ fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
         "deep-directions" => Some(parse::direction_set_text(deep.directions)),
         _ => None,
     };
-    let is_own = Settings::PARAMETERS.iter().any(|knob| knob.info.name == name);
+    let is_own = Settings::PARAMETERS.iter().any(|parameter| parameter.info.name == name);
     own.map(Some)
         .or_else(|| is_own.then(|| settings.get(name)))
         .or_else(|| of_technique(name, &settings.indirect))

@@ -21,11 +21,11 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     technique(ui, &mut settings.indirect, &usual.indirect, &mut state.message, unfold);
     technique(ui, &mut settings.occlusion, &usual.occlusion, &mut state.message, unfold);
     technique(ui, &mut settings.culling, &usual.culling, &mut state.message, unfold);
-    for knob in Settings::PARAMETERS {
-        let name = knob.info.name;
-        let names = (knob.of)(&mut settings.clone()).names();
+    for parameter in Settings::PARAMETERS {
+        let name = parameter.info.name;
+        let names = (parameter.of)(&mut settings.clone()).names();
         let value = Value { now: settings.get(name), usual: usual.get(name), names };
-        if let Some(text) = widget(ui, &knob.info, &value) {
+        if let Some(text) = widget(ui, &parameter.info, &value) {
             tell(&mut state.message, name, settings.set(name, &text));
         }
     }
@@ -127,7 +127,7 @@ fn widget(ui: &mut Ui, words: &ParameterInfo, value: &Value) -> Option<String> {
 
 fn choice(ui: &mut Ui, words: &ParameterInfo, value: &Value, changed: &mut Option<String>) -> egui::Response {
     let now = value.now.as_deref().unwrap_or("none");
-    let list = egui::ComboBox::from_id_salt(("knob", words.name)).selected_text(now);
+    let list = egui::ComboBox::from_id_salt(("parameter", words.name)).selected_text(now);
     let shown = list.show_ui(ui, |ui| {
         for (name, meaning) in &value.names {
             if ui.selectable_label(*name == now, *name).on_hover_text(*meaning).clicked() {

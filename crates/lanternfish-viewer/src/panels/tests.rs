@@ -120,10 +120,10 @@ fn choose(harness: &mut Harness<'_, Shown>, name: &str, entry: &str) {
 fn every_named_setting_is_found_and_reaches_the_settings() {
     lanternfish_papers::register();
     let mut harness = shown();
-    for knob in Settings::PARAMETERS.iter().filter(|knob| matches!(knob.info.range, Range::Names)) {
-        let name = knob.info.name;
+    for parameter in Settings::PARAMETERS.iter().filter(|parameter| matches!(parameter.info.range, Range::Names)) {
+        let name = parameter.info.name;
         let now = harness.state().state.settings.get(name).unwrap_or_else(|| "none".to_owned());
-        let names = (knob.of)(&mut Settings::default()).names();
+        let names = (parameter.of)(&mut Settings::default()).names();
         let (other, _) = names.iter().find(|(value, _)| *value != now).unwrap();
         choose(&mut harness, name, other);
         assert_eq!(harness.state().state.settings.get(name).as_deref().unwrap_or("none"), *other, "{name}");

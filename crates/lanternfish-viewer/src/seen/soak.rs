@@ -51,11 +51,11 @@ fn change_technique<K: Kind + ?Sized>(choice: &mut Choice<K>, random: &mut Rando
         return;
     }
     let Some(technique) = choice.technique_mut() else { return };
-    let knobs = technique.parameters();
-    if knobs.is_empty() {
+    let parameters = technique.parameters();
+    if parameters.is_empty() {
         return;
     }
-    let (words, names) = &knobs[(random.unit() * knobs.len() as f64) as usize];
+    let (words, names) = &parameters[(random.unit() * parameters.len() as f64) as usize];
     // What is refused has a message, and changes nothing.
     let _ = technique.set(words.name, &value(words, names, random));
 }
@@ -67,9 +67,9 @@ fn change(settings: &mut Settings, random: &mut Random) {
         1 => change_technique(&mut settings.occlusion, random),
         2 => change_technique(&mut settings.culling, random),
         _ => {
-            let knob = &Settings::PARAMETERS[(random.unit() * Settings::PARAMETERS.len() as f64) as usize];
-            let names = (knob.of)(&mut settings.clone()).names();
-            let _ = settings.set(knob.info.name, &value(&knob.info, &names, random));
+            let parameter = &Settings::PARAMETERS[(random.unit() * Settings::PARAMETERS.len() as f64) as usize];
+            let names = (parameter.of)(&mut settings.clone()).names();
+            let _ = settings.set(parameter.info.name, &value(&parameter.info, &names, random));
         }
     }
 }

@@ -60,15 +60,15 @@ impl Settings {
     ];
 
     /// [`crate::technique::AnyTechnique::get`], of [`Self::PARAMETERS`].
-    pub fn get(&self, knob: &str) -> Option<String> {
-        let found = Self::PARAMETERS.iter().find(|known| known.info.name == knob)?;
+    pub fn get(&self, parameter: &str) -> Option<String> {
+        let found = Self::PARAMETERS.iter().find(|known| known.info.name == parameter)?;
         (found.of)(&mut self.clone()).text()
     }
 
     /// Sets one of [`Self::PARAMETERS`] from text, or says what was expected. There must be one of this name.
-    pub fn set(&mut self, knob: &str, text: &str) -> Result<(), String> {
-        let found = Self::PARAMETERS.iter().find(|known| known.info.name == knob);
-        (found.ok_or_else(|| format!("there is no setting {knob}"))?.of)(self).read(text)
+    pub fn set(&mut self, parameter: &str, text: &str) -> Result<(), String> {
+        let found = Self::PARAMETERS.iter().find(|known| known.info.name == parameter);
+        (found.ok_or_else(|| format!("there is no setting {parameter}"))?.of)(self).read(text)
     }
 }
 
@@ -79,14 +79,14 @@ mod tests {
     /// What is said can be read again, and every named value reaches the settings.
     #[test]
     fn every_setting_is_said_and_read() {
-        for knob in Settings::PARAMETERS {
-            let (name, usual) = (knob.info.name, Settings::default());
+        for parameter in Settings::PARAMETERS {
+            let (name, usual) = (parameter.info.name, Settings::default());
             let mut settings = usual.clone();
             if let Some(text) = usual.get(name) {
                 settings.set(name, &text).unwrap();
             }
             assert!(settings == usual, "{name}");
-            for (value, _) in (knob.of)(&mut settings.clone()).names() {
+            for (value, _) in (parameter.of)(&mut settings.clone()).names() {
                 settings.set(name, value).unwrap();
                 assert_eq!(settings.get(name).as_deref().unwrap_or("none"), value, "{name}");
             }

@@ -162,7 +162,7 @@ fn beams_and_doors(workshop: &mut Workshop, m: &Materials) {
         workshop.place_at(beam, place, turn);
     }
 
-    let (mut frame, mut leaf, mut knob) = (Shape::new(), Shape::new(), Shape::new());
+    let (mut frame, mut leaf, mut parameter) = (Shape::new(), Shape::new(), Shape::new());
     for side in [-1.0f32, 1.0] {
         let x = side * 0.72;
         frame.cuboid(Vec3::new(x - 0.1, 0.0, -0.05), Vec3::new(x + 0.1, 2.2, 0.13), 0.0);
@@ -176,11 +176,11 @@ fn beams_and_doors(workshop: &mut Workshop, m: &Materials) {
         }
         let mut ball = Shape::new();
         ball.lathe(&ball_profile(0.035, 4), 8);
-        knob.append_at(&ball, Vec3::new(side * 0.07, 1.05, 0.10));
+        parameter.append_at(&ball, Vec3::new(side * 0.07, 1.05, 0.10));
     }
     frame.cuboid(Vec3::new(-0.9, 2.19, -0.05), Vec3::new(0.9, 2.42, 0.16), 0.0);
     frame.cuboid(Vec3::new(-0.98, 2.41, -0.05), Vec3::new(0.98, 2.50, 0.22), 0.03);
-    let door = workshop.mesh("door", [(m.limestone, frame), (m.wood, leaf), (m.bronze, knob)]);
+    let door = workshop.mesh("door", [(m.limestone, frame), (m.wood, leaf), (m.bronze, parameter)]);
     for (index, (place, turn)) in cells(OUTER, BAY).into_iter().enumerate() {
         if index % 4 == 1 {
             workshop.place_at(door, place + Vec3::Y * FLOOR, turn);
