@@ -49,14 +49,14 @@ pub struct Subject {
 }
 
 impl Subject {
-    pub fn load(args: &SubjectArgs, keeps_blended: bool, progress: &mut Progress) -> Result<Self, CliError> {
+    pub fn load(args: &SubjectArgs, keeps_transparent: bool, progress: &mut Progress) -> Result<Self, CliError> {
         let shot = shot_of(&args.scene)?;
         let views = shot.as_ref().map_or_else(|| vec![args.view.clone()], |shot| shot.views());
         let (lights, seed) = match &shot {
             Some(shot) => (&shot.args.lights, shot.args.run.seed),
             None => (&args.lights, args.seed),
         };
-        let mut scene = load(&args.scene, &args.part, shot.as_ref(), keeps_blended, progress)?;
+        let mut scene = load(&args.scene, &args.part, shot.as_ref(), keeps_transparent, progress)?;
         apply_lights(&mut scene, lights, seed)?;
         let Size { width, height } = args.size;
         let (cameras, _) = camera::choose_each(&scene, &views, width as f32 / height as f32)?;
@@ -90,14 +90,14 @@ pub fn load(
     name: &SceneName,
     part: &PartArgs,
     shot: Option<&Shot>,
-    keeps_blended: bool,
+    keeps_transparent: bool,
     progress: &mut Progress,
 ) -> Result<Scene, CliError> {
     let (name, part) = shot.map_or((name, part), |shot| (&shot.args.scene, &shot.args.part));
     let doing = format!("Loading {name}");
     let mut scene = progress.step("load", &doing, || scene::load_part(name, part.scene_of_file.as_deref()))?;
-    if !keeps_blended {
-        leave_out_blended(&mut scene);
+    if !keeps_transparent {
+        leave_out_transparent(&mut scene);
     }
     if scene.bounds().is_empty() {
         return Err(CliError::new(format_args!("{name}: no surface to see"), "name a scene that has opaque surfaces"));
@@ -105,9 +105,9 @@ pub fn load(
     Ok(scene)
 }
 
-fn leave_out_blended(scene: &mut Scene) {
+fn leave_out_transparent(scene: &mut Scene) {
     for mesh in &mut scene.meshes {
-        mesh.primitives.retain(|primitive| !scene.materials[primitive.material].is_blended());
+        mesh.primitives.retain(|primitive| !scene.materials[primitive.material].is_transparent());
     }
 }
 
@@ -123,7 +123,7 @@ mod tests {
         let materials = modes.map(|alpha_mode| Material { alpha_mode, ..Material::default() }).to_vec();
         let primitives = (0..3).map(|material| Primitive { material, ..Primitive::default() }).collect();
         let mut scene = Scene { materials, meshes: vec![Mesh { primitives, ..Mesh::default() }], ..Scene::default() };
-        leave_out_blended(&mut scene);
+        leave_out_transparent(&mut scene);
         let left: Vec<usize> = scene.meshes[0].primitives.iter().map(|primitive| primitive.material).collect();
         assert_eq!(left, [1, 2]);
     }

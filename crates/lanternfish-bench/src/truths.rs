@@ -228,14 +228,14 @@ fn darken(scene: &mut Scene) {
     }
 }
 
-/// Makes all surfaces white and diffuse under a white sky, without other light: what they send is how open they are. Blended
+/// Makes all surfaces white and diffuse under a white sky, without other light: what they send is how open they are. Transparent
 /// surfaces go: what they close is a matter of taste.
 fn make_white(scene: &mut Scene) {
     scene.lights.clear();
     (scene.sky, scene.environment) = (Vec3::ONE, None);
     for material in &mut scene.materials {
         let mut alpha = material.base_color.w;
-        if material.is_blended() {
+        if material.is_transparent() {
             (material.alpha_mode, material.transmission, alpha) = (AlphaMode::Blend, 0.0, 0.0);
         }
         // A texture keeps its alpha alone: holes are there.

@@ -65,7 +65,7 @@ fn describe(scene: &Scene) -> String {
     lines.count("triangles", stored, format_args!(" stored, {} placed", grouped(placed as u64)));
 
     let modes = scene.materials.iter().map(|material| match material.alpha_mode {
-        _ if material.is_blended() => "blend",
+        _ if material.is_transparent() => "blend",
         AlphaMode::Mask { .. } => "mask",
         AlphaMode::Opaque | AlphaMode::Blend => "opaque",
     });

@@ -46,7 +46,7 @@ pub struct Material {
     /// sRGB-encoded RGB.
     pub specular_color_texture: Option<TextureRef>,
     /// Share of light that passes through what is not metal, of what it does not reflect, in 0..=1. Alpha is apart from it: it
-    /// says where the surface is. Above 0 the surface is blended, whatever its alpha mode ([`Material::is_blended`]).
+    /// says where the surface is. Above 0 the surface is blended, whatever its alpha mode ([`Material::is_transparent`]).
     pub transmission: f32,
     /// Linear; red.
     pub transmission_texture: Option<TextureRef>,
@@ -73,7 +73,7 @@ pub struct Material {
 
 impl Material {
     /// Whether what is behind the surface shows through it, so that it is drawn after everything else, far to near.
-    pub fn is_blended(&self) -> bool {
+    pub fn is_transparent(&self) -> bool {
         self.alpha_mode == AlphaMode::Blend || self.transmission > 0.0
     }
 }

@@ -45,7 +45,7 @@ pub(crate) fn look(scene: &Scene, eye: Vec3, faces: &[Face], side: usize) -> Vec
         let mesh = &scene.meshes[instance.mesh];
         mesh.primitives.iter().map(move |primitive| (primitive, instance.world_from_object))
     });
-    let solid = placed.filter(|(primitive, _)| !scene.materials[primitive.material].is_blended());
+    let solid = placed.filter(|(primitive, _)| !scene.materials[primitive.material].is_transparent());
     // A thousand triangles are worth a thread's while, and long lists are shared.
     const PART: usize = 1 << 10;
     let parts: Vec<_> = solid

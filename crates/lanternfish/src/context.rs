@@ -76,7 +76,7 @@ impl<'a> ViewContext<'a> {
             key: self.key,
             view: self.view,
             buffer: self.buffer.clone(),
-            draws: VisibleDraws { solid: Vec::new(), blended: Vec::new() },
+            draws: VisibleDraws { solid: Vec::new(), transparent: Vec::new() },
             surface: surface.clone(),
             middle: surface.clone(),
             rotation: self.rotation,

@@ -16,7 +16,7 @@ use crate::{
     progressive::Progressive,
     rays::KeptStructure,
     request::{SurfaceSource, Target},
-    shading::{Arriving, Forward, LightSums, NearestBlended, VisibilityRatios, Shadowing, AccumulatedRatios, Sums},
+    shading::{Arriving, Forward, LightSums, NearestTransparent, VisibilityRatios, Shadowing, AccumulatedRatios, Sums},
     shadows::{Shadows, Visibility, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
@@ -39,7 +39,7 @@ pub(crate) struct Passes {
     pub structure: Option<Box<dyn KeptStructure>>,
     pub indirect: Option<Box<dyn IndirectPasses>>,
     /// Where light arrives otherwise than straight from the lights.
-    pub nearest_blended: Option<NearestBlended>,
+    pub nearest_transparent: Option<NearestTransparent>,
     /// Mixes the share of light that reaches each pixel with that of the frames before, where there is a history.
     pub visibility_ratios: Option<VisibilityRatios>,
     pub forward: Forward,
@@ -72,7 +72,7 @@ pub(crate) struct Shaded {
     pub ambient_visibility: Option<AmbientVisibility>,
     pub indirect: Option<IndirectSums>,
     /// Indirect light at the nearest blended surfaces.
-    pub indirect_of_blended: Option<IndirectSums>,
+    pub indirect_of_transparent: Option<IndirectSums>,
     /// The opaque surfaces' light lists.
     pub lights: LightLists,
 }
@@ -87,7 +87,7 @@ impl Shaded {
             visibility: None,
             ambient_visibility: None,
             indirect: None,
-            indirect_of_blended: None,
+            indirect_of_transparent: None,
             lights,
         }
     }
@@ -152,7 +152,7 @@ impl Passes {
         let mut views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
         let set = &context.scene.lights;
         let lights = self.light_culling.record(frame, &views, Reach::Surface, set)?;
-        let blended_lights = match views.iter().any(|view| !view.draws.blended.is_empty()) {
+        let transparent_lights = match views.iter().any(|view| !view.draws.transparent.is_empty()) {
             true => self.light_culling.record(frame, &views, Reach::Anywhere, set)?,
             false => Vec::new(),
         };
@@ -172,13 +172,13 @@ impl Passes {
             }
             let (radiance, visibility) = self.shade(frame, view, &lights, &arriving)?;
             self.sky.record(frame, view, &radiance)?;
-            let indirect_of_blended = match blended_lights.get(slot) {
+            let indirect_of_transparent = match transparent_lights.get(slot) {
                 Some(lights) => self.blend(frame, view, lights, &radiance)?,
                 None => None,
             };
             let Arriving { ambient_visibility, indirect, .. } = arriving;
             let shaded = Shaded::of_lights(radiance, lights);
-            results.push(Shaded { visibility, ambient_visibility, indirect, indirect_of_blended, ..shaded });
+            results.push(Shaded { visibility, ambient_visibility, indirect, indirect_of_transparent, ..shaded });
         }
         // Only now it is certain whether the frame is whole.
         if context.is_averaged {
@@ -229,8 +229,8 @@ impl Passes {
                     self.sums.given.record(frame, depth, normal_roughness, view.size)?
                 }
             };
-            // Blended surfaces are the caller's.
-            let draws = VisibleDraws { solid: draws.solid, blended: Vec::new() };
+            // Transparent surfaces are the caller's.
+            let draws = VisibleDraws { solid: draws.solid, transparent: Vec::new() };
             let middle = surface.clone();
             return Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structure: None });
         }
@@ -346,7 +346,7 @@ impl Passes {
         Ok(())
     }
 
-    /// Blended surfaces, over the picture so far; gives the indirect light at the nearest of them.
+    /// Transparent surfaces, over the picture so far; gives the indirect light at the nearest of them.
     fn blend(
         &mut self,
         frame: &mut Frame<'_>,
@@ -354,10 +354,10 @@ impl Passes {
         lights: &LightLists,
         radiance: &Radiance,
     ) -> Result<Option<IndirectSums>, RenderError> {
-        if view.draws.blended.is_empty() {
+        if view.draws.transparent.is_empty() {
             return Ok(None);
         }
-        let nearest = self.nearest_blended.as_mut().map(|nearest| nearest.record(frame, view)).transpose()?;
+        let nearest = self.nearest_transparent.as_mut().map(|nearest| nearest.record(frame, view)).transpose()?;
         self.forward.record_transparent(frame, view, lights, nearest.as_ref(), radiance)?;
         Ok(nearest.and_then(|nearest| nearest.indirect))
     }

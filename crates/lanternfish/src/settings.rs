@@ -41,7 +41,7 @@ pub struct Settings {
     pub materials: Materials,
     /// How much of the surroundings surfaces see, and are lit by: the scene's environment, or its constant sky. They light only
     /// where this is found, or where rays of [`Self::indirect`] see them: beside [`Sampled`](crate::techniques::Sampled) it does nothing but its debug
-    /// view. Blended surfaces have what the nearest one of the pixel sees.
+    /// view. Transparent surfaces have what the nearest one of the pixel sees.
     pub occlusion: Occlusion,
     /// What tracers go through that are not exact: a structure with its parameters; none: the tracer's own, with its default parameters.
     pub structure: Structure,

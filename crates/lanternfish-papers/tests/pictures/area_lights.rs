@@ -124,7 +124,7 @@ fn gpu_area_lights_without_shadows_are_whole() {
     assert!(error.median() < 0.01 && (error.energy_ratio() - 1.0).abs() < 0.005, "{}", error.energy_ratio());
 }
 
-/// Blended surfaces trace their own rays.
+/// Transparent surfaces trace their own rays.
 #[test]
 fn gpu_area_lights_on_a_blended_pane_are_the_path_tracers() {
     let Some(gpu) = crate::gpu("gpu_area_lights_on_a_blended_pane_are_the_path_tracers") else { return };

@@ -121,7 +121,7 @@ fn both_ways_bring_the_same_light() {
         scene
     };
     let alpha = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..matt() };
-    compare("blended", &between(Material { base_color: Vec4::new(0.8, 0.4, 0.2, 0.5), ..alpha.clone() }), 5, 0.01);
+    compare("transparent", &between(Material { base_color: Vec4::new(0.8, 0.4, 0.2, 0.5), ..alpha.clone() }), 5, 0.01);
     // What it mirrors of a lamp is a glint.
     let pane = Material {
         transmission: 1.0,

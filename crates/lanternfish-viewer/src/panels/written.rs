@@ -22,7 +22,7 @@ pub fn views_of(pass: &str, settings: &Settings) -> &'static [DebugView] {
     let starts = |part: &str| pass == part || pass.strip_prefix(part).is_some_and(|rest| rest.starts_with('/'));
     let after = |room: &str| pass.strip_prefix(room).and_then(|rest| rest.strip_prefix('/')).unwrap_or_default();
     // Of the nearest blended surfaces, which no view shows.
-    if starts("prepass/blended") || settings.culling == Culling::NONE && starts("light_culling") {
+    if starts("prepass/transparent") || settings.culling == Culling::NONE && starts("light_culling") {
         return &[];
     }
     if starts("prepass") {
@@ -62,7 +62,7 @@ mod tests {
         let first = |pass: &str| views_of(pass, &settings).first().copied();
         for (pass, view) in [
             ("prepass", Some(DebugView::Depth)),
-            ("prepass/blended", None),
+            ("prepass/transparent", None),
             ("light_culling/clustered/mark", Some(DebugView::ClusterFragments)),
             ("light_culling/clustered/count", Some(DebugView::ClusterLights)),
             ("shadows/trace", Some(DebugView::Visibility)),

@@ -173,7 +173,7 @@ impl<'g> Harness<'g> {
 
     /// Fragments of blended surfaces and those of them whose cluster is not marked: `scene`'s nearest surfaces are drawn as if
     /// they were solid, and looked up in what the scene itself marks.
-    fn unmarked_blended(&mut self, scene: &Scene, camera: &Camera, drawn: bool) -> (usize, usize) {
+    fn unmarked_transparent(&mut self, scene: &Scene, camera: &Camera, drawn: bool) -> (usize, usize) {
         let mut solid = scene.clone();
         for material in &mut solid.materials {
             material.alpha_mode = AlphaMode::Opaque;
@@ -226,8 +226,8 @@ fn panes(seed: u64) -> Scene {
         quad(usize::from(i % 3 == 0), random.point() * Vec3::new(4.0, 3.0, 8.0), right, up)
     });
     let solid = Material { double_sided: true, ..Material::default() };
-    let blended = Material { alpha_mode: AlphaMode::Blend, ..solid.clone() };
-    scene_of(panes.collect(), vec![solid, blended])
+    let transparent = Material { alpha_mode: AlphaMode::Blend, ..solid.clone() };
+    scene_of(panes.collect(), vec![solid, transparent])
 }
 
 fn camera(random: &mut Random, reach: Vec3) -> Camera {
@@ -282,11 +282,11 @@ fn gpu_no_blended_surface_misses_its_cluster() {
         for seed in 3..6 {
             let scene = panes(seed);
             let camera = camera(&mut random, Vec3::new(6.0, 4.0, 9.0));
-            let (covered, unmarked) = harness.unmarked_blended(&scene, &camera, true);
+            let (covered, unmarked) = harness.unmarked_transparent(&scene, &camera, true);
             assert_eq!(unmarked, 0, "of {covered} pixels from {camera:?}, {shape:?}");
             total += covered;
             // The test can fail: without its blended panes the scene does not mark their clusters.
-            missed += harness.unmarked_blended(&scene, &camera, false).1;
+            missed += harness.unmarked_transparent(&scene, &camera, false).1;
         }
     }
     println!("{total} fragments; without drawing the blended ones {missed} would miss their cluster");

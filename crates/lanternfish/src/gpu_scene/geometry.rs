@@ -50,8 +50,8 @@ pub enum DrawAlpha {
     Opaque,
     /// Solid where its alpha reaches the cutoff.
     Masked,
-    /// Blended over everything else.
-    Blended,
+    /// Transparent over everything else.
+    Transparent,
 }
 
 /// Which faces are drawn.
@@ -85,7 +85,7 @@ pub struct Draw {
     pub material: u32,
     /// Which passes draw it.
     pub alpha: DrawAlpha,
-    /// Blended, and tints what is behind it.
+    /// Transparent, and tints what is behind it.
     pub transmits: bool,
     /// Which faces are drawn.
     pub facing: Facing,
@@ -275,7 +275,7 @@ fn place(templates: &[Template], standing: impl Iterator<Item = (usize, Affine3A
     (draws, instances)
 }
 
-/// Draws of one primitive: one for its instances that keep handedness, one for those that mirror. Blended surfaces get one each, so
+/// Draws of one primitive: one for its instances that keep handedness, one for those that mirror. Transparent surfaces get one each, so
 /// that they can be sorted, and one a side, the back first: of what bulges, the far side is drawn before the near one.
 fn add_draws(
     Template { draw, double_sided, bounds: object_bounds, .. }: &Template,
@@ -293,7 +293,7 @@ fn add_draws(
             let bounds = object_bounds.transformed(transform);
             all_bounds.add_bounds(&bounds);
             instances.push(draw_instance(transform, draw.material, mirrored));
-            if draw.alpha == DrawAlpha::Blended {
+            if draw.alpha == DrawAlpha::Transparent {
                 let index = instances.len() as u32 - 1;
                 let of_side = |side: &Side| Draw {
                     instances: index..index + 1,
@@ -305,7 +305,7 @@ fn add_draws(
             }
         }
         let last = instances.len() as u32;
-        if draw.alpha != DrawAlpha::Blended && last > first {
+        if draw.alpha != DrawAlpha::Transparent && last > first {
             let facing = facing((!double_sided).then_some(Side::Front));
             draws.push(Draw { instances: first..last, facing, bounds: all_bounds, ..draw.clone() });
         }
@@ -327,7 +327,7 @@ fn draw_instance(transform: &Affine3A, material: u32, mirrored: bool) -> DrawIns
 
 fn alpha_of(material: &lanternfish_scene::Material) -> DrawAlpha {
     match material.alpha_mode {
-        _ if material.is_blended() => DrawAlpha::Blended,
+        _ if material.is_transparent() => DrawAlpha::Transparent,
         AlphaMode::Mask { .. } => DrawAlpha::Masked,
         AlphaMode::Opaque | AlphaMode::Blend => DrawAlpha::Opaque,
     }

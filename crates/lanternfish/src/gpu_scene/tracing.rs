@@ -1,6 +1,6 @@
 //! The surfaces that stop light, in world space: triangles, and the alpha masks of those that have holes.
 //!
-//! Blended surfaces are left out: they cast no shadow.
+//! Transparent surfaces are left out: they cast no shadow.
 
 use std::collections::HashMap;
 
@@ -138,7 +138,7 @@ impl Tracing {
 /// The parts of an instance that stop light.
 fn parts_of<'s>(scene: &'s Scene, (index, instance): (u32, &'s Instance)) -> impl Iterator<Item = Part> + 's {
     let primitives = (0..).zip(&scene.meshes[instance.mesh].primitives);
-    let solid = primitives.filter(|(_, p)| !scene.materials[p.material].is_blended());
+    let solid = primitives.filter(|(_, p)| !scene.materials[p.material].is_transparent());
     solid.map(move |(primitive, _)| Part { instance: index, primitive })
 }
 

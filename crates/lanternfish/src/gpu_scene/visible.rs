@@ -12,18 +12,18 @@ pub struct VisibleDraws<'s> {
     /// Opaque and masked ones: by pipeline, then near to far, so that little is drawn to be covered.
     pub solid: Vec<&'s Draw>,
     /// Far to near, as blending needs them.
-    pub blended: Vec<&'s Draw>,
+    pub transparent: Vec<&'s Draw>,
 }
 
 impl GpuScene {
     /// Sorts out what `view` cannot show. Conservative: a box may meet the frustum where its triangles do not.
     pub fn visible_draws(&self, view: &View) -> VisibleDraws<'_> {
         let seen = self.geometry.draws.iter().filter(|draw| meets_frustum(view, &draw.bounds));
-        let (blended, solid): (Vec<&Draw>, Vec<&Draw>) = seen.partition(|draw| draw.alpha == DrawAlpha::Blended);
-        let mut visible = VisibleDraws { solid, blended };
+        let (transparent, solid): (Vec<&Draw>, Vec<&Draw>) = seen.partition(|draw| draw.alpha == DrawAlpha::Transparent);
+        let mut visible = VisibleDraws { solid, transparent };
         let pipeline = |draw: &Draw| (draw.alpha, draw.facing);
         visible.solid.sort_by(|a, b| pipeline(a).cmp(&pipeline(b)).then(nearest(view, a).total_cmp(&nearest(view, b))));
-        visible.blended.sort_by(|a, b| middle(view, b).total_cmp(&middle(view, a)));
+        visible.transparent.sort_by(|a, b| middle(view, b).total_cmp(&middle(view, a)));
         visible
     }
 }

@@ -29,15 +29,15 @@ pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Packed as `surface_target.wesl` says.
 pub const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Uint;
 
-/// Blended surfaces are drawn.
-const BLENDED: Feature = Feature::new("blended");
+/// Transparent surfaces are drawn.
+const TRANSPARENT: Feature = Feature::new("transparent");
 /// A pixel has several samples.
 pub(crate) const MULTISAMPLED: Feature = Feature::new("multisampled");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
-        Root::of("prepass/prepass", &[&[&[], &[MASKED], &[BLENDED], &[MOTION], &[MOTION, MASKED]], TEXTURES]),
+        Root::of("prepass/prepass", &[&[&[], &[MASKED], &[TRANSPARENT], &[MOTION], &[MOTION, MASKED]], TEXTURES]),
         Root::of("prepass/depth", &[&[&[], &[MASKED]], TEXTURES]),
         given::ROOT,
     ],
@@ -114,12 +114,12 @@ impl Prepass {
     }
 
     /// A prepass of blended surfaces, with normals and roughness, one sample a pixel.
-    pub fn of_blended() -> Self {
+    pub fn of_transparent() -> Self {
         let raster = SceneRaster::new(
-            "prepass/blended",
+            "prepass/transparent",
             DECLARED,
             "prepass/prepass",
-            &[BLENDED],
+            &[TRANSPARENT],
             false,
             state(Writes::Surface, 1),
         );
@@ -144,14 +144,14 @@ impl Prepass {
     }
 
     /// Draws a view's blended surfaces that are nearer than what is at its pixels' middles, and keeps the nearest. For a prepass
-    /// [`Self::of_blended`].
-    pub fn record_blended(
+    /// [`Self::of_transparent`].
+    pub fn record_transparent(
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
     ) -> Result<Surface, RenderError> {
         let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
-        self.draw(frame, scene, &draws.blended, &bindings, middle.size, None)
+        self.draw(frame, scene, &draws.transparent, &bindings, middle.size, None)
     }
 
     fn draw(

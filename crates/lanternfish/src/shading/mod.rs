@@ -1,7 +1,7 @@
 //! Forward shading of what is visible, and of transparent surfaces over it [Elagabani2025, §4.4].
 
 mod arriving;
-mod nearest_blended;
+mod nearest_transparent;
 mod visibility_ratios;
 mod sums;
 #[cfg(test)]
@@ -28,14 +28,14 @@ use crate::{
 
 pub use self::arriving::Arriving;
 pub(crate) use self::{
-    nearest_blended::NearestBlended,
+    nearest_transparent::NearestTransparent,
     visibility_ratios::{VisibilityRatios, AccumulatedRatios},
     sums::{LightSums, Sums},
 };
 #[cfg(any(test, feature = "testing"))]
 pub(crate) use self::{visibility_ratios::visibility_ratio_features, sums::sums_features};
 
-/// Blended surfaces: the colour is premultiplied.
+/// Transparent surfaces: the colour is premultiplied.
 const TRANSPARENT: Feature = Feature::new("transparent");
 /// Visibility bits are read.
 const SHADOW_BITS: Feature = Feature::new("shadow_bits");
@@ -59,7 +59,7 @@ pub(crate) struct Forward {
     opaque: SceneRaster,
     /// Multiplies the picture by what surfaces let through.
     dim: SceneRaster,
-    blended: SceneRaster,
+    transparent: SceneRaster,
     samples: u32,
 }
 
@@ -83,7 +83,7 @@ impl Forward {
             bias: Default::default(),
         };
         let samples = settings.samples.count();
-        let [opaque, blended] = features(settings, tracer);
+        let [opaque, transparent] = features(settings, tracer);
         let over = wgpu::ColorTargetState {
             format: RADIANCE_FORMAT,
             blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
@@ -125,11 +125,11 @@ impl Forward {
                 false,
                 PassState { depth: nearer.clone(), targets: vec![multiplied], samples, draws_backs: false },
             ),
-            blended: SceneRaster::new(
+            transparent: SceneRaster::new(
                 "shading/transparent",
                 DECLARED,
                 module,
-                &blended,
+                &transparent,
                 false,
                 PassState { depth: nearer, targets: vec![over], samples, draws_backs: false },
             )
@@ -189,19 +189,19 @@ impl Forward {
         arriving: Option<&Arriving>,
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
-        let transmitting: Vec<&Draw> = draws.blended.iter().copied().filter(|draw| draw.transmits).collect();
+        let transmitting: Vec<&Draw> = draws.transparent.iter().copied().filter(|draw| draw.transmits).collect();
         self.dim.prepare(frame.device, scene, &transmitting)?;
-        self.blended.prepare(frame.device, scene, &draws.blended)?;
+        self.transparent.prepare(frame.device, scene, &draws.transparent)?;
         let bindings = buffer.bindings().with(&scene.bindings()).with(&lights.bindings());
         let arriving_bindings = arriving.map(Arriving::bindings);
         let bindings = arriving_bindings.iter().fold(bindings, |bindings, more| bindings.with(more));
         let color = radiance.color(wgpu::LoadOp::Load);
         frame.render("shading/transparent", &[Some(color)], Some(surface.read_depth()), |groups, pass| {
-            for run in draws.blended.chunk_by(|a, b| !a.transmits && !b.transmits) {
+            for run in draws.transparent.chunk_by(|a, b| !a.transmits && !b.transmits) {
                 if run[0].transmits {
                     self.dim.draw(groups, pass, scene, &bindings, run);
                 }
-                self.blended.draw(groups, pass, scene, &bindings, run);
+                self.transparent.draw(groups, pass, scene, &bindings, run);
             }
         });
         Ok(())
@@ -213,11 +213,11 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
     let culling = LightCulling::feature(&settings.culling);
     let samples = settings.samples.count();
     let mut opaque = vec![culling];
-    let mut blended = vec![culling, TRANSPARENT];
+    let mut transparent = vec![culling, TRANSPARENT];
     // Rays of indirect light may see the surroundings themselves.
     let ambient_visibility = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_environment());
     let indirect = (settings.indirect != Indirect::NONE).then_some(INDIRECT);
-    for features in [&mut opaque, &mut blended] {
+    for features in [&mut opaque, &mut transparent] {
         features.extend(indirect.into_iter().chain(ambient_visibility));
         features.extend((samples > 1).then_some(MULTISAMPLED));
     }
@@ -229,15 +229,15 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
             opaque.push(SHADOW_RAYS);
             opaque.extend(&tracing);
         }
-        blended.push(SHADOW_RAYS);
-        blended.extend(tracing);
+        transparent.push(SHADOW_RAYS);
+        transparent.extend(tracing);
         opaque.extend((settings.history == History::On).then_some(SHADOW_HISTORY));
         if settings.casts_soft_shadows() {
             opaque.push(SOFT);
-            blended.push(SOFT);
+            transparent.push(SOFT);
         }
     }
-    [opaque, blended]
+    [opaque, transparent]
 }
 
 /// Clear colour of the sky. It is at most the target's largest number, like all that is drawn to it, so that a mean of frames stays a

@@ -66,8 +66,8 @@ fn asked_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Vec<Fe
                 let features = [&shading::sums_features(settings, tracer)[..], lights].concat();
                 asked.entry("shading/sums").or_default().insert(features);
             }
-            let [opaque, blended] = shading::features(settings, tracer);
-            for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (blended, &[&[]])] {
+            let [opaque, transparent] = shading::features(settings, tracer);
+            for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (transparent, &[&[]])] {
                 let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
                 for [draw, textures] in drawn {
                     for lights in [&[][..], &[AREA_LIGHTS]] {

@@ -37,7 +37,7 @@ fn middle(gpu: &Gpu, settings: Settings, scene: &Scene) -> Vec3 {
     pixels.map(|pixel| Vec4::from(picture.radiance[pixel]).truncate()).sum::<Vec3>() / 256.0
 }
 
-fn blended(base_color: Vec4, perceptual_roughness: f32) -> Material {
+fn transparent(base_color: Vec4, perceptual_roughness: f32) -> Material {
     Material {
         base_color,
         metallic: 0.0,
@@ -49,7 +49,7 @@ fn blended(base_color: Vec4, perceptual_roughness: f32) -> Material {
 }
 
 fn glass() -> Material {
-    Material { transmission: 1.0, ..blended(TINT.extend(1.0), 0.0) }
+    Material { transmission: 1.0, ..transparent(TINT.extend(1.0), 0.0) }
 }
 
 /// Sheets at these depths, turned about the vertical, under a white sky.
@@ -157,7 +157,7 @@ fn gpu_glass_mirrors_what_shines_behind_the_viewer() {
 fn gpu_the_sky_lights_blended_surfaces() {
     let Some(gpu) = testing::gpu("gpu_the_sky_lights_blended_surfaces") else { return };
     // White, half there: what it covers it gives back.
-    let scene = sheets(blended(Vec4::new(1.0, 1.0, 1.0, 0.5), 0.5), &[0.0], 0.4);
+    let scene = sheets(transparent(Vec4::new(1.0, 1.0, 1.0, 0.5), 0.5), &[0.0], 0.4);
     for settings in [
         sampled(),
         Settings { samples: Samples::Four, ..sampled() },

@@ -160,7 +160,7 @@ fn parse<'a>(json: &'a [u8], budget: &Budget) -> Result<Root<'a>> {
 /// Leaves out the instances that stand where another of the same mesh stands, and always will: of surfaces that are not blended nothing
 /// more is seen, and a ray would meet every one.
 fn drop_copies(scene: &mut Scene, notes: &mut Notes) {
-    let blends = |mesh: &Mesh| mesh.primitives.iter().any(|p| scene.materials[p.material].is_blended());
+    let blends = |mesh: &Mesh| mesh.primitives.iter().any(|p| scene.materials[p.material].is_transparent());
     let mut stays_apart: Vec<bool> = scene.meshes.iter().map(blends).collect();
     scene.motion.meshes.iter().for_each(|deformed| stays_apart[deformed.mesh] = true);
     let moves = scene.motion.moving_nodes();

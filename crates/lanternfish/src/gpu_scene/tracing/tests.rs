@@ -20,11 +20,11 @@ fn scene() -> Scene {
         base_color_texture: Some(TextureRef::new(0)),
         ..Default::default()
     };
-    let blended = Material { alpha_mode: AlphaMode::Blend, ..Default::default() };
+    let transparent = Material { alpha_mode: AlphaMode::Blend, ..Default::default() };
     Scene {
         meshes: vec![Mesh { primitives: vec![quad(0, 0.0), quad(1, 1.0), quad(2, 2.0)], ..Default::default() }],
         instances: vec![Instance { name: String::new(), mesh: 0, world_from_object: glam::Affine3A::IDENTITY }; 2],
-        materials: vec![Material::default(), masked, blended],
+        materials: vec![Material::default(), masked, transparent],
         textures: vec![Texture { image: 0, sampler: 0 }],
         samplers: vec![Sampler::default()],
         images: vec![Image {

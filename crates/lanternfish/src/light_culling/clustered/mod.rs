@@ -307,7 +307,7 @@ impl ClusteredCulling {
         let view_bindings = buffer.bindings();
         let bindings = view_bindings.part("cluster_grid", grid).buffer("cluster_fragments", fragments);
         let size = surface.size;
-        let mut drawn = draws.blended.clone();
+        let mut drawn = draws.transparent.clone();
         if middle.samples == 1 {
             let surface_bindings = middle.bindings();
             let from_depth = bindings.clone().with(&surface_bindings);

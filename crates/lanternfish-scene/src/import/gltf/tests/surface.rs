@@ -53,7 +53,7 @@ fn what_transmits_is_blended_and_keeps_its_alpha() {
             source["alphaMode"] = name.into();
             let material = read(source, factor);
             assert_eq!((material.alpha_mode, material.transmission), (alpha_mode, factor));
-            assert_eq!(material.is_blended(), factor > 0.0 || name == "BLEND");
+            assert_eq!(material.is_transparent(), factor > 0.0 || name == "BLEND");
             assert_eq!(material.base_color, Vec4::new(1.0, 0.0, 0.0, 0.5));
         }
     }

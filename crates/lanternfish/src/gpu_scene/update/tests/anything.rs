@@ -31,7 +31,7 @@ const CHANGES: [(&str, Change); 18] = [
     ("another material", |s| s.meshes[1].primitives[0].material = 2),
     ("another mesh", |s| s.instances[1].mesh = 0),
     ("a material more", |s| s.materials.push(Material::default())),
-    ("blended", |s| s.materials[0].alpha_mode = AlphaMode::Blend),
+    ("transparent", |s| s.materials[0].alpha_mode = AlphaMode::Blend),
     ("another texture", |s| s.materials[0].base_color_texture = Some(TextureRef::new(1))),
     ("sides", |s| s.materials.iter_mut().for_each(|material| material.double_sided ^= true)),
     ("transmission", |s| s.materials[0].transmission = 0.5),

@@ -16,7 +16,7 @@ use crate::{
 
 /// Compiled when the first blended surface is drawn.
 #[derive(Debug)]
-pub(crate) struct NearestBlended {
+pub(crate) struct NearestTransparent {
     settings: Settings,
     tracer: Option<Tracer>,
     passes: Option<Passes>,
@@ -29,7 +29,7 @@ struct Passes {
     indirect: Option<Box<dyn IndirectPasses>>,
 }
 
-impl NearestBlended {
+impl NearestTransparent {
     /// Glass is smooth: rays go through the BVH, from every pixel, and there is one about the mirror direction at least.
     pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
         let mut settings = Settings { history: History::Off, ..settings.clone() };
@@ -44,7 +44,7 @@ impl NearestBlended {
         let Passes { prepass, occlusion, indirect } = match &mut self.passes {
             Some(passes) => passes,
             none => none.insert(Passes {
-                prepass: Prepass::of_blended(),
+                prepass: Prepass::of_transparent(),
                 // Rays of indirect light may see the surroundings themselves.
                 occlusion: match self.settings.indirect.sees_environment() {
                     false => occlusion::passes(frame.device, &self.settings)?,
@@ -53,7 +53,7 @@ impl NearestBlended {
                 indirect: indirect::passes(frame.device, &self.settings, self.tracer)?,
             }),
         };
-        let surface = prepass.record_blended(frame, view)?;
+        let surface = prepass.record_transparent(frame, view)?;
         let ambient_visibility = occlusion.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
         let indirect = indirect.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
         Ok(Arriving { surface, ambient_visibility, indirect })
