@@ -33,7 +33,7 @@ pub struct Reflector {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Behind {
     /// Thin and smooth: light that passes goes straight on. The path tracer lets rays through; the BSDF does not know it.
-    Pane,
+    ThinDielectric,
     /// Thin: light goes on as it came, spread by the surface's roughness.
     Thin,
     /// A body (`KHR_materials_volume`): light is refracted.
@@ -243,7 +243,7 @@ impl Reflector {
     /// refract [Walter2007, eq. 21].
     pub fn transmit_light(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
         let n_dot_l = -n.dot(wi);
-        if self.transmission == 0.0 || n_dot_l <= 0.0 || self.behind == Behind::Pane {
+        if self.transmission == 0.0 || n_dot_l <= 0.0 || self.behind == Behind::ThinDielectric {
             return DVec3::ZERO;
         }
         let n_dot_v = n.dot(wo).max(LEAST_COSINE);
@@ -268,7 +268,7 @@ impl Reflector {
         let fresnel = self.fresnel(n.dot(wo).max(LEAST_COSINE));
         // Facets let in what the plane would reflect: no lobe that scatters is left without a chance.
         let lets_in = ((1.0 - fresnel).max(DVec3::splat(0.1)) * self.albedo).max_element();
-        let passes = if self.behind == Behind::Pane { 0.0 } else { self.transmission };
+        let passes = if self.behind == Behind::ThinDielectric { 0.0 } else { self.transmission };
         let weights = [fresnel.max_element().max(0.1), lets_in * (1.0 - self.transmission), lets_in * passes];
         let sum: f64 = weights.iter().sum();
         weights.map(|w| w / sum)

@@ -165,7 +165,7 @@ fn reflector_of(
     // What does not refract has no facet that could.
     let behind = match material.thickness > 0.0 && ior > 1.001 {
         true => Behind::Volume { eta: if front { ior } else { 1.0 / ior } },
-        false if is_pane(material) => Behind::Pane,
+        false if is_thin_dielectric(material) => Behind::ThinDielectric,
         false => Behind::Thin,
     };
     Reflector {
@@ -179,18 +179,18 @@ fn reflector_of(
 }
 
 /// Below this roughness a thin surface lets light through straight.
-const PANE_ROUGHNESS: f32 = 0.03;
+const THIN_DIELECTRIC_ROUGHNESS: f32 = 0.03;
 
 /// Whether light passes the surface without being scattered, apart from what it reflects.
-pub(crate) fn is_pane(material: &Material) -> bool {
+pub(crate) fn is_thin_dielectric(material: &Material) -> bool {
     material.transmission > 0.0
         && material.metallic < 1.0
         && material.thickness == 0.0
-        && material.perceptual_roughness <= PANE_ROUGHNESS
+        && material.perceptual_roughness <= THIN_DIELECTRIC_ROUGHNESS
 }
 
 /// Share of light that passes a thin smooth surface straight.
-pub(crate) fn pane_transmittance(world: &World, hit: &Hit, direction: Vec3A) -> Vec3 {
+pub(crate) fn thin_dielectric_transmittance(world: &World, hit: &Hit, direction: Vec3A) -> Vec3 {
     let surface = Surface::new(world, hit, direction, Materials::File);
     surface.passes_straight(-direction.as_dvec3())
 }
@@ -203,7 +203,7 @@ impl Surface {
             Some(Bsdf::Coated(coat, reflector)) => (coat.fraction_below(wo), reflector),
             _ => return Vec3::ZERO,
         };
-        if reflector.behind != Behind::Pane {
+        if reflector.behind != Behind::ThinDielectric {
             return Vec3::ZERO;
         }
         let passes =

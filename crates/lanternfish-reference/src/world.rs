@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::{
     random::unit_of,
-    surface::is_pane,
+    surface::is_thin_dielectric,
     texture::{self, Encoding, Srgb},
 };
 
@@ -36,7 +36,7 @@ pub(crate) enum Kind {
     /// A hole where alpha is below the cutoff, or partly covered.
     Alpha,
     /// Thin and smooth: light passes straight, tinted, where alpha says that the pane is there.
-    Pane,
+    ThinDielectric,
 }
 
 /// A place on a triangle.
@@ -148,8 +148,8 @@ impl<'a> World<'a> {
                     passes *= 1.0 - self.coverage(&hit);
                     passes == Vec3::ZERO
                 }
-                Kind::Pane => {
-                    let through = crate::surface::pane_transmittance(self, &hit, direction);
+                Kind::ThinDielectric => {
+                    let through = crate::surface::thin_dielectric_transmittance(self, &hit, direction);
                     passes *= Vec3::ONE.lerp(through, self.coverage(&hit));
                     passes == Vec3::ZERO
                 }
@@ -231,7 +231,7 @@ fn gather(scene: &Scene, instance_index: usize, lambert: bool) -> (Vec<Triangle>
     for (number, primitive) in scene.meshes[instance.mesh].primitives.iter().enumerate() {
         let material = &scene.materials[primitive.material];
         let kind = match material.alpha_mode {
-            _ if !lambert && is_pane(material) => Kind::Pane,
+            _ if !lambert && is_thin_dielectric(material) => Kind::ThinDielectric,
             AlphaMode::Mask { .. } | AlphaMode::Blend => Kind::Alpha,
             AlphaMode::Opaque => Kind::Solid,
         };

@@ -32,9 +32,9 @@ fn gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_pictures_alone() {
 }
 
 /// Panes behind each other: more fragments a texel than there is room for at first.
-fn panes() -> Scene {
-    let pane = |i: usize| quad(0, Vec3::new(0.0, 0.0, -0.02 * i as f32), Vec3::X, Vec3::Y);
-    let mut scene = scene_of((0..90).map(pane).collect(), vec![Material { double_sided: true, ..Material::default() }]);
+fn thin_dielectrics() -> Scene {
+    let thin_dielectric = |i: usize| quad(0, Vec3::new(0.0, 0.0, -0.02 * i as f32), Vec3::X, Vec3::Y);
+    let mut scene = scene_of((0..90).map(thin_dielectric).collect(), vec![Material { double_sided: true, ..Material::default() }]);
     scene.lights.push(Light::point(Vec3::new(0.3, 0.4, 2.0), Vec3::splat(9.0)));
     scene.sky = Vec3::splat(0.4);
     scene
@@ -48,7 +48,7 @@ fn gpu_deep_images_get_their_room_in_later_frames() {
     if faulty_software(&gpu.device.adapter_info()) {
         return testing::left_out(test, "this driver crashes on shadows through deep images");
     }
-    let scene = panes();
+    let scene = thin_dielectrics();
     let camera =
         Camera::look_at(Vec3::new(0.4, 0.2, 2.5), Vec3::ZERO, Projection::Perspective { fov_y: 0.9, near: 0.02 });
     let step = |i: usize| (camera.clone(), [0, 300][i / 6 % 2]);

@@ -108,7 +108,7 @@ fn glass_lets_through_what_it_does_not_reflect() {
     };
     // A pane, a thin frosted sheet, a ball.
     for (name, primitive, material) in [
-        ("pane", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.0, 0.0, AlphaMode::Blend)),
+        ("thin_dielectric", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.0, 0.0, AlphaMode::Blend)),
         ("frosted sheet", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.2, 0.0, AlphaMode::Blend)),
         ("ball", sphere(0, 1.0, 96), glass(0.1, 1.0, AlphaMode::Blend)),
     ] {

@@ -138,10 +138,10 @@ fn behind_a_sheet(alpha_mode: AlphaMode) -> Scene {
         double_sided: true,
         ..material(Vec3::ZERO, 0.0, 1.0)
     };
-    let mut pane = quad(1, Vec3::Z, Vec3::X, Vec3::Y);
-    pane.uv0 = vec![Vec2::ZERO, Vec2::X, Vec2::X, Vec2::ZERO];
+    let mut thin_dielectric = quad(1, Vec3::Z, Vec3::X, Vec3::Y);
+    thin_dielectric.uv0 = vec![Vec2::ZERO, Vec2::X, Vec2::X, Vec2::ZERO];
     let mut scene =
-        scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y), pane], vec![material(Vec3::ONE, 0.0, 1.0), sheet]);
+        scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y), thin_dielectric], vec![material(Vec3::ONE, 0.0, 1.0), sheet]);
     scene.images = vec![image];
     scene.textures = vec![Texture { image: 0, sampler: 0 }];
     scene.samplers = vec![Sampler { mag: lanternfish_scene::Filter::Nearest, ..Sampler::default() }];
@@ -173,7 +173,7 @@ fn masks_have_holes_and_blended_sheets_let_their_share_through() {
     assert_mean(&render(&blend, &right, 16, 512, settings()), open * open, 1e-4, "half there");
 
     // A pane that lets all through but what it reflects, where it is: 0.96 of the light, down and up again.
-    let pane = |alpha_mode, camera| {
+    let thin_dielectric = |alpha_mode, camera| {
         let mut scene = behind_a_sheet(alpha_mode);
         scene.images[0].rgba = vec![255, 255, 255, 0, 255, 255, 255, 128];
         let sheet = &mut scene.materials[1];
@@ -183,14 +183,14 @@ fn masks_have_holes_and_blended_sheets_let_their_share_through() {
         render(&scene, camera, 16, 256, Settings { max_depth: 2, ..Settings::default() })
     };
     let mask = AlphaMode::Mask { cutoff: 0.25 };
-    let nothing = mean_and_error(&pane(mask, &left)).0;
+    let nothing = mean_and_error(&thin_dielectric(mask, &left)).0;
     assert!((0.85..1.0).contains(&nothing), "{nothing}");
     let through = nothing * 0.96f64.powi(2);
-    assert_mean(&pane(AlphaMode::Opaque, &left), through, 1e-3, "all of a pane, whatever its alpha");
-    assert_mean(&pane(mask, &right), through, 1e-3, "no hole of a pane");
-    assert_mean(&pane(AlphaMode::Blend, &left), nothing, 1e-4, "no pane");
+    assert_mean(&thin_dielectric(AlphaMode::Opaque, &left), through, 1e-3, "all of a pane, whatever its alpha");
+    assert_mean(&thin_dielectric(mask, &right), through, 1e-3, "no hole of a pane");
+    assert_mean(&thin_dielectric(AlphaMode::Blend, &left), nothing, 1e-4, "no pane");
     let half = nothing * (1.0 - 0.04 * (1.0 - open)).powi(2);
-    assert_mean(&pane(AlphaMode::Blend, &right), half, 1e-3, "half a pane");
+    assert_mean(&thin_dielectric(AlphaMode::Blend, &right), half, 1e-3, "half a pane");
 }
 
 #[test]

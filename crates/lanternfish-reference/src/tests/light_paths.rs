@@ -123,13 +123,13 @@ fn both_ways_bring_the_same_light() {
     let alpha = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..matt() };
     compare("transparent", &between(Material { base_color: Vec4::new(0.8, 0.4, 0.2, 0.5), ..alpha.clone() }), 5, 0.01);
     // What it mirrors of a lamp is a glint.
-    let pane = Material {
+    let thin_dielectric = Material {
         transmission: 1.0,
         specular: 0.0,
         double_sided: true,
         ..material(Vec3::new(0.9, 0.7, 0.5), 0.0, 0.0)
     };
-    compare("a pane", &between(pane), 5, 0.02);
+    compare("a pane", &between(thin_dielectric), 5, 0.02);
 
     // Rough glass, within which light goes from its back to its front.
     let glass = Material {

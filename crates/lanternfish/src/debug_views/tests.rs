@@ -218,16 +218,16 @@ fn record(
 }
 
 /// Panes of every size at every distance; every third one blended.
-fn panes(seed: u64) -> Scene {
+fn thin_dielectrics(seed: u64) -> Scene {
     let mut random = Random::new(seed);
-    let panes = (0..60).map(|i| {
+    let thin_dielectrics = (0..60).map(|i| {
         let right = random.direction() * random.between(0.05, 2.0);
         let up = right.cross(random.direction()) * random.between(0.3, 1.5);
         quad(usize::from(i % 3 == 0), random.point() * Vec3::new(4.0, 3.0, 8.0), right, up)
     });
     let solid = Material { double_sided: true, ..Material::default() };
     let transparent = Material { alpha_mode: AlphaMode::Blend, ..solid.clone() };
-    scene_of(panes.collect(), vec![solid, transparent])
+    scene_of(thin_dielectrics.collect(), vec![solid, transparent])
 }
 
 fn camera(random: &mut Random, reach: Vec3) -> Camera {
@@ -245,7 +245,7 @@ fn cases() -> Vec<(Scene, Vec<Camera>)> {
     let mut random = Random::new(11);
     let mut cases = Vec::new();
     for seed in 0..2 {
-        cases.push((panes(seed), (0..2).map(|_| camera(&mut random, Vec3::new(6.0, 4.0, 9.0))).collect()));
+        cases.push((thin_dielectrics(seed), (0..2).map(|_| camera(&mut random, Vec3::new(6.0, 4.0, 9.0))).collect()));
     }
     for demo in ["cornell", "atrium"] {
         let scene = generate::demo(demo).unwrap();
@@ -280,7 +280,7 @@ fn gpu_no_blended_surface_misses_its_cluster() {
     for shape in SHAPES {
         let mut harness = Harness::new(gpu, shape);
         for seed in 3..6 {
-            let scene = panes(seed);
+            let scene = thin_dielectrics(seed);
             let camera = camera(&mut random, Vec3::new(6.0, 4.0, 9.0));
             let (covered, unmarked) = harness.unmarked_transparent(&scene, &camera, true);
             assert_eq!(unmarked, 0, "of {covered} pixels from {camera:?}, {shape:?}");

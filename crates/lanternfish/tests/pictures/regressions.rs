@@ -8,7 +8,7 @@ use lanternfish::{
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Scene, Texture, TextureRef};
 
-use crate::support::{Front, assert_near, pane, quad, render, scene_of};
+use crate::support::{Front, assert_near, thin_dielectric, quad, render, scene_of};
 
 fn matt(color: Vec3) -> Material {
     Material { base_color: color.extend(1.0), metallic: 0.0, ..Material::default() }
@@ -25,7 +25,7 @@ fn white_texture(scene: &mut Scene) -> TextureRef {
 #[test]
 fn gpu_a_texture_seen_at_one_point_is_not_nan() {
     let Some(gpu) = testing::gpu("gpu_a_texture_seen_at_one_point_is_not_nan") else { return };
-    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::new(0.5, 0.4, 0.3))]);
+    let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::new(0.5, 0.4, 0.3))]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let plain = Front::render(gpu, &scene, Settings::direct_light()).at(0.0, 0.0);
     scene.materials[0].base_color_texture = Some(white_texture(&mut scene));
@@ -44,7 +44,7 @@ fn gpu_a_texture_seen_at_one_point_is_not_nan() {
 #[test]
 fn gpu_a_tangent_along_the_normal_is_not_nan() {
     let Some(gpu) = testing::gpu("gpu_a_tangent_along_the_normal_is_not_nan") else { return };
-    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.5))]);
+    let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.5))]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let normal_map = white_texture(&mut scene);
     // Straight up: (0.5, 0.5, 1).
@@ -64,7 +64,7 @@ fn gpu_a_far_plane_far_away_casts_no_shadows() {
     let Some(gpu) = testing::gpu("gpu_a_far_plane_far_away_casts_no_shadows") else { return };
     // A slope seen along parallel lines, with a block on it.
     let slope = quad(0, Vec3::ZERO, Vec3::X * 3.0, Vec3::new(0.0, 2.0, -2.0));
-    let block = pane(0, 1.0, 0.3);
+    let block = thin_dielectric(0, 1.0, 0.3);
     let mut scene = scene_of(vec![slope, block], vec![matt(Vec3::splat(0.8))]);
     scene.lights = vec![Light::directional(Vec3::new(0.2, -0.3, -1.0), Vec3::splat(3.0))];
     let lit = |far: f32| {
@@ -83,7 +83,7 @@ fn gpu_a_far_plane_far_away_casts_no_shadows() {
 #[test]
 fn gpu_light_from_behind_does_not_come_through() {
     let Some(gpu) = testing::gpu("gpu_light_from_behind_does_not_come_through") else { return };
-    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
+    let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
     // The vertices' normals lean by 60 degrees, towards a lamp behind the pane.
     scene.meshes[0].primitives[0].normals = vec![Vec3::new(0.866, 0.0, 0.5).normalize(); 4];
     let lamp = |z: f32| Light { range: Some(50.0), ..Light::point(Vec3::new(3.0, 0.0, z), Vec3::splat(20.0)) };
@@ -107,15 +107,15 @@ fn gpu_the_sun_ends_beyond_the_largest_scene() {
         metallic: 0.0,
         ..Material::default()
     };
-    let pane = quad(0, Vec3::ZERO, Vec3::X * kilometre, Vec3::Y * kilometre);
+    let thin_dielectric = quad(0, Vec3::ZERO, Vec3::X * kilometre, Vec3::Y * kilometre);
     let roof = |x: f32| quad(1, Vec3::new(x, 0.0, 1e6), Vec3::X * 5.0 * kilometre, Vec3::Y * 5.0 * kilometre);
     let camera =
         Camera::look_at(Vec3::Z * 2.0 * kilometre, Vec3::ZERO, Projection::Perspective { fov_y: 0.5, near: 1.0 });
     let middle = |scene: &Scene| render(gpu, scene, &camera, (9, 9), Settings::direct_light()).radiance[40][0];
     let sun = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let materials = vec![glass, matt(Vec3::ONE)];
-    let open = Scene { lights: sun.clone(), ..scene_of(vec![pane.clone(), roof(20.0 * kilometre)], materials.clone()) };
-    let covered = Scene { lights: sun, ..scene_of(vec![pane, roof(0.0)], materials) };
+    let open = Scene { lights: sun.clone(), ..scene_of(vec![thin_dielectric.clone(), roof(20.0 * kilometre)], materials.clone()) };
+    let covered = Scene { lights: sun, ..scene_of(vec![thin_dielectric, roof(0.0)], materials) };
     assert!(middle(&open) > 0.1);
     assert_eq!(middle(&covered), 0.0);
 }
@@ -123,7 +123,7 @@ fn gpu_the_sun_ends_beyond_the_largest_scene() {
 #[test]
 fn gpu_base_color_is_shown_as_it_is() {
     let Some(gpu) = testing::gpu("gpu_base_color_is_shown_as_it_is") else { return };
-    let scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::ONE)]);
+    let scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::ONE)]);
     for (tone_map, exposure) in [(ToneMap::Neutral, Exposure::Auto), (ToneMap::Reinhard, Exposure::Ev(2.0))] {
         let settings =
             Settings { debug_view: Some(DebugView::BaseColor), tone_map, exposure, ..Settings::direct_light() };
@@ -135,7 +135,7 @@ fn gpu_base_color_is_shown_as_it_is() {
 fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing() {
     let Some(gpu) = testing::gpu("gpu_a_hole_at_the_depth_of_a_surface_shades_nothing") else { return };
     let red = Vec3::new(0.8, 0.1, 0.1);
-    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(red)]);
+    let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(red)]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let alone = Front::render(gpu, &scene, Settings::direct_light()).at(0.0, 0.0);
     // The same pane again, drawn later, green, and all of it a hole.
@@ -145,7 +145,7 @@ fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing() {
         ..matt(red)
     };
     scene.materials.push(hole);
-    scene.meshes[0].primitives.push(pane(1, 0.0, 2.0));
+    scene.meshes[0].primitives.push(thin_dielectric(1, 0.0, 2.0));
     for shadows in [Shadows::BVH, Shadows::None] {
         let settings = Settings { shadows, ..Settings::direct_light() };
         assert_eq!(Front::render(gpu, &scene, settings).at(0.0, 0.0), alone, "{shadows}");

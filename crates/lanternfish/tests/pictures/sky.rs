@@ -5,7 +5,7 @@ use lanternfish::{Picture, Settings, settings::Shadows};
 use lanternfish_gpu::testing;
 use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Projection, Scene};
 
-use crate::support::{EDGE, Front, assert_near, bits, pane, quad, render, scene_of};
+use crate::support::{EDGE, Front, assert_near, bits, thin_dielectric, quad, render, scene_of};
 
 /// Pixels of smooth colours, all different, in 0.5..1.5.
 fn environment() -> Environment {
@@ -135,7 +135,7 @@ fn gpu_one_radiance_everywhere_is_the_sky() {
     let Some(gpu) = testing::gpu("gpu_one_radiance_everywhere_is_the_sky") else { return };
     // Exact in halves, and so are their means.
     let sky = Vec3::new(0.25, 0.5, 2.0);
-    let mut constant = scene_of(vec![pane(0, 0.0, 1.0)], vec![Material::default()]);
+    let mut constant = scene_of(vec![thin_dielectric(0, 0.0, 1.0)], vec![Material::default()]);
     constant.sky = sky;
     let image = Environment { width: 4, height: 2, pixels: vec![sky; 8], rotation: 1.0 };
     let surrounded = Scene { environment: Some(image), sky: Vec3::ZERO, ..constant.clone() };

@@ -74,7 +74,7 @@ pub fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> P
 }
 
 /// A square across the view at height z, facing +z.
-pub fn pane(material: usize, z: f32, half: f32) -> Primitive {
+pub fn thin_dielectric(material: usize, z: f32, half: f32) -> Primitive {
     quad(material, Vec3::new(0.0, 0.0, z), Vec3::X * half, Vec3::Y * half)
 }
 

@@ -11,7 +11,7 @@ use lanternfish_scene::{
     Texture, TextureRef, generate,
 };
 
-use crate::support::{Front, assert_near, bits, left_out_on_old_software, pane, quad, render, scene_of};
+use crate::support::{Front, assert_near, bits, left_out_on_old_software, thin_dielectric, quad, render, scene_of};
 
 fn unlit(color: Vec3) -> Material {
     Material { base_color: color.extend(1.0), unlit: true, ..Material::default() }
@@ -65,7 +65,7 @@ fn gpu_unlit_and_emissive_surfaces_shine_as_said() {
 #[test]
 fn gpu_a_white_matt_surface_reflects_what_lambert_says() {
     let Some(gpu) = testing::gpu("gpu_a_white_matt_surface_reflects_what_lambert_says") else { return };
-    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::new(0.9, 0.5, 0.1))]);
+    let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::new(0.9, 0.5, 0.1))]);
     scene.lights = vec![Light::directional(Vec3::new(0.0, -3.0, -4.0), Vec3::splat(2.0))];
     let settings = Settings { materials: Materials::Lambert, ..Settings::direct_light() };
     let front = Front::render(gpu, &scene, settings);
@@ -99,7 +99,7 @@ fn gpu_masks_have_holes_for_the_eye_and_for_light() {
     let test = "gpu_masks_have_holes_for_the_eye_and_for_light";
     let Some(gpu) = testing::gpu(test) else { return };
     let red = Vec3::new(0.7, 0.1, 0.05);
-    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
+    let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
     // The pane's shadow, from a light twice as far: from -1.5 to 1.5 on the wall, beyond what hides it from the eye.
     scene.lights = vec![Light { range: Some(50.0), ..Light::point(Vec3::new(0.0, 0.0, 3.0), Vec3::splat(20.0)) }];
     let mut masked = scene.clone();
@@ -109,7 +109,7 @@ fn gpu_masks_have_holes_for_the_eye_and_for_light() {
         alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
         ..unlit(red)
     });
-    masked.meshes[0].primitives.push(pane(1, 1.0, 1.0));
+    masked.meshes[0].primitives.push(thin_dielectric(1, 1.0, 1.0));
     for shadows in tracers(test, gpu) {
         for materials in Materials::ALL.iter().copied() {
             let settings = || Settings { shadows, materials, ..Settings::direct_light() };
@@ -136,7 +136,7 @@ fn glass(color: Vec3, alpha: f32) -> Material {
 fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
     let Some(gpu) = testing::gpu("gpu_panes_are_blended_far_to_near_in_any_order_of_drawing") else { return };
     let materials = vec![unlit(Vec3::ONE), glass(Vec3::X, 0.5), glass(Vec3::Y, 0.25)];
-    let (wall, red, green) = (pane(0, -1.0, 1.8), pane(1, 2.0, 1.0), pane(2, 1.0, 1.5));
+    let (wall, red, green) = (thin_dielectric(0, -1.0, 1.8), thin_dielectric(1, 2.0, 1.0), thin_dielectric(2, 1.0, 1.5));
     // Over white: a quarter of green, then half of red.
     let behind = 0.25 * Vec3::Y + 0.75 * Vec3::ONE;
     let expected = 0.5 * Vec3::X + 0.5 * behind;
@@ -153,16 +153,16 @@ fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
     assert!(pictures.iter().all(|picture| *picture == pictures[0]), "the order of drawing shows");
 
     // It can fail: the panes the other way round are another colour.
-    let swapped = scene_of(vec![wall, pane(1, 1.0, 1.0), pane(2, 2.0, 1.5)], materials.clone());
+    let swapped = scene_of(vec![wall, thin_dielectric(1, 1.0, 1.0), thin_dielectric(2, 2.0, 1.5)], materials.clone());
     let swapped = Front::render(gpu, &swapped, Settings::direct_light()).at(0.0, 0.0);
     assert!((swapped - expected).abs().max_element() > 0.1, "{swapped}");
 
     // Over the sky, coverage is what the panes cover; behind something solid they do not show.
-    let scene = scene_of(vec![pane(1, 2.0, 1.0)], materials.clone());
+    let scene = scene_of(vec![thin_dielectric(1, 2.0, 1.0)], materials.clone());
     let sky = Scene { sky: Vec3::splat(0.5), ..scene };
     let front = Front::render(gpu, &sky, Settings::direct_light());
     assert_near(front.at(0.0, 0.0), Vec3::new(0.75, 0.25, 0.25), 1.0, "a pane over the sky");
-    let hidden = scene_of(vec![pane(1, -2.0, 1.0), pane(0, 0.0, 1.5)], materials);
+    let hidden = scene_of(vec![thin_dielectric(1, -2.0, 1.0), thin_dielectric(0, 0.0, 1.5)], materials);
     assert_near(Front::render(gpu, &hidden, Settings::direct_light()).at(0.0, 0.0), Vec3::ONE, 1.0, "a hidden pane");
 }
 
@@ -172,7 +172,7 @@ fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
     let Some(gpu) = testing::gpu(test) else { return };
     // The wall is six metres behind the pane, far out of the light's reach: only the pane's own list can have it.
     let glass = Material { base_color: Vec4::new(1.0, 1.0, 1.0, 0.5), alpha_mode: AlphaMode::Blend, ..matt(Vec3::ONE) };
-    let mut scene = scene_of(vec![pane(0, -4.0, 2.0), pane(1, 2.0, 1.0)], vec![matt(Vec3::ONE), glass]);
+    let mut scene = scene_of(vec![thin_dielectric(0, -4.0, 2.0), thin_dielectric(1, 2.0, 1.0)], vec![matt(Vec3::ONE), glass]);
     scene.lights = vec![Light { range: Some(2.0), ..Light::point(Vec3::new(0.5, 0.0, 2.5), Vec3::splat(3.0)) }];
     for shadows in tracers(test, gpu) {
         let settings = || Settings { shadows, ..Settings::direct_light() };
@@ -201,7 +201,7 @@ fn gpu_back_faces_show_where_a_material_is_double_sided() {
     let Some(gpu) = testing::gpu("gpu_back_faces_show_where_a_material_is_double_sided") else { return };
     // Facing away from the viewer.
     let turned = quad(0, Vec3::ZERO, Vec3::NEG_X, Vec3::Y);
-    let towards = pane(0, 0.0, 1.0);
+    let towards = thin_dielectric(0, 0.0, 1.0);
     let render = |primitive: &Primitive, double_sided, settings| {
         let material = Material { double_sided, ..matt(Vec3::new(0.9, 0.6, 0.3)) };
         let mut scene = scene_of(vec![primitive.clone()], vec![material]);
@@ -300,7 +300,7 @@ fn gpu_a_mirrored_instance_is_the_picture_in_a_mirror() {
 #[test]
 fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
     let Some(gpu) = testing::gpu("gpu_two_instances_of_a_mesh_stand_where_they_are_placed") else { return };
-    let mut scene = scene_of(vec![pane(0, 0.0, 0.3)], vec![unlit(Vec3::ONE)]);
+    let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 0.3)], vec![unlit(Vec3::ONE)]);
     let place = |x: f32, scale: f32| Instance {
         name: String::new(),
         mesh: 0,

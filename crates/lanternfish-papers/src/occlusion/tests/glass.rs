@@ -93,7 +93,7 @@ fn gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it() {
 #[test]
 fn gpu_glass_is_where_its_alpha_says() {
     let Some(gpu) = testing::gpu("gpu_glass_is_where_its_alpha_says") else { return };
-    let pane = |alpha_mode, alpha: u8| {
+    let thin_dielectric = |alpha_mode, alpha: u8| {
         let mut scene =
             sheets(Material { alpha_mode, base_color_texture: Some(TextureRef::new(0)), ..glass() }, &[0.0], 0.0);
         scene.images = vec![Image { name: String::new(), width: 1, height: 1, rgba: vec![255, 255, 255, alpha] }];
@@ -112,7 +112,7 @@ fn gpu_glass_is_where_its_alpha_says() {
         (AlphaMode::Blend, 255, 1.0),
     ] {
         for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
-            let found = middle(gpu, settings, &pane(alpha_mode, alpha));
+            let found = middle(gpu, settings, &thin_dielectric(alpha_mode, alpha));
             assert_near(found, Vec3::ONE.lerp(there, fraction), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
         }
     }

@@ -45,12 +45,12 @@ pub(super) struct Modules {
 impl Modules {
     /// Adds the meshes.
     pub fn new(workshop: &mut Workshop, m: &Materials) -> Self {
-        let bay = |workshop: &mut Workshop, wall: Surface, pane: Surface| {
+        let bay = |workshop: &mut Workshop, wall: Surface, thin_dielectric: Surface| {
             let (mut trim, mut frame, mut glass) = (Shape::new(), Shape::new(), Shape::new());
             let face = panel(STOREY, Vec2::new(1.2, 1.8), 0.9);
             surround(&mut trim);
             window(&mut frame, &mut glass);
-            workshop.mesh("bay", [(wall, face), (m.trim, trim), (m.wood, frame), (pane, glass)])
+            workshop.mesh("bay", [(wall, face), (m.trim, trim), (m.wood, frame), (thin_dielectric, glass)])
         };
         let shop = |workshop: &mut Workshop, wall: Surface, window: Surface| {
             let mut parts = shop();
@@ -68,7 +68,7 @@ impl Modules {
         let [floor, iron] = balcony();
         let [slate, chimney] = roof();
         Self {
-            bays: m.walls.map(|wall| [m.pane, m.lit_pane].map(|pane| bay(workshop, wall, pane))).to_vec(),
+            bays: m.walls.map(|wall| [m.thin_dielectric, m.lit_thin_dielectric].map(|thin_dielectric| bay(workshop, wall, thin_dielectric))).to_vec(),
             balcony: workshop.mesh("balcony", [(m.trim, floor), (m.iron, iron)]),
             shops: m.walls.map(|wall| m.shop_windows.map(|window| shop(workshop, wall, window))).to_vec(),
             doors: m.walls.map(|wall| door(workshop, wall)).to_vec(),

@@ -23,9 +23,9 @@ pub(super) struct Materials {
     pub roof: Surface,
     pub wood: Surface,
     pub iron: Surface,
-    pub pane: Surface,
+    pub thin_dielectric: Surface,
     /// Curtains with light behind them.
-    pub lit_pane: Surface,
+    pub lit_thin_dielectric: Surface,
     /// Warm, cold, pink.
     pub shop_windows: [Surface; 3],
     pub awning: Surface,
@@ -82,8 +82,8 @@ impl Materials {
             roof: add(textured("slate", [0.16, 0.17, 0.20], 0.5, ashlar, ashlar_normal, 1.2)),
             wood: add(textured("painted wood", [0.30, 0.42, 0.36], 0.5, wood, None, 1.2)),
             iron: add(metal("iron", [0.12, 0.12, 0.13], 0.45)),
-            pane: add(Finish::new("pane", [0.02, 0.025, 0.03], 0.05)),
-            lit_pane: add(glowing("lit window", [1.9, 1.15, 0.52])),
+            thin_dielectric: add(Finish::new("thin_dielectric", [0.02, 0.025, 0.03], 0.05)),
+            lit_thin_dielectric: add(glowing("lit window", [1.9, 1.15, 0.52])),
             shop_windows: [
                 add(glowing("shop window, warm", [5.0, 3.3, 1.6])),
                 add(glowing("shop window, cold", [2.6, 3.6, 4.6])),

@@ -27,8 +27,8 @@ fn gpu_rays_are_counted() {
     assert!(shadow_rays > 3 * pixels / 2 && shadow_rays < 3 * pixels, "{shadow_rays} of {hits}");
     // From a pane before the eye as many again, and one a pixel about the mirror direction.
     let mut paned = room.clone();
-    let pane = Material { alpha_mode: AlphaMode::Blend, base_color: Vec4::new(0.5, 0.5, 0.5, 0.5), ..matt(0.5) };
-    paned.materials.push(pane);
+    let thin_dielectric = Material { alpha_mode: AlphaMode::Blend, base_color: Vec4::new(0.5, 0.5, 0.5, 0.5), ..matt(0.5) };
+    paned.materials.push(thin_dielectric);
     paned.meshes[0].primitives.push(quad(1, Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y));
     let [rays, hits, shadow_rays, emitter_rays] = counted(&paned, &camera);
     // Those about the mirror direction may start into the pane.

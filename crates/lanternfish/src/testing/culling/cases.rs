@@ -9,13 +9,13 @@ use crate::testing::{Random, quad, scene_of};
 /// Boxes of every size scattered in depth, and sky between them.
 pub fn scattered() -> Scene {
     let mut random = Random::new(7);
-    let panes = (0..40).map(|_| {
+    let thin_dielectrics = (0..40).map(|_| {
         let right = random.direction() * random.between(0.05, 0.8);
         let up = right.cross(random.direction()) * 0.7;
         let center = random.point() * Vec3::new(3.0, 2.0, 6.0);
         quad(0, center, right, up)
     });
-    scene_of(panes.collect(), vec![Material { double_sided: true, ..Material::default() }])
+    scene_of(thin_dielectrics.collect(), vec![Material { double_sided: true, ..Material::default() }])
 }
 
 pub fn light() -> impl Strategy<Value = Light> {
