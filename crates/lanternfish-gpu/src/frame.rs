@@ -119,7 +119,7 @@ impl<'a> Frame<'a> {
         mut encoder: Commands<'a>,
     ) -> Self {
         pool.begin(&mut encoder);
-        pool.ledger.begin(device, queue);
+        pool.capacity_policy.begin(device, queue);
         static FRAMES: AtomicU64 = AtomicU64::new(0);
         let number = FRAMES.fetch_add(1, Ordering::Relaxed) + 1;
         Self { device, queue, encoder, pass: None, profiler, pool, number }
@@ -272,20 +272,20 @@ impl<'a> Frame<'a> {
     fn close(&mut self) {
         self.pass = None;
         self.profiler.inner.resolve_queries(&mut self.encoder);
-        self.pool.ledger.end(self.number, &mut self.encoder);
+        self.pool.capacity_policy.end(self.number, &mut self.encoder);
         self.pool.submitting(self.queue);
     }
 }
 
 /// Says that the caller's commands, in which the frame of this number is, were handed to the device.
 pub fn submitted(frame: u64, profiler: &mut Profiler, pool: &mut Pool) {
-    pool.ledger.submitted();
+    pool.capacity_policy.submitted();
     profiler.submitted(frame);
 }
 
 /// Says that the commands of the last frame will never be handed to the device.
 pub fn discarded(device: &wgpu::Device, queue: &wgpu::Queue, profiler: &mut Profiler, pool: &mut Pool) {
-    pool.ledger.discarded();
+    pool.capacity_policy.discarded();
     // Its queries are among those that are closed and were never resolved.
     profiler.renew(device, queue);
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
-use crate::ledger::MOST_IN_FLIGHT;
+use crate::capacity_policy::MOST_IN_FLIGHT;
 
 /// Device time of a pass.
 #[derive(Clone, Debug, PartialEq)]

@@ -18,7 +18,7 @@ pub(crate) use self::{
     uniforms::Uniforms,
 };
 
-use crate::{Arrived, GpuError, Growth, Outcome, ledger::Ledger};
+use crate::{Arrived, GpuError, Growth, Outcome, capacity_policy::CapacityPolicy};
 
 /// Frames that a thing is kept for while nothing asks for it. More: less is made where a view changes back and forth, and more memory
 /// waits.
@@ -31,7 +31,7 @@ pub struct Pool {
     pub(crate) textures: Textures,
     pub(crate) uniforms: Uniforms,
     pub(crate) bind_groups: BindGroups,
-    pub(crate) ledger: Ledger,
+    pub(crate) capacity_policy: CapacityPolicy,
     frame: u64,
     pub(crate) waits: u64,
 }
@@ -44,7 +44,7 @@ impl Pool {
             textures: Textures::default(),
             uniforms: Uniforms::new(device),
             bind_groups: BindGroups::new(device),
-            ledger: Ledger::default(),
+            capacity_policy: CapacityPolicy::default(),
             frame: 0,
             waits: 0,
         }
@@ -57,34 +57,34 @@ impl Pool {
 
     /// Every list that was ever counted, by name, and the elements that it has room for.
     pub fn rooms(&self) -> Vec<(&'static str, u64)> {
-        self.ledger.rooms()
+        self.capacity_policy.rooms()
     }
 
     /// When lists get more room from the next frame on: in the frame that needs it, unless something else is said here.
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
-        self.ledger.set_growth(device, growth)
+        self.capacity_policy.set_growth(device, growth)
     }
 
     /// When lists get more room.
     pub fn growth(&self) -> Growth {
-        self.ledger.growth()
+        self.capacity_policy.growth()
     }
 
     /// What has become of a frame that did not wait, each once, the oldest first; none while the device is still busy with it. It never
     /// waits.
     pub fn outcome(&mut self, device: &wgpu::Device) -> Option<Outcome> {
-        self.ledger.collect(device);
-        self.ledger.outcome()
+        self.capacity_policy.collect(device);
+        self.capacity_policy.outcome()
     }
 
     /// Where frames do not wait: the words of [`crate::Frame::whole`].
     pub fn whole(&self) -> Option<wgpu::Buffer> {
-        self.ledger.whole()
+        self.capacity_policy.whole()
     }
 
     /// What has arrived of frames that did not wait.
     pub fn arrived(&self) -> Arrived {
-        self.ledger.arrived()
+        self.capacity_policy.arrived()
     }
 
     /// How often frames have waited for the device while they were recorded.

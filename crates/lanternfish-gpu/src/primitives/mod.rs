@@ -10,7 +10,7 @@ use crate::ShaderLibrary;
 
 /// The shaders of this crate.
 pub const SHADERS: ShaderLibrary = ShaderLibrary::new(&[
-    ("ledger/note", include_str!("../ledger/note.wesl")),
+    ("capacity_policy/note", include_str!("../capacity_policy/note.wesl")),
     ("primitives/scan/scan", include_str!("scan/scan.wesl")),
     ("primitives/sort/sort", include_str!("sort/sort.wesl")),
 ]);

@@ -110,12 +110,12 @@ impl Progressive {
         let bindings = buffer.bindings().with(&textures);
         match frame.whole() {
             None => cover(frame, &self.pipeline, LABEL, &bindings, &mean.now),
-            Some(ledger) => {
+            Some(capacity_policy) => {
                 let later = match &mut self.later {
                     Some(later) => later,
                     none => none.insert(pipeline(frame.device, &[LATER])?),
                 };
-                cover(frame, later, LABEL, &bindings.buffer("ledger", &ledger), &mean.now);
+                cover(frame, later, LABEL, &bindings.buffer("capacity_policy", &capacity_policy), &mean.now);
             }
         }
         Ok(mean.now.clone())

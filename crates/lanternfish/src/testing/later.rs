@@ -15,7 +15,7 @@ const IN_FLIGHT: usize = 3;
 /// What a frame has left, on its way to the host.
 struct Sent {
     display: wgpu::Buffer,
-    ledger: wgpu::Buffer,
+    capacity_policy: wgpu::Buffer,
     submission: wgpu::SubmissionIndex,
 }
 
@@ -73,7 +73,7 @@ fn copy_of(renderer: &Renderer, display: &wgpu::TextureView) -> Sent {
     let words = renderer.pool.lock().unwrap().whole().expect("frames do not wait");
     encoder.copy_buffer_to_buffer(&words, 0, &sent.1, 0, 16);
     let submission = queue.submit([encoder.finish()]);
-    Sent { display: sent.0, ledger: sent.1, submission }
+    Sent { display: sent.0, capacity_policy: sent.1, submission }
 }
 
 fn mapped(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Vec<u8> {
@@ -86,7 +86,7 @@ fn shown(device: &wgpu::Device, sent: &Sent, [width, height]: [u32; 2]) -> Shown
     let bytes = mapped(device, &sent.display);
     let row = bytes.len() / height as usize;
     let display = bytes.chunks_exact(row).flat_map(|row| bytemuck::pod_collect_to_vec(&row[..4 * width as usize]));
-    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&mapped(device, &sent.ledger));
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&mapped(device, &sent.capacity_policy));
     Shown { display: display.collect(), is_whole: words[1] == 1 }
 }
 

@@ -165,12 +165,12 @@ impl Histories {
         let groups = [size.x.div_ceil(width), size.y.div_ceil(height), 1];
         match frame.whole() {
             None => frame.dispatch(&self.mix, &bindings, groups),
-            Some(ledger) => {
+            Some(capacity_policy) => {
                 let later = match &mut self.later {
                     Some(later) => later,
                     none => none.insert(kernel(frame.device, &[LATER])?),
                 };
-                frame.dispatch(later, &bindings.buffer("ledger", &ledger), groups);
+                frame.dispatch(later, &bindings.buffer("capacity_policy", &capacity_policy), groups);
             }
         }
         Ok(())

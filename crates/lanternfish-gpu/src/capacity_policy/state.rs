@@ -3,7 +3,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use super::{
-    Arrived, FIRST_LIST, Growth, LEDGER_BYTES, LIST_WORDS, Outcome,
+    Arrived, FIRST_LIST, Growth, CAPACITY_POLICY_BYTES, LIST_WORDS, Outcome,
     room::Room as History,
     staging::{MOST_IN_FLIGHT, Received, Staging},
 };
@@ -11,7 +11,7 @@ use crate::{ComputeKernel, GpuError, buffer::STORAGE, made, primitives::SHADERS}
 
 /// Room of all lists, kept from frame to frame.
 #[derive(Debug, Default)]
-pub(crate) struct Ledger {
+pub(crate) struct CapacityPolicy {
     pub(super) lists: HashMap<&'static str, History>,
     growth: Growth,
     /// There from the first frame on that does not wait.
@@ -32,7 +32,7 @@ pub(super) struct Later {
     outcomes: VecDeque<Outcome>,
 }
 
-impl Ledger {
+impl CapacityPolicy {
     /// From now on.
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
         if growth == Growth::Later && self.later.is_none() {
@@ -141,19 +141,19 @@ fn outcome(histories: &mut HashMap<&'static str, History>, received: Received) -
 
 impl Later {
     fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
-        let shader = SHADERS.link("ledger/note", &[])?;
+        let shader = SHADERS.link("capacity_policy/note", &[])?;
         made::count(|made| made.buffers += 1);
         let words = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("ledger"),
-            size: LEDGER_BYTES,
+            label: Some("capacity_policy"),
+            size: CAPACITY_POLICY_BYTES,
             usage: STORAGE | wgpu::BufferUsages::INDIRECT,
             mapped_at_creation: false,
         });
         Ok(Self {
-            note: ComputeKernel::new(device, &shader, "note", "ledger/note"),
-            count_frame: ComputeKernel::new(device, &shader, "count_frame", "ledger/count_frame"),
+            note: ComputeKernel::new(device, &shader, "note", "capacity_policy/note"),
+            count_frame: ComputeKernel::new(device, &shader, "count_frame", "capacity_policy/count_frame"),
             words,
-            staging: Staging::new(device, LEDGER_BYTES),
+            staging: Staging::new(device, CAPACITY_POLICY_BYTES),
             noted: Vec::new(),
             arrived: Arrived::default(),
             outcomes: VecDeque::new(),

@@ -10,7 +10,7 @@ mod state;
 #[cfg(all(test, feature = "testing"))]
 mod tests;
 
-pub(crate) use self::{staging::MOST_IN_FLIGHT, state::Ledger};
+pub(crate) use self::{staging::MOST_IN_FLIGHT, state::CapacityPolicy};
 #[cfg(test)]
 use crate::primitives::SHADERS;
 use crate::{Bindings, Frame, GpuError, gpu_struct};
@@ -94,12 +94,12 @@ const FIRST_LIST: usize = 8;
 const FRAMES: usize = 4;
 /// Lists of a frame at most.
 const MOST_LISTS: usize = 1022;
-const LEDGER_BYTES: u64 = 4 * (FIRST_LIST + LIST_WORDS * MOST_LISTS) as u64;
+const CAPACITY_POLICY_BYTES: u64 = 4 * (FIRST_LIST + LIST_WORDS * MOST_LISTS) as u64;
 
 impl Frame<'_> {
     /// When lists of this frame get more room.
     pub fn growth(&self) -> Growth {
-        self.pool.ledger.growth()
+        self.pool.capacity_policy.growth()
     }
 
     /// Room for a list whose elements the commands so far have counted. Without waiting the frame notes, when it runs, whether the room
@@ -113,7 +113,7 @@ impl Frame<'_> {
     /// [`Self::counted_room`] says whether it was enough.
     pub fn planned_room(&mut self, list: &'static str, guess: u64, limit: u64) -> u64 {
         let growth = self.growth();
-        let list = self.pool.ledger.lists.entry(list).or_default();
+        let list = self.pool.capacity_policy.lists.entry(list).or_default();
         match growth {
             Growth::Wait => list.before_waiting(guess, limit),
             Growth::Later => list.later(guess, limit),
@@ -122,8 +122,8 @@ impl Frame<'_> {
 
     /// The words of the longest list of this name in the last frame that has arrived, where frames do not wait.
     pub fn last_counted(&self, list: &'static str) -> [u32; LIST_WORDS] {
-        let ledger = &self.pool.ledger;
-        let history = ledger.lists.get(list).filter(|_| ledger.growth() == Growth::Later);
+        let capacity_policy = &self.pool.capacity_policy;
+        let history = capacity_policy.lists.get(list).filter(|_| capacity_policy.growth() == Growth::Later);
         history.map_or([0; LIST_WORDS], |history| history.last)
     }
 
@@ -139,7 +139,7 @@ impl Frame<'_> {
                     false => u64::from(words[0]),
                     true => sum_of_parts(&self.read_now::<u32>(starts, count)?),
                 };
-                let list = self.pool.ledger.lists.entry(counted.list).or_default();
+                let list = self.pool.capacity_policy.lists.entry(counted.list).or_default();
                 Ok(ListRoom {
                     capacity: list.waited_for(counted.list, counted.guess, counted.limit, elements),
                     elements,
@@ -147,7 +147,7 @@ impl Frame<'_> {
                 })
             }
             Growth::Later => {
-                let list = self.pool.ledger.lists.entry(counted.list).or_default();
+                let list = self.pool.capacity_policy.lists.entry(counted.list).or_default();
                 let words = list.last;
                 if u64::from(words[0]) > counted.limit {
                     // It is told once. Whether it is so still, the next frame finds out.
@@ -160,26 +160,26 @@ impl Frame<'_> {
     }
 
     fn note(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<(), GpuError> {
-        let Some(mut later) = self.pool.ledger.later.take() else { return Ok(()) };
+        let Some(mut later) = self.pool.capacity_policy.later.take() else { return Ok(()) };
         let list = later.noted.len();
         if list >= MOST_LISTS {
-            self.pool.ledger.later = Some(later);
-            let needed = LEDGER_BYTES + 4 * LIST_WORDS as u64;
-            return Err(GpuError::TooLarge { what: "lists of a frame".to_owned(), needed, limit: LEDGER_BYTES });
+            self.pool.capacity_policy.later = Some(later);
+            let needed = CAPACITY_POLICY_BYTES + 4 * LIST_WORDS as u64;
+            return Err(GpuError::TooLarge { what: "lists of a frame".to_owned(), needed, limit: CAPACITY_POLICY_BYTES });
         }
         later.noted.push(counted.list);
         let capacity = u32::try_from(capacity).unwrap_or(u32::MAX);
         let parameters = self.uniform(&NoteParameters { list: list as u32, capacity });
         let bindings = Bindings::new().part("note_parameters", &parameters).buffer("counted", counted.words);
-        self.dispatch(&later.note, &bindings.buffer("ledger", &later.words), [1, 1, 1]);
-        self.pool.ledger.later = Some(later);
+        self.dispatch(&later.note, &bindings.buffer("capacity_policy", &later.words), [1, 1, 1]);
+        self.pool.capacity_policy.later = Some(later);
         Ok(())
     }
 
     /// Where frames do not wait: what a draw of three vertices takes its numbers from, so that nothing is drawn where the frame is not
     /// whole. Word 1 is 1 where it is whole, word 4 the number of frames of a mean ([`Self::count_frame`]).
     pub fn whole(&self) -> Option<wgpu::Buffer> {
-        self.pool.ledger.whole()
+        self.pool.capacity_policy.whole()
     }
 
     /// Where frames do not wait, counts this one among the frames of a mean if it is whole; the first of a mean begins anew.
@@ -187,12 +187,12 @@ impl Frame<'_> {
         if self.growth() == Growth::Wait {
             return;
         }
-        let Some(later) = self.pool.ledger.later.take() else { return };
+        let Some(later) = self.pool.capacity_policy.later.take() else { return };
         if is_first {
             self.encoder().clear_buffer(&later.words, 4 * FRAMES as u64, Some(4));
         }
-        self.dispatch(&later.count_frame, &Bindings::new().buffer("ledger", &later.words), [1, 1, 1]);
-        self.pool.ledger.later = Some(later);
+        self.dispatch(&later.count_frame, &Bindings::new().buffer("capacity_policy", &later.words), [1, 1, 1]);
+        self.pool.capacity_policy.later = Some(later);
     }
 }
 
@@ -215,7 +215,7 @@ fn a_sum_beyond_32_bits_is_added_up() {
 
 #[test]
 fn the_ledgers_words_are_the_shaders() {
-    let shader = SHADERS.link("ledger/note", &[]).unwrap();
+    let shader = SHADERS.link("capacity_policy/note", &[]).unwrap();
     crate::check_layout::<NoteParameters>(&shader).unwrap();
     let source = include_str!("note.wesl");
     for (name, value) in [("FRAMES", FRAMES), ("FIRST_LIST", FIRST_LIST), ("LIST_WORDS", LIST_WORDS)] {

@@ -110,7 +110,7 @@ impl Staging {
 fn staging_buffer(device: &wgpu::Device, bytes: u64) -> wgpu::Buffer {
     made::count(|made| made.buffers += 1);
     device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("ledger/staging"),
+        label: Some("capacity_policy/staging"),
         size: bytes,
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
