@@ -44,7 +44,7 @@ pub use engine::{Asked, Compilations, Engine, KeptCompiled};
 pub use error::GpuError;
 pub use frame::{Frame, PassTime, Profiler, discarded, submitted};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
-pub use capacity_policy::{Arrived, Counted, Growth, ListRoom, Outcome};
+pub use capacity_policy::{Arrived, Counted, Growth, ListCapacity, Outcome};
 pub use made::{Made, made};
 pub use pool::{BindGroups, Pool};
 pub use raster::{RasterPipeline, RasterState};

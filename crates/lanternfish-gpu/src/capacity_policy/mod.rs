@@ -1,4 +1,4 @@
-//! Room for lists whose length is known on the device alone.
+//! Capacity for lists whose length is known on the device alone.
 //!
 //! - [`Growth::Wait`]: a list is counted, the host reads how long it is, makes room, and it is written. Every frame is whole.
 //! - [`Growth::Later`]: no frame waits. Lists have the room that earlier frames have shown to be enough, and half as much again; what
@@ -54,7 +54,7 @@ pub struct Counted<'a> {
 
 /// The room for a list.
 #[derive(Clone, Copy, Debug)]
-pub struct ListRoom {
+pub struct ListCapacity {
     /// Elements that there is room for: at most the limit.
     pub capacity: u64,
     /// Elements of the list, more than the limit too: in this frame, or where frames do not wait in the last one that has arrived.
@@ -102,16 +102,16 @@ impl Frame<'_> {
         self.pool.capacity_policy.growth()
     }
 
-    /// Room for a list whose elements the commands so far have counted. Without waiting the frame notes, when it runs, whether the room
+    /// Capacity for a list whose elements the commands so far have counted. Without waiting the frame notes, when it runs, whether the room
     /// is enough. More elements than the limit are left to the caller to refuse.
-    pub fn room_for(&mut self, counted: &Counted<'_>) -> Result<ListRoom, GpuError> {
-        let capacity = self.planned_room(counted.list, counted.guess, counted.limit);
-        self.counted_room(counted, capacity)
+    pub fn capacity_for(&mut self, counted: &Counted<'_>) -> Result<ListCapacity, GpuError> {
+        let capacity = self.planned_capacity(counted.list, counted.guess, counted.limit);
+        self.counted_capacity(counted, capacity)
     }
 
-    /// Room for a list that is counted while it is written: what was enough before, in elements. When it is written,
-    /// [`Self::counted_room`] says whether it was enough.
-    pub fn planned_room(&mut self, list: &'static str, guess: u64, limit: u64) -> u64 {
+    /// Capacity for a list that is counted while it is written: what was enough before, in elements. When it is written,
+    /// [`Self::counted_capacity`] says whether it was enough.
+    pub fn planned_capacity(&mut self, list: &'static str, guess: u64, limit: u64) -> u64 {
         let growth = self.growth();
         let list = self.pool.capacity_policy.lists.entry(list).or_default();
         match growth {
@@ -129,7 +129,7 @@ impl Frame<'_> {
 
     /// Whether room for `capacity` elements is enough for a list that the commands so far have counted: where the frame waits, it is
     /// the caller's to write the list again in the room that this returns; where it does not, the frame notes it when it runs.
-    pub fn counted_room(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<ListRoom, GpuError> {
+    pub fn counted_capacity(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<ListCapacity, GpuError> {
         match self.growth() {
             Growth::Wait => {
                 let words: [u32; LIST_WORDS] =
@@ -140,7 +140,7 @@ impl Frame<'_> {
                     true => sum_of_parts(&self.read_now::<u32>(starts, count)?),
                 };
                 let list = self.pool.capacity_policy.lists.entry(counted.list).or_default();
-                Ok(ListRoom {
+                Ok(ListCapacity {
                     capacity: list.waited_for(counted.list, counted.guess, counted.limit, elements),
                     elements,
                     words,
@@ -154,7 +154,7 @@ impl Frame<'_> {
                     list.last = [0; LIST_WORDS];
                 }
                 self.note(counted, capacity)?;
-                Ok(ListRoom { capacity, elements: words[0].into(), words })
+                Ok(ListCapacity { capacity, elements: words[0].into(), words })
             }
         }
     }

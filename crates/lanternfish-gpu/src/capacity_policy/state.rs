@@ -4,12 +4,12 @@ use std::collections::{HashMap, VecDeque};
 
 use super::{
     Arrived, FIRST_LIST, Growth, CAPACITY_POLICY_BYTES, LIST_WORDS, Outcome,
-    room::Room as History,
+    room::Capacity as History,
     staging::{MOST_IN_FLIGHT, Received, Staging},
 };
 use crate::{ComputeKernel, GpuError, buffer::STORAGE, made, primitives::SHADERS};
 
-/// Room of all lists, kept from frame to frame.
+/// Capacity of all lists, kept from frame to frame.
 #[derive(Debug, Default)]
 pub(crate) struct CapacityPolicy {
     pub(super) lists: HashMap<&'static str, History>,

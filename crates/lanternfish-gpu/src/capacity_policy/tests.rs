@@ -1,4 +1,4 @@
-use super::{Arrived, Counted, Growth, ListRoom};
+use super::{Arrived, Counted, Growth, ListCapacity};
 use crate::{Frame, Gpu, Pool, Profiler, primitives::Scan, read_back, testing};
 
 /// Frames of one list.
@@ -16,7 +16,7 @@ impl<'g> Frames<'g> {
     }
 
     /// A frame in which two lists of one name have so many elements: their rooms, and whether the frame is whole, if it notes that.
-    fn next(&mut self, elements: [u32; 2]) -> (Vec<ListRoom>, Option<bool>) {
+    fn next(&mut self, elements: [u32; 2]) -> (Vec<ListCapacity>, Option<bool>) {
         let Self { gpu, profiler, pool } = self;
         let mut frame = Frame::pooled(&gpu.device, &gpu.queue, profiler, pool);
         let mut rooms = Vec::new();
@@ -31,7 +31,7 @@ impl<'g> Frames<'g> {
                 guess: 10,
                 limit: 1 << 20,
             };
-            rooms.push(frame.room_for(&counted).unwrap());
+            rooms.push(frame.capacity_for(&counted).unwrap());
         }
         let whole = frame.whole();
         frame.submit();

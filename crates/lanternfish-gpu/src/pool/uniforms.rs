@@ -1,4 +1,4 @@
-//! Room for the uniforms of a frame: they lie behind each other in a few buffers, which are written once for each submission.
+//! Capacity for the uniforms of a frame: they lie behind each other in a few buffers, which are written once for each submission.
 
 use crate::{BufferPart, made};
 
@@ -30,7 +30,7 @@ impl Uniforms {
         Self { device: device.clone(), pages: Vec::new(), frame: 0, alignment }
     }
 
-    /// Room that will hold `content` when the commands run that come before the next submission.
+    /// Capacity that will hold `content` when the commands run that come before the next submission.
     pub fn get(&mut self, content: &[u8]) -> BufferPart {
         assert!(content.len() as u64 <= PAGE_BYTES, "a uniform of {} bytes", content.len());
         let fits = |page: &Page| page.staged.len() + content.len() <= PAGE_BYTES as usize;

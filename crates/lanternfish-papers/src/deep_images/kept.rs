@@ -72,7 +72,7 @@ impl KeptDeepImages {
     ) -> Result<&Arc<DeepImages>, RenderError> {
         let [counted, images, ..] = frame.last_counted(SLOTS);
         // What is told may be of larger chunks, before they were divided.
-        let has_room = |chunk: &Chunk| counted <= chunk.grid.capacity || images > chunk.grid.image_count;
+        let is_large_enough = |chunk: &Chunk| counted <= chunk.grid.capacity || images > chunk.grid.image_count;
         let number = frame.number();
         let is_later = frame.growth() == Growth::Later;
         if std::mem::replace(&mut self.last_frame, number) != number {
@@ -80,11 +80,11 @@ impl KeptDeepImages {
         }
         let now = Built { frame: self.frames, generation: scene.generation() };
         let is_usable = |kept: &Kept| {
-            let has_room = !is_later || kept.images.chunks.iter().all(has_room);
+            let is_large_enough = !is_later || kept.images.chunks.iter().all(is_large_enough);
             let is_of_now = kept.built.iter().all(|built| built.generation == now.generation);
             let may_be_old = is_later && self.slices > 1;
             let is_same = (kept.order, kept.rotation) == (scene.triangle_order(), rotation);
-            is_same && has_room && (is_of_now || (may_be_old && kept.hold(scene.bounds())))
+            is_same && is_large_enough && (is_of_now || (may_be_old && kept.hold(scene.bounds())))
         };
         let is_usable = self.kept.as_ref().is_some_and(is_usable);
         // Of those that are too large now for one binding, smaller chunks are made.

@@ -14,7 +14,7 @@ use std::{any::Any, fmt};
 
 use glam::Vec4;
 use lanternfish_gpu::{
-    Bindings, BufferPart, FAULTY_LOOP_STEPS, Feature, Frame, ListRoom, SharedStruct, faulty_software, gpu_struct,
+    Bindings, BufferPart, FAULTY_LOOP_STEPS, Feature, Frame, ListCapacity, SharedStruct, faulty_software, gpu_struct,
 };
 use lanternfish_scene::named_enum;
 
@@ -229,7 +229,7 @@ pub fn most_indices(device: &wgpu::Device) -> u64 {
 }
 
 /// An error where more entries were counted than one binding holds.
-pub fn check_room(room: &ListRoom, limit: u64, lights: &LightSet, remedy: &'static str) -> Result<(), RenderError> {
+pub fn check_capacity(room: &ListCapacity, limit: u64, lights: &LightSet, remedy: &'static str) -> Result<(), RenderError> {
     if room.elements <= limit {
         return Ok(());
     }

@@ -222,7 +222,7 @@ impl Shadows {
             }
             // In one band: how many there have to be the host would have to wait for.
             Growth::Later => {
-                let room = frame.room_for(&Counted {
+                let room = frame.capacity_for(&Counted {
                     list: WORDS,
                     words: &total,
                     starts: starts_of_blocks,

@@ -43,7 +43,7 @@ impl Scan {
         })
     }
 
-    /// Room for the sums of `count` values.
+    /// Capacity for the sums of `count` values.
     fn levels(&self, frame: &mut Frame<'_>, count: u32) -> Result<Vec<Level>, GpuError> {
         let saturates = u32::from(frame.growth() == Growth::Later);
         let mut levels = Vec::new();

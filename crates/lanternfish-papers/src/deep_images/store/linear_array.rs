@@ -6,7 +6,7 @@ use lanternfish_gpu::{
 };
 
 use super::{
-    super::DECLARED, SLOTS, Slots, Source, check_room, counted_slots, first_guess, most_fragments, with_capacity,
+    super::DECLARED, SLOTS, Slots, Source, check_capacity, counted_slots, first_guess, most_fragments, with_capacity,
 };
 use crate::deep_images::{
     Chunk, DeepGrid, PAYLOAD,
@@ -65,7 +65,7 @@ impl LinearArray {
         let limit = most_fragments(&device.limits());
         let (slots, filled_starts) = loop {
             let guess = self.capacity.max(first_guess(&device.limits(), lists));
-            let capacity = frame.planned_room(SLOTS, guess, limit);
+            let capacity = frame.planned_capacity(SLOTS, guess, limit);
             let grid_buffer = with_capacity(&mut grid, device, capacity);
             let slots = Slots::new(device, capacity, self.payload)?;
             let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
@@ -75,10 +75,10 @@ impl LinearArray {
             let taken = 4 * (u64::from(lists) + 1);
             frame.encoder().copy_buffer_to_buffer(&filled_starts, taken, &counted, 0, 4);
             self.scan.record(frame, &filled_starts, lists + 2)?;
-            let room = frame.counted_room(&counted_slots(&counted, guess, limit), capacity)?;
+            let room = frame.counted_capacity(&counted_slots(&counted, guess, limit), capacity)?;
             // Where frames do not wait, what is told may be of larger chunks, before they were divided.
             if frame.growth() == Growth::Wait || room.words[1] <= grid.image_count {
-                check_room(room.elements, limit)?;
+                check_capacity(room.elements, limit)?;
             }
             match frame.growth() {
                 Growth::Wait if room.elements > capacity => self.capacity = room.elements,

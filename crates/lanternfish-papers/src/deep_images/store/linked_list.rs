@@ -5,7 +5,7 @@
 use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, storage_buffer};
 
-use super::{super::DECLARED, Slots, Source, check_room, first_guess, most_fragments, with_capacity};
+use super::{super::DECLARED, Slots, Source, check_capacity, first_guess, most_fragments, with_capacity};
 use crate::deep_images::{
     Chunk, DeepGrid, PAYLOAD,
     settings::{DeepImageSettings, DeepStore},
@@ -51,7 +51,7 @@ impl LinkedLists {
             (source.gather)(frame, &grid, &bindings)?;
             let taken = frame.read_now::<u32>(&list_starts, 1)?[0];
             if u64::from(taken) > self.capacity {
-                check_room(taken.into(), most_fragments(&device.limits()))?;
+                check_capacity(taken.into(), most_fragments(&device.limits()))?;
                 self.capacity = taken.into();
                 continue;
             }

@@ -119,13 +119,13 @@ fn counted_slots(words: &wgpu::Buffer, guess: u64, limit: u64) -> Counted<'_> {
 pub(super) fn note_again(frame: &mut Frame<'_>, chunk: &Chunk) -> Result<(), RenderError> {
     if let Some(counted) = &chunk.counted {
         let limit = most_fragments(&frame.device.limits());
-        frame.counted_room(&counted_slots(counted, 0, limit), chunk.grid.capacity.into())?;
+        frame.counted_capacity(&counted_slots(counted, 0, limit), chunk.grid.capacity.into())?;
     }
     Ok(())
 }
 
 /// An error where no binding holds so many fragments.
-fn check_room(taken: u64, limit: u64) -> Result<(), RenderError> {
+fn check_capacity(taken: u64, limit: u64) -> Result<(), RenderError> {
     if taken <= limit {
         return Ok(());
     }

@@ -77,7 +77,7 @@ fn gpu_peeling_goes_on_from_chunk_to_chunk() {
     let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
     let whole = build(gpu, &scene, settings(DeepBuilder::DepthPeeling));
     let entries = gpu.device.limits().max_storage_buffer_binding_size / 4;
-    // Room for seven images.
+    // Capacity for seven images.
     let fragments_a_texel = entries / (48 * 48 * 7);
     let parts = build(gpu, &scene, DeepImageSettings { fragments_a_texel, ..settings(DeepBuilder::DepthPeeling) });
     let images: Vec<u32> = parts.chunks.iter().map(|chunk| chunk.grid.image_count).collect();

@@ -215,7 +215,7 @@ impl IndirectPasses for PhotonPasses {
 
         // Photons from the lights.
         let light_views = self.views.views().record(frame, view.scene, view.view.random_index)?;
-        let mut primaries = self.room_for_primaries(frame, &parameters)?;
+        let mut primaries = self.capacity_for_primaries(frame, &parameters)?;
         let scene = view.scene.bindings().with(&view.buffer.bindings());
         let emitting = scene.clone().with(&light_views.bindings()).part("photons", &uniform);
         let emitting = emitting.buffer("primary_photons", &primaries).buffer("photon_counters", counters.buffer());
@@ -231,12 +231,12 @@ impl IndirectPasses for PhotonPasses {
             counters: &counters,
             lit: &lit,
             sums: &sums,
-            room: self.chunk_room(frame, &parameters, &sums)?,
+            room: self.chunk_capacity(frame, &parameters, &sums)?,
         };
         for bounce in 0..settings.bounces {
             parameters.bounce = bounce;
             let is_last = bounce + 1 == self.settings.bounces;
-            let next = (!is_last).then(|| self.room_for_primaries(frame, &parameters)).transpose()?;
+            let next = (!is_last).then(|| self.capacity_for_primaries(frame, &parameters)).transpose()?;
             self.scatter(frame, &photons, &mut parameters, &primaries, next.as_ref())?;
             primaries = next.unwrap_or(primaries);
         }

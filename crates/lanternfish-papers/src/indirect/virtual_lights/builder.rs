@@ -200,7 +200,7 @@ impl LightBuilder {
         frame.encoder().copy_buffer_to_buffer(&total, 0, &known, 0, 4);
         let limit = frame.device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;
         let limit = limit.saturating_sub(parameters.far_count.into());
-        let room = frame.room_for(&Counted {
+        let room = frame.capacity_for(&Counted {
             list: LIGHTS,
             words: &known,
             starts: (&places, count as usize + 1),

@@ -167,7 +167,7 @@ impl RasterGridCulling {
         frame.encoder().copy_buffer_to_buffer(&tests, 0, &known, 4, 8);
         // Grow before writing, so that no image is ever made from a list that was cut.
         let tests = |words: &[u32; 4]| u64::from(words[1]) | u64::from(words[2]) << 32;
-        let room = frame.room_for(&Counted {
+        let room = frame.capacity_for(&Counted {
             list: lights.list,
             words: &known,
             starts: (&cells, start_count as usize),
@@ -177,7 +177,7 @@ impl RasterGridCulling {
             limit,
         })?;
         let remedy = "give the lights a shorter range, use larger tiles (`tile-size`), or render a smaller image";
-        lanternfish::light_culling::check_room(&room, limit, lights, remedy)?;
+        lanternfish::light_culling::check_capacity(&room, limit, lights, remedy)?;
         let grid = RasterCells { capacity: room.capacity as u32, ..grid };
         let grid_buffer = frame.uniform(&grid);
         let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;

@@ -97,7 +97,7 @@ fn gpu_every_list_is_sorted_up_to_what_there_is_room_for() {
     let shader = DECLARED.link("light_culling/raster_grid/sort", &[]).unwrap();
     let sort = ComputeKernel::new(&gpu.device, &shader, "sort", "test/sort");
     let none = wgpu::BufferUsages::empty();
-    // Room for all, up to the middle of a list, up to the end of one, and for none.
+    // Capacity for all, up to the middle of a list, up to the end of one, and for none.
     for capacity in [total, starts[30] - 400, starts[31], 0] {
         let grid = RasterCells { columns, rows, layers, capacity, ..RasterCells::default() };
         let grid = uniform_buffer_of(&gpu.device, "grid", &grid);

@@ -49,7 +49,7 @@ impl RadianceCache {
         rounds: u32,
     ) -> Result<bool, RenderError> {
         let is_last = round + 1 == rounds;
-        if !is_last && (self.has_had_room || !cache.may_start_over) {
+        if !is_last && (self.was_large_enough || !cache.may_start_over) {
             return Ok(false);
         }
         let counted = Counted {
@@ -61,15 +61,15 @@ impl RadianceCache {
             limit: slots_for(self.most_cells).into(),
         };
         // What has no room is shaded: the frame is whole.
-        let [cells, _, lost, lost_of_pixels] = frame.counted_room(&counted, u64::MAX)?.words;
+        let [cells, _, lost, lost_of_pixels] = frame.counted_capacity(&counted, u64::MAX)?.words;
         let most = slots_for(self.most_cells);
         let will_lose = 4 * (round + 1) <= rounds && 2 * cells > self.slots;
-        let lacks_room = lost > 0 || lost_of_pixels > 0 || will_lose;
-        if !cache.may_start_over || self.slots >= most || !lacks_room {
-            self.has_had_room |= is_last;
+        let is_full = lost > 0 || lost_of_pixels > 0 || will_lose;
+        if !cache.may_start_over || self.slots >= most || !is_full {
+            self.was_large_enough |= is_last;
             return Ok(false);
         }
-        self.has_had_room = false;
+        self.was_large_enough = false;
         // There will be more.
         self.slots = (2 * self.slots).max(slots_for(2 * cells)).min(most);
         tracing::debug!(cells, slots = self.slots, "the radiance cache starts over with a larger table");

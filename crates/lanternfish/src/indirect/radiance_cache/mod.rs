@@ -104,7 +104,7 @@ pub(crate) struct RadianceCache {
     /// Cells that it has room for at most.
     most_cells: u32,
     /// A frame has ended with a table of so many.
-    has_had_room: bool,
+    was_large_enough: bool,
     /// Samples of an entry of rank 0 in a picture's first frame.
     first_samples: u32,
     /// See [`CacheSettings::blur`].
@@ -276,7 +276,7 @@ impl RadianceCache {
             slots: slots_for(most_cells.min(first_cells())),
             most_cells,
             blur,
-            has_had_room: false,
+            was_large_enough: false,
             first_samples,
             kernels,
             rehash: Rehash::new(device)?,
@@ -292,7 +292,7 @@ impl RadianceCache {
     pub fn forget(&mut self) {
         self.table = None;
         self.planes.forget();
-        self.has_had_room = false;
+        self.was_large_enough = false;
     }
 
     /// The cells as this view's rays find them. A picture for which frames wait starts without any, so that it is the same whatever was
@@ -305,7 +305,7 @@ impl RadianceCache {
         let waits = frame.growth() == Growth::Wait;
         let is_first = waits && view.random_index == 0;
         let number = frame.number();
-        let room = frame.planned_room(CELLS, 0, slots_for(self.most_cells).into());
+        let room = frame.planned_capacity(CELLS, 0, slots_for(self.most_cells).into());
         self.slots = self.slots.max(slots_for((room as u32).min(self.most_cells)));
         let table = match &mut self.table {
             Some(table) => table,

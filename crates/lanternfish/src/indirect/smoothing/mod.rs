@@ -163,7 +163,7 @@ pub struct PixelSums {
 }
 
 impl PixelSums {
-    /// Room for the sums of a picture of this size. `radius`: of the filter, pixels, in a picture of `frames` frames.
+    /// Capacity for the sums of a picture of this size. `radius`: of the filter, pixels, in a picture of `frames` frames.
     pub fn new(
         frame: &mut Frame<'_>,
         picture: UVec2,

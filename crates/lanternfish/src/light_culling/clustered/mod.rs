@@ -239,7 +239,7 @@ impl ClusteredCulling {
         frame.encoder().copy_buffer_to_buffer(&total, 0, &known, 0, 4);
         frame.encoder().copy_buffer_to_buffer(&visible, 0, &known, 4, 4);
         frame.encoder().copy_buffer_to_buffer(&tests, 0, &known, 8, 8);
-        let room = frame.room_for(&Counted {
+        let room = frame.capacity_for(&Counted {
             list: set.list,
             words: &known,
             starts: (&cells, clusters as usize + 1),
@@ -250,7 +250,7 @@ impl ClusteredCulling {
         })?;
         let remedy =
             "give the lights a shorter range (`range-threshold`), or choose larger clusters (`clusters persp:64`)";
-        super::check_room(&room, limit, set, remedy)?;
+        super::check_capacity(&room, limit, set, remedy)?;
         let [_, visible_count, tests @ ..] = room.words;
         let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
         let uploaded = grids.iter().map(|grid| frame.uniform(&ClusterGrid { capacity: room.capacity as u32, ..*grid }));

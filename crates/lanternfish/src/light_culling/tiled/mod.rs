@@ -144,7 +144,7 @@ impl TiledCulling {
         let total = self.scan.record(frame, &cells, tile_count + 1)?;
 
         // Grow before writing, so that no image is ever made from a list that was cut.
-        let room = frame.room_for(&Counted {
+        let room = frame.capacity_for(&Counted {
             list: lights.list,
             words: &total,
             starts: (&cells, tile_count as usize + 1),
@@ -153,7 +153,7 @@ impl TiledCulling {
             limit,
         })?;
         let remedy = "give the lights a shorter range, use larger tiles, or render a smaller image";
-        super::check_room(&room, limit, lights, remedy)?;
+        super::check_capacity(&room, limit, lights, remedy)?;
         let grid_buffer = frame.uniform(&TileGrid { capacity: room.capacity as u32, ..grid });
         let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
         let bindings =

@@ -27,12 +27,12 @@ pub(super) struct Photons<'a> {
     /// The view, of this surface.
     pub lit: &'a ViewContext<'a>,
     pub sums: &'a PixelSums,
-    pub room: ChunkRoom,
+    pub room: ChunkCapacity,
 }
 
 /// What all chunks of all bounces of one view share: they run one after the other.
 #[derive(Debug)]
-pub(super) struct ChunkRoom {
+pub(super) struct ChunkCapacity {
     /// Directions that a chunk has at most: one at least, however many photons are split.
     directions: u32,
     hits: wgpu::Buffer,
@@ -43,7 +43,7 @@ pub(super) struct ChunkRoom {
 }
 
 impl PhotonPasses {
-    pub(super) fn room_for_primaries(
+    pub(super) fn capacity_for_primaries(
         &self,
         frame: &mut Frame<'_>,
         parameters: &PhotonParameters,
@@ -125,7 +125,7 @@ impl PhotonPasses {
         primaries: &wgpu::Buffer,
     ) -> Result<(), RenderError> {
         let slots = parameters.slot_count;
-        let ChunkRoom { hits, places, lights, .. } = &photons.room;
+        let ChunkCapacity { hits, places, lights, .. } = &photons.room;
         let footprints = photons
             .scene
             .clone()
@@ -176,13 +176,13 @@ impl PhotonPasses {
 }
 
 impl PhotonPasses {
-    /// Room for chunks of the photons that are split. An error where there would be too many of them.
-    pub(super) fn chunk_room(
+    /// Capacity for chunks of the photons that are split. An error where there would be too many of them.
+    pub(super) fn chunk_capacity(
         &self,
         frame: &mut Frame<'_>,
         parameters: &PhotonParameters,
         sums: &PixelSums,
-    ) -> Result<ChunkRoom, RenderError> {
+    ) -> Result<ChunkCapacity, RenderError> {
         let count = parameters.primary_count.max(1);
         let most = parameters.direction_count + 2;
         let directions = (self.most_slots / count).clamp(1, most);
@@ -194,7 +194,7 @@ impl PhotonPasses {
             });
         }
         let slots = u64::from(directions) * u64::from(count);
-        Ok(ChunkRoom {
+        Ok(ChunkCapacity {
             directions,
             hits: frame.scratch("indirect/photon_splatting/hits", size_of::<PhotonHit>() as u64 * slots)?,
             places: frame.scratch("indirect/photon_splatting/places", 4 * (slots + 1))?,

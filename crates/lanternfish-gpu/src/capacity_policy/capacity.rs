@@ -6,11 +6,11 @@ use super::LIST_WORDS;
 
 /// Frames whose needs count. More: room is given back later.
 const RECENT_FRAMES: usize = 64;
-/// Room that a list has at least where frames do not wait.
+/// Capacity that a list has at least where frames do not wait.
 const LEAST: u64 = 1 << 12;
 
 #[derive(Debug, Default)]
-pub(super) struct Room {
+pub(super) struct Capacity {
     capacity: u64,
     limit: u64,
     /// The words of the longest list of the frame that arrived last.
@@ -20,7 +20,7 @@ pub(super) struct Room {
     recent: VecDeque<u64>,
 }
 
-impl Room {
+impl Capacity {
     /// Where the frame has waited: room for all, and never less than before.
     pub fn waited_for(&mut self, list: &str, guess: u64, limit: u64, elements: u64) -> u64 {
         if elements > self.capacity && self.capacity > 0 {
@@ -80,8 +80,8 @@ mod tests {
     use super::*;
 
     /// A list that frames have counted so.
-    fn after(needs: impl IntoIterator<Item = u32>, limit: u64) -> Room {
-        let mut room = Room { limit, capacity: LEAST.min(limit), ..Room::default() };
+    fn after(needs: impl IntoIterator<Item = u32>, limit: u64) -> Capacity {
+        let mut room = Capacity { limit, capacity: LEAST.min(limit), ..Capacity::default() };
         for needed in needs {
             room.arrives([needed, 0, 0, 0]);
             room.adapt();
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn a_list_that_is_refused_gets_no_room() {
-        let mut room = Room::default();
+        let mut room = Capacity::default();
         assert_eq!(room.waited_for("a list", 0, 1000, 100), 100);
         assert_eq!(room.waited_for("a list", 0, 1000, 1001), 100);
         assert_eq!(room.waited_for("a list", 0, 1000, 1000), 1000);
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn the_longest_of_a_frames_lists_is_kept() {
-        let mut room = Room::default();
+        let mut room = Capacity::default();
         for (frame, expected) in [([9, 70, 3], 70), ([5, 4, 6], 6), ([0, 0, 0], 0)] {
             frame.iter().for_each(|needed| room.arrives([*needed, 1, 2, 3]));
             room.adapt();
