@@ -163,7 +163,7 @@ impl Renderer {
     /// What its frames keep on the device; scenes, deep images, means of frames and histories are not among it.
     pub fn memory(&self) -> FrameMemory {
         let pool = self.pool.lock().unwrap_or_else(PoisonError::into_inner);
-        FrameMemory { bytes: pool.bytes(), lists: pool.rooms() }
+        FrameMemory { bytes: pool.bytes(), lists: pool.capacities() }
     }
 
     /// Renders what `camera` sees of a scene that this renderer uploaded, and waits for it.

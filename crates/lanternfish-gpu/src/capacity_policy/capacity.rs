@@ -81,20 +81,20 @@ mod tests {
 
     /// A list that frames have counted so.
     fn after(needs: impl IntoIterator<Item = u32>, limit: u64) -> Capacity {
-        let mut room = Capacity { limit, capacity: LEAST.min(limit), ..Capacity::default() };
+        let mut capacity = Capacity { limit, capacity: LEAST.min(limit), ..Capacity::default() };
         for needed in needs {
-            room.arrives([needed, 0, 0, 0]);
-            room.adapt();
+            capacity.arrives([needed, 0, 0, 0]);
+            capacity.adapt();
         }
-        room
+        capacity
     }
 
     #[test]
     fn a_list_that_is_refused_gets_no_room() {
-        let mut room = Capacity::default();
-        assert_eq!(room.waited_for("a list", 0, 1000, 100), 100);
-        assert_eq!(room.waited_for("a list", 0, 1000, 1001), 100);
-        assert_eq!(room.waited_for("a list", 0, 1000, 1000), 1000);
+        let mut capacity = Capacity::default();
+        assert_eq!(capacity.waited_for("a list", 0, 1000, 100), 100);
+        assert_eq!(capacity.waited_for("a list", 0, 1000, 1001), 100);
+        assert_eq!(capacity.waited_for("a list", 0, 1000, 1000), 1000);
     }
 
     #[test]
@@ -113,26 +113,26 @@ mod tests {
 
     #[test]
     fn the_longest_of_a_frames_lists_is_kept() {
-        let mut room = Capacity::default();
+        let mut capacity = Capacity::default();
         for (frame, expected) in [([9, 70, 3], 70), ([5, 4, 6], 6), ([0, 0, 0], 0)] {
-            frame.iter().for_each(|needed| room.arrives([*needed, 1, 2, 3]));
-            room.adapt();
-            assert_eq!(room.last, [expected, 1, 2, 3], "{frame:?}");
+            frame.iter().for_each(|needed| capacity.arrives([*needed, 1, 2, 3]));
+            capacity.adapt();
+            assert_eq!(capacity.last, [expected, 1, 2, 3], "{frame:?}");
         }
     }
 
     #[test]
     fn a_list_that_grows_slowly_never_lacks_room() {
         // A twentieth more a frame, known three frames later.
-        let mut room = after([4_000], 1 << 40);
+        let mut capacity = after([4_000], 1 << 40);
         let mut on_the_way = VecDeque::from([4_000u32; 3]);
         let mut needed = 4_000.0f64;
         for _ in 0..200 {
             needed *= 1.05;
-            assert!(needed as u64 <= room.capacity, "{needed} of {}", room.capacity);
+            assert!(needed as u64 <= capacity.capacity, "{needed} of {}", capacity.capacity);
             on_the_way.push_back(needed as u32);
-            room.arrives([on_the_way.pop_front().unwrap(), 0, 0, 0]);
-            room.adapt();
+            capacity.arrives([on_the_way.pop_front().unwrap(), 0, 0, 0]);
+            capacity.adapt();
         }
     }
 }

@@ -4,7 +4,7 @@
 //! - [`Growth::Later`]: no frame waits. Lists have the room that earlier frames have shown to be enough, and half as much again; what
 //!   this frame counts is read when it arrives. A frame that lacks room notes that it is not whole, and is not shown.
 
-mod room;
+mod capacity;
 mod staging;
 mod state;
 #[cfg(all(test, feature = "testing"))]

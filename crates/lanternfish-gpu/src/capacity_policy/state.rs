@@ -4,7 +4,7 @@ use std::collections::{HashMap, VecDeque};
 
 use super::{
     Arrived, FIRST_LIST, Growth, CAPACITY_POLICY_BYTES, LIST_WORDS, Outcome,
-    room::Capacity as History,
+    capacity::Capacity as History,
     staging::{MOST_IN_FLIGHT, Received, Staging},
 };
 use crate::{ComputeKernel, GpuError, buffer::STORAGE, made, primitives::SHADERS};
@@ -56,10 +56,10 @@ impl CapacityPolicy {
     }
 
     /// Every list, by name, and the elements that it has room for.
-    pub fn rooms(&self) -> Vec<(&'static str, u64)> {
-        let mut rooms: Vec<_> = self.lists.iter().map(|(name, room)| (*name, room.capacity())).collect();
-        rooms.sort_unstable();
-        rooms
+    pub fn capacities(&self) -> Vec<(&'static str, u64)> {
+        let mut capacities: Vec<_> = self.lists.iter().map(|(name, capacity)| (*name, capacity.capacity())).collect();
+        capacities.sort_unstable();
+        capacities
     }
 
     pub fn whole(&self) -> Option<wgpu::Buffer> {

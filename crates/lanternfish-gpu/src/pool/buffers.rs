@@ -124,10 +124,10 @@ fn roomy(bytes: u64) -> u64 {
 #[test]
 fn there_is_room_for_an_eighth_more_at_most() {
     for bytes in [16u64, 32, 48, 4096, 4112, 100_000, 1 << 27] {
-        let room = roomy(bytes);
-        assert!(room >= bytes && room <= (bytes + bytes / 8).max(bytes + 15), "{bytes}: {room}");
-        assert_eq!(room % 16, 0);
-        assert_eq!(roomy(room), room);
+        let capacity = roomy(bytes);
+        assert!(capacity >= bytes && capacity <= (bytes + bytes / 8).max(bytes + 15), "{bytes}: {capacity}");
+        assert_eq!(capacity % 16, 0);
+        assert_eq!(roomy(capacity), capacity);
     }
     assert_eq!(roomy(4112), 4608);
 }

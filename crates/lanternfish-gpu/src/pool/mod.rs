@@ -56,8 +56,8 @@ impl Pool {
     }
 
     /// Every list that was ever counted, by name, and the elements that it has room for.
-    pub fn rooms(&self) -> Vec<(&'static str, u64)> {
-        self.capacity_policy.rooms()
+    pub fn capacities(&self) -> Vec<(&'static str, u64)> {
+        self.capacity_policy.capacities()
     }
 
     /// When lists get more room from the next frame on: in the frame that needs it, unless something else is said here.
