@@ -19,7 +19,7 @@ impl<'g> Frames<'g> {
     fn next(&mut self, elements: [u32; 2]) -> (Vec<ListCapacity>, Option<bool>) {
         let Self { gpu, profiler, pool } = self;
         let mut frame = Frame::pooled(&gpu.device, &gpu.queue, profiler, pool);
-        let mut rooms = Vec::new();
+        let mut lists = Vec::new();
         for elements in elements {
             let words = frame.storage_of("words", &[elements, 5, 6, 7]).unwrap();
             let starts = frame.storage_of("starts", &[0, elements]).unwrap();
@@ -31,12 +31,12 @@ impl<'g> Frames<'g> {
                 guess: 10,
                 limit: 1 << 20,
             };
-            rooms.push(frame.capacity_for(&counted).unwrap());
+            lists.push(frame.capacity_for(&counted).unwrap());
         }
         let whole = frame.whole();
         frame.submit();
         let read = |words: &wgpu::Buffer| read_back::<u32>(&gpu.device, &gpu.queue, words, 2).unwrap();
-        (rooms, whole.map(|words| read(&words)[1] == 1))
+        (lists, whole.map(|words| read(&words)[1] == 1))
     }
 }
 
@@ -45,41 +45,41 @@ fn gpu_a_frame_that_waits_always_has_room() {
     let Some(gpu) = testing::gpu("gpu_a_frame_that_waits_always_has_room") else { return };
     let mut frames = Frames::new(gpu, Growth::Wait);
     for (elements, capacities) in [([3, 4], [10, 10]), ([50, 20], [50, 50]), ([7, 60], [50, 60]), ([0, 0], [60, 60])] {
-        let (rooms, whole) = frames.next(elements);
-        assert_eq!(rooms.iter().map(|room| room.capacity).collect::<Vec<_>>(), capacities);
-        assert_eq!(rooms.iter().map(|room| room.elements).collect::<Vec<_>>(), elements.map(u64::from));
-        assert!(rooms.iter().all(|room| room.words[1..] == [5, 6, 7]) && whole.is_none());
+        let (lists, whole) = frames.next(elements);
+        assert_eq!(lists.iter().map(|list| list.capacity).collect::<Vec<_>>(), capacities);
+        assert_eq!(lists.iter().map(|list| list.elements).collect::<Vec<_>>(), elements.map(u64::from));
+        assert!(lists.iter().all(|list| list.words[1..] == [5, 6, 7]) && whole.is_none());
     }
     assert_eq!(frames.pool.waits(), 8);
     // More than the limit is told, and no room is kept for it.
-    let (rooms, _) = frames.next([0, 1 << 21]);
-    assert_eq!((rooms[1].capacity, rooms[1].elements), (60, 1 << 21));
+    let (lists, _) = frames.next([0, 1 << 21]);
+    assert_eq!((lists[1].capacity, lists[1].elements), (60, 1 << 21));
 }
 
 #[test]
 fn gpu_a_frame_that_does_not_wait_says_whether_it_had_room() {
     let Some(gpu) = testing::gpu("gpu_a_frame_that_does_not_wait_says_whether_it_had_room") else { return };
     let mut frames = Frames::new(gpu, Growth::Later);
-    let (rooms, whole) = frames.next([3, 4]);
-    let least = rooms[0].capacity;
-    assert_eq!((rooms[0].elements, whole), (0, Some(true)));
+    let (lists, whole) = frames.next([3, 4]);
+    let least = lists[0].capacity;
+    assert_eq!((lists[0].elements, whole), (0, Some(true)));
     // Either list of the frame may lack room; the next frame but one at the latest knows, since the test waits for each.
     for elements in [[0, least as u32 + 1], [4 * least as u32, 0]] {
         assert_eq!(frames.next(elements).1, Some(false), "{elements:?}");
-        let (rooms, whole) = frames.next(elements);
-        assert_eq!(whole, Some(true), "{elements:?} in {rooms:?}");
+        let (lists, whole) = frames.next(elements);
+        assert_eq!(whole, Some(true), "{elements:?} in {lists:?}");
         // The longest of the frame.
         let most = u64::from(elements.into_iter().max().unwrap());
-        assert_eq!((rooms[0].elements, &rooms[0].words[1..]), (most, &[5, 6, 7][..]));
-        assert_eq!(rooms[0].capacity, most * 3 / 2);
+        assert_eq!((lists[0].elements, &lists[0].words[1..]), (most, &[5, 6, 7][..]));
+        assert_eq!(lists[0].capacity, most * 3 / 2);
     }
     // What saturated lacks room, whatever the limit.
     assert_eq!(frames.next([u32::MAX, 0]).1, Some(false));
     // It is told once, even where the frame that is told of it is given up; the next one finds out whether it is so still.
-    let (rooms, _) = frames.next([1, 1]);
-    assert_eq!([rooms[0].elements, rooms[1].elements], [u32::MAX.into(), 0]);
-    let (rooms, _) = frames.next([1, 1]);
-    assert_eq!([rooms[0].elements, rooms[1].elements], [1, 1]);
+    let (lists, _) = frames.next([1, 1]);
+    assert_eq!([lists[0].elements, lists[1].elements], [u32::MAX.into(), 0]);
+    let (lists, _) = frames.next([1, 1]);
+    assert_eq!([lists[0].elements, lists[1].elements], [1, 1]);
     assert_eq!(frames.pool.arrived(), Arrived { frames: 7, held: 3 });
     assert_eq!(frames.pool.waits(), 0);
 }
