@@ -34,7 +34,7 @@ pub(crate) fn mean(pair: &Pair) -> Result<f64, MetricsError> {
             }
         }
         let windows = columns.windows(WINDOW).zip(column_is_whole.windows(WINDOW));
-        let whole = windows.filter(|(_, is_whole)| is_whole.iter().all(|is| *is));
+        let whole = windows.filter(|(_, is_complete)| is_complete.iter().all(|is| *is));
         whole.fold((0.0, 0usize), |(sum, count), (columns, _)| (sum + similarity(columns, &weights), count + 1))
     });
     // Collected, so that the order of the sum does not depend on the number of threads.

@@ -318,7 +318,7 @@ impl Seen {
             if let Some((_, since)) = self.on_their_way.take_if(|(frame, _)| *frame == report.frame) {
                 took = Some(1e3 * since.elapsed().as_secs_f64());
             }
-            if !report.is_whole {
+            if !report.is_complete {
                 // It was not shown: the next is another first.
                 self.averaged = (0, None);
             }

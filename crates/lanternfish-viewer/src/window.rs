@@ -204,10 +204,10 @@ impl Viewer {
     /// moves.
     fn has_more(&self) -> bool {
         let camera = &self.state.controls.camera;
-        let is_whole =
+        let is_complete =
             self.seen.size() == self.room && !self.seen.has_more(camera) && self.seen.eyes() == self.state.eyes();
-        let is_whole = is_whole && !self.beside.has_more(&self.seen, &self.state.wipe, camera);
-        self.moves() || !(self.is_busy() || is_whole)
+        let is_complete = is_complete && !self.beside.has_more(&self.seen, &self.state.wipe, camera);
+        self.moves() || !(self.is_busy() || is_complete)
     }
 
     /// Whether the next frame changes nothing but means, which were painted a short while ago: it is drawn, and not painted.

@@ -17,7 +17,7 @@ fn main() -> Result<()> {
     let (device, queue) = open()?;
     for report in frames(&device, &queue, Settings::default(), 10)? {
         let ms: f64 = report.passes.iter().map(|pass| pass.ms).sum();
-        println!("{:?}: whole: {}, {ms:.1} ms, {:?}", report.frame, report.is_whole, report.counters);
+        println!("{:?}: whole: {}, {ms:.1} ms, {:?}", report.frame, report.is_complete, report.counters);
     }
     Ok(())
 }

@@ -151,7 +151,7 @@ impl<'a> Player<'a> {
             let whole = ms_since(started);
             let report = std::iter::from_fn(|| self.renderer.poll()).find(|report| report.frame == id);
             let report = report.ok_or_else(|| lost(&"nothing is known of a frame that was waited for"))?;
-            if !report.is_whole {
+            if !report.is_complete {
                 continue;
             }
             times.add(run, frame, frames, &report, [updated, recorded, whole]);

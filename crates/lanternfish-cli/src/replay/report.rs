@@ -89,10 +89,10 @@ impl Report {
         let text = fs::read_to_string(path).map_err(|error| failed(&error))?;
         let report: Self = serde_json::from_str(&text).map_err(|error| failed(&error))?;
         let frames = report.moments.len();
-        let is_whole = |series: &Series| {
+        let is_complete = |series: &Series| {
             series.samples.len() == report.runs && series.samples.iter().all(|run| run.len() == frames)
         };
-        if report.frames.len() != frames || !report.passes.iter().chain(&report.host).all(is_whole) {
+        if report.frames.len() != frames || !report.passes.iter().chain(&report.host).all(is_complete) {
             return Err(failed(&"runs and frames are missing"));
         }
         Ok(report)

@@ -78,7 +78,7 @@ pub struct Outcome {
     /// [`Frame::number`].
     pub frame: u64,
     /// Whether there was room for all of its lists: else it has drawn nothing.
-    pub is_whole: bool,
+    pub is_complete: bool,
     /// Whether the device has lost it, and most likely itself.
     pub is_lost: bool,
     /// Its lists by name, each with the number of elements that it needed room for.

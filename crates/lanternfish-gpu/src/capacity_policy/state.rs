@@ -78,7 +78,7 @@ impl CapacityPolicy {
         while let Some(received) = later.staging.received() {
             let outcome = outcome(&mut self.lists, received);
             later.arrived.frames += u64::from(!outcome.is_lost);
-            later.arrived.held += u64::from(!outcome.is_lost && !outcome.is_whole);
+            later.arrived.held += u64::from(!outcome.is_lost && !outcome.is_complete);
             later.outcomes.push_back(outcome);
             if later.outcomes.len() > MOST_IN_FLIGHT {
                 later.outcomes.pop_front();
@@ -136,7 +136,7 @@ fn outcome(histories: &mut HashMap<&'static str, History>, received: Received) -
         }
     }
     let resized = histories.iter_mut().filter_map(|(name, history)| history.adapt().then_some(*name)).collect();
-    Outcome { frame, is_whole: words[1] == 1, is_lost: false, lists: counted, resized }
+    Outcome { frame, is_complete: words[1] == 1, is_lost: false, lists: counted, resized }
 }
 
 impl Later {

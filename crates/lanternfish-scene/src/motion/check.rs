@@ -103,9 +103,9 @@ impl Animation {
                 Property::Weights => None,
             };
             let sampler = &channel.sampler;
-            let is_whole = sampler.values.len() == sampler.times.len() * sampler.parts() * sampler.width();
+            let is_complete = sampler.values.len() == sampler.times.len() * sampler.parts() * sampler.width();
             let has_width = width.is_none_or(|width| width == sampler.width());
-            channel.node < node_count && !sampler.times.is_empty() && is_whole && has_width
+            channel.node < node_count && !sampler.times.is_empty() && is_complete && has_width
         })
     }
 }

@@ -69,8 +69,8 @@ fn gpu_the_other_side_is_rendered_and_compared() {
     // By the same settings the two are one.
     let at_rest = |both: &Both| !both.beside.has_more(&both.first, &both.wipe, &both.camera);
     let is_compared = |both: &Both| {
-        let is_whole = both.first.averaged() == 64 && !both.first.is_busy() && !both.beside.is_busy();
-        is_whole && at_rest(both) && both.beside.mean().is_some() && !both.beside.is_working()
+        let is_complete = both.first.averaged() == 64 && !both.first.is_busy() && !both.beside.is_busy();
+        is_complete && at_rest(both) && both.beside.mean().is_some() && !both.beside.is_working()
     };
     both.until(64, is_compared);
     assert_eq!((both.beside.progress(), both.beside.mean()), (64, Some(0.0)));

@@ -27,7 +27,7 @@ pub struct FrameReport {
     /// Which it is.
     pub frame: FrameId,
     /// Whether there was room for all of its lists. If not, it has shown nothing: displays are those of the last frame that was whole.
-    pub is_whole: bool,
+    pub is_complete: bool,
     /// Whether the device has lost it: everything on the device is gone then ([`GpuError::Lost`]).
     pub is_lost: bool,
     /// Device time of each pass, in order; empty where the device has no timestamp queries.
@@ -119,7 +119,7 @@ impl Renderer {
     }
 
     /// Adds a frame of these views to the caller's commands. It never waits for the device: where a list turns out to need more room than
-    /// there is, a later frame has it, and this one is not shown ([`FrameReport::is_whole`]).
+    /// there is, a later frame has it, and this one is not shown ([`FrameReport::is_complete`]).
     ///
     /// Hand the commands to the device, and then tell [`Self::submitted`]; frames are recorded one after the other, and up to 64 of them may
     /// be on their way: of further ones nothing is known. Between the two, update no scene that it shows. After an error the commands hold a part of a frame, or nothing:
@@ -198,7 +198,7 @@ impl Renderer {
         let is_lost = outcome.is_lost || is_lost(&self.device);
         Some(FrameReport {
             frame: FrameId(outcome.frame),
-            is_whole: outcome.is_whole,
+            is_complete: outcome.is_complete,
             is_lost,
             passes: if is_lost { Vec::new() } else { self.profiler.times_of(outcome.frame) },
             counters: counters.chain(age.map(|(name, age)| (name.to_owned(), age))).collect(),

@@ -22,7 +22,7 @@ struct Sent {
 /// What one frame showed.
 struct Shown {
     display: Vec<[u8; 4]>,
-    is_whole: bool,
+    is_complete: bool,
 }
 
 /// A path through a scene: for every frame the camera and the number of lights.
@@ -87,7 +87,7 @@ fn shown(device: &wgpu::Device, sent: &Sent, [width, height]: [u32; 2]) -> Shown
     let row = bytes.len() / height as usize;
     let display = bytes.chunks_exact(row).flat_map(|row| bytemuck::pod_collect_to_vec(&row[..4 * width as usize]));
     let words: Vec<u32> = bytemuck::pod_collect_to_vec(&mapped(device, &sent.capacity_policy));
-    Shown { display: display.collect(), is_whole: words[1] == 1 }
+    Shown { display: display.collect(), is_complete: words[1] == 1 }
 }
 
 /// Walks the path with frames that do not wait and with frames that do. Every frame must show what the one that waits shows, or what
@@ -133,11 +133,11 @@ pub fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
     let mut outcome = Outcome::default();
     let mut in_a_row = 0;
     for (i, (sent, expected)) in sent.iter().zip(expected).enumerate() {
-        let Shown { display, is_whole } = shown(&gpu.device, sent, path.size);
+        let Shown { display, is_complete } = shown(&gpu.device, sent, path.size);
         let is_steady = i >= 4 && counts[i - 4..=i].iter().all(|count| *count == counts[i]);
         let lit = expected.iter().filter(|texel| texel[..3].iter().any(|part| *part > 8)).count();
         outcome.most_lit = outcome.most_lit.max(lit as f32 / expected.len() as f32);
-        if is_whole {
+        if is_complete {
             last = expected;
             in_a_row = 0;
         } else {
@@ -148,7 +148,7 @@ pub fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
         }
         outcome.most_in_a_row = outcome.most_in_a_row.max(in_a_row);
         let wrong = display.iter().zip(&last).filter(|(found, expected)| found != expected).count();
-        assert_eq!(wrong, 0, "frame {i}, {} lights, whole: {is_whole}", counts[i]);
+        assert_eq!(wrong, 0, "frame {i}, {} lights, whole: {is_complete}", counts[i]);
     }
     outcome.waits = later.pool.get_mut().unwrap().waits();
     assert!(waiting.pool.get_mut().unwrap().waits() >= path.frames as u64, "blind: frames that wait are not counted");

@@ -46,7 +46,7 @@ fn gpu_ten_frames_of_a_window_are_reported() {
     let reports = in_flight::frames(&gpu.device, &gpu.queue, bvh(Settings::direct_light()), 10).unwrap();
     assert_eq!(reports.len(), 10);
     assert!(reports.is_sorted_by_key(|report| report.frame));
-    assert!(reports.last().is_some_and(|last| last.is_whole), "{reports:?}");
+    assert!(reports.last().is_some_and(|last| last.is_complete), "{reports:?}");
     assert!(reports.iter().all(|report| !report.is_lost));
 }
 

@@ -55,7 +55,7 @@ fn whole(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene)
         renderer.submitted(frame);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         let report = std::iter::from_fn(|| renderer.poll()).find(|report| report.frame == frame).unwrap();
-        if report.is_whole {
+        if report.is_complete {
             let picture = renderer.read(frame).unwrap().remove(0);
             return (picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect(), report);
         }

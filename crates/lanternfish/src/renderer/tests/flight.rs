@@ -116,7 +116,7 @@ fn gpu_a_frame_in_the_callers_commands_is_the_picture_to_the_bit() {
                 renderer.ready(&uploaded, &request).unwrap();
                 let id = frame(gpu, &mut renderer, &uploaded, &request).unwrap();
                 let report = report(gpu, &mut renderer, id);
-                assert!(report.is_whole && !report.is_lost, "{name}: {report:?}");
+                assert!(report.is_complete && !report.is_lost, "{name}: {report:?}");
                 if key == formats.len() + radiance.len() {
                     let read = renderer.read(id).unwrap().remove(0);
                     assert!(read.radiance == expected.radiance && read.display == expected.display, "{name}");
@@ -237,11 +237,11 @@ fn gpu_nobody_waits_for_a_busy_device() {
             begin.elapsed()
         );
         assert!(answers >= 10, "{answers} answers that there is nothing yet: somebody waited");
-        assert!(found[0].frame == first && found[0].is_whole, "{found:?}");
+        assert!(found[0].frame == first && found[0].is_complete, "{found:?}");
         assert_eq!(renderer.pool.get_mut().unwrap().waits(), waits);
         gpu.queue.submit([commands.finish()]);
         renderer.submitted(second);
-        assert!(report(gpu, &mut renderer, second).is_whole);
+        assert!(report(gpu, &mut renderer, second).is_complete);
     }
 }
 
@@ -287,7 +287,7 @@ fn gpu_ten_frames_are_on_their_way() {
     assert_eq!(found.iter().map(|report| report.frame).collect::<Vec<_>>(), ids);
     let has_timestamps = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
     for (i, report) in found.iter().enumerate() {
-        assert!(report.is_whole && !report.is_lost, "frame {i}: {report:?}");
+        assert!(report.is_complete && !report.is_lost, "frame {i}: {report:?}");
         let listed = report.counters.iter().find(|(name, _)| name == "light_culling/indices");
         assert!(listed.is_some_and(|(_, count)| *count > 1000), "{:?}", report.counters);
         assert_eq!(report.passes.iter().any(|pass| pass.name == "prepass"), has_timestamps, "frame {i}");
@@ -352,12 +352,12 @@ fn gpu_a_frame_that_lacks_room_shows_what_was_there_before() {
         (report(gpu, &mut renderer, id), bytes(gpu, &clear), halves(gpu, &radiance))
     };
     let (first, display, light) = next(&scenes[0]);
-    assert!(first.is_whole && display == before.display && light == before.radiance, "{first:?}");
+    assert!(first.is_complete && display == before.display && light == before.radiance, "{first:?}");
     let (held, display, light) = next(&scenes[1]);
-    assert!(!held.is_whole && display == before.display && light == before.radiance, "{held:?}");
+    assert!(!held.is_complete && display == before.display && light == before.radiance, "{held:?}");
     assert!(held.resized.contains(&"light_culling/indices"), "{held:?}");
     let (third, display, light) = next(&scenes[1]);
-    assert!(third.is_whole && display == after.display && light == after.radiance, "{third:?}");
+    assert!(third.is_complete && display == after.display && light == after.radiance, "{third:?}");
     // Pictures go on as ever, in between too.
     assert!(renderer.render(&scenes[0], &view, SIZE[0], SIZE[1]).unwrap().display == before.display);
 }

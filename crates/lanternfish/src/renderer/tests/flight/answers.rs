@@ -35,7 +35,7 @@ fn gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there() {
     }
     // No view at all is a frame too.
     let nothing = frame(gpu, &mut renderer, &uploaded, &[]).unwrap();
-    assert!(renderer.read(nothing).unwrap().is_empty() && report(gpu, &mut renderer, nothing).is_whole);
+    assert!(renderer.read(nothing).unwrap().is_empty() && report(gpu, &mut renderer, nothing).is_complete);
 
     // One frame at a time is between its recording and its submission.
     let mut commands = gpu.device.create_command_encoder(&Default::default());
@@ -146,7 +146,7 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
         let mut renderer = Renderer::with_engine(waiting.engine(), waiting.settings().clone()).unwrap();
         renderer.ready(&uploaded, &view).unwrap();
         let id = frame(gpu, &mut renderer, &uploaded, &view).unwrap();
-        assert!(report(gpu, &mut renderer, id).is_whole, "{name}");
+        assert!(report(gpu, &mut renderer, id).is_complete, "{name}");
         let (direct, indirect) = (halves(gpu, &direct), halves(gpu, &indirect));
         let finds_indirect = name == "indirect light";
         assert_eq!(indirect.iter().any(|texel| texel[..3].iter().any(|c| *c > 0.01)), finds_indirect, "{name}");
