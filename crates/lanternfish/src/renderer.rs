@@ -125,7 +125,7 @@ impl Renderer {
             pool,
             passes,
             flight: Flight::default(),
-            picture_growth: Growth::Wait,
+            picture_growth: Growth::Blocking,
             last_frame: 0,
         })
     }

@@ -1,7 +1,7 @@
 //! Capacity for lists whose length is known on the device alone.
 //!
-//! - [`Growth::Wait`]: a list is counted, the host reads how long it is, makes room, and it is written. Every frame is whole.
-//! - [`Growth::Later`]: no frame waits. Lists have the room that earlier frames have shown to be enough, and half as much again; what
+//! - [`Growth::Blocking`]: a list is counted, the host reads how long it is, makes room, and it is written. Every frame is whole.
+//! - [`Growth::Deferred`]: no frame waits. Lists have the room that earlier frames have shown to be enough, and half as much again; what
 //!   this frame counts is read when it arrives. A frame that lacks room notes that it is not whole, and is not shown.
 
 mod capacity;
@@ -30,9 +30,9 @@ gpu_struct! {
 pub enum Growth {
     /// In the frame that needs it, which waits for the device.
     #[default]
-    Wait,
+    Blocking,
     /// In a later frame.
-    Later,
+    Deferred,
 }
 
 /// A list that the device has counted.
@@ -115,15 +115,15 @@ impl Frame<'_> {
         let growth = self.growth();
         let list = self.pool.capacity_policy.lists.entry(list).or_default();
         match growth {
-            Growth::Wait => list.before_waiting(guess, limit),
-            Growth::Later => list.later(guess, limit),
+            Growth::Blocking => list.before_waiting(guess, limit),
+            Growth::Deferred => list.later(guess, limit),
         }
     }
 
     /// The words of the longest list of this name in the last frame that has arrived, where frames do not wait.
     pub fn last_counted(&self, list: &'static str) -> [u32; LIST_WORDS] {
         let capacity_policy = &self.pool.capacity_policy;
-        let history = capacity_policy.lists.get(list).filter(|_| capacity_policy.growth() == Growth::Later);
+        let history = capacity_policy.lists.get(list).filter(|_| capacity_policy.growth() == Growth::Deferred);
         history.map_or([0; LIST_WORDS], |history| history.last)
     }
 
@@ -131,7 +131,7 @@ impl Frame<'_> {
     /// the caller's to write the list again in the room that this returns; where it does not, the frame notes it when it runs.
     pub fn counted_capacity(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<ListCapacity, GpuError> {
         match self.growth() {
-            Growth::Wait => {
+            Growth::Blocking => {
                 let words: [u32; LIST_WORDS] =
                     self.read_now(counted.words, LIST_WORDS)?.try_into().expect("as many as were asked for");
                 let (starts, count) = counted.starts;
@@ -146,7 +146,7 @@ impl Frame<'_> {
                     words,
                 })
             }
-            Growth::Later => {
+            Growth::Deferred => {
                 let list = self.pool.capacity_policy.lists.entry(counted.list).or_default();
                 let words = list.last;
                 if u64::from(words[0]) > counted.limit {
@@ -184,7 +184,7 @@ impl Frame<'_> {
 
     /// Where frames do not wait, counts this one among the frames of a mean if it is whole; the first of a mean begins anew.
     pub fn count_frame(&mut self, is_first: bool) {
-        if self.growth() == Growth::Wait {
+        if self.growth() == Growth::Blocking {
             return;
         }
         let Some(later) = self.pool.capacity_policy.later.take() else { return };

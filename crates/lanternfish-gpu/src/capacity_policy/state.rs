@@ -15,12 +15,12 @@ pub(crate) struct CapacityPolicy {
     pub(super) lists: HashMap<&'static str, History>,
     growth: Growth,
     /// There from the first frame on that does not wait.
-    pub(super) later: Option<Later>,
+    pub(super) later: Option<Deferred>,
 }
 
 /// What frames that do not wait need.
 #[derive(Debug)]
-pub(super) struct Later {
+pub(super) struct Deferred {
     pub note: ComputeKernel,
     pub count_frame: ComputeKernel,
     pub words: wgpu::Buffer,
@@ -35,8 +35,8 @@ pub(super) struct Later {
 impl CapacityPolicy {
     /// From now on.
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
-        if growth == Growth::Later && self.later.is_none() {
-            self.later = Some(Later::new(device)?);
+        if growth == Growth::Deferred && self.later.is_none() {
+            self.later = Some(Deferred::new(device)?);
         }
         self.growth = growth;
         Ok(())
@@ -47,12 +47,12 @@ impl CapacityPolicy {
     }
 
     /// What is needed of frames that do not wait, if they do not.
-    fn later(&self) -> Option<&Later> {
-        self.later.as_ref().filter(|_| self.growth == Growth::Later)
+    fn later(&self) -> Option<&Deferred> {
+        self.later.as_ref().filter(|_| self.growth == Growth::Deferred)
     }
 
-    fn later_mut(&mut self) -> Option<&mut Later> {
-        self.later.as_mut().filter(|_| self.growth == Growth::Later)
+    fn deferred_mut(&mut self) -> Option<&mut Deferred> {
+        self.later.as_mut().filter(|_| self.growth == Growth::Deferred)
     }
 
     /// Every list, by name, and the elements that it has room for.
@@ -94,7 +94,7 @@ impl CapacityPolicy {
     /// What comes first in a frame.
     pub fn begin(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
         self.collect(device);
-        let Some(later) = self.later_mut() else { return };
+        let Some(later) = self.deferred_mut() else { return };
         later.noted.clear();
         // Three vertices, one instance: as long as nothing is noted, the picture is drawn.
         queue.write_buffer(&later.words, 0, bytemuck::bytes_of(&[3u32, 1, 0, 0]));
@@ -102,7 +102,7 @@ impl CapacityPolicy {
 
     /// What comes last in a frame's commands.
     pub fn end(&mut self, frame: u64, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(later) = self.later_mut() {
+        if let Some(later) = self.deferred_mut() {
             later.staging.copy(frame, &later.words, &later.noted, encoder);
         }
     }
@@ -139,7 +139,7 @@ fn outcome(histories: &mut HashMap<&'static str, History>, received: Received) -
     Outcome { frame, is_complete: words[1] == 1, is_lost: false, lists: counted, resized }
 }
 
-impl Later {
+impl Deferred {
     fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
         let shader = SHADERS.link("capacity_policy/note", &[])?;
         made::count(|made| made.buffers += 1);

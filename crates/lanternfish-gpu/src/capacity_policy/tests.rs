@@ -43,7 +43,7 @@ impl<'g> Frames<'g> {
 #[test]
 fn gpu_a_frame_that_waits_always_has_room() {
     let Some(gpu) = testing::gpu("gpu_a_frame_that_waits_always_has_room") else { return };
-    let mut frames = Frames::new(gpu, Growth::Wait);
+    let mut frames = Frames::new(gpu, Growth::Blocking);
     for (elements, capacities) in [([3, 4], [10, 10]), ([50, 20], [50, 50]), ([7, 60], [50, 60]), ([0, 0], [60, 60])] {
         let (lists, whole) = frames.next(elements);
         assert_eq!(lists.iter().map(|list| list.capacity).collect::<Vec<_>>(), capacities);
@@ -59,7 +59,7 @@ fn gpu_a_frame_that_waits_always_has_room() {
 #[test]
 fn gpu_a_frame_that_does_not_wait_says_whether_it_had_room() {
     let Some(gpu) = testing::gpu("gpu_a_frame_that_does_not_wait_says_whether_it_had_room") else { return };
-    let mut frames = Frames::new(gpu, Growth::Later);
+    let mut frames = Frames::new(gpu, Growth::Deferred);
     let (lists, whole) = frames.next([3, 4]);
     let least = lists[0].capacity;
     assert_eq!((lists[0].elements, whole), (0, Some(true)));
@@ -90,7 +90,7 @@ fn gpu_totals_saturate_where_nobody_would_see_them_start_over() {
     let Some(gpu) = testing::gpu("gpu_totals_saturate_where_nobody_would_see_them_start_over") else { return };
     let scan = Scan::new(&gpu.device, "test").unwrap();
     let values: Vec<u32> = (0..5000).map(|i| if i % 1000 == 999 { 1 << 30 } else { i }).collect();
-    for growth in [Growth::Wait, Growth::Later] {
+    for growth in [Growth::Blocking, Growth::Deferred] {
         let mut frames = Frames::new(gpu, growth);
         let Frames { profiler, pool, .. } = &mut frames;
         let mut frame = Frame::pooled(&gpu.device, &gpu.queue, profiler, pool);
@@ -98,14 +98,14 @@ fn gpu_totals_saturate_where_nobody_would_see_them_start_over() {
         let total = scan.record(&mut frame, &list, values.len() as u32).unwrap();
         frame.submit();
         let add = |sum: u32, value: u32| match growth {
-            Growth::Wait => sum.wrapping_add(value),
-            Growth::Later => sum.saturating_add(value),
+            Growth::Blocking => sum.wrapping_add(value),
+            Growth::Deferred => sum.saturating_add(value),
         };
         let sums = values.iter().scan(0, |sum, value| Some(std::mem::replace(sum, add(*sum, *value))));
         let found = read_back::<u32>(&gpu.device, &gpu.queue, &list, values.len()).unwrap();
         assert_eq!(found, sums.collect::<Vec<_>>(), "{growth:?}");
         let found = read_back::<u32>(&gpu.device, &gpu.queue, &total, 1).unwrap()[0];
         assert_eq!(found, values.iter().fold(0, |sum, value| add(sum, *value)), "{growth:?}");
-        assert_eq!(found == u32::MAX, growth == Growth::Later);
+        assert_eq!(found == u32::MAX, growth == Growth::Deferred);
     }
 }

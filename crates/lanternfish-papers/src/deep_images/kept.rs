@@ -74,21 +74,21 @@ impl KeptDeepImages {
         // What is told may be of larger chunks, before they were divided.
         let is_large_enough = |chunk: &Chunk| counted <= chunk.grid.capacity || images > chunk.grid.image_count;
         let number = frame.number();
-        let is_later = frame.growth() == Growth::Later;
+        let is_deferred = frame.growth() == Growth::Deferred;
         if std::mem::replace(&mut self.last_frame, number) != number {
             self.frames += 1;
         }
         let now = Built { frame: self.frames, generation: scene.generation() };
         let is_usable = |kept: &Kept| {
-            let is_large_enough = !is_later || kept.images.chunks.iter().all(is_large_enough);
+            let is_large_enough = !is_deferred || kept.images.chunks.iter().all(is_large_enough);
             let is_of_now = kept.built.iter().all(|built| built.generation == now.generation);
-            let may_be_old = is_later && self.slices > 1;
+            let may_be_old = is_deferred && self.slices > 1;
             let is_same = (kept.order, kept.rotation) == (scene.triangle_order(), rotation);
             is_same && is_large_enough && (is_of_now || (may_be_old && kept.hold(scene.bounds())))
         };
         let is_usable = self.kept.as_ref().is_some_and(is_usable);
         // Of those that are too large now for one binding, smaller chunks are made.
-        let is_renewed = is_usable && (!is_later || self.renew(frame, scene, now)?);
+        let is_renewed = is_usable && (!is_deferred || self.renew(frame, scene, now)?);
         if !is_renewed {
             // Their memory can go before there is more.
             self.kept = None;

@@ -45,9 +45,9 @@ fn gpu_a_steady_frame_makes_nothing() {
     let virtual_lights = Settings { indirect: few.into(), ..bvh() };
     let grid = Settings { culling: RasterGrid::default().into(), ..bvh() };
     for (name, growth, settings) in [
-        ("a raster grid that does not wait", Growth::Later, grid),
-        ("virtual lights", Growth::Wait, virtual_lights.clone()),
-        ("virtual lights that do not wait", Growth::Later, virtual_lights),
+        ("a raster grid that does not wait", Growth::Deferred, grid),
+        ("virtual lights", Growth::Blocking, virtual_lights.clone()),
+        ("virtual lights that do not wait", Growth::Deferred, virtual_lights),
     ] {
         check_steady(gpu, &scene, Frames { name, is_averaged: false, growth, settings });
     }
@@ -244,7 +244,7 @@ fn gpu_frames_in_the_callers_commands_refuse_images_that_only_waiting_frames_can
     renderer.set(deep).unwrap();
     let with_more = renderer.upload(&scene).unwrap();
     assert!(matches!(record(&mut renderer, &with_more), Err(RenderError::Together { .. })));
-    assert_eq!(inside::growth(&mut renderer), Growth::Wait);
+    assert_eq!(inside::growth(&mut renderer), Growth::Blocking);
     renderer.set(bvh()).unwrap();
     record(&mut renderer, &uploaded).unwrap();
 }

@@ -88,8 +88,8 @@ fn gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_d
             ..settings(Culling::default())
         };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-        assert!(matches!(renderer.set_growth(Growth::Later), Err(RenderError::Together { .. })));
-        assert_eq!(inside::growth(&mut renderer), Growth::Wait);
-        renderer.set_growth(Growth::Wait).unwrap();
+        assert!(matches!(renderer.set_growth(Growth::Deferred), Err(RenderError::Together { .. })));
+        assert_eq!(inside::growth(&mut renderer), Growth::Blocking);
+        renderer.set_growth(Growth::Blocking).unwrap();
     }
 }

@@ -19,10 +19,10 @@ use crate::{
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders::new(&[Root::of("progressive/mean", &[&[&[], &[LATER]]])], &[]);
+pub(crate) const DECLARED: Shaders = Shaders::new(&[Root::of("progressive/mean", &[&[&[], &[DEFERRED]]])], &[]);
 
 /// Frames do not wait for the device: those that are not whole do not count.
-const LATER: Feature = Feature::new("later");
+const DEFERRED: Feature = Feature::new("later");
 
 /// Linear radiance, nits; 32 bits, so that the share of the thousandth frame is not lost.
 pub const MEAN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -113,7 +113,7 @@ impl Progressive {
             Some(capacity_policy) => {
                 let later = match &mut self.later {
                     Some(later) => later,
-                    none => none.insert(pipeline(frame.device, &[LATER])?),
+                    none => none.insert(pipeline(frame.device, &[DEFERRED])?),
                 };
                 cover(frame, later, LABEL, &bindings.buffer("capacity_policy", &capacity_policy), &mean.now);
             }

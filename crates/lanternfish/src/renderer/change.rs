@@ -50,7 +50,7 @@ impl Renderer {
         } else {
             self.passes = passes;
             // Whether these can do without waiting is asked before the next frame that may not wait.
-            self.use_growth(Growth::Wait)?;
+            self.use_growth(Growth::Blocking)?;
         }
         self.flight.forget();
         self.needs = needs.of_renderer(&self.needs);

@@ -45,7 +45,7 @@ impl Renderer {
         };
         swap(self, &mut passes, &mut compiled);
         // As after other settings; some are compiled with the first frame.
-        let ready = self.use_growth(Growth::Wait).and_then(|()| self.ready(scene, views));
+        let ready = self.use_growth(Growth::Blocking).and_then(|()| self.ready(scene, views));
         if ready.is_err() {
             engine.edit(SHADERS.library(), (*before).clone());
             swap(self, &mut passes, &mut compiled);

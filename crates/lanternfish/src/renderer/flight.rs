@@ -138,7 +138,7 @@ impl Renderer {
     ) -> Result<FrameId, RenderError> {
         self.check_device()?;
         let requested = self.requested(scene, views)?;
-        self.use_growth(Growth::Later)?;
+        self.use_growth(Growth::Deferred)?;
         self.checked_work(|this| {
             let is_averaged = this.effective.accumulate > 1;
             let index = if is_averaged { this.passes.progressive.begin(scene, &requested) } else { 0 };

@@ -213,7 +213,7 @@ impl Shadows {
         let limit = self.word_limit.min(self.kernels(scene).most_words).min(binding_words.saturating_sub(first_bits));
         let starts_of_blocks = (&starts, blocks as usize + 1);
         let (bands, words) = match frame.growth() {
-            Growth::Wait => {
+            Growth::Blocking => {
                 let row_starts = row_starts(&frame.read_now::<u32>(&starts, starts_of_blocks.1)?, columns as usize);
                 let bands = bands(&row_starts, limit)?;
                 let words_of = |b: &Range<u32>| row_starts[b.end as usize] - row_starts[b.start as usize];
@@ -221,7 +221,7 @@ impl Shadows {
                 (bands, words)
             }
             // In one band: how many there have to be the host would have to wait for.
-            Growth::Later => {
+            Growth::Deferred => {
                 let room = frame.capacity_for(&Counted {
                     list: WORDS,
                     words: &total,

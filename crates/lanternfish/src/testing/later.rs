@@ -95,7 +95,7 @@ fn shown(device: &wgpu::Device, sent: &Sent, [width, height]: [u32; 2]) -> Shown
 pub fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
     let renderer = || Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let (mut later, mut waiting) = (renderer(), renderer());
-    later.set_growth(Growth::Later).unwrap();
+    later.set_growth(Growth::Deferred).unwrap();
     let mut scene = path.scene.clone();
     let own_lights = scene.lights.clone();
     let mut uploaded: GpuScene = later.upload(&scene).unwrap();

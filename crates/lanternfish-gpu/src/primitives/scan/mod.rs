@@ -45,7 +45,7 @@ impl Scan {
 
     /// Capacity for the sums of `count` values.
     fn levels(&self, frame: &mut Frame<'_>, count: u32) -> Result<Vec<Level>, GpuError> {
-        let saturates = u32::from(frame.growth() == Growth::Later);
+        let saturates = u32::from(frame.growth() == Growth::Deferred);
         let mut levels = Vec::new();
         let mut level_count = count;
         loop {

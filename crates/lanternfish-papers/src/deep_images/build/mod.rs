@@ -128,7 +128,7 @@ impl DeepImageBuilder {
     /// An error unless frames that get their room so can build them: what reads counts on the host cannot be in one that does not wait.
     pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
         let counts_on_the_device = matches!(self.builder, Builder::PerTriangle(_) | Builder::PerDirection(_));
-        if growth == Growth::Wait || (counts_on_the_device && self.settings.store == DeepStore::LinearArray) {
+        if growth == Growth::Blocking || (counts_on_the_device && self.settings.store == DeepStore::LinearArray) {
             return Ok(());
         }
         let needed = "deep images by per_triangle or per_direction, in a linear_array";
@@ -157,7 +157,7 @@ impl DeepImageBuilder {
         let images = axes.len() as u32;
         let (order, known) = self.most_images;
         let most_images = if order == scene.triangle_order() { known } else { u32::MAX };
-        let slices = if frame.growth() == Growth::Later { self.settings.slices.max(1) } else { 1 };
+        let slices = if frame.growth() == Growth::Deferred { self.settings.slices.max(1) } else { 1 };
         let mut most = self.images_a_chunk(frame.device).min(most_images).min(images.div_ceil(slices));
         let mut chunks = Vec::new();
         let mut was_divided = false;

@@ -77,16 +77,16 @@ impl LinearArray {
             self.scan.record(frame, &filled_starts, lists + 2)?;
             let room = frame.counted_capacity(&counted_slots(&counted, guess, limit), capacity)?;
             // Where frames do not wait, what is told may be of larger chunks, before they were divided.
-            if frame.growth() == Growth::Wait || room.words[1] <= grid.image_count {
+            if frame.growth() == Growth::Blocking || room.words[1] <= grid.image_count {
                 check_capacity(room.elements, limit)?;
             }
             match frame.growth() {
-                Growth::Wait if room.elements > capacity => self.capacity = room.elements,
-                Growth::Wait => {
+                Growth::Blocking if room.elements > capacity => self.capacity = room.elements,
+                Growth::Blocking => {
                     grid.capacity = room.elements as u32;
                     break (slots, filled_starts);
                 }
-                Growth::Later => break (slots, filled_starts),
+                Growth::Deferred => break (slots, filled_starts),
             }
         };
         let drawn = u64::from(grid.capacity);
@@ -108,9 +108,9 @@ impl LinearArray {
         // Compact: `kept` becomes the starts of what is left, in the same form as `filled_starts`.
         let total = self.scan.record(frame, &kept, lists + 2)?;
         let fragments = match frame.growth() {
-            Growth::Wait => u64::from(frame.read_now::<u32>(&total, 1)?[0]),
+            Growth::Blocking => u64::from(frame.read_now::<u32>(&total, 1)?[0]),
             // At most.
-            Growth::Later => drawn,
+            Growth::Deferred => drawn,
         };
         let depths = storage_buffer(device, "deep_images/depths", 4 * fragments)?;
         let triangles = triangles_of("deep_images/triangles", fragments)?;

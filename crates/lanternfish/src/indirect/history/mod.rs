@@ -17,10 +17,10 @@ use crate::{
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
-    Shaders::new(&[Root::of("indirect/history/mix", &[&[&[], &[LATER]]])], &[SharedStruct::of::<HistoryParameters>()]);
+    Shaders::new(&[Root::of("indirect/history/mix", &[&[&[], &[DEFERRED]]])], &[SharedStruct::of::<HistoryParameters>()]);
 
 /// Frames do not wait for the device: one that is not whole is not mixed in.
-const LATER: Feature = Feature::new("later");
+const DEFERRED: Feature = Feature::new("later");
 
 gpu_struct! {
     /// What the pass is told.
@@ -168,7 +168,7 @@ impl Histories {
             Some(capacity_policy) => {
                 let later = match &mut self.later {
                     Some(later) => later,
-                    none => none.insert(kernel(frame.device, &[LATER])?),
+                    none => none.insert(kernel(frame.device, &[DEFERRED])?),
                 };
                 frame.dispatch(later, &bindings.buffer("capacity_policy", &capacity_policy), groups);
             }

@@ -302,7 +302,7 @@ impl RadianceCache {
         frame: &mut Frame<'_>,
         ViewContext { scene, view, .. }: &ViewContext<'_>,
     ) -> Result<CacheOfFrame, RenderError> {
-        let waits = frame.growth() == Growth::Wait;
+        let waits = frame.growth() == Growth::Blocking;
         let is_first = waits && view.random_index == 0;
         let number = frame.number();
         let room = frame.planned_capacity(CELLS, 0, slots_for(self.most_cells).into());

@@ -84,7 +84,7 @@ fn gpu_rays_left_out_change_no_mean() {
     assert!(traced < open / 2 && (brought / of_all - 1.0).abs() < 0.01, "{traced} of {open}: {brought} of {of_all}");
 }
 
-/// A picture's first frame has so many times the diffuse rays where cells light their ends: it is the picture of so many rays. Later frames have
+/// A picture's first frame has so many times the diffuse rays where cells light their ends: it is the picture of so many rays. Deferred frames have
 /// the usual number, and so have those whose ends are shaded.
 #[test]
 fn gpu_first_frames_have_more_rays() {

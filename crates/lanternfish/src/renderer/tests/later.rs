@@ -47,10 +47,10 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
         };
         let mut last = Vec::new();
         // `refine` reads the picture, and so waits between frames: room that is lacking is there for the next.
-        let lacking = if growth == Growth::Later { 1 } else { 0 };
+        let lacking = if growth == Growth::Deferred { 1 } else { 0 };
         for i in 0..frames + lacking {
             last = refine(&mut renderer);
-            if i == 0 && growth == Growth::Later {
+            if i == 0 && growth == Growth::Deferred {
                 assert!(last.iter().all(|texel| texel[..3] == [0.0; 3]), "the first frame had room");
                 // The same frames again, with the room that is there now.
                 renderer.reset();
@@ -59,12 +59,12 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
         let pool = renderer.pool.get_mut().unwrap();
         (last, pool.waits(), pool.arrived().held)
     };
-    let (expected, waits, _) = mean_after(Growth::Wait, 4);
-    let (found, none, held) = mean_after(Growth::Later, 4);
+    let (expected, waits, _) = mean_after(Growth::Blocking, 4);
+    let (found, none, held) = mean_after(Growth::Deferred, 4);
     assert_eq!((none, held), (0, 1));
     assert!(waits >= 8 && found == expected, "not the mean of the same frames");
     // It can fail: a frame more is another mean.
-    assert!(found != mean_after(Growth::Later, 5).0);
+    assert!(found != mean_after(Growth::Deferred, 5).0);
 }
 
 /// Ten lights become a hundred thousand and ten again, while the camera goes through Sponza.

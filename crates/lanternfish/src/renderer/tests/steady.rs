@@ -29,16 +29,16 @@ fn gpu_a_steady_frame_makes_nothing() {
     let [large, small] = ["atrium", "cornell"].map(|name| demo(name).unwrap());
     let tiled = Culling::from(Tiled::default());
     for (name, is_averaged, growth, settings) in [
-        ("direct light", false, Growth::Wait, bvh(Settings::direct_light())),
+        ("direct light", false, Growth::Blocking, bvh(Settings::direct_light())),
         (
             "tiled, four samples",
             false,
-            Growth::Wait,
+            Growth::Blocking,
             Settings { culling: tiled, samples: Samples::Four, ..bvh(Settings::direct_light()) },
         ),
-        ("indirect light", false, Growth::Wait, bvh(rays())),
-        ("indirect light, a mean of frames", true, Growth::Wait, bvh(rays())),
-        ("a mean of frames that do not wait", true, Growth::Later, bvh(Settings::direct_light())),
+        ("indirect light", false, Growth::Blocking, bvh(rays())),
+        ("indirect light, a mean of frames", true, Growth::Blocking, bvh(rays())),
+        ("a mean of frames that do not wait", true, Growth::Deferred, bvh(Settings::direct_light())),
     ] {
         let scene = if settings.indirect.is::<Sampled>() { &small } else { &large };
         check_steady(gpu, scene, Frames { name, is_averaged, growth, settings });
