@@ -126,7 +126,7 @@ impl<'a> World<'a> {
         let (ray, across) = ray(origin, direction, f32::INFINITY);
         let mut nearest = None;
         self.tree.ray_traverse(ray, &mut RayHit::none(), |ray, index| {
-            let Some(hit) = self.meet(ray, &across, index, faces) else { return f32::INFINITY };
+            let Some(hit) = self.intersect(ray, &across, index, faces) else { return f32::INFINITY };
             if self.sources[index].kind != Kind::Solid && unit_of(key, index as u32) >= self.coverage(&hit) {
                 return f32::INFINITY;
             }
@@ -141,7 +141,7 @@ impl<'a> World<'a> {
         let (ray, across) = ray(origin, direction, distance);
         let mut passes = Vec3::ONE;
         let open = self.tree.ray_traverse_miss(ray, |ray, index| {
-            let Some(hit) = self.meet(ray, &across, index, Faces::All) else { return f32::INFINITY };
+            let Some(hit) = self.intersect(ray, &across, index, Faces::All) else { return f32::INFINITY };
             let stops = match self.sources[index].kind {
                 Kind::Solid => true,
                 Kind::Alpha => {
@@ -164,7 +164,7 @@ impl<'a> World<'a> {
     /// Corners are projected along the ray, each by itself, and the edge functions of the projections have the right sign:
     /// products of 32 bits are exact in 64. So what is whole is whole in the projection, and no ray slips between triangles
     /// that share corners [Woop2013].
-    fn meet(&self, ray: &Ray, across: &Across, index: usize, faces: Faces) -> Option<Hit> {
+    fn intersect(&self, ray: &Ray, across: &Across, index: usize, faces: Faces) -> Option<Hit> {
         let triangle = &self.triangles[index];
         let a = triangle.v0 - ray.origin;
         let (pa, pb, pc) = (across.of(a), across.of(triangle.v1 - ray.origin), across.of(triangle.v2 - ray.origin));

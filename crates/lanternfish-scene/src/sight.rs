@@ -60,7 +60,7 @@ pub(crate) fn look(scene: &Scene, eye: Vec3, faces: &[Face], side: usize) -> Vec
                 let (corners, index) = ([at(0), at(1), at(2)], PART * part + i);
                 for (face, hits) in faces.iter().zip(hits.chunks_exact_mut(side * side)) {
                     let corners = corners.map(|p| face.world_from_face.transpose() * p);
-                    Triangle { corners, index, is_mirrored }.meet(face.slope, side, hits);
+                    Triangle { corners, index, is_mirrored }.intersect(face.slope, side, hits);
                 }
             }
             hits
@@ -81,7 +81,7 @@ struct Triangle {
 
 impl Triangle {
     /// Held against the rays of its box.
-    fn meet(&self, slope: Vec2, side: usize, hits: &mut [Option<Hit>]) {
+    fn intersect(&self, slope: Vec2, side: usize, hits: &mut [Option<Hit>]) {
         let [a, b, c] = self.corners;
         if a.z >= 0.0 && b.z >= 0.0 && c.z >= 0.0 {
             return;

@@ -187,8 +187,8 @@ impl<'a> Machine<'a> {
             }
             Statement::Block(block) => return self.block(call, block),
             Statement::If { condition, accept, reject } => {
-                let is_met = self.value(call, *condition).scalars()[0] != 0;
-                return self.block(call, if is_met { accept } else { reject });
+                let is_hit = self.value(call, *condition).scalars()[0] != 0;
+                return self.block(call, if is_hit { accept } else { reject });
             }
             Statement::Switch { selector, cases } => {
                 let selected = self.value(call, *selector).scalars()[0];

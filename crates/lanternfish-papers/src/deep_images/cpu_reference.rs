@@ -23,7 +23,7 @@ pub(crate) fn image(grid: &DeepGrid, frame: &DeepFrame, triangles: &[[Vec3; 3]])
         for row in texel(low.y)..texel(high.y).min(n) {
             for column in texel(low.x)..texel(high.x).min(n) {
                 let middle = |i: usize| (i as f64 + 0.5 - 0.5 * n as f64) / f64::from(grid.texels_per_metre);
-                if let Some(depth) = meet(&local, middle(column), middle(row)) {
+                if let Some(depth) = intersect(&local, middle(column), middle(row)) {
                     lists[row * n + column].push(Fragment { depth: depth as f32, triangle: Some(index as u32) });
                 }
             }
@@ -36,7 +36,7 @@ pub(crate) fn image(grid: &DeepGrid, frame: &DeepFrame, triangles: &[[Vec3; 3]])
 }
 
 /// z at which the line along z through (x, y) meets a triangle.
-fn meet([a, b, c]: &[DVec3; 3], x: f64, y: f64) -> Option<f64> {
+fn intersect([a, b, c]: &[DVec3; 3], x: f64, y: f64) -> Option<f64> {
     let edge = |p: &DVec3, q: &DVec3| (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
     let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
     let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);

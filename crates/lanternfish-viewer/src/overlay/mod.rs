@@ -35,7 +35,7 @@ const IN_PART: Color32 = Color32::from_rgb(250, 210, 60);
 const BLOCKED: Color32 = Color32::from_rgb(240, 70, 60);
 /// What the colours of rays of indirect light mean.
 pub const INDIRECT_RAYS: &str = "64 directions by the cosine, through the scene itself. Blue: to the surface that sends light back; grey: out of the scene";
-const MET: Color32 = Color32::from_rgb(110, 190, 255);
+const HIT: Color32 = Color32::from_rgb(110, 190, 255);
 const LEAVES: Color32 = Color32::from_rgba_premultiplied(120, 120, 120, 160);
 
 /// What is drawn over the picture.
@@ -248,7 +248,7 @@ fn indirect_rays(wire: &Wire<'_>, found: &Found, scene: &Scene) {
     let size = scene.bounds().size().length();
     for ray in &found.rays {
         let end = place.p + ray.distance.unwrap_or(size) * ray.direction;
-        let color = if ray.distance.is_some() { MET } else { LEAVES };
+        let color = if ray.distance.is_some() { HIT } else { LEAVES };
         wire.line(place.p, end, Stroke::new(1.0, color));
         if let (Some(end), true) = (wire.projector.point(end), ray.distance.is_some()) {
             wire.painter.circle_filled(end, 2.5, color);

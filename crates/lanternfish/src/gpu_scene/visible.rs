@@ -18,7 +18,7 @@ pub struct VisibleDraws<'s> {
 impl GpuScene {
     /// Sorts out what `view` cannot show. Conservative: a box may meet the frustum where its triangles do not.
     pub fn visible_draws(&self, view: &View) -> VisibleDraws<'_> {
-        let seen = self.geometry.draws.iter().filter(|draw| meets_frustum(view, &draw.bounds));
+        let seen = self.geometry.draws.iter().filter(|draw| intersects_frustum(view, &draw.bounds));
         let (transparent, solid): (Vec<&Draw>, Vec<&Draw>) = seen.partition(|draw| draw.alpha == DrawAlpha::Transparent);
         let mut visible = VisibleDraws { solid, transparent };
         let pipeline = |draw: &Draw| (draw.alpha, draw.facing);
@@ -40,7 +40,7 @@ fn middle(view: &View, draw: &Draw) -> f32 {
 }
 
 /// Whether not all corners lie beyond one and the same plane of the frustum: left, right, bottom, top or near.
-fn meets_frustum(view: &View, bounds: &Bounds) -> bool {
+fn intersects_frustum(view: &View, bounds: &Bounds) -> bool {
     let clip_from_world = view.clip_from_view * view.view_from_world;
     let corners = bounds.corners().map(|corner| clip_from_world * corner.extend(1.0));
     let beyond: [fn(&Vec4) -> bool; 5] = [|c| c.x < -c.w, |c| c.x > c.w, |c| c.y < -c.w, |c| c.y > c.w, |c| c.z > c.w];
@@ -65,12 +65,12 @@ mod tests {
             let cube = |center: Vec3| Bounds { min: center - Vec3::ONE, max: center + Vec3::ONE };
             let all = Bounds { min: Vec3::splat(-60.0), max: Vec3::splat(60.0) };
             let view = View::new(&camera, UVec2::new(200, 100), Vec3::ZERO, &all);
-            let seen = |center| meets_frustum(&view, &cube(center));
+            let seen = |center| intersects_frustum(&view, &cube(center));
             assert!(seen(Vec3::new(0.0, 0.0, -5.0)) && seen(Vec3::ZERO) && seen(Vec3::new(4.0, 0.0, -6.0)));
             assert!(!seen(Vec3::new(0.0, 0.0, 5.0)), "behind");
             assert!(!seen(Vec3::new(20.0, 0.0, -5.0)) && !seen(Vec3::new(0.0, -20.0, -5.0)), "beside and below");
             // Around the camera, larger than the view.
-            assert!(meets_frustum(&view, &all));
+            assert!(intersects_frustum(&view, &all));
         }
     }
 }

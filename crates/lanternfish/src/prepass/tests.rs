@@ -146,9 +146,9 @@ fn cast(triangles: &[Triangle], moment: usize, eye: DVec3, direction: DVec3) -> 
         let v = direction.dot(from.cross(ab)) / determinant;
         let distance = ac.dot(from.cross(ab)) / determinant;
         let weights = [1.0 - u - v, u, v];
-        let is_met = distance > 0.0 && weights.iter().all(|w| *w >= 0.0);
+        let is_hit = distance > 0.0 && weights.iter().all(|w| *w >= 0.0);
         let is_open = triangle.is_masked && weighted(triangle.uv.map(|uv| f64::from(uv.x)), weights) >= 0.5;
-        (is_met && !is_open).then_some(Hit { triangle: index, weights, distance })
+        (is_hit && !is_open).then_some(Hit { triangle: index, weights, distance })
     });
     hits.min_by(|a, b| a.distance.total_cmp(&b.distance))
 }

@@ -67,8 +67,8 @@ impl<'a> Machine<'a> {
             Expression::Select { condition, accept, reject } => {
                 let [condition, accept, reject] = [*condition, *accept, *reject].map(|part| self.value(call, part));
                 let (condition, accept, reject) = (condition.scalars(), accept.scalars(), reject.scalars());
-                let is_met = |i: usize| condition[if condition.len() == 1 { 0 } else { i }] != 0;
-                (0..accept.len()).map(|i| if is_met(i) { accept[i] } else { reject[i] }).collect()
+                let is_hit = |i: usize| condition[if condition.len() == 1 { 0 } else { i }] != 0;
+                (0..accept.len()).map(|i| if is_hit(i) { accept[i] } else { reject[i] }).collect()
             }
             Expression::Relational { fun, argument } => {
                 let value = self.value(call, *argument);

@@ -127,9 +127,9 @@ gpu_struct! {
         /// How far away that is, m.
         distance: f32,
         /// The direction along which the distance is, packed as the other.
-        direction_met: u32,
+        hit_direction: u32,
         /// Slot of the entry there; NO_SLOT of `table.wesl`.
-        slot_met: u32,
+        slot_hit: u32,
         /// The entry's: `vote.wesl`.
         rank: u32,
         /// 1: of all whose rays have hit the entry there, this one says where it is sampled.

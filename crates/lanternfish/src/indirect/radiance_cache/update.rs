@@ -21,7 +21,7 @@ impl RadianceCache {
             light_environment,
             shadow,
             trace,
-            meet,
+            intersect,
             place,
             keep,
             commit,
@@ -61,7 +61,7 @@ impl RadianceCache {
             frame.dispatch_indirect(shadow, &sampling, &workgroups_due);
             if self.bounces.needs_rays() {
                 trace.dispatch_indirect(frame, view, &sampling, &workgroups_due);
-                frame.dispatch_indirect(meet, &sampling, &workgroups_due);
+                frame.dispatch_indirect(intersect, &sampling, &workgroups_due);
                 frame.dispatch_indirect(place, &sampling, &workgroups_due);
                 frame.dispatch_indirect(keep, &sampling, &workgroups_due);
             }

@@ -24,10 +24,10 @@ fn weight(samples: f32, most: f32) -> f32 {
 pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledCell], parameters: &RadianceCacheParameters) {
     for sampled in sampled {
         let slot = sampled.slot as usize;
-        if sampled.slot_met != NO_SLOT {
+        if sampled.slot_hit != NO_SLOT {
             // Who has voted for the entry that was hit is settled.
-            table.requested[sampled.slot_met as usize] = parameters.frame;
-            table.votes[sampled.slot_met as usize] = 0;
+            table.requested[sampled.slot_hit as usize] = parameters.frame;
+            table.votes[sampled.slot_hit as usize] = 0;
         }
         let level = parameters.bounce_levels.min(1) as usize;
         let before = table.light[level][slot];
@@ -76,7 +76,7 @@ pub(in super::super) fn append_hits(table: &mut Table, sampled: &[SampledCell], 
         table.hits[slot].rotate_right(1);
         let is_there = sampled.triangle != NOTHING;
         table.hits[slot][0] = Link {
-            slot: if sampled.slot_met == NO_SLOT { sampled.slot } else { sampled.slot_met },
+            slot: if sampled.slot_hit == NO_SLOT { sampled.slot } else { sampled.slot_hit },
             reflectance: if is_there { pack_reflectance(sampled.reflectance) } else { 0 },
         };
     }

@@ -96,7 +96,7 @@ pub(in super::super) fn choose_again(
         if samples < fewest(vote::rank(table.samples[slot]), parameters) {
             list.push(scheduled(table, slot, samples, parameters));
         }
-        let hit = sampled.slot_met as usize;
+        let hit = sampled.slot_hit as usize;
         if sampled.has_won == 1 && table.light[0][hit].w == 0.0 {
             list.push(scheduled(table, hit, 0, parameters));
         }

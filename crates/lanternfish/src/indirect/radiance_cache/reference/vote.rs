@@ -90,7 +90,7 @@ pub(in super::super) fn snorm_bits(halves: IVec2) -> u32 {
 /// Where a sample's ray hit, on the triangle's plane; the normal of the side that it hit; and the sample there, of rank 0.
 fn face(sampled: &SampledCell, planes: &[TrianglePlane]) -> (Vec3, Vec3, CellSample) {
     let dot = |a: Vec3, b: Vec3| a.x * b.x + a.y * b.y + a.z * b.z;
-    let (direction, plane) = (unit(sampled.direction_met), planes[sampled.triangle as usize]);
+    let (direction, plane) = (unit(sampled.hit_direction), planes[sampled.triangle as usize]);
     let p_world = sampled.p_world + sampled.distance * direction;
     let normal = unit(plane.normal);
     let on_plane = p_world - (dot(normal, p_world) - plane.offset) * normal;
@@ -99,7 +99,7 @@ fn face(sampled: &SampledCell, planes: &[TrianglePlane]) -> (Vec3, Vec3, CellSam
     (on_plane, normal, with_rank(CellSample { p_world: on_plane, triangle: sampled.triangle | side }, 0))
 }
 
-/// Inserts the entries that samples' rays have hit, and votes for each: `meet`. How many had no slot.
+/// Inserts the entries that samples' rays have hit, and votes for each: `intersect`. How many had no slot.
 pub(in super::super) fn intersect(
     table: &mut Table,
     sampled: &mut [SampledCell],
@@ -109,12 +109,12 @@ pub(in super::super) fn intersect(
 ) -> u32 {
     let mut lost = 0;
     for sampled in sampled.iter_mut().filter(|sampled| sampled.triangle != NOTHING) {
-        let p_world = sampled.p_world + sampled.distance * unit(sampled.direction_met);
+        let p_world = sampled.p_world + sampled.distance * unit(sampled.hit_direction);
         let [x, y, z] = p_world.to_array().map(f32::to_bits);
         let u = random_units(UVec2::new((x ^ z) & 0xffff, (y ^ z) & 0xffff), update, 0, SEED);
         let (on_plane, normal, _) = face(sampled, planes);
         let slot = table.insert(entry_at(parameters, eye, on_plane, normal, Vec2::new(u.x, u.y)));
-        sampled.slot_met = slot.unwrap_or(NO_SLOT);
+        sampled.slot_hit = slot.unwrap_or(NO_SLOT);
         match slot {
             None => lost += 1,
             Some(slot) => {
@@ -128,8 +128,8 @@ pub(in super::super) fn intersect(
 
 /// Those that have won say where the entry that they hit is sampled, unless its rank is lower than theirs would make it: `place`.
 pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledCell], planes: &[TrianglePlane], update: u32) {
-    for sampled in sampled.iter_mut().filter(|sampled| sampled.slot_met != NO_SLOT) {
-        let slot = sampled.slot_met as usize;
+    for sampled in sampled.iter_mut().filter(|sampled| sampled.slot_hit != NO_SLOT) {
+        let slot = sampled.slot_hit as usize;
         let own = priority(table.keys[sampled.slot as usize], update);
         if own == 0 || table.votes[slot] != own {
             continue;

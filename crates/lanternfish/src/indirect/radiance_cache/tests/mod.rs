@@ -212,7 +212,7 @@ fn random_samples(random: &mut Random, table: &Table, list: &[DueCell]) -> Vec<S
             sent: color(random),
             reflectance: color(random),
             triangle: if hit == u32::MAX && random.unit() < 0.5 { u32::MAX } else { below(random, 16) },
-            slot_met: hit,
+            slot_hit: hit,
             has_won: u32::from(hit != u32::MAX && random.unit() < 0.5),
             ..Default::default()
         });

@@ -204,7 +204,7 @@ fn another_accumulation_is_found_out() {
             ("accumulate", "i > 0u", "i > 1u"),
             ("accumulate", "radiance_cache.first_level + step", "step"),
             ("accumulate", "select(met, slot, met == NO_SLOT)", "slot"),
-            ("accumulate", "triangle != NOTHING", "slot_met != NO_SLOT"),
+            ("accumulate", "triangle != NOTHING", "slot_hit != NO_SLOT"),
             ("accumulate", "met.w > 0.0", "met.w > 1.0"),
             ("host", "LINKS: u32 = 16", "LINKS: u32 = 15"),
             ("accumulate", "step * (radiance_cache.slot_mask + 1u)", "step * radiance_cache.slot_mask"),

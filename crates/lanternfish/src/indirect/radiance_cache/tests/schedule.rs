@@ -75,7 +75,7 @@ fn compare_lists(
     let mut samples = random_samples(&mut random, &table, &list);
     // One wins each entry.
     let mut won = std::collections::BTreeSet::new();
-    samples.iter_mut().for_each(|sample| sample.has_won &= u32::from(won.insert(sample.slot_met)));
+    samples.iter_mut().for_each(|sample| sample.has_won &= u32::from(won.insert(sample.slot_hit)));
     memory.set("cell_light", &table.light.concat());
     memory.set("due", &due_words(&list, SLOTS));
     samples.resize(SLOTS as usize, SampledCell::default());

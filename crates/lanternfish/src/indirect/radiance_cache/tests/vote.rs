@@ -91,9 +91,9 @@ fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledC
         let dyadic = |random: &mut Random| below(random, 256) as f32 / 64.0 - 2.0;
         sample.p_world = Vec3::new(dyadic(random), dyadic(random), dyadic(random));
         sample.distance = below(random, 64) as f32 / 16.0;
-        sample.direction_met = normal(i / 3);
+        sample.hit_direction = normal(i / 3);
         sample.rank = below(random, 8);
-        (sample.slot_met, sample.has_won) = (u32::MAX, 0);
+        (sample.slot_hit, sample.has_won) = (u32::MAX, 0);
         // Few places, so that some are voted for by many.
         if i % 2 == 0 {
             (sample.p_world, sample.distance) = (Vec3::new(0.125, 0.125, 0.25 * (i % 6) as f32), 1.0);
@@ -117,7 +117,7 @@ fn compare_hits(bench: &Bench) -> Compared {
         memory.bind(&["due"], &due_words(&list, slots));
         memory.bind(&["sampled_cells"], &samples);
         memory.bind(&["triangle_planes"], &planes);
-        bench.run(&mut memory, "intersect", "meet", workgroups(list.len() as u32));
+        bench.run(&mut memory, "intersect", "intersect", workgroups(list.len() as u32));
         let lost = vote::intersect(&mut table, &mut samples, &planes, (EYE, &parameters), UPDATE.update);
         assert_eq!(lost > 0, are_lost, "{lost} of {}", samples.len());
         if are_lost && !bench.is_in_order() {
@@ -130,7 +130,7 @@ fn compare_hits(bench: &Bench) -> Compared {
         let found = table_of(&memory, &table);
         same_tables(bench, &found, &table)?;
         let hit = |table: &Table, sample: &SampledCell| {
-            (table.keys.get(sample.slot_met as usize).copied(), sample.has_won, sample.rank, sample.triangle)
+            (table.keys.get(sample.slot_hit as usize).copied(), sample.has_won, sample.rank, sample.triangle)
         };
         let read: Vec<SampledCell> = memory.get("sampled_cells");
         let read: Vec<_> = read.iter().map(|sample| hit(&found, sample)).collect();
