@@ -191,7 +191,7 @@ fn gpu_rays_through_deep_images_are_the_same_in_any_grouping() {
     let Some(gpu) = gpu("gpu_rays_through_deep_images_are_the_same_in_any_grouping") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let of = |rounds: u64, first_cells: u32, rays: Sampled| {
-        crate::testing::inside::limit_rounds_and_first_cells(rounds, first_cells);
+        crate::testing::inside::limit_samples_and_first_entries(rounds, first_cells);
         let structure = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() }.into();
         let settings = Settings { accumulate: 2, structure, ..settings(rays) };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();

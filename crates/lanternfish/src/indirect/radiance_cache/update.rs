@@ -35,8 +35,8 @@ impl RadianceCache {
             let is_first = round == 0;
             // Rays have voted for entries whose turn it is by that number.
             debug_assert!(!is_first || cache.update.fraction == 0 || self.update == cache.update.update);
-            let of_round = if is_first { CacheUpdate { counts: 1, ..cache.update } } else { CacheUpdate::NEW_ONES };
-            let uniform = frame.uniform(&CacheUpdate { update: self.update, ..of_round });
+            let of_sample = if is_first { CacheUpdate { counts: 1, ..cache.update } } else { CacheUpdate::NEW_ONES };
+            let uniform = frame.uniform(&CacheUpdate { update: self.update, ..of_sample });
             self.update += 1;
             let bindings = shared.clone().part("cache_update", &uniform);
             std::mem::swap(&mut due, &mut due_before);

@@ -7,7 +7,7 @@ use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame};
 
 use super::{
-    GLOSSY_RAYS, Sampled, SampledParameters, SampledRounds, diffuse_blur,
+    GLOSSY_RAYS, Sampled, SampledParameters, SampleSlots, diffuse_blur,
     sample_order::{place_count, workgroups_in_rows},
     targets::{in_parts, traced_together},
 };
@@ -26,7 +26,7 @@ use crate::{
 /// Bytes of a list of rays' cells at most: rounds whose rays are more are gone through in parts.
 const MOST_BYTES: u64 = 96 << 20;
 
-/// Bytes of `RoundEnds` of `round_ends.wesl` before its list.
+/// Bytes of `SampleHits` of `sample_hits.wesl` before its list.
 const ENDS_BYTES: u64 = 24;
 
 /// The cache, and the passes by which a pixel's rays find its cells and read them.
@@ -82,17 +82,17 @@ impl Cells {
         self.cache.forget();
     }
 
-    /// The cells for the rays of a frame, from so many pixels across and down: `rounds` of them, or `first_rounds` where all cells are new.
+    /// The cells for the rays of a frame, from so many pixels across and down: `rounds` of them, or `first_samples` where all cells are new.
     pub fn begin<'a>(
         &'a mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         size: UVec2,
         rounds: u32,
-        first_rounds: u32,
+        first_samples: u32,
     ) -> Result<FrameCells<'a>, RenderError> {
         let of_frame = self.cache.begin(frame, view)?;
-        let rounds = if of_frame.first_samples().is_some() { first_rounds } else { rounds };
+        let rounds = if of_frame.first_samples().is_some() { first_samples } else { rounds };
         let pixels = u64::from(place_count(size));
         let together = if of_frame.is_steady() {
             traced_together(frame.device, size, rounds)
@@ -126,12 +126,12 @@ impl Asking {
     /// All of them.
     const EACH: Self = Self { mask: 0, step: 0 };
     /// One cell in so many is asked for, at most: as many rays may ask as one round has, or an eighth of all. Of a pixel's one does.
-    const ROUNDS: u32 = 8;
+    const SAMPLES: u32 = 8;
 
     /// Where one of `fraction` cells gets another sample in this frame, rays ask for those whose turn it is; where more of them do, for each cell in a
     /// share of the rounds.
     fn of(fraction: u32, rounds: u32) -> Self {
-        let one_of = 1 << rounds.clamp(1, Self::ROUNDS).ilog2();
+        let one_of = 1 << rounds.clamp(1, Self::SAMPLES).ilog2();
         Self { mask: one_of - 1, step: u32::from(fraction < one_of) }
     }
 }
@@ -154,7 +154,7 @@ pub(super) struct FrameCells<'a> {
     size: UVec2,
     /// Slots of rays' cells: `ray_slots.wesl`.
     slots: wgpu::Buffer,
-    /// What became of them in all, and which cells are missing: `round_ends.wesl`.
+    /// What became of them in all, and which cells are missing: `sample_hits.wesl`.
     ends: wgpu::Buffer,
     /// Workgroups of passes for which rays may have left something: insert, shade, shadow.
     dispatches: [wgpu::Buffer; 3],
@@ -197,12 +197,12 @@ impl FrameCells<'_> {
     }
 
     /// The round behind the last whose ends are looked up together, from this one on: where a share of the samples is taken behind each round, each.
-    pub fn found_end(&self, rounds: &SampledRounds) -> u32 {
+    pub fn found_end(&self, rounds: &SampleSlots) -> u32 {
         if self.is_first() { rounds.round + 1 } else { rounds.traced_end }
     }
 
     /// Whether ends are looked up in this round; else they were in one before.
-    pub fn looks_up(&self, rounds: &SampledRounds) -> bool {
+    pub fn looks_up(&self, rounds: &SampleSlots) -> bool {
         self.is_first() || rounds.round == rounds.traced_first
     }
 
@@ -221,7 +221,7 @@ impl FrameCells<'_> {
             .clone()
             .with(&of_frame)
             .buffer("ray_slots", &self.slots)
-            .buffer("round_ends", &self.ends)
+            .buffer("sample_hits", &self.ends)
             .buffer("insert_dispatch", insert)
             .buffer("shade_dispatch", shade)
             .buffer("shadow_dispatch", shadow);
@@ -268,7 +268,7 @@ impl FrameCells<'_> {
         self.cells.cache.update(frame, view, &mut self.of_frame, u32::MAX);
         self.cells.cache.relax(frame, &self.of_frame);
         let cells = self.of_frame.bindings();
-        let gathering = summing.clone().with(&cells).buffer("ray_slots", &self.slots).buffer("round_ends", &self.ends);
+        let gathering = summing.clone().with(&cells).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.ends);
         if self.of_frame.is_steady() {
             // As many as were put into the table.
             let [missing, ..] = &self.dispatches;
@@ -295,6 +295,6 @@ fn the_list_of_missing_rays_begins_where_shaders_have_it() {
 #[cfg(test)]
 #[test]
 fn rounds_that_are_looked_up_together_have_a_bit_each() {
-    let bits = crate::shaders::constant("indirect/sampled/ray_end", "ROUND_BITS") as u32;
-    assert!(super::targets::MOST_ROUNDS <= 1 << bits && 1 << bits <= u32::BITS);
+    let bits = crate::shaders::constant("indirect/sampled/ray_end", "SAMPLE_BITS") as u32;
+    assert!(super::targets::MOST_SAMPLES <= 1 << bits && 1 << bits <= u32::BITS);
 }

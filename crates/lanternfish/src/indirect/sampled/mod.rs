@@ -15,7 +15,7 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, faulty_softwa
 
 pub use self::settings::{HitLight, Sampled};
 #[cfg(any(test, feature = "testing"))]
-pub(crate) use self::targets::MOST_ROUNDS_IN_TESTS;
+pub(crate) use self::targets::MOST_SAMPLES_IN_TESTS;
 use self::{
     cells::{Cells, FrameCells},
     settings::{LEAST_CELLS, MOST_CELLS, MOST_FIRST_RAYS, MOST_SAMPLES},
@@ -54,7 +54,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     ],
     &[
         SharedStruct::of::<SampledParameters>(),
-        SharedStruct::of::<SampledRounds>(),
+        SharedStruct::of::<SampleSlots>(),
         SharedStruct::of::<SampledHit>(),
         SharedStruct::of::<LightRay>(),
     ],
@@ -94,7 +94,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// What the passes of a round are told: one ray from each pixel.
-    pub struct SampledRounds {
+    pub struct SampleSlots {
         /// Number of the round's ray among those of a pixel: diffuse ones first, then glossy ones.
         round: u32,
         /// The round behind the last whose hits are looked up together, from `round` on.
@@ -104,9 +104,9 @@ gpu_struct! {
         /// The round behind the last of those.
         traced_end: u32,
         /// First of the rounds whose hits are gathered from the cache together.
-        first_round: u32,
+        first_sample: u32,
         /// The round behind the last of those.
-        end_round: u32,
+        sample_of_hit: u32,
     }
 }
 
@@ -213,15 +213,15 @@ impl IndirectPasses for SampledLight {
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let sums = PixelSums::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
         let first_diffuse_rays = settings.first_rays * settings.diffuse_rays;
-        let [rounds, first_rounds] =
+        let [rounds, first_samples] =
             [settings.diffuse_rays, first_diffuse_rays].map(|rays| rays + settings.glossy_rays);
         let mut cells = match &mut self.cells {
-            Some(cells) => Some(cells.begin(frame, view_context, sums.size, rounds, first_rounds)?),
+            Some(cells) => Some(cells.begin(frame, view_context, sums.size, rounds, first_samples)?),
             None => None,
         };
         let is_first = cells.as_ref().is_some_and(FrameCells::is_first);
         let (diffuse_rays, rounds) =
-            if is_first { (first_diffuse_rays, first_rounds) } else { (settings.diffuse_rays, rounds) };
+            if is_first { (first_diffuse_rays, first_samples) } else { (settings.diffuse_rays, rounds) };
         let targets = Targets::new(frame, sums.size, rounds)?;
         let [width, height, _] = self.shade.workgroup_size();
         let samples = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
@@ -260,23 +260,23 @@ impl IndirectPasses for SampledLight {
             }
             let of_cells = cells.as_ref().map_or(0..rounds, |cells| cells.gathered_with(round));
             let traced = targets.traced_with(round, of_cells.clone());
-            let mut of_round = SampledRounds {
+            let mut of_sample = SampleSlots {
                 round,
                 found_end: 0,
                 traced_first: traced.start,
                 traced_end: traced.end,
-                first_round: of_cells.start,
-                end_round: of_cells.end,
+                first_sample: of_cells.start,
+                sample_of_hit: of_cells.end,
             };
-            of_round.found_end = cells.as_ref().map_or(0, |cells| cells.found_end(&of_round));
-            let uniform = frame.uniform(&of_round);
-            let round_bindings = seen.clone().part("sampled_rounds", &uniform);
-            let tracing = round_bindings.clone().buffer("sampled_hits", &targets.hits);
+            of_sample.found_end = cells.as_ref().map_or(0, |cells| cells.found_end(&of_sample));
+            let uniform = frame.uniform(&of_sample);
+            let sample_bindings = seen.clone().part("sample_slots", &uniform);
+            let tracing = sample_bindings.clone().buffer("sampled_hits", &targets.hits);
             if traced_first.replace(traced.start) != Some(traced.start) {
                 self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(sums.size));
             }
             let summing =
-                round_bindings.buffer("ray_sums", &sums.sums).buffer("ray_counters", targets.counters.buffer());
+                sample_bindings.buffer("ray_sums", &sums.sums).buffer("ray_counters", targets.counters.buffer());
             let mut shading =
                 summing.clone().buffer("hits_to_shade", &targets.hits).buffer("chosen_lights", &targets.light_rays);
             if let Some(environment) = &environment {
@@ -289,7 +289,7 @@ impl IndirectPasses for SampledLight {
                     frame.dispatch(&self.shadow, &looking, samples);
                 }
                 Some(cells) => {
-                    if cells.looks_up(&of_round) {
+                    if cells.looks_up(&of_sample) {
                         cells.find(frame, &summing.clone().buffer("sampled_hits", &targets.hits));
                     }
                     let [to_shade, to_look] = cells.left_over();

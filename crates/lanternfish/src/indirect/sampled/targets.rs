@@ -14,23 +14,23 @@ const COUNTERS: &[&str] = &["indirect/rays", "indirect/hits", "indirect/shadow_r
 /// Bytes of what rays met at most, which fits a storage binding: rounds whose rays are more, 8.4 million, are traced in parts.
 const MOST_BYTES: u64 = 96 << 20;
 /// Rays at most that an invocation traces one after the other: all of `quality good`, and no pass of some 1,000 pixels takes long.
-pub(super) const MOST_ROUNDS: u64 = 20;
+pub(super) const MOST_SAMPLES: u64 = 20;
 
 #[cfg(any(test, feature = "testing"))]
 thread_local! {
-    /// What stands for [`MOST_ROUNDS`] in tests.
-    pub(crate) static MOST_ROUNDS_IN_TESTS: std::cell::Cell<u64> = const { std::cell::Cell::new(MOST_ROUNDS) };
+    /// What stands for [`MOST_SAMPLES`] in tests.
+    pub(crate) static MOST_SAMPLES_IN_TESTS: std::cell::Cell<u64> = const { std::cell::Cell::new(MOST_SAMPLES) };
 }
 
 /// Rays that an invocation traces at most. Old software drivers end loops early: there one.
-fn most_rounds(device: &wgpu::Device) -> u64 {
+fn most_samples(device: &wgpu::Device) -> u64 {
     if faulty_software(&device.adapter_info()) {
         return 1;
     }
     #[cfg(any(test, feature = "testing"))]
-    let most = MOST_ROUNDS_IN_TESTS.get();
+    let most = MOST_SAMPLES_IN_TESTS.get();
     #[cfg(not(any(test, feature = "testing")))]
-    let most = MOST_ROUNDS;
+    let most = MOST_SAMPLES;
     most
 }
 
@@ -50,7 +50,7 @@ fn parts_are_of_one_size() {
 /// Rounds that are traced together, of so many.
 pub(super) fn traced_together(device: &wgpu::Device, samples: UVec2, rounds: u32) -> u32 {
     let bytes = size_of::<SampledHit>() as u64 * u64::from(place_count(samples));
-    in_parts(rounds, (MOST_BYTES / bytes.max(1)).clamp(1, most_rounds(device)) as u32)
+    in_parts(rounds, (MOST_BYTES / bytes.max(1)).clamp(1, most_samples(device)) as u32)
 }
 
 /// What is written for one view of a frame, of so many samples across and down.

@@ -7,7 +7,7 @@ use lanternfish_gpu::{Bindings, uniform_buffer_of};
 
 use super::*;
 use crate::{
-    indirect::sampled::{MOST_ROUNDS_IN_TESTS, SampledParameters, sample_order},
+    indirect::sampled::{MOST_SAMPLES_IN_TESTS, SampledParameters, sample_order},
     techniques::HitLight,
     testing::{Random, ask_about, ask_module},
     view::View,
@@ -15,7 +15,7 @@ use crate::{
 
 /// A mean of two frames, of which so many rounds are traced together.
 fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
-    MOST_ROUNDS_IN_TESTS.set(most);
+    MOST_SAMPLES_IN_TESTS.set(most);
     let scene = demo("cornell").unwrap();
     picture_of(gpu, LARGE, Settings { accumulate: 2, ..settings(rays) }, &scene, &scene.cameras[0])
 }

@@ -8,7 +8,7 @@ use crate::indirect::{
         planes::TrianglePlane,
         reference::{schedule, vote},
     },
-    sampled::SampledRounds,
+    sampled::SampleSlots,
 };
 
 const SLOTS: u32 = 256;
@@ -58,7 +58,7 @@ fn compare_rays(bench: &Bench) -> Compared {
         let queries: Vec<[u32; 4]> =
             (0..300).map(|_| [below(&mut random, 1 << 26), first + below(&mut random, 32), 0, 0]).collect();
         let mut memory = memory_of(&empty, &parameters(SLOTS));
-        memory.bind(&["sampled_rounds"], &[SampledRounds { round: first, ..Default::default() }]);
+        memory.bind(&["sample_slots"], &[SampleSlots { round: first, ..Default::default() }]);
         let found = bench.ask(&mut memory, "testing/radiance_cache_rays", "rays", &queries, 1);
         let expected = queries.iter().map(|[place, sample, ..]| {
             let priority = vote::ray_priority(*place, *sample, first, UPDATE.update);
