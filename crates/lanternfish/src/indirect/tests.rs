@@ -3,7 +3,7 @@ mod counts;
 mod emission;
 mod history;
 mod lamps;
-mod new_cells;
+mod new_entries;
 mod noise;
 mod rounds;
 mod table;

@@ -49,7 +49,7 @@ pub fn brdf_fractions(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
 }
 
 /// From now on, in this thread: rounds of rays that are traced together, at most, and cells that a radiance cache has room for at first.
-pub fn limit_samples_and_first_entries(rounds: u64, first_cells: u32) {
+pub fn limit_samples_and_first_entries(rounds: u64, first_entries: u32) {
     crate::indirect::sampled::MOST_SAMPLES_IN_TESTS.set(rounds);
-    crate::indirect::radiance_cache::FIRST_CELLS_IN_TESTS.set(first_cells);
+    crate::indirect::radiance_cache::FIRST_ENTRIES_IN_TESTS.set(first_entries);
 }

@@ -190,8 +190,8 @@ fn gpu_cells_send_what_deep_images_meet() {
 fn gpu_rays_through_deep_images_are_the_same_in_any_grouping() {
     let Some(gpu) = gpu("gpu_rays_through_deep_images_are_the_same_in_any_grouping") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let of = |rounds: u64, first_cells: u32, rays: Sampled| {
-        crate::testing::inside::limit_samples_and_first_entries(rounds, first_cells);
+    let of = |rounds: u64, first_entries: u32, rays: Sampled| {
+        crate::testing::inside::limit_samples_and_first_entries(rounds, first_entries);
         let structure = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() }.into();
         let settings = Settings { accumulate: 2, structure, ..settings(rays) };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
@@ -204,8 +204,8 @@ fn gpu_rays_through_deep_images_are_the_same_in_any_grouping() {
     for (bounces, first_rays) in [(Bounces::All, 1), (Bounces::UpTo(3), 4)] {
         let cached = Sampled { diffuse_rays: 4, hit_light: HitLight::Cached, bounces, first_rays, ..rays };
         let expected = of(16, 1 << 17, cached);
-        for first_cells in [64, 1 << 12, 1 << 14] {
-            assert!(of(16, first_cells, cached) == expected, "{bounces}, {first_cells}: another picture");
+        for first_entries in [64, 1 << 12, 1 << 14] {
+            assert!(of(16, first_entries, cached) == expected, "{bounces}, {first_entries}: another picture");
         }
     }
     // It can fail: other rays are another picture.

@@ -46,7 +46,7 @@ impl Bounces {
     pub(super) fn steps(self, turns: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(bounces) => (1..bounces)
-                .map(|k| CacheSweep { read_level: k, written_level: (k + 1) % bounces, step: k - 1, turn: ALL_CELLS })
+                .map(|k| CacheSweep { read_level: k, written_level: (k + 1) % bounces, step: k - 1, turn: ALL_ENTRIES })
                 .collect(),
             Self::All => {
                 let there = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: 0 };
@@ -75,11 +75,11 @@ impl Bounces {
 
 gpu_constants! {
     /// Every entry reads in each sweep.
-    const ALL_CELLS: u32 = 2;
+    const ALL_ENTRIES: u32 = 2;
 }
 
 /// The sweep over some of the entries, where every bounce is asked for.
-const ALL_READ: CacheSweep = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: ALL_CELLS };
+const ALL_READ: CacheSweep = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: ALL_ENTRIES };
 
 impl fmt::Display for Bounces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Cells start from what lights send them, or from all that they sent before, and end in all that is asked for.
+    /// Entries start from what lights send them, or from all that they sent before, and end in all that is asked for.
     #[test]
     fn steps_lead_from_part_to_part() {
         for bounces in (1..=Bounces::MOST).map(Bounces::UpTo).chain([Bounces::All]) {
@@ -167,14 +167,14 @@ mod tests {
                     Bounces::UpTo(n) => {
                         assert_eq!(of_some, steps);
                         assert_eq!(steps.len(), n as usize - 1);
-                        assert!(steps.iter().all(|step| step.turn == ALL_CELLS));
+                        assert!(steps.iter().all(|step| step.turn == ALL_ENTRIES));
                     }
                     // Each cell takes as many, in whichever half it is.
                     Bounces::All => {
                         // What is written is put back where it is read.
                         assert_eq!(of_some, vec![ALL_READ; turns as usize]);
                         let taken = |turn| steps.iter().filter(|step| step.turn == turn).count();
-                        assert_eq!([0, 1, ALL_CELLS].map(taken), [turns as usize, turns as usize, 0]);
+                        assert_eq!([0, 1, ALL_ENTRIES].map(taken), [turns as usize, turns as usize, 0]);
                     }
                 }
             }

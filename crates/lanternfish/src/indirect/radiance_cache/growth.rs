@@ -7,32 +7,32 @@ use crate::{context::ViewContext, error::RenderError};
 
 /// Slots of a table at least: those that a cell may be in, and that one workgroup looks at.
 const LEAST_SLOTS: u32 = 64;
-/// Cells that a table has room for at first.
-const FIRST_CELLS: u32 = 1 << 17;
+/// Entries that a table has room for at first.
+const FIRST_ENTRIES: u32 = 1 << 17;
 
 #[cfg(any(test, feature = "testing"))]
 thread_local! {
-    /// What stands for [`FIRST_CELLS`] in tests.
-    pub(crate) static FIRST_CELLS_IN_TESTS: std::cell::Cell<u32> = const { std::cell::Cell::new(FIRST_CELLS) };
+    /// What stands for [`FIRST_ENTRIES`] in tests.
+    pub(crate) static FIRST_ENTRIES_IN_TESTS: std::cell::Cell<u32> = const { std::cell::Cell::new(FIRST_ENTRIES) };
 }
 
-/// Cells that a table has room for at first.
-pub(super) fn first_cells() -> u32 {
+/// Entries that a table has room for at first.
+pub(super) fn first_entries() -> u32 {
     #[cfg(any(test, feature = "testing"))]
-    return FIRST_CELLS_IN_TESTS.get();
+    return FIRST_ENTRIES_IN_TESTS.get();
     #[cfg(not(any(test, feature = "testing")))]
-    FIRST_CELLS
+    FIRST_ENTRIES
 }
 
 /// What is counted: `bindings.wesl`. The first one is the length of the list that the table's room goes by.
 pub(super) const COUNTERS: &[&str] =
-    &["radiance_cache/cells", "radiance_cache/samples", "radiance_cache/lost", "indirect/lost_cells"];
+    &["radiance_cache/entries", "radiance_cache/samples", "radiance_cache/lost", "indirect/lost_entries"];
 /// Name of that list.
 pub(super) const CELLS: &str = "cells of the radiance cache";
 
 /// Slots of a table for so many cells. Half of them stay empty: a table that is nearly full loses cells.
-pub(super) fn slots_for(cells: u32) -> u32 {
-    (2 * cells).next_power_of_two().max(LEAST_SLOTS)
+pub(super) fn slots_for(entries: u32) -> u32 {
+    (2 * entries).next_power_of_two().max(LEAST_SLOTS)
 }
 
 impl RadianceCache {
@@ -58,12 +58,12 @@ impl RadianceCache {
             starts: (cache.counters.buffer(), 0),
             may_wrap: &|_| false,
             guess: 0,
-            limit: slots_for(self.most_cells).into(),
+            limit: slots_for(self.most_entries).into(),
         };
         // What has no room is shaded: the frame is whole.
-        let [cells, _, lost, lost_of_pixels] = frame.counted_capacity(&counted, u64::MAX)?.words;
-        let most = slots_for(self.most_cells);
-        let will_lose = 4 * (round + 1) <= rounds && 2 * cells > self.slots;
+        let [entries, _, lost, lost_of_pixels] = frame.counted_capacity(&counted, u64::MAX)?.words;
+        let most = slots_for(self.most_entries);
+        let will_lose = 4 * (round + 1) <= rounds && 2 * entries > self.slots;
         let is_full = lost > 0 || lost_of_pixels > 0 || will_lose;
         if !cache.may_start_over || self.slots >= most || !is_full {
             self.was_large_enough |= is_last;
@@ -71,8 +71,8 @@ impl RadianceCache {
         }
         self.was_large_enough = false;
         // There will be more.
-        self.slots = (2 * self.slots).max(slots_for(2 * cells)).min(most);
-        tracing::debug!(cells, slots = self.slots, "the radiance cache starts over with a larger table");
+        self.slots = (2 * self.slots).max(slots_for(2 * entries)).min(most);
+        tracing::debug!(entries, slots = self.slots, "the radiance cache starts over with a larger table");
         self.table = None;
         *cache = self.begin(frame, view)?;
         Ok(true)
@@ -83,7 +83,7 @@ impl RadianceCache {
 #[test]
 fn counters_are_the_shaders() {
     let constant = |name| crate::shaders::constant("indirect/radiance_cache/bindings", name);
-    assert_eq!(constant("CELL_COUNTERS"), COUNTERS.len() as f64);
+    assert_eq!(constant("ENTRY_COUNTERS"), COUNTERS.len() as f64);
     assert_eq!(["CELLS", "SAMPLES", "LOST", "LOST_OF_PIXELS"].map(constant), [0.0, 1.0, 2.0, 3.0]);
 }
 

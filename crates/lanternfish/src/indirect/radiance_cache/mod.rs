@@ -28,11 +28,11 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growt
 
 pub use self::bounces::Bounces;
 #[cfg(any(test, feature = "testing"))]
-pub(crate) use self::growth::FIRST_CELLS_IN_TESTS;
+pub(crate) use self::growth::FIRST_ENTRIES_IN_TESTS;
 pub(crate) use self::parameters::{CacheUpdate, RadianceCacheParameters};
 use self::{
-    growth::{CELLS, COUNTERS, first_cells, slots_for},
-    parameters::{CacheSweep, CellSample, DueCell, Link, SampledCell},
+    growth::{CELLS, COUNTERS, first_entries, slots_for},
+    parameters::{CacheSweep, EntrySample, ScheduledEntry, Link, SampledEntry},
     planes::{Planes, TrianglePlane},
     reading::Readers,
     table::{Change, Rehash, Slots, Table},
@@ -69,9 +69,9 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         SharedStruct::of::<CacheUpdate>(),
         SharedStruct::of::<CacheSweep>(),
         SharedStruct::of::<TrianglePlane>(),
-        SharedStruct::of::<CellSample>(),
-        SharedStruct::of::<SampledCell>(),
-        SharedStruct::of::<DueCell>(),
+        SharedStruct::of::<EntrySample>(),
+        SharedStruct::of::<SampledEntry>(),
+        SharedStruct::of::<ScheduledEntry>(),
         SharedStruct::of::<Link>(),
     ],
 );
@@ -101,8 +101,8 @@ pub(crate) struct RadianceCache {
     bounces: Bounces,
     /// Slots of the table, a power of two: it grows.
     slots: u32,
-    /// Cells that it has room for at most.
-    most_cells: u32,
+    /// Entries that it has room for at most.
+    most_entries: u32,
     /// A frame has ended with a table of so many.
     was_large_enough: bool,
     /// Samples of an entry of rank 0 in a picture's first frame.
@@ -146,7 +146,7 @@ struct Kernels {
 pub(crate) struct CacheSettings {
     pub bounces: Bounces,
     /// Entries that there is room for at most.
-    pub most_cells: u32,
+    pub most_entries: u32,
     /// Samples of an entry of rank 0 in a picture's first frame.
     pub first_samples: u32,
     /// Of entries' rays.
@@ -208,7 +208,7 @@ impl CacheOfFrame {
     pub fn bindings(&self) -> Bindings<'_> {
         self.told()
             .part("cache_update", &self.uniforms[1])
-            .buffer("cell_counters", self.counters.buffer())
+            .buffer("entry_counters", self.counters.buffer())
             .buffer("triangle_planes", &self.planes)
     }
 }
@@ -247,7 +247,7 @@ impl RadianceCache {
         exact: Tracer,
         structure: &Structure,
     ) -> Result<Self, RenderError> {
-        let CacheSettings { bounces, most_cells, first_samples, tracer, blur } = settings;
+        let CacheSettings { bounces, most_entries, first_samples, tracer, blur } = settings;
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/radiance_cache/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))
@@ -273,8 +273,8 @@ impl RadianceCache {
         };
         Ok(Self {
             bounces,
-            slots: slots_for(most_cells.min(first_cells())),
-            most_cells,
+            slots: slots_for(most_entries.min(first_entries())),
+            most_entries,
             blur,
             was_large_enough: false,
             first_samples,
@@ -305,8 +305,8 @@ impl RadianceCache {
         let waits = frame.growth() == Growth::Blocking;
         let is_first = waits && view.random_index == 0;
         let number = frame.number();
-        let room = frame.planned_capacity(CELLS, 0, slots_for(self.most_cells).into());
-        self.slots = self.slots.max(slots_for((room as u32).min(self.most_cells)));
+        let room = frame.planned_capacity(CELLS, 0, slots_for(self.most_entries).into());
+        self.slots = self.slots.max(slots_for((room as u32).min(self.most_entries)));
         let table = match &mut self.table {
             Some(table) => table,
             none => {
@@ -324,7 +324,7 @@ impl RadianceCache {
         self.update += first_updates(is_first_view);
         self.frame += 1;
         let change = match table.follow(scene, is_first_view) {
-            // Cells know little yet.
+            // Entries know little yet.
             Change::Alone if self.frame <= DOUBTED => Change::Ongoing,
             change => change,
         };
@@ -374,8 +374,8 @@ impl RadianceCache {
             frame.dispatch(&self.kernels.pack, &bindings, workgroups(self.slots));
         }
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
-        let bytes = size_of::<SampledCell>() as u64 * u64::from(self.slots);
-        let bytes_due = 4 + size_of::<DueCell>() as u64 * u64::from(self.slots);
+        let bytes = size_of::<SampledEntry>() as u64 * u64::from(self.slots);
+        let bytes_due = 4 + size_of::<ScheduledEntry>() as u64 * u64::from(self.slots);
         let scratch = [
             frame.scratch("radiance_cache/due", bytes_due)?,
             frame.scratch("radiance_cache/due_before", bytes_due)?,

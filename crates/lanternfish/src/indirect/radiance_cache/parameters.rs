@@ -73,7 +73,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// Where an entry is sampled.
-    pub struct CellSample {
+    pub struct EntrySample {
         /// World space, m.
         p_world: Vec3,
         /// In the order of the BVH's leaves; in the top bit, whether the triangle is looked at from where its corners go clockwise; in the
@@ -94,7 +94,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// An entry that gets another sample.
-    pub struct DueCell {
+    pub struct ScheduledEntry {
         /// The entry's slot.
         slot: u32,
         /// Which sample it is, of its ray and of lights: by which the entry's sequences are shifted, of 16 bits; and in the upper bits how many
@@ -105,7 +105,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// What one more sample of an entry finds; world space, m, nits.
-    pub struct SampledCell {
+    pub struct SampledEntry {
         /// Where the sample is.
         p_world: Vec3,
         /// The entry's slot.

@@ -10,7 +10,7 @@ const TURNS_OF_NEW: u32 = 18;
 const TURNS_OF_CHANGED: u32 = 12;
 /// While the scene changes again and again: what comes by more bounces is of the frames before, as most of a cell's samples are.
 const TURNS_OF_CHANGING: u32 = 2;
-/// Cells that take bounces with their samples take one with the first sample of an update, and so many with each of up to three more: cells that get
+/// Entries that take bounces with their samples take one with the first sample of an update, and so many with each of up to three more: cells that get
 /// those are new, and so may be what they read.
 const TURNS_OF_FEW: u32 = 6;
 
@@ -21,7 +21,7 @@ pub(super) enum Readers {
     All(u32),
     /// All of them, and new cells with each further sample, too.
     AllAndNew(u32),
-    /// Cells that get a sample, with it.
+    /// Entries that get a sample, with it.
     Sampled,
 }
 

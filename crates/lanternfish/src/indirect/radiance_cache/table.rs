@@ -5,12 +5,12 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, gpu_constants, st
 
 use super::{
     Bounces,
-    parameters::{CellSample, Link, RadianceCacheParameters},
+    parameters::{EntrySample, Link, RadianceCacheParameters},
 };
 use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::DOUBTED};
 
-/// Cells along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
-const CELLS_ALONG: f32 = 128.0;
+/// Entries along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
+const ENTRIES_ALONG: f32 = 128.0;
 
 gpu_constants! {
     /// Hits that an entry lists, the last one first.
@@ -47,7 +47,7 @@ impl Slots {
             hashes: buffer("hashes", 4)?,
             winners: buffer("winners", 4)?,
             asked: buffer("asked", 4)?,
-            samples: buffer("samples", size_of::<CellSample>())?,
+            samples: buffer("samples", size_of::<EntrySample>())?,
             light: buffer("light", 16 * (1 + bounces.levels() as usize))?,
             links: storage_buffer(device, "radiance_cache/links", links * size_of::<Link>() as u64)?,
             earlier: storage_buffer(device, "radiance_cache/earlier", earlier)?,
@@ -64,15 +64,15 @@ impl Slots {
     /// Bindings by which cells are looked up, put in, asked for and read.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new()
-            .buffer("cell_words", &self.words)
+            .buffer("entry_words", &self.words)
             .buffer("read_words", &self.words)
             .buffer("found_words", &self.words)
-            .buffer("cell_hashes", &self.hashes)
-            .buffer("cell_winners", &self.winners)
-            .buffer("cell_asked", &self.asked)
-            .buffer("cell_samples", &self.samples)
-            .buffer("cell_light", &self.light)
-            .buffer("cell_links", &self.links)
+            .buffer("entry_hashes", &self.hashes)
+            .buffer("entry_winners", &self.winners)
+            .buffer("entry_votes", &self.asked)
+            .buffer("entry_samples", &self.samples)
+            .buffer("entry_light", &self.light)
+            .buffer("entry_hits", &self.links)
             .buffer("earlier_links", &self.earlier)
     }
 }
@@ -162,7 +162,7 @@ impl Table {
 
 /// Edge of the smallest cells, m.
 fn edge_in(scene: &GpuScene) -> f32 {
-    (scene.bounds.size().length() / CELLS_ALONG).max(1e-6)
+    (scene.bounds.size().length() / ENTRIES_ALONG).max(1e-6)
 }
 
 /// The passes that put cells into another table.

@@ -1,4 +1,4 @@
-//! Cells that are due get another sample.
+//! Entries that are due get another sample.
 
 use lanternfish_gpu::Frame;
 
@@ -44,7 +44,7 @@ impl RadianceCache {
                 .clone()
                 .buffer("found_due", &due)
                 .buffer("due", &due_before)
-                .buffer("sampled_cells", &sampled)
+                .buffer("sampled_entries", &sampled)
                 .buffer("due_dispatch", &workgroups_due);
             frame.dispatch(clear, &choosing, [1; 3]);
             if is_first {
@@ -53,7 +53,7 @@ impl RadianceCache {
                 frame.dispatch_indirect(choose_again, &choosing, &workgroups_due);
             }
             frame.dispatch(measure, &choosing, [1; 3]);
-            let mut sampling = bindings.buffer("due", &due).buffer("sampled_cells", &sampled);
+            let mut sampling = bindings.buffer("due", &due).buffer("sampled_entries", &sampled);
             if let Some(environment) = &environment {
                 sampling = sampling.with(environment);
             }

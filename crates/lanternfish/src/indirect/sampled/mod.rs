@@ -5,7 +5,7 @@
 //!    from the pixel to one of them (`emitters.wesl`).
 //! 2. What rays have brought is made the picture's, bounded and filtered (`smoothing/`).
 
-mod cells;
+mod entries;
 pub(super) mod sample_order;
 mod settings;
 mod targets;
@@ -17,8 +17,8 @@ pub use self::settings::{HitLight, Sampled};
 #[cfg(any(test, feature = "testing"))]
 pub(crate) use self::targets::MOST_SAMPLES_IN_TESTS;
 use self::{
-    cells::{Cells, FrameCells},
-    settings::{LEAST_CELLS, MOST_CELLS, MOST_FIRST_RAYS, MOST_SAMPLES},
+    entries::{Entries, FrameEntries},
+    settings::{LEAST_ENTRIES, MOST_ENTRIES, MOST_FIRST_RAYS, MOST_SAMPLES},
     targets::Targets,
 };
 use super::{
@@ -78,7 +78,7 @@ gpu_struct! {
         /// Rays from a pixel to emissive triangles; 0 where nothing is emissive.
         emitter_rays: u32,
         /// 1: hits bring what the radiance cache keeps.
-        has_cells: u32,
+        has_entries: u32,
         /// Rays vote for one of so many entries, of those that are there, less 1; a power of two less 1: `is_voted_for` of the cache.
         asking_mask: u32,
         /// 1: for others in each round.
@@ -155,7 +155,7 @@ pub struct SampledLight {
     shade_environment: ComputeKernel,
     shadow: ComputeKernel,
     emitters: ComputeKernel,
-    cells: Option<Cells>,
+    entries: Option<Entries>,
     smoothing: Smoothing,
 }
 
@@ -186,9 +186,9 @@ impl SampledLight {
             shade_environment: kernel("indirect/sampled/shade", &[ENVIRONMENT], "shade", "indirect/shade")?,
             shadow: kernel("indirect/sampled/shadow", &exact, "shadow", "indirect/shadow")?,
             emitters: kernel("indirect/sampled/emitters", &exact, "emitters", "indirect/emitters")?,
-            cells: match sampled.hit_light {
+            entries: match sampled.hit_light {
                 HitLight::Shaded => None,
-                HitLight::Cached => Some(Cells::new(device, &sampled, exact_tracer, structure)?),
+                HitLight::Cached => Some(Entries::new(device, &sampled, exact_tracer, structure)?),
             },
             smoothing: Smoothing::new(device, settings.history)?,
         })
@@ -197,7 +197,7 @@ impl SampledLight {
 
 impl IndirectPasses for SampledLight {
     fn forget(&mut self) {
-        self.cells.iter_mut().for_each(Cells::forget);
+        self.entries.iter_mut().for_each(Entries::forget);
         self.smoothing.forget();
     }
 
@@ -215,11 +215,11 @@ impl IndirectPasses for SampledLight {
         let first_diffuse_rays = settings.first_rays * settings.diffuse_rays;
         let [rounds, first_samples] =
             [settings.diffuse_rays, first_diffuse_rays].map(|rays| rays + settings.glossy_rays);
-        let mut cells = match &mut self.cells {
-            Some(cells) => Some(cells.begin(frame, view_context, sums.size, rounds, first_samples)?),
+        let mut entries = match &mut self.entries {
+            Some(entries) => Some(entries.begin(frame, view_context, sums.size, rounds, first_samples)?),
             None => None,
         };
-        let is_first = cells.as_ref().is_some_and(FrameCells::is_first);
+        let is_first = entries.as_ref().is_some_and(FrameEntries::is_first);
         let (diffuse_rays, rounds) =
             if is_first { (first_diffuse_rays, first_samples) } else { (settings.diffuse_rays, rounds) };
         let targets = Targets::new(frame, sums.size, rounds)?;
@@ -228,7 +228,7 @@ impl IndirectPasses for SampledLight {
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
         // nothing more.
         let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
-        let turns = turns_before(view.random_index, is_first, if cells.is_some() { settings.first_rays } else { 1 });
+        let turns = turns_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
         let usual = UVec2::new(settings.diffuse_rays, settings.diffuse_rays.div_ceil(2));
         let parameters = SampledParameters {
             emitter_rays,
@@ -241,7 +241,7 @@ impl IndirectPasses for SampledLight {
             ..Default::default()
         };
         let surfaces = buffer.bindings().with(&surface.bindings()).buffer("sample_order", &self.sample_order);
-        let parameters = cells.as_ref().map_or(parameters, |cells| cells.parameters(parameters));
+        let parameters = entries.as_ref().map_or(parameters, |entries| entries.parameters(parameters));
         let of_frame = frame.uniform(&parameters);
         let seen = scene.bindings().with(&surfaces).with(&sums.bindings()).part("sampled", &of_frame);
         if scene.environment.is_some() {
@@ -258,17 +258,17 @@ impl IndirectPasses for SampledLight {
             if round == 0 {
                 frame.encoder().clear_buffer(&sums.sums, 0, None);
             }
-            let of_cells = cells.as_ref().map_or(0..rounds, |cells| cells.gathered_with(round));
-            let traced = targets.traced_with(round, of_cells.clone());
+            let of_entries = entries.as_ref().map_or(0..rounds, |entries| entries.gathered_with(round));
+            let traced = targets.traced_with(round, of_entries.clone());
             let mut of_sample = SampleSlots {
                 round,
                 found_end: 0,
                 traced_first: traced.start,
                 traced_end: traced.end,
-                first_sample: of_cells.start,
-                sample_of_hit: of_cells.end,
+                first_sample: of_entries.start,
+                sample_of_hit: of_entries.end,
             };
-            of_sample.found_end = cells.as_ref().map_or(0, |cells| cells.found_end(&of_sample));
+            of_sample.found_end = entries.as_ref().map_or(0, |entries| entries.found_end(&of_sample));
             let uniform = frame.uniform(&of_sample);
             let sample_bindings = seen.clone().part("sample_slots", &uniform);
             let tracing = sample_bindings.clone().buffer("sampled_hits", &targets.hits);
@@ -283,32 +283,32 @@ impl IndirectPasses for SampledLight {
                 shading = shading.with(environment);
             }
             let looking = summing.clone().buffer("light_rays", &targets.light_rays);
-            match &mut cells {
+            match &mut entries {
                 None => {
                     frame.dispatch(shade, &shading, samples);
                     frame.dispatch(&self.shadow, &looking, samples);
                 }
-                Some(cells) => {
-                    if cells.looks_up(&of_sample) {
-                        cells.find(frame, &summing.clone().buffer("sampled_hits", &targets.hits));
+                Some(entries) => {
+                    if entries.looks_up(&of_sample) {
+                        entries.find(frame, &summing.clone().buffer("sampled_hits", &targets.hits));
                     }
-                    let [to_shade, to_look] = cells.left_over();
+                    let [to_shade, to_look] = entries.left_over();
                     frame.dispatch_indirect(shade, &shading, to_shade);
                     frame.dispatch_indirect(&self.shadow, &looking, to_look);
-                    cells.sample(frame, view_context, round);
+                    entries.sample(frame, view_context, round);
                 }
             }
             if round < emitter_rays {
                 frame.dispatch(&self.emitters, &looking, samples);
             }
-            if let Some(cells) = &mut cells
-                && round + 1 == of_cells.end
+            if let Some(entries) = &mut entries
+                && round + 1 == of_entries.end
             {
-                cells.gather(frame, view_context, &summing);
+                entries.gather(frame, view_context, &summing);
             }
             round += 1;
-            if let Some(cells) = &mut cells
-                && cells.starts_over(frame, view_context, round - 1)?
+            if let Some(entries) = &mut entries
+                && entries.starts_over(frame, view_context, round - 1)?
             {
                 frame.encoder().clear_buffer(targets.counters.buffer(), 0, None);
                 round = 0;
@@ -318,7 +318,7 @@ impl IndirectPasses for SampledLight {
         let layers = self.smoothing.record(frame, view_context, surface, &sums)?;
         Ok(IndirectSums {
             layers,
-            counters: [targets.counters].into_iter().chain(cells.map(|cells| cells.counters())).collect(),
+            counters: [targets.counters].into_iter().chain(entries.map(|entries| entries.counters())).collect(),
         })
     }
 }
@@ -368,11 +368,11 @@ fn check(settings: &Sampled, structure: &Structure) -> Result<(), RenderError> {
     if settings.filter_radius > MOST_RADIUS {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "a filter of at most 64 pixels" });
     }
-    if !(LEAST_CELLS..=MOST_CELLS).contains(&settings.cache_cells)
+    if !(LEAST_ENTRIES..=MOST_ENTRIES).contains(&settings.cache_entries)
         || !(1..=MOST_SAMPLES).contains(&settings.cache_samples)
         || !(1..=MOST_FIRST_RAYS).contains(&settings.first_rays)
     {
-        let needed = "`cache-cells` from 64 to 524,288, `cache-samples` from 1 to 128, and `first-rays` from 1 to 8";
+        let needed = "`cache-entries` from 64 to 524,288, `cache-samples` from 1 to 128, and `first-rays` from 1 to 8";
         return Err(RenderError::Together { setting: "`hit-light cached`", needed });
     }
     if matches!(settings.bounces, Bounces::UpTo(bounces) if !(1..=Bounces::MOST).contains(&bounces)) {

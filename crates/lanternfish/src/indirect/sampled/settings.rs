@@ -17,9 +17,9 @@ use crate::{
     technique::{Parameter, Range, Technique},
 };
 
-/// Cells that the radiance cache may have room for, and samples of each in a picture's first frame.
-pub(super) const LEAST_CELLS: u32 = 64;
-pub(super) const MOST_CELLS: u32 = 1 << 19;
+/// Entries that the radiance cache may have room for, and samples of each in a picture's first frame.
+pub(super) const LEAST_ENTRIES: u32 = 64;
+pub(super) const MOST_ENTRIES: u32 = 1 << 19;
 pub(super) const MOST_SAMPLES: u32 = 128;
 /// How many times as many rays a picture's first frame may have.
 pub(super) const MOST_FIRST_RAYS: u32 = 8;
@@ -48,10 +48,10 @@ pub struct Sampled {
     pub hit_light: HitLight,
     /// How often light is reflected before it comes to the surface that is seen; all: as often as `hit_light` knows, once where ends are shaded.
     pub bounces: Bounces,
-    /// Cells that the radiance cache has room for at most, 64 to 524,288, rounded up to a power of two; at first for 131,072, and it grows. More: fewer
+    /// Entries that the radiance cache has room for at most, 64 to 524,288, rounded up to a power of two; at first for 131,072, and it grows. More: fewer
     /// ends of rays are shaded because there is no room, and some 300 bytes for each that there is room for, with every bounce 660 and with eight 1,000;
     /// after 128 frames, with a second table, 410, 1,100 and 1,800.
-    pub cache_cells: u32,
+    pub cache_entries: u32,
     /// Samples that a cell of the radiance cache gets in a picture's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
     /// less noise in a picture of one frame, and more of the bounces, slower.
     pub cache_samples: u32,
@@ -96,7 +96,7 @@ impl Quality {
             clamp: IndirectClamp::On,
             hit_light: HitLight::Cached,
             bounces: Bounces::All,
-            cache_cells: 1 << 18,
+            cache_entries: 1 << 18,
             cache_samples: 16,
         };
         match self {
@@ -156,11 +156,11 @@ impl Technique for Sampled {
             |sampled| &mut sampled.bounces,
         ),
         Parameter::new(
-            "cache-cells",
+            "cache-entries",
             "N",
-            Range::Count(LEAST_CELLS, MOST_CELLS),
-            "Cells that the radiance cache has room for at most. More: fewer ends of rays are shaded for want of room",
-            |sampled| &mut sampled.cache_cells,
+            Range::Count(LEAST_ENTRIES, MOST_ENTRIES),
+            "Entries that the radiance cache has room for at most. More: fewer ends of rays are shaded for want of room",
+            |sampled| &mut sampled.cache_entries,
         ),
         Parameter::new(
             "cache-samples",

@@ -1,7 +1,7 @@
 //! Light that the ends of rays send by way of the radiance cache.
 
 use crate::{
-    indirect::radiance_cache::FIRST_CELLS_IN_TESTS,
+    indirect::radiance_cache::FIRST_ENTRIES_IN_TESTS,
     settings::History,
     techniques::{Bounces, HitLight},
     testing::walks,
@@ -82,9 +82,9 @@ fn gpu_every_bounce_is_the_path_tracers() {
         [("cornell", cornell(), looking(CAMERA.0, CAMERA.1), 256), ("hall", hall, inside, 128)]
     {
         let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
-        let cells = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::All) };
+        let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::All) };
         let indirect =
-            mean(&picture(gpu, over_frames(cells, 16), &scene, &camera)) - mean(&picture(gpu, direct, &scene, &camera));
+            mean(&picture(gpu, over_frames(entries, 16), &scene, &camera)) - mean(&picture(gpu, direct, &scene, &camera));
         let [truth, one, direct] = [u32::MAX, 3, 2].map(|depth| mean(&traced(&scene, &camera, depth, samples)));
         let found = indirect / (truth - direct);
         println!("{name}: {found:.4} of the light");
@@ -104,8 +104,8 @@ fn gpu_counted_bounces_are_the_path_tracers() {
     let of = |depth| mean(&traced(&scene, &camera, depth, 256));
     let traced: Vec<f64> = (2..=6).map(of).collect();
     for bounces in [2, 3] {
-        let cells = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::UpTo(bounces)) };
-        let found = mean(&picture(gpu, over_frames(cells, 16), &scene, &camera)) - direct;
+        let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::UpTo(bounces)) };
+        let found = mean(&picture(gpu, over_frames(entries, 16), &scene, &camera)) - direct;
         let fraction = |more: i32| found / (traced[(bounces as i32 + more) as usize] - traced[0]);
         println!("{bounces}: {:.4} of the light; {:.4} of that of one more", fraction(0), fraction(1));
         assert!((fraction(0) - 1.0).abs() < 0.03, "{bounces}: {}", fraction(0));
@@ -114,13 +114,13 @@ fn gpu_counted_bounces_are_the_path_tracers() {
     }
 }
 
-/// Cells that have moved to another table send what they did, of each number of bounces.
+/// Entries that have moved to another table send what they did, of each number of bounces.
 #[test]
 fn gpu_counted_bounces_stay_when_cells_move() {
     let Some(gpu) = testing::gpu("gpu_counted_bounces_stay_when_cells_move") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let cells = Sampled { diffuse_rays: 1, glossy_rays: 1, ..cached(Tracer::BVH, Bounces::UpTo(3)) };
-    let settings = Settings { history: History::On, ..settings(cells) };
+    let entries = Sampled { diffuse_rays: 1, glossy_rays: 1, ..cached(Tracer::BVH, Bounces::UpTo(3)) };
+    let settings = Settings { history: History::On, ..settings(entries) };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let mut light = |frames: usize| {
@@ -164,7 +164,7 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
         let picture = renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap();
         let pixels: Vec<Vec3> = picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
         let counted = |name: &str| picture.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
-        let names = ["indirect/rays", "indirect/hits", "indirect/lost_cells", "radiance_cache/lost"];
+        let names = ["indirect/rays", "indirect/hits", "indirect/lost_entries", "radiance_cache/lost"];
         (mean(&pixels) - direct, names.map(|name| counted(name).unwrap_or(0)))
     };
     let rendered = |rays| rendered_over(8, rays);
@@ -173,23 +173,23 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     let (found, counts) = rendered(one);
     assert_eq!(counts, [rays, hits, 0, 0]);
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
-    let (found, counts) = rendered(Sampled { cache_cells: 64, ..one });
+    let (found, counts) = rendered(Sampled { cache_entries: 64, ..one });
     println!("{} rays' cells had no room; {:.4} of the light", counts[2], found / expected);
     assert!(counts[..2] == [rays, hits] && counts[2] > rays / 4 && counts[3] == 0, "{counts:?}");
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
     // A first frame that starts over, with a table that is full again: cells that had room before have none then.
     let first = Sampled { first_rays: 1, ..one };
     let (_, [rays, hits, ..]) = rendered_over(1, Sampled { hit_light: HitLight::Shaded, ..first });
-    FIRST_CELLS_IN_TESTS.set(256);
-    let (found, counts) = rendered_over(1, Sampled { cache_cells: 512, ..first });
+    FIRST_ENTRIES_IN_TESTS.set(256);
+    let (found, counts) = rendered_over(1, Sampled { cache_entries: 512, ..first });
     println!("{} rays' cells had no room after starting over; {:.4} of the light", counts[2], found / expected);
     assert!(counts[..2] == [rays, hits] && counts[2] > rays / 4, "{counts:?}, {rays} rays, {hits} hits");
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
-    FIRST_CELLS_IN_TESTS.set(1 << 17);
+    FIRST_ENTRIES_IN_TESTS.set(1 << 17);
     let all = cached(Tracer::BVH, Bounces::All);
     let (with_room, counts) = rendered(all);
     assert_eq!(counts[2..], [0, 0]);
-    let (found, counts) = rendered(Sampled { cache_cells: 64, ..all });
+    let (found, counts) = rendered(Sampled { cache_entries: 64, ..all });
     assert!(counts[3] > 0 && found > expected && found < with_room, "{counts:?}, {found} of {with_room}");
 }
 
@@ -199,8 +199,8 @@ fn gpu_caches_without_cells_or_samples_are_refused() {
     let Some(gpu) = testing::gpu("gpu_caches_without_cells_or_samples_are_refused") else { return };
     let usual = cached(Tracer::BVH, Bounces::All);
     let refused = [
-        Sampled { cache_cells: 0, ..usual },
-        Sampled { cache_cells: u32::MAX, ..usual },
+        Sampled { cache_entries: 0, ..usual },
+        Sampled { cache_entries: u32::MAX, ..usual },
         Sampled { cache_samples: 0, ..usual },
         Sampled { first_rays: 0, ..usual },
         Sampled { first_rays: 9, ..usual },
@@ -212,7 +212,7 @@ fn gpu_caches_without_cells_or_samples_are_refused() {
     }
 }
 
-/// Cells move to another table now and then, with what they keep: a long mean is what a short one is, and the same again.
+/// Entries move to another table now and then, with what they keep: a long mean is what a short one is, and the same again.
 #[test]
 fn gpu_cells_that_move_keep_their_light() {
     let Some(gpu) = testing::gpu("gpu_cells_that_move_keep_their_light") else { return };
@@ -269,7 +269,7 @@ fn gpu_cells_do_not_leak_through_walls() {
     assert!(dark < 0.005 * lit, "{dark} of {lit}");
 }
 
-/// A dark room that light comes to by the door alone, after two reflections at least. Cells of a floor that goes on under the wall lie on both
+/// A dark room that light comes to by the door alone, after two reflections at least. Entries of a floor that goes on under the wall lie on both
 /// sides of it, and a few rays slip into the hollow wall: where a cell is sampled is said by those who are nearest to what is seen.
 #[test]
 fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
@@ -286,8 +286,8 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         let end = Vec3::new(0.2, 0.0, 0.0);
         scene.meshes[0].primitives.push(quad(0, end, 0.5 * thickness * edge * Vec3::Z, Vec3::Y));
         scene.lights.push(Light::point(Vec3::new(-0.5, 0.0, -0.5), Vec3::ONE));
-        let cells = Sampled { cache_samples: 32, ..cached(Tracer::BVH, Bounces::All) };
-        let found = mean(&picture(gpu, over_frames(cells, 8), &scene, &dark));
+        let entries = Sampled { cache_samples: 32, ..cached(Tracer::BVH, Bounces::All) };
+        let found = mean(&picture(gpu, over_frames(entries, 8), &scene, &dark));
         let truth = mean(&traced(&scene, &dark, u32::MAX, 192));
         println!("a wall of {thickness} edges: {:.4} of the light", found / truth);
         // Light of so many bounces comes late. While all cells had the same say, it was 0.64.
@@ -306,33 +306,33 @@ fn gpu_tables_that_grow_change_no_picture() {
     scene.materials[0].unlit = true;
     scene.sky = Vec3::splat(0.2);
     let rays = Sampled { diffuse_rays: 4, glossy_rays: 2, ..cached(Tracer::BVH, Bounces::All) };
-    let rendered = |first_cells, rays| {
-        FIRST_CELLS_IN_TESTS.set(first_cells);
+    let rendered = |first_entries, rays| {
+        FIRST_ENTRIES_IN_TESTS.set(first_entries);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 3)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let [picture, again] = [(), ()].map(|()| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
         let counted = |name: &str| picture.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
-        let counts = ["radiance_cache/cells", "radiance_cache/lost", "indirect/lost_cells"];
+        let counts = ["radiance_cache/entries", "radiance_cache/lost", "indirect/lost_entries"];
         let counts = counts.map(|name| counted(name).unwrap());
         let moved = picture.report.passes.iter().filter(|pass| pass.name == "radiance_cache/carry").count();
-        println!("{first_cells} cells at first: {counts:?}, moved {moved} times");
-        assert!(counts[1] > 0 || picture.radiance == again.radiance, "{first_cells}: another picture the second time");
+        println!("{first_entries} cells at first: {counts:?}, moved {moved} times");
+        assert!(counts[1] > 0 || picture.radiance == again.radiance, "{first_entries}: another picture the second time");
         (picture.radiance, counts, moved)
     };
     let mut moved_between_frames = 0;
     // The last ones have more rounds of rays in the first frame than samples of a cell.
     for (tracer, bounces, first_rays) in [(Tracer::BVH, Bounces::All, 1), (Tracer::BVH, Bounces::UpTo(3), 4)] {
         let rays = Sampled { tracer: tracer.into(), bounces, first_rays, ..rays };
-        let (expected, [cells, ..], _) = rendered(1 << 17, rays);
+        let (expected, [entries, ..], _) = rendered(1 << 17, rays);
         // Of 4096 the frame starts over behind a later round.
-        for first_cells in [64, 1 << 12, 1 << 14] {
-            let (found, counts, moved) = rendered(first_cells, rays);
+        for first_entries in [64, 1 << 12, 1 << 14] {
+            let (found, counts, moved) = rendered(first_entries, rays);
             moved_between_frames += moved;
-            assert_eq!(counts, [cells, 0, 0], "{tracer}, {first_cells}");
-            assert!(found == expected, "{tracer}, {first_cells}: another picture");
+            assert_eq!(counts, [entries, 0, 0], "{tracer}, {first_entries}");
+            assert!(found == expected, "{tracer}, {first_entries}: another picture");
         }
         // Without room to grow, cells are lost.
-        let (found, [.., lost, lost_of_pixels], _) = rendered(64, Sampled { cache_cells: 64, ..rays });
+        let (found, [.., lost, lost_of_pixels], _) = rendered(64, Sampled { cache_entries: 64, ..rays });
         assert!(lost > 0 && lost_of_pixels > 0 && found != expected, "{tracer}");
     }
     // Passes are timed where the device can.

@@ -15,22 +15,22 @@ use crate::{
 const SLOTS: u32 = 4096;
 
 /// Slots of cells of these numbers that are put into an empty table, slots of the same cells when they are looked up, and of as many others. -1: none.
-fn slots_of(gpu: &Gpu, cells: u32) -> [Vec<i32>; 3] {
+fn slots_of(gpu: &Gpu, entries: u32) -> [Vec<i32>; 3] {
     let buffer = |name| storage_buffer(&gpu.device, name, 8 * u64::from(SLOTS)).unwrap();
     let [words, hashes] = ["words", "hashes"].map(buffer);
     let parameters = RadianceCacheParameters { slot_mask: SLOTS - 1, ..Default::default() };
     let uniform = uniform_buffer_of(&gpu.device, "radiance_cache", &parameters);
     let about = Bindings::new()
         .buffer("radiance_cache", &uniform)
-        .buffer("cell_words", &words)
+        .buffer("entry_words", &words)
         .buffer("found_words", &words)
-        .buffer("cell_hashes", &hashes);
+        .buffer("entry_hashes", &hashes);
     let ask = |entry, first: u32| {
-        let numbers: Vec<_> = (first..first + cells).map(|cell| Vec4::splat(cell as f32)).collect();
+        let numbers: Vec<_> = (first..first + entries).map(|entry| Vec4::splat(entry as f32)).collect();
         let answers = ask_module(gpu, "testing/cell_table", entry, &about, &numbers, 1);
         answers.iter().map(|answer| answer.x as i32).collect()
     };
-    [ask("put", 0), ask("look_up", 0), ask("look_up", cells)]
+    [ask("put", 0), ask("look_up", 0), ask("look_up", entries)]
 }
 
 /// Three quarters of the slots can be taken without losing a cell; what is put in is found there, and nothing else is found.

@@ -5,7 +5,7 @@ use glam::{Vec3, Vec4};
 use super::{LISTED, Table, rgbe};
 use crate::indirect::radiance_cache::{
     RadianceCacheParameters,
-    parameters::{Link, SampledCell},
+    parameters::{Link, SampledEntry},
 };
 
 const NOTHING: u32 = u32::MAX;
@@ -21,7 +21,7 @@ fn weight(samples: f32, most: f32) -> f32 {
 }
 
 /// Adds each sample to its entry's mean: `commit`.
-pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledCell], parameters: &RadianceCacheParameters) {
+pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledEntry], parameters: &RadianceCacheParameters) {
     for sampled in sampled {
         let slot = sampled.slot as usize;
         if sampled.slot_hit != NO_SLOT {
@@ -66,7 +66,7 @@ pub(in super::super) fn unpack_reflectance(bits: u32) -> Vec3 {
 }
 
 /// Puts each sample's hit at the head of its entry's list; what the last one of a full list brings goes into the mean of earlier ones: `keep`.
-pub(in super::super) fn append_hits(table: &mut Table, sampled: &[SampledCell], parameters: &RadianceCacheParameters) {
+pub(in super::super) fn append_hits(table: &mut Table, sampled: &[SampledEntry], parameters: &RadianceCacheParameters) {
     for sampled in sampled {
         let slot = sampled.slot as usize;
         let samples = table.light[1][slot].w;

@@ -21,7 +21,7 @@ pub(super) mod vote;
 use glam::Vec4;
 
 pub(super) use self::hashing::Entry;
-use super::parameters::{CellSample, Link};
+use super::parameters::{EntrySample, Link};
 
 /// Hits that an entry lists.
 pub(super) const LISTED: usize = 16;
@@ -39,7 +39,7 @@ pub(super) struct Table {
     /// The frame in which the entry was last requested.
     pub requested: Vec<u32>,
     /// Where the entry is sampled, and its rank.
-    pub samples: Vec<CellSample>,
+    pub samples: Vec<EntrySample>,
     /// Outgoing radiance of each level, and its number of samples: `level_at` of `table.wesl`.
     pub light: Vec<Vec<Vec4>>,
     /// Its last hits, the newest first.
@@ -54,7 +54,7 @@ impl Table {
         let slots = slots as usize;
         let [keys, hashes, rgbe, votes, requested] = [(); 5].map(|()| vec![0; slots]);
         let lights = |count| vec![vec![Vec4::ZERO; slots]; count];
-        let (samples, hits) = (vec![CellSample::default(); slots], vec![[Link::default(); LISTED]; slots]);
+        let (samples, hits) = (vec![EntrySample::default(); slots], vec![[Link::default(); LISTED]; slots]);
         Self { keys, hashes, rgbe, votes, requested, samples, light: lights(levels), hits, earlier: lights(steps) }
     }
 

@@ -6,7 +6,7 @@ use super::{
     LISTED, Table,
     accumulate::{earlier_count, outgoing, unpack_reflectance},
 };
-use crate::indirect::radiance_cache::parameters::{CacheSweep, DueCell};
+use crate::indirect::radiance_cache::parameters::{CacheSweep, ScheduledEntry};
 
 /// No colours: every entry reads in each sweep.
 const ALL: u32 = 2;
@@ -30,12 +30,12 @@ pub(in super::super) fn sweep(table: &mut Table, (of_sweep, most): (&CacheSweep,
 }
 
 /// One sweep over the entries of a list: `relax_due`.
-pub(in super::super) fn sweep_scheduled(table: &mut Table, list: &[DueCell], (of_sweep, most): (&CacheSweep, f32)) {
+pub(in super::super) fn sweep_scheduled(table: &mut Table, list: &[ScheduledEntry], (of_sweep, most): (&CacheSweep, f32)) {
     list.iter().for_each(|entry| read_hits(table, entry.slot as usize, (of_sweep, most)));
 }
 
 /// What they have written goes where it is read: `put_back`.
-pub(in super::super) fn copy_back(table: &mut Table, list: &[DueCell], of_sweep: &CacheSweep) {
+pub(in super::super) fn copy_back(table: &mut Table, list: &[ScheduledEntry], of_sweep: &CacheSweep) {
     for slot in list.iter().map(|entry| entry.slot as usize) {
         table.light[of_sweep.read_level as usize][slot] = table.light[of_sweep.written_level as usize][slot];
     }

@@ -3,7 +3,7 @@
 use super::{Table, vote};
 use crate::indirect::radiance_cache::{
     CacheUpdate, RadianceCacheParameters,
-    parameters::{DueCell, SampledCell},
+    parameters::{ScheduledEntry, SampledEntry},
 };
 
 /// Updates after which an entry that pixels no longer request goes on to the next rank.
@@ -33,9 +33,9 @@ fn fewest(rank: u32, parameters: &RadianceCacheParameters) -> u32 {
 }
 
 /// The number of an entry's next sample, and in the lower half by which its sequences are shifted.
-fn scheduled(table: &Table, slot: usize, samples: u32, parameters: &RadianceCacheParameters) -> DueCell {
+fn scheduled(table: &Table, slot: usize, samples: u32, parameters: &RadianceCacheParameters) -> ScheduledEntry {
     let number = samples.wrapping_add(parameters.changes) % 65_536;
-    DueCell { slot: slot as u32, sample: table.keys[slot] / 65_536 + number * 65_536 }
+    ScheduledEntry { slot: slot as u32, sample: table.keys[slot] / 65_536 + number * 65_536 }
 }
 
 /// The first list of an update, of all entries; updates what they know: `choose`.
@@ -43,7 +43,7 @@ pub(in super::super) fn choose(
     table: &mut Table,
     parameters: &RadianceCacheParameters,
     of_update: &CacheUpdate,
-) -> Vec<DueCell> {
+) -> Vec<ScheduledEntry> {
     let taken: Vec<usize> = table.taken().collect();
     taken.into_iter().filter_map(|slot| choose_one(table, slot, parameters, of_update)).collect()
 }
@@ -53,7 +53,7 @@ fn choose_one(
     slot: usize,
     parameters: &RadianceCacheParameters,
     of_update: &CacheUpdate,
-) -> Option<DueCell> {
+) -> Option<ScheduledEntry> {
     let RadianceCacheParameters { most_fraction, most, .. } = *parameters;
     let CacheUpdate { update, fraction, remembered, fades, .. } = *of_update;
     let key = table.keys[slot];
@@ -85,10 +85,10 @@ fn choose_one(
 /// A further list of an update: entries of the one before that have too few samples still, and new ones that these have hit: `choose_again`.
 pub(in super::super) fn choose_again(
     table: &Table,
-    before: &[DueCell],
-    sampled: &[SampledCell],
+    before: &[ScheduledEntry],
+    sampled: &[SampledEntry],
     parameters: &RadianceCacheParameters,
-) -> Vec<DueCell> {
+) -> Vec<ScheduledEntry> {
     let mut list = Vec::new();
     for (entry, sampled) in before.iter().zip(sampled) {
         let slot = entry.slot as usize;

@@ -7,7 +7,7 @@ use crate::{
     common::random::random_units,
     indirect::radiance_cache::{
         RadianceCacheParameters,
-        parameters::{CellSample, SampledCell},
+        parameters::{EntrySample, SampledEntry},
         planes::TrianglePlane,
     },
 };
@@ -59,13 +59,13 @@ pub(in super::super) fn ray_with(of: u32, first_sample: u32, update: u32) -> UVe
 }
 
 /// Distance in hits from what pixels see: 0 to [`LAST_RANK`].
-pub(in super::super) fn rank(sample: CellSample) -> u32 {
+pub(in super::super) fn rank(sample: EntrySample) -> u32 {
     LAST_RANK - (sample.triangle >> RANK_SHIFT) % 8
 }
 
-pub(in super::super) fn with_rank(sample: CellSample, rank: u32) -> CellSample {
+pub(in super::super) fn with_rank(sample: EntrySample, rank: u32) -> EntrySample {
     let others = sample.triangle & !(LAST_RANK << RANK_SHIFT);
-    CellSample { triangle: others | ((LAST_RANK - rank) << RANK_SHIFT), ..sample }
+    EntrySample { triangle: others | ((LAST_RANK - rank) << RANK_SHIFT), ..sample }
 }
 
 fn snorms(bits: u32) -> Vec2 {
@@ -88,7 +88,7 @@ pub(in super::super) fn snorm_bits(halves: IVec2) -> u32 {
 }
 
 /// Where a sample's ray hit, on the triangle's plane; the normal of the side that it hit; and the sample there, of rank 0.
-fn face(sampled: &SampledCell, planes: &[TrianglePlane]) -> (Vec3, Vec3, CellSample) {
+fn face(sampled: &SampledEntry, planes: &[TrianglePlane]) -> (Vec3, Vec3, EntrySample) {
     let dot = |a: Vec3, b: Vec3| a.x * b.x + a.y * b.y + a.z * b.z;
     let (direction, plane) = (unit(sampled.hit_direction), planes[sampled.triangle as usize]);
     let p_world = sampled.p_world + sampled.distance * direction;
@@ -96,13 +96,13 @@ fn face(sampled: &SampledCell, planes: &[TrianglePlane]) -> (Vec3, Vec3, CellSam
     let on_plane = p_world - (dot(normal, p_world) - plane.offset) * normal;
     let is_behind = dot(normal, direction) > 0.0;
     let (normal, side) = if is_behind { (-normal, FROM_BEHIND) } else { (normal, 0) };
-    (on_plane, normal, with_rank(CellSample { p_world: on_plane, triangle: sampled.triangle | side }, 0))
+    (on_plane, normal, with_rank(EntrySample { p_world: on_plane, triangle: sampled.triangle | side }, 0))
 }
 
 /// Inserts the entries that samples' rays have hit, and votes for each: `intersect`. How many had no slot.
 pub(in super::super) fn intersect(
     table: &mut Table,
-    sampled: &mut [SampledCell],
+    sampled: &mut [SampledEntry],
     planes: &[TrianglePlane],
     (eye, parameters): (Vec3, &RadianceCacheParameters),
     update: u32,
@@ -127,7 +127,7 @@ pub(in super::super) fn intersect(
 }
 
 /// Those that have won say where the entry that they hit is sampled, unless its rank is lower than theirs would make it: `place`.
-pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledCell], planes: &[TrianglePlane], update: u32) {
+pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledEntry], planes: &[TrianglePlane], update: u32) {
     for sampled in sampled.iter_mut().filter(|sampled| sampled.slot_hit != NO_SLOT) {
         let slot = sampled.slot_hit as usize;
         let own = priority(table.keys[sampled.slot as usize], update);

@@ -102,7 +102,7 @@ fn compare_packed_slots(bench: &Bench) -> Compared {
     same_tables(bench, &table_of(&memory, &table), &table)?;
     let list = random_list(&mut random, &table, 0.3);
     table.light[0].iter_mut().for_each(|light| *light *= Vec4::new(3.0, 5.0, 0.5, 1.0));
-    memory.set("cell_light", &table.light.concat());
+    memory.set("entry_light", &table.light.concat());
     memory.bind(&["due"], &due_words(&list, 256));
     bench.run(&mut memory, "propagate", "pack_due", workgroups(list.len() as u32));
     rgbe::pack_slots(&mut table, list.iter().map(|entry| entry.slot as usize));

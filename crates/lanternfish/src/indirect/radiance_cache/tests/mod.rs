@@ -19,7 +19,7 @@ use lanternfish_gpu::{
 
 use super::{
     CacheUpdate, RadianceCacheParameters,
-    parameters::{CacheSweep, CellSample, DueCell, Link, SampledCell},
+    parameters::{CacheSweep, EntrySample, ScheduledEntry, Link, SampledEntry},
     reference::{Entry, LISTED, Table, vote::with_rank},
 };
 use crate::{common::workgroups, testing::Random, view::View};
@@ -176,7 +176,7 @@ fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &Ra
         table.requested[slot] = parameters.frame - one_of(random, &[0, 1, 2, 50, 127, 128, 129, 130, 200]);
         let triangle = below(random, 1 << 20) | (below(random, 2) << 31);
         table.samples[slot] =
-            with_rank(CellSample { p_world: random.point(), triangle }, one_of(random, &[0, 0, 1, 1, 2, 3, 5, 6, 7]));
+            with_rank(EntrySample { p_world: random.point(), triangle }, one_of(random, &[0, 0, 1, 1, 2, 3, 5, 6, 7]));
         let samples =
             one_of(random, &[0, 1, 1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 15, 16, 17, 23, 24, 31, 32, 127, 128, 129, 300]);
         for light in &mut table.light {
@@ -200,13 +200,13 @@ fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &Ra
 }
 
 /// Samples of entries of a list, whose rays have hit entries of the table, or what has no slot, or nothing.
-fn random_samples(random: &mut Random, table: &Table, list: &[DueCell]) -> Vec<SampledCell> {
+fn random_samples(random: &mut Random, table: &Table, list: &[ScheduledEntry]) -> Vec<SampledEntry> {
     let taken: Vec<usize> = table.taken().collect();
     let mut samples = Vec::new();
     for entry in list {
         let hit = if random.unit() < 0.2 { u32::MAX } else { one_of(random, &taken) as u32 };
         let color = |random: &mut Random| 0.5 * (Vec3::ONE + random.point());
-        samples.push(SampledCell {
+        samples.push(SampledEntry {
             slot: entry.slot,
             reflected: color(random),
             sent: color(random),
@@ -221,28 +221,28 @@ fn random_samples(random: &mut Random, table: &Table, list: &[DueCell]) -> Vec<S
 }
 
 /// A list of different entries of a table: about so large a share of them.
-fn random_list(random: &mut Random, table: &Table, fraction: f32) -> Vec<DueCell> {
+fn random_list(random: &mut Random, table: &Table, fraction: f32) -> Vec<ScheduledEntry> {
     let taken: Vec<usize> = table.taken().collect();
     let mut list = Vec::new();
     for slot in taken {
         if random.unit() < fraction {
-            list.push(DueCell { slot: slot as u32, sample: word(random) });
+            list.push(ScheduledEntry { slot: slot as u32, sample: word(random) });
         }
     }
     list
 }
 
 /// A list as passes read it: its length, and room for as many entries as the table has slots.
-fn due_words(list: &[DueCell], slots: u32) -> Vec<u32> {
+fn due_words(list: &[ScheduledEntry], slots: u32) -> Vec<u32> {
     let mut words = vec![list.len() as u32];
     words.extend(list.iter().flat_map(|entry| [entry.slot, entry.sample]));
     words.resize(1 + 2 * slots as usize, 0);
     words
 }
 
-fn list_of(words: &[u32]) -> Vec<DueCell> {
+fn list_of(words: &[u32]) -> Vec<ScheduledEntry> {
     let pairs = words[1..].chunks_exact(2).take(words[0] as usize);
-    pairs.map(|pair| DueCell { slot: pair[0], sample: pair[1] }).collect()
+    pairs.map(|pair| ScheduledEntry { slot: pair[0], sample: pair[1] }).collect()
 }
 
 /// Memory with a table and what the passes are told.
@@ -252,7 +252,7 @@ fn memory_of(table: &Table, parameters: &RadianceCacheParameters) -> Memory {
     memory.bind(&["radiance_cache"], &[*parameters]);
     memory.bind(&["cache_update"], &[UPDATE]);
     memory.bind(&["cache_sweep"], &[CacheSweep::default()]);
-    memory.bind(&["cell_counters"], &[0u32; 4]);
+    memory.bind(&["entry_counters"], &[0u32; 4]);
     bind_table(&mut memory, table, "cell_", "earlier_links");
     memory
 }
@@ -276,7 +276,7 @@ fn bind_table(memory: &mut Memory, table: &Table, prefix: &str, earlier: &str) {
 
 /// The table that is there, with as many levels and steps as another one has.
 fn table_of(memory: &Memory, like: &Table) -> Table {
-    let words: Vec<u32> = memory.get("cell_words");
+    let words: Vec<u32> = memory.get("entry_words");
     let half =
         |first: usize| words.chunks(8).flat_map(|bucket| bucket[first..first + 4].to_vec()).collect::<Vec<u32>>();
     let slots = words.len() / 2;
@@ -287,12 +287,12 @@ fn table_of(memory: &Memory, like: &Table) -> Table {
     Table {
         keys: half(0),
         rgbe: half(4),
-        hashes: memory.get("cell_hashes"),
-        votes: memory.get("cell_winners"),
-        requested: memory.get("cell_asked"),
-        samples: memory.get("cell_samples"),
-        light: parts("cell_light", like.light.len()),
-        hits: memory.get("cell_links"),
+        hashes: memory.get("entry_hashes"),
+        votes: memory.get("entry_winners"),
+        requested: memory.get("entry_votes"),
+        samples: memory.get("entry_samples"),
+        light: parts("entry_light", like.light.len()),
+        hits: memory.get("entry_hits"),
         earlier: parts("earlier_links", like.earlier.len()),
     }
 }
@@ -319,7 +319,7 @@ fn kept(table: &Table) -> Result<BTreeMap<u32, (Kept, Vec<Vec3>)>, String> {
         if table.find(Entry { key, hash }) != Some(slot as u32) {
             return Err(format!("the entry in slot {slot} is not found there"));
         }
-        let CellSample { p_world, triangle } = table.samples[slot];
+        let EntrySample { p_world, triangle } = table.samples[slot];
         let [x, y, z] = bits(p_world.to_array());
         // One a sample; of one bounce there are none.
         let listed = table.light.get(1).map_or(0, |light| (light[slot].w as usize).min(LISTED));

@@ -30,7 +30,7 @@ fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
     frames
 }
 
-fn sorted(mut list: Vec<DueCell>) -> Vec<[u32; 2]> {
+fn sorted(mut list: Vec<ScheduledEntry>) -> Vec<[u32; 2]> {
     list.sort_by_key(|entry| entry.slot);
     list.iter().map(|entry| [entry.slot, entry.sample]).collect()
 }
@@ -46,11 +46,11 @@ fn compare_lists(
     let entries = table.taken().count() as u32;
     let mut memory = memory_of(&table, parameters);
     memory.set("cache_update", &[*update]);
-    memory.set("cell_counters", &[77u32, 1000, 0, 0]);
-    memory.bind(&["found_due"], &due_words(&[DueCell::default(); 9], SLOTS));
+    memory.set("entry_counters", &[77u32, 1000, 0, 0]);
+    memory.bind(&["found_due"], &due_words(&[ScheduledEntry::default(); 9], SLOTS));
     memory.bind(&["due"], &due_words(&[], SLOTS));
     memory.bind(&["due_dispatch"], &[9u32; 3]);
-    memory.bind(&["sampled_cells"], &vec![SampledCell::default(); SLOTS as usize]);
+    memory.bind(&["sampled_entries"], &vec![SampledEntry::default(); SLOTS as usize]);
     bench.run(&mut memory, "schedule", "clear", [1; 3]);
     bench.run(&mut memory, "schedule", "choose", workgroups(SLOTS));
     bench.run(&mut memory, "schedule", "measure", [1; 3]);
@@ -64,7 +64,7 @@ fn compare_lists(
     let count = list.len() as u32;
     same("workgroups along", &memory.get("due_dispatch"), &schedule::workgroups(count))?;
     let counted = if update.counts == 1 { entries } else { 77 };
-    same("counter", &memory.get("cell_counters"), &[counted, 1000 + count, 0, 0])?;
+    same("counter", &memory.get("entry_counters"), &[counted, 1000 + count, 0, 0])?;
 
     // Behind the samples of the first round.
     for entry in &list {
@@ -76,10 +76,10 @@ fn compare_lists(
     // One wins each entry.
     let mut won = std::collections::BTreeSet::new();
     samples.iter_mut().for_each(|sample| sample.has_won &= u32::from(won.insert(sample.slot_hit)));
-    memory.set("cell_light", &table.light.concat());
+    memory.set("entry_light", &table.light.concat());
     memory.set("due", &due_words(&list, SLOTS));
-    samples.resize(SLOTS as usize, SampledCell::default());
-    memory.set("sampled_cells", &samples);
+    samples.resize(SLOTS as usize, SampledEntry::default());
+    memory.set("sampled_entries", &samples);
     bench.run(&mut memory, "schedule", "clear", [1; 3]);
     bench.run(&mut memory, "schedule", "choose_again", workgroups(count));
     let again = schedule::choose_again(&table, &list, &samples, parameters);

@@ -33,7 +33,7 @@ fn compare_priorities(bench: &Bench) -> Compared {
     for (query, priority) in queries.iter().zip(&priorities) {
         most[query[0] as usize] = most[query[0] as usize].max(*priority);
     }
-    same("vote for slot", &memory.get::<u32>("cell_winners"), &most)?;
+    same("vote for slot", &memory.get::<u32>("entry_winners"), &most)?;
     // Nobody wins who has not voted.
     let others: Vec<u32> = (0..200).map(|_| word(&mut random)).collect();
     queries.extend(others.iter().map(|candidate| [below(&mut random, 60), *candidate, 0, 0]));
@@ -81,7 +81,7 @@ fn compare_rays(bench: &Bench) -> Compared {
 }
 
 /// Planes across the axes, and samples whose rays hit them, all of numbers that are exact in a float: what is computed of them is the same on any device.
-fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledCell>) {
+fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledEntry>) {
     let ends = [[32_767, 0], [-32_767, 0], [0, 32_767], [0, -32_767], [0, 0]];
     let normal = |i: usize| vote::snorm_bits(IVec2::from(ends[i % ends.len()]));
     let planes: Vec<_> = (0..16).map(|i| TrianglePlane { normal: normal(i), offset: i as f32 * 0.25 - 2.0 }).collect();
@@ -112,10 +112,10 @@ fn compare_hits(bench: &Bench) -> Compared {
         // Rays of pixels have voted for none of them in this update.
         table.votes.fill(0);
         let (planes, mut samples) = hits(&mut random, &table);
-        let list: Vec<_> = samples.iter().map(|sample| DueCell { slot: sample.slot, sample: 0 }).collect();
+        let list: Vec<_> = samples.iter().map(|sample| ScheduledEntry { slot: sample.slot, sample: 0 }).collect();
         let mut memory = memory_of(&table, &parameters);
         memory.bind(&["due"], &due_words(&list, slots));
-        memory.bind(&["sampled_cells"], &samples);
+        memory.bind(&["sampled_entries"], &samples);
         memory.bind(&["triangle_planes"], &planes);
         bench.run(&mut memory, "intersect", "intersect", workgroups(list.len() as u32));
         let lost = vote::intersect(&mut table, &mut samples, &planes, (EYE, &parameters), UPDATE.update);
@@ -124,15 +124,15 @@ fn compare_hits(bench: &Bench) -> Compared {
             // Which are lost depends on the order.
             continue;
         }
-        same("counter", &memory.get::<u32>("cell_counters"), &[0, 0, lost, 0])?;
+        same("counter", &memory.get::<u32>("entry_counters"), &[0, 0, lost, 0])?;
         bench.run(&mut memory, "intersect", "place", workgroups(list.len() as u32));
         vote::select(&mut table, &mut samples, &planes, UPDATE.update);
         let found = table_of(&memory, &table);
         same_tables(bench, &found, &table)?;
-        let hit = |table: &Table, sample: &SampledCell| {
+        let hit = |table: &Table, sample: &SampledEntry| {
             (table.keys.get(sample.slot_hit as usize).copied(), sample.has_won, sample.rank, sample.triangle)
         };
-        let read: Vec<SampledCell> = memory.get("sampled_cells");
+        let read: Vec<SampledEntry> = memory.get("sampled_entries");
         let read: Vec<_> = read.iter().map(|sample| hit(&found, sample)).collect();
         same("hit", &read, &samples.iter().map(|sample| hit(&table, sample)).collect::<Vec<_>>())?;
         assert!(samples.iter().filter(|sample| sample.has_won == 1).count() > 10);

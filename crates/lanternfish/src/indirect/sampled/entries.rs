@@ -31,7 +31,7 @@ const ENDS_BYTES: u64 = 24;
 
 /// The cache, and the passes by which a pixel's rays find its cells and read them.
 #[derive(Debug)]
-pub(super) struct Cells {
+pub(super) struct Entries {
     cache: RadianceCache,
     find: ComputeKernel,
     find_and_add: ComputeKernel,
@@ -43,7 +43,7 @@ pub(super) struct Cells {
     gather_missing: ComputeKernel,
 }
 
-impl Cells {
+impl Entries {
     /// Compiles the passes. `exact`: what traces rays to lights.
     pub fn new(
         device: &wgpu::Device,
@@ -55,11 +55,11 @@ impl Cells {
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/sampled/{file}"), features)?;
             let label = entry.strip_prefix("before_").map_or(entry, |_| "open");
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/cells/{label}")))
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/entries/{label}")))
         };
         let of_cache = CacheSettings {
             bounces: settings.bounces,
-            most_cells: settings.cache_cells,
+            most_entries: settings.cache_entries,
             first_samples: settings.cache_samples,
             tracer: settings.tracer.fixed(),
             blur: diffuse_blur(1, RadianceCache::MOST_SAMPLES),
@@ -90,7 +90,7 @@ impl Cells {
         size: UVec2,
         rounds: u32,
         first_samples: u32,
-    ) -> Result<FrameCells<'a>, RenderError> {
+    ) -> Result<FrameEntries<'a>, RenderError> {
         let of_frame = self.cache.begin(frame, view)?;
         let rounds = if of_frame.first_samples().is_some() { first_samples } else { rounds };
         let pixels = u64::from(place_count(size));
@@ -99,17 +99,17 @@ impl Cells {
         } else {
             in_parts(rounds, u32::try_from(MOST_BYTES / (4 * pixels).max(1)).unwrap_or(u32::MAX).max(1))
         };
-        let slots = frame.scratch("indirect/cells/slots", 4 * pixels * u64::from(together))?;
-        let ends = frame.scratch("indirect/cells/ends", ENDS_BYTES + 8 * pixels)?;
+        let slots = frame.scratch("indirect/entries/slots", 4 * pixels * u64::from(together))?;
+        let ends = frame.scratch("indirect/entries/ends", ENDS_BYTES + 8 * pixels)?;
         frame.encoder().clear_buffer(&ends, 0, Some(ENDS_BYTES));
         let dispatches = [
-            frame.indirect("indirect/cells/insert_workgroups")?,
-            frame.indirect("indirect/cells/shade_workgroups")?,
-            frame.indirect("indirect/cells/shadow_workgroups")?,
+            frame.indirect("indirect/entries/insert_workgroups")?,
+            frame.indirect("indirect/entries/shade_workgroups")?,
+            frame.indirect("indirect/entries/shadow_workgroups")?,
         ];
         let fraction = of_frame.fraction();
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
-        Ok(FrameCells { cells: self, of_frame, size, slots, ends, dispatches, together, rounds, sky_is_dark, fraction })
+        Ok(FrameEntries { entries: self, of_frame, size, slots, ends, dispatches, together, rounds, sky_is_dark, fraction })
     }
 }
 
@@ -147,8 +147,8 @@ fn cells_are_asked_for_before_it_is_their_turn() {
 }
 
 /// The cells of one frame's rays.
-pub(super) struct FrameCells<'a> {
-    cells: &'a mut Cells,
+pub(super) struct FrameEntries<'a> {
+    entries: &'a mut Entries,
     of_frame: CacheOfFrame,
     /// Pixels that rays go from, across and down.
     size: UVec2,
@@ -166,7 +166,7 @@ pub(super) struct FrameCells<'a> {
     fraction: u32,
 }
 
-impl FrameCells<'_> {
+impl FrameEntries<'_> {
     /// Whether all cells are new.
     pub fn is_first(&self) -> bool {
         self.of_frame.first_samples().is_some()
@@ -187,7 +187,7 @@ impl FrameCells<'_> {
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
         let asking = if self.is_first() { Asking::EACH } else { Asking::of(self.fraction, self.rounds) };
         SampledParameters {
-            has_cells: 1,
+            has_entries: 1,
             asking_mask: asking.mask,
             asking_step: asking.step,
             sky_is_dark: self.sky_is_dark,
@@ -225,12 +225,12 @@ impl FrameCells<'_> {
             .buffer("insert_dispatch", insert)
             .buffer("shade_dispatch", shade)
             .buffer("shadow_dispatch", shadow);
-        let find = if self.of_frame.is_steady() { &self.cells.find_and_add } else { &self.cells.find };
+        let find = if self.of_frame.is_steady() { &self.entries.find_and_add } else { &self.entries.find };
         frame.dispatch(find, &finding, workgroups_in_rows(self.size));
-        frame.dispatch(&self.cells.before_insert, &finding, [1; 3]);
-        frame.dispatch_indirect(&self.cells.insert, &finding, insert);
-        frame.dispatch(&self.cells.place, &finding, workgroups(self.of_frame.slots()));
-        frame.dispatch(&self.cells.before_shade, &finding, [1; 3]);
+        frame.dispatch(&self.entries.before_insert, &finding, [1; 3]);
+        frame.dispatch_indirect(&self.entries.insert, &finding, insert);
+        frame.dispatch(&self.entries.place, &finding, workgroups(self.of_frame.slots()));
+        frame.dispatch(&self.entries.before_shade, &finding, [1; 3]);
     }
 
     /// In the frame that all cells are new in: takes a share of the samples behind this round, whose rays have asked, so that samples of one cell
@@ -242,11 +242,11 @@ impl FrameCells<'_> {
             (u64::from(samples) * u64::from(round.min(self.rounds))).div_ceil(u64::from(self.rounds)) as u32
         };
         let most = until(round + 1) - until(round);
-        self.cells.cache.update(frame, view, &mut self.of_frame, most);
+        self.entries.cache.update(frame, view, &mut self.of_frame, most);
         let left = |round: u32| until(round).saturating_sub(1) / RadianceCache::LISTED;
         if left(round + 2) > left(round + 1) {
             // In the next round rays leave the lists, and what they bring then is kept.
-            self.cells.cache.relax(frame, &self.of_frame);
+            self.entries.cache.relax(frame, &self.of_frame);
         }
     }
 
@@ -259,22 +259,22 @@ impl FrameCells<'_> {
         round: u32,
     ) -> Result<bool, RenderError> {
         let asks = round + 1 == self.rounds || (round + 1).is_power_of_two();
-        Ok(asks && self.cells.cache.starts_over(frame, view, &mut self.of_frame, round, self.rounds)?)
+        Ok(asks && self.entries.cache.starts_over(frame, view, &mut self.of_frame, round, self.rounds)?)
     }
 
     /// Brings the cells up to date, and adds what they send to the pixels' sums, if it was not added where they were found. `summing`: bindings of the
     /// round, the sums and counters.
     pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
-        self.cells.cache.update(frame, view, &mut self.of_frame, u32::MAX);
-        self.cells.cache.relax(frame, &self.of_frame);
-        let cells = self.of_frame.bindings();
-        let gathering = summing.clone().with(&cells).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.ends);
+        self.entries.cache.update(frame, view, &mut self.of_frame, u32::MAX);
+        self.entries.cache.relax(frame, &self.of_frame);
+        let entries = self.of_frame.bindings();
+        let gathering = summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.ends);
         if self.of_frame.is_steady() {
             // As many as were put into the table.
             let [missing, ..] = &self.dispatches;
-            frame.dispatch_indirect(&self.cells.gather_missing, &gathering, missing);
+            frame.dispatch_indirect(&self.entries.gather_missing, &gathering, missing);
         } else {
-            frame.dispatch(&self.cells.gather, &gathering, workgroups_in_rows(self.size));
+            frame.dispatch(&self.entries.gather, &gathering, workgroups_in_rows(self.size));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Cells of the radiance cache in frames that follow each other: those that come into view while the camera moves, and all of them while the scene changes.
+//! Entries of the radiance cache in frames that follow each other: those that come into view while the camera moves, and all of them while the scene changes.
 
 use lanternfish_scene::Instance;
 
@@ -87,9 +87,9 @@ fn seen(gpu: &Gpu, bounces: Bounces, fractions: [f32; 2], frames: usize, changes
     (0..frames).map(|_| walk.next(&within(4.0)) / settled).collect()
 }
 
-/// Cells that are new read those that are, too: nearly all light is there at once, and stays. While each cell took one bounce in a frame, every bounce
+/// Entries that are new read those that are, too: nearly all light is there at once, and stays. While each cell took one bounce in a frame, every bounce
 /// had 0.53 of it in the first frame and 0.95 in the 41st where all walls reflect four fifths, 0.89 and 0.99 where three reflect a fifth. Found:
-/// off by 0.014 at most in the first case, since not every bounce is there, and by 0.003 in the second. Cells that take themselves for what they read
+/// off by 0.014 at most in the first case, since not every bounce is there, and by 0.003 in the second. Entries that take themselves for what they read
 /// are off by 0.21 in the second case, and by 0.039 of three bounces.
 #[test]
 fn gpu_cells_that_come_into_view_have_every_bounce() {
