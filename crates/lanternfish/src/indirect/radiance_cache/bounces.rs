@@ -41,9 +41,9 @@ impl Bounces {
         u32::from(matches!(self, Self::UpTo(2..)))
     }
 
-    /// The sweeps by which all that is asked for comes by way of the entries' hits. `turns`, where every bounce is asked for: each half of the entries
+    /// The sweeps by which all that is asked for comes by way of the entries' hits. `sweeps`, where every bounce is asked for: each half of the entries
     /// reads in so many.
-    pub(super) fn steps(self, turns: u32) -> Vec<CacheSweep> {
+    pub(super) fn steps(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(bounces) => (1..bounces)
                 .map(|k| CacheSweep { read_level: k, written_level: (k + 1) % bounces, step: k - 1, turn: ALL_ENTRIES })
@@ -51,16 +51,16 @@ impl Bounces {
             Self::All => {
                 let there = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: 0 };
                 let back = CacheSweep { read_level: 2, written_level: 0, step: 0, turn: 1 };
-                [there, back].repeat(turns as usize)
+                [there, back].repeat(sweeps as usize)
             }
         }
     }
 
     /// The same for some of the entries, while the others stay as they are. Where every bounce is asked for, what is written is then put back.
-    pub(super) fn steps_of_some(self, turns: u32) -> Vec<CacheSweep> {
+    pub(super) fn steps_of_some(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(_) => self.steps(1),
-            Self::All => vec![ALL_READ; turns as usize],
+            Self::All => vec![ALL_READ; sweeps as usize],
         }
     }
 
@@ -147,8 +147,8 @@ mod tests {
     #[test]
     fn steps_lead_from_part_to_part() {
         for bounces in (1..=Bounces::MOST).map(Bounces::UpTo).chain([Bounces::All]) {
-            for turns in [1, 3] {
-                let steps = bounces.steps(turns);
+            for sweeps in [1, 3] {
+                let steps = bounces.steps(sweeps);
                 assert!(
                     steps.windows(2).all(|pair| pair[0].written_level == pair[1].read_level),
                     "{bounces}: {steps:?}"
@@ -162,7 +162,7 @@ mod tests {
                 assert!(steps.iter().all(|step| step.written_level != 1 && step.step < bounces.earlier_steps()));
                 assert_eq!(steps.last().map_or(0, |step| step.written_level), 0, "{bounces}");
                 assert_eq!(steps.first().map_or(0, |step| step.read_level), bounces.first_level(), "{bounces}");
-                let of_some = bounces.steps_of_some(turns);
+                let of_some = bounces.steps_of_some(sweeps);
                 match bounces {
                     Bounces::UpTo(n) => {
                         assert_eq!(of_some, steps);
@@ -172,9 +172,9 @@ mod tests {
                     // Each cell takes as many, in whichever half it is.
                     Bounces::All => {
                         // What is written is put back where it is read.
-                        assert_eq!(of_some, vec![ALL_READ; turns as usize]);
+                        assert_eq!(of_some, vec![ALL_READ; sweeps as usize]);
                         let taken = |turn| steps.iter().filter(|step| step.turn == turn).count();
-                        assert_eq!([0, 1, ALL_ENTRIES].map(taken), [turns as usize, turns as usize, 0]);
+                        assert_eq!([0, 1, ALL_ENTRIES].map(taken), [sweeps as usize, sweeps as usize, 0]);
                     }
                 }
             }

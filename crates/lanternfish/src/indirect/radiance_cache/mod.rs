@@ -134,11 +134,11 @@ struct Kernels {
     place: ComputeKernel,
     keep: ComputeKernel,
     commit: ComputeKernel,
-    relax: ComputeKernel,
-    relax_due: ComputeKernel,
-    put_back: ComputeKernel,
+    propagate: ComputeKernel,
+    propagate_scheduled: ComputeKernel,
+    copy_back: ComputeKernel,
     pack: ComputeKernel,
-    pack_due: ComputeKernel,
+    pack_scheduled: ComputeKernel,
 }
 
 /// What the cache is made for.
@@ -226,16 +226,16 @@ fn every_cell_gets_its_turn() {
     for (views, parts) in [(1, 1), (1, 3), (2, 1), (2, 2), (3, 1), (4, 5)] {
         let of_frame: u32 = (0..views).map(|view| first_updates(view == 0) + parts * FEWEST).sum();
         for fraction in [2, 4, FRACTION, 128] {
-            let mut turns: Vec<u32> = (0..fraction).map(|frame| frame * of_frame % fraction).collect();
-            turns.sort_unstable();
-            assert_eq!(turns, (0..fraction).collect::<Vec<_>>(), "{views} views in {parts} parts");
+            let mut sweeps: Vec<u32> = (0..fraction).map(|frame| frame * of_frame % fraction).collect();
+            sweeps.sort_unstable();
+            assert_eq!(sweeps, (0..fraction).collect::<Vec<_>>(), "{views} views in {parts} parts");
         }
     }
 }
 
 impl RadianceCache {
     /// Hits that an entry lists.
-    pub const LISTED: u32 = table::LINKS;
+    pub const LISTED: u32 = table::HITS;
 
     /// From this sample on each counts as much as that one.
     pub const MOST_SAMPLES: u32 = MOST as u32;
@@ -265,11 +265,11 @@ impl RadianceCache {
             place: kernel("intersect", &[], "place")?,
             keep: kernel("accumulate", &[], "keep")?,
             commit: kernel("accumulate", &[], "commit")?,
-            relax: kernel("propagate", &[], "relax")?,
-            relax_due: kernel("propagate", &[], "relax_due")?,
-            put_back: kernel("propagate", &[], "put_back")?,
+            propagate: kernel("propagate", &[], "propagate")?,
+            propagate_scheduled: kernel("propagate", &[], "propagate_scheduled")?,
+            copy_back: kernel("propagate", &[], "copy_back")?,
             pack: kernel("propagate", &[], "pack")?,
-            pack_due: kernel("propagate", &[], "pack_due")?,
+            pack_scheduled: kernel("propagate", &[], "pack_scheduled")?,
         };
         Ok(Self {
             bounces,
@@ -362,7 +362,7 @@ impl RadianceCache {
                 Change::Ongoing => REMEMBERED,
                 Change::Recent | Change::Long => ALL,
             },
-            fades: u32::from(!is_new),
+            ages: u32::from(!is_new),
             ..Default::default()
         };
         self.rehash.record(frame, table, &parameters)?;
@@ -375,10 +375,10 @@ impl RadianceCache {
         }
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
         let bytes = size_of::<SampledEntry>() as u64 * u64::from(self.slots);
-        let bytes_due = 4 + size_of::<ScheduledEntry>() as u64 * u64::from(self.slots);
+        let bytes_scheduled = 4 + size_of::<ScheduledEntry>() as u64 * u64::from(self.slots);
         let scratch = [
-            frame.scratch("radiance_cache/due", bytes_due)?,
-            frame.scratch("radiance_cache/due_before", bytes_due)?,
+            frame.scratch("radiance_cache/scheduled", bytes_scheduled)?,
+            frame.scratch("radiance_cache/scheduled_before", bytes_scheduled)?,
             frame.scratch("radiance_cache/sampled", bytes)?,
             frame.indirect("radiance_cache/workgroups")?,
         ];

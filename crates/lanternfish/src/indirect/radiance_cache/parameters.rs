@@ -49,7 +49,7 @@ gpu_struct! {
         /// Length to which the history is cut, samples.
         remembered: f32,
         /// 1: entries that nothing requests go on to the next rank, when it is their turn.
-        fades: u32,
+        ages: u32,
         /// 1: entries are counted where they are scheduled.
         counts: u32,
         /// Unused.
@@ -133,6 +133,6 @@ gpu_struct! {
         /// The entry's: `vote.wesl`.
         rank: u32,
         /// 1: of all whose rays have hit the entry there, this one says where it is sampled.
-        has_won: u32,
+        is_selected: u32,
     }
 }

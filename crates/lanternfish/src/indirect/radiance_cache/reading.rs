@@ -6,13 +6,13 @@ use super::{Bounces, CacheOfFrame, RadianceCache, table::Change};
 use crate::common::workgroups;
 
 /// Bounces that each half of the cells takes, by turns, where every one is asked for: in a frame that all cells are new in, and in those after a change.
-const TURNS_OF_NEW: u32 = 18;
-const TURNS_OF_CHANGED: u32 = 12;
+const SWEEPS_OF_NEW: u32 = 18;
+const SWEEPS_OF_CHANGED: u32 = 12;
 /// While the scene changes again and again: what comes by more bounces is of the frames before, as most of a cell's samples are.
-const TURNS_OF_CHANGING: u32 = 2;
+const SWEEPS_OF_CHANGING: u32 = 2;
 /// Entries that take bounces with their samples take one with the first sample of an update, and so many with each of up to three more: cells that get
 /// those are new, and so may be what they read.
-const TURNS_OF_FEW: u32 = 6;
+const SWEEPS_OF_FEW: u32 = 6;
 
 /// Which cells read what others send in an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,17 +29,17 @@ impl Readers {
     /// `change`: of the scene, for the frame's first view.
     pub fn of(is_new: bool, change: Option<Change>) -> Self {
         match change {
-            _ if is_new => Self::All(TURNS_OF_NEW),
-            Some(Change::Alone | Change::Recent) => Self::All(TURNS_OF_CHANGED),
-            Some(Change::Ongoing) => Self::AllAndNew(TURNS_OF_CHANGING),
+            _ if is_new => Self::All(SWEEPS_OF_NEW),
+            Some(Change::Alone | Change::Recent) => Self::All(SWEEPS_OF_CHANGED),
+            Some(Change::Ongoing) => Self::AllAndNew(SWEEPS_OF_CHANGING),
             Some(Change::Long) | None => Self::Sampled,
         }
     }
 
     /// How often each half of all cells reads; none where not all do.
-    fn turns_of_all(self) -> Option<u32> {
+    fn sweeps_of_all(self) -> Option<u32> {
         match self {
-            Self::All(turns) | Self::AllAndNew(turns) => Some(turns),
+            Self::All(sweeps) | Self::AllAndNew(sweeps) => Some(sweeps),
             Self::Sampled => None,
         }
     }
@@ -67,40 +67,40 @@ fn all_cells_read_after_changes_and_sampled_ones_else() {
         // A frame's later views.
         (false, None, 0, [true, true]),
     ];
-    for (is_new, change, turns_of_all, of_samples) in table {
+    for (is_new, change, sweeps_of_all, of_samples) in table {
         let readers = Readers::of(is_new, change);
-        assert_eq!(readers.turns_of_all().unwrap_or(0), turns_of_all, "{is_new}, {change:?}");
+        assert_eq!(readers.sweeps_of_all().unwrap_or(0), sweeps_of_all, "{is_new}, {change:?}");
         assert_eq!([true, false].map(|is_first| readers.include_sampled(is_first)), of_samples, "{is_new}, {change:?}");
     }
 }
 
 impl RadianceCache {
     /// Where all cells are [`Readers`]: brings what they send of light from other cells up to date, by way of the rays that they have sent.
-    pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
-        let Some(turns) = cache.readers.turns_of_all() else { return };
-        for sweep in self.bounces.steps(turns) {
+    pub fn propagate(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
+        let Some(sweeps) = cache.readers.sweeps_of_all() else { return };
+        for sweep in self.bounces.steps(sweeps) {
             let uniform = frame.uniform(&sweep);
             let bindings = cache.told().part("cache_sweep", &uniform);
-            frame.dispatch(&self.kernels.relax, &bindings, workgroups(self.slots));
+            frame.dispatch(&self.kernels.propagate, &bindings, workgroups(self.slots));
         }
     }
 
-    /// Where [`Readers::include_sampled`]: what those cells send that have got another sample, with the first round of samples or a further one. `due`:
+    /// Where [`Readers::include_sampled`]: what those cells send that have got another sample, with the first round of samples or a further one. `scheduled`:
     /// which they are, and workgroups for all of them.
-    pub(super) fn relax_due(
+    pub(super) fn propagate_scheduled(
         &self,
         frame: &mut Frame<'_>,
         cache: &CacheOfFrame,
         is_first: bool,
-        due: &wgpu::Buffer,
-        workgroups_due: &wgpu::Buffer,
+        scheduled: &wgpu::Buffer,
+        workgroups_scheduled: &wgpu::Buffer,
     ) {
-        for sweep in self.bounces.steps_of_some(if is_first { 1 } else { TURNS_OF_FEW }) {
+        for sweep in self.bounces.steps_of_some(if is_first { 1 } else { SWEEPS_OF_FEW }) {
             let uniform = frame.uniform(&sweep);
-            let bindings = cache.told().part("cache_sweep", &uniform).buffer("due", due);
-            frame.dispatch_indirect(&self.kernels.relax_due, &bindings, workgroups_due);
+            let bindings = cache.told().part("cache_sweep", &uniform).buffer("scheduled", scheduled);
+            frame.dispatch_indirect(&self.kernels.propagate_scheduled, &bindings, workgroups_scheduled);
             if self.bounces == Bounces::All {
-                frame.dispatch_indirect(&self.kernels.put_back, &bindings, workgroups_due);
+                frame.dispatch_indirect(&self.kernels.copy_back, &bindings, workgroups_scheduled);
             }
         }
     }

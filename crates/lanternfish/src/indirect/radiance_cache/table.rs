@@ -14,7 +14,7 @@ const ENTRIES_ALONG: f32 = 128.0;
 
 gpu_constants! {
     /// Hits that an entry lists, the last one first.
-    pub(super) const LINKS: u32 = 16;
+    pub(super) const HITS: u32 = 16;
 }
 
 /// The buffers of a table, an element a slot.
@@ -40,7 +40,7 @@ impl Slots {
         };
         // One bounce needs neither.
         let earlier = (16 * u64::from(bounces.earlier_steps()) * u64::from(count)).max(16);
-        let links = if bounces.needs_rays() { u64::from(LINKS) * u64::from(count) } else { 1 };
+        let links = if bounces.needs_rays() { u64::from(HITS) * u64::from(count) } else { 1 };
         Ok(Self {
             count,
             words: buffer("words", 8)?,
@@ -73,7 +73,7 @@ impl Slots {
             .buffer("entry_samples", &self.samples)
             .buffer("entry_light", &self.light)
             .buffer("entry_hits", &self.links)
-            .buffer("earlier_links", &self.earlier)
+            .buffer("earlier_hits", &self.earlier)
     }
 }
 
@@ -169,8 +169,8 @@ fn edge_in(scene: &GpuScene) -> f32 {
 #[derive(Debug)]
 pub(super) struct Rehash {
     rehash: ComputeKernel,
-    carry: ComputeKernel,
-    carry_links: ComputeKernel,
+    migrate: ComputeKernel,
+    migrate_hits: ComputeKernel,
 }
 
 impl Rehash {
@@ -179,7 +179,7 @@ impl Rehash {
         let none: &[Feature] = &[];
         let shader = DECLARED.link("indirect/radiance_cache/rehash", none)?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}"));
-        Ok(Self { rehash: kernel("rehash"), carry: kernel("carry"), carry_links: kernel("carry_links") })
+        Ok(Self { rehash: kernel("rehash"), migrate: kernel("migrate"), migrate_hits: kernel("migrate_hits") })
     }
 
     /// Puts the cells into a table of as many slots as `parameters` say, if that is larger than theirs; or, once so many frames have passed as cells
@@ -221,14 +221,14 @@ impl Rehash {
             .buffer("moved_to", &moved_to)
             .buffer("old_words", &old.words)
             .buffer("old_hashes", &old.hashes)
-            .buffer("old_asked", &old.asked)
+            .buffer("old_votes", &old.asked)
             .buffer("old_samples", &old.samples)
             .buffer("old_light", &old.light)
-            .buffer("old_links", &old.links)
+            .buffer("old_hits", &old.links)
             .buffer("old_earlier", &old.earlier);
         frame.dispatch(&self.rehash, &bindings, workgroups(old.count));
-        frame.dispatch(&self.carry, &bindings, workgroups(old.count));
-        frame.dispatch(&self.carry_links, &bindings, workgroups(old.count));
+        frame.dispatch(&self.migrate, &bindings, workgroups(old.count));
+        frame.dispatch(&self.migrate_hits, &bindings, workgroups(old.count));
         table.other = (!grows).then_some(old);
         Ok(())
     }

@@ -9,7 +9,7 @@ impl RadianceCache {
     /// Takes more samples of cells that rays have asked for: up to so many of each that has few.
     pub fn update(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, cache: &mut CacheOfFrame, most: u32) {
         let ViewContext { scene, buffer, .. } = view;
-        let [mut due, mut due_before, sampled, workgroups_due] = cache.scratch.clone();
+        let [mut scheduled, mut scheduled_before, sampled, workgroups_scheduled] = cache.scratch.clone();
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let Kernels {
@@ -25,7 +25,7 @@ impl RadianceCache {
             place,
             keep,
             commit,
-            pack_due,
+            pack_scheduled,
             ..
         } = &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
@@ -39,42 +39,42 @@ impl RadianceCache {
             let uniform = frame.uniform(&CacheUpdate { update: self.update, ..of_sample });
             self.update += 1;
             let bindings = shared.clone().part("cache_update", &uniform);
-            std::mem::swap(&mut due, &mut due_before);
+            std::mem::swap(&mut scheduled, &mut scheduled_before);
             let choosing = bindings
                 .clone()
-                .buffer("found_due", &due)
-                .buffer("due", &due_before)
+                .buffer("found_scheduled", &scheduled)
+                .buffer("scheduled", &scheduled_before)
                 .buffer("sampled_entries", &sampled)
-                .buffer("due_dispatch", &workgroups_due);
+                .buffer("scheduled_dispatch", &workgroups_scheduled);
             frame.dispatch(clear, &choosing, [1; 3]);
             if is_first {
                 frame.dispatch(choose, &choosing, workgroups(self.slots));
             } else {
-                frame.dispatch_indirect(choose_again, &choosing, &workgroups_due);
+                frame.dispatch_indirect(choose_again, &choosing, &workgroups_scheduled);
             }
             frame.dispatch(measure, &choosing, [1; 3]);
-            let mut sampling = bindings.buffer("due", &due).buffer("sampled_entries", &sampled);
+            let mut sampling = bindings.buffer("scheduled", &scheduled).buffer("sampled_entries", &sampled);
             if let Some(environment) = &environment {
                 sampling = sampling.with(environment);
             }
-            frame.dispatch_indirect(light, &sampling, &workgroups_due);
-            frame.dispatch_indirect(shadow, &sampling, &workgroups_due);
+            frame.dispatch_indirect(light, &sampling, &workgroups_scheduled);
+            frame.dispatch_indirect(shadow, &sampling, &workgroups_scheduled);
             if self.bounces.needs_rays() {
-                trace.dispatch_indirect(frame, view, &sampling, &workgroups_due);
-                frame.dispatch_indirect(intersect, &sampling, &workgroups_due);
-                frame.dispatch_indirect(place, &sampling, &workgroups_due);
-                frame.dispatch_indirect(keep, &sampling, &workgroups_due);
+                trace.dispatch_indirect(frame, view, &sampling, &workgroups_scheduled);
+                frame.dispatch_indirect(intersect, &sampling, &workgroups_scheduled);
+                frame.dispatch_indirect(place, &sampling, &workgroups_scheduled);
+                frame.dispatch_indirect(keep, &sampling, &workgroups_scheduled);
             }
-            frame.dispatch_indirect(commit, &sampling, &workgroups_due);
+            frame.dispatch_indirect(commit, &sampling, &workgroups_scheduled);
             if cache.readers.include_sampled(is_first) {
-                self.relax_due(frame, cache, is_first, &due, &workgroups_due);
+                self.propagate_scheduled(frame, cache, is_first, &scheduled, &workgroups_scheduled);
             }
             if cache.is_steady && self.bounces.needs_rays() {
-                frame.dispatch_indirect(pack_due, &sampling, &workgroups_due);
+                frame.dispatch_indirect(pack_scheduled, &sampling, &workgroups_scheduled);
             }
             if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 && round + 1 < rounds {
                 // In the next round rays leave the list, and what they bring is kept: it has to be known.
-                self.relax(frame, cache);
+                self.propagate(frame, cache);
             }
         }
         // Once a frame it is all entries' turn, they age, and the history is cut.
@@ -84,5 +84,5 @@ impl RadianceCache {
 
 impl CacheUpdate {
     /// An update in which new entries alone are scheduled.
-    const NEW_ONES: Self = Self { update: 0, fraction: 0, remembered: ALL, fades: 0, counts: 0, _pad: 0 };
+    const NEW_ONES: Self = Self { update: 0, fraction: 0, remembered: ALL, ages: 0, counts: 0, _pad: 0 };
 }

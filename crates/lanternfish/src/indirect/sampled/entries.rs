@@ -115,14 +115,14 @@ impl Entries {
 
 /// Which cells rays ask for that are there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Asking {
+struct Voting {
     /// One of so many, less 1.
     mask: u32,
     /// 1: others in each round.
     step: u32,
 }
 
-impl Asking {
+impl Voting {
     /// All of them.
     const EACH: Self = Self { mask: 0, step: 0 };
     /// One cell in so many is asked for, at most: as many rays may ask as one round has, or an eighth of all. Of a pixel's one does.
@@ -139,11 +139,11 @@ impl Asking {
 #[cfg(test)]
 #[test]
 fn cells_are_asked_for_before_it_is_their_turn() {
-    assert_eq!(Asking::of(8, 8), Asking { mask: 7, step: 0 });
-    assert_eq!(Asking::of(8, 20), Asking { mask: 7, step: 0 });
-    assert_eq!(Asking::of(1, 11), Asking { mask: 7, step: 1 });
-    assert_eq!(Asking::of(8, 3), Asking { mask: 1, step: 0 });
-    assert_eq!([Asking::of(8, 1), Asking::of(1, 1), Asking::of(1, 0)], [Asking::EACH; 3]);
+    assert_eq!(Voting::of(8, 8), Voting { mask: 7, step: 0 });
+    assert_eq!(Voting::of(8, 20), Voting { mask: 7, step: 0 });
+    assert_eq!(Voting::of(1, 11), Voting { mask: 7, step: 1 });
+    assert_eq!(Voting::of(8, 3), Voting { mask: 1, step: 0 });
+    assert_eq!([Voting::of(8, 1), Voting::of(1, 1), Voting::of(1, 0)], [Voting::EACH; 3]);
 }
 
 /// The cells of one frame's rays.
@@ -185,11 +185,11 @@ impl FrameEntries<'_> {
 
     /// The parameters of the frame, as they are with cells.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
-        let asking = if self.is_first() { Asking::EACH } else { Asking::of(self.fraction, self.rounds) };
+        let voting = if self.is_first() { Voting::EACH } else { Voting::of(self.fraction, self.rounds) };
         SampledParameters {
             has_entries: 1,
-            asking_mask: asking.mask,
-            asking_step: asking.step,
+            voting_mask: voting.mask,
+            voting_step: voting.step,
             sky_is_dark: self.sky_is_dark,
             adds_found: self.of_frame.is_steady().into(),
             ..parameters
@@ -246,7 +246,7 @@ impl FrameEntries<'_> {
         let left = |round: u32| until(round).saturating_sub(1) / RadianceCache::LISTED;
         if left(round + 2) > left(round + 1) {
             // In the next round rays leave the lists, and what they bring then is kept.
-            self.entries.cache.relax(frame, &self.of_frame);
+            self.entries.cache.propagate(frame, &self.of_frame);
         }
     }
 
@@ -266,7 +266,7 @@ impl FrameEntries<'_> {
     /// round, the sums and counters.
     pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
         self.entries.cache.update(frame, view, &mut self.of_frame, u32::MAX);
-        self.entries.cache.relax(frame, &self.of_frame);
+        self.entries.cache.propagate(frame, &self.of_frame);
         let entries = self.of_frame.bindings();
         let gathering = summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.ends);
         if self.of_frame.is_steady() {

@@ -80,9 +80,9 @@ gpu_struct! {
         /// 1: hits bring what the radiance cache keeps.
         has_entries: u32,
         /// Rays vote for one of so many entries, of those that are there, less 1; a power of two less 1: `is_voted_for` of the cache.
-        asking_mask: u32,
+        voting_mask: u32,
         /// 1: for others in each round.
-        asking_step: u32,
+        voting_step: u32,
         /// 1: rays that leave the scene bring nothing.
         sky_is_dark: u32,
         /// 1: what entries send that have samples is added where they are looked up.
@@ -228,12 +228,12 @@ impl IndirectPasses for SampledLight {
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
         // nothing more.
         let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
-        let turns = turns_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
+        let sweeps = turns_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
         let usual = UVec2::new(settings.diffuse_rays, settings.diffuse_rays.div_ceil(2));
         let parameters = SampledParameters {
             emitter_rays,
-            first_points: UVec2::splat(turns).wrapping_mul(usual),
-            first_end: turns.wrapping_mul(settings.diffuse_rays + settings.glossy_rays),
+            first_points: UVec2::splat(sweeps).wrapping_mul(usual),
+            first_end: sweeps.wrapping_mul(settings.diffuse_rays + settings.glossy_rays),
             diffuse_rays,
             glossy_rays: settings.glossy_rays,
             diffuse_blur: diffuse_blur(diffuse_rays, frames),

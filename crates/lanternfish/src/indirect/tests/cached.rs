@@ -227,7 +227,7 @@ fn gpu_cells_that_move_keep_their_light() {
     };
     let picture = rendered();
     assert!(picture.radiance == rendered().radiance, "another picture from the same cells");
-    let moved = picture.report.passes.iter().filter(|pass| pass.name == "radiance_cache/carry").count();
+    let moved = picture.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
     let found = picture.radiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / picture.radiance.len() as f64;
     println!("{found:.4} of 2");
     assert!((found / 2.0 - 1.0).abs() < 0.02, "{found}");
@@ -314,7 +314,7 @@ fn gpu_tables_that_grow_change_no_picture() {
         let counted = |name: &str| picture.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
         let counts = ["radiance_cache/entries", "radiance_cache/lost", "indirect/lost_entries"];
         let counts = counts.map(|name| counted(name).unwrap());
-        let moved = picture.report.passes.iter().filter(|pass| pass.name == "radiance_cache/carry").count();
+        let moved = picture.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
         println!("{first_entries} cells at first: {counts:?}, moved {moved} times");
         assert!(counts[1] > 0 || picture.radiance == again.radiance, "{first_entries}: another picture the second time");
         (picture.radiance, counts, moved)

@@ -84,12 +84,12 @@ fn gpu_lots_say_whose_they_are() {
         .map(|_| [(); 2].map(|()| (65_536.0 * random.unit()).floor()))
         .map(|[x, y]| Vec4::new(x, y, 0.0, 0.0))
         .collect();
-    let answers = ask_module(gpu, "testing/cell_table", "lots", &about, &halves, 1);
-    assert!(halves.iter().zip(&answers).all(|(asker, found)| asker.xy() == found.xy()));
+    let answers = ask_module(gpu, "testing/cell_table", "priorities", &about, &halves, 1);
+    assert!(halves.iter().zip(&answers).all(|(candidate, found)| candidate.xy() == found.xy()));
     // Those that follow each other have lots in any order.
     let row: Vec<_> = (0..1024).map(|x| Vec4::new(x as f32, 0.0, 0.0, 0.0)).collect();
-    let lots = ask_module(gpu, "testing/cell_table", "lots", &about, &row, 1);
-    let rising = lots.iter().zip(&lots[1..]).filter(|(a, b)| a.z < b.z).count();
+    let priorities = ask_module(gpu, "testing/cell_table", "priorities", &about, &row, 1);
+    let rising = priorities.iter().zip(&priorities[1..]).filter(|(a, b)| a.z < b.z).count();
     assert!((450..=575).contains(&rising), "{rising}");
 }
 

@@ -16,7 +16,7 @@ pub(in super::super) fn color(key: u32) -> u32 {
     key % 2
 }
 
-/// One sweep over all entries: `relax`. `most`: of the cache's parameters.
+/// One sweep over all entries: `propagate`. `most`: of the cache's parameters.
 pub(in super::super) fn sweep(table: &mut Table, (of_sweep, most): (&CacheSweep, f32)) {
     let [from, to] = [of_sweep.read_level, of_sweep.written_level].map(|level| level as usize);
     let taken: Vec<usize> = table.taken().collect();
@@ -29,12 +29,12 @@ pub(in super::super) fn sweep(table: &mut Table, (of_sweep, most): (&CacheSweep,
     }
 }
 
-/// One sweep over the entries of a list: `relax_due`.
+/// One sweep over the entries of a list: `propagate_scheduled`.
 pub(in super::super) fn sweep_scheduled(table: &mut Table, list: &[ScheduledEntry], (of_sweep, most): (&CacheSweep, f32)) {
     list.iter().for_each(|entry| read_hits(table, entry.slot as usize, (of_sweep, most)));
 }
 
-/// What they have written goes where it is read: `put_back`.
+/// What they have written goes where it is read: `copy_back`.
 pub(in super::super) fn copy_back(table: &mut Table, list: &[ScheduledEntry], of_sweep: &CacheSweep) {
     for slot in list.iter().map(|entry| entry.slot as usize) {
         table.light[of_sweep.read_level as usize][slot] = table.light[of_sweep.written_level as usize][slot];

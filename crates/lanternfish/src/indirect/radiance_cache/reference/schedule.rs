@@ -14,13 +14,13 @@ const WELL_KNOWN: [u32; 2] = [24, 32];
 const MOST_HALVINGS: u32 = 2;
 
 /// Whether an entry has its turn in this update, where one of `stride` entries has: a power of two.
-pub(in super::super) fn has_turn(key: u32, update: u32, stride: u32) -> bool {
+pub(in super::super) fn is_in_stride(key: u32, update: u32, stride: u32) -> bool {
     (key / 256 % stride) == update % stride
 }
 
 /// Whether a sample's rays vote for an entry that is there, where one of `stride` entries is voted for, by `step` others in each sample.
 pub(in super::super) fn is_voted_for(key: u32, update: u32, sample: u32, stride: u32, step: u32) -> bool {
-    has_turn(key, update ^ (step * sample), stride)
+    is_in_stride(key, update ^ (step * sample), stride)
 }
 
 /// Samples that an entry of this rank has at least.
@@ -55,12 +55,12 @@ fn choose_one(
     of_update: &CacheUpdate,
 ) -> Option<ScheduledEntry> {
     let RadianceCacheParameters { most_fraction, most, .. } = *parameters;
-    let CacheUpdate { update, fraction, remembered, fades, .. } = *of_update;
+    let CacheUpdate { update, fraction, remembered, ages, .. } = *of_update;
     let key = table.keys[slot];
     if table.votes[slot] != 0 {
         table.requested[slot] = parameters.frame;
         table.votes[slot] = 0;
-    } else if fades != 0 && has_turn(key, update, AGES) {
+    } else if ages != 0 && is_in_stride(key, update, AGES) {
         let rank = vote::rank(table.samples[slot]);
         table.samples[slot] = vote::with_rank(table.samples[slot], (rank + 1).min(vote::LAST_RANK));
     }
@@ -77,8 +77,8 @@ fn choose_one(
     let halvings = rank.min(MOST_HALVINGS);
     let known = WELL_KNOWN.iter().filter(|well| samples >= **well >> halvings).count() as u32;
     let stride = if fraction == 0 { 0 } else { (fraction << (rank + known)).min(most_fraction) };
-    let has_own_turn = fraction != 0 && has_turn(key, update, fraction) && has_turn(key, update, stride);
-    let is_scheduled = is_requested && (samples < fewest(rank, parameters) || has_own_turn);
+    let is_in_own_stride = fraction != 0 && is_in_stride(key, update, fraction) && is_in_stride(key, update, stride);
+    let is_scheduled = is_requested && (samples < fewest(rank, parameters) || is_in_own_stride);
     is_scheduled.then(|| scheduled(table, slot, samples, parameters))
 }
 
@@ -97,7 +97,7 @@ pub(in super::super) fn choose_again(
             list.push(scheduled(table, slot, samples, parameters));
         }
         let hit = sampled.slot_hit as usize;
-        if sampled.has_won == 1 && table.light[0][hit].w == 0.0 {
+        if sampled.is_selected == 1 && table.light[0][hit].w == 0.0 {
             list.push(scheduled(table, hit, 0, parameters));
         }
     }

@@ -134,7 +134,7 @@ pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledEntry], 
         if own == 0 || table.votes[slot] != own {
             continue;
         }
-        sampled.has_won = 1;
+        sampled.is_selected = 1;
         let next = (sampled.rank + 1).min(LAST_RANK);
         if next <= rank(table.samples[slot]) {
             table.samples[slot] = with_rank(face(sampled, planes).2, next);

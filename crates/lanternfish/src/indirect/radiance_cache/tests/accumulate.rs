@@ -27,7 +27,7 @@ pub(super) fn compare(bench: &Bench) -> Compared {
             samples.iter_mut().step_by(3).for_each(|sample| sample.sent = Vec3::NAN);
             samples.iter_mut().step_by(7).for_each(|sample| sample.sent = Vec3::splat(f32::INFINITY));
             let mut memory = memory_of(&table, parameters);
-            memory.bind(&["due"], &due_words(&list, SLOTS));
+            memory.bind(&["scheduled"], &scheduled_words(&list, SLOTS));
             memory.bind(&["sampled_entries"], &samples);
             if parameters.bounce_levels > 0 {
                 bench.run(&mut memory, "accumulate", "keep", workgroups(list.len() as u32));

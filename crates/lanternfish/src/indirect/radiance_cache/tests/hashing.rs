@@ -103,8 +103,8 @@ fn compare_packed_slots(bench: &Bench) -> Compared {
     let list = random_list(&mut random, &table, 0.3);
     table.light[0].iter_mut().for_each(|light| *light *= Vec4::new(3.0, 5.0, 0.5, 1.0));
     memory.set("entry_light", &table.light.concat());
-    memory.bind(&["due"], &due_words(&list, 256));
-    bench.run(&mut memory, "propagate", "pack_due", workgroups(list.len() as u32));
+    memory.bind(&["scheduled"], &scheduled_words(&list, 256));
+    bench.run(&mut memory, "propagate", "pack_scheduled", workgroups(list.len() as u32));
     rgbe::pack_slots(&mut table, list.iter().map(|entry| entry.slot as usize));
     same_tables(bench, &table_of(&memory, &table), &table)
 }

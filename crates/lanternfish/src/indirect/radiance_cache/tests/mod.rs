@@ -164,7 +164,7 @@ fn parameters(slots: u32) -> RadianceCacheParameters {
 
 /// An update in which nothing changes.
 const UPDATE: CacheUpdate =
-    CacheUpdate { update: 1_000_003, fraction: 8, remembered: f32::MAX, fades: 1, counts: 1, _pad: 0 };
+    CacheUpdate { update: 1_000_003, fraction: 8, remembered: f32::MAX, ages: 1, counts: 1, _pad: 0 };
 
 /// A table with so many entries of any state; those of any age up to 200 frames.
 fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &RadianceCacheParameters) -> Table {
@@ -213,7 +213,7 @@ fn random_samples(random: &mut Random, table: &Table, list: &[ScheduledEntry]) -
             reflectance: color(random),
             triangle: if hit == u32::MAX && random.unit() < 0.5 { u32::MAX } else { below(random, 16) },
             slot_hit: hit,
-            has_won: u32::from(hit != u32::MAX && random.unit() < 0.5),
+            is_selected: u32::from(hit != u32::MAX && random.unit() < 0.5),
             ..Default::default()
         });
     }
@@ -233,7 +233,7 @@ fn random_list(random: &mut Random, table: &Table, fraction: f32) -> Vec<Schedul
 }
 
 /// A list as passes read it: its length, and room for as many entries as the table has slots.
-fn due_words(list: &[ScheduledEntry], slots: u32) -> Vec<u32> {
+fn scheduled_words(list: &[ScheduledEntry], slots: u32) -> Vec<u32> {
     let mut words = vec![list.len() as u32];
     words.extend(list.iter().flat_map(|entry| [entry.slot, entry.sample]));
     words.resize(1 + 2 * slots as usize, 0);
@@ -253,7 +253,7 @@ fn memory_of(table: &Table, parameters: &RadianceCacheParameters) -> Memory {
     memory.bind(&["cache_update"], &[UPDATE]);
     memory.bind(&["cache_sweep"], &[CacheSweep::default()]);
     memory.bind(&["entry_counters"], &[0u32; 4]);
-    bind_table(&mut memory, table, "cell_", "earlier_links");
+    bind_table(&mut memory, table, "cell_", "earlier_hits");
     memory
 }
 
@@ -293,7 +293,7 @@ fn table_of(memory: &Memory, like: &Table) -> Table {
         samples: memory.get("entry_samples"),
         light: parts("entry_light", like.light.len()),
         hits: memory.get("entry_hits"),
-        earlier: parts("earlier_links", like.earlier.len()),
+        earlier: parts("earlier_hits", like.earlier.len()),
     }
 }
 

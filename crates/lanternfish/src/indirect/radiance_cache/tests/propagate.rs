@@ -20,21 +20,21 @@ pub(super) fn compare(bench: &Bench) -> Compared {
         // The last one has as many samples as any.
         list.sort_by_key(|entry| table.light[1][entry.slot as usize].w as u32);
         let mut memory = memory_of(&table, &parameters);
-        memory.bind(&["due"], &due_words(&list, SLOTS));
+        memory.bind(&["scheduled"], &scheduled_words(&list, SLOTS));
         let most = parameters.most;
         for sweep in bounces.steps(2) {
             memory.set("cache_sweep", &[sweep]);
-            bench.run(&mut memory, "propagate", "relax", workgroups(SLOTS));
+            bench.run(&mut memory, "propagate", "propagate", workgroups(SLOTS));
             propagate::sweep(&mut table, (&sweep, most));
             same_tables(bench, &table_of(&memory, &table), &table)?;
         }
         for sweep in bounces.steps_of_some(2) {
             memory.set("cache_sweep", &[sweep]);
-            bench.run(&mut memory, "propagate", "relax_due", workgroups(list.len() as u32));
+            bench.run(&mut memory, "propagate", "propagate_scheduled", workgroups(list.len() as u32));
             propagate::sweep_scheduled(&mut table, &list, (&sweep, most));
             same_tables(bench, &table_of(&memory, &table), &table)?;
             if bounces == Bounces::All {
-                bench.run(&mut memory, "propagate", "put_back", workgroups(list.len() as u32));
+                bench.run(&mut memory, "propagate", "copy_back", workgroups(list.len() as u32));
                 propagate::copy_back(&mut table, &list, &sweep);
             }
             same_tables(bench, &table_of(&memory, &table), &table)?;

@@ -9,7 +9,7 @@ const SLOTS: u32 = 256;
 fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
     let (frame, update) = (parameters(SLOTS), UPDATE);
     let first = RadianceCacheParameters { fewest: 16, ..frame };
-    let of_first = CacheUpdate { fraction: 0, fades: 0, ..update };
+    let of_first = CacheUpdate { fraction: 0, ages: 0, ..update };
     let doubted = RadianceCacheParameters { most_fraction: 1, ..frame };
     let mut frames = vec![
         (frame, update),
@@ -47,22 +47,22 @@ fn compare_lists(
     let mut memory = memory_of(&table, parameters);
     memory.set("cache_update", &[*update]);
     memory.set("entry_counters", &[77u32, 1000, 0, 0]);
-    memory.bind(&["found_due"], &due_words(&[ScheduledEntry::default(); 9], SLOTS));
-    memory.bind(&["due"], &due_words(&[], SLOTS));
-    memory.bind(&["due_dispatch"], &[9u32; 3]);
+    memory.bind(&["found_scheduled"], &scheduled_words(&[ScheduledEntry::default(); 9], SLOTS));
+    memory.bind(&["scheduled"], &scheduled_words(&[], SLOTS));
+    memory.bind(&["scheduled_dispatch"], &[9u32; 3]);
     memory.bind(&["sampled_entries"], &vec![SampledEntry::default(); SLOTS as usize]);
     bench.run(&mut memory, "schedule", "clear", [1; 3]);
     bench.run(&mut memory, "schedule", "choose", workgroups(SLOTS));
     bench.run(&mut memory, "schedule", "measure", [1; 3]);
     let list = schedule::choose(&mut table, parameters, update);
-    let found = list_of(&memory.get("found_due"));
+    let found = list_of(&memory.get("found_scheduled"));
     if bench.is_in_order() {
         same("entry of the list", &found, &list)?;
     }
     same("scheduled entry", &sorted(found), &sorted(list.clone()))?;
     same_tables(bench, &table_of(&memory, &table), &table)?;
     let count = list.len() as u32;
-    same("workgroups along", &memory.get("due_dispatch"), &schedule::workgroups(count))?;
+    same("workgroups along", &memory.get("scheduled_dispatch"), &schedule::workgroups(count))?;
     let counted = if update.counts == 1 { entries } else { 77 };
     same("counter", &memory.get("entry_counters"), &[counted, 1000 + count, 0, 0])?;
 
@@ -74,16 +74,16 @@ fn compare_lists(
     }
     let mut samples = random_samples(&mut random, &table, &list);
     // One wins each entry.
-    let mut won = std::collections::BTreeSet::new();
-    samples.iter_mut().for_each(|sample| sample.has_won &= u32::from(won.insert(sample.slot_hit)));
+    let mut is_winner = std::collections::BTreeSet::new();
+    samples.iter_mut().for_each(|sample| sample.is_selected &= u32::from(is_winner.insert(sample.slot_hit)));
     memory.set("entry_light", &table.light.concat());
-    memory.set("due", &due_words(&list, SLOTS));
+    memory.set("scheduled", &scheduled_words(&list, SLOTS));
     samples.resize(SLOTS as usize, SampledEntry::default());
     memory.set("sampled_entries", &samples);
     bench.run(&mut memory, "schedule", "clear", [1; 3]);
     bench.run(&mut memory, "schedule", "choose_again", workgroups(count));
     let again = schedule::choose_again(&table, &list, &samples, parameters);
-    same("entry that is scheduled again", &sorted(list_of(&memory.get("found_due"))), &sorted(again))
+    same("entry that is scheduled again", &sorted(list_of(&memory.get("found_scheduled"))), &sorted(again))
 }
 
 pub(super) fn compare(bench: &Bench) -> Compared {
@@ -95,10 +95,10 @@ pub(super) fn compare(bench: &Bench) -> Compared {
 fn compare_lengths(bench: &Bench) -> Compared {
     for count in [0, 1, 63, 64, 65, 65_535, 65_536, 65_537, 131_073] {
         let mut memory = memory_of(&Table::new(64, 1, 0), &parameters(64));
-        memory.bind(&["found_due"], &[count, 0, 0]);
-        memory.bind(&["due_dispatch"], &[9u32; 3]);
+        memory.bind(&["found_scheduled"], &[count, 0, 0]);
+        memory.bind(&["scheduled_dispatch"], &[9u32; 3]);
         bench.run(&mut memory, "schedule", "measure", [1; 3]);
-        same(&format!("workgroups of {count} along"), &memory.get("due_dispatch"), &schedule::workgroups(count))?;
+        same(&format!("workgroups of {count} along"), &memory.get("scheduled_dispatch"), &schedule::workgroups(count))?;
     }
     Ok(())
 }
@@ -119,9 +119,9 @@ fn each_entry_has_one_turn() {
     let mut random = Random::new(62);
     for _ in 0..1000 {
         let (key, first) = (word(&mut random), word(&mut random) >> 1);
-        let turns =
-            |stride| (first..first + 64).filter(|update| schedule::has_turn(key, *update, stride)).collect::<Vec<_>>();
-        assert_eq!([1, 8, 64].map(|stride| turns(stride).len()), [64, 8, 1]);
-        assert!(turns(64).iter().all(|turn| turns(8).contains(turn)));
+        let sweeps =
+            |stride| (first..first + 64).filter(|update| schedule::is_in_stride(key, *update, stride)).collect::<Vec<_>>();
+        assert_eq!([1, 8, 64].map(|stride| sweeps(stride).len()), [64, 8, 1]);
+        assert!(sweeps(64).iter().all(|turn| sweeps(8).contains(turn)));
     }
 }

@@ -74,7 +74,7 @@ pub(super) fn compare_migration(bench: &Bench) -> Compared {
         bind_table(&mut memory, &old, "old_", "old_earlier");
         // The new table's words are what is bound to the other names.
         memory.bind(&["moved_to"], &vec![0u32; slots as usize]);
-        for entry in ["rehash", "carry", "carry_links"] {
+        for entry in ["rehash", "migrate", "migrate_hits"] {
             bench.run(&mut memory, "rehash", entry, workgroups(slots));
         }
         let (expected, _) = old.migrate(new_slots, &parameters);

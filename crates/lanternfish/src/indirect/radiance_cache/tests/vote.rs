@@ -39,13 +39,13 @@ fn compare_priorities(bench: &Bench) -> Compared {
     queries.extend(others.iter().map(|candidate| [below(&mut random, 60), *candidate, 0, 0]));
     let priorities = priorities.into_iter().chain(others.iter().map(|of| vote::priority(*of, UPDATE.update)));
     let priorities: Vec<u32> = priorities.collect();
-    let won = bench.ask(&mut memory, "testing/radiance_cache", "count_votes", &queries, 1);
-    let won: Vec<bool> = won.iter().map(|answer| answer[0] == 1).collect();
-    let has_won = |(query, priority): (&[u32; 4], &u32)| *priority != 0 && most[query[0] as usize] == *priority;
-    let expected: Vec<bool> = queries.iter().zip(&priorities).map(has_won).collect();
-    same("whether candidate wins", &won, &expected)?;
+    let is_winner = bench.ask(&mut memory, "testing/radiance_cache", "count_votes", &queries, 1);
+    let is_winner: Vec<bool> = is_winner.iter().map(|answer| answer[0] == 1).collect();
+    let is_selected = |(query, priority): (&[u32; 4], &u32)| *priority != 0 && most[query[0] as usize] == *priority;
+    let expected: Vec<bool> = queries.iter().zip(&priorities).map(is_selected).collect();
+    same("whether candidate wins", &is_winner, &expected)?;
     // Of each slot one.
-    let winners = queries.iter().zip(&won).filter(|(_, won)| **won).map(|(query, _)| query[0]);
+    let winners = queries.iter().zip(&is_winner).filter(|(_, is_winner)| **is_winner).map(|(query, _)| query[0]);
     assert_eq!(winners.clone().collect::<std::collections::BTreeSet<_>>().len(), winners.count());
     Ok(())
 }
@@ -93,7 +93,7 @@ fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledE
         sample.distance = below(random, 64) as f32 / 16.0;
         sample.hit_direction = normal(i / 3);
         sample.rank = below(random, 8);
-        (sample.slot_hit, sample.has_won) = (u32::MAX, 0);
+        (sample.slot_hit, sample.is_selected) = (u32::MAX, 0);
         // Few places, so that some are voted for by many.
         if i % 2 == 0 {
             (sample.p_world, sample.distance) = (Vec3::new(0.125, 0.125, 0.25 * (i % 6) as f32), 1.0);
@@ -114,7 +114,7 @@ fn compare_hits(bench: &Bench) -> Compared {
         let (planes, mut samples) = hits(&mut random, &table);
         let list: Vec<_> = samples.iter().map(|sample| ScheduledEntry { slot: sample.slot, sample: 0 }).collect();
         let mut memory = memory_of(&table, &parameters);
-        memory.bind(&["due"], &due_words(&list, slots));
+        memory.bind(&["scheduled"], &scheduled_words(&list, slots));
         memory.bind(&["sampled_entries"], &samples);
         memory.bind(&["triangle_planes"], &planes);
         bench.run(&mut memory, "intersect", "intersect", workgroups(list.len() as u32));
@@ -130,12 +130,12 @@ fn compare_hits(bench: &Bench) -> Compared {
         let found = table_of(&memory, &table);
         same_tables(bench, &found, &table)?;
         let hit = |table: &Table, sample: &SampledEntry| {
-            (table.keys.get(sample.slot_hit as usize).copied(), sample.has_won, sample.rank, sample.triangle)
+            (table.keys.get(sample.slot_hit as usize).copied(), sample.is_selected, sample.rank, sample.triangle)
         };
         let read: Vec<SampledEntry> = memory.get("sampled_entries");
         let read: Vec<_> = read.iter().map(|sample| hit(&found, sample)).collect();
         same("hit", &read, &samples.iter().map(|sample| hit(&table, sample)).collect::<Vec<_>>())?;
-        assert!(samples.iter().filter(|sample| sample.has_won == 1).count() > 10);
+        assert!(samples.iter().filter(|sample| sample.is_selected == 1).count() > 10);
     }
     Ok(())
 }
