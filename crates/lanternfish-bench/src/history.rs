@@ -36,9 +36,9 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let changed = changed(&bench.scene);
     let changed_truth =
         progress.step("truth", "Tracing the changed light", || bench.truth_of(Truth::OneBounceFile, &changed))?;
-    let asked: Vec<Case> = cases(&bench.look, args.quick).into_iter().filter(|c| args.asks_for(&c.name)).collect();
+    let requested: Vec<Case> = cases(&bench.look, args.quick).into_iter().filter(|c| args.requests(&c.name)).collect();
     let mut rows = Vec::new();
-    for Case { name, settings } in &asked {
+    for Case { name, settings } in &requested {
         let row = || {
             let walked = bench.walked(settings)?;
             let errors = bench.keep(name, &walked)?;
@@ -65,7 +65,7 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
         rows.push(progress.step("render", name, row)?);
     }
     bench.report.section("The last frame of a walk, and frames after a change of light", TEXT, "rows", rows);
-    bench.finish(&asked, progress)
+    bench.finish(&requested, progress)
 }
 
 /// Each way with what pixels keep and without.

@@ -1,7 +1,7 @@
 //! Requests to end: Ctrl-C, the system's, those of a terminal that is gone.
 //!
 //! A signal ends the process at once, but for files that are half written: those are removed. A run that calls
-//! [`end_when_asked`] hears the first in its own time, by [`asked`].
+//! [`end_when_requested`] hears the first in its own time, by [`requested`].
 
 use std::{
     io,
@@ -19,28 +19,28 @@ use lanternfish_metrics::remove_unfinished;
 const ECHO: Duration = Duration::from_millis(500);
 
 /// Whether the first signal waits for the run.
-static ENDS_WHEN_ASKED: AtomicBool = AtomicBool::new(false);
+static ENDS_WHEN_REQUESTED: AtomicBool = AtomicBool::new(false);
 /// When the first came, and its number.
-static ASKED: OnceLock<(Instant, i32)> = OnceLock::new();
+static REQUESTED: OnceLock<(Instant, i32)> = OnceLock::new();
 
 /// Starts to listen, in a thread of its own.
 pub fn install() -> io::Result<()> {
     system::listen(hear)
 }
 
-/// From here on the first signal is told by [`asked`] and does nothing else; a second one ends the process.
-pub fn end_when_asked() {
-    ENDS_WHEN_ASKED.store(true, Ordering::Relaxed);
+/// From here on the first signal is told by [`requested`] and does nothing else; a second one ends the process.
+pub fn end_when_requested() {
+    ENDS_WHEN_REQUESTED.store(true, Ordering::Relaxed);
 }
 
 /// Whether somebody wants the run to end: what the process exits with then, as shells have it: 128 and the signal's number.
-pub fn asked() -> Option<u8> {
-    ASKED.get().map(|(_, signal)| 128 + *signal as u8)
+pub fn requested() -> Option<u8> {
+    REQUESTED.get().map(|(_, signal)| 128 + *signal as u8)
 }
 
 fn hear(signal: i32) {
-    let first = || ASKED.get_or_init(|| (Instant::now(), signal)).0;
-    if ENDS_WHEN_ASKED.load(Ordering::Relaxed) && first().elapsed() <= ECHO {
+    let first = || REQUESTED.get_or_init(|| (Instant::now(), signal)).0;
+    if ENDS_WHEN_REQUESTED.load(Ordering::Relaxed) && first().elapsed() <= ECHO {
         return;
     }
     remove_unfinished();

@@ -108,15 +108,15 @@ impl PipelineKey {
 
 /// The pipelines that some work has asked an engine for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Asked(BTreeSet<PipelineKey>);
+pub struct Requested(BTreeSet<PipelineKey>);
 
 thread_local! {
     /// The engine that the calling thread compiles for, and what it has been asked for.
-    static CURRENT: RefCell<Option<(Engine, Asked)>> = const { RefCell::new(None) };
+    static CURRENT: RefCell<Option<(Engine, Requested)>> = const { RefCell::new(None) };
 }
 
 /// Puts back the engine that was there before, also where the work panics.
-struct Before(Option<(Engine, Asked)>);
+struct Before(Option<(Engine, Requested)>);
 
 impl Drop for Before {
     fn drop(&mut self) {
@@ -132,15 +132,15 @@ impl Engine {
 
     /// Runs `work`. What it links, and what it compiles for this device, in the calling thread, is taken from this engine, or kept in it.
     pub fn within<R>(&self, work: impl FnOnce() -> R) -> R {
-        self.asked_within(work).0
+        self.requested_within(work).0
     }
 
     /// The same, and which pipelines the work has asked for, whether or not they were there.
-    pub fn asked_within<R>(&self, work: impl FnOnce() -> R) -> (R, Asked) {
-        let _before = Before(CURRENT.replace(Some((self.clone(), Asked::default()))));
+    pub fn requested_within<R>(&self, work: impl FnOnce() -> R) -> (R, Requested) {
+        let _before = Before(CURRENT.replace(Some((self.clone(), Requested::default()))));
         let result = work();
-        let asked = CURRENT.take().map(|(_, asked)| asked).unwrap_or_default();
-        (result, asked)
+        let requested = CURRENT.take().map(|(_, requested)| requested).unwrap_or_default();
+        (result, requested)
     }
 
     /// How much it has compiled so far.
@@ -231,8 +231,8 @@ fn of_engine<P: Handed>(
     let Some(engine) = current().filter(|engine| engine.device == *device) else { return compile() };
     let key = key();
     CURRENT.with_borrow_mut(|current| {
-        if let Some((_, asked)) = current {
-            asked.0.insert(key.clone());
+        if let Some((_, requested)) = current {
+            requested.0.insert(key.clone());
         }
     });
     if let Some(known) = kept(&mut engine.compiled()).get(&key) {

@@ -40,7 +40,7 @@ pub use buffer::{
 pub use compute::ComputeKernel;
 pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa};
 pub use edited::{ShaderTexts, read_shader_texts, shader_files};
-pub use engine::{Asked, Compilations, Engine, KeptCompiled};
+pub use engine::{Requested, Compilations, Engine, KeptCompiled};
 pub use error::GpuError;
 pub use frame::{Frame, PassTime, Profiler, discarded, submitted};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};

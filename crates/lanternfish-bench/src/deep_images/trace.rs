@@ -33,7 +33,7 @@ impl Bench {
         let tracer = RayTracer::new(&self.run.gpu.device)?;
         let known = Tracer::all().into_iter().filter(|known| known.is_supported(&self.run.gpu.device));
         let (coarse, exact): (Vec<_>, Vec<_>) = known.partition(|known| !known.is_exact());
-        let asked = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
+        let requested = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
         let is_software = self.run.gpu.description.device_type == "Cpu";
         let figures = |through: Tracer| {
             let is_slow = is_software && through == Tracer::RAY_QUERY;
@@ -60,7 +60,7 @@ impl Bench {
                 .percent("missed", "missed", 2, errors.missed)
                 .percent("false_hits", "false", 2, errors.false_hits))
         };
-        asked.map(figures).collect()
+        requested.map(figures).collect()
     }
 
     /// Milliseconds, the least of all runs but the first, and distances.

@@ -45,7 +45,7 @@ pub struct OneBounceArgs {
 
 impl OneBounceArgs {
     /// Whether a case, or a table, is asked for.
-    pub fn asks_for(&self, name: &str) -> bool {
+    pub fn requests(&self, name: &str) -> bool {
         self.only.is_empty() || name == "none" || self.only.iter().any(|words| name.contains(words))
     }
 }

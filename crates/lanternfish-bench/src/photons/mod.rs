@@ -47,13 +47,13 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let mut bench = Bench::start(args, "photons", "Photons", &mut progress)?;
     let mut rows = Vec::new();
-    for case in cases(&bench.look, args.quick).iter().filter(|case| args.asks_for(&case.name)) {
+    for case in cases(&bench.look, args.quick).iter().filter(|case| args.requests(&case.name)) {
         rows.push(progress.step("render", &case.name, || row(&bench, case))?);
     }
     let mut means = Vec::new();
-    let asks_for = |case: &Case, table: &str| args.asks_for(&format!("{}, {table}", case.name));
+    let requests = |case: &Case, table: &str| args.requests(&format!("{}, {table}", case.name));
     let converging: Vec<_> =
-        converging(&bench.look, args.quick).into_iter().filter(|case| asks_for(case, "frames")).collect();
+        converging(&bench.look, args.quick).into_iter().filter(|case| requests(case, "frames")).collect();
     let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
     for frames in counts.iter().copied().filter(|_| !converging.is_empty()) {
         let (direct, direct_flip) = progress.step("mean", "direct light", || bench.direct_mean(frames))?;
@@ -63,7 +63,7 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
             means.push(row.and(errors.row()).fixed("direct_flip", "direct light", 4, direct_flip));
         }
     }
-    let occlusion = match !args.quick && args.asks_for("occlusion") {
+    let occlusion = match !args.quick && args.requests("occlusion") {
         true => progress.step("occlusion", "Occlusion by 512 deep images", || occlusion::rows(&bench))?,
         false => Vec::new(),
     };
@@ -73,7 +73,7 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     report.section("Means of frames", text, "means", means);
     let text = "White surfaces under a white sky, against the path tracer's open ratio of the sphere. Deep images without triangles.";
     report.section("Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)", text, "occlusion", occlusion);
-    let walked: Vec<_> = walked(&bench.look).into_iter().filter(|case| asks_for(case, "flicker")).collect();
+    let walked: Vec<_> = walked(&bench.look).into_iter().filter(|case| requests(case, "flicker")).collect();
     bench.finish(&walked, progress)
 }
 

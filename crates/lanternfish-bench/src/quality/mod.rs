@@ -66,7 +66,7 @@ pub struct QualityArgs {
 
 impl QualityArgs {
     /// Whether a technique is asked for.
-    fn asks_for(&self, name: &str) -> bool {
+    fn requests(&self, name: &str) -> bool {
         self.techniques.is_empty() || self.techniques.iter().any(|words| name.contains(words))
     }
 
@@ -113,7 +113,7 @@ fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, surroundings: &Environme
     let bench = Bench { run, shot, camera: &camera };
     let mut result = ShotReport::new(shot, &whole);
     let mut techniques = techniques(&settings, whole.bounds().size().length());
-    techniques.retain(|technique| args.asks_for(&technique.name));
+    techniques.retain(|technique| args.requests(&technique.name));
     let mut first = None;
     for truth in judges().filter(|truth| args.truths.is_empty() || args.truths.contains(truth)) {
         let (scene, settings) = (&truth.scene(&whole, surroundings), truth.seen(&settings));

@@ -25,14 +25,14 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let mut bench = Bench::start(args, "virtual-lights", "Virtual lights", &mut progress)?;
     let (mut rows, mut steps) = (Vec::new(), Vec::new());
-    for case in cases(&bench.look, args.quick).iter().filter(|case| args.asks_for(&case.name)) {
+    for case in cases(&bench.look, args.quick).iter().filter(|case| args.requests(&case.name)) {
         let (row, own) = progress.step("render", &case.name, || measure::row(&bench, case))?;
         rows.push(row);
         steps.extend(own);
     }
     let maps = if args.quick { &MapSize::ALL[..1] } else { &MapSize::ALL[2..] };
     let mut ranges = Vec::new();
-    for map in maps.iter().filter(|_| args.asks_for("ranges")) {
+    for map in maps.iter().filter(|_| args.requests("ranges")) {
         ranges.push(progress.step("ranges", &format!("Ranges, {map}²"), || measure::ranges(&bench, *map))?);
     }
     let report = &mut bench.report;
@@ -49,6 +49,6 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     }));
     let text = "Six rays from every texel of the map that sees anything, no light is listed; through 169 deep images of 64², and through the BVH.";
     report.section("Ranges (Archer 2019, table 3)", text, "ranges", ranges);
-    let walked = if args.asks_for("flicker") { walked(&bench.look) } else { Vec::new() };
+    let walked = if args.requests("flicker") { walked(&bench.look) } else { Vec::new() };
     bench.finish(&walked, progress)
 }

@@ -139,9 +139,9 @@ fn gpu_light_that_is_reflected_more_than_once_is_missed_without_indirect_light()
 #[test]
 fn gpu_one_bounce_is_there_by_whatever_its_rays_are_traced_through() {
     // Of rays all, and one of photons and of virtual lights each.
-    let asked =
+    let requested =
         ["one-bounce none", "one-bounce bvh", "one-bounce across", "one-bounce within", "splat raster", "map 64"];
-    let found = judged_of(&["one-bounce"], &asked);
+    let found = judged_of(&["one-bounce"], &requested);
     let energy = |technique| found.energy(&format!("one-bounce {technique}"));
     assert!(energy("none") < 0.9, "{}", energy("none"));
     assert!((energy("bvh, not clamped") - 1.0).abs() < 0.05, "{}", energy("bvh, not clamped"));
@@ -211,15 +211,15 @@ fn gpu_truths_are_kept_and_a_broken_one_is_traced_to_the_same_bytes() {
         files.sort();
         files
     };
-    let asked = ["direct-lambert", "direct-soft"];
-    let first = bench(folder.path(), &asked);
+    let requested = ["direct-lambert", "direct-soft"];
+    let first = bench(folder.path(), &requested);
     // Twice as many as were asked for: short paths are cheap.
     assert!(first.said.contains("truth direct-lambert: tracing 128 samples"), "{}", first.said);
     let traced = truths();
     let (broken, _) = traced.iter().find(|(path, _)| path.to_string_lossy().contains("cornell-direct-soft-")).unwrap();
     fs::write(broken, "broken").unwrap();
 
-    let second = bench(folder.path(), &asked);
+    let second = bench(folder.path(), &requested);
     let said = &second.said;
     assert!(said.contains("truth direct-lambert: reused") && said.contains("truth direct-soft: tracing"), "{said}");
     assert!(truths() == traced, "the same truths, byte for byte");

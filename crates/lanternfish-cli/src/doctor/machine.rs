@@ -41,21 +41,21 @@ pub fn describe(adapter: &AdapterDescription, info: Option<&wgpu::AdapterInfo>) 
 /// Which techniques and tracers the device of an engine can run: each is built.
 pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let direct = Settings::direct_light;
-    let mut asked: Vec<(String, Settings)> = Vec::new();
+    let mut requested: Vec<(String, Settings)> = Vec::new();
     let culling = Culling::all().into_iter();
-    asked.extend(culling.map(|culling| (format!("culling {}", culling.name()), Settings { culling, ..direct() })));
-    asked.extend(
+    requested.extend(culling.map(|culling| (format!("culling {}", culling.name()), Settings { culling, ..direct() })));
+    requested.extend(
         Tracer::all()
             .into_iter()
             .map(|tracer| (format!("shadows {tracer}"), Settings { shadows: Shadows::Traced(tracer), ..direct() })),
     );
     let occlusion = Occlusion::all().into_iter();
-    asked.extend(
+    requested.extend(
         occlusion.map(|occlusion| (format!("occlusion {}", occlusion.name()), Settings { occlusion, ..direct() })),
     );
     let deep_images = DeepImageSettings::default();
     let indirect = Indirect::all().into_iter();
-    asked.extend(indirect.map(|indirect| {
+    requested.extend(indirect.map(|indirect| {
         (format!("indirect {}", indirect.name()), Settings { indirect, structure: deep_images.into(), ..direct() })
     }));
     let built = |(name, settings): (String, Settings)| {
@@ -63,5 +63,5 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
             Renderer::with_engine(engine, settings).err().map(|error: RenderError| as_flags(&error.to_string()));
         Technique { name, reason }
     };
-    asked.into_iter().map(built).collect()
+    requested.into_iter().map(built).collect()
 }

@@ -129,7 +129,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     let meters = target.is_png() && settings.integrator == Integrator::Path && exposure == Exposure::Auto;
     let coverage = if meters { tracer.coverage(camera, size.width as usize, size.height as usize) } else { Vec::new() };
     let look = Look { integrator: settings.integrator, exposure, tone_map, coverage };
-    signals::end_when_asked();
+    signals::end_when_requested();
     let goal = goal(args);
     let bar = progress.bar();
     let run = progress.step("trace", "Tracing", || {

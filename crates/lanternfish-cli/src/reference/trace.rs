@@ -98,7 +98,7 @@ pub fn trace(
 ) -> Result<Run, CliError> {
     let (started, first) = (Instant::now(), film.sample_count());
     let is_over =
-        || signals::asked().is_some() || goal.time_limit.is_some_and(|limit| started.elapsed().as_secs_f64() >= limit);
+        || signals::requested().is_some() || goal.time_limit.is_some_and(|limit| started.elapsed().as_secs_f64() >= limit);
     let pixels = pixel_count(film);
     let (mut saved, mut between_saves) = (started, CHECKPOINT_SECONDS);
     let mut is_estimated = bar.is_seen();
@@ -109,7 +109,7 @@ pub fn trace(
         if goal.is_reached(film, seconds) {
             return Ok(end(None));
         }
-        if let Some(code) = signals::asked() {
+        if let Some(code) = signals::requested() {
             return Ok(end(Some(code)));
         }
         let pass_started = Instant::now();

@@ -110,10 +110,10 @@ impl Display {
 }
 
 #[track_caller]
-fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
+fn wait_for<T>(what: &str, mut evaluate: impl FnMut() -> Option<T>) -> T {
     let started = Instant::now();
     loop {
-        if let Some(found) = ask() {
+        if let Some(found) = evaluate() {
             return found;
         }
         assert!(started.elapsed() < LONGEST, "it never comes to this: {what}");

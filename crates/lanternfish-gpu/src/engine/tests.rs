@@ -6,18 +6,18 @@ fn gpu_an_engine_compiles_a_thing_once() {
     let Some(gpu) = testing::gpu("gpu_an_engine_compiles_a_thing_once") else { return };
     let engine = Engine::new(&gpu.device, &gpu.queue);
     let scan = |label| Scan::new(&gpu.device, label).unwrap();
-    let (_, asked) = engine.asked_within(|| scan("test"));
+    let (_, requested) = engine.requested_within(|| scan("test"));
     let once = engine.compilations();
     assert_eq!(once, Compilations { shaders: 1, pipelines: 2 });
-    let (_, again) = engine.clone().asked_within(|| scan("test"));
-    assert_eq!((engine.compilations(), &again), (once, &asked));
+    let (_, again) = engine.clone().requested_within(|| scan("test"));
+    assert_eq!((engine.compilations(), &again), (once, &requested));
     // Outside of it nothing is looked up and nothing kept.
     scan("test");
     assert_eq!(engine.compilations(), once);
     // Another label is another pass in reports, of the same shader.
-    let (_, other) = engine.asked_within(|| scan("other"));
+    let (_, other) = engine.requested_within(|| scan("other"));
     assert_eq!(engine.compilations(), Compilations { shaders: 1, pipelines: 4 });
-    assert!(other != asked);
+    assert!(other != requested);
     engine.forget();
     engine.within(|| scan("test"));
     assert_eq!(engine.compilations(), Compilations { shaders: 2, pipelines: 6 });

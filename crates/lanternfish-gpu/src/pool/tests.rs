@@ -72,7 +72,7 @@ fn gpu_a_frame_never_gets_one_thing_twice_and_the_next_gets_the_same() {
         usage,
         view_formats: &[],
     };
-    let mut ask = |bytes: u64| {
+    let mut evaluate = |bytes: u64| {
         let before = made();
         let mut frame = frames.next();
         let buffers = [(); 2].map(|()| frame.scratch("list", bytes).unwrap());
@@ -81,18 +81,18 @@ fn gpu_a_frame_never_gets_one_thing_twice_and_the_next_gets_the_same() {
         assert!(buffers[0] != buffers[1] && textures[0] != textures[1]);
         (made() - before, frames.pool.bytes(), buffers)
     };
-    let (first, bytes, buffers) = ask(1000);
+    let (first, bytes, buffers) = evaluate(1000);
     assert_eq!((first.buffers, first.textures), (2, 2));
     assert_eq!(bytes, 2 * 1008_u64.next_multiple_of(64) + 2 * 64);
     // A little less, and a little more, fits too.
     for other in [1000, 900, 1020] {
-        let (again, _, others) = ask(other);
+        let (again, _, others) = evaluate(other);
         assert_eq!((again.buffers, again.textures, &others), (0, 0, &buffers), "{other}");
     }
     // Much more does not; in a few frames what was too small is gone.
-    let (grown, both, _) = ask(4000);
+    let (grown, both, _) = evaluate(4000);
     assert_eq!((grown.buffers, grown.textures), (2, 0));
-    let after: Vec<u64> = (0..=KEPT_FRAMES).map(|_| ask(4000).1).collect();
+    let after: Vec<u64> = (0..=KEPT_FRAMES).map(|_| evaluate(4000).1).collect();
     assert_eq!(after[0], both);
     assert!(*after.last().unwrap() == both - (bytes - 2 * 64), "{after:?} of {both}");
 }

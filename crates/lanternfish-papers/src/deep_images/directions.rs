@@ -57,13 +57,13 @@ pub enum DirectionError {
     /// No images, or too many.
     #[error("{set:?} has {} directions: the number must be from 1 to {}", .set.count(), Directions::MAX_COUNT)]
     Count {
-        /// Asked for.
+        /// Requested for.
         set: DirectionSet,
     },
     /// Too many axes about one pole.
     #[error("{set:?}: at most {} slices meet at the pole; take more stacks", Directions::MAX_SLICES)]
     Slices {
-        /// Asked for.
+        /// Requested for.
         set: DirectionSet,
     },
 }

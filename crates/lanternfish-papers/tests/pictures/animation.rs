@@ -227,7 +227,7 @@ fn gpu_what_bends_is_seen_by_everything() {
         let images = DeepImageSettings { resolution: 64, payload: true, ..DeepImageSettings::default() };
         Settings { structure: images.into(), ..settings }
     };
-    let mut asked = vec![
+    let mut requested = vec![
         (
             "occlusion deep".to_owned(),
             Settings { occlusion: Occlusion::from(Deep { max_distance: Some(2.0) }), ..direct() },
@@ -242,11 +242,11 @@ fn gpu_what_bends_is_seen_by_everything() {
         }
         let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
         let photons = PhotonSplatting { count: 1024, tracer: tracer.into(), ..PhotonSplatting::default() };
-        asked.push((format!("shadows {tracer}"), deep(Settings { shadows: Shadows::Traced(tracer), ..direct() })));
-        asked.push((format!("sampled {tracer}"), deep(Settings { indirect: Indirect::from(sampled), ..direct() })));
-        asked.push((format!("photons {tracer}"), deep(Settings { indirect: Indirect::from(photons), ..direct() })));
+        requested.push((format!("shadows {tracer}"), deep(Settings { shadows: Shadows::Traced(tracer), ..direct() })));
+        requested.push((format!("sampled {tracer}"), deep(Settings { indirect: Indirect::from(sampled), ..direct() })));
+        requested.push((format!("photons {tracer}"), deep(Settings { indirect: Indirect::from(photons), ..direct() })));
     }
-    for (name, settings) in asked {
+    for (name, settings) in requested {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         scene.pose_at_rest();
         let mut uploaded = renderer.upload(&scene).unwrap();

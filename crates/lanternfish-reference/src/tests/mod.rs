@@ -108,8 +108,8 @@ fn images_are_the_same_however_they_are_interrupted() {
     // Stopped within a pass: rows have all of its samples or none.
     let mut cut = Film::new(8, 8).unwrap();
     tracer.render(&front(4.0, 1.2), &mut cut, 2);
-    let asked = AtomicU32::new(0);
-    let pause = || asked.fetch_add(1, Ordering::Relaxed) >= 3;
+    let requested = AtomicU32::new(0);
+    let pause = || requested.fetch_add(1, Ordering::Relaxed) >= 3;
     tracer.render_unless(&front(4.0, 1.2), &mut cut, 5, pause, || false);
     assert!(!cut.is_even() && whole.is_even());
     let rows = |samples| cut.row_samples().iter().filter(|row| **row == samples).count();
@@ -142,9 +142,9 @@ fn a_row_is_given_up_within() {
         film
     };
     let mut cut = film(2);
-    let asked = AtomicU32::new(0);
-    tracer.render_unless(&camera, &mut cut, 3, || false, || asked.fetch_add(1, Ordering::Relaxed) >= 10);
-    assert_eq!((asked.into_inner(), &cut), (11, &film(2)));
+    let requested = AtomicU32::new(0);
+    tracer.render_unless(&camera, &mut cut, 3, || false, || requested.fetch_add(1, Ordering::Relaxed) >= 10);
+    assert_eq!((requested.into_inner(), &cut), (11, &film(2)));
     tracer.render(&camera, &mut cut, 3);
     assert_eq!(cut, film(5));
 }

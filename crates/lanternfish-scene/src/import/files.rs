@@ -123,7 +123,7 @@ pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, SceneError> 
 
 fn open_regular(path: &Path) -> io::Result<File> {
     let refused = || io::Error::new(io::ErrorKind::InvalidInput, "not a regular file");
-    // Asked before it is opened: opening a pipe waits for who writes to it.
+    // Requested before it is opened: opening a pipe waits for who writes to it.
     if !fs::metadata(path)?.is_file() {
         return Err(refused());
     }

@@ -2,7 +2,7 @@
 
 use egui::{Key, Ui};
 
-use super::{Asked, State, focus, stereo};
+use super::{Requested, State, focus, stereo};
 use crate::{Form, wipe::Other};
 
 const KEYS: [(&str, &str); 19] = [
@@ -39,7 +39,7 @@ pub fn page(ui: &mut Ui) {
 }
 
 /// Takes the keys that belong to no widget.
-pub fn take(ui: &Ui, state: &mut State, asked: &mut Asked) {
+pub fn take(ui: &Ui, state: &mut State, requested: &mut Requested) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;
     }
@@ -52,15 +52,15 @@ pub fn take(ui: &Ui, state: &mut State, asked: &mut Asked) {
             state.is_unfolded ^= true;
             state.unfold = Some(state.is_unfolded);
         }
-        asked.screenshot |= pressed(Key::F2);
+        requested.screenshot |= pressed(Key::F2);
         if pressed(Key::F4) {
-            asked.write = Some(Form::File);
+            requested.write = Some(Form::File);
         }
         if pressed(Key::F5) {
-            asked.write = Some(Form::CommandLine);
+            requested.write = Some(Form::CommandLine);
         }
         if pressed(Key::Escape) {
-            asked.close = !state.shows_keys;
+            requested.close = !state.shows_keys;
             state.shows_keys = false;
         }
         if pressed(Key::T) {
@@ -82,6 +82,6 @@ pub fn take(ui: &Ui, state: &mut State, asked: &mut Asked) {
         }
     });
     if focuses {
-        focus(state, asked);
+        focus(state, requested);
     }
 }

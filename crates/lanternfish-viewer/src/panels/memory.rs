@@ -17,7 +17,7 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// What is on the device.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
-    asked: Option<Instant>,
+    requested: Option<Instant>,
     /// What frames keep.
     pub frames: FrameMemory,
     /// Bytes of everything, by what it is for: the first word of its label. Empty where the driver is not wgpu's to ask.
@@ -29,10 +29,10 @@ pub struct Memory {
 impl Memory {
     /// Asks once more, unless it has just been asked.
     pub fn ask_again(&mut self, seen: &Seen) {
-        if self.asked.is_some_and(|asked| asked.elapsed() < PERIOD) {
+        if self.requested.is_some_and(|requested| requested.elapsed() < PERIOD) {
             return;
         }
-        (self.asked, self.frames) = (Some(Instant::now()), seen.memory());
+        (self.requested, self.frames) = (Some(Instant::now()), seen.memory());
         if let Some(report) = seen.gpu.device.generate_allocator_report() {
             let all = report.allocations.iter().map(|one| (one.name.as_str(), one.size));
             (self.by_use, self.reserved) = (by_use(all), report.total_reserved_bytes);

@@ -154,7 +154,7 @@ pub struct Facts<'a> {
 
 /// What is asked of the window.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Asked {
+pub struct Requested {
     /// A file with the picture.
     pub screenshot: bool,
     /// What is seen, in a form that renders it.
@@ -171,7 +171,7 @@ pub struct Asked {
     pub is_moving: bool,
 }
 
-impl Asked {
+impl Requested {
     /// What was asked first, and now.
     pub fn and(self, now: Self) -> Self {
         Self {
@@ -186,30 +186,30 @@ impl Asked {
 }
 
 /// Draws everything, and takes what was clicked and pressed. `seconds`: since the last time.
-pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> Asked {
-    let mut asked = Asked::default();
-    keys::take(ui, state, &mut asked);
+pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> Requested {
+    let mut requested = Requested::default();
+    keys::take(ui, state, &mut requested);
     if state.shows_panels {
         egui::Panel::left("settings").default_size(290.0).show(ui, |ui| {
             ui.heading(if state.wipe.edits_b { "Settings of B" } else { "Settings" });
             scrolled("settings/all").show(ui, |ui| settings(ui, state));
         });
         egui::Panel::right("frame").default_size(290.0).show(ui, |ui| {
-            passes::head(ui, facts, &mut asked);
+            passes::head(ui, facts, &mut requested);
             ui.separator();
-            scrolled("frame/all").show(ui, |ui| right(ui, state, facts, &mut asked));
+            scrolled("frame/all").show(ui, |ui| right(ui, state, facts, &mut requested));
         });
         egui::Panel::bottom("below").show(ui, |ui| below(ui, state));
     }
     egui::CentralPanel::default()
         .frame(egui::Frame::NONE)
-        .show(ui, |ui| picture::show(ui, state, facts, seconds, &mut asked));
+        .show(ui, |ui| picture::show(ui, state, facts, seconds, &mut requested));
     state.unfold = None;
     if state.shows_keys {
         let window = egui::Window::new("Keys").collapsible(false).vscroll(true).open(&mut state.shows_keys);
         window.show(ui.ctx(), keys::page);
     }
-    asked
+    requested
 }
 
 /// What is wider than its panel is scrolled: a wider panel would leave another room for the picture, whose mean would begin anew.
@@ -218,19 +218,19 @@ fn scrolled(name: &str) -> egui::ScrollArea {
 }
 
 /// What is behind headings on the right.
-fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, asked: &mut Asked) {
+fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, requested: &mut Requested) {
     let unfold = state.unfold;
     let heading = |name: &'static str| egui::CollapsingHeader::new(name).open(unfold);
     heading("Two eyes").show(ui, |ui| stereo::show(ui, state));
     heading("Two sides").show(ui, |ui| sides::show(ui, state, facts));
     heading("Pixel").show(ui, |ui| {
         if pixel::show(ui, state, facts) {
-            focus(state, asked);
+            focus(state, requested);
         }
     });
     heading("Lights").show(ui, |ui| {
         if let Some(edit) = lights::show(ui, state, facts) {
-            asked.edit = Some(edit);
+            requested.edit = Some(edit);
         }
     });
     heading("Overlays").show(ui, |ui| overlay::switches(ui, &mut state.overlays, &state.settings));
@@ -257,10 +257,10 @@ fn settings(ui: &mut Ui, state: &mut State) {
 }
 
 /// Looks at the surface that was clicked.
-fn focus(state: &mut State, asked: &mut Asked) {
+fn focus(state: &mut State, requested: &mut Requested) {
     if let Some(place) = state.pointed.as_ref().and_then(Pointed::place) {
         state.controls.focus(place.p);
-        asked.is_moving = true;
+        requested.is_moving = true;
     }
 }
 

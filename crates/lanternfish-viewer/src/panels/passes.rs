@@ -4,13 +4,13 @@ use egui::Ui;
 use lanternfish_gpu::PassTime;
 
 use super::{
-    Asked, Facts, State,
+    Requested, Facts, State,
     written::{Written, views_of},
 };
 use crate::Form;
 
 /// What is rendered, and how large; and what can be kept of it.
-pub fn head(ui: &mut Ui, facts: &Facts<'_>, asked: &mut Asked) {
+pub fn head(ui: &mut Ui, facts: &Facts<'_>, requested: &mut Requested) {
     ui.heading(facts.name);
     ui.label(format!("{} triangles, {} lights", facts.triangle_count, facts.scene.lights.len()));
     ui.label(format!("{}, {}", facts.adapter.name, facts.adapter.driver));
@@ -20,7 +20,7 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, asked: &mut Asked) {
     let window = facts.window_ms.map_or(String::new(), |ms| format!("; the window {ms:.1} ms"));
     ui.label(format!("A frame {:.1} ms{window}", facts.frame_ms));
     ui.horizontal_wrapped(|ui| {
-        asked.screenshot |= ui.button("Screenshot (F2)").on_hover_text("A PNG of A in the current folder").clicked();
+        requested.screenshot |= ui.button("Screenshot (F2)").on_hover_text("A PNG of A in the current folder").clicked();
         for (form, name, words) in [
             (
                 Form::File,
@@ -30,7 +30,7 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, asked: &mut Asked) {
             (Form::CommandLine, "Copy as a command line (F5)", "The same as a line for a shell"),
         ] {
             if ui.button(name).on_hover_text(words).clicked() {
-                asked.write = Some(form);
+                requested.write = Some(form);
             }
         }
     });

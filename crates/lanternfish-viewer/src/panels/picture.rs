@@ -3,7 +3,7 @@
 use egui::{Key, PointerButton, Ui};
 use glam::Vec2;
 
-use super::{Asked, Facts, State};
+use super::{Requested, Facts, State};
 use crate::{
     controls::Way,
     overlay::{self, Drawn},
@@ -12,11 +12,11 @@ use crate::{
 };
 
 /// The picture, and the hand that moves the camera over it.
-pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, asked: &mut Asked) {
+pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, requested: &mut Requested) {
     let rect = ui.available_rect_before_wrap();
     let eyes = state.eyes();
     let places = stereo::places(rect, eyes);
-    asked.room = Vec2::new(places[0].width(), places[0].height());
+    requested.room = Vec2::new(places[0].width(), places[0].height());
     let response = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
     match places[..] {
         [left, right] => {
@@ -43,7 +43,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, ask
     }
     if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
         let eye = places.iter().position(|place| place.contains(at));
-        asked.pixel = eye.map(|eye| {
+        requested.pixel = eye.map(|eye| {
             let at = (at - places[eye].min) / places[eye].size();
             (Vec2::new(at.x, at.y), eye)
         });
@@ -55,7 +55,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, ask
     } else if response.dragged_by(PointerButton::Primary) {
         controls.orbit(dragged.x, dragged.y);
     }
-    asked.is_moving |= response.dragged() && dragged != egui::Vec2::ZERO;
+    requested.is_moving |= response.dragged() && dragged != egui::Vec2::ZERO;
     if response.hovered() {
         controls.accelerate(ui.input(|input| input.smooth_scroll_delta.y) / 50.0);
     }
@@ -69,6 +69,6 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, ask
     });
     if way != Way::default() {
         controls.fly(way, if is_fast { 4.0 * seconds } else { seconds });
-        asked.is_moving = true;
+        requested.is_moving = true;
     }
 }

@@ -48,7 +48,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
         ui.label("The surroundings: there is no surface.");
         return false;
     };
-    let is_asked = ui.button("Focus (F)").on_hover_text("Look there, and go round it").clicked();
+    let is_requested = ui.button("Focus (F)").on_hover_text("Look there, and go round it").clicked();
     ui.checkbox(&mut state.overlays.rays, "Rays to its lights").on_hover_text(overlay::RAYS);
     ui.checkbox(&mut state.overlays.indirect_rays, "Rays of indirect light").on_hover_text(overlay::INDIRECT_RAYS);
     egui::Grid::new("pixel").show(ui, |ui| {
@@ -62,7 +62,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
         ui.weak("As it was before the last change:");
     }
     lights(ui, found, facts.scene);
-    is_asked
+    is_requested
 }
 
 fn facts_of(place: &Probed, pointed: &Pointed, scene: &Scene) -> Vec<(&'static str, String)> {

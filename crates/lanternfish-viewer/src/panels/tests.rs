@@ -27,7 +27,7 @@ struct Shown {
     passes: Vec<PassTime>,
     memory: Memory,
     state: State,
-    asked: Asked,
+    requested: Requested,
 }
 
 fn adapter() -> AdapterDescription {
@@ -83,10 +83,10 @@ fn shown<'a>() -> Harness<'a, Shown> {
             progress_of_b: 17,
             mean_difference: Some(0.125),
         };
-        shown.asked = show(ui, &mut shown.state, &facts, 0.1);
-        shown.write = shown.asked.write.or(shown.write);
-        shown.pixel = shown.asked.pixel.or(shown.pixel);
-        if let Some(edit) = shown.asked.edit.take() {
+        shown.requested = show(ui, &mut shown.state, &facts, 0.1);
+        shown.write = shown.requested.write.or(shown.write);
+        shown.pixel = shown.requested.pixel.or(shown.pixel);
+        if let Some(edit) = shown.requested.edit.take() {
             shown.scene.lights = edit.applied(&shown.scene.lights);
         }
     };
@@ -100,7 +100,7 @@ fn shown<'a>() -> Harness<'a, Shown> {
             passes: Vec::new(),
             memory: Memory::default(),
             state,
-            asked: Asked::default(),
+            requested: Requested::default(),
         },
     )
 }
@@ -204,7 +204,7 @@ fn keys_fly_hide_the_panels_and_ask_for_a_screenshot() {
     harness.key_down(Key::W);
     harness.step();
     harness.key_up(Key::W);
-    assert!(harness.state().asked.is_moving && harness.state().state.controls.eye() != eye);
+    assert!(harness.state().requested.is_moving && harness.state().state.controls.eye() != eye);
     harness.key_press(Key::F2);
     harness.step();
     harness.step();
@@ -226,7 +226,7 @@ fn keys_fly_hide_the_panels_and_ask_for_a_screenshot() {
     assert!(harness.state().state.shows_keys && harness.query_by_label("Look about").is_some());
     harness.key_press(Key::Escape);
     harness.run();
-    assert!(!harness.state().state.shows_keys && !harness.state().asked.close);
+    assert!(!harness.state().state.shows_keys && !harness.state().requested.close);
 }
 
 /// Opens one of the headings on the right.
@@ -314,7 +314,7 @@ fn a_click_asks_for_a_pixel_and_a_drag_does_not() {
     harness.drop_at(place);
     harness.step();
     let (at, eye) = harness.state().pixel.expect("a pixel is asked for");
-    let room = harness.state().asked.room;
+    let room = harness.state().requested.room;
     assert!(eye == 0 && (0.0..1.0).contains(&at.x) && (at.y - 500.0 / room.y).abs() < 0.01, "{at} of {room}");
 }
 
@@ -507,7 +507,7 @@ fn everything_is_unfolded_and_folded_at_once() {
 #[test]
 fn what_panels_tell_takes_no_room_from_the_picture() {
     let mut harness = shown();
-    let room = harness.state().asked.room;
+    let room = harness.state().requested.room;
     let pass =
         PassTime { name: "a/pass/whose/name/is/longer/than/any/other/and/than/the/panel".to_owned(), ms: 1234.5 };
     let pointed = pointed(&harness);
@@ -516,11 +516,11 @@ fn what_panels_tell_takes_no_room_from_the_picture() {
     shown.state.pointed = Some(pointed);
     shown.state.message = "word ".repeat(100);
     harness.run();
-    assert_eq!(harness.state().asked.room, room);
+    assert_eq!(harness.state().requested.room, room);
     harness.key_press(Key::F6);
     harness.run();
-    assert_eq!(harness.state().asked.room, room);
+    assert_eq!(harness.state().requested.room, room);
     harness.key_press(Key::F3);
     harness.run();
-    assert!(harness.state().asked.room.x > room.x, "there is more where panels are hidden");
+    assert!(harness.state().requested.room.x > room.x, "there is more where panels are hidden");
 }

@@ -47,7 +47,7 @@ pub enum Difference {
 
 /// What is asked of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Asked {
+pub struct Requested {
     /// To be closed.
     pub close: bool,
 }
@@ -100,9 +100,9 @@ impl State {
 }
 
 /// Draws everything, and takes what was clicked and pressed.
-pub fn show(ui: &mut Ui, state: &mut State, textures: &Textures, difference: Difference) -> Asked {
-    let mut asked = Asked::default();
-    keys(ui, state, &mut asked);
+pub fn show(ui: &mut Ui, state: &mut State, textures: &Textures, difference: Difference) -> Requested {
+    let mut requested = Requested::default();
+    keys(ui, state, &mut requested);
     if state.shows_panel {
         egui::Panel::left("pictures").default_size(300.0).show(ui, |ui| {
             ui.heading("Pictures");
@@ -110,10 +110,10 @@ pub fn show(ui: &mut Ui, state: &mut State, textures: &Textures, difference: Dif
         });
     }
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| picture(ui, state, textures));
-    asked
+    requested
 }
 
-fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
+fn keys(ui: &Ui, state: &mut State, requested: &mut Requested) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;
     }
@@ -121,7 +121,7 @@ fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
     let scale = ui.ctx().pixels_per_point();
     ui.input_mut(|input| {
         let mut pressed = |key| input.consume_key(egui::Modifiers::NONE, key);
-        asked.close = pressed(Key::Escape);
+        requested.close = pressed(Key::Escape);
         state.shows_panel ^= pressed(Key::F3);
         state.shows_map ^= pressed(Key::M);
         if pressed(Key::F) {

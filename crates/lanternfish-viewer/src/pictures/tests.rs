@@ -7,7 +7,7 @@ use lanternfish_metrics::RgbImage;
 
 use super::{
     PictureOfFile,
-    panel::{self, Asked, Difference, State},
+    panel::{self, Requested, Difference, State},
     shown::Look,
 };
 use crate::wipe::Textures;
@@ -17,17 +17,17 @@ fn picture(name: &str, value: f32, is_radiance: bool) -> PictureOfFile {
     PictureOfFile { name: name.to_owned(), image, is_radiance }
 }
 
-fn shown<'a>() -> Harness<'a, (State, Asked)> {
+fn shown<'a>() -> Harness<'a, (State, Requested)> {
     let pictures =
         vec![picture("first.exr", 0.5, true), picture("second.exr", 4.0, true), picture("third.png", 1.0, false)];
     let state = State::new(pictures, Exposure::Ev(1.0), ToneMap::None);
-    let draw = |ui: &mut egui::Ui, (state, asked): &mut (State, Asked)| {
+    let draw = |ui: &mut egui::Ui, (state, requested): &mut (State, Requested)| {
         let textures =
             Textures { a: Some(egui::TextureId::User(1)), b: state.b.map(|_| egui::TextureId::User(2)), map: None };
         let difference = if state.b.is_some() { Difference::Mean(0.25) } else { Difference::OfOne };
-        *asked = panel::show(ui, state, &textures, difference);
+        *requested = panel::show(ui, state, &textures, difference);
     };
-    Harness::builder().with_size(vec2(900.0, 600.0)).build_ui_state(draw, (state, Asked::default()))
+    Harness::builder().with_size(vec2(900.0, 600.0)).build_ui_state(draw, (state, Requested::default()))
 }
 
 #[test]

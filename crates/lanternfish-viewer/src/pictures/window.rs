@@ -11,7 +11,7 @@ use winit::{
 
 use super::{
     PictureReader, Pictures,
-    panel::{self, Asked, Difference, State},
+    panel::{self, Requested, Difference, State},
     shown::Look,
 };
 use crate::{
@@ -159,7 +159,7 @@ impl Shown {
         b.is_some_and(|b| pictures[b].size() == pictures[*a].size())
     }
 
-    fn show(&mut self) -> Asked {
+    fn show(&mut self) -> Requested {
         self.poll();
         self.bring();
         let ratio = self.surface.context().pixels_per_point();
@@ -183,12 +183,12 @@ impl Shown {
             _ => Difference::Sizes,
         };
         let Self { state, surface, gpu, .. } = self;
-        let mut asked = Asked::default();
+        let mut requested = Requested::default();
         let output = surface.panels(|ui| {
             let now = panel::show(ui, state, &Textures { a, b, map }, difference);
-            asked.close |= now.close;
+            requested.close |= now.close;
         });
         surface.paint(gpu, output);
-        asked
+        requested
     }
 }

@@ -124,22 +124,22 @@ fn gpu_settings_change_at_random() {
     let mut seen = Seen::new(gpu, scene, &usual).unwrap();
     seen.resize(UVec2::new(24, 16));
     let mut random = Random::new(7, 0, 0);
-    let (mut asked, mut refused, mut whole, mut warm) = (usual.clone(), 0, 0, None);
+    let (mut requested, mut refused, mut whole, mut warm) = (usual.clone(), 0, 0, None);
     for frame in 0..frames {
         if frame < WARM || frame % ALIKE == 0 {
             if random.unit() < 0.1 {
-                asked = usual.clone();
+                requested = usual.clone();
             }
-            change(&mut asked, &mut random);
+            change(&mut requested, &mut random);
             // As the window does: the picture stays, and the panels say why.
-            if let Err(error) = seen.set(&asked) {
-                assert!(is_refusal(&error), "{asked:?}: {error}");
-                (refused, asked) = (refused + 1, seen.settings().clone());
+            if let Err(error) = seen.set(&requested) {
+                assert!(is_refusal(&error), "{requested:?}: {error}");
+                (refused, requested) = (refused + 1, seen.settings().clone());
             }
         }
         if let Err(error) = seen.draw(&camera) {
-            assert!(is_refusal(&error), "{asked:?}: {error}");
-            (refused, asked) = (refused + 1, usual.clone());
+            assert!(is_refusal(&error), "{requested:?}: {error}");
+            (refused, requested) = (refused + 1, usual.clone());
             seen.set(&usual).unwrap();
             continue;
         }
@@ -149,7 +149,7 @@ fn gpu_settings_change_at_random() {
         whole += u64::from(seen.averaged() > 0);
         let compiled = seen.renderer.engine().kept();
         let most = MOST_COMPILED;
-        assert!(compiled.kernels <= most[0] && compiled.rasters <= most[1], "{asked:?}: the engine keeps {compiled:?}");
+        assert!(compiled.kernels <= most[0] && compiled.rasters <= most[1], "{requested:?}: the engine keeps {compiled:?}");
         if frame >= WARM && warm.is_none() {
             warm = Resident::now();
             let [kernels, rasters] = SPARE;

@@ -6,14 +6,14 @@ use glam::UVec2;
 
 use super::{REST, Viewer};
 use crate::{
-    panels::{self, Asked, Facts},
+    panels::{self, Requested, Facts},
     record::Recorder,
     wipe::Textures,
 };
 
 impl Viewer {
     /// One frame of the window; now and then one of the picture.
-    pub(super) fn show(&mut self) -> Asked {
+    pub(super) fn show(&mut self) -> Requested {
         if let Some(recorder) = &self.recorder {
             // A step takes no less than it lasts, however fast the display is.
             std::thread::sleep(Duration::from_secs_f32(recorder.step()).saturating_sub(self.last.elapsed()));
@@ -31,26 +31,26 @@ impl Viewer {
         for (known, texture) in self.pictures.iter_mut().zip(shown) {
             self.surface.know(&self.seen.gpu.device, known, texture, wgpu::FilterMode::Linear);
         }
-        let (asked, output) = self.panels(seconds);
+        let (requested, output) = self.panels(seconds);
         if let Some(recorder) = &mut self.recorder {
             recorder.note(&mut self.state.controls);
         }
-        self.room = UVec2::new(asked.room.x as u32, asked.room.y as u32).max(UVec2::ONE);
-        if asked.is_moving {
+        self.room = UVec2::new(requested.room.x as u32, requested.room.y as u32).max(UVec2::ONE);
+        if requested.is_moving {
             self.moved = Some(Instant::now());
         }
         self.moved = self.moved.filter(|since| since.elapsed() < REST);
-        self.wants_screenshot |= asked.screenshot;
+        self.wants_screenshot |= requested.screenshot;
         if !self.seen.is_busy() {
             self.keep_picture();
         }
-        if let Some((at, eye)) = asked.pixel {
+        if let Some((at, eye)) = requested.pixel {
             self.point(at, eye);
         }
-        if let Some(edit) = asked.edit.clone() {
+        if let Some(edit) = requested.edit.clone() {
             self.edit(edit);
         }
-        if let Some(form) = asked.write {
+        if let Some(form) = requested.write {
             self.write(form);
         }
         // What moves is seen with the frame that is drawn now. At rest what was drawn is painted first: a driver may wait for the one before it
@@ -70,11 +70,11 @@ impl Viewer {
                 self.draw_both(seconds);
             }
         }
-        asked
+        requested
     }
 
     /// What egui makes of the panels; the room that is left for the picture is in pixels.
-    fn panels(&mut self, seconds: f32) -> (Asked, egui::FullOutput) {
+    fn panels(&mut self, seconds: f32) -> (Requested, egui::FullOutput) {
         let Self { surface, state, seen, beside, name, pictures, frame_ms, memory, paints, .. } = self;
         let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
         let facts = Facts {
@@ -94,11 +94,11 @@ impl Viewer {
             progress_of_b: beside.progress(),
             mean_difference: beside.mean(),
         };
-        let mut asked = Asked::default();
+        let mut requested = Requested::default();
         let output = surface.panels(|ui| {
-            asked = std::mem::take(&mut asked).and(panels::show(ui, state, &facts, seconds));
+            requested = std::mem::take(&mut requested).and(panels::show(ui, state, &facts, seconds));
         });
-        asked.room *= output.pixels_per_point;
-        (asked, output)
+        requested.room *= output.pixels_per_point;
+        (requested, output)
     }
 }

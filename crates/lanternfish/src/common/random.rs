@@ -83,12 +83,12 @@ mod tests {
         let mut queries: Vec<UVec4> = ends.iter().flat_map(|x| ends.map(|y| UVec4::new(*x, y, x ^ y, *x))).collect();
         queries.extend((0..10_000).map(|i| random_words(UVec4::splat(i))));
         let none = wgpu::BufferUsages::empty();
-        let asked = storage_buffer_of(&gpu.device, "queries", &queries, none).expect("a few queries fit");
+        let requested = storage_buffer_of(&gpu.device, "queries", &queries, none).expect("a few queries fit");
         let answers = storage_buffer(&gpu.device, "answers", 16 * queries.len() as u64).expect("a few answers fit");
         let kernel = probe(gpu, "testing/random", &[], "randoms");
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-        let bindings = Bindings::new().buffer("queries", &asked).buffer("answers", &answers);
+        let bindings = Bindings::new().buffer("queries", &requested).buffer("answers", &answers);
         frame.dispatch(&kernel, &bindings, [queries.len().div_ceil(64) as u32, 1, 1]);
         frame.submit();
         let answers: Vec<Vec4> = read_back(&gpu.device, &gpu.queue, &answers, queries.len()).expect("they can be read");

@@ -3,7 +3,7 @@ use std::collections::HashSet;
 use glam::{UVec2, Vec4};
 use lanternfish_gpu::testing;
 
-use crate::testing::ask;
+use crate::testing::evaluate;
 
 /// Every tile of a picture is gone through once, whatever its size, and those that follow each other are neighbours.
 #[test]
@@ -12,7 +12,7 @@ fn gpu_strips_of_tiles_cover_the_picture() {
     for (width, height) in [(1, 1), (8, 3), (7, 5), (9, 4), (16, 1), (30, 17), (3, 40)] {
         let workgroups = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
         let query = |[x, y]: [u32; 2]| Vec4::new(x as f32, y as f32, width as f32, height as f32);
-        let tiles: Vec<_> = ask(gpu, "tiles", &workgroups.map(query).collect::<Vec<_>>(), 1)
+        let tiles: Vec<_> = evaluate(gpu, "tiles", &workgroups.map(query).collect::<Vec<_>>(), 1)
             .iter()
             .map(|answer| UVec2::new(answer.x as u32, answer.y as u32))
             .collect();

@@ -8,7 +8,7 @@ use lanternfish_scene::{Bounds, Environment};
 
 use super::{EnvironmentImage, EnvironmentLight};
 use crate::{
-    testing::{Random, ask_about, half_white, image, looking},
+    testing::{Random, evaluate_points, half_white, image, looking},
     view::View,
 };
 
@@ -20,7 +20,7 @@ fn mirrored(gpu: &Gpu, environment: &Environment, queries: &[Vec4]) -> Vec<Vec3>
     let camera = looking([0.0, 0.0, 3.0], [0.0; 3]);
     let view = View::new(&camera, glam::UVec2::ONE, Vec3::ZERO, &bounds).upload(&gpu.device);
     let (view, light) = (view.bindings(), light.bindings());
-    let answers = ask_about(gpu, "mirrored_radiances", &view.with(&light), queries, 1);
+    let answers = evaluate_points(gpu, "mirrored_radiances", &view.with(&light), queries, 1);
     answers.into_iter().map(Vec4::truncate).collect()
 }
 

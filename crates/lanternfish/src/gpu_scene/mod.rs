@@ -187,9 +187,9 @@ impl GpuScene {
         };
 
         let surroundings = scene.environment.as_ref().zip(environment.as_ref());
-        let asks_for_light = parts.environment_visibility || (parts.hits && surroundings.is_some());
+        let needs_light = parts.environment_visibility || (parts.hits && surroundings.is_some());
         let environment_light = match unchanged.environment_light {
-            None if asks_for_light => Some(EnvironmentLight::new(device, queue, surroundings)?),
+            None if needs_light => Some(EnvironmentLight::new(device, queue, surroundings)?),
             kept => kept,
         };
 

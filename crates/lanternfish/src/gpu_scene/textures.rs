@@ -86,18 +86,18 @@ impl Textures {
         anisotropy: u16,
         kept: Images,
     ) -> Result<Self, GpuError> {
-        let asked: Vec<(usize, bool)> = read(scene, shading).into_iter().collect();
+        let requested: Vec<(usize, bool)> = read(scene, shading).into_iter().collect();
         let mut slots = HashMap::new();
         for (reference, srgb) in scene.materials.iter().flat_map(|material| references(material, shading)) {
             let Some(reference) = reference else { continue };
             let texture = scene.textures[reference.texture];
-            let index = asked.binary_search(&(texture.image, srgb)).expect("what is read is uploaded");
+            let index = requested.binary_search(&(texture.image, srgb)).expect("what is read is uploaded");
             slots.insert((reference.texture, srgb), (index as u32 + 1, texture.sampler as u32));
         }
 
         let limit = device.limits().max_texture_dimension_2d;
         if let Some((image, _)) =
-            asked.iter().find(|(i, _)| scene.images[*i].width.max(scene.images[*i].height) > limit)
+            requested.iter().find(|(i, _)| scene.images[*i].width.max(scene.images[*i].height) > limit)
         {
             let Image { name, width, height, .. } = &scene.images[*image];
             return Err(GpuError::TextureSize { name: name.clone(), width: *width, height: *height, limit });
@@ -105,8 +105,8 @@ impl Textures {
 
         let white = upload(device, queue, "white", &[(vec![255; 4], 1, 1)], false);
         let mut images = kept;
-        images.retain(|key, _| asked.binary_search(key).is_ok());
-        let missing: Vec<_> = asked.iter().copied().filter(|key| !images.contains_key(key)).collect();
+        images.retain(|key, _| requested.binary_search(key).is_ok());
+        let missing: Vec<_> = requested.iter().copied().filter(|key| !images.contains_key(key)).collect();
         for batch in missing.chunks(BATCH) {
             let levels: Vec<_> = batch.par_iter().map(|(image, srgb)| levels(&scene.images[*image], *srgb)).collect();
             for ((index, srgb), smaller) in batch.iter().zip(levels) {

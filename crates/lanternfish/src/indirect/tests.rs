@@ -19,7 +19,7 @@ use crate::{
     settings::{Attenuation, Indirect, Samples, Shadows, Tracer},
     techniques::{IndirectClamp, IndirectResolution, Sampled},
     testing::{
-        Random, apart, ask_module,
+        Random, apart, evaluate_module,
         light::{
             LARGE, SIZE, closed_box, cornell, floor, looking, matt, mean, off, picture, picture_of, sampled, settings,
             traced, traced_of,

@@ -9,7 +9,7 @@ use super::cpu_reference;
 use crate::{
     Renderer, Settings,
     settings::{Attenuation, Materials, Shadows},
-    testing::{Random, ask, ask_about, quad, scene_of},
+    testing::{Random, evaluate, evaluate_points, quad, scene_of},
 };
 
 /// Functions that the thesis made to end at R1; `physical` and `step` are cut there.
@@ -51,7 +51,7 @@ fn gpu_attenuation_is_the_theses() {
         }
     }
     let queries: Vec<_> = arguments.iter().map(|(f, d, r)| Vec4::new(*f as u32 as f32, *d, *r, 0.0)).collect();
-    let answers = ask(gpu, "attenuations", &queries, 1);
+    let answers = evaluate(gpu, "attenuations", &queries, 1);
     let mut lit = 0;
     for ((function, d, range), answer) in arguments.iter().zip(answers) {
         let (d, range) = (f64::from(*d), f64::from(*range));
@@ -71,7 +71,7 @@ fn gpu_attenuation_is_the_theses() {
     // The near radius R0 (§A.1) keeps the light itself finite.
     let near = crate::shaders::constant("lights/attenuation", "NEAR_RADIUS") as f32;
     let at = |d: f32| Vec4::new(Attenuation::Physical as u32 as f32, d, 1.0, 0.0);
-    let answers = ask(gpu, "attenuations", &[at(0.0), at(0.5 * near), at(near), at(2.0 * near)], 1);
+    let answers = evaluate(gpu, "attenuations", &[at(0.0), at(0.5 * near), at(near), at(2.0 * near)], 1);
     assert!(answers[0].x.is_finite() && answers[0] == answers[1] && answers[0] == answers[2], "{answers:?}");
     assert!(answers[3].x < 0.3 * answers[2].x);
 }
@@ -108,7 +108,7 @@ fn gpu_incidence_is_the_path_tracers() {
     let packed = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
     let lights_on_device = Bindings::new().buffer("lights", &packed);
     let mut lit = 0;
-    let found = ask_about(gpu, "incidences", &lights_on_device, &queries, 1);
+    let found = evaluate_points(gpu, "incidences", &lights_on_device, &queries, 1);
     for ((light, expected), found) in lights.iter().zip(&expected).zip(found) {
         let (found, distance) = (found.truncate(), found.w);
         assert!(distance == expected.distance || (distance / expected.distance - 1.0).abs() < 1e-5);

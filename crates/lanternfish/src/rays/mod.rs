@@ -1,8 +1,8 @@
 //! What rays meet: several structures behind the questions of `tracer.wesl`.
 //!
-//! - `any_hit`: is a segment closed? Asked by shadows, and by rays to lights.
-//! - `closest_hit`: which triangle does a ray from a surface meet first? Asked by indirect light.
-//! - `first_distance`: how far does a ray go? Asked of lists of rays, by tests and benches ([`RayTracer`]).
+//! - `any_hit`: is a segment closed? Requested by shadows, and by rays to lights.
+//! - `closest_hit`: which triangle does a ray from a surface meet first? Requested by indirect light.
+//! - `first_distance`: how far does a ray go? Requested of lists of rays, by tests and benches ([`RayTracer`]).
 //!
 //! A tracer is a folder: its `tracer.wesl` answers, its `mod.rs` says what it is (`TracerInfo`). The host chooses one when it links
 //! ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer reads.

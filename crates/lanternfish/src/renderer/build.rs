@@ -1,7 +1,7 @@
 //! From settings to the passes that they ask for.
 
 use glam::UVec2;
-use lanternfish_gpu::{Asked, Engine, Gpu, GpuError, checked};
+use lanternfish_gpu::{Requested, Engine, Gpu, GpuError, checked};
 
 use super::flight::check_lost;
 use crate::{
@@ -43,7 +43,7 @@ pub(super) struct Built {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Compiled {
     /// Those that are compiled with the passes.
-    asked: Asked,
+    requested: Requested,
     /// Those that are compiled when the first scene is drawn: what chooses them, as `Debug` writes it.
     drawn: String,
 }
@@ -52,9 +52,9 @@ pub(super) struct Compiled {
 pub(super) fn build(engine: &Engine, settings: &Settings) -> Result<Built, RenderError> {
     check_lost(&engine.device)?;
     let built = checked(&engine.device, "settings", || {
-        let (built, asked) = engine.asked_within(|| passes(&engine.device, settings.clone()));
+        let (built, requested) = engine.requested_within(|| passes(&engine.device, settings.clone()));
         let mut built = built?;
-        built.compiled.asked = asked;
+        built.compiled.requested = requested;
         Ok(built)
     });
     match &built {
@@ -97,17 +97,17 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let structure = structure(&tracers, &settings.structure)?;
     let structure = structure.technique().map(|structure| structure.build(device));
     let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
-    let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
-    let asks_for_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
+    let needs_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
+    let needs_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
     // What is found for a pixel is of the surface at its middle.
-    let one_sample = asks_for_normals && settings.samples != Samples::One;
+    let one_sample = needs_normals && settings.samples != Samples::One;
     let passes = Passes {
-        prepass: match asks_for_motion && !one_sample {
-            false => Prepass::new(asks_for_normals, settings.samples.count()),
+        prepass: match needs_motion && !one_sample {
+            false => Prepass::new(needs_normals, settings.samples.count()),
             true => Prepass::of_moving(),
         },
-        shown: asks_for_motion.then(ShownViews::default),
-        one_sample: one_sample.then(|| match asks_for_motion {
+        shown: needs_motion.then(ShownViews::default),
+        one_sample: one_sample.then(|| match needs_motion {
             false => Prepass::new(true, 1),
             true => Prepass::of_moving(),
         }),
@@ -128,8 +128,8 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     };
     let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
     let needs = Needs::new(shading(&settings), settings.lights(), parts, texture_arrays, anisotropy);
-    let drawn = (asks_for_normals, asks_for_motion, one_sample, settings.samples, shading::features(&settings, tracer));
-    let compiled = Compiled { asked: Asked::default(), drawn: format!("{drawn:?}") };
+    let drawn = (needs_normals, needs_motion, one_sample, settings.samples, shading::features(&settings, tracer));
+    let compiled = Compiled { requested: Requested::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
 }
 

@@ -13,7 +13,7 @@ use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Tex
 
 use crate::{
     Renderer, Settings,
-    testing::{Random, apart, ask, quad, scene_of},
+    testing::{Random, apart, evaluate, quad, scene_of},
 };
 
 const ROUGHNESSES: [f64; 7] = [0.0, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0];
@@ -76,7 +76,7 @@ fn gpu_brdf_is_its_twin() {
         surfaces.push((surface, wi.as_dvec3(), wo.as_dvec3()));
     }
     let mut worst = 0.0f64;
-    for ((surface, wi, wo), answer) in surfaces.iter().zip(ask(gpu, "reflections", &queries, 4)) {
+    for ((surface, wi, wo), answer) in surfaces.iter().zip(evaluate(gpu, "reflections", &queries, 4)) {
         let expected = surface.reflect_light(DVec3::Z, *wi, *wo);
         let found = answer.truncate().as_dvec3();
         // n × h is wrong by the rounding of h, relative to a highlight as wide as alpha; it enters to the fourth power.
@@ -103,7 +103,7 @@ fn gpu_coats_are_their_twins() {
         let (wi, wo) = (wi.as_dvec3(), wo.as_dvec3());
         expected.push(coat.over(wi, wo, DVec3::splat(wi.z / PI)));
     }
-    for (answer, expected) in ask(gpu, "coated_reflections", &queries, 4).iter().zip(expected) {
+    for (answer, expected) in evaluate(gpu, "coated_reflections", &queries, 4).iter().zip(expected) {
         let error = (answer.truncate().as_dvec3() - expected).abs().max_element();
         // As for the BRDF without a coat; alpha is at least 0.01.
         assert!(error <= 2e-4 * expected.x.max(1e-3), "{answer}, not {expected}");
@@ -236,7 +236,7 @@ fn gpu_whole_reflectances_are_integrals() {
                 [first, second, at(cosine.acos()).as_vec3().extend(0.0), Vec4::Z]
             };
             let queries: Vec<Vec4> = cosines.iter().flat_map(query).collect();
-            let found: Vec4 = ask(gpu, "whole_reflections", &queries, 4).into_iter().sum();
+            let found: Vec4 = evaluate(gpu, "whole_reflections", &queries, 4).into_iter().sum();
             let [expected, found] = [integrals, found.truncate().as_dvec3()].map(|sum| sum / cosines.len() as f64);
             println!("{base_color} {metallic} {roughness}: {found:.4}, {expected:.4}");
             assert!((found - expected).abs().max_element() < 0.01, "{roughness}: {found}, not {expected}");

@@ -2,7 +2,7 @@ use glam::{Vec3, Vec4};
 use lanternfish_gpu::testing;
 use lanternfish_scene::Environment;
 
-use crate::testing::{Random, ask};
+use crate::testing::{Random, evaluate};
 
 #[test]
 fn gpu_directions_lie_where_the_scene_says() {
@@ -16,7 +16,7 @@ fn gpu_directions_lie_where_the_scene_says() {
         let rotation = turn * std::f32::consts::TAU;
         let environment = Environment { width: 1, height: 1, pixels: vec![Vec3::ZERO], rotation };
         let queries: Vec<Vec4> = directions.iter().map(|direction| direction.extend(turn)).collect();
-        let answers = ask(gpu, "environment_uvs", &queries, 1);
+        let answers = evaluate(gpu, "environment_uvs", &queries, 1);
         let mut greatest = 0.0f32;
         for (direction, answer) in directions.iter().zip(answers) {
             let (u, v) = environment.uv(*direction);

@@ -25,7 +25,7 @@ use crate::{
 pub struct EveryShader {
     packages: Vec<&'static Package>,
     folders: Vec<Shaders>,
-    asked: BTreeMap<&'static str, BTreeSet<Vec<Feature>>>,
+    requested: BTreeMap<&'static str, BTreeSet<Vec<Feature>>>,
 }
 
 /// `settings`, each with each of the values.
@@ -56,15 +56,15 @@ pub fn all_settings() -> Vec<Settings> {
 }
 
 /// Features by module, of folders whose features depend on settings; what they refuse is no variant.
-fn asked_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
-    let mut asked: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
+fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
+    let mut requested: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for settings in all_settings {
-        asked.entry("debug_views/debug").or_default().insert(debug_views::features(settings));
+        requested.entry("debug_views/debug").or_default().insert(debug_views::features(settings));
         for tracer in [None].into_iter().chain(Tracer::all().into_iter().map(Some)) {
             // What each draw asks for beside.
             for lights in [&[][..], &[AREA_LIGHTS]] {
                 let features = [&shading::sums_features(settings, tracer)[..], lights].concat();
-                asked.entry("shading/sums").or_default().insert(features);
+                requested.entry("shading/sums").or_default().insert(features);
             }
             let [opaque, transparent] = shading::features(settings, tracer);
             for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (transparent, &[&[]])] {
@@ -72,7 +72,7 @@ fn asked_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Vec<Fe
                 for [draw, textures] in drawn {
                     for lights in [&[][..], &[AREA_LIGHTS]] {
                         let added = [&features[..], draw, lights, textures].concat();
-                        asked.entry("shading/forward").or_default().insert(added);
+                        requested.entry("shading/forward").or_default().insert(added);
                     }
                 }
             }
@@ -80,21 +80,21 @@ fn asked_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Vec<Fe
             for has_areas in [false, true] {
                 if settings.history == History::On && (has_areas || settings.light_radius > 0.0) {
                     let features = shading::visibility_ratio_features(settings, has_areas);
-                    asked.entry("shading/visibility_ratios").or_default().insert(features);
+                    requested.entry("shading/visibility_ratios").or_default().insert(features);
                 }
                 let Ok([plan, trace]) = shadows::features(settings, tracer, has_areas) else { continue };
-                asked.entry("shadows/plan").or_default().insert(plan);
-                asked.entry("shadows/trace").or_default().insert(trace);
+                requested.entry("shadows/plan").or_default().insert(plan);
+                requested.entry("shadows/trace").or_default().insert(trace);
             }
         }
     }
-    asked
+    requested
 }
 
 impl EveryShader {
     /// Of these packages, whose folders are these, under these settings.
     pub fn new(packages: Vec<&'static Package>, folders: Vec<Shaders>, settings: &[Settings]) -> Self {
-        Self { packages, folders, asked: asked_by(settings) }
+        Self { packages, folders, requested: requested_by(settings) }
     }
 
     /// Every file with entry points, and the folder that declares it.
@@ -104,7 +104,7 @@ impl EveryShader {
 
     /// Every variant of a file that can be asked for.
     fn variants(&self, root: &Root) -> Vec<Vec<Feature>> {
-        root.variants().unwrap_or_else(|| self.asked[root.module].iter().cloned().collect())
+        root.variants().unwrap_or_else(|| self.requested[root.module].iter().cloned().collect())
     }
 
     /// Links every variant that `is_wanted` names by its file and features.
@@ -144,14 +144,14 @@ impl EveryShader {
             .filter(|feature| !feature.is_choice())
             .map(|feature| feature.name())
             .collect();
-        let mut asked = BTreeSet::new();
+        let mut requested = BTreeSet::new();
         for (_, text) in self.packages.iter().flat_map(|package| package.sources()) {
             for condition in text.split("@if(").skip(1).filter_map(|rest| rest.split(')').next()) {
                 let names = condition.split(|c: char| !c.is_alphanumeric() && c != '_');
-                asked.extend(names.filter(|name| !name.is_empty()));
+                requested.extend(names.filter(|name| !name.is_empty()));
             }
         }
-        assert_eq!(asked, known);
+        assert_eq!(requested, known);
     }
 
     /// Panics unless each struct that these crates declare for the host too is laid out as in each shader that has it. `sources`: the folders of

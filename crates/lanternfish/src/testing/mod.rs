@@ -82,13 +82,13 @@ pub fn probe_of(library: &ShaderLibrary, gpu: &Gpu, module: &str, features: &[Fe
 }
 
 /// Runs a probe of `testing/functions` over its queries, `vectors` vec4f each.
-pub fn ask(gpu: &Gpu, entry: &str, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
-    ask_about(gpu, entry, &Bindings::new(), queries, vectors)
+pub fn evaluate(gpu: &Gpu, entry: &str, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
+    evaluate_points(gpu, entry, &Bindings::new(), queries, vectors)
 }
 
 /// The same, with what else the entry point reads.
-pub fn ask_about(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
-    ask_module(gpu, "testing/functions", entry, about, queries, vectors)
+pub fn evaluate_points(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
+    evaluate_module(gpu, "testing/functions", entry, about, queries, vectors)
 }
 
 /// The rooms that a probe asks: one of each family.
@@ -101,7 +101,7 @@ fn rooms_of(module: &str) -> Vec<Feature> {
 }
 
 /// The same of another probe.
-pub fn ask_module(
+pub fn evaluate_module(
     gpu: &Gpu,
     module: &str,
     entry: &str,

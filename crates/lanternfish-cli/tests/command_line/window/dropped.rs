@@ -50,16 +50,16 @@ impl Source {
             loop {
                 match self.server.poll_for_event().unwrap()? {
                     Event::ClientMessage(answer) if answer.type_ == wanted => return Some(()),
-                    Event::SelectionRequest(asked) => {
+                    Event::SelectionRequest(requested) => {
                         let place = format!("file://{}\r\n", path.display());
-                        let (to, property, kind) = (asked.requestor, asked.property, asked.target);
+                        let (to, property, kind) = (requested.requestor, requested.property, requested.target);
                         self.server.change_property8(PropMode::REPLACE, to, property, kind, place.as_bytes()).unwrap();
                         let given = SelectionNotifyEvent {
                             response_type: SELECTION_NOTIFY_EVENT,
                             sequence: 0,
-                            time: asked.time,
+                            time: requested.time,
                             requestor: to,
-                            selection: asked.selection,
+                            selection: requested.selection,
                             target: kind,
                             property,
                         };

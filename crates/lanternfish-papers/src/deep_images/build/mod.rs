@@ -254,15 +254,15 @@ impl DeepImageBuilder {
 
 /// The builder that is used for the one that was asked for: on a driver that ends loops early, which would leave triangles out
 /// without a word, the single pass stands in for the arithmetic.
-pub(super) fn sound_builder(asked: DeepBuilder, adapter: &wgpu::AdapterInfo) -> DeepBuilder {
-    if asked == DeepBuilder::PerTriangle && faulty_software(adapter) {
+pub(super) fn sound_builder(requested: DeepBuilder, adapter: &wgpu::AdapterInfo) -> DeepBuilder {
+    if requested == DeepBuilder::PerTriangle && faulty_software(adapter) {
         tracing::warn!(
             driver = adapter.driver_info,
             "deep images are built by single_pass: per_triangle would lose triangles"
         );
         return DeepBuilder::SinglePass;
     }
-    asked
+    requested
 }
 
 /// Images whose lists, and so many fragments of each, fit a binding of so many entries: at least one.

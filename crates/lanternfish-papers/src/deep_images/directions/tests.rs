@@ -90,9 +90,9 @@ fn adversarial(directions: &Directions, random: &mut Random, count: usize) -> Ve
 }
 
 /// How many of the directions get another image than brute force finds: equals included, the first counts.
-fn wrong<'d>(directions: &Directions, asked: impl IntoIterator<Item = &'d Vec3>) -> usize {
+fn wrong<'d>(directions: &Directions, requested: impl IntoIterator<Item = &'d Vec3>) -> usize {
     let wrong = |d: &&Vec3| directions.nearest(**d) != brute_force(&directions.axes_in_set, **d);
-    asked.into_iter().filter(wrong).count()
+    requested.into_iter().filter(wrong).count()
 }
 
 #[test]
@@ -100,9 +100,9 @@ fn nearest_is_brute_forces() {
     for set in SETS {
         let directions = Directions::new(set).unwrap();
         let mut random = Random::new(3);
-        let mut asked: Vec<Vec3> = (0..100_000).map(|_| random.direction()).collect();
-        asked.extend(adversarial(&directions, &mut random, 500));
-        assert_eq!(wrong(&directions, &asked), 0, "{set:?}: of {}", asked.len());
+        let mut requested: Vec<Vec3> = (0..100_000).map(|_| random.direction()).collect();
+        requested.extend(adversarial(&directions, &mut random, 500));
+        assert_eq!(wrong(&directions, &requested), 0, "{set:?}: of {}", requested.len());
     }
 }
 
@@ -113,20 +113,20 @@ fn a_lost_candidate_is_noticed() {
     for set in [SETS[4], SETS[9], SETS[14]] {
         let directions = Directions::new(set).unwrap();
         let mut random = Random::new(7);
-        let mut asked: Vec<Vec3> = (0..200_000).map(|_| random.direction()).collect();
-        asked.extend(adversarial(&directions, &mut random, 100));
+        let mut requested: Vec<Vec3> = (0..200_000).map(|_| random.direction()).collect();
+        requested.extend(adversarial(&directions, &mut random, 100));
         let edge = directions.cells()[0];
         let mut by_cell = vec![Vec::new(); (3 * edge * edge) as usize];
-        asked.iter().for_each(|d| by_cell[cells::cell_of(*d, edge) as usize].push(*d));
+        requested.iter().for_each(|d| by_cell[cells::cell_of(*d, edge) as usize].push(*d));
         let (mut lost, mut noticed) = (0, 0);
-        for (cell, asked) in by_cell.iter().enumerate() {
+        for (cell, requested) in by_cell.iter().enumerate() {
             for at in range(directions.cells(), cell as u32) {
                 let mut broken = directions.clone();
                 let table = Arc::make_mut(&mut broken.cells);
                 let others = range(table, cell as u32);
                 table[at] = if at == others.start { table[others.end - 1] } else { table[others.start] };
                 lost += usize::from(others.len() > 1);
-                noticed += usize::from(wrong(&broken, asked) > 0);
+                noticed += usize::from(wrong(&broken, requested) > 0);
             }
         }
         println!("{set:?}: {noticed} of {lost} lost candidates noticed");
@@ -146,9 +146,9 @@ proptest! {
         };
         let directions = Directions::new(set).unwrap();
         let mut random = Random::new(seed);
-        let mut asked: Vec<Vec3> = (0..2000).map(|_| random.direction()).collect();
-        asked.extend(adversarial(&directions, &mut random, 50));
-        prop_assert_eq!(wrong(&directions, &asked), 0);
+        let mut requested: Vec<Vec3> = (0..2000).map(|_| random.direction()).collect();
+        requested.extend(adversarial(&directions, &mut random, 50));
+        prop_assert_eq!(wrong(&directions, &requested), 0);
     }
 }
 

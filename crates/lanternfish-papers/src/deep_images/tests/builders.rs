@@ -158,7 +158,7 @@ fn drivers_that_end_loops_early_get_the_single_pass() {
         driver_info: driver.to_owned(),
         ..wgpu::AdapterInfo::new(wgpu::DeviceType::Cpu, wgpu::Backend::Vulkan)
     };
-    let builder = |asked, driver| sound_builder(asked, &adapter(driver));
+    let builder = |requested, driver| sound_builder(requested, &adapter(driver));
     assert_eq!(builder(DeepBuilder::PerTriangle, "Mesa 22.3.6"), DeepBuilder::SinglePass);
     assert_eq!(builder(DeepBuilder::PerDirection, "Mesa 22.3.6"), DeepBuilder::PerDirection);
     assert_eq!(builder(DeepBuilder::PerTriangle, "Mesa 25.0.7"), DeepBuilder::PerTriangle);

@@ -57,11 +57,11 @@ fn gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned() {
         let straight = builder.record(&mut frame, &scene).unwrap();
         builder.set_rotation(frame_rotation(frame_index));
         let images = builder.record(&mut frame, &scene).unwrap();
-        let asked = storage_buffer_of(&gpu.device, "queries", &queries, wgpu::BufferUsages::empty()).unwrap();
+        let requested = storage_buffer_of(&gpu.device, "queries", &queries, wgpu::BufferUsages::empty()).unwrap();
         let answers = storage_buffer(&gpu.device, "answers", 16 * queries.len() as u64).unwrap();
         let (chunk, of_directions) = (images.chunks[0].bindings(&images.frames), images.direction_bindings());
         let bindings =
-            Bindings::new().buffer("queries", &asked).buffer("answers", &answers).with(&chunk).with(&of_directions);
+            Bindings::new().buffer("queries", &requested).buffer("answers", &answers).with(&chunk).with(&of_directions);
         frame.dispatch(&kernel, &bindings, [queries.len().div_ceil(64) as u32, 1, 1]);
         frame.submit();
         let found = read_back::<Vec4>(&gpu.device, &gpu.queue, &answers, queries.len()).unwrap();
@@ -117,7 +117,7 @@ fn gpu_images_are_built_again_only_when_something_has_changed() {
     let mut uploaded = renderer.upload(&scene).unwrap();
     let mut kept = KeptDeepImages::new(&gpu.device, settings(DeepBuilder::SinglePass)).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
-    let mut ask = |kept: &mut KeptDeepImages, uploaded: &lanternfish::GpuScene, rotation: Quat| {
+    let mut evaluate = |kept: &mut KeptDeepImages, uploaded: &lanternfish::GpuScene, rotation: Quat| {
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
         let images = kept.get(&mut frame, uploaded, rotation).unwrap();
         assert_eq!(images.directions.rotation(), rotation);
@@ -126,24 +126,24 @@ fn gpu_images_are_built_again_only_when_something_has_changed() {
         (kept.builds(), ends)
     };
     let straight = Quat::IDENTITY;
-    let first = ask(&mut kept, &uploaded, straight);
+    let first = evaluate(&mut kept, &uploaded, straight);
     assert_eq!(first.0, 1);
     // Nothing moves; a light does.
-    assert_eq!(ask(&mut kept, &uploaded, straight), first);
+    assert_eq!(evaluate(&mut kept, &uploaded, straight), first);
     renderer.update(&mut uploaded, &scene).unwrap();
     scene.lights.clear();
     renderer.update(&mut uploaded, &scene).unwrap();
-    assert_eq!(ask(&mut kept, &uploaded, straight), first);
+    assert_eq!(evaluate(&mut kept, &uploaded, straight), first);
     // Something moves.
     renderer.update(&mut uploaded, &moved(&scene, 1, 0.1)).unwrap();
-    let second = ask(&mut kept, &uploaded, straight);
+    let second = evaluate(&mut kept, &uploaded, straight);
     assert!(second.0 == 2 && second.1 != first.1);
-    assert_eq!(ask(&mut kept, &uploaded, straight), second);
+    assert_eq!(evaluate(&mut kept, &uploaded, straight), second);
     // The set turns, and stays.
     let turned = frame_rotation(3);
-    assert_eq!(ask(&mut kept, &uploaded, turned).0, 3);
-    assert_eq!(ask(&mut kept, &uploaded, turned).0, 3);
+    assert_eq!(evaluate(&mut kept, &uploaded, turned).0, 3);
+    assert_eq!(evaluate(&mut kept, &uploaded, turned).0, 3);
     // Another scene.
     let other = renderer.upload(&scene).unwrap();
-    assert_eq!(ask(&mut kept, &other, turned).0, 4);
+    assert_eq!(evaluate(&mut kept, &other, turned).0, 4);
 }

@@ -35,12 +35,12 @@ fn gpu_the_nearest_direction_is_the_hosts() {
         let grid = DeepGrid { set_from_world: Vec4::W, ..DeepGrid::default() };
         let grid = uniform_buffer_of(&gpu.device, "grid", &grid);
         let cells = storage_buffer_of(&gpu.device, "cells", directions.cells(), none).unwrap();
-        let asked = storage_buffer_of(&gpu.device, "queries", &queries, none).unwrap();
+        let requested = storage_buffer_of(&gpu.device, "queries", &queries, none).unwrap();
         let answers = storage_buffer(&gpu.device, "answers", 16 * queries.len() as u64).unwrap();
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
         let bindings = Bindings::new()
-            .buffer("queries", &asked)
+            .buffer("queries", &requested)
             .buffer("answers", &answers)
             .buffer("deep_frames", &frames)
             .buffer("deep_grid", &grid)

@@ -6,14 +6,14 @@ use super::*;
 fn two_eyes_are_switched_set_apart_and_clicked() {
     let mut harness = shown();
     assert_eq!(harness.state().state.eyes(), None);
-    let whole = harness.state().asked.room;
+    let whole = harness.state().requested.room;
     harness.key_press(Key::B);
     harness.key_press(Key::T);
     harness.run();
     let state = &harness.state().state;
     assert_eq!((state.eyes(), state.wipe.other), (Some(Eyes::Parallel(0.063)), Other::Nothing));
     assert!(harness.query_by_label(stereo::ALONE).is_some(), "it is said that there is no B");
-    assert_eq!(harness.state().asked.room, whole * Vec2::new(0.5, 1.0));
+    assert_eq!(harness.state().requested.room, whole * Vec2::new(0.5, 1.0));
     harness.state_mut().state.message.clear();
     harness.key_press(Key::B);
     harness.run();
@@ -24,7 +24,7 @@ fn two_eyes_are_switched_set_apart_and_clicked() {
     assert_eq!(harness.state().state.eyes(), Some(Eyes::Parallel(0.1)));
     harness.get_by_label("vive").click();
     harness.run();
-    let room = harness.state().asked.room;
+    let room = harness.state().requested.room;
     assert!(harness.state().state.eyes() == Some(Eyes::Vive) && room.x <= 0.5 * whole.x);
     assert!((room.x / room.y - Eyes::Vive.aspect().unwrap()).abs() < 1e-3, "{room}");
     harness.get_by_label("parallel").click();
@@ -41,5 +41,5 @@ fn two_eyes_are_switched_set_apart_and_clicked() {
     assert!((eye, other) == (0, 1) && left.abs_diff_eq(right, 1e-3), "{left} of {eye}, {right} of {other}");
     harness.get_by_label("Stereo, side by side (T)").click();
     harness.run();
-    assert!(harness.state().state.eyes().is_none() && harness.state().asked.room == whole);
+    assert!(harness.state().state.eyes().is_none() && harness.state().requested.room == whole);
 }

@@ -9,7 +9,7 @@ use crate::{
         samples::{by_normal, harmonics, samples_of, sun_of},
     },
     shaders::constant,
-    testing::{Random, ask, half_white, image},
+    testing::{Random, evaluate, half_white, image},
 };
 
 #[test]
@@ -85,7 +85,7 @@ fn gpu_shares_are_the_brdfs_under_even_light() {
         };
         let query = |i| [Vec3::ONE.extend(metallic), n.extend(roughness), direction(i).extend(0.0), wo.extend(0.0)];
         let queries: Vec<Vec4> = (0..AROUND * UP).flat_map(query).collect();
-        let sum: f32 = ask(gpu, "reflections", &queries, 4).iter().map(|answer| answer.x).sum();
+        let sum: f32 = evaluate(gpu, "reflections", &queries, 4).iter().map(|answer| answer.x).sum();
         f64::from(sum * std::f32::consts::TAU / (AROUND * UP) as f32)
     };
     for roughness in [0.3f32, 0.6, 1.0] {

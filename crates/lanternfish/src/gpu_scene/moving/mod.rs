@@ -161,7 +161,7 @@ impl Moving {
         let features: Vec<Feature> =
             [(scene.bvh.is_some(), BVH), (scene.hits.is_some(), HITS), (scene.tlas.is_some(), TLAS)]
                 .into_iter()
-                .filter_map(|(asks, feature)| asks.then_some(feature))
+                .filter_map(|(evaluates, feature)| evaluates.then_some(feature))
                 .collect();
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let label = format!("gpu_scene/moving/{file}");

@@ -113,14 +113,14 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
     before.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     let before = before;
     let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
-    let asked = [
+    let requested = [
         ("bvh", direct(Shadows::BVH)),
         ("ray query", direct(Shadows::RAY_QUERY)),
         ("sampled", Settings { indirect: Indirect::from(few_rays()), ..direct(Shadows::BVH) }),
         ("sampled, and ray query", Settings { indirect: Indirect::from(few_rays()), ..direct(Shadows::RAY_QUERY) }),
         ("nothing traced", direct(Shadows::None)),
     ];
-    for (name, settings) in asked {
+    for (name, settings) in requested {
         if settings.shadows == Shadows::RAY_QUERY && !gpu.description.ray_query {
             testing::left_out(test, "this adapter has no ray query");
             continue;

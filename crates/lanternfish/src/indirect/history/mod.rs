@@ -44,7 +44,7 @@ gpu_struct! {
         /// Frames whose mean the sums were bounded for; 0: they are not bounded.
         bounded_frames: f32,
         /// Of these, the ones that the picture is the mean of in any case.
-        asked_frames: f32,
+        requested_frames: f32,
         /// Unused.
         _pad: u32,
     }
@@ -109,7 +109,7 @@ pub(crate) struct Mix<'a> {
     /// Where the mix goes.
     pub mixed: &'a wgpu::TextureView,
     /// Frames that the image is to be the mean of; 0: one.
-    pub asked_frames: f32,
+    pub requested_frames: f32,
     /// Frames for which the clamp counts; 0: there is none.
     pub bounded_frames: f32,
 }
@@ -131,7 +131,7 @@ impl Histories {
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { view, buffer, key, .. }: &ViewContext<'_>,
-        &Mix { surface, motion, found, mixed, asked_frames, bounded_frames }: &Mix<'_>,
+        &Mix { surface, motion, found, mixed, requested_frames, bounded_frames }: &Mix<'_>,
     ) -> Result<(), RenderError> {
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
@@ -156,7 +156,7 @@ impl Histories {
             doubtful: self.doubt.counts,
             has_changed: before.map_or(0, |before| u32::from(before.since_change < self.doubt.lasts)),
             bounded_frames,
-            asked_frames,
+            requested_frames,
             _pad: 0,
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);

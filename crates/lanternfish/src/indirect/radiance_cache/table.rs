@@ -26,7 +26,7 @@ pub(super) struct Slots {
     words: wgpu::Buffer,
     hashes: wgpu::Buffer,
     winners: wgpu::Buffer,
-    asked: wgpu::Buffer,
+    requested: wgpu::Buffer,
     samples: wgpu::Buffer,
     light: wgpu::Buffer,
     links: wgpu::Buffer,
@@ -46,7 +46,7 @@ impl Slots {
             words: buffer("words", 8)?,
             hashes: buffer("hashes", 4)?,
             winners: buffer("winners", 4)?,
-            asked: buffer("asked", 4)?,
+            requested: buffer("requested", 4)?,
             samples: buffer("samples", size_of::<EntrySample>())?,
             light: buffer("light", 16 * (1 + bounces.levels() as usize))?,
             links: storage_buffer(device, "radiance_cache/links", links * size_of::<Link>() as u64)?,
@@ -69,7 +69,7 @@ impl Slots {
             .buffer("found_words", &self.words)
             .buffer("entry_hashes", &self.hashes)
             .buffer("entry_winners", &self.winners)
-            .buffer("entry_votes", &self.asked)
+            .buffer("entry_votes", &self.requested)
             .buffer("entry_samples", &self.samples)
             .buffer("entry_light", &self.light)
             .buffer("entry_hits", &self.links)
@@ -221,7 +221,7 @@ impl Rehash {
             .buffer("moved_to", &moved_to)
             .buffer("old_words", &old.words)
             .buffer("old_hashes", &old.hashes)
-            .buffer("old_votes", &old.asked)
+            .buffer("old_votes", &old.requested)
             .buffer("old_samples", &old.samples)
             .buffer("old_light", &old.light)
             .buffer("old_hits", &old.links)

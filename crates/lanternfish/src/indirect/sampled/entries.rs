@@ -250,7 +250,7 @@ impl FrameEntries<'_> {
         }
     }
 
-    /// Whether the frame has to start over from its first round, with a larger table that has no cells yet. Asked behind each round; behind the last
+    /// Whether the frame has to start over from its first round, with a larger table that has no cells yet. Requested behind each round; behind the last
     /// one the number of cells is noted, so that there is room for them in the next frame.
     pub fn starts_over(
         &mut self,
@@ -258,8 +258,8 @@ impl FrameEntries<'_> {
         view: &ViewContext<'_>,
         round: u32,
     ) -> Result<bool, RenderError> {
-        let asks = round + 1 == self.rounds || (round + 1).is_power_of_two();
-        Ok(asks && self.entries.cache.starts_over(frame, view, &mut self.of_frame, round, self.rounds)?)
+        let evaluates = round + 1 == self.rounds || (round + 1).is_power_of_two();
+        Ok(evaluates && self.entries.cache.starts_over(frame, view, &mut self.of_frame, round, self.rounds)?)
     }
 
     /// Brings the cells up to date, and adds what they send to the pixels' sums, if it was not added where they were found. `summing`: bindings of the

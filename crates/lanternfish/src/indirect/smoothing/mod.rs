@@ -237,7 +237,7 @@ impl Smoothing {
     ) -> Result<wgpu::TextureView, RenderError> {
         let surfaces = view.buffer.bindings().with(&surface.bindings());
         let mut parameters = sums.parameters;
-        let asked_frames = parameters.clamp_frames;
+        let requested_frames = parameters.clamp_frames;
         let followed = self.histories.as_mut().zip(surface.motion.as_ref());
         if parameters.clamp_frames > 0.0 && followed.is_some() {
             // A frame is a share of what will be known, as of a mean.
@@ -283,7 +283,7 @@ impl Smoothing {
         }
         if let Some((histories, motion)) = followed {
             let bounded_frames = parameters.clamp_frames;
-            let mix = Mix { surface, motion, found, mixed: next, asked_frames, bounded_frames };
+            let mix = Mix { surface, motion, found, mixed: next, requested_frames, bounded_frames };
             histories.record(frame, view, &mix)?;
             std::mem::swap(&mut found, &mut next);
         }

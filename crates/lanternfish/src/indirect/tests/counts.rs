@@ -66,7 +66,7 @@ fn gpu_rays_left_out_change_no_mean() {
         queries.push(start.extend(random.unit().powi(6)));
         queries.push(Vec3::Y.extend(random.unit()));
     }
-    let answers = ask_module(gpu, "testing/roulette", "fractions", &uploaded.bindings(), &queries, 2);
+    let answers = evaluate_module(gpu, "testing/roulette", "fractions", &uploaded.bindings(), &queries, 2);
     let (mut brought, mut of_all, mut traced, mut open) = (0.0, 0.0, 0, 0);
     for (group, answers) in queries.chunks(2 * 64).zip(answers.chunks(64)) {
         let mean = group.iter().step_by(2).map(|query| query.w).sum::<f32>() / 64.0;

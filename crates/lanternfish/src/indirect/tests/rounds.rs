@@ -9,7 +9,7 @@ use super::*;
 use crate::{
     indirect::sampled::{MOST_SAMPLES_IN_TESTS, SampledParameters, sample_order},
     techniques::HitLight,
-    testing::{Random, ask_about, ask_module},
+    testing::{Random, evaluate_points, evaluate_module},
     view::View,
 };
 
@@ -59,7 +59,7 @@ fn gpu_pixels_in_order_cover_the_picture_and_go_the_same_way() {
     let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
     let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
     let about = Bindings::new().buffer("sample_order", &order);
-    let pixels = ask_about(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
+    let pixels = evaluate_points(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
     let seen: HashSet<_> = pixels.iter().map(|pixel| (pixel.x as u32, pixel.y as u32)).collect();
     assert_eq!(seen.len(), (96 * 64) as usize);
     assert!((0..size.y).all(|y| (0..size.x).all(|x| seen.contains(&(x, y)))), "a pixel is left out");
@@ -85,7 +85,7 @@ fn gpu_every_pixel_has_a_place_of_its_own() {
     let size = UVec2::new(90, 40);
     let pixels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
     let queries: Vec<_> = pixels.map(|pixel| pixel.extend(size.x).extend(size.y).as_vec4()).collect();
-    let answers = ask_about(gpu, "places_of_pixels", &about, &queries, 1);
+    let answers = evaluate_points(gpu, "places_of_pixels", &about, &queries, 1);
     let count = sample_order::place_count(size);
     let places: HashSet<_> = answers.iter().map(|answer| answer.x as u32).collect();
     assert_eq!(places.len(), queries.len());
@@ -98,7 +98,7 @@ fn gpu_every_pixel_has_a_place_of_its_own() {
     let [width, height, _] = sample_order::workgroups_in_rows(size);
     let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
     let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
-    let answers = ask_about(gpu, "places_in_rows", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
+    let answers = evaluate_points(gpu, "places_in_rows", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
     assert_eq!(answers.len(), count as usize);
     for (i, answer) in answers.iter().enumerate() {
         assert_eq!((answer.z, answer.w), (i as f32, i as f32));
@@ -117,7 +117,7 @@ fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
     let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
     let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
     let about = Bindings::new().buffer("sample_order", &order);
-    let found = ask_about(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
+    let found = evaluate_points(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
     let shifts: HashMap<_, _> = found.iter().map(|pixel| (pixel.xy().as_uvec2(), pixel.zw())).collect();
     let first: Vec<(UVec2, Vec2)> =
         shifts.iter().map(|(at, shift)| (*at, *shift)).filter(|(at, _)| at.max_element() < 32).collect();
@@ -158,7 +158,7 @@ fn gpu_weights_of_diffuse_rays_need_no_directions() {
         queries.push(Vec4::new(random.unit(), random.unit(), 0.0, 0.0));
     }
     let about = Bindings::new().buffer("sampled", &sampled).buffer("view", &view);
-    let answers = ask_module(gpu, "testing/ray_weights", "weights", &about, &queries, 3);
+    let answers = evaluate_module(gpu, "testing/ray_weights", "weights", &about, &queries, 3);
     let off = |a: Vec2, b: Vec2| (a - b).abs().max_element();
     // A ray within rounding of the surface may have none.
     let apart = answers.iter().filter(|answer| off(answer.xy(), answer.zw()) > 1e-5).count();

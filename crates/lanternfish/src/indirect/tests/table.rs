@@ -8,7 +8,7 @@ use lanternfish_gpu::{Bindings, storage_buffer, uniform_buffer_of};
 use super::*;
 use crate::{
     indirect::radiance_cache::{CacheUpdate, RadianceCacheParameters},
-    testing::{Random, ask_module},
+    testing::{Random, evaluate_module},
     view::View,
 };
 
@@ -25,12 +25,12 @@ fn slots_of(gpu: &Gpu, entries: u32) -> [Vec<i32>; 3] {
         .buffer("entry_words", &words)
         .buffer("found_words", &words)
         .buffer("entry_hashes", &hashes);
-    let ask = |entry, first: u32| {
+    let evaluate = |entry, first: u32| {
         let numbers: Vec<_> = (first..first + entries).map(|entry| Vec4::splat(entry as f32)).collect();
-        let answers = ask_module(gpu, "testing/cell_table", entry, &about, &numbers, 1);
+        let answers = evaluate_module(gpu, "testing/cell_table", entry, &about, &numbers, 1);
         answers.iter().map(|answer| answer.x as i32).collect()
     };
-    [ask("put", 0), ask("look_up", 0), ask("look_up", entries)]
+    [evaluate("put", 0), evaluate("look_up", 0), evaluate("look_up", entries)]
 }
 
 /// Three quarters of the slots can be taken without losing a cell; what is put in is found there, and nothing else is found.
@@ -60,7 +60,7 @@ fn gpu_levels_are_those_of_the_distance() {
     let mut random = Random::new(5);
     let distances: Vec<f32> = (0..4000).map(|_| near * (random.unit() * 20.0 - 3.0).exp2()).collect();
     let points: Vec<_> = distances.iter().map(|far| (eye + *far * random.direction()).extend(0.0)).collect();
-    let levels = ask_module(gpu, "testing/cell_table", "level", &about, &points, 1);
+    let levels = evaluate_module(gpu, "testing/cell_table", "level", &about, &points, 1);
     let mut seen = HashSet::new();
     for (point, level) in points.iter().zip(&levels) {
         let far = (point.truncate() - eye).length() / near;
@@ -84,11 +84,11 @@ fn gpu_lots_say_whose_they_are() {
         .map(|_| [(); 2].map(|()| (65_536.0 * random.unit()).floor()))
         .map(|[x, y]| Vec4::new(x, y, 0.0, 0.0))
         .collect();
-    let answers = ask_module(gpu, "testing/cell_table", "priorities", &about, &halves, 1);
+    let answers = evaluate_module(gpu, "testing/cell_table", "priorities", &about, &halves, 1);
     assert!(halves.iter().zip(&answers).all(|(candidate, found)| candidate.xy() == found.xy()));
     // Those that follow each other have lots in any order.
     let row: Vec<_> = (0..1024).map(|x| Vec4::new(x as f32, 0.0, 0.0, 0.0)).collect();
-    let priorities = ask_module(gpu, "testing/cell_table", "priorities", &about, &row, 1);
+    let priorities = evaluate_module(gpu, "testing/cell_table", "priorities", &about, &row, 1);
     let rising = priorities.iter().zip(&priorities[1..]).filter(|(a, b)| a.z < b.z).count();
     assert!((450..=575).contains(&rising), "{rising}");
 }
@@ -105,7 +105,7 @@ fn gpu_packed_radiance_is_close() {
         })
         .collect();
     radiances.extend([Vec4::ZERO, Vec4::splat(1e-44), Vec4::X, Vec4::splat(3e38)]);
-    let answers = ask_module(gpu, "testing/cell_table", "packed", &Bindings::new(), &radiances, 1);
+    let answers = evaluate_module(gpu, "testing/cell_table", "packed", &Bindings::new(), &radiances, 1);
     let mut sum = 0.0;
     for (radiance, found) in radiances.iter().zip(&answers) {
         assert_eq!(found.w, 1.0, "{radiance}: nothing is known");

@@ -167,18 +167,18 @@ impl GridGeometry {
     /// As [`GridGeometry::new`], with clusters of twice as many pixels, and twice that, where those asked for are more than
     /// [`MOST_CLUSTERS`]: in a large picture, or one of a telescope. Then also the pixels that were taken.
     pub fn fitting(views: &[ViewFrustum], shape: ClusterShape) -> Result<(Self, Option<u32>), GridError> {
-        let (asked, with): (_, &dyn Fn(u32) -> ClusterShape) = match shape {
+        let (requested, with): (_, &dyn Fn(u32) -> ClusterShape) = match shape {
             ClusterShape::Orthographic { .. } => return Ok((Self::new(views, shape)?, None)),
             ClusterShape::Perspective { pixels } => (pixels.max(1), &|pixels| ClusterShape::Perspective { pixels }),
             ClusterShape::Displaced { pixels, distance } => {
                 (pixels.max(1), &move |pixels| ClusterShape::Displaced { pixels, distance })
             }
         };
-        let mut pixels = asked;
+        let mut pixels = requested;
         loop {
             match (Self::new(views, with(pixels)), pixels.checked_mul(2)) {
                 (Err(GridError::TooMany { .. }), Some(twice)) => pixels = twice,
-                (grid, _) => return Ok((grid?, (pixels != asked).then_some(pixels))),
+                (grid, _) => return Ok((grid?, (pixels != requested).then_some(pixels))),
             }
         }
     }

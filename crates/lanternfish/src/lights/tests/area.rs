@@ -6,7 +6,7 @@ use lanternfish_scene::{Light, LightKind, shading::Attenuation};
 
 use crate::{
     Settings, lights,
-    testing::{Random, ask_about},
+    testing::{Random, evaluate_points},
 };
 
 /// A disk or a rectangle, by turns.
@@ -28,8 +28,8 @@ fn sampled(gpu: &Gpu, lights: &[Light], settings: &Settings, queries: &[Vec4]) -
     let packed: Vec<_> = lights.iter().map(|light| lights::Light::new(light, &settings.lights())).collect();
     let buffer = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
     let bindings = Bindings::new().buffer("lights", &buffer);
-    let found = ask_about(gpu, "area_incidences", &bindings, queries, 2);
-    let points = ask_about(gpu, "area_points", &bindings, queries, 2);
+    let found = evaluate_points(gpu, "area_incidences", &bindings, queries, 2);
+    let points = evaluate_points(gpu, "area_points", &bindings, queries, 2);
     found.into_iter().zip(points.iter().map(|point| point.truncate())).collect()
 }
 

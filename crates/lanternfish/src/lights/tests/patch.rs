@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3, Vec4};
 use lanternfish_gpu::testing;
 
-use crate::testing::{Random, ask};
+use crate::testing::{Random, evaluate};
 
 /// A square and a light.
 struct Case {
@@ -16,7 +16,7 @@ struct Case {
 fn fractions(gpu: &lanternfish_gpu::Gpu, cases: &[Case]) -> Vec<f64> {
     let query = |case: &Case| [case.n.extend(case.edge), case.shading.extend(0.0), case.to_light.extend(0.0)];
     let queries: Vec<Vec4> = cases.iter().flat_map(query).collect();
-    ask(gpu, "patch_fractions", &queries, 3).iter().map(|answer| f64::from(answer.x)).collect()
+    evaluate(gpu, "patch_fractions", &queries, 3).iter().map(|answer| f64::from(answer.x)).collect()
 }
 
 /// The mean over the square of cosine / distance², over that in its middle. The square's sides lie along `across` of `math.wesl`.

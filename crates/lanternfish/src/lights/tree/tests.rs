@@ -7,7 +7,7 @@ use lanternfish_scene::{Light, light_tree::Receiver};
 use super::*;
 use crate::{
     Settings,
-    testing::{Random, ask_module},
+    testing::{Random, evaluate_module},
 };
 
 /// Points, spots, disks and suns, some of them dark.
@@ -58,7 +58,7 @@ fn gpu_the_device_chooses_as_the_host_does() {
         queries.push(random.direction().extend((i % 2) as f32));
         queries.push(Vec4::ZERO);
     }
-    let answers = ask_module(gpu, "testing/light_tree", "choices", &trees.bindings(), &queries, 3);
+    let answers = evaluate_module(gpu, "testing/light_tree", "choices", &trees.bindings(), &queries, 3);
     let (mut chosen, mut other) = (0, 0);
     for (query, answer) in queries.chunks(3).zip(answers) {
         let receiver = Receiver { p: query[0].truncate(), normal: query[1].truncate(), is_transmitting: false };
@@ -92,7 +92,7 @@ fn gpu_patches_keep_the_chance_of_every_light() {
     }
     let trees = SceneLightTrees::new(&gpu.device, &scene, &Settings::default().lights(), Vec::new()).unwrap();
     let chances = |queries: &[Vec4]| -> Vec<f32> {
-        let answers = ask_module(gpu, "testing/light_tree", "chances", &trees.bindings(), queries, 2);
+        let answers = evaluate_module(gpu, "testing/light_tree", "chances", &trees.bindings(), queries, 2);
         answers.iter().map(|answer| answer.x).collect()
     };
     let (mut of_points, mut of_patches) = (Vec::new(), Vec::new());
@@ -118,7 +118,7 @@ fn gpu_patches_keep_the_chance_of_every_light() {
         let (p, normal) = (4.0 * random.point(), random.direction());
         let query = |i| [p.extend((i as f32 + 0.5) / DRAWS as f32), normal.extend(1.0), Vec4::new(2.0, 0.0, 0.0, 0.0)];
         let queries: Vec<Vec4> = (0..DRAWS).flat_map(query).collect();
-        let answers = ask_module(gpu, "testing/light_tree", "choices", &trees.bindings(), &queries, 3);
+        let answers = evaluate_module(gpu, "testing/light_tree", "choices", &trees.bindings(), &queries, 3);
         let mut drawn = HashMap::<u32, (f32, usize)>::new();
         for answer in answers.iter().filter(|answer| answer.x >= 0.0) {
             assert!((answer.z / answer.y - 1.0).abs() < 1e-4, "{} by climbing, {} on the way down", answer.z, answer.y);
@@ -142,7 +142,7 @@ fn gpu_patches_keep_the_chance_of_every_light() {
     let spread = |radius: f32| {
         let queries: Vec<Vec4> =
             (0..20).flat_map(|i| [Vec4::new(0.001 * i as f32, 0.0, 0.0, 0.0), Vec3::Y.extend(radius)]).collect();
-        let answers = ask_module(gpu, "testing/light_tree", "chances", &trees.bindings(), &queries, 2);
+        let answers = evaluate_module(gpu, "testing/light_tree", "chances", &trees.bindings(), &queries, 2);
         let mut chances: Vec<f32> = answers.iter().map(|answer| answer.x).collect();
         // Leaves are in any order.
         if chances[0] < chances[19] {

@@ -86,12 +86,12 @@ fn gpu_a_tree_that_was_built_in_the_background_shows_what_a_fresh_upload_shows()
     let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
     let usual = Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() };
     let sampled = Sampled { diffuse_rays: 1, first_rays: 1, glossy_rays: 1, cache_samples: 2, ..usual };
-    let asked = [
+    let requested = [
         ("bvh", direct(Shadows::BVH)),
         ("sampled", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::BVH) }),
         ("sampled, and ray query", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::RAY_QUERY) }),
     ];
-    for (name, settings) in asked {
+    for (name, settings) in requested {
         if settings.shadows == Shadows::RAY_QUERY && !gpu.description.ray_query {
             testing::left_out(test, "this adapter has no ray query");
             continue;

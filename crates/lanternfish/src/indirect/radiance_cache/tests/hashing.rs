@@ -48,7 +48,7 @@ fn compare_keys(bench: &Bench) -> Compared {
     let queries = places.iter().flat_map(|(p, n, [x, y])| [p.extend(*x), n.extend(*y)]);
     let queries: Vec<_> = queries.map(|query| bits(query.to_array())).collect();
     let mut memory = memory_of(&Table::new(64, 3, 1), &parameters);
-    let found = bench.ask(&mut memory, "testing/radiance_cache", "keys", &queries, 2);
+    let found = bench.evaluate(&mut memory, "testing/radiance_cache", "keys", &queries, 2);
     let expected = places.iter().map(|(p, n, u)| {
         let entry = entry_at(&parameters, EYE, *p, *n, (*u).into());
         [entry.key, entry.hash, level(*p, EYE, parameters.near) as u32, 0]
@@ -66,9 +66,9 @@ fn compare_packing(bench: &Bench) -> Compared {
     colors.extend([Vec3::ZERO, Vec3::splat(1e-44), Vec3::X, Vec3::splat(3e38), Vec3::splat(f32::MIN_POSITIVE)]);
     // Halves, and numbers between two levels.
     colors.extend((0..600).map(|i| Vec3::new(i as f32 / 256.0, i as f32 / 512.0, 1.0)));
-    let ask = |entry: &str| {
+    let evaluate = |entry: &str| {
         let queries: Vec<_> = colors.iter().map(|color| bits(color.extend(0.0).to_array())).collect();
-        bench.ask(&mut memory_of(&Table::new(64, 3, 1), &parameters(64)), "testing/radiance_cache", entry, &queries, 1)
+        bench.evaluate(&mut memory_of(&Table::new(64, 3, 1), &parameters(64)), "testing/radiance_cache", entry, &queries, 1)
     };
     let answer = |packed: u32, color: Vec3| {
         let [r, g, b] = bits(color.to_array());
@@ -80,14 +80,14 @@ fn compare_packing(bench: &Bench) -> Compared {
     let of_normal = |all: Vec<[u32; 4]>| -> Vec<[u32; 4]> {
         all.into_iter().zip(&colors).filter(is_normal).map(|(answer, _)| answer).collect()
     };
-    same("radiance", &of_normal(ask("radiance")), &of_normal(radiance.collect()))?;
+    same("radiance", &of_normal(evaluate("radiance")), &of_normal(radiance.collect()))?;
     if bench.is_gpu() {
         // Roots and divisions are the device's own.
         return Ok(());
     }
     let expected =
         colors.iter().map(|color| answer(pack_reflectance(*color), unpack_reflectance(pack_reflectance(*color))));
-    same("reflectance", &ask("reflectance"), &expected.collect::<Vec<_>>())
+    same("reflectance", &evaluate("reflectance"), &expected.collect::<Vec<_>>())
 }
 
 /// What the passes pack: of all slots, and of those of a list.

@@ -81,7 +81,7 @@ impl Bench {
     }
 
     /// Runs a probe over these queries, so many each.
-    fn ask(&self, memory: &mut Memory, module: &str, entry: &str, queries: &[[u32; 4]], each: usize) -> Vec<[u32; 4]> {
+    fn evaluate(&self, memory: &mut Memory, module: &str, entry: &str, queries: &[[u32; 4]], each: usize) -> Vec<[u32; 4]> {
         let count = queries.len() / each;
         memory.bind(&["queries"], queries);
         memory.bind(&["answers"], &vec![[0u32; 4]; count]);
@@ -267,7 +267,7 @@ fn bind_table(memory: &mut Memory, table: &Table, prefix: &str, earlier: &str) {
     memory.bind(&[&name("words"), "read_words", "found_words"], &words);
     memory.bind(&[&name("hashes")], &table.hashes);
     memory.bind(&[&name("winners")], &table.votes);
-    memory.bind(&[&name("asked")], &table.requested);
+    memory.bind(&[&name("requested")], &table.requested);
     memory.bind(&[&name("samples")], &table.samples);
     memory.bind(&[&name("light")], &table.light.concat());
     memory.bind(&[&name("links")], &table.hits);

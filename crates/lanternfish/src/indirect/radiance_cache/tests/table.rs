@@ -14,7 +14,7 @@ fn compare_insertions(bench: &Bench, count: usize, homes: u32) -> Compared {
     let slots: Vec<u32> = inserted.iter().map(|entry| expected.insert(*entry).unwrap_or(u32::MAX)).collect();
     let mut memory = memory_of(&Table::new(SLOTS, 1, 0), &parameters(SLOTS));
     let queries: Vec<_> = inserted.iter().map(|entry| [entry.key, entry.hash, 0, 0]).collect();
-    let found = bench.ask(&mut memory, "testing/radiance_cache", "insert", &queries, 1);
+    let found = bench.evaluate(&mut memory, "testing/radiance_cache", "insert", &queries, 1);
     let found: Vec<u32> = found.iter().map(|answer| answer[0]).collect();
     let table = table_of(&memory, &expected);
     if bench.is_in_order() {
@@ -46,7 +46,7 @@ fn compare_searches(bench: &Bench, table: &Table, inserted: &[Entry]) -> Compare
     let all: Vec<Entry> = inserted.iter().chain(&others).copied().collect();
     let queries: Vec<_> = all.iter().map(|entry| [entry.key, entry.hash, 0, 0]).collect();
     let mut memory = memory_of(table, &parameters(SLOTS));
-    let found = bench.ask(&mut memory, "testing/radiance_cache", "look_up", &queries, 1);
+    let found = bench.evaluate(&mut memory, "testing/radiance_cache", "look_up", &queries, 1);
     let found: Vec<Option<u32>> = found.iter().map(|answer| Some(answer[0]).filter(|slot| *slot < SLOTS)).collect();
     same("slot that is found", &found, &all.iter().map(|entry| table.find(*entry)).collect::<Vec<_>>())
 }

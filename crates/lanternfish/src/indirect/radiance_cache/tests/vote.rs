@@ -24,7 +24,7 @@ fn compare_priorities(bench: &Bench) -> Compared {
     candidates.push(vote::candidate(0, UPDATE.update));
     queries.push([40, candidates[600], 0, 0]);
     let mut memory = memory_of(&Table::new(SLOTS, 1, 0), &parameters(SLOTS));
-    let voted = bench.ask(&mut memory, "testing/radiance_cache", "cast_vote", &queries, 1);
+    let voted = bench.evaluate(&mut memory, "testing/radiance_cache", "cast_vote", &queries, 1);
     let priorities: Vec<u32> = candidates.iter().map(|candidate| vote::priority(*candidate, UPDATE.update)).collect();
     let expected: Vec<[u32; 4]> =
         priorities.iter().zip(&candidates).map(|(priority, of)| [*priority, *of, 0, 0]).collect();
@@ -39,7 +39,7 @@ fn compare_priorities(bench: &Bench) -> Compared {
     queries.extend(others.iter().map(|candidate| [below(&mut random, 60), *candidate, 0, 0]));
     let priorities = priorities.into_iter().chain(others.iter().map(|of| vote::priority(*of, UPDATE.update)));
     let priorities: Vec<u32> = priorities.collect();
-    let is_winner = bench.ask(&mut memory, "testing/radiance_cache", "count_votes", &queries, 1);
+    let is_winner = bench.evaluate(&mut memory, "testing/radiance_cache", "count_votes", &queries, 1);
     let is_winner: Vec<bool> = is_winner.iter().map(|answer| answer[0] == 1).collect();
     let is_selected = |(query, priority): (&[u32; 4], &u32)| *priority != 0 && most[query[0] as usize] == *priority;
     let expected: Vec<bool> = queries.iter().zip(&priorities).map(is_selected).collect();
@@ -59,7 +59,7 @@ fn compare_rays(bench: &Bench) -> Compared {
             (0..300).map(|_| [below(&mut random, 1 << 26), first + below(&mut random, 32), 0, 0]).collect();
         let mut memory = memory_of(&empty, &parameters(SLOTS));
         memory.bind(&["sample_slots"], &[SampleSlots { round: first, ..Default::default() }]);
-        let found = bench.ask(&mut memory, "testing/radiance_cache_rays", "rays", &queries, 1);
+        let found = bench.evaluate(&mut memory, "testing/radiance_cache_rays", "rays", &queries, 1);
         let expected = queries.iter().map(|[place, sample, ..]| {
             let priority = vote::ray_priority(*place, *sample, first, UPDATE.update);
             let ray = vote::ray_with(priority, first, UPDATE.update);
@@ -73,7 +73,7 @@ fn compare_rays(bench: &Bench) -> Compared {
         .map(|i| [word(&mut random), below(&mut random, 40), mask_and_step[i % 4][0], mask_and_step[i % 4][1]]);
     let queries: Vec<[u32; 4]> = queries.collect();
     let may_vote =
-        bench.ask(&mut memory_of(&empty, &parameters(SLOTS)), "testing/radiance_cache", "may_vote", &queries, 1);
+        bench.evaluate(&mut memory_of(&empty, &parameters(SLOTS)), "testing/radiance_cache", "may_vote", &queries, 1);
     let expected = queries.iter().map(|[key, sample, mask, step]| {
         [schedule::is_voted_for(*key, UPDATE.update, *sample, mask + 1, *step).into(), 0, 0, 0]
     });
