@@ -9,7 +9,7 @@ use crate::{
     environment_light::sums_target,
     error::RenderError,
     indirect::{
-        history::{Doubt, Histories, Mix},
+        history::{HistoryReset, Histories, Mix},
         layers_target,
     },
     prepass::Surface,
@@ -36,7 +36,7 @@ impl AccumulatedOcclusion {
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("occlusion/{entry}"));
         // What occludes is in its new place at once, but in images of before that are asked for some frames.
         let lasts = settings.occlusion.update_frames(settings);
-        let histories = Histories::new(device, Doubt { lasts, counts: 0.0 })?;
+        let histories = Histories::new(device, HistoryReset { lasts, counts: 0.0 })?;
         Ok(Self { found, gather: kernel("gather"), spread: kernel("spread"), histories })
     }
 }

@@ -9,7 +9,7 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     indirect::{
-        history::{Doubt, Histories, Mix},
+        history::{HistoryReset, Histories, Mix},
         layers_target,
     },
     light_culling::{LightCulling, LightLists},
@@ -62,7 +62,7 @@ impl VisibilityRatios {
             Shadows::Traced(tracer) => tracer.update_frames(&settings.structure),
             _ => 1,
         };
-        let histories = Histories::new(device, Doubt { lasts, counts: 0.0 })?;
+        let histories = Histories::new(device, HistoryReset { lasts, counts: 0.0 })?;
         Ok(Some(Self { settings: settings.clone(), find: [None, None], histories }))
     }
 

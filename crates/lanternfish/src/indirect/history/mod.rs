@@ -40,7 +40,7 @@ gpu_struct! {
         /// 1: the scene has changed a short time ago.
         has_changed: u32,
         /// Frames that what is known counts for at most then.
-        doubtful: f32,
+        frames_after_reset: f32,
         /// Frames whose mean the sums were bounded for; 0: they are not bounded.
         bounded_frames: f32,
         /// Of these, the ones that the picture is the mean of in any case.
@@ -53,14 +53,14 @@ gpu_struct! {
 /// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.
 const MOST: f32 = 32.0;
 /// Frames for which what pixels know is doubted after a change of the scene, and cells of the radiance cache get samples in each.
-pub(super) const DOUBTED: u32 = 8;
+pub(super) const RESET_FRAMES: u32 = 8;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where nothing is.
 const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
 /// What a change of the scene, whatever it is, does to what pixels know.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Doubt {
+pub(crate) struct HistoryReset {
     /// For so many frames, that of the change among them, it is held to what the pixels around say of now.
     pub lasts: u32,
     /// And counts for so many frames at most. More: less noise, more lag; 0: it is forgotten.
@@ -73,7 +73,7 @@ pub(crate) struct Histories {
     mix: ComputeKernel,
     /// Compiled for the first frame that does not wait.
     later: Option<ComputeKernel>,
-    doubt: Doubt,
+    reset: HistoryReset,
     views: HashMap<ViewKey, Kept>,
 }
 
@@ -93,7 +93,7 @@ struct Sums {
 }
 
 /// Frames of a view that a pixel may know of, with the one in hand.
-pub(super) fn most_known(view: &View) -> f32 {
+pub(super) fn most_history(view: &View) -> f32 {
     (view.random_index as f32 + 1.0).min(MOST)
 }
 
@@ -116,8 +116,8 @@ pub(crate) struct Mix<'a> {
 
 impl Histories {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device, doubt: Doubt) -> Result<Self, RenderError> {
-        Ok(Self { mix: kernel(device, &[])?, later: None, doubt, views: HashMap::new() })
+    pub fn new(device: &wgpu::Device, reset: HistoryReset) -> Result<Self, RenderError> {
+        Ok(Self { mix: kernel(device, &[])?, later: None, reset, views: HashMap::new() })
     }
 
     /// Forgets all.
@@ -153,8 +153,8 @@ impl Histories {
             rested: before.map_or(0, |before| before.rested) as f32,
             most: MOST,
             has_moved: before.map_or(0, |before| u32::from(before.has_moved)),
-            doubtful: self.doubt.counts,
-            has_changed: before.map_or(0, |before| u32::from(before.since_change < self.doubt.lasts)),
+            frames_after_reset: self.reset.counts,
+            has_changed: before.map_or(0, |before| u32::from(before.since_change < self.reset.lasts)),
             bounded_frames,
             requested_frames,
             _pad: 0,

@@ -37,7 +37,7 @@ use self::{
     reading::Readers,
     table::{Change, Rehash, Slots, Table},
 };
-use super::{Counters, history::DOUBTED};
+use super::{Counters, history::RESET_FRAMES};
 use crate::{
     common::workgroups,
     context::ViewContext,
@@ -325,18 +325,18 @@ impl RadianceCache {
         self.frame += 1;
         let change = match table.follow(scene, is_first_view) {
             // Entries know little yet.
-            Change::Alone if self.frame <= DOUBTED => Change::Ongoing,
+            Change::Alone if self.frame <= RESET_FRAMES => Change::Ongoing,
             change => change,
         };
         let has_changed = matches!(change, Change::Ongoing | Change::Alone);
         self.changes += u32::from(has_changed);
         // One view of a frame will do.
-        let is_doubted = change != Change::Long && is_first_view;
+        let is_in_reset = change != Change::Long && is_first_view;
         let parameters = RadianceCacheParameters {
             slot_mask: self.slots - 1,
             edge: table.edge,
             near: NEAR_EDGES * table.edge,
-            most_fraction: if is_doubted { 1 } else { FRACTION },
+            most_fraction: if is_in_reset { 1 } else { FRACTION },
             fewest: if is_new { self.first_samples } else { FEWEST },
             most: MOST,
             kept: KEPT,
@@ -352,7 +352,7 @@ impl RadianceCache {
             update: self.update,
             fraction: if is_new {
                 0
-            } else if is_doubted || (waits && is_first_view && self.bounces.needs_rays()) {
+            } else if is_in_reset || (waits && is_first_view && self.bounces.needs_rays()) {
                 1
             } else {
                 FRACTION

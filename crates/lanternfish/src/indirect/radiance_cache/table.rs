@@ -7,7 +7,7 @@ use super::{
     Bounces,
     parameters::{EntrySample, Link, RadianceCacheParameters},
 };
-use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::DOUBTED};
+use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::RESET_FRAMES};
 
 /// Entries along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
 const ENTRIES_ALONG: f32 = 128.0;
@@ -140,12 +140,12 @@ impl Table {
         let state = [scene.generation(), scene.revision()];
         if std::mem::replace(&mut self.state, state) != state {
             let before = std::mem::replace(&mut self.since_change, 0);
-            return if before < DOUBTED { Change::Ongoing } else { Change::Alone };
+            return if before < RESET_FRAMES { Change::Ongoing } else { Change::Alone };
         }
         if is_first_view {
             self.since_change = self.since_change.saturating_add(1);
         }
-        if self.since_change < DOUBTED { Change::Recent } else { Change::Long }
+        if self.since_change < RESET_FRAMES { Change::Recent } else { Change::Long }
     }
 
     /// No cells, for a picture of this scene.

@@ -11,7 +11,7 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, 
 use lanternfish_scene::named_enum;
 
 use super::{
-    history::{self, DOUBTED, Doubt, Histories, Mix},
+    history::{self, RESET_FRAMES, HistoryReset, Histories, Mix},
     layers_target,
 };
 use crate::{
@@ -132,7 +132,7 @@ pub const CLAMP: ParameterInfo = ParameterInfo::new(
 );
 
 /// What other surfaces send goes on changing for some frames.
-const DOUBT: Doubt = Doubt { lasts: DOUBTED, counts: 4.0 };
+const RESET_WINDOW: HistoryReset = HistoryReset { lasts: RESET_FRAMES, counts: 4.0 };
 /// Pixels of the filter's radius for which what is cut off is spread by one more tile. Fewer: less noise, and light farther from where it belongs.
 const SPREAD: u32 = 2;
 
@@ -217,7 +217,7 @@ impl Smoothing {
             filter: kernel("filter", "filter_axis", "indirect/filter")?,
             histories: match history {
                 History::Off => None,
-                History::On => Some(Histories::new(device, DOUBT)?),
+                History::On => Some(Histories::new(device, RESET_WINDOW)?),
             },
         })
     }
@@ -241,7 +241,7 @@ impl Smoothing {
         let followed = self.histories.as_mut().zip(surface.motion.as_ref());
         if parameters.clamp_frames > 0.0 && followed.is_some() {
             // A frame is a share of what will be known, as of a mean.
-            parameters.clamp_frames = parameters.clamp_frames.max(history::most_known(&view.view));
+            parameters.clamp_frames = parameters.clamp_frames.max(history::most_history(&view.view));
         }
         let layers = [(); 2].map(|()| layers_target(frame, sums.picture));
         let [width, height, _] = self.filter.workgroup_size();

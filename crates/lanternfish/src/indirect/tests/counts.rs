@@ -130,8 +130,8 @@ fn gpu_well_known_cells_get_fewer_samples() {
     let all = sampled_at_last(16);
     assert!(all > 1000.0, "{all}");
     for (cache_samples, fraction) in [(24, 0.5), (32, 0.25), (48, 0.25)] {
-        let well_known = sampled_at_last(cache_samples);
-        println!("{cache_samples} samples: {well_known} of {all}");
-        assert!((well_known / all - fraction).abs() < 0.3 * fraction, "{cache_samples} samples: {well_known} of {all}");
+        let well_sampled = sampled_at_last(cache_samples);
+        println!("{cache_samples} samples: {well_sampled} of {all}");
+        assert!((well_sampled / all - fraction).abs() < 0.3 * fraction, "{cache_samples} samples: {well_sampled} of {all}");
     }
 }

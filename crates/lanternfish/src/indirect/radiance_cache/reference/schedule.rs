@@ -9,7 +9,7 @@ use crate::indirect::radiance_cache::{
 /// Updates after which an entry that pixels no longer request goes on to the next rank.
 const AGES: u32 = 128;
 /// Samples from which on an entry of rank 0 gets half as many others, and a quarter.
-const WELL_KNOWN: [u32; 2] = [24, 32];
+const WELL_SAMPLED: [u32; 2] = [24, 32];
 /// Times that numbers of samples are halved at most, by rank.
 const MOST_HALVINGS: u32 = 2;
 
@@ -75,7 +75,7 @@ fn choose_one(
     let samples = table.light[0][slot].w as u32;
     let rank = vote::rank(table.samples[slot]);
     let halvings = rank.min(MOST_HALVINGS);
-    let known = WELL_KNOWN.iter().filter(|well| samples >= **well >> halvings).count() as u32;
+    let known = WELL_SAMPLED.iter().filter(|well| samples >= **well >> halvings).count() as u32;
     let stride = if fraction == 0 { 0 } else { (fraction << (rank + known)).min(most_fraction) };
     let is_in_own_stride = fraction != 0 && is_in_stride(key, update, fraction) && is_in_stride(key, update, stride);
     let is_scheduled = is_requested && (samples < fewest(rank, parameters) || is_in_own_stride);

@@ -169,7 +169,7 @@ fn another_schedule_is_found_out() {
                 "level < min(radiance_cache.bounce_levels, 1u)",
             ),
             ("schedule", "samples < f32(fewest_of(rank))", "samples <= f32(fewest_of(rank))"),
-            ("schedule", "samples >= f32(WELL_KNOWN[0]", "samples > f32(WELL_KNOWN[0]"),
+            ("schedule", "samples >= f32(WELL_SAMPLED[0]", "samples > f32(WELL_SAMPLED[0]"),
             ("schedule", "(rank + known)", "rank"),
             ("schedule", "(rank + known)", "known"),
             ("schedule", "known), radiance_cache.most_fraction", "known), 2u * radiance_cache.most_fraction"),

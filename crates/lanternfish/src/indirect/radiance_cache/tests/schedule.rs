@@ -10,15 +10,15 @@ fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
     let (frame, update) = (parameters(SLOTS), UPDATE);
     let first = RadianceCacheParameters { fewest: 16, ..frame };
     let of_first = CacheUpdate { fraction: 0, ages: 0, ..update };
-    let doubted = RadianceCacheParameters { most_fraction: 1, ..frame };
+    let is_reset = RadianceCacheParameters { most_fraction: 1, ..frame };
     let mut frames = vec![
         (frame, update),
         (RadianceCacheParameters { bounce_levels: 0, earlier_steps: 0, ..frame }, update),
         (frame, CacheUpdate { fraction: 1, ..update }),
-        (doubted, CacheUpdate { fraction: 1, ..update }),
+        (is_reset, CacheUpdate { fraction: 1, ..update }),
         // A change that comes alone, and one of many.
-        (doubted, CacheUpdate { remembered: 0.0, fraction: 1, ..update }),
-        (RadianceCacheParameters { changes: 65_533, ..doubted }, CacheUpdate { remembered: 3.0, fraction: 1, ..update }),
+        (is_reset, CacheUpdate { remembered: 0.0, fraction: 1, ..update }),
+        (RadianceCacheParameters { changes: 65_533, ..is_reset }, CacheUpdate { remembered: 3.0, fraction: 1, ..update }),
         (first, of_first),
         (RadianceCacheParameters { fewest: 128, ..first }, CacheUpdate { counts: 0, ..of_first }),
         (RadianceCacheParameters { fewest: 1, ..frame }, update),
