@@ -66,7 +66,7 @@ impl OcclusionPasses for AccumulatedOcclusion {
         let bindings = bindings.texture("occlusion_texture", &ambient_visibility.texture);
         let gathering = bindings.clone().texture("found_environment_sums", &ambient_visibility.environment_sums);
         frame.dispatch(&self.gather, &gathering.texture("filtered", &found), groups);
-        let mix = Mix { surface, motion, found: &found, mixed: &mixed, requested_frames: 0.0, bounded_frames: 0.0 };
+        let mix = Mix { surface, motion, found: &found, mixed: &mixed, requested_frames: 0.0, clamped_frames: 0.0 };
         self.histories.record(frame, view, &mix)?;
         let target = ambient_visibility_target(frame, surface.size);
         let environment_sums = sums_target(frame, surface.size);

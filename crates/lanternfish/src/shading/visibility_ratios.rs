@@ -122,7 +122,7 @@ impl VisibilityRatios {
         };
         let steady = self.target(frame, view.middle.size);
         let surface = &view.middle;
-        let mix = Mix { surface, motion, found: &found, mixed: &steady, requested_frames: 0.0, bounded_frames: 0.0 };
+        let mix = Mix { surface, motion, found: &found, mixed: &steady, requested_frames: 0.0, clamped_frames: 0.0 };
         self.histories.record(frame, view, &mix)?;
         Ok(AccumulatedRatios { found, steady })
     }

@@ -42,7 +42,7 @@ gpu_struct! {
         /// Frames that what is known counts for at most then.
         frames_after_reset: f32,
         /// Frames whose mean the sums were bounded for; 0: they are not bounded.
-        bounded_frames: f32,
+        clamped_frames: f32,
         /// Of these, the ones that the picture is the mean of in any case.
         requested_frames: f32,
         /// Unused.
@@ -111,7 +111,7 @@ pub(crate) struct Mix<'a> {
     /// Frames that the image is to be the mean of; 0: one.
     pub requested_frames: f32,
     /// Frames for which the clamp counts; 0: there is none.
-    pub bounded_frames: f32,
+    pub clamped_frames: f32,
 }
 
 impl Histories {
@@ -131,7 +131,7 @@ impl Histories {
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { view, buffer, key, .. }: &ViewContext<'_>,
-        &Mix { surface, motion, found, mixed, requested_frames, bounded_frames }: &Mix<'_>,
+        &Mix { surface, motion, found, mixed, requested_frames, clamped_frames }: &Mix<'_>,
     ) -> Result<(), RenderError> {
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
@@ -155,7 +155,7 @@ impl Histories {
             has_moved: before.map_or(0, |before| u32::from(before.has_moved)),
             frames_after_reset: self.reset.counts,
             has_changed: before.map_or(0, |before| u32::from(before.since_change < self.reset.lasts)),
-            bounded_frames,
+            clamped_frames,
             requested_frames,
             _pad: 0,
         });

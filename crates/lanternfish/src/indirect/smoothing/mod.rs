@@ -134,7 +134,7 @@ pub const CLAMP: ParameterInfo = ParameterInfo::new(
 /// What other surfaces send goes on changing for some frames.
 const RESET_WINDOW: HistoryReset = HistoryReset { lasts: RESET_FRAMES, counts: 4.0 };
 /// Pixels of the filter's radius for which what is cut off is spread by one more tile. Fewer: less noise, and light farther from where it belongs.
-const SPREAD: u32 = 2;
+const REDISTRIBUTE: u32 = 2;
 
 gpu_constants! {
     /// Edge of those tiles, pixels.
@@ -177,7 +177,7 @@ impl PixelSums {
         let clamp_frames = if clamp == IndirectClamp::On { frames as f32 } else { 0.0 };
         // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
-        let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames, spread: radius.div_ceil(SPREAD) };
+        let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames, spread: radius.div_ceil(REDISTRIBUTE) };
         let bytes = SUMS_BYTES * u64::from(size.x) * u64::from(size.y);
         let sums = frame.scratch("indirect/sums", bytes)?;
         Ok(Self { sums, size, picture, parameters, uniform: frame.uniform(&parameters) })
@@ -269,21 +269,21 @@ impl Smoothing {
                     .texture("unbounded_sums", next)
                     .texture("filtered_sums", found)
                     .buffer("cut_off", &buffers[0])
-                    .buffer("spread_light", &buffers[1]);
+                    .buffer("redistribute_light", &buffers[1]);
                 frame.dispatch(&self.collect, &spreading, [tiles.x, tiles.y, 1]);
                 frame.dispatch(&self.spread, &spreading, [tiles.x.div_ceil(TILE), tiles.y.div_ceil(TILE), FACINGS]);
                 let adding = surfaces
                     .clone()
                     .part("smoothing", &uniform)
                     .texture("filtered_sums", found)
-                    .buffer("spread_light", &buffers[1]);
+                    .buffer("redistribute_light", &buffers[1]);
                 frame.dispatch(&self.add, &adding.texture("filtered", next), pixels);
                 std::mem::swap(&mut found, &mut next);
             }
         }
         if let Some((histories, motion)) = followed {
-            let bounded_frames = parameters.clamp_frames;
-            let mix = Mix { surface, motion, found, mixed: next, requested_frames, bounded_frames };
+            let clamped_frames = parameters.clamp_frames;
+            let mix = Mix { surface, motion, found, mixed: next, requested_frames, clamped_frames };
             histories.record(frame, view, &mix)?;
             std::mem::swap(&mut found, &mut next);
         }
