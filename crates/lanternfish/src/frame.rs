@@ -8,7 +8,7 @@ use crate::{
     debug_views::DebugViews,
     error::RenderError,
     gpu_scene::VisibleDraws,
-    indirect::{IndirectPasses, IndirectSums},
+    indirect::{IndirectPasses, DemodulatedIrradiance},
     light_culling::{LightCulling, LightLists, Reach},
     occlusion::{OcclusionPasses, AmbientVisibility},
     output::{Output, display_target, present::Present},
@@ -16,7 +16,7 @@ use crate::{
     progressive::Progressive,
     rays::KeptStructure,
     request::{SurfaceSource, Target},
-    shading::{Arriving, Forward, LightSums, NearestTransparent, VisibilityRatios, Shadowing, AccumulatedRatios, Sums},
+    shading::{Arriving, Forward, DemodulatedLight, NearestTransparent, VisibilityRatios, Shadowing, AccumulatedRatios, Sums},
     shadows::{Shadows, Visibility, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
@@ -44,7 +44,7 @@ pub(crate) struct Passes {
     pub visibility_ratios: Option<VisibilityRatios>,
     pub forward: Forward,
     /// Where sums are wanted in the place of a picture.
-    pub sums: LightSums,
+    pub sums: DemodulatedLight,
     pub sky: Sky,
     pub progressive: Progressive,
     pub output: Output,
@@ -70,9 +70,9 @@ pub(crate) struct Shaded {
     pub mean: Option<wgpu::TextureView>,
     pub visibility: Option<VisibilityPlan>,
     pub ambient_visibility: Option<AmbientVisibility>,
-    pub indirect: Option<IndirectSums>,
+    pub indirect: Option<DemodulatedIrradiance>,
     /// Indirect light at the nearest blended surfaces.
-    pub indirect_of_transparent: Option<IndirectSums>,
+    pub indirect_of_transparent: Option<DemodulatedIrradiance>,
     /// The opaque surfaces' light lists.
     pub lights: LightLists,
 }
@@ -353,7 +353,7 @@ impl Passes {
         view: &ViewContext<'_>,
         lights: &LightLists,
         radiance: &Radiance,
-    ) -> Result<Option<IndirectSums>, RenderError> {
+    ) -> Result<Option<DemodulatedIrradiance>, RenderError> {
         if view.draws.transparent.is_empty() {
             return Ok(None);
         }

@@ -6,7 +6,7 @@
 
 use lanternfish::{
     RenderError, Settings, ViewContext,
-    indirect::{Indirect, IndirectPasses, IndirectSums, IndirectTechnique, layers_target},
+    indirect::{Indirect, IndirectPasses, DemodulatedIrradiance, IndirectTechnique, layers_target},
     prepass::Surface,
     rays::Tracer,
     shaders::{Package, Root, Shaders},
@@ -86,13 +86,13 @@ impl IndirectPasses for HemispherePasses {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-    ) -> Result<IndirectSums, RenderError> {
+    ) -> Result<DemodulatedIrradiance, RenderError> {
         let layers = layers_target(frame, surface.size);
         let [width, height, _] = self.find.workgroup_size();
         let groups = [surface.size.x.div_ceil(width), surface.size.y.div_ceil(height), 1];
         let bindings = view.buffer.bindings().with(&surface.bindings());
         let bindings = bindings.buffer("hemisphere", &self.parameters).texture("found_layers", &layers);
         frame.dispatch(&self.find, &bindings, groups);
-        Ok(IndirectSums::new(layers))
+        Ok(DemodulatedIrradiance::new(layers))
     }
 }

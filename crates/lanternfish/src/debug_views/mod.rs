@@ -12,7 +12,7 @@ use crate::{
     error::RenderError,
     frame::Shaded,
     indirect::Indirect,
-    indirect::{INDIRECT, IndirectSums},
+    indirect::{INDIRECT, DemodulatedIrradiance},
     light_culling::Culling,
     light_culling::LightCulling,
     occlusion::Occlusion,
@@ -171,7 +171,7 @@ impl DebugViews {
         let scene_bindings = scene.bindings();
         let shared = buffer.bindings().with(&scene_bindings);
         let ambient_visibility = ambient_visibility.as_ref().map(AmbientVisibility::bindings).unwrap_or_default();
-        let indirect = indirect.as_ref().map(IndirectSums::bindings).unwrap_or_default();
+        let indirect = indirect.as_ref().map(DemodulatedIrradiance::bindings).unwrap_or_default();
         let found = ambient_visibility.with(&indirect);
         let bindings = shared.with(&middle.bindings()).with(&lights.bindings()).with(&found).with(&own);
         show(frame, &self.pipeline, "debug_views", &bindings, display);

@@ -116,6 +116,6 @@ impl EnvironmentLight {
 }
 
 /// A texture of two layers for what arrives at every pixel from the surroundings.
-pub fn sums_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
-    frame_layers(frame, "environment_sums", size, wgpu::TextureFormat::Rgba16Float, 2)
+pub fn irradiance_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
+    frame_layers(frame, "environment_irradiance", size, wgpu::TextureFormat::Rgba16Float, 2)
 }

@@ -34,7 +34,7 @@ pub use self::smoothing::{IndirectClamp, IndirectResolution};
 /// Shading adds what arrives from other surfaces.
 pub(crate) const INDIRECT: Feature = Feature::new("indirect");
 
-/// Layers of [`IndirectSums`]: diffuse and glossy, each at normal and at grazing incidence.
+/// Layers of [`DemodulatedIrradiance`]: diffuse and glossy, each at normal and at grazing incidence.
 const LAYERS: u32 = 4;
 
 /// How indirect light is found, or that it is not.
@@ -153,18 +153,18 @@ pub trait IndirectPasses: fmt::Debug {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-    ) -> Result<IndirectSums, RenderError>;
+    ) -> Result<DemodulatedIrradiance, RenderError>;
 }
 
 /// Indirect light of one view.
 #[derive(Clone, Debug)]
-pub struct IndirectSums {
+pub struct DemodulatedIrradiance {
     layers: wgpu::TextureView,
     /// What the technique counts: rays, or what else it took.
     pub(crate) counters: Vec<Counters>,
 }
 
-impl IndirectSums {
+impl DemodulatedIrradiance {
     /// The four layers: those of [`layers_target`], written.
     pub fn new(layers: wgpu::TextureView) -> Self {
         Self { layers, counters: Vec::new() }
@@ -177,7 +177,7 @@ impl IndirectSums {
 
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("indirect_sums", &self.layers)
+        Bindings::new().texture("indirect_irradiance", &self.layers)
     }
 }
 

@@ -19,7 +19,7 @@ impl LightByNormal {
         Ok(Self { kernel: ComputeKernel::new(device, &shader, "by_normal", "occlusion/by_normal") })
     }
 
-    /// Fills the openness' `environment_sums`.
+    /// Fills the openness' `environment_irradiance`.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -33,7 +33,7 @@ impl LightByNormal {
         let bindings = buffer.bindings().with(&surface.bindings()).with(&light_bindings);
         let bindings = bindings
             .texture("occlusion_texture", &ambient_visibility.texture)
-            .texture("environment_sums_target", &ambient_visibility.environment_sums);
+            .texture("environment_irradiance_target", &ambient_visibility.environment_irradiance);
         frame.dispatch(&self.kernel, &bindings, groups);
     }
 }

@@ -6,7 +6,7 @@ use lanternfish_gpu::{ComputeKernel, Frame, Growth};
 use super::{OcclusionPasses, AmbientVisibility, TILE, ambient_visibility_target};
 use crate::{
     context::ViewContext,
-    environment_light::sums_target,
+    environment_light::irradiance_target,
     error::RenderError,
     indirect::{
         history::{HistoryReset, Histories, Mix},
@@ -64,18 +64,18 @@ impl OcclusionPasses for AccumulatedOcclusion {
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let bindings = view.buffer.bindings();
         let bindings = bindings.texture("occlusion_texture", &ambient_visibility.texture);
-        let gathering = bindings.clone().texture("found_environment_sums", &ambient_visibility.environment_sums);
+        let gathering = bindings.clone().texture("found_environment_irradiance", &ambient_visibility.environment_irradiance);
         frame.dispatch(&self.gather, &gathering.texture("filtered", &found), groups);
         let mix = Mix { surface, motion, found: &found, mixed: &mixed, requested_frames: 0.0, clamped_frames: 0.0 };
         self.histories.record(frame, view, &mix)?;
         let target = ambient_visibility_target(frame, surface.size);
-        let environment_sums = sums_target(frame, surface.size);
+        let environment_irradiance = irradiance_target(frame, surface.size);
         let spreading = bindings
-            .texture("filtered_sums", &found)
-            .texture("mixed_sums", &mixed)
+            .texture("filtered_irradiance", &found)
+            .texture("mixed_irradiance", &mixed)
             .texture("ambient_visibility_target", &target)
-            .texture("environment_sums_target", &environment_sums);
+            .texture("environment_irradiance_target", &environment_irradiance);
         frame.dispatch(&self.spread, &spreading, groups);
-        Ok(AmbientVisibility { texture: target, environment_sums, counters: ambient_visibility.counters })
+        Ok(AmbientVisibility { texture: target, environment_irradiance, counters: ambient_visibility.counters })
     }
 }

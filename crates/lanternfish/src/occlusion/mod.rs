@@ -111,7 +111,7 @@ pub struct AmbientVisibility {
     /// and where no surface is.
     pub texture: wgpu::TextureView,
     /// What arrives from the surroundings: `shading/environment_light.wesl`.
-    pub environment_sums: wgpu::TextureView,
+    pub environment_irradiance: wgpu::TextureView,
     /// Exact counts, by name, of what the openness was found by.
     pub counters: Vec<(&'static str, u64)>,
 }
@@ -119,7 +119,7 @@ pub struct AmbientVisibility {
 impl AmbientVisibility {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("occlusion_texture", &self.texture).texture("environment_sums", &self.environment_sums)
+        Bindings::new().texture("occlusion_texture", &self.texture).texture("environment_irradiance", &self.environment_irradiance)
     }
 }
 

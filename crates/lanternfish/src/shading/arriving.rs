@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::Bindings;
 
-use crate::{indirect::IndirectSums, occlusion::AmbientVisibility, prepass::Surface};
+use crate::{indirect::DemodulatedIrradiance, occlusion::AmbientVisibility, prepass::Surface};
 
 /// Found between culling and shading, for the surface that is seen through the middle of each pixel.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub struct Arriving {
     /// How much of the surroundings it sees.
     pub ambient_visibility: Option<AmbientVisibility>,
     /// What it gets from other surfaces.
-    pub indirect: Option<IndirectSums>,
+    pub indirect: Option<DemodulatedIrradiance>,
 }
 
 impl Arriving {
@@ -20,7 +20,7 @@ impl Arriving {
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = self.surface.bindings();
         let found =
-            [self.ambient_visibility.as_ref().map(AmbientVisibility::bindings), self.indirect.as_ref().map(IndirectSums::bindings)];
+            [self.ambient_visibility.as_ref().map(AmbientVisibility::bindings), self.indirect.as_ref().map(DemodulatedIrradiance::bindings)];
         found.iter().flatten().fold(bindings, |bindings, more| bindings.with(more))
     }
 }

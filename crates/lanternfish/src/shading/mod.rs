@@ -30,7 +30,7 @@ pub use self::arriving::Arriving;
 pub(crate) use self::{
     nearest_transparent::NearestTransparent,
     visibility_ratios::{VisibilityRatios, AccumulatedRatios},
-    sums::{LightSums, Sums},
+    sums::{DemodulatedLight, Sums},
 };
 #[cfg(any(test, feature = "testing"))]
 pub(crate) use self::{visibility_ratios::visibility_ratio_features, sums::sums_features};

@@ -18,7 +18,7 @@ use crate::{
 
 /// The pass, and what finds the surfaces that it lights. Compiled when the first sums are asked for.
 #[derive(Debug)]
-pub(crate) struct LightSums {
+pub(crate) struct DemodulatedLight {
     /// Of a view whose surfaces are the scene's.
     pub prepass: Prepass,
     /// Of one whose surfaces are the caller's.
@@ -43,7 +43,7 @@ pub(crate) fn sums_features(settings: &Settings, tracer: Option<Tracer>) -> Vec<
     opaque
 }
 
-impl LightSums {
+impl DemodulatedLight {
     /// Nothing is compiled yet.
     pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
         Self {

@@ -9,8 +9,8 @@ use lanternfish::{
     RenderError, ViewContext,
     common::workgroups,
     indirect::{
-        Counters, IndirectPasses, IndirectSums,
-        smoothing::{MOST_RADIUS, PixelSums, Smoothing},
+        Counters, IndirectPasses, DemodulatedIrradiance,
+        smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
     },
     light_culling::LightCulling,
     lights::Light,
@@ -192,14 +192,14 @@ impl IndirectPasses for PhotonPasses {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-    ) -> Result<IndirectSums, RenderError> {
+    ) -> Result<DemodulatedIrradiance, RenderError> {
         let frames = self.frames.max(view.view.frame_index.saturating_add(1));
         self.views.renew(view.scene, self.settings.count, Squares::Any, view.view.random_index);
         let mut parameters = self.parameters(view, surface.size, frames);
         let lit = view.showing(surface);
         let settings = &self.settings;
         let sums =
-            PixelSums::new(frame, surface.size, settings.resolution, settings.filter_radius, settings.clamp, frames)?;
+            PixelIrradiance::new(frame, surface.size, settings.resolution, settings.filter_radius, settings.clamp, frames)?;
         let mut counters = Counters::new(frame, "indirect/photon_splatting/counters", ROWS, COUNTERS)?;
         counters.adds_up = false;
 
@@ -241,7 +241,7 @@ impl IndirectPasses for PhotonPasses {
             primaries = next.unwrap_or(primaries);
         }
         let layers = self.smoothing.record(frame, view, surface, &sums)?;
-        Ok(IndirectSums::new(layers).with_counters(vec![counters]))
+        Ok(DemodulatedIrradiance::new(layers).with_counters(vec![counters]))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Photons drawn, each as a splat, with additive blending [Aalund2015, §4.2].
 
 use glam::UVec2;
-use lanternfish::{RenderError, indirect::smoothing::PixelSums, texture::frame_target};
+use lanternfish::{RenderError, indirect::smoothing::PixelIrradiance, texture::frame_target};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState};
 
 use super::DECLARED;
@@ -56,7 +56,7 @@ impl SplatRaster {
     }
 
     /// What photons are drawn to.
-    pub fn targets(&self, frame: &mut Frame<'_>, sums: &PixelSums) -> [wgpu::TextureView; 4] {
+    pub fn targets(&self, frame: &mut Frame<'_>, sums: &PixelIrradiance) -> [wgpu::TextureView; 4] {
         ["diffuse", "diffuse_grazing", "glossy", "glossy_grazing"].map(|name| {
             let label = format!("indirect/photon_splatting/{name}");
             frame_target(frame, &label, sums.size, FORMAT, wgpu::TextureUsages::empty(), 1)
@@ -69,7 +69,7 @@ impl SplatRaster {
         frame: &mut Frame<'_>,
         bindings: &Bindings<'_>,
         slots: u32,
-        sums: &PixelSums,
+        sums: &PixelIrradiance,
         targets: Option<&[wgpu::TextureView; 4]>,
     ) {
         let targets = targets.expect("made for photons that are drawn");

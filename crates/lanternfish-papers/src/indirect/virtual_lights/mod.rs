@@ -20,8 +20,8 @@ use lanternfish::{
     RenderError, ViewContext,
     gpu_scene::{MASKED, TEXTURES},
     indirect::{
-        IndirectClamp, IndirectPasses, IndirectSums,
-        smoothing::{MOST_RADIUS, PixelSums, Smoothing},
+        IndirectClamp, IndirectPasses, DemodulatedIrradiance,
+        smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
     },
     light_culling::{LightCulling, Reach},
     prepass::Surface,
@@ -128,7 +128,7 @@ impl IndirectPasses for VirtualLightPasses {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-    ) -> Result<IndirectSums, RenderError> {
+    ) -> Result<DemodulatedIrradiance, RenderError> {
         let found = self.builder.get(frame, view)?;
         // What is lit is this surface, whatever else the view shows.
         let lit = view.showing(surface);
@@ -141,14 +141,14 @@ impl IndirectPasses for VirtualLightPasses {
             true => (radius, self.settings.clamp),
             false => (0, IndirectClamp::Off),
         };
-        let sums = PixelSums::new(frame, surface.size, resolution, radius, clamp, frames)?;
+        let sums = PixelIrradiance::new(frame, surface.size, resolution, radius, clamp, frames)?;
         let [width, height, _] = self.gather.workgroup_size();
         let groups = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
         let surfaces = view.buffer.bindings().with(&surface.bindings());
         let uniform = frame.uniform(&found.parameters);
         let scene_bindings = view.scene.bindings();
         let lit = scene_bindings.with(&surfaces).with(&sums.bindings()).with(&found.set.bindings());
-        let lit = lit.part("virtual_lights", &uniform).buffer("pixel_sums", &sums.sums);
+        let lit = lit.part("virtual_lights", &uniform).buffer("pixel_irradiance", &sums.sums);
         let gathering = lit.clone().with(&lists.bindings());
         match &self.shadow {
             None => frame.dispatch(&self.gather, &gathering, groups),
@@ -166,7 +166,7 @@ impl IndirectPasses for VirtualLightPasses {
             }
         }
         let layers = self.smoothing.record(frame, view, surface, &sums)?;
-        Ok(IndirectSums::new(layers).with_counters(vec![found.counters.clone()]))
+        Ok(DemodulatedIrradiance::new(layers).with_counters(vec![found.counters.clone()]))
     }
 }
 

@@ -5,7 +5,7 @@ mod cells;
 use glam::{Quat, UVec2, Vec3};
 use lanternfish::{
     RenderError, ViewContext,
-    environment_light::{ENVIRONMENT, sums_target},
+    environment_light::{ENVIRONMENT, irradiance_target},
     gpu_scene::Parts,
     occlusion::{OcclusionPasses, OcclusionTechnique, AmbientVisibility, TILE, ambient_visibility_target},
     prepass::Surface,
@@ -193,7 +193,7 @@ impl OcclusionPasses for DeepOcclusion {
         let sums_bytes = if cells.is_some() { RADIANCE_SUMS_BYTES } else { SUMS_BYTES };
         let sums = frame.scratch("occlusion/sums", sums_bytes * pixels)?;
         let target = ambient_visibility_target(frame, surface.size);
-        let environment_sums = sums_target(frame, surface.size);
+        let environment_irradiance = irradiance_target(frame, surface.size);
         let groups = [x.div_ceil(TILE), y.div_ceil(TILE), 1];
         let view_bindings = buffer.bindings();
         let shared = view_bindings.with(&surface.bindings()).with(&scene.bindings());
@@ -224,10 +224,10 @@ impl OcclusionPasses for DeepOcclusion {
         let resolving = shared
             .part("direction_run", &run)
             .texture("ambient_visibility_target", &target)
-            .texture("environment_sums_target", &environment_sums);
+            .texture("environment_irradiance_target", &environment_irradiance);
         frame.dispatch(&kernels.resolve, &resolving, groups);
         let DeepCounts { kept, bytes, .. } = images.counts;
         let counters = vec![("deep_images/fragments", kept), ("deep_images/bytes", bytes)];
-        Ok(AmbientVisibility { texture: target, environment_sums, counters })
+        Ok(AmbientVisibility { texture: target, environment_irradiance, counters })
     }
 }

@@ -2,7 +2,7 @@
 
 use lanternfish::{
     RenderError, ViewContext,
-    environment_light::sums_target,
+    environment_light::irradiance_target,
     occlusion::{OcclusionPasses, OcclusionTechnique, AmbientVisibility, TILE, by_normal::LightByNormal, ambient_visibility_target},
     prepass::Surface,
     settings::Settings,
@@ -101,8 +101,8 @@ impl OcclusionPasses for HbaoOcclusion {
             let bindings = shared.clone().texture("unblurred_visibility", from).texture("ambient_visibility_target", to);
             frame.dispatch(kernel, &bindings, groups);
         }
-        let environment_sums = sums_target(frame, surface.size);
-        let ambient_visibility = AmbientVisibility { texture: down, environment_sums, counters: Vec::new() };
+        let environment_irradiance = irradiance_target(frame, surface.size);
+        let ambient_visibility = AmbientVisibility { texture: down, environment_irradiance, counters: Vec::new() };
         self.light.record(frame, view, surface, &ambient_visibility);
         Ok(ambient_visibility)
     }

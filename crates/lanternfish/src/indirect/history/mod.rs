@@ -160,7 +160,7 @@ impl Histories {
             _pad: 0,
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
-        let bindings = bindings.with(&kept.bindings()).texture("filtered_sums", found).texture("filtered", mixed);
+        let bindings = bindings.with(&kept.bindings()).texture("filtered_irradiance", found).texture("filtered", mixed);
         let [width, height, _] = self.mix.workgroup_size();
         let groups = [size.x.div_ceil(width), size.y.div_ceil(height), 1];
         match frame.whole() {
@@ -185,9 +185,9 @@ fn kernel(device: &wgpu::Device, features: &[Feature]) -> Result<ComputeKernel, 
 impl Kept {
     fn bindings(&self) -> Bindings<'_> {
         Bindings::new()
-            .texture("kept_sums", &self.before.layers)
+            .texture("kept_irradiance", &self.before.layers)
             .texture("kept_places", &self.before.places)
-            .texture("sums_to_keep", &self.now.layers)
+            .texture("irradiance_to_keep", &self.now.layers)
             .texture("places_to_keep", &self.now.places)
     }
 }

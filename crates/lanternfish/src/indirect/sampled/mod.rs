@@ -22,9 +22,9 @@ use self::{
     targets::Targets,
 };
 use super::{
-    IndirectPasses, IndirectSums,
+    IndirectPasses, DemodulatedIrradiance,
     radiance_cache::Bounces,
-    smoothing::{MOST_RADIUS, PixelSums, Smoothing},
+    smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
 };
 use crate::{
     context::ViewContext,
@@ -206,12 +206,12 @@ impl IndirectPasses for SampledLight {
         frame: &mut Frame<'_>,
         view_context: &ViewContext<'_>,
         surface: &Surface,
-    ) -> Result<IndirectSums, RenderError> {
+    ) -> Result<DemodulatedIrradiance, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view_context;
         let settings = &self.settings;
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
-        let sums = PixelSums::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
+        let sums = PixelIrradiance::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
         let first_diffuse_rays = settings.first_rays * settings.diffuse_rays;
         let [rounds, first_samples] =
             [settings.diffuse_rays, first_diffuse_rays].map(|rays| rays + settings.glossy_rays);
@@ -276,7 +276,7 @@ impl IndirectPasses for SampledLight {
                 self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(sums.size));
             }
             let summing =
-                sample_bindings.buffer("ray_sums", &sums.sums).buffer("ray_counters", targets.counters.buffer());
+                sample_bindings.buffer("ray_irradiance", &sums.sums).buffer("ray_counters", targets.counters.buffer());
             let mut shading =
                 summing.clone().buffer("hits_to_shade", &targets.hits).buffer("chosen_lights", &targets.light_rays);
             if let Some(environment) = &environment {
@@ -316,7 +316,7 @@ impl IndirectPasses for SampledLight {
         }
 
         let layers = self.smoothing.record(frame, view_context, surface, &sums)?;
-        Ok(IndirectSums {
+        Ok(DemodulatedIrradiance {
             layers,
             counters: [targets.counters].into_iter().chain(entries.map(|entries| entries.counters())).collect(),
         })

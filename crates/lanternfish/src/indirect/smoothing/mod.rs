@@ -143,14 +143,14 @@ gpu_constants! {
     const FACINGS: u32 = 6;
 }
 
-/// Bytes of a pixel's sums: `PackedSums`.
+/// Bytes of a pixel's sums: `PackedIrradiance`.
 const SUMS_BYTES: u64 = 48;
 /// Largest reach of the filter, pixels.
 pub const MOST_RADIUS: u32 = 64;
 
 /// The sums of the pixels that are looked at, for one frame.
 #[derive(Debug)]
-pub struct PixelSums {
+pub struct PixelIrradiance {
     /// One each, row by row, bound under the name that the shader gives it.
     pub sums: wgpu::Buffer,
     /// How many pixels are looked at, across and down.
@@ -162,7 +162,7 @@ pub struct PixelSums {
     uniform: BufferPart,
 }
 
-impl PixelSums {
+impl PixelIrradiance {
     /// Capacity for the sums of a picture of this size. `radius`: of the filter, pixels, in a picture of `frames` frames.
     pub fn new(
         frame: &mut Frame<'_>,
@@ -233,7 +233,7 @@ impl Smoothing {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-        sums: &PixelSums,
+        sums: &PixelIrradiance,
     ) -> Result<wgpu::TextureView, RenderError> {
         let surfaces = view.buffer.bindings().with(&surface.bindings());
         let mut parameters = sums.parameters;
@@ -247,11 +247,11 @@ impl Smoothing {
         let [width, height, _] = self.filter.workgroup_size();
         let pixels = [sums.picture.x.div_ceil(width), sums.picture.y.div_ceil(height), 1];
         let [mut found, mut next] = [&layers[0], &layers[1]];
-        let resolving = surfaces.clone().with(&sums.bindings()).buffer("finished_sums", &sums.sums);
+        let resolving = surfaces.clone().with(&sums.bindings()).buffer("finished_irradiance", &sums.sums);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", found), pixels);
         let smooth = |frame: &mut Frame<'_>, kernel: &ComputeKernel, axis, [from, to]: [&wgpu::TextureView; 2]| {
             let uniform = frame.uniform(&SmoothingParameters { axis, ..parameters });
-            let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_sums", from);
+            let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_irradiance", from);
             frame.dispatch(kernel, &smoothing.texture("filtered", to), pixels);
         };
         let is_filtered = parameters.radius > 0;
@@ -266,8 +266,8 @@ impl Smoothing {
                 let spreading = surfaces
                     .clone()
                     .part("smoothing", &uniform)
-                    .texture("unbounded_sums", next)
-                    .texture("filtered_sums", found)
+                    .texture("unclamped_irradiance", next)
+                    .texture("filtered_irradiance", found)
                     .buffer("cut_off", &buffers[0])
                     .buffer("redistribute_light", &buffers[1]);
                 frame.dispatch(&self.collect, &spreading, [tiles.x, tiles.y, 1]);
@@ -275,7 +275,7 @@ impl Smoothing {
                 let adding = surfaces
                     .clone()
                     .part("smoothing", &uniform)
-                    .texture("filtered_sums", found)
+                    .texture("filtered_irradiance", found)
                     .buffer("redistribute_light", &buffers[1]);
                 frame.dispatch(&self.add, &adding.texture("filtered", next), pixels);
                 std::mem::swap(&mut found, &mut next);

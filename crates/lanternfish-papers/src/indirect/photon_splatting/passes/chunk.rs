@@ -3,7 +3,7 @@
 use lanternfish::{
     RenderError, ViewContext,
     common::workgroups,
-    indirect::{Counters, smoothing::PixelSums},
+    indirect::{Counters, smoothing::PixelIrradiance},
     light_culling::Reach,
     lights::{Light, LightSet},
 };
@@ -26,7 +26,7 @@ pub(super) struct Photons<'a> {
     pub counters: &'a Counters,
     /// The view, of this surface.
     pub lit: &'a ViewContext<'a>,
-    pub sums: &'a PixelSums,
+    pub sums: &'a PixelIrradiance,
     pub room: ChunkCapacity,
 }
 
@@ -161,7 +161,7 @@ impl PhotonPasses {
         let sums = photons.sums;
         let surface = photons.lit.surface.bindings();
         let gathering = photons.scene.clone().with(&surface).with(&sums.bindings()).with(&set.bindings());
-        let gathering = gathering.part("photons", uniform).buffer("pixel_sums", &sums.sums);
+        let gathering = gathering.part("photons", uniform).buffer("pixel_irradiance", &sums.sums);
         match &mut self.splatting {
             Splatting::Raster(raster) => raster.record(frame, &gathering, slots, sums, photons.room.targets.as_ref()),
             Splatting::Gather { culling, gather } => {
@@ -181,7 +181,7 @@ impl PhotonPasses {
         &self,
         frame: &mut Frame<'_>,
         parameters: &PhotonParameters,
-        sums: &PixelSums,
+        sums: &PixelIrradiance,
     ) -> Result<ChunkCapacity, RenderError> {
         let count = parameters.primary_count.max(1);
         let most = parameters.direction_count + 2;
