@@ -27,7 +27,7 @@ fn check_store(settings: &DeepImageSettings) -> Result<(), RenderError> {
 }
 
 /// The chunk that an image is in, and which of the chunk's images it is. An error where there is no such image.
-fn place_of(images: &DeepImages, image: u32) -> Result<(&Chunk, u32), RenderError> {
+fn invocation_index(images: &DeepImages, image: u32) -> Result<(&Chunk, u32), RenderError> {
     let holds = |chunk: &&Chunk| image.checked_sub(chunk.grid.first_image).is_some_and(|i| i < chunk.grid.image_count);
     let chunk = images.chunks.iter().find(holds).ok_or_else(|| RenderError::NoSuch {
         what: "image",

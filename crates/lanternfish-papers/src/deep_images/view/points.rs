@@ -12,7 +12,7 @@ use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, 
 
 use super::{
     super::{DECLARED, DeepImages},
-    check_store, place_of,
+    check_store, invocation_index,
 };
 use crate::deep_images::settings::{DeepImageSettings, DeepSearch};
 
@@ -110,7 +110,7 @@ impl PointCloud {
         let drawn = match image {
             None => images.chunks.iter().map(|chunk| (chunk, 0, chunk.list_count())).collect(),
             Some(image) => {
-                let (chunk, image) = place_of(images, image)?;
+                let (chunk, image) = invocation_index(images, image)?;
                 let lists = chunk.grid.resolution * chunk.grid.resolution;
                 vec![(chunk, image * lists, lists)]
             }

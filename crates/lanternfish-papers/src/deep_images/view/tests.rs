@@ -98,7 +98,7 @@ fn gpu_points_lie_on_surfaces() {
 
 /// Lists of one image.
 fn lists_of(gpu: &Gpu, images: &DeepImages, image: u32) -> Vec<Vec<Fragment>> {
-    let (chunk, image) = place_of(images, image).unwrap();
+    let (chunk, image) = invocation_index(images, image).unwrap();
     lists(gpu, images, chunk).into_iter().skip(image as usize * 48 * 48).take(48 * 48).collect()
 }
 

@@ -12,7 +12,7 @@ use lanternfish_gpu::{
 
 use super::{
     super::{DECLARED, DeepImages},
-    check_store, place_of,
+    check_store, invocation_index,
 };
 use crate::deep_images::settings::DeepImageSettings;
 
@@ -147,7 +147,7 @@ impl TexelViews {
         kernel: &ComputeKernel,
         layer: i32,
     ) -> Result<TexelValues, RenderError> {
-        let (chunk, image_of_chunk) = place_of(images, image)?;
+        let (chunk, image_of_chunk) = invocation_index(images, image)?;
         let resolution = chunk.grid.resolution;
         let texels = resolution as usize * resolution as usize;
         let buffer = storage_buffer(frame.device, kernel.label(), 4 * texels as u64)?;

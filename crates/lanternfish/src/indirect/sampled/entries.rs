@@ -68,10 +68,10 @@ impl Entries {
             cache: RadianceCache::new(device, of_cache, exact, structure)?,
             find: kernel("find_cells", of_rays, "find")?,
             find_and_add: kernel("find_cells", of_rays, "find_and_add")?,
-            before_insert: kernel("open_passes", &[], "before_insert")?,
+            before_insert: kernel("prepare_dispatches", &[], "before_insert")?,
             insert: kernel("insert_cells", &[], "insert")?,
             place: kernel("insert_cells", &[], "place")?,
-            before_shade: kernel("open_passes", &[], "before_shade")?,
+            before_shade: kernel("prepare_dispatches", &[], "before_shade")?,
             gather: kernel("gather_cells", of_rays, "gather")?,
             gather_missing: kernel("gather_cells", of_rays, "gather_missing")?,
         })

@@ -49,7 +49,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::computed("indirect/sampled/emitters", rays::exact_tracers),
         Root::of("indirect/sampled/find_cells", &[&[&[], &[GLOSSY_RAYS]]]),
         Root::new("indirect/sampled/insert_cells"),
-        Root::new("indirect/sampled/open_passes"),
+        Root::new("indirect/sampled/prepare_dispatches"),
         Root::of("indirect/sampled/gather_cells", &[&[&[], &[GLOSSY_RAYS]]]),
     ],
     &[
