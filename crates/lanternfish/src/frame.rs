@@ -413,9 +413,9 @@ impl Passes {
 
 /// Frames of one mean that look in the same directions, so that deep images are built once for them. More: fewer builds, and directions
 /// that show for longer (figures: `progressive/README.md`).
-pub(crate) const FRAMES_A_TURN: u32 = 4;
+pub(crate) const FRAMES_PER_ROTATION: u32 = 4;
 
 /// How deep images are turned: some frames of one mean after another look in other directions.
 fn rotation_of(view: &View, is_averaged: bool) -> Quat {
-    if is_averaged { frame_rotation(view.frame_index / FRAMES_A_TURN) } else { Quat::IDENTITY }
+    if is_averaged { frame_rotation(view.frame_index / FRAMES_PER_ROTATION) } else { Quat::IDENTITY }
 }

@@ -229,10 +229,10 @@ fn gpu_pictures_show_the_numbers() {
     let Some(gpu) = testing::gpu("gpu_pictures_show_the_numbers") else { return };
     let images = in_chunks(gpu, &upload(gpu, &generate::demo("atrium").unwrap()));
     let views = TexelViews::new(&gpu.device, &images.settings).unwrap();
-    let mut turns = [false; 2];
+    let mut rotations = [false; 2];
     for image in 0..20 {
         let up = images.directions.frame(image).y_axis.y > 0.0;
-        turns[usize::from(up)] = true;
+        rotations[usize::from(up)] = true;
         let depths = frame(gpu, |frame| views.layer(frame, &images, image, 1)).unwrap();
         let counts = frame(gpu, |frame| views.counts(frame, &images, image)).unwrap();
         let (white, dark) = depths.extent().unwrap();
@@ -250,5 +250,5 @@ fn gpu_pictures_show_the_numbers() {
             }
         }
     }
-    assert_eq!(turns, [true; 2], "images that are turned and such that are not");
+    assert_eq!(rotations, [true; 2], "images that are turned and such that are not");
 }

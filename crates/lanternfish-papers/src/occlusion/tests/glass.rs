@@ -53,8 +53,8 @@ fn glass() -> Material {
 }
 
 /// Sheets at these depths, turned about the vertical, under a white sky.
-fn sheets(material: Material, depths: &[f32], turn: f32) -> Scene {
-    let right = 20.0 * Vec3::new(turn.cos(), 0.0, turn.sin());
+fn sheets(material: Material, depths: &[f32], rotation: f32) -> Scene {
+    let right = 20.0 * Vec3::new(rotation.cos(), 0.0, rotation.sin());
     let sheet = |z: &f32| quad(0, *z * Vec3::Z, right, 20.0 * Vec3::Y);
     Scene { sky: Vec3::ONE, ..apart(&scene_of(depths.iter().map(sheet).collect(), vec![material])) }
 }
@@ -66,16 +66,16 @@ fn assert_near(found: Vec3, expected: Vec3, most: f32, what: &str) {
 #[test]
 fn gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it() {
     let Some(gpu) = testing::gpu("gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it") else { return };
-    for turn in [0.0f32, 0.8, 1.3] {
-        let reflected = 0.04 + 0.96 * (1.0 - turn.cos()).powi(5);
+    for rotation in [0.0f32, 0.8, 1.3] {
+        let reflected = 0.04 + 0.96 * (1.0 - rotation.cos()).powi(5);
         let passing = (1.0 - reflected) * TINT;
         for settings in [sampled(), Settings { samples: Samples::Four, ..sampled() }] {
-            let found = middle(gpu, settings, &sheets(glass(), &[0.0], turn));
+            let found = middle(gpu, settings, &sheets(glass(), &[0.0], rotation));
             // What is let in is a fit.
             assert_near(found, passing + reflected, 0.015, "a sheet of glass");
         }
         // Two, each of which mirrors the sky.
-        let found = middle(gpu, sampled(), &sheets(glass(), &[0.0, -0.5], turn));
+        let found = middle(gpu, sampled(), &sheets(glass(), &[0.0, -0.5], rotation));
         assert_near(found, passing * (passing + reflected) + reflected, 0.02, "two sheets of glass");
     }
     // Half of it paint.

@@ -228,7 +228,7 @@ impl IndirectPasses for SampledLight {
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
         // nothing more.
         let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
-        let sweeps = turns_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
+        let sweeps = rotations_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
         let usual = UVec2::new(settings.diffuse_rays, settings.diffuse_rays.div_ceil(2));
         let parameters = SampledParameters {
             emitter_rays,
@@ -325,7 +325,7 @@ impl IndirectPasses for SampledLight {
 
 /// Frames' worth of a pixel's diffuse rays that come before this frame's in its sequence: a first frame takes `first_rays` of them. (Where their
 /// number is odd, rays to emissive triangles leave points out: there are half as many in each frame, rounded up.)
-fn turns_before(random_index: u32, is_first: bool, first_rays: u32) -> u32 {
+fn rotations_before(random_index: u32, is_first: bool, first_rays: u32) -> u32 {
     random_index.wrapping_add(if is_first { 0 } else { first_rays - 1 })
 }
 
@@ -336,7 +336,7 @@ fn frames_go_on_in_the_sequence_where_a_first_one_ends() {
         let mut next = 0;
         for frame in 0..5 {
             let is_first = frame == 0;
-            assert_eq!(turns_before(frame, is_first, first_rays), next, "{first_rays}, frame {frame}");
+            assert_eq!(rotations_before(frame, is_first, first_rays), next, "{first_rays}, frame {frame}");
             next += if is_first { first_rays } else { 1 };
         }
     }

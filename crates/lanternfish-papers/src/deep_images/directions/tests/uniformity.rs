@@ -39,10 +39,10 @@ fn zonal_regions_are_equal_in_area_and_half_of_the_sphere() {
             assert_eq!(collar[0].colatitudes[0], bottom, "{count}");
             bottom = collar[0].colatitudes[1];
             assert!(collar.windows(2).all(|pair| pair[0].longitudes[1] == pair[1].longitudes[0]), "{count}");
-            let turn = collar[collar.len() - 1].longitudes[1] - collar[0].longitudes[0];
+            let rotation = collar[collar.len() - 1].longitudes[1] - collar[0].longitudes[0];
             // The collar across the equator and its inversion share one belt.
             let across = (collar[0].colatitudes[0] + bottom - PI).abs() < 1e-9;
-            assert!((turn - if across { PI } else { TAU }).abs() < 1e-9, "{count}: {turn}");
+            assert!((rotation - if across { PI } else { TAU }).abs() < 1e-9, "{count}: {rotation}");
             assert!(across || bottom < FRAC_PI_2 + 1e-9, "{count}");
         }
         for region in &regions {
