@@ -196,11 +196,11 @@ impl Bench<'_> {
 
 /// The mean angle between normals packed as (n + 1) / 2, degrees, and the ratio of those that are more than ten degrees off; of pixels
 /// that show a surface.
-fn angles(truth: &[u8], found: &[u8]) -> [f64; 2] {
+fn angles(ground_truth: &[u8], found: &[u8]) -> [f64; 2] {
     let unpack = |n: &[u8; 3]| glam::DVec3::from(n.map(|v| f64::from(v) / 127.5 - 1.0)).normalize_or_zero();
-    let pixels = truth.as_chunks::<3>().0.iter().zip(found.as_chunks::<3>().0);
+    let pixels = ground_truth.as_chunks::<3>().0.iter().zip(found.as_chunks::<3>().0);
     // Black is where nothing is: no normal is packed so.
-    let seen = pixels.filter(|(truth, _)| **truth != [0; 3]);
+    let seen = pixels.filter(|(ground_truth, _)| **ground_truth != [0; 3]);
     let angles: Vec<f64> = seen.map(|(a, b)| unpack(a).angle_between(unpack(b)).to_degrees()).collect();
     let count = angles.len().max(1) as f64;
     [angles.iter().sum::<f64>() / count, angles.iter().filter(|angle| **angle > 10.0).count() as f64 / count]
@@ -263,10 +263,10 @@ mod tests {
 
     #[test]
     fn equal_pictures_have_no_error_and_a_turned_normal_has_its_angle() {
-        let truth = [255, 128, 128, 128, 255, 128, 0, 0, 0];
-        let [degrees, over_ten] = angles(&truth, &truth);
+        let ground_truth = [255, 128, 128, 128, 255, 128, 0, 0, 0];
+        let [degrees, over_ten] = angles(&ground_truth, &ground_truth);
         assert!(degrees < 1e-3 && over_ten == 0.0);
-        let [degrees, over_ten] = angles(&truth, &[128, 255, 128, 128, 255, 128, 9, 9, 9]);
+        let [degrees, over_ten] = angles(&ground_truth, &[128, 255, 128, 128, 255, 128, 9, 9, 9]);
         assert!((degrees - 45.0).abs() < 0.5 && over_ten == 0.5);
     }
 }

@@ -14,7 +14,7 @@ use crate::{
     run::frame_ms,
     table::Row,
     technique,
-    truths::Truth,
+    ground_truths::GroundTruth,
 };
 
 /// Frames before the change of a light.
@@ -34,8 +34,8 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let mut bench = Bench::start(args, "history", "Frames after frames", &mut progress)?;
     let changed = changed(&bench.scene);
-    let changed_truth =
-        progress.step("truth", "Tracing the changed light", || bench.truth_of(Truth::OneBounceFile, &changed))?;
+    let changed_ground_truth =
+        progress.step("ground_truth", "Tracing the changed light", || bench.ground_truth_of(GroundTruth::OneBounceFile, &changed))?;
     let requested: Vec<Case> = cases(&bench.look, args.quick).into_iter().filter(|c| args.requests(&c.name)).collect();
     let mut rows = Vec::new();
     for Case { name, settings } in &requested {
@@ -46,7 +46,7 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
             let (mut flips, mut times, mut shown) = ([0.0; AFTER.len()], [0.0; AFTER.len()], Row::default());
             for (k, (picture, after)) in pictures.iter().zip(AFTER).enumerate() {
                 bench.keep(&format!("{name}, {after} after the change"), picture)?;
-                flips[k] = bench.against(picture, &changed_truth)?.0;
+                flips[k] = bench.against(picture, &changed_ground_truth)?.0;
                 times[k] = frame_ms(&picture.report.passes);
                 shown = shown.shown(&format!("after the change: frame {after}"), format_args!("{:.4}", flips[k]));
                 shown = shown.shown("ms", format_args!("{:.0}", times[k]));

@@ -16,7 +16,7 @@ mod run;
 mod subject;
 mod table;
 mod technique;
-mod truths;
+mod ground_truths;
 mod virtual_lights;
 
 use std::process::ExitCode;

@@ -22,7 +22,7 @@ use crate::{
     subject::{Subject, SubjectArgs},
     table::Row,
     technique,
-    truths::{self, Truth},
+    ground_truths::{self, GroundTruth},
 };
 
 /// Flags of benches of one bounce.
@@ -95,10 +95,10 @@ pub struct Bench {
     pub size: Size,
     spp: u64,
     /// The path tracer's image with one bounce, and the energy of the bounce alone.
-    truth: RgbImage,
-    truth_energy: f64,
+    ground_truth: RgbImage,
+    ground_truth_energy: f64,
     /// The path tracer's image without indirect light.
-    direct_truth: RgbImage,
+    direct_ground_truth: RgbImage,
     /// Energy of the renderer's own image without indirect light.
     direct_energy: f64,
     /// The report, to which its tables are added.
@@ -112,24 +112,24 @@ impl Bench {
         let Subject { scene: whole, cameras, look } = Subject::load(&args.subject, false, progress)?;
         let run = Run::start_timed(&args.run, name)?;
         // Light of the lights alone, whichever reference: nothing else is emissive, and nothing surrounds the scene.
-        let scene = truths::of_lights_alone(whole);
+        let scene = ground_truths::of_lights_alone(whole);
         let camera = &cameras[cameras.len() / 2];
         let subject =
-            truths::Subject { name: &scene.name, scene: &scene, camera, size, settings: &look, spp: args.spp };
-        let truth = |truth| truths::obtain(&run.folder, truth, &subject);
-        let direct = progress.step("truth", "Tracing direct light", || truth(Truth::Direct))?;
-        let one_bounce = progress.step("truth", "Tracing one bounce", || truth(Truth::OneBounceFile))?;
-        let truth_energy = energy_of(&one_bounce.mean) - energy_of(&direct.mean);
-        if truth_energy <= 0.0 {
+            ground_truths::Subject { name: &scene.name, scene: &scene, camera, size, settings: &look, spp: args.spp };
+        let ground_truth = |ground_truth| ground_truths::obtain(&run.folder, ground_truth, &subject);
+        let direct = progress.step("ground_truth", "Tracing direct light", || ground_truth(GroundTruth::Direct))?;
+        let one_bounce = progress.step("ground_truth", "Tracing one bounce", || ground_truth(GroundTruth::OneBounceFile))?;
+        let ground_truth_energy = energy_of(&one_bounce.mean) - energy_of(&direct.mean);
+        if ground_truth_energy <= 0.0 {
             let hint = "add lights, e.g. --lights rain:10, or look elsewhere";
             return Err(CliError::new("no light arrives by one bounce", hint));
         }
         let Size { width, height } = size;
-        for (name, truth) in [("truth-zero-bounces", &direct), ("truth-one-bounce", &one_bounce)] {
-            let bytes = shown(&truth.mean, look.exposure, look.tone_map).0;
+        for (name, ground_truth) in [("ground_truth-zero-bounces", &direct), ("ground_truth-one-bounce", &one_bounce)] {
+            let bytes = shown(&ground_truth.mean, look.exposure, look.tone_map).0;
             write_png(&run.folder.join(format!("{name}.png")), width, height, ColorType::Rgb, &bytes)?;
         }
-        let report = report(title, args, &run, &scene, &one_bounce, truth_energy);
+        let report = report(title, args, &run, &scene, &one_bounce, ground_truth_energy);
         let mut bench = Self {
             run,
             scene,
@@ -137,9 +137,9 @@ impl Bench {
             look,
             size,
             spp: args.spp,
-            truth: one_bounce.mean,
-            truth_energy,
-            direct_truth: direct.mean,
+            ground_truth: one_bounce.mean,
+            ground_truth_energy,
+            direct_ground_truth: direct.mean,
             direct_energy: 0.0,
             report,
         };
@@ -157,10 +157,10 @@ impl Bench {
     }
 
     /// The path tracer's image of another scene from the same place, traced or found.
-    pub fn truth_of(&self, truth: Truth, scene: &Scene) -> Result<RgbImage, CliError> {
+    pub fn ground_truth_of(&self, ground_truth: GroundTruth, scene: &Scene) -> Result<RgbImage, CliError> {
         let (name, settings, spp) = (scene.name.as_str(), &self.look, self.spp);
-        let subject = truths::Subject { name, scene, camera: self.camera(), size: self.size, settings, spp };
-        Ok(truths::obtain(&self.run.folder, truth, &subject)?.mean)
+        let subject = ground_truths::Subject { name, scene, camera: self.camera(), size: self.size, settings, spp };
+        Ok(ground_truths::obtain(&self.run.folder, ground_truth, &subject)?.mean)
     }
 
     /// Renders some frames, of which the first is not timed.
@@ -189,13 +189,13 @@ impl Bench {
     pub fn keep(&self, name: &str, picture: &Picture) -> Result<Errors, CliError> {
         let file = format!("{}.png", name.replace([' ', ',', '.'], "-").replace("--", "-"));
         image::write(&self.run.folder.join(file), picture)?;
-        let (flip, _) = self.against(picture, &self.truth)?;
+        let (flip, _) = self.against(picture, &self.ground_truth)?;
         Ok(self.errors(picture, self.direct_energy, flip))
     }
 
     /// Errors of an image, of whose energy so much is direct light.
     fn errors(&self, picture: &Picture, direct_energy: f64, flip: f64) -> Errors {
-        Errors { indirect_energy: (energy(picture) - direct_energy) / self.truth_energy, flip }
+        Errors { indirect_energy: (energy(picture) - direct_energy) / self.ground_truth_energy, flip }
     }
 
     /// Compares the mean of so many frames, which goes to the folder. Of its light that is indirect which is not in the mean of as many
@@ -210,14 +210,14 @@ impl Bench {
     /// of such a mean where indirect light is right.
     pub fn direct_mean(&self, frames: u32) -> Result<(Picture, f64), CliError> {
         let mean = self.mean(&self.without(), frames)?;
-        let (flip, _) = self.against(&mean, &self.direct_truth)?;
+        let (flip, _) = self.against(&mean, &self.direct_ground_truth)?;
         Ok((mean, flip))
     }
 
     /// Mean HDR-FLIP of an image to a reference, and its sum over the reference's.
-    pub fn against(&self, picture: &Picture, truth: &RgbImage) -> Result<(f64, f64), CliError> {
-        let pair = Pair::new(linear(picture)?, truth.clone())?;
-        Ok((hdr_flip(&pair)?, energy(picture) / energy_of(truth)))
+    pub fn against(&self, picture: &Picture, ground_truth: &RgbImage) -> Result<(f64, f64), CliError> {
+        let pair = Pair::new(linear(picture)?, ground_truth.clone())?;
+        Ok((hdr_flip(&pair)?, energy(picture) / energy_of(ground_truth)))
     }
 
     /// The mean of so many frames.
@@ -253,13 +253,13 @@ fn report(
     args: &OneBounceArgs,
     run: &Run,
     scene: &Scene,
-    truth: &truths::Traced,
+    ground_truth: &ground_truths::Traced,
     energy: f64,
 ) -> Document {
     let (source, Size { width, height }) = (&args.subject.scene, args.subject.size);
     let (triangles, lights) = (scene.triangle_counts().1, scene.lights.len());
-    let noise = truth.figures.noise_energy * energy_of(&truth.mean) / energy;
-    let (spp, halves) = (truth.figures.spp, truth.figures.noise_hdr_flip);
+    let noise = ground_truth.figures.noise_energy * energy_of(&ground_truth.mean) / energy;
+    let (spp, halves) = (ground_truth.figures.spp, ground_truth.figures.noise_hdr_flip);
     let mut report = Document::of_scene(title, source, &run.gpu, run.runs);
     let facts = Row::default().data("triangles", triangles).data("lights", lights).data("width", width);
     let facts = facts.data("height", height).data("truth_samples", spp);

@@ -10,14 +10,14 @@ use crate::{
     run::{counter, ms_of},
     table::Row,
     technique,
-    truths::{self, Truth},
+    ground_truths::{self, GroundTruth},
 };
 
 /// Ways to find occlusion, on white surfaces under a white sky.
 pub fn rows(bench: &Bench) -> Result<Vec<Row>, CliError> {
-    let scene = truths::white(bench.scene.clone());
-    let truth = bench.truth_of(Truth::Occlusion, &scene)?;
-    let look = Truth::Occlusion.seen(&bench.look);
+    let scene = ground_truths::white(bench.scene.clone());
+    let ground_truth = bench.ground_truth_of(GroundTruth::Occlusion, &scene)?;
+    let look = GroundTruth::Occlusion.seen(&bench.look);
     let far = 0.28 * scene.bounds().size().length();
     let usual = DeepImageSettings::default();
     let ways = [
@@ -33,7 +33,7 @@ pub fn rows(bench: &Bench) -> Result<Vec<Row>, CliError> {
             &Settings { occlusion, structure: deep_images.into(), ..look.clone() },
             bench.size,
         )?;
-        let (flip, energy) = bench.against(&rendered.picture, &truth)?;
+        let (flip, energy) = bench.against(&rendered.picture, &ground_truth)?;
         let bytes = counter(&rendered.picture.report, "deep_images/bytes");
         Ok(Row::default()
             .text("name", "", name)

@@ -21,7 +21,7 @@ const ENOUGH: Duration = Duration::from_secs(2);
 #[derive(Debug, Serialize)]
 pub struct Row {
     pub name: String,
-    pub truth: &'static str,
+    pub ground_truth: &'static str,
     /// Why there are no figures.
     pub left_out: Option<String>,
     pub figures: Option<Figures>,
@@ -69,21 +69,21 @@ pub struct Bench<'b> {
 pub struct First {
     picture: Picture,
     /// Under the truth of this name.
-    truth: &'static str,
+    ground_truth: &'static str,
     figures: Figures,
 }
 
 impl Bench<'_> {
-    /// Renders `technique` on `scene` and compares with `truth`. The first row becomes `first`.
+    /// Renders `technique` on `scene` and compares with `ground_truth`. The first row becomes `first`.
     pub fn row(
         &self,
         technique: &Technique,
         scene: &Scene,
-        truth: &RgbImage,
+        ground_truth: &RgbImage,
         first: &mut Option<First>,
     ) -> Result<Row, CliError> {
-        let truth_name = technique.truth.name();
-        let row = |left_out, figures| Row { name: technique.name.clone(), truth: truth_name, left_out, figures };
+        let ground_truth_name = technique.ground_truth.name();
+        let row = |left_out, figures| Row { name: technique.name.clone(), ground_truth: ground_truth_name, left_out, figures };
         let (picture, frame_ms) = match self.render(technique, scene) {
             Ok(rendered) => rendered,
             Err(RenderError::MissingFeature { feature, .. }) => {
@@ -94,10 +94,10 @@ impl Bench<'_> {
         };
         let differing_pixels = first.as_ref().map_or(0, |first| differing(&first.picture, &picture));
         let counter = |name| counter(&picture.report, name);
-        let same = first.as_ref().filter(|first| differing_pixels == 0 && first.truth == truth_name);
+        let same = first.as_ref().filter(|first| differing_pixels == 0 && first.ground_truth == ground_truth_name);
         let (errors, files) = match same {
             Some(first) => (first.figures.errors.clone(), [first.figures.picture.clone(), first.figures.map.clone()]),
-            None => self.compare(technique, &picture, truth)?,
+            None => self.compare(technique, &picture, ground_truth)?,
         };
         let [file, map] = files;
         let figures = Figures {
@@ -110,7 +110,7 @@ impl Bench<'_> {
             picture: file,
             map,
         };
-        first.get_or_insert_with(|| First { picture, truth: truth_name, figures: figures.clone() });
+        first.get_or_insert_with(|| First { picture, ground_truth: ground_truth_name, figures: figures.clone() });
         Ok(row(None, Some(figures)))
     }
 
@@ -143,9 +143,9 @@ impl Bench<'_> {
         &self,
         technique: &Technique,
         picture: &Picture,
-        truth: &RgbImage,
+        ground_truth: &RgbImage,
     ) -> Result<(Errors, [String; 2]), CliError> {
-        let pair = Pair::new(linear(picture)?.box_downsampled(self.shot.factor as usize)?, truth.clone())?;
+        let pair = Pair::new(linear(picture)?.box_downsampled(self.shot.factor as usize)?, ground_truth.clone())?;
         let settings = &technique.settings;
         let [image, reference] =
             [pair.image(), pair.reference()].map(|image| shown(image, settings.exposure, settings.tone_map));

@@ -1,6 +1,6 @@
 //! Every technique of the renderer on a fixed list of shots, against the path tracer.
 //!
-//! 1. For each shot ([`shots`]) and each truth that a technique names (`techniques`), read the truth or trace it ([`truths`]), and what of it is not
+//! 1. For each shot ([`shots`]) and each truth that a technique names (`techniques`), read the truth or trace it ([`ground_truths`]), and what of it is not
 //!    indirect light.
 //! 2. Render each technique larger than its truth, box-average it, and compare ([`measure`]).
 //! 3. Write the report ([`report`]).
@@ -32,7 +32,7 @@ use self::{
 use crate::{
     image::shown,
     run::{Run, RunArgs, make_folder},
-    truths::{self, Subject, Truth},
+    ground_truths::{self, Subject, GroundTruth},
 };
 
 /// Flags of `quality`.
@@ -44,8 +44,8 @@ pub struct QualityArgs {
     #[arg(long, value_name = "SHOT", value_parser = PossibleValuesParser::new(SHOTS.iter().map(|shot| shot.name)))]
     only: Vec<String>,
     /// What is judged by one truth alone. Repeatable.
-    #[arg(long = "truth", value_name = "TRUTH", value_parser = truth())]
-    truths: Vec<Truth>,
+    #[arg(long = "ground_truth", value_name = "TRUTH", value_parser = ground_truth())]
+    ground_truths: Vec<GroundTruth>,
     /// Only techniques whose name holds one of these words. Repeatable.
     #[arg(long = "technique", value_name = "WORDS")]
     techniques: Vec<String>,
@@ -76,14 +76,14 @@ impl QualityArgs {
     }
 }
 
-fn truth() -> impl TypedValueParser<Value = Truth> {
-    PossibleValuesParser::new(judges().map(|truth| truth.name()))
+fn ground_truth() -> impl TypedValueParser<Value = GroundTruth> {
+    PossibleValuesParser::new(judges().map(|ground_truth| ground_truth.name()))
         .map(|name| name.parse().expect("clap lets only known names through"))
 }
 
 /// Truths that techniques are judged by.
-fn judges() -> impl Iterator<Item = Truth> {
-    Truth::ALL.iter().copied().filter(|truth| truth.judges())
+fn judges() -> impl Iterator<Item = GroundTruth> {
+    GroundTruth::ALL.iter().copied().filter(|ground_truth| ground_truth.judges())
 }
 
 /// Measures, and writes the reports.
@@ -115,17 +115,17 @@ fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, surroundings: &Environme
     let mut techniques = techniques(&settings, whole.bounds().size().length());
     techniques.retain(|technique| args.requests(&technique.name));
     let mut first = None;
-    for truth in judges().filter(|truth| args.truths.is_empty() || args.truths.contains(truth)) {
-        let (scene, settings) = (&truth.scene(&whole, surroundings), truth.seen(&settings));
+    for ground_truth in judges().filter(|ground_truth| args.ground_truths.is_empty() || args.ground_truths.contains(ground_truth)) {
+        let (scene, settings) = (&ground_truth.scene(&whole, surroundings), ground_truth.seen(&settings));
         let subject =
             Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
-        let mut traced = truths::obtain(&run.folder, truth, &subject)?;
-        let scene_of = |truth: Truth| truth.scene(&whole, surroundings);
+        let mut traced = ground_truths::obtain(&run.folder, ground_truth, &subject)?;
+        let scene_of = |ground_truth: GroundTruth| ground_truth.scene(&whole, surroundings);
         traced.figures.energy_without_indirect =
-            truths::energy_without_indirect(&run.folder, truth, &traced.mean, scene_of, &subject)?;
+            ground_truths::energy_without_indirect(&run.folder, ground_truth, &traced.mean, scene_of, &subject)?;
         bench.write(&traced.figures.picture, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;
-        result.truths.push(traced.figures);
-        for technique in techniques.iter().filter(|technique| technique.truth == truth) {
+        result.ground_truths.push(traced.figures);
+        for technique in techniques.iter().filter(|technique| technique.ground_truth == ground_truth) {
             eprintln!("  {}", technique.name);
             result.rows.push(bench.row(technique, scene, &traced.mean, &mut first)?);
         }

@@ -17,7 +17,7 @@ use crate::{
     document::Document,
     run::Run,
     table::{Row, decimal},
-    truths::TruthFigures,
+    ground_truths::GroundTruthFigures,
 };
 
 /// How far an energy ratio may be from 1 without being marked, whatever the noise.
@@ -45,7 +45,7 @@ pub struct ShotReport {
     /// Exposure at which pictures are compared, stops.
     pub exposure: f32,
     pub tone_map: String,
-    pub truths: Vec<TruthFigures>,
+    pub ground_truths: Vec<GroundTruthFigures>,
     pub rows: Vec<Measured>,
 }
 
@@ -63,7 +63,7 @@ impl ShotReport {
             range_threshold: decimal(settings.range_threshold),
             exposure: shot.exposure,
             tone_map: settings.tone_map.to_string(),
-            truths: Vec::new(),
+            ground_truths: Vec::new(),
             rows: Vec::new(),
         }
     }
@@ -134,9 +134,9 @@ pub fn write(
     for shot in shots {
         report.heading(shot.name);
         report.paragraph(shot.line());
-        report.list(shot.truths.iter().map(truth_line));
-        let rows = shot.rows.iter().map(|row| table_row(row.name.as_str(), row.truth, cells(shot, row)));
-        let noise = shot.truths.iter().map(|truth| table_row("*noise*", truth.name, truth_cells(truth)));
+        report.list(shot.ground_truths.iter().map(ground_truth_line));
+        let rows = shot.rows.iter().map(|row| table_row(row.name.as_str(), row.ground_truth, cells(shot, row)));
+        let noise = shot.ground_truths.iter().map(|ground_truth| table_row("*noise*", ground_truth.name, ground_truth_cells(ground_truth)));
         report.show(rows.chain(noise));
         report.html(pictures(shot));
     }
@@ -154,8 +154,8 @@ pub fn write(
 }
 
 /// A row of a shot's table.
-fn table_row(name: &str, truth: &str, cells: [String; 10]) -> Row {
-    let row = Row::default().text("name", "technique", name).text("truth", "truth", truth);
+fn table_row(name: &str, ground_truth: &str, cells: [String; 10]) -> Row {
+    let row = Row::default().text("name", "technique", name).text("ground_truth", "ground_truth", ground_truth);
     COLUMNS.into_iter().zip(cells).fold(row, |row, (column, cell)| row.shown(column, cell))
 }
 
@@ -166,15 +166,15 @@ fn pictures(shot: &ShotReport) -> String {
         let images: String = images.iter().map(image).collect();
         format!("<figure>{images}<figcaption>{}</figcaption></figure>\n", escaped(caption))
     };
-    let truths = shot.truths.iter().map(|truth| figure(&[&truth.picture], &format!("truth: {}", truth.name)));
-    let mut text = truths.collect::<String>();
+    let ground_truths = shot.ground_truths.iter().map(|ground_truth| figure(&[&ground_truth.picture], &format!("truth: {}", ground_truth.name)));
+    let mut text = ground_truths.collect::<String>();
     let shows = |row: &Measured, picture: &str| row.figures.as_ref().is_some_and(|figures| figures.picture == picture);
     for (i, row) in shot.rows.iter().enumerate() {
         let is_new = |picture: &str| !shot.rows[..i].iter().any(|row| shows(row, picture));
         let Some(figures) = row.figures.as_ref().filter(|figures| is_new(&figures.picture)) else { continue };
         let same = shot.rows.iter().filter(|other| shows(other, &figures.picture));
         let names: Vec<&str> = same.map(|other| other.name.as_str()).collect();
-        let caption = format!("{}; FLIP {:.4} against {}", names.join(" = "), figures.errors.flip, row.truth);
+        let caption = format!("{}; FLIP {:.4} against {}", names.join(" = "), figures.errors.flip, row.ground_truth);
         text += &figure(&[&figures.picture, &figures.map], &caption);
     }
     format!("<div class=\"pictures\">\n{text}</div>")
@@ -196,9 +196,9 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
         return reason;
     };
     let errors = &figures.errors;
-    let truth = shot.truths.iter().find(|truth| truth.name == row.truth);
-    let noise = truth.map_or(0.0, |truth| truth.noise_energy);
-    let indirect = truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
+    let ground_truth = shot.ground_truths.iter().find(|ground_truth| ground_truth.name == row.ground_truth);
+    let noise = ground_truth.map_or(0.0, |ground_truth| ground_truth.noise_energy);
+    let indirect = ground_truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
     let is_off = (errors.energy_ratio - 1.0).abs() > ENERGY_TOLERANCE.max(2.0 * noise);
     let mark = if is_off { " *" } else { "" };
     [
@@ -221,7 +221,7 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
 fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f64> {
     let figures = row.figures.as_ref()?;
     let of_row = |none: &&Measured| {
-        none.truth == row.truth
+        none.ground_truth == row.ground_truth
             && WITHOUT_INDIRECT.contains(&&*none.name)
             && none.figures.as_ref().is_some_and(|none| none.frames == figures.frames)
     };
@@ -234,33 +234,33 @@ fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f6
 const MOST_NOISE: f64 = 4.0;
 
 /// Energy of a truth's indirect light, as a share of all of it; `None` where it has none, or that is lost in its noise.
-fn indirect_energy(truth: &TruthFigures) -> Option<f64> {
-    let indirect = 1.0 - truth.energy_without_indirect?;
-    (indirect > MOST_NOISE * truth.noise_energy).then_some(indirect)
+fn indirect_energy(ground_truth: &GroundTruthFigures) -> Option<f64> {
+    let indirect = 1.0 - ground_truth.energy_without_indirect?;
+    (indirect > MOST_NOISE * ground_truth.noise_energy).then_some(indirect)
 }
 
 /// The cells of [`COLUMNS`] for a truth: its own noise.
-fn truth_cells(truth: &TruthFigures) -> [String; 10] {
+fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
     let mut cells = [const { String::new() }; 10];
-    cells[0] = format!("{:.4}", truth.noise_flip);
-    cells[2] = format!("{:.2e}", truth.noise_relative_mse);
-    cells[4] = format!("± {:.4}", truth.noise_energy);
+    cells[0] = format!("{:.4}", ground_truth.noise_flip);
+    cells[2] = format!("{:.2e}", ground_truth.noise_relative_mse);
+    cells[4] = format!("± {:.4}", ground_truth.noise_energy);
     cells[5] =
-        indirect_energy(truth).map(|indirect| format!("± {:.3}", truth.noise_energy / indirect)).unwrap_or_default();
+        indirect_energy(ground_truth).map(|indirect| format!("± {:.3}", ground_truth.noise_energy / indirect)).unwrap_or_default();
     cells
 }
 
 /// Where a truth comes from and what it is.
-fn truth_line(truth: &TruthFigures) -> String {
-    let made = if truth.reused { "reused".to_owned() } else { format!("traced in {:.1} s", truth.seconds) };
+fn ground_truth_line(ground_truth: &GroundTruthFigures) -> String {
+    let made = if ground_truth.reused { "reused".to_owned() } else { format!("traced in {:.1} s", ground_truth.seconds) };
     let dropped =
-        if truth.dropped > 0 { format!("; {} samples were no numbers: a fault", truth.dropped) } else { String::new() };
+        if ground_truth.dropped > 0 { format!("; {} samples were no numbers: a fault", ground_truth.dropped) } else { String::new() };
     format!(
         "{}: {}; {} samples a pixel, expected relative error {:.2} %, {made}{dropped}",
-        truth.name,
-        truth.meaning,
-        truth.spp,
-        100.0 * truth.noise
+        ground_truth.name,
+        ground_truth.meaning,
+        ground_truth.spp,
+        100.0 * ground_truth.noise
     )
 }
 
@@ -275,7 +275,7 @@ mod tests {
     };
     use crate::table::to_markdown;
 
-    fn row(name: &str, truth: &'static str, frames: u32, energy_ratio: f64) -> Measured {
+    fn row(name: &str, ground_truth: &'static str, frames: u32, energy_ratio: f64) -> Measured {
         let errors = Errors { flip: 0.0, hdr_flip: 0.0, relative_mse: 0.0, percentile_95: 0.0, energy_ratio };
         let figures = Figures {
             errors,
@@ -287,11 +287,11 @@ mod tests {
             picture: String::new(),
             map: String::new(),
         };
-        Measured { name: name.to_owned(), truth, left_out: None, figures: Some(figures) }
+        Measured { name: name.to_owned(), ground_truth, left_out: None, figures: Some(figures) }
     }
 
-    fn truth(energy_without_indirect: Option<f64>, noise_energy: f64) -> TruthFigures {
-        TruthFigures {
+    fn ground_truth(energy_without_indirect: Option<f64>, noise_energy: f64) -> GroundTruthFigures {
+        GroundTruthFigures {
             name: "full",
             meaning: "",
             file: String::new(),
@@ -328,17 +328,17 @@ mod tests {
 
     #[test]
     fn indirect_light_that_is_lost_in_noise_has_no_ratio() {
-        assert_eq!(indirect_energy(&truth(Some(0.75), 0.01)), Some(0.25));
-        assert_eq!(indirect_energy(&truth(Some(0.75), 0.0625)), None);
-        assert_eq!(indirect_energy(&truth(Some(1.0), 0.0)), None);
-        assert_eq!(indirect_energy(&truth(None, 0.0)), None);
+        assert_eq!(indirect_energy(&ground_truth(Some(0.75), 0.01)), Some(0.25));
+        assert_eq!(indirect_energy(&ground_truth(Some(0.75), 0.0625)), None);
+        assert_eq!(indirect_energy(&ground_truth(Some(1.0), 0.0)), None);
+        assert_eq!(indirect_energy(&ground_truth(None, 0.0)), None);
     }
 
     #[test]
     fn a_technique_without_figures_has_its_reason() {
         let shot = ShotReport::new(&SHOTS[0], &Scene::default());
         let row = Measured { figures: None, left_out: Some("no ray query".to_owned()), ..row("a", "full", 1, 1.0) };
-        let table = to_markdown(&[table_row(&row.name, row.truth, cells(&shot, &row))]);
+        let table = to_markdown(&[table_row(&row.name, row.ground_truth, cells(&shot, &row))]);
         assert!(table.ends_with(&format!("\n| a | full | no ray query |{}\n", "  |".repeat(9))), "{table}");
     }
 

@@ -8,7 +8,7 @@ use lanternfish::{
 use lanternfish_papers::DeepImageSettings;
 
 use super::techniques::Technique;
-use crate::truths::Truth;
+use crate::ground_truths::GroundTruth;
 
 /// Their rows, on base colours as diffuse albedos, and on the file's materials.
 pub fn bounces(default: &Settings) -> Vec<Technique> {
@@ -18,20 +18,20 @@ pub fn bounces(default: &Settings) -> Vec<Technique> {
 
 fn of_technique(room: Indirect, default: &Settings) -> Vec<Technique> {
     let deep_images = DeepImageSettings { resolution: 64, ..DeepImageSettings::of(&default.structure) };
-    let row = |name: String, truth: Truth, indirect| {
-        let materials = if truth == Truth::OneBounce { Materials::Lambert } else { Materials::File };
+    let row = |name: String, ground_truth: GroundTruth, indirect| {
+        let materials = if ground_truth == GroundTruth::OneBounce { Materials::Lambert } else { Materials::File };
         let settings = Settings { indirect, materials, structure: deep_images.into(), ..default.clone() };
-        Technique { name: format!("{truth} {name}"), settings, truth }
+        Technique { name: format!("{ground_truth} {name}"), settings, ground_truth }
     };
     let name = room.name().to_owned();
     let mut rows =
-        vec![row(name.clone(), Truth::OneBounce, room.clone()), row(name.clone(), Truth::OneBounceFile, room.clone())];
+        vec![row(name.clone(), GroundTruth::OneBounce, room.clone()), row(name.clone(), GroundTruth::OneBounceFile, room.clone())];
     for (parameter, values) in room.technique().expect("it is one").parameters() {
         for (value, _) in values {
             let mut other = room.clone();
             other.technique_mut().expect("it is one").set(parameter.name, value).expect("it is one of its values");
             if other != room {
-                rows.push(row(format!("{name}, {} {value}", parameter.name), Truth::OneBounce, other));
+                rows.push(row(format!("{name}, {} {value}", parameter.name), GroundTruth::OneBounce, other));
             }
         }
     }
@@ -53,7 +53,7 @@ mod tests {
         ] {
             assert_eq!(rows.iter().filter(|row| row.name == name).count(), 1, "{name}");
         }
-        let settings: Vec<_> = rows.iter().map(|row| (&row.settings, row.truth)).collect();
+        let settings: Vec<_> = rows.iter().map(|row| (&row.settings, row.ground_truth)).collect();
         for (i, row) in settings.iter().enumerate() {
             assert!(!settings[..i].contains(row), "{} twice", rows[i].name);
         }

@@ -19,7 +19,7 @@ use lanternfish_scene::Named;
 
 use crate::{
     technique,
-    truths::{SOFT_RADIUS, Truth},
+    ground_truths::{SOFT_RADIUS, GroundTruth},
 };
 
 /// One way to make the picture.
@@ -29,7 +29,7 @@ pub struct Technique {
     pub name: String,
     pub settings: Settings,
     /// What its picture should be.
-    pub truth: Truth,
+    pub ground_truth: GroundTruth,
 }
 
 impl Technique {
@@ -41,8 +41,8 @@ impl Technique {
 
 /// The rows of a shot whose settings for direct light are `default`, which come first, and of a scene of this diagonal, m.
 pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
-    let row = |name: String, truth, settings| Technique { name, settings, truth };
-    let mut rows = vec![row("default".to_owned(), Truth::Direct, default.clone())];
+    let row = |name: String, ground_truth, settings| Technique { name, settings, ground_truth };
+    let mut rows = vec![row("default".to_owned(), GroundTruth::Direct, default.clone())];
     let Settings {
         culling,
         shadows: _,
@@ -71,11 +71,11 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     } = default;
     for other in cullings().into_iter().filter(|other| other != culling) {
         let settings = Settings { culling: other.clone(), ..default.clone() };
-        rows.push(row(culling_name(&other), Truth::Direct, settings));
+        rows.push(row(culling_name(&other), GroundTruth::Direct, settings));
     }
     let mut each = |name: &str, changed: Vec<(String, Settings)>| {
         let changed = changed.into_iter().filter(|(_, settings)| settings != default);
-        rows.extend(changed.map(|(value, settings)| row(format!("{name} {value}"), Truth::Direct, settings)));
+        rows.extend(changed.map(|(value, settings)| row(format!("{name} {value}"), GroundTruth::Direct, settings)));
     };
     macro_rules! every {
         ($name:literal, $field:ident, $type:ty) => {
@@ -91,31 +91,31 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     each("accumulate", vec![("4".to_owned(), Settings { accumulate: 4, ..default.clone() })]);
     every!("anisotropy", anisotropy, Anisotropy);
     for other in Materials::ALL.iter().filter(|other| *other != materials) {
-        let truth = match other {
-            Materials::File => Truth::Direct,
-            Materials::Lambert => Truth::DirectLambert,
+        let ground_truth = match other {
+            Materials::File => GroundTruth::Direct,
+            Materials::Lambert => GroundTruth::DirectLambert,
         };
         let settings = Settings { materials: *other, ..default.clone() };
-        rows.push(row(format!("materials {other}"), truth, settings));
+        rows.push(row(format!("materials {other}"), ground_truth, settings));
     }
     // Lights with a size: what points, and disks seen by some rays or by many, make of them.
-    rows.push(row("light-radius 0".to_owned(), Truth::DirectSoft, default.clone()));
+    rows.push(row("light-radius 0".to_owned(), GroundTruth::DirectSoft, default.clone()));
     for shadow_rays in [default.shadow_rays, 4, 64] {
         let settings = Settings { light_radius: SOFT_RADIUS, shadow_rays, ..default.clone() };
-        rows.push(row(format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"), Truth::DirectSoft, settings));
+        rows.push(row(format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"), GroundTruth::DirectSoft, settings));
     }
     // What is missing from all the light there is, and what one bounce adds.
     let without = |accumulate| Settings { indirect: technique::NO_INDIRECT, accumulate, ..default.clone() };
-    rows.push(row("indirect none".to_owned(), Truth::Full, without(1)));
-    rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), Truth::Full, without(MEAN_FRAMES)));
+    rows.push(row("indirect none".to_owned(), GroundTruth::Full, without(1)));
+    rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), GroundTruth::Full, without(MEAN_FRAMES)));
     for indirect in Indirect::all() {
         let settings =
             Settings { indirect: indirect.clone(), structure: Settings::default().structure, ..default.clone() };
-        rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
+        rows.push(row(format!("indirect {}", indirect.name()), GroundTruth::Full, settings));
     }
     let sampled = |name: &str, sampled, accumulate| {
         let settings = Settings { indirect: technique::sampled(sampled), accumulate, ..default.clone() };
-        row(format!("indirect sampled, {name}"), Truth::Full, settings)
+        row(format!("indirect sampled, {name}"), GroundTruth::Full, settings)
     };
     rows.push(sampled("one bounce", GOOD, 1));
     rows.push(sampled("best", Quality::Best.sampled(), 1));
@@ -137,13 +137,13 @@ const GOOD: Sampled = Quality::Good.sampled().one_bounce();
 /// One bounce of diffuse light: by every tracer, by images of several resolutions, from every pixel and from every fourth, and by half
 /// as many rays.
 fn bounces(default: &Settings) -> Vec<Technique> {
-    let truth = Truth::OneBounce;
+    let ground_truth = GroundTruth::OneBounce;
     let usual = DeepImageSettings::of(&default.structure).resolution;
     let of = |name: &str, indirect, resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::of(&default.structure) };
         let settings =
             Settings { indirect, structure: deep_images.into(), materials: Materials::Lambert, ..default.clone() };
-        Technique { name: format!("one-bounce {name}"), settings, truth }
+        Technique { name: format!("one-bounce {name}"), settings, ground_truth }
     };
     let mut rows = vec![of("none", technique::NO_INDIRECT, usual)];
     for tracer in Tracer::all().into_iter() {
@@ -182,7 +182,7 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
     let of = |name: &str, indirect| {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::of(&default.structure) };
         let settings = Settings { indirect, structure: deep_images.into(), ..default.clone() };
-        Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
+        Technique { name: format!("one-bounce-file {name}"), settings, ground_truth: GroundTruth::OneBounceFile }
     };
     let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
     let traced = Tracer::all().into_iter().map(|tracer| of(tracer.name(), sampled(tracer)));
@@ -217,12 +217,12 @@ fn with_images(occlusion: Occlusion, default: &DeepImageSettings) -> Vec<(String
 /// Every way to find occlusion, near, far and without an end.
 fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let mut rows = Vec::new();
-    for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear] {
-        let kind = truth.name();
-        let max_distance = truth.max_distance(diagonal);
+    for ground_truth in [GroundTruth::Occlusion, GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear] {
+        let kind = ground_truth.name();
+        let max_distance = ground_truth.max_distance(diagonal);
         let mut row = |name: String, occlusion, deep_images: DeepImageSettings| {
-            let settings = Settings { occlusion, structure: deep_images.into(), ..truth.seen(default) };
-            rows.push(Technique { name, settings, truth });
+            let settings = Settings { occlusion, structure: deep_images.into(), ..ground_truth.seen(default) };
+            rows.push(Technique { name, settings, ground_truth });
         };
         row(format!("{kind} none"), technique::NO_OCCLUSION, DeepImageSettings::of(&default.structure));
         for occlusion in occlusion_rooms(max_distance, diagonal) {
@@ -243,7 +243,7 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
 /// Light from the surroundings: none, by every way to find occlusion, and by rays.
 fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let of =
-        |name: String, settings| Technique { name: format!("environment {name}"), settings, truth: Truth::Environment };
+        |name: String, settings| Technique { name: format!("environment {name}"), settings, ground_truth: GroundTruth::Environment };
     let occluded = |occlusion| Settings { occlusion, ..default.clone() };
     let mut rows = vec![of("none".to_owned(), occluded(technique::NO_OCCLUSION))];
     for occlusion in occlusion_rooms(None, diagonal) {
@@ -254,7 +254,7 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
     for tracer in &Tracer::all() {
         let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
-        rows.push(Technique { truth: Truth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
+        rows.push(Technique { ground_truth: GroundTruth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
     }
     rows
 }

@@ -16,17 +16,17 @@ struct Quality {
 
 /// Runs the bench on the smallest shot, with these truths alone.
 #[track_caller]
-fn bench(folder: &Path, truths: &[&str]) -> Quality {
-    bench_of(folder, truths, &[])
+fn bench(folder: &Path, ground_truths: &[&str]) -> Quality {
+    bench_of(folder, ground_truths, &[])
 }
 
 /// The same of techniques alone whose names hold one of these words, or of all.
 #[track_caller]
-fn bench_of(folder: &Path, truths: &[&str], words: &[&str]) -> Quality {
+fn bench_of(folder: &Path, ground_truths: &[&str], words: &[&str]) -> Quality {
     let output = program(folder)
         .args(["quality", "--output", "out", "--adapter", "cpu", "--commit", "test"])
         .args(["--only", "cornell", "--size", "32x32", "--spp", "64", "--runs", "1"])
-        .args(truths.iter().flat_map(|truth| ["--truth", truth]))
+        .args(ground_truths.iter().flat_map(|ground_truth| ["--ground_truth", ground_truth]))
         .args(words.iter().flat_map(|words| ["--technique", words]))
         .output()
         .unwrap();
@@ -40,14 +40,14 @@ fn bench_of(folder: &Path, truths: &[&str], words: &[&str]) -> Quality {
 
 /// The same, where nobody looks at the files.
 #[track_caller]
-fn judged(truths: &[&str]) -> Quality {
-    judged_of(truths, &[])
+fn judged(ground_truths: &[&str]) -> Quality {
+    judged_of(ground_truths, &[])
 }
 
 /// The same of techniques alone whose names hold one of these words.
 #[track_caller]
-fn judged_of(truths: &[&str], words: &[&str]) -> Quality {
-    bench_of(tempfile::tempdir().unwrap().path(), truths, words)
+fn judged_of(ground_truths: &[&str], words: &[&str]) -> Quality {
+    bench_of(tempfile::tempdir().unwrap().path(), ground_truths, words)
 }
 
 impl Quality {
@@ -78,7 +78,7 @@ fn gpu_direct_light_is_its_truth_by_every_way_to_find_it() {
     let found = judged(&["direct", "direct-lambert"]);
     // The default is the truth up to the truth's noise, and to 16 samples a pixel. The light is 5 cm below the ceiling's lamp,
     // where few paths carry much: noise of more than one per cent in so small a picture.
-    let noise = found.shot["truths"][0]["noise_energy"].as_f64().unwrap();
+    let noise = found.shot["ground_truths"][0]["noise_energy"].as_f64().unwrap();
     assert!(noise > 0.0 && noise < 0.03, "{noise}");
     for name in ["default", "culling all", "culling tiled 32, aabb off", "shadows bvh", "materials lambert"] {
         let energy = found.energy(name);
@@ -129,7 +129,7 @@ fn gpu_light_that_is_reflected_more_than_once_is_missed_without_indirect_light()
     }
     // What the path tracer takes for direct light is what a picture without indirect light has: both are shares of one truth's energy.
     let [direct, noise] =
-        ["energy_without_indirect", "noise_energy"].map(|figure| found.shot["truths"][0][figure].as_f64().unwrap());
+        ["energy_without_indirect", "noise_energy"].map(|figure| found.shot["ground_truths"][0][figure].as_f64().unwrap());
     for way in ["none", "none, 64 frames"] {
         let energy = found.energy(&format!("indirect {way}"));
         assert!((energy - direct).abs() < 0.01 + 4.0 * noise, "{way}: {energy} {direct}, noise {noise}");
@@ -159,10 +159,10 @@ fn gpu_one_bounce_is_there_by_whatever_its_rays_are_traced_through() {
 fn gpu_deep_images_know_what_occludes_from_afar() {
     // Better than the view's depth does, and that better than nothing.
     let found = judged_of(&["occlusion", "obscurance-far"], &["none", "hbao", "deep 128"]);
-    for truth in ["occlusion", "obscurance-far"] {
+    for ground_truth in ["occlusion", "obscurance-far"] {
         let [deep, hbao, none] =
-            ["deep 128", "hbao", "none"].map(|technique| found.error(&format!("{truth} {technique}"), "flip"));
-        assert!(deep < 0.6 * hbao && hbao < 0.7 * none, "{truth}: {deep} {hbao} {none}");
+            ["deep 128", "hbao", "none"].map(|technique| found.error(&format!("{ground_truth} {technique}"), "flip"));
+        assert!(deep < 0.6 * hbao && hbao < 0.7 * none, "{ground_truth}: {deep} {hbao} {none}");
     }
 }
 
@@ -205,8 +205,8 @@ fn gpu_near_obscurance_is_right_and_the_reports_name_what_is_there() {
 #[test]
 fn gpu_truths_are_kept_and_a_broken_one_is_traced_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    let truths = || {
-        let entries = fs::read_dir(folder.path().join("out/truths")).unwrap().map(|entry| entry.unwrap());
+    let ground_truths = || {
+        let entries = fs::read_dir(folder.path().join("out/ground_truths")).unwrap().map(|entry| entry.unwrap());
         let mut files: Vec<_> = entries.map(|entry| (entry.path(), fs::read(entry.path()).unwrap())).collect();
         files.sort();
         files
@@ -215,16 +215,16 @@ fn gpu_truths_are_kept_and_a_broken_one_is_traced_to_the_same_bytes() {
     let first = bench(folder.path(), &requested);
     // Twice as many as were asked for: short paths are cheap.
     assert!(first.said.contains("truth direct-lambert: tracing 128 samples"), "{}", first.said);
-    let traced = truths();
+    let traced = ground_truths();
     let (broken, _) = traced.iter().find(|(path, _)| path.to_string_lossy().contains("cornell-direct-soft-")).unwrap();
     fs::write(broken, "broken").unwrap();
 
     let second = bench(folder.path(), &requested);
     let said = &second.said;
     assert!(said.contains("truth direct-lambert: reused") && said.contains("truth direct-soft: tracing"), "{said}");
-    assert!(truths() == traced, "the same truths, byte for byte");
-    for truth in second.shot["truths"].as_array().unwrap() {
-        assert_eq!(truth["reused"], truth["name"] != "direct-soft", "{truth}");
+    assert!(ground_truths() == traced, "the same truths, byte for byte");
+    for ground_truth in second.shot["ground_truths"].as_array().unwrap() {
+        assert_eq!(ground_truth["reused"], ground_truth["name"] != "direct-soft", "{ground_truth}");
     }
     for (a, b) in first.rows().iter().zip(second.rows()) {
         assert_eq!(a["figures"]["errors"], b["figures"]["errors"], "{}", a["name"]);

@@ -38,7 +38,7 @@ fn gpu_virtual_lights_stand_beside_the_truth() {
         said.contains("| Build VPL buffer |") && said.contains("| 64² | ") && said.contains("## Flicker"),
         "{said}"
     );
-    for picture in ["none", "virtual-lights", "truth-zero-bounces", "truth-one-bounce"] {
+    for picture in ["none", "virtual-lights", "ground_truth-zero-bounces", "ground_truth-one-bounce"] {
         assert!(folder.path().join(format!("first/{picture}.png")).is_file(), "{picture}");
     }
     let (second, _) = report("second");

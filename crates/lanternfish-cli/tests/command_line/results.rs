@@ -78,14 +78,14 @@ fn a_file_that_is_read_only_is_not_replaced() {
 fn a_link_is_followed() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("disk")).unwrap();
-    std::os::unix::fs::symlink("disk/truth.exr", folder.path().join("truth.exr")).unwrap();
+    std::os::unix::fs::symlink("disk/ground_truth.exr", folder.path().join("ground_truth.exr")).unwrap();
     for spp in ["1", "2"] {
-        let words = ["reference", "demo:cornell", "--size", "4x4", "--spp", spp, "--resume", "-o", "truth.exr"];
+        let words = ["reference", "demo:cornell", "--size", "4x4", "--spp", spp, "--resume", "-o", "ground_truth.exr"];
         assert!(output(folder.path(), &words).status.success());
-        assert!(fs::symlink_metadata(folder.path().join("truth.exr")).unwrap().is_symlink());
+        assert!(fs::symlink_metadata(folder.path().join("ground_truth.exr")).unwrap().is_symlink());
     }
-    read_exr(&folder.path().join("disk/truth.exr")).unwrap();
-    assert_eq!(names(&folder.path().join("disk")), ["truth.exr"]);
+    read_exr(&folder.path().join("disk/ground_truth.exr")).unwrap();
+    assert_eq!(names(&folder.path().join("disk")), ["ground_truth.exr"]);
 }
 
 #[cfg(unix)]

@@ -77,7 +77,7 @@ fn floor() -> Scene {
     scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![white()])
 }
 
-/// Truth: rays through exact triangles, 128 a pixel, whose own mean distance from the exact value is 0.035 at most (half a
+/// GroundTruth: rays through exact triangles, 128 a pixel, whose own mean distance from the exact value is 0.035 at most (half a
 /// square root of 1/128, times the mean distance of a normal distribution). Pixels at edges show several surfaces to the truth
 /// and one to the renderer. Bounds are a quarter above what was measured.
 #[test]
@@ -99,15 +99,15 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     let obscurance = exact(Integrator::Obscurance { max_distance: 0.6 });
     let near = Occlusion::from(Deep { max_distance: Some(0.6) });
     let mut failures = Vec::new();
-    for (setting, truth, resolution, most_off, most_mottled, most_biased) in [
+    for (setting, ground_truth, resolution, most_off, most_mottled, most_biased) in [
         (deep(), &occlusion, 64, 0.034, 0.022, 0.01),
         (deep(), &occlusion, 128, 0.034, 0.022, 0.01),
         (near.clone(), &obscurance, 64, 0.016, 0.011, 0.004),
         (near, &obscurance, 128, 0.016, 0.011, 0.004),
     ] {
         let found = found(setting.clone(), resolution);
-        let (off, bias) = (off(&found, truth), mean(&found) - mean(truth));
-        let mottled = mottling(&found, truth);
+        let (off, bias) = (off(&found, ground_truth), mean(&found) - mean(ground_truth));
+        let mottled = mottling(&found, ground_truth);
         let line = format!("{setting:?} at {resolution}: off by {off:.4}, squares by {mottled:.4}, bias {bias:+.4}");
         println!("{line}");
         if off >= most_off || mottled >= most_mottled || bias.abs() >= most_biased {
@@ -187,7 +187,7 @@ fn gpu_both_ways_darken_a_corner() {
     }
 }
 
-/// Where a floor meets a wall, a texel's axis may pass behind the wall. Truth: of a long wall of height h, a floor at distance x sees
+/// Where a floor meets a wall, a texel's axis may pass behind the wall. GroundTruth: of a long wall of height h, a floor at distance x sees
 /// (1 - x / √(x² + h²)) / 2 of its hemisphere. A row of pixels is at one distance; its mean is free of most noise.
 #[test]
 fn gpu_creases_do_not_glow() {
@@ -204,14 +204,14 @@ fn gpu_creases_do_not_glow() {
             let found =
                 ambient_visibility_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &scene, &camera);
             let rows: Vec<f64> = found.chunks(SIZE.x as usize).map(mean).collect();
-            let truth = |row: usize| {
+            let ground_truth = |row: usize| {
                 let distance = 2.0 * (row as f64 + 0.5) / f64::from(SIZE.y);
                 0.5 + 0.5 * distance / distance.hypot(10.0)
             };
             println!("{foot} at {resolution}: {rows:.2?}");
             for (row, found) in rows.iter().enumerate() {
-                let truth = truth(row);
-                assert!((found - truth).abs() < 0.05, "{foot} at {resolution}, row {row}: {found} instead of {truth}");
+                let ground_truth = ground_truth(row);
+                assert!((found - ground_truth).abs() < 0.05, "{foot} at {resolution}, row {row}: {found} instead of {ground_truth}");
             }
         }
     }

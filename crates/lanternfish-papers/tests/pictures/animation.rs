@@ -70,7 +70,7 @@ fn staged(mut scene: Scene) -> (Scene, Camera) {
 }
 
 /// Direct light alone.
-fn truth(scene: &Scene, camera: &Camera) -> RgbImage {
+fn ground_truth(scene: &Scene, camera: &Camera) -> RgbImage {
     let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
     let tracer = reference::Tracer::new(scene, settings).unwrap();
     let mut film = reference::Film::new(POSED.0 as usize, POSED.1 as usize).unwrap();
@@ -107,9 +107,9 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             let fresh = once.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
             assert_eq!(differing(&brought, &fresh), 0, "{sample} at {time}: what was brought is not what is uploaded");
             let found = renderer.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
-            let (found, expected) = (linear(&found), truth(&scene, &camera));
+            let (found, expected) = (linear(&found), ground_truth(&scene, &camera));
             if let Ok(folder) = std::env::var("LANTERNFISH_TEST_PICTURES") {
-                for (kind, image) in [("found", &found), ("truth", &expected)] {
+                for (kind, image) in [("found", &found), ("ground_truth", &expected)] {
                     let file = format!("{}-{time}-{kind}.exr", sample.replace('/', "-"));
                     write_exr(&std::path::Path::new(&folder).join(file), image).expect("the folder can be written");
                 }

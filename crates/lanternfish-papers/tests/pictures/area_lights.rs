@@ -46,7 +46,7 @@ fn still_life() -> (Scene, Camera) {
 }
 
 /// Direct light alone.
-fn truth(scene: &Scene, camera: &Camera, samples: u64) -> RgbImage {
+fn ground_truth(scene: &Scene, camera: &Camera, samples: u64) -> RgbImage {
     let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
     let tracer = reference::Tracer::new(scene, settings).unwrap();
     let mut film = reference::Film::new(SIZE.0 as usize, SIZE.1 as usize).unwrap();
@@ -54,8 +54,8 @@ fn truth(scene: &Scene, camera: &Camera, samples: u64) -> RgbImage {
     RgbImage::new(SIZE.0 as usize, SIZE.1 as usize, film.mean()).unwrap()
 }
 
-fn compare(name: &str, found: &RgbImage, truth: &RgbImage) -> RelativeError {
-    let error = RelativeError::measure(found, truth, 1e-3).unwrap();
+fn compare(name: &str, found: &RgbImage, ground_truth: &RgbImage) -> RelativeError {
+    let error = RelativeError::measure(found, ground_truth, 1e-3).unwrap();
     println!(
         "{name}: median {:.3} %, {:.2} % within 5 %, energy {:+.3} %",
         100.0 * error.median(),
@@ -73,7 +73,7 @@ fn accumulated(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings) ->
 fn gpu_area_lights_are_the_path_tracers() {
     let Some(gpu) = crate::gpu("gpu_area_lights_are_the_path_tracers") else { return };
     let (scene, camera) = still_life();
-    let expected = truth(&scene, &camera, 2048);
+    let expected = ground_truth(&scene, &camera, 2048);
     let settings = || Settings { accumulate: 64, shadows: Shadows::BVH, ..Settings::direct_light() };
     let found = accumulated(gpu, &scene, &camera, settings());
     // The noise of both: 0.8 % at the median. With several samples a pixel, surfaces at edges take the rays of a neighbour.
@@ -118,7 +118,7 @@ fn gpu_area_lights_without_shadows_are_whole() {
     let (mut scene, camera) = still_life();
     scene.meshes[0].primitives.truncate(1);
     scene.materials[0].perceptual_roughness = 0.4;
-    let expected = truth(&scene, &camera, 1024);
+    let expected = ground_truth(&scene, &camera, 1024);
     let settings = Settings { accumulate: 64, shadows: Shadows::None, ..Settings::direct_light() };
     let error = compare("no shadows", &accumulated(gpu, &scene, &camera, settings), &expected);
     assert!(error.median() < 0.01 && (error.energy_ratio() - 1.0).abs() < 0.005, "{}", error.energy_ratio());
@@ -136,7 +136,7 @@ fn gpu_area_lights_on_a_blended_pane_are_the_path_tracers() {
     let primitives = &mut scene.meshes[0].primitives;
     primitives[1] = quad(1, Vec3::new(0.0, 0.02, 0.2), 1.5 * Vec3::X, -0.9 * Vec3::Z);
     primitives.remove(0);
-    let expected = truth(&scene, &camera, 2048);
+    let expected = ground_truth(&scene, &camera, 2048);
     let settings = || Settings { accumulate: 64, shadows: Shadows::BVH, ..Settings::direct_light() };
     let error = compare("a pane", &accumulated(gpu, &scene, &camera, settings()), &expected);
     // The path tracer meets a blended surface by chance, half of the time: that is its noise, 1.7 % at the median.

@@ -164,16 +164,16 @@ fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64
         linear(&render(gpu, scene, camera, (scale * SIZE.0, scale * SIZE.1), settings))
     };
     // What is brighter than a display shows is left out: highlights are no edges of triangles.
-    let truth = picture(Samples::One, fine).box_downsampled(fine as usize).unwrap();
+    let ground_truth = picture(Samples::One, fine).box_downsampled(fine as usize).unwrap();
     let error = |samples| {
         let image = picture(samples, 1);
         let squares = image
             .pixels
             .iter()
             .flatten()
-            .zip(truth.pixels.iter().flatten())
+            .zip(ground_truth.pixels.iter().flatten())
             .map(|(a, b)| f64::from(a.min(1.0) - b.min(1.0)).powi(2));
-        (squares.sum::<f64>() / truth.pixels.len() as f64).sqrt()
+        (squares.sum::<f64>() / ground_truth.pixels.len() as f64).sqrt()
     };
     (error(Samples::One), error(Samples::Four))
 }

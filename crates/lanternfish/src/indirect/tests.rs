@@ -111,7 +111,7 @@ fn gpu_a_closed_box_that_shines_sends_each_bounce() {
     }
 }
 
-/// Truth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
+/// GroundTruth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
 #[test]
 fn gpu_one_bounce_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_one_bounce_is_the_path_tracers") else { return };
@@ -127,10 +127,10 @@ fn gpu_one_bounce_is_the_path_tracers() {
         &camera,
     );
     let bounce = |whole: &[Vec3], part: &[Vec3]| whole.iter().zip(part).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>();
-    let truth = bounce(&one_bounce, &direct);
-    assert!(mean(&truth) > 0.1 * mean(&direct), "there is little to find");
+    let ground_truth = bounce(&one_bounce, &direct);
+    assert!(mean(&ground_truth) > 0.1 * mean(&direct), "there is little to find");
     let found = bounce(&picture_of(gpu, LARGE, settings(sampled(Tracer::BVH)), &scene, &camera), &alone);
-    let (apart, energy) = (off(&found, &truth), mean(&found) / mean(&truth));
+    let (apart, energy) = (off(&found, &ground_truth), mean(&found) / mean(&ground_truth));
     println!("off by {apart:.4}, energy {energy:.4}");
     assert!(apart < 0.2 && (energy - 1.0).abs() < 0.03, "off {apart}, energy {energy}");
     // It can fail: white walls send another bounce.
@@ -140,7 +140,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
         picture_of(gpu, LARGE, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera)
     };
     let found = bounce(&of(Indirect::from(sampled(Tracer::BVH))), &of(Indirect::NONE));
-    assert!(off(&found, &truth) > 0.5, "{}", off(&found, &truth));
+    assert!(off(&found, &ground_truth) > 0.5, "{}", off(&found, &ground_truth));
 }
 
 /// What rays meet sends back the light of the surroundings too, whether they are a constant or an image, alone or beside a lamp: as
@@ -163,23 +163,23 @@ fn gpu_hits_are_lit_by_the_surroundings() {
     ] {
         (scene.sky, scene.environment, scene.lights) = (sky, environment, lights);
         let seen = |max_depth| mean(&traced(&scene, &camera, max_depth, 256));
-        let (direct, truth) = (seen(2), seen(3));
+        let (direct, ground_truth) = (seen(2), seen(3));
         let found = mean(&picture(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
-        println!("{name}: direct {direct:.4}, with a bounce {truth:.4}, found {:.4} of that", found / truth);
-        assert!(direct < 0.8 * truth, "{name}: a bounce brings little");
-        assert!((found / truth - 1.0).abs() < 0.02, "{name}: {found} of {truth}");
+        println!("{name}: direct {direct:.4}, with a bounce {ground_truth:.4}, found {:.4} of that", found / ground_truth);
+        assert!(direct < 0.8 * ground_truth, "{name}: a bounce brings little");
+        assert!((found / ground_truth - 1.0).abs() < 0.02, "{name}: {found} of {ground_truth}");
     }
     // Metal that mirrors metal.
     scene.lights.clear();
     for perceptual_roughness in [0.2, 0.8] {
         scene.materials = vec![Material { metallic: 1.0, perceptual_roughness, ..matt(0.9) }];
-        let [direct, truth] = [2, 3].map(|max_depth| mean(&traced(&scene, &camera, max_depth, 256)));
+        let [direct, ground_truth] = [2, 3].map(|max_depth| mean(&traced(&scene, &camera, max_depth, 256)));
         let found = mean(&picture(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
         println!(
-            "metal of roughness {perceptual_roughness}: direct {direct:.4}, {truth:.4}, found {:.4} of that",
-            found / truth
+            "metal of roughness {perceptual_roughness}: direct {direct:.4}, {ground_truth:.4}, found {:.4} of that",
+            found / ground_truth
         );
-        assert!((found / truth - 1.0).abs() < 0.05, "roughness {perceptual_roughness}: {found} of {truth}");
+        assert!((found / ground_truth - 1.0).abs() < 0.05, "roughness {perceptual_roughness}: {found} of {ground_truth}");
     }
 }
 
@@ -226,21 +226,21 @@ fn gpu_many_short_lights_are_as_right_as_few() {
     scene.lights.push(Light::directional(Vec3::new(0.0, -1.0, 0.1), Vec3::splat(0.5)));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let rays = Settings { attenuation: Attenuation::Gltf, ..settings(sampled(Tracer::BVH)) };
-    let truth_settings = TracerSettings { max_depth: 3, ..TracerSettings::default() };
+    let ground_truth_settings = TracerSettings { max_depth: 3, ..TracerSettings::default() };
     let traced = |max_depth, samples| {
-        let settings = TracerSettings { max_depth, ..truth_settings.clone() };
+        let settings = TracerSettings { max_depth, ..ground_truth_settings.clone() };
         let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
         PathTracer::new(&scene, settings).unwrap().render(&camera, &mut film, samples);
         film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect::<Vec<_>>()
     };
-    let truth = mean(&traced(3, 256)) - mean(&traced(2, 256));
+    let ground_truth = mean(&traced(3, 256)) - mean(&traced(2, 256));
     let alone = picture(gpu, Settings { indirect: Indirect::NONE, ..rays.clone() }, &scene, &camera);
     let bounce = |settings: Settings| {
         let whole = picture(gpu, settings, &scene, &camera);
         whole.iter().zip(&alone).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>()
     };
     let found = bounce(rays.clone());
-    let energy = mean(&found) / truth;
+    let energy = mean(&found) / ground_truth;
     println!("energy {energy:.4}");
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
     // Noise of few rays: a quarter above what was measured.

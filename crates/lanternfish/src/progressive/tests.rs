@@ -212,11 +212,11 @@ fn gpu_edges_converge_to_the_share_of_the_pixel() {
         renderer.render(&uploaded, &camera, scale * EDGE, scale * EDGE).unwrap()
     };
     let fine = picture(1, Samples::One, FINE);
-    let truth = covered(&fine, FINE);
-    let edges = truth.iter().filter(|fraction| (0.01..0.99).contains(*fraction)).count();
+    let ground_truth = covered(&fine, FINE);
+    let edges = ground_truth.iter().filter(|fraction| (0.01..0.99).contains(*fraction)).count();
     // Root mean square over the pixels that an edge crosses.
     let error = |picture: &Picture| {
-        let squares = picture.radiance.iter().zip(&truth).map(|(texel, fraction)| (texel[0] - fraction).powi(2));
+        let squares = picture.radiance.iter().zip(&ground_truth).map(|(texel, fraction)| (texel[0] - fraction).powi(2));
         (squares.sum::<f32>() / edges as f32).sqrt()
     };
     let errors = [1, 4, 16, 64, 256].map(|count| error(&picture(count, Samples::One, 1)));
@@ -270,10 +270,10 @@ fn gpu_textures_converge_to_what_the_pixel_covers() {
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.render(&uploaded, &camera, scale * EDGE, scale * EDGE).unwrap()
     };
-    let truth = covered(&picture(1, FINE), FINE);
-    let mean = truth.iter().sum::<f32>() / truth.len() as f32;
+    let ground_truth = covered(&picture(1, FINE), FINE);
+    let mean = ground_truth.iter().sum::<f32>() / ground_truth.len() as f32;
     let off = |value: &dyn Fn(usize) -> f32| {
-        (truth.iter().enumerate().map(|(i, fraction)| (value(i) - fraction).powi(2)).sum::<f32>() / truth.len() as f32).sqrt()
+        (ground_truth.iter().enumerate().map(|(i, fraction)| (value(i) - fraction).powi(2)).sum::<f32>() / ground_truth.len() as f32).sqrt()
     };
     let errors = [1, 4, 16, 64].map(|count| {
         let picture = picture(count, 1);

@@ -62,9 +62,9 @@ pub fn mean(pixels: &[Vec3]) -> f64 {
 }
 
 /// Mean distance of pixels over the mean of the second.
-pub fn off(found: &[Vec3], truth: &[Vec3]) -> f64 {
-    let apart = found.iter().zip(truth).map(|(a, b)| f64::from((*a - *b).abs().element_sum()) / 3.0);
-    apart.sum::<f64>() / truth.len() as f64 / mean(truth)
+pub fn off(found: &[Vec3], ground_truth: &[Vec3]) -> f64 {
+    let apart = found.iter().zip(ground_truth).map(|(a, b)| f64::from((*a - *b).abs().element_sum()) / 3.0);
+    apart.sum::<f64>() / ground_truth.len() as f64 / mean(ground_truth)
 }
 
 /// A camera at `eye` that looks at `target`, world space, m.

@@ -37,9 +37,9 @@ pub fn mean(picture: &[Vec3]) -> f32 {
 }
 
 /// Mean distance from the truth, over its mean.
-pub fn off(picture: &[Vec3], truth: &[Vec3]) -> f32 {
-    let apart: f32 = picture.iter().zip(truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
-    apart / (mean(truth) * truth.len() as f32)
+pub fn off(picture: &[Vec3], ground_truth: &[Vec3]) -> f32 {
+    let apart: f32 = picture.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
+    apart / (mean(ground_truth) * ground_truth.len() as f32)
 }
 
 /// A short walk into the Cornell box.

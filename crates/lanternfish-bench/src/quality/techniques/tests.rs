@@ -53,11 +53,11 @@ fn every_value_of_every_setting_has_a_row() {
 
 #[test]
 fn occlusion_is_found_by_every_room_and_left_out_under_each_truth() {
-    for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear, Truth::Environment] {
+    for ground_truth in [GroundTruth::Occlusion, GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear, GroundTruth::Environment] {
         let mut rows = rows();
-        rows.retain(|row| row.truth == truth);
+        rows.retain(|row| row.ground_truth == ground_truth);
         for known in std::iter::once(Occlusion::NONE).chain(Occlusion::all()) {
-            assert!(rows.iter().any(|row| row.settings.occlusion.name() == known.name()), "{truth}");
+            assert!(rows.iter().any(|row| row.settings.occlusion.name() == known.name()), "{ground_truth}");
         }
     }
 }
@@ -88,16 +88,16 @@ fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
             s.culling != default.culling,
             s.shadows != default.shadows,
             s.ray_culling != default.ray_culling,
-            s.materials != default.materials && row.truth != Truth::OneBounce,
+            s.materials != default.materials && row.ground_truth != GroundTruth::OneBounce,
             s.textures != default.textures,
             s.samples != default.samples,
             s.anisotropy != default.anisotropy,
-            s.accumulate != default.accumulate && row.truth == Truth::Direct,
-            row.truth == Truth::DirectSoft,
-            row.truth == Truth::Full,
-            matches!(row.truth, Truth::OneBounce | Truth::OneBounceFile),
-            matches!(row.truth, Truth::Environment | Truth::EnvironmentBounce),
-            matches!(row.truth, Truth::Occlusion | Truth::ObscuranceFar | Truth::ObscuranceNear),
+            s.accumulate != default.accumulate && row.ground_truth == GroundTruth::Direct,
+            row.ground_truth == GroundTruth::DirectSoft,
+            row.ground_truth == GroundTruth::Full,
+            matches!(row.ground_truth, GroundTruth::OneBounce | GroundTruth::OneBounceFile),
+            matches!(row.ground_truth, GroundTruth::Environment | GroundTruth::EnvironmentBounce),
+            matches!(row.ground_truth, GroundTruth::Occlusion | GroundTruth::ObscuranceFar | GroundTruth::ObscuranceNear),
         ];
         let count = changes.iter().filter(|changed| **changed).count();
         assert_eq!(count, usize::from(i > 0), "{}", row.name);
@@ -115,9 +115,9 @@ fn a_mean_with_every_bounce_is_of_the_same_frames() {
 
 #[test]
 fn every_truth_judges_something_or_is_part_of_one() {
-    for truth in Truth::ALL {
-        assert_eq!(truth.judges(), rows().iter().any(|row| row.truth == *truth), "{truth}");
-        let is_part = Truth::ALL.iter().any(|whole| whole.without_indirect().contains(truth));
-        assert!(truth.judges() || is_part, "{truth}");
+    for ground_truth in GroundTruth::ALL {
+        assert_eq!(ground_truth.judges(), rows().iter().any(|row| row.ground_truth == *ground_truth), "{ground_truth}");
+        let is_part = GroundTruth::ALL.iter().any(|whole| whole.without_indirect().contains(ground_truth));
+        assert!(ground_truth.judges() || is_part, "{ground_truth}");
     }
 }

@@ -98,24 +98,24 @@ fn gpu_slices_of_deep_images_are_built_in_turn() {
         let moved = [(inside, Affine3A::from_translation(0.04 * step as f32 * Vec3::Y) * rest)];
         at_once.move_instances(&mut all, &moved).unwrap();
         in_turn.move_instances(&mut sliced, &moved).unwrap();
-        let (truth, _) = whole(gpu, &mut at_once, &all, &scene);
+        let (ground_truth, _) = whole(gpu, &mut at_once, &all, &scene);
         let (picture, report) = whole(gpu, &mut in_turn, &sliced, &scene);
         ages.push(age(&report).unwrap());
         let sum = |pixels: &[Vec3]| pixels.iter().map(|pixel| pixel.element_sum()).sum::<f32>();
-        apart = apart.max((sum(&picture) / sum(&truth) - 1.0).abs());
+        apart = apart.max((sum(&picture) / sum(&ground_truth) - 1.0).abs());
     }
     println!("ages {ages:?}, light off by {apart:.4} at most");
     assert!(ages.iter().all(|age| (1..u64::from(slices)).contains(age)) && apart < 0.02, "{ages:?}, {apart}");
-    let (truth, _) = whole(gpu, &mut at_once, &all, &scene);
+    let (ground_truth, _) = whole(gpu, &mut at_once, &all, &scene);
     let rested: Vec<_> = (1..slices).map(|_| whole(gpu, &mut in_turn, &sliced, &scene)).collect();
     let ages: Vec<u64> = rested.iter().map(|(_, report)| age(report).unwrap()).collect();
     assert!(ages[..2].iter().all(|age| *age > 0) && ages[2] == 0, "{ages:?}");
-    assert!(rested[0].0 != truth && rested[2].0 == truth, "the images are not those of the scene as it is");
+    assert!(rested[0].0 != ground_truth && rested[2].0 == ground_truth, "the images are not those of the scene as it is");
     // Images that no longer hold all of the scene are built anew at once.
     let outside = [(inside, Affine3A::from_translation(3.0 * Vec3::Y) * rest)];
     at_once.move_instances(&mut all, &outside).unwrap();
     in_turn.move_instances(&mut sliced, &outside).unwrap();
-    let (truth, _) = whole(gpu, &mut at_once, &all, &scene);
+    let (ground_truth, _) = whole(gpu, &mut at_once, &all, &scene);
     let (picture, report) = whole(gpu, &mut in_turn, &sliced, &scene);
-    assert!(age(&report) == Some(0) && picture == truth, "{:?}", age(&report));
+    assert!(age(&report) == Some(0) && picture == ground_truth, "{:?}", age(&report));
 }

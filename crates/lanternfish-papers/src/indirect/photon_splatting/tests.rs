@@ -220,11 +220,11 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
     };
     let references = [(1, of_frames(1)), (4, of_frames(4))];
     let of = |room: PhotonSplatting| {
-        references.each_ref().map(|(frames, (direct, truth))| {
+        references.each_ref().map(|(frames, (direct, ground_truth))| {
             let photons = picture(Indirect::from(room), *frames);
-            let one_bounce = energy(truth) - energy(direct);
+            let one_bounce = energy(ground_truth) - energy(direct);
             let off = |(a, b): (&[f32; 4], &[f32; 4])| f64::from((Vec4::from(*a) - Vec4::from(*b)).abs().max_element());
-            let distance = photons.radiance.iter().zip(&truth.radiance).map(off).sum::<f64>() / one_bounce;
+            let distance = photons.radiance.iter().zip(&ground_truth.radiance).map(off).sum::<f64>() / one_bounce;
             ((energy(&photons) - energy(direct)) / one_bounce, distance)
         })
     };

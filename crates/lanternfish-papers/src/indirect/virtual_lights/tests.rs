@@ -186,8 +186,8 @@ fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
     let direct = energy(&render(gpu, settings(Indirect::NONE), &scene, &camera));
     let sampled =
         Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
-    let truth = energy(&render(gpu, settings(Indirect::from(sampled)), &scene, &camera)) - direct;
-    let of = |room| (energy(&render_room(gpu, room, &scene, &camera)) - direct) / truth;
+    let ground_truth = energy(&render(gpu, settings(Indirect::from(sampled)), &scene, &camera)) - direct;
+    let of = |room| (energy(&render_room(gpu, room, &scene, &camera)) - direct) / ground_truth;
     let exact = VirtualLights { count: 2048, shadow_rays: 64, ..room() };
     let unlimited = of(VirtualLights { ranges: Ranges::Unlimited, residual: Residual::Lost, ..exact });
     // Lights are disks near surfaces, corners get somewhat less; what is left are 1.5 % by which other seeds differ.
@@ -284,10 +284,10 @@ fn gpu_a_mean_of_frames_has_the_light_of_every_light() {
     let direct = energy(&render(gpu, settings(Indirect::NONE), &scene, &lit_view()));
     let sampled =
         Sampled { diffuse_rays: 64, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
-    let truth = energy(&render(gpu, settings(Indirect::from(sampled)), &scene, &lit_view())) - direct;
+    let ground_truth = energy(&render(gpu, settings(Indirect::from(sampled)), &scene, &lit_view())) - direct;
     let room = VirtualLights { map: MapSize::Texels64, count: 512, ..room() };
     let settings = Settings { accumulate: 8, ..settings(Indirect::from(room)) };
-    let found = (energy(&render(gpu, settings, &scene, &lit_view())) - direct) / truth;
+    let found = (energy(&render(gpu, settings, &scene, &lit_view())) - direct) / ground_truth;
     // 4,096 lights in all, near to what they light: 3 %.
     assert!((found - 1.0).abs() < 0.08, "{found}");
 }

@@ -49,9 +49,9 @@ fn mean(pixels: &[Vec3]) -> f32 {
 }
 
 /// Mean distance of pixels over the mean of the second.
-fn off(found: &[Vec3], truth: &[Vec3]) -> f32 {
-    let apart: f32 = found.iter().zip(truth).map(|(a, b)| (*a - *b).abs().element_sum() / 3.0).sum();
-    apart / truth.len() as f32 / mean(truth)
+fn off(found: &[Vec3], ground_truth: &[Vec3]) -> f32 {
+    let apart: f32 = found.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum() / 3.0).sum();
+    apart / ground_truth.len() as f32 / mean(ground_truth)
 }
 
 /// White, diffuse and no more.
@@ -188,7 +188,7 @@ fn gpu_what_moves_stands_in_the_light_where_it_is_now() {
     }
 }
 
-/// Truth: paths of two segments. Bounds are about a quarter above what was measured.
+/// GroundTruth: paths of two segments. Bounds are about a quarter above what was measured.
 #[test]
 fn gpu_light_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_light_is_the_path_tracers") else { return };
@@ -206,7 +206,7 @@ fn gpu_light_is_the_path_tracers() {
     };
     let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
     Tracer::new(&scene, tracer).unwrap().render(&camera, &mut film, 96);
-    let truth: Vec<Vec3> = film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect();
+    let ground_truth: Vec<Vec3> = film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect();
     let found = |occlusion, accumulate, scene: &Scene| {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
         let found = picture(
@@ -215,8 +215,8 @@ fn gpu_light_is_the_path_tracers() {
             scene,
             &camera,
         );
-        println!("off by {:.4}, energy {:.4}", off(&found, &truth), mean(&found) / mean(&truth));
-        (off(&found, &truth), mean(&found) / mean(&truth))
+        println!("off by {:.4}, energy {:.4}", off(&found, &ground_truth), mean(&found) / mean(&ground_truth));
+        (off(&found, &ground_truth), mean(&found) / mean(&ground_truth))
     };
     let [deep, frames, hbao] =
         [(by_deep_images(), 1), (by_deep_images(), 4), (by_horizons(), 1)].map(|(o, count)| found(o, count, &scene));

@@ -56,11 +56,11 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_openness_away() {
     // In a mean directions turn, and in a frame they do not: of those of a frame a rest knows all that texels say.
     let mut rested = renderer(gpu, settings(History::On));
     let uploaded = rested.upload(&scene).unwrap();
-    let truth = (0..48).map(|_| rested.render(&uploaded, &last[0], SIZE.0, SIZE.1).unwrap()).last().unwrap();
-    let truth = pixels(&truth);
+    let ground_truth = (0..48).map(|_| rested.render(&uploaded, &last[0], SIZE.0, SIZE.1).unwrap()).last().unwrap();
+    let ground_truth = pixels(&ground_truth);
     let [without, with] = [History::Off, History::On].map(|history| walked(gpu, settings(history), &scene, &walk));
-    let [noise, kept] = [&without, &with].map(|picture| off(picture, &truth));
-    let light = mean(&with) / mean(&truth);
+    let [noise, kept] = [&without, &with].map(|picture| off(picture, &ground_truth));
+    let light = mean(&with) / mean(&ground_truth);
     println!("off by {noise:.4} without, {kept:.4} with; {light:.4} of the light");
     assert!(kept < 0.8 * noise && (light - 1.0).abs() < 0.01, "{noise} {kept} {light}");
 }

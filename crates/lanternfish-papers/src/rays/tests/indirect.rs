@@ -78,19 +78,19 @@ fn bounce(whole: &[Vec3], direct: &[Vec3]) -> Vec<Vec3> {
     whole.iter().zip(direct).map(|(a, b)| *a - *b).collect()
 }
 
-/// Truth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
+/// GroundTruth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
 #[test]
 fn gpu_one_bounce_through_deep_images_is_the_path_tracers() {
     let Some(gpu) = gpu("gpu_one_bounce_through_deep_images_is_the_path_tracers") else { return };
     let scene = cornell();
     let camera = scene.cameras[0].clone();
     let traced = |depth| traced_of(LARGE, &scene, &camera, depth, 192);
-    let truth = bounce(&traced(3), &traced(2));
+    let ground_truth = bounce(&traced(3), &traced(2));
     let alone =
         picture_of(gpu, LARGE, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
     for tracer in TRACERS {
         let found = bounce(&picture_of(gpu, LARGE, deep(tracer, 128), &scene, &camera), &alone);
-        let (off, energy) = (off(&found, &truth), mean(&found) / mean(&truth));
+        let (off, energy) = (off(&found, &ground_truth), mean(&found) / mean(&ground_truth));
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
         assert!(off < 0.25 && (energy - 1.0).abs() < 0.09, "{tracer}: off {off}, energy {energy}");
     }
@@ -103,9 +103,9 @@ fn gpu_emission_is_reflected_once_through_deep_images() {
     scene.materials.push(Material { emissive: Vec3::new(30.0, 20.0, 10.0), double_sided: false, ..matt(0.0) });
     scene.meshes[0].primitives.push(quad(1, Vec3::new(0.2, 0.5, 0.0), 0.1 * Vec3::X, 0.1 * Vec3::Z));
     let camera = looking([0.0, -0.2, 0.9], [0.0, -0.9, -1.0]);
-    let truth = mean(&traced(&scene, &camera, 3, 256));
+    let ground_truth = mean(&traced(&scene, &camera, 3, 256));
     for tracer in TRACERS {
-        let energy = mean(&picture(gpu, deep(tracer, 128), &scene, &camera)) / truth;
+        let energy = mean(&picture(gpu, deep(tracer, 128), &scene, &camera)) / ground_truth;
         println!("{tracer}: energy {energy:.4}");
         assert!((energy - 1.0).abs() < 0.06, "{tracer}: {energy}");
     }

@@ -63,9 +63,9 @@ fn gpu_many_first_samples_know_every_bounce() {
         mean(&picture(gpu, over_frames(rays, 1), &scene, &camera))
     };
     // Of no more rays than a list holds.
-    let truth = of(16, 16);
+    let ground_truth = of(16, 16);
     for diffuse_rays in [1, 8] {
-        let found = of(diffuse_rays, 64) / truth;
+        let found = of(diffuse_rays, 64) / ground_truth;
         println!("{diffuse_rays} rays: {found:.4} of the light");
         assert!((found - 1.0).abs() < 0.015, "{diffuse_rays} rays: {found}");
     }
@@ -85,12 +85,12 @@ fn gpu_every_bounce_is_the_path_tracers() {
         let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::All) };
         let indirect =
             mean(&picture(gpu, over_frames(entries, 16), &scene, &camera)) - mean(&picture(gpu, direct, &scene, &camera));
-        let [truth, one, direct] = [u32::MAX, 3, 2].map(|depth| mean(&traced(&scene, &camera, depth, samples)));
-        let found = indirect / (truth - direct);
+        let [ground_truth, one, direct] = [u32::MAX, 3, 2].map(|depth| mean(&traced(&scene, &camera, depth, samples)));
+        let found = indirect / (ground_truth - direct);
         println!("{name}: {found:.4} of the light");
         assert!((found - 1.0).abs() < 0.04, "{name}: {found}");
         // One bounce alone is not enough: the test can fail.
-        assert!((one - direct) / (truth - direct) < 0.8, "{name}");
+        assert!((one - direct) / (ground_truth - direct) < 0.8, "{name}");
     }
 }
 
@@ -288,10 +288,10 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         scene.lights.push(Light::point(Vec3::new(-0.5, 0.0, -0.5), Vec3::ONE));
         let entries = Sampled { cache_samples: 32, ..cached(Tracer::BVH, Bounces::All) };
         let found = mean(&picture(gpu, over_frames(entries, 8), &scene, &dark));
-        let truth = mean(&traced(&scene, &dark, u32::MAX, 192));
-        println!("a wall of {thickness} edges: {:.4} of the light", found / truth);
+        let ground_truth = mean(&traced(&scene, &dark, u32::MAX, 192));
+        println!("a wall of {thickness} edges: {:.4} of the light", found / ground_truth);
         // Light of so many bounces comes late. While all cells had the same say, it was 0.64.
-        assert!((0.8..1.02).contains(&(found / truth)), "{thickness}: {found} of {truth}");
+        assert!((0.8..1.02).contains(&(found / ground_truth)), "{thickness}: {found} of {ground_truth}");
     }
 }
 

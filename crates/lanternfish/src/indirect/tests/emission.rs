@@ -34,10 +34,10 @@ fn gpu_emission_is_neither_lost_nor_counted_twice() {
     for (name, floor) in [("matt", matt(0.5)), ("metal", metal)] {
         for (half, height) in [(0.5, 1.0), (0.05, 0.6), (1.0, 0.3)] {
             let scene = lamp_over_floor(half, height, 10.0, floor.clone());
-            let truth = traced(&scene, &camera, 2, 256);
+            let ground_truth = traced(&scene, &camera, 2, 256);
             for (diffuse_rays, glossy_rays) in [(16, 16), (32, 8)] {
                 let rays = Sampled { diffuse_rays, glossy_rays, ..sampled(Tracer::BVH) };
-                let energy = mean(&picture(gpu, settings(rays), &scene, &camera)) / mean(&truth);
+                let energy = mean(&picture(gpu, settings(rays), &scene, &camera)) / mean(&ground_truth);
                 println!("{name}, lamp of {half} at {height}, {diffuse_rays} and {glossy_rays}: energy {energy:.4}");
                 assert!((energy - 1.0).abs() < 0.03, "{name}, lamp of {half} at {height}: {energy}");
             }
@@ -72,11 +72,11 @@ fn gpu_emission_is_reflected_once() {
     scene.materials.push(lamp);
     scene.meshes[0].primitives.push(quad(1, Vec3::new(0.2, 0.5, 0.0), 0.1 * Vec3::X, 0.1 * Vec3::Z));
     let camera = looking([0.0, -0.2, 0.9], [0.0, -0.9, -1.0]);
-    let [direct, truth] = [2, 3].map(|depth| traced(&scene, &camera, depth, 256));
-    assert!(mean(&truth) > 1.05 * mean(&direct), "{} of {} is reflected", mean(&truth), mean(&direct));
+    let [direct, ground_truth] = [2, 3].map(|depth| traced(&scene, &camera, depth, 256));
+    assert!(mean(&ground_truth) > 1.05 * mean(&direct), "{} of {} is reflected", mean(&ground_truth), mean(&direct));
     for tracer in tracers(gpu) {
         let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
-        let energy = mean(&found) / mean(&truth);
+        let energy = mean(&found) / mean(&ground_truth);
         println!("{tracer}: energy {energy:.4}");
         let most = 0.03;
         assert!((energy - 1.0).abs() < most, "{tracer}: {energy}");

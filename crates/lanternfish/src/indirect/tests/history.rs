@@ -56,9 +56,9 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
     let at = |step: u32| looking([0.02 * step as f32, 1.0, 2.6 - 0.01 * step as f32], CAMERA.1);
     let last = 12;
     let many = Sampled { diffuse_rays: 512, glossy_rays: 256, ..few() };
-    let truth = picture(gpu, settings(many), &scene, &at(last));
+    let ground_truth = picture(gpu, settings(many), &scene, &at(last));
     let direct = picture(gpu, Settings { indirect: Indirect::NONE, ..settings(many) }, &scene, &at(last));
-    let light = mean(&truth) - mean(&direct);
+    let light = mean(&ground_truth) - mean(&direct);
     let walked = |history| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
@@ -66,7 +66,7 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
         pixels(&pictures.by_ref().last().unwrap())
     };
     let [without, with] = [History::Off, History::On].map(walked);
-    let [noise, kept] = [&without, &with].map(|picture| off(picture, &truth));
+    let [noise, kept] = [&without, &with].map(|picture| off(picture, &ground_truth));
     let brought = (mean(&with) - mean(&direct)) / light;
     println!("off by {noise:.4} without, by {kept:.4} with; {brought:.4} of the light");
     assert!(kept < 0.5 * noise && (brought - 1.0).abs() < 0.03, "{noise}, {kept}, {brought}");
@@ -82,16 +82,16 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
         let fourth = (0..3).map(|_| refine()).last().unwrap();
         (first, fourth, (0..28).map(|_| refine()).last().unwrap())
     };
-    let mean_truth =
+    let mean_ground_truth =
         picture(gpu, Settings { accumulate: 32, ..settings(Sampled { diffuse_rays: 32, ..many }) }, &scene, &at(last));
     let [without, with] = [History::Off, History::On].map(rested);
-    let errors = [&without.1, &with.1, &without.2, &with.2].map(|picture| off(picture, &mean_truth));
+    let errors = [&without.1, &with.1, &without.2, &with.2].map(|picture| off(picture, &mean_ground_truth));
     println!(
         "at rest, of 4 frames {:.4} without, {:.4} with; of 32 {:.4}, {:.4}",
         errors[0], errors[1], errors[2], errors[3]
     );
     assert!(errors[1] < 0.7 * errors[0] && errors[3] < 1.1 * errors[2], "{errors:?}");
-    let later = (mean(&with.2) / mean(&mean_truth) - 1.0).abs();
+    let later = (mean(&with.2) / mean(&mean_ground_truth) - 1.0).abs();
     assert!(later < 0.01, "{later}");
 }
 
@@ -113,9 +113,9 @@ fn gpu_light_that_changes_is_followed() {
     });
     let dim = with_lamp(Vec3::new(0.5, 0.5, 1.0));
     renderer.update(&mut uploaded, &dim).unwrap();
-    let truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..few() }), &dim, &camera);
-    let alone = off(&picture(gpu, settings(few()), &dim, &camera), &truth);
-    let frames: Vec<f64> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &truth)).collect();
+    let ground_truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..few() }), &dim, &camera);
+    let alone = off(&picture(gpu, settings(few()), &dim, &camera), &ground_truth);
+    let frames: Vec<f64> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &ground_truth)).collect();
     println!("off by {:.3?}; a frame by itself by {alone:.3}", [0, 3, 15].map(|k: usize| frames[k]));
     assert!(frames[0] < 1.5 * alone && frames[3] < alone && frames[15] < 0.5 * alone, "{frames:?}");
     // Red after blue: neither is left of the other.
@@ -132,7 +132,7 @@ fn gpu_light_that_changes_is_followed() {
     renderer.update(&mut uploaded, &with_lamp(Vec3::ZERO)).unwrap();
     let left = mean(&render(&mut renderer, &uploaded));
     // But where too few pixels around are of the same surface to say so.
-    assert!(left < 1e-3 * mean(&truth), "{left} is left of {}", mean(&truth));
+    assert!(left < 1e-3 * mean(&ground_truth), "{left} is left of {}", mean(&ground_truth));
 }
 
 /// A bright lamp goes out while a dim one of another colour stays, and comes on again: its indirect light is gone at once, and there at once,
@@ -188,7 +188,7 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
     let card = |step: u32| Affine3A::from_translation(Vec3::new(0.04 * step as f32 - 0.3, 0.0, 0.0));
     scene.instances[1].world_from_object = card(11);
     let many = Sampled { diffuse_rays: 512, ..few() };
-    let truth = picture_of(gpu, LARGE, settings(many), &scene, &camera);
+    let ground_truth = picture_of(gpu, LARGE, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = card(10);
     let before = picture_of(gpu, LARGE, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = Affine3A::IDENTITY;
@@ -202,11 +202,11 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
         moved.last().unwrap()
     };
     let [without, with] = [History::Off, History::On].map(of);
-    let [noise, kept] = [&without, &with].map(|picture| off(picture, &truth));
+    let [noise, kept] = [&without, &with].map(|picture| off(picture, &ground_truth));
     // Where the card was in the frame before and is no longer: it was a twentieth as bright.
-    let uncovered: Vec<usize> = (0..truth.len()).filter(|i| before[*i].x < 0.3 * truth[*i].x).collect();
+    let uncovered: Vec<usize> = (0..ground_truth.len()).filter(|i| before[*i].x < 0.3 * ground_truth[*i].x).collect();
     let of_uncovered = |picture: &[Vec3]| uncovered.iter().map(|i| f64::from(picture[*i].x)).sum::<f64>();
-    let brought = of_uncovered(&with) / of_uncovered(&truth);
+    let brought = of_uncovered(&with) / of_uncovered(&ground_truth);
     println!("off by {noise:.4} without, by {kept:.4} with; {} pixels uncovered get {brought:.3}", uncovered.len());
     assert!(kept < 0.8 * noise, "{kept} of {noise}");
     assert!(uncovered.len() > 10 && (brought - 1.0).abs() < 0.2, "{brought} of {}", uncovered.len());

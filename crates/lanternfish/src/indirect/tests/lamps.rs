@@ -97,8 +97,8 @@ fn gpu_few_samples_know_many_lamps() {
             (0..LARGE.y / 9).flat_map(|y| (0..LARGE.x / 9).map(move |x| (9 * x, 9 * y))).map(|(x, y)| block(x, y));
         blocks.collect::<Vec<_>>()
     };
-    let truth = of(HitLight::Shaded, 1, 64);
-    let [few, fewer] = [16, 4].map(|samples| off(&of(HitLight::Cached, samples, 1), &truth));
+    let ground_truth = of(HitLight::Shaded, 1, 64);
+    let [few, fewer] = [16, 4].map(|samples| off(&of(HitLight::Cached, samples, 1), &ground_truth));
     println!("16 samples are off by {few:.4}, 4 by {fewer:.4}");
     assert!(few < MOST && fewer > MOST, "{few}, {fewer}");
 }

@@ -21,8 +21,8 @@ fn gpu_noise_repeats_nowhere() {
         let sampled = Sampled { diffuse_rays, glossy_rays: 0, ..sampled(Tracer::BVH) };
         picture_of(gpu, LARGE, settings(sampled), &scene, &camera)
     };
-    let (few, truth) = (of(5), of(1024));
-    let errors: Vec<f64> = few.iter().zip(&truth).map(|(few, truth)| f64::from(few.x / truth.x - 1.0)).collect();
+    let (few, ground_truth) = (of(5), of(1024));
+    let errors: Vec<f64> = few.iter().zip(&ground_truth).map(|(few, ground_truth)| f64::from(few.x / ground_truth.x - 1.0)).collect();
     let (width, height) = (LARGE.x as usize, LARGE.y as usize);
     let power = errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64;
     assert!(power > 1e-4, "{power}: there is no noise");
@@ -175,11 +175,11 @@ fn gpu_filter_and_half_resolution_keep_what_is_there() {
     let cornell = cornell();
     let camera = &cornell.cameras[0];
     let few = Sampled { diffuse_rays: 4, glossy_rays: 4, filter_radius: 0, ..sampled(Tracer::BVH) };
-    let truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(Tracer::BVH) }), &cornell, camera);
-    let noisy = off(&picture(gpu, settings(few), &cornell, camera), &truth);
+    let ground_truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(Tracer::BVH) }), &cornell, camera);
+    let noisy = off(&picture(gpu, settings(few), &cornell, camera), &ground_truth);
     for resolution in IndirectResolution::ALL.iter().copied() {
         let filtered = Sampled { resolution, filter_radius: 5, ..few };
-        let smooth = off(&picture(gpu, settings(filtered), &cornell, camera), &truth);
+        let smooth = off(&picture(gpu, settings(filtered), &cornell, camera), &ground_truth);
         println!("{resolution}: {noisy:.4} unfiltered, {smooth:.4} filtered");
         assert!(smooth < 0.75 * noisy, "{resolution}: {smooth} of {noisy}");
     }
@@ -205,8 +205,8 @@ fn gpu_a_mirror_of_many_lights_is_not_speckled() {
         let mut random = Random::new(4);
         scene.lights = (0..lights).map(|_| Light::point(0.8 * random.point(), 0.01 * (random.point() + 1.5))).collect();
         let of = |sampled| picture(gpu, settings(sampled), &scene, &camera);
-        let truth = of(many);
-        [0, 8].map(|filter_radius| off(&of(Sampled { filter_radius, ..few }), &truth))
+        let ground_truth = of(many);
+        [0, 8].map(|filter_radius| off(&of(Sampled { filter_radius, ..few }), &ground_truth))
     };
     let [noisy, smooth] = off_by(300);
     let [without, edges] = off_by(1);
@@ -230,9 +230,9 @@ fn gpu_rough_metal_in_the_studio_is_not_speckled() {
         // Turned away from the camera that it was made for, so that the floor mirrors a lamp's edge.
         scene.environment = Some(rig::studio(&looking([0.0, 0.0, 1.0], [0.3, 0.0, 0.0])));
         let of = |sampled| picture(gpu, settings(sampled), &scene, &camera);
-        let truth = of(Sampled { glossy_rays: 2048, clamp: unclamped, ..few });
-        let [noisy, smooth] = [0, 8].map(|filter_radius| off(&of(Sampled { filter_radius, ..few }), &truth));
-        let many = off(&of(Sampled { glossy_rays: 64, clamp: unclamped, filter_radius: 0, ..few }), &truth);
+        let ground_truth = of(Sampled { glossy_rays: 2048, clamp: unclamped, ..few });
+        let [noisy, smooth] = [0, 8].map(|filter_radius| off(&of(Sampled { filter_radius, ..few }), &ground_truth));
+        let many = off(&of(Sampled { glossy_rays: 64, clamp: unclamped, filter_radius: 0, ..few }), &ground_truth);
         println!(
             "roughness {perceptual_roughness}: four rays off by {noisy:.4}, filtered {smooth:.4}, 64 rays by {many:.4}"
         );

@@ -71,17 +71,17 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away() {
     let walk = steps(16);
     let last = &walk[walk.len() - 1..];
     for (which, scene) in [("disks", box_of_two()), ("a rectangle", with_rectangle())] {
-        let mean_truth = walked(gpu, Settings { accumulate: 16, ..settings(History::Off, 32) }, &scene, last);
+        let mean_ground_truth = walked(gpu, Settings { accumulate: 16, ..settings(History::Off, 32) }, &scene, last);
         let hard = walked(gpu, Settings { light_radius: 0.0, ..settings(History::Off, 32) }, &scene, last);
         // Of one frame, through the middles of pixels.
-        let truth = walked(gpu, settings(History::Off, 255), &scene, last);
+        let ground_truth = walked(gpu, settings(History::Off, 255), &scene, last);
         let [without, with] =
             [History::Off, History::On].map(|history| walked(gpu, settings(history, 2), &scene, &walk));
-        let [noise, kept] = [&without, &with].map(|picture| off(picture, &truth));
-        let brought = mean(&with) / mean(&truth);
+        let [noise, kept] = [&without, &with].map(|picture| off(picture, &ground_truth));
+        let brought = mean(&with) / mean(&ground_truth);
         println!(
             "{which}: off by {noise:.4} without, {kept:.4} with; {brought:.4} of the light; hard {:.4}",
-            off(&hard, &truth)
+            off(&hard, &ground_truth)
         );
         assert!(kept < 0.6 * noise && (brought - 1.0).abs() < 0.01, "{which}: {noise} {kept} {brought}");
 
@@ -95,7 +95,7 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away() {
             walk.iter().for_each(|camera| drop(refine(camera)));
             (0..31).map(|_| refine(&last[0])).last().unwrap()
         };
-        let [without, with] = [History::Off, History::On].map(|history| off(&rested(history), &mean_truth));
+        let [without, with] = [History::Off, History::On].map(|history| off(&rested(history), &mean_ground_truth));
         println!("{which}, at rest: off by {without:.4} without, {with:.4} with");
         assert!(with < 1.1 * without, "{which}: {without} {with}");
     }
@@ -114,9 +114,9 @@ fn gpu_a_highlight_beside_a_penumbra_stays_clean() {
     scene.lights[1].position = Vec3::new(-0.9, 0.5, 0.5);
     let walk = steps(12);
     let last = &walk[walk.len() - 1..];
-    let truth = walked(gpu, settings(History::Off, 255), &scene, last);
+    let ground_truth = walked(gpu, settings(History::Off, 255), &scene, last);
     let [noise, kept] =
-        [History::Off, History::On].map(|history| off(&walked(gpu, settings(history, 2), &scene, &walk), &truth));
+        [History::Off, History::On].map(|history| off(&walked(gpu, settings(history, 2), &scene, &walk), &ground_truth));
     println!("off by {noise:.4} without, {kept:.4} with");
     assert!(kept < 0.7 * noise, "{noise} {kept}");
 
@@ -125,10 +125,10 @@ fn gpu_a_highlight_beside_a_penumbra_stays_clean() {
     let walks = [6, 8, 10, 12, 14, 16].map(|length| {
         let walk = steps(length);
         let last = &walk[walk.len() - 1..];
-        let truth = walked(gpu, Settings { accumulate: 32, ..settings(History::Off, 32) }, &scene, last);
+        let ground_truth = walked(gpu, Settings { accumulate: 32, ..settings(History::Off, 32) }, &scene, last);
         let [without, with] =
             [History::Off, History::On].map(|history| walked(gpu, settings(history, 4), &scene, &walk));
-        [off(&without, &truth), off(&with, &truth), mean(&with) / mean(&truth)]
+        [off(&without, &ground_truth), off(&with, &ground_truth), mean(&with) / mean(&ground_truth)]
     });
     let [noise, kept, light] = [0, 1, 2].map(|i| walks.iter().map(|walk| walk[i]).sum::<f32>() / walks.len() as f32);
     println!("a rectangle: off by {noise:.4} without, {kept:.4} with; {light:.4} of the light");
@@ -143,8 +143,8 @@ fn gpu_a_soft_shadow_follows_its_lamp() {
     let before = box_of_two();
     let mut after = before.clone();
     after.lights[0].position.x = -0.5;
-    let truth = walked(gpu, settings(History::Off, 255), &after, &steps(1));
-    let alone = off(&walked(gpu, settings(History::Off, 2), &after, &steps(1)), &truth);
+    let ground_truth = walked(gpu, settings(History::Off, 255), &after, &steps(1));
+    let alone = off(&walked(gpu, settings(History::Off, 2), &after, &steps(1)), &ground_truth);
     let mut renderer = renderer(gpu, settings(History::On, 2));
     let mut uploaded = renderer.upload(&before).unwrap();
     let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
@@ -153,7 +153,7 @@ fn gpu_a_soft_shadow_follows_its_lamp() {
     (0..16).for_each(|_| drop(render(&mut renderer, &uploaded)));
     let settled = off(&render(&mut renderer, &uploaded), &walked(gpu, settings(History::Off, 255), &before, &steps(1)));
     renderer.update(&mut uploaded, &after).unwrap();
-    let frames: Vec<f32> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &truth)).collect();
+    let frames: Vec<f32> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &ground_truth)).collect();
     println!(
         "settled {settled:.4}; after the move {:.4?}; a frame by itself {alone:.4}",
         [0, 3, 15].map(|k| frames[k])

@@ -131,10 +131,10 @@ fn gpu_sixteen_rays_are_close_to_many() {
     let of = |settings| {
         luminance(gpu, &scene, &scene.cameras[0], Settings { attenuation: Attenuation::Physical, ..settings }, (48, 40))
     };
-    let truth = of(soft(255));
+    let ground_truth = of(soft(255));
     let off = |found: Vec<f64>| {
-        let apart: f64 = found.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum();
-        apart / truth.iter().sum::<f64>()
+        let apart: f64 = found.iter().zip(&ground_truth).map(|(a, b)| (a - b).abs()).sum();
+        apart / ground_truth.iter().sum::<f64>()
     };
     let [four, sixteen, hard] = [soft(4), soft(16), Settings { light_radius: 0.0, ..soft(1) }].map(|s| off(of(s)));
     println!("off the mean of 255 rays by: 4 rays {four}, 16 rays {sixteen}, hard {hard}");

@@ -21,12 +21,12 @@ use crate::image::{energy_of, hdr_flip};
 /// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
 const FORMAT: u32 = 4;
 
-/// Radius of the lights of [`Truth::DirectSoft`], m.
+/// Radius of the lights of [`GroundTruth::DirectSoft`], m.
 pub const SOFT_RADIUS: f32 = 0.1;
 
 named_enum! {
     /// Ground truths that techniques are judged by, and parts of them.
-    Truth {
+    GroundTruth {
         /// Light that comes from a punctual light by one reflection: nothing else shines.
         Direct = "direct",
         /// The same on diffuse surfaces.
@@ -78,10 +78,10 @@ struct Making {
     samples: u64,
     /// Truths that are together what this one has without indirect light, as an image has it without: what is emissive, and what punctual
     /// lights send by one reflection. None where this one has no indirect light, or no technique's image goes without.
-    without_indirect: &'static [Truth],
+    without_indirect: &'static [GroundTruth],
 }
 
-impl Truth {
+impl GroundTruth {
     fn making(self) -> Making {
         let of = |meaning, light, segments, samples| {
             let (materials, without_indirect): (_, &[Self]) = (Materials::File, &[]);
@@ -255,12 +255,12 @@ fn make_white(scene: &mut Scene) {
 /// A truth and how far it can be trusted.
 pub struct Traced {
     pub mean: RgbImage,
-    pub figures: TruthFigures,
+    pub figures: GroundTruthFigures,
 }
 
 /// What the report says about a truth. Errors below the truth's noise say nothing.
 #[derive(Clone, Debug, Serialize)]
-pub struct TruthFigures {
+pub struct GroundTruthFigures {
     pub name: &'static str,
     pub meaning: &'static str,
     /// The file, below the report's folder.
@@ -284,53 +284,53 @@ pub struct TruthFigures {
     pub noise_flip: f64,
     /// Mean HDR-FLIP between its two halves. An exact picture is about half as far from the truth as they are from one another.
     pub noise_hdr_flip: f64,
-    /// Energy of [`Truth::without_indirect`], as a share of its own; `None` where that names no truths.
+    /// Energy of [`GroundTruth::without_indirect`], as a share of its own; `None` where that names no truths.
     pub energy_without_indirect: Option<f64>,
 }
 
 /// The view of a scene that truths are traced of.
 pub struct Subject<'s> {
     pub name: &'s str,
-    /// The scene as [`Truth::scene`] prepared it.
+    /// The scene as [`GroundTruth::scene`] prepared it.
     pub scene: &'s Scene,
     pub camera: &'s Camera,
     pub size: Size,
     pub settings: &'s Settings,
-    /// Samples a pixel that the command line asks for; [`Truth::samples`] makes the truth's number from it.
+    /// Samples a pixel that the command line asks for; [`GroundTruth::samples`] makes the truth's number from it.
     pub spp: u64,
 }
 
 /// Reads the truth from `folder`/truths, or traces it and leaves it there.
-pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Traced, CliError> {
+pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -> Result<Traced, CliError> {
     let Subject { name, scene, camera, size, settings, spp } = *subject;
-    let spp = truth.samples(spp);
-    let tracer_settings = truth.settings(settings, scene.bounds().size().length());
+    let spp = ground_truth.samples(spp);
+    let tracer_settings = ground_truth.settings(settings, scene.bounds().size().length());
     let fingerprint = fingerprint::of(scene, camera, size, &tracer_settings);
-    let file = format!("truths/{name}-{truth}-{spp}spp-{fingerprint}-{FORMAT}.exr");
+    let file = format!("ground_truths/{name}-{ground_truth}-{spp}spp-{fingerprint}-{FORMAT}.exr");
     let path = folder.join(&file);
     let started = Instant::now();
     let (layers, seconds, reused) = match path.is_file().then(|| Layers::read(&path)) {
         Some(Ok(layers)) if layers.is_of(size) => {
-            eprintln!("  truth {truth}: reused, {file}");
+            eprintln!("  truth {ground_truth}: reused, {file}");
             (layers, 0.0, true)
         }
         // What cannot be read is made again, whatever the reason.
         _ => {
-            eprintln!("  truth {truth}: tracing {spp} samples a pixel");
+            eprintln!("  truth {ground_truth}: tracing {spp} samples a pixel");
             let tracer = Tracer::new(scene, tracer_settings)?;
             let layers = Layers::trace(&tracer, camera, size, spp)?;
-            fs::create_dir_all(folder.join("truths"))
+            fs::create_dir_all(folder.join("ground_truths"))
                 .map_err(|error| CliError::new(format_args!("{file}: {error}"), "choose a folder that is yours"))?;
             layers.write(&path)?;
             (layers, started.elapsed().as_secs_f64(), false)
         }
     };
     let second_half = layers.second_half(spp);
-    let figures = TruthFigures {
-        name: truth.name(),
-        meaning: truth.making().meaning,
+    let figures = GroundTruthFigures {
+        name: ground_truth.name(),
+        meaning: ground_truth.making().meaning,
         file,
-        picture: format!("pictures/{name}-truth-{truth}.png"),
+        picture: format!("pictures/{name}-ground_truth-{ground_truth}.png"),
         spp,
         reused,
         seconds,
@@ -345,20 +345,20 @@ pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Trac
     Ok(Traced { mean: layers.mean, figures })
 }
 
-/// Share of a truth's energy that is not indirect light: that of [`Truth::without_indirect`]. `whole`: the truth's picture; `scene`: makes the scene of
+/// Share of a truth's energy that is not indirect light: that of [`GroundTruth::without_indirect`]. `whole`: the truth's picture; `scene`: makes the scene of
 /// each part; `subject`: the truth's. Parts have as many samples as the truth: their random numbers, and so much of their noise, are the same.
 pub fn energy_without_indirect(
     folder: &Path,
-    truth: Truth,
+    ground_truth: GroundTruth,
     whole: &RgbImage,
-    scene: impl Fn(Truth) -> Scene,
+    scene: impl Fn(GroundTruth) -> Scene,
     subject: &Subject<'_>,
 ) -> Result<Option<f64>, CliError> {
-    let parts = truth.without_indirect();
+    let parts = ground_truth.without_indirect();
     let mut energy = 0.0;
     for part in parts {
         // Two at least: one for each half.
-        let spp = (truth.samples(subject.spp) / part.samples(1)).max(2);
+        let spp = (ground_truth.samples(subject.spp) / part.samples(1)).max(2);
         let traced = obtain(folder, *part, &Subject { scene: &scene(*part), spp, ..*subject })?;
         energy += energy_of(&traced.mean);
     }
