@@ -66,14 +66,14 @@ impl Entries {
         };
         Ok(Self {
             cache: RadianceCache::new(device, of_cache, exact, structure)?,
-            find: kernel("find_cells", of_rays, "find")?,
-            find_and_add: kernel("find_cells", of_rays, "find_and_add")?,
+            find: kernel("find_entries", of_rays, "find")?,
+            find_and_add: kernel("find_entries", of_rays, "find_and_add")?,
             before_insert: kernel("prepare_dispatches", &[], "before_insert")?,
-            insert: kernel("insert_cells", &[], "insert")?,
-            place: kernel("insert_cells", &[], "place")?,
+            insert: kernel("insert_entries", &[], "insert")?,
+            place: kernel("insert_entries", &[], "place")?,
             before_shade: kernel("prepare_dispatches", &[], "before_shade")?,
-            gather: kernel("gather_cells", of_rays, "gather")?,
-            gather_missing: kernel("gather_cells", of_rays, "gather_missing")?,
+            gather: kernel("gather_entries", of_rays, "gather")?,
+            gather_missing: kernel("gather_entries", of_rays, "gather_missing")?,
         })
     }
 
@@ -282,7 +282,7 @@ impl FrameEntries<'_> {
 #[cfg(test)]
 #[test]
 fn the_list_of_missing_rays_begins_where_shaders_have_it() {
-    let shader = DECLARED.link("indirect/sampled/find_cells", &[]).unwrap();
+    let shader = DECLARED.link("indirect/sampled/find_entries", &[]).unwrap();
     let offset = shader.module.types.iter().find_map(|(_, ty)| match &ty.inner {
         wgpu::naga::TypeInner::Struct { members, .. } => {
             members.iter().find(|member| member.name.as_deref() == Some("missing")).map(|member| member.offset)
@@ -295,6 +295,6 @@ fn the_list_of_missing_rays_begins_where_shaders_have_it() {
 #[cfg(test)]
 #[test]
 fn rounds_that_are_looked_up_together_have_a_bit_each() {
-    let bits = crate::shaders::constant("indirect/sampled/ray_end", "SAMPLE_BITS") as u32;
+    let bits = crate::shaders::constant("indirect/sampled/hit_point", "SAMPLE_BITS") as u32;
     assert!(super::targets::MOST_SAMPLES <= 1 << bits && 1 << bits <= u32::BITS);
 }

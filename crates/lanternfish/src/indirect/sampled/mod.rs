@@ -47,10 +47,10 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]]]),
         Root::computed("indirect/sampled/shadow", rays::exact_tracers),
         Root::computed("indirect/sampled/emitters", rays::exact_tracers),
-        Root::of("indirect/sampled/find_cells", &[&[&[], &[GLOSSY_RAYS]]]),
-        Root::new("indirect/sampled/insert_cells"),
+        Root::of("indirect/sampled/find_entries", &[&[&[], &[GLOSSY_RAYS]]]),
+        Root::new("indirect/sampled/insert_entries"),
         Root::new("indirect/sampled/prepare_dispatches"),
-        Root::of("indirect/sampled/gather_cells", &[&[&[], &[GLOSSY_RAYS]]]),
+        Root::of("indirect/sampled/gather_entries", &[&[&[], &[GLOSSY_RAYS]]]),
     ],
     &[
         SharedStruct::of::<SampledParameters>(),

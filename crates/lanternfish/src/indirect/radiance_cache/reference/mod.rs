@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `hashing` | `hashing.wesl` |
 //! | `table` | `table.wesl`, `rehash.wesl` |
-//! | `vote` | `vote.wesl`, `planes.wesl`, `intersect.wesl`, `sampled/ray_end.wesl` |
+//! | `vote` | `vote.wesl`, `planes.wesl`, `intersect.wesl`, `sampled/hit_point.wesl` |
 //! | `schedule` | `schedule.wesl` |
 //! | `accumulate` | `accumulate.wesl` |
 //! | `propagate` | `propagate.wesl` |
