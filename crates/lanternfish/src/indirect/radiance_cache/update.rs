@@ -22,9 +22,9 @@ impl RadianceCache {
             shadow,
             trace,
             intersect,
-            place,
-            keep,
-            commit,
+            scatter,
+            store_hits,
+            accumulate,
             pack_scheduled,
             ..
         } = &self.kernels;
@@ -62,10 +62,10 @@ impl RadianceCache {
             if self.bounces.needs_rays() {
                 trace.dispatch_indirect(frame, view, &sampling, &workgroups_scheduled);
                 frame.dispatch_indirect(intersect, &sampling, &workgroups_scheduled);
-                frame.dispatch_indirect(place, &sampling, &workgroups_scheduled);
-                frame.dispatch_indirect(keep, &sampling, &workgroups_scheduled);
+                frame.dispatch_indirect(scatter, &sampling, &workgroups_scheduled);
+                frame.dispatch_indirect(store_hits, &sampling, &workgroups_scheduled);
             }
-            frame.dispatch_indirect(commit, &sampling, &workgroups_scheduled);
+            frame.dispatch_indirect(accumulate, &sampling, &workgroups_scheduled);
             if cache.readers.include_sampled(is_first) {
                 self.propagate_scheduled(frame, cache, is_first, &scheduled, &workgroups_scheduled);
             }

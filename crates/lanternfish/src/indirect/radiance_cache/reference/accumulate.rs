@@ -20,7 +20,7 @@ fn weight(samples: f32, most: f32) -> f32 {
     1.0 / (samples.min(most) + 1.0)
 }
 
-/// Adds each sample to its entry's mean: `commit`.
+/// Adds each sample to its entry's mean: `accumulate`.
 pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledEntry], parameters: &RadianceCacheParameters) {
     for sampled in sampled {
         let slot = sampled.slot as usize;
@@ -65,7 +65,7 @@ pub(in super::super) fn unpack_reflectance(bits: u32) -> Vec3 {
     Vec3::new(root(0), root(10), root(20)).map(|x| x * x)
 }
 
-/// Puts each sample's hit at the head of its entry's list; what the last one of a full list brings goes into the mean of earlier ones: `keep`.
+/// Puts each sample's hit at the head of its entry's list; what the last one of a full list brings goes into the mean of earlier ones: `store_hits`.
 pub(in super::super) fn append_hits(table: &mut Table, sampled: &[SampledEntry], parameters: &RadianceCacheParameters) {
     for sampled in sampled {
         let slot = sampled.slot as usize;

@@ -62,9 +62,9 @@ pub(in super::super) fn entry_at(
     let level = level(p_world, eye, parameters.near);
     let [right, up] = across(normal);
     let u = u - 0.5;
-    let place = p_world * ((1.0 / parameters.edge) * (-level as f32).exp2()) + (right * u.x + up * u.y);
-    let voxel = (place + LIFT * normal).floor();
-    let within = place - voxel - 0.5;
+    let scatter = p_world * ((1.0 / parameters.edge) * (-level as f32).exp2()) + (right * u.x + up * u.y);
+    let voxel = (scatter + LIFT * normal).floor();
+    let within = scatter - voxel - 0.5;
     let height = normal.x * within.x + normal.y * within.y + normal.z * within.z;
     let layer = (LAYERS * height + WHOLE).to_bits();
     let rest = facing(normal) | ((level as u32) << 3) | (layer << 7);

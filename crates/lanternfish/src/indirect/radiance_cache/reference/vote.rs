@@ -48,8 +48,8 @@ fn ray_shift(first_sample: u32) -> u32 {
 }
 
 /// Priority of a pixel's ray: the pixel's place, its sample index, and the first of those that are looked up together.
-pub(in super::super) fn ray_priority(place: u32, sample: u32, first_sample: u32, update: u32) -> u32 {
-    priority((place | ((sample - first_sample) << PLACE_BITS)) ^ ray_shift(first_sample), update)
+pub(in super::super) fn ray_priority(scatter: u32, sample: u32, first_sample: u32, update: u32) -> u32 {
+    priority((scatter | ((sample - first_sample) << PLACE_BITS)) ^ ray_shift(first_sample), update)
 }
 
 /// The ray with this priority: the pixel's place, and its sample index.
@@ -126,7 +126,7 @@ pub(in super::super) fn intersect(
     lost
 }
 
-/// Those that have won say where the entry that they hit is sampled, unless its rank is lower than theirs would make it: `place`.
+/// Those that have won say where the entry that they hit is sampled, unless its rank is lower than theirs would make it: `scatter`.
 pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledEntry], planes: &[TrianglePlane], update: u32) {
     for sampled in sampled.iter_mut().filter(|sampled| sampled.slot_hit != NO_SLOT) {
         let slot = sampled.slot_hit as usize;

@@ -30,10 +30,10 @@ pub(super) fn compare(bench: &Bench) -> Compared {
             memory.bind(&["scheduled"], &scheduled_words(&list, SLOTS));
             memory.bind(&["sampled_entries"], &samples);
             if parameters.bounce_levels > 0 {
-                bench.run(&mut memory, "accumulate", "keep", workgroups(list.len() as u32));
+                bench.run(&mut memory, "accumulate", "store_hits", workgroups(list.len() as u32));
                 accumulate::append_hits(&mut table, &samples, parameters);
             }
-            bench.run(&mut memory, "accumulate", "commit", workgroups(list.len() as u32));
+            bench.run(&mut memory, "accumulate", "accumulate", workgroups(list.len() as u32));
             accumulate::accumulate(&mut table, &samples, parameters);
             let mut found = table_of(&memory, &table);
             if bench.is_gpu() {

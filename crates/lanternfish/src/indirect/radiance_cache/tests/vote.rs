@@ -60,10 +60,10 @@ fn compare_rays(bench: &Bench) -> Compared {
         let mut memory = memory_of(&empty, &parameters(SLOTS));
         memory.bind(&["sample_slots"], &[SampleSlots { round: first, ..Default::default() }]);
         let found = bench.evaluate(&mut memory, "testing/radiance_cache_rays", "rays", &queries, 1);
-        let expected = queries.iter().map(|[place, sample, ..]| {
-            let priority = vote::ray_priority(*place, *sample, first, UPDATE.update);
+        let expected = queries.iter().map(|[scatter, sample, ..]| {
+            let priority = vote::ray_priority(*scatter, *sample, first, UPDATE.update);
             let ray = vote::ray_with(priority, first, UPDATE.update);
-            assert_eq!(ray.to_array(), [*place, *sample]);
+            assert_eq!(ray.to_array(), [*scatter, *sample]);
             [priority, ray.x, ray.y, 0]
         });
         same("priority and ray", &found, &expected.collect::<Vec<_>>())?;
@@ -125,7 +125,7 @@ fn compare_hits(bench: &Bench) -> Compared {
             continue;
         }
         same("counter", &memory.get::<u32>("entry_counters"), &[0, 0, lost, 0])?;
-        bench.run(&mut memory, "intersect", "place", workgroups(list.len() as u32));
+        bench.run(&mut memory, "intersect", "scatter", workgroups(list.len() as u32));
         vote::select(&mut table, &mut samples, &planes, UPDATE.update);
         let found = table_of(&memory, &table);
         same_tables(bench, &found, &table)?;
