@@ -37,7 +37,7 @@ pub(super) struct Entries {
     find_and_add: ComputeKernel,
     before_insert: ComputeKernel,
     insert: ComputeKernel,
-    place: ComputeKernel,
+    scatter: ComputeKernel,
     before_shade: ComputeKernel,
     gather: ComputeKernel,
     gather_missing: ComputeKernel,
@@ -54,7 +54,7 @@ impl Entries {
         let of_rays: &[Feature] = if settings.glossy_rays > 0 { &[GLOSSY_RAYS] } else { &[] };
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/sampled/{file}"), features)?;
-            let label = entry.strip_prefix("before_").map_or(entry, |_| "open");
+            let label = entry.strip_prefix("before_").map_or(entry, |_| "prepare");
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/entries/{label}")))
         };
         let of_cache = CacheSettings {
@@ -70,7 +70,7 @@ impl Entries {
             find_and_add: kernel("find_entries", of_rays, "find_and_add")?,
             before_insert: kernel("prepare_dispatches", &[], "before_insert")?,
             insert: kernel("insert_entries", &[], "insert")?,
-            place: kernel("insert_entries", &[], "place")?,
+            scatter: kernel("insert_entries", &[], "scatter")?,
             before_shade: kernel("prepare_dispatches", &[], "before_shade")?,
             gather: kernel("gather_entries", of_rays, "gather")?,
             gather_missing: kernel("gather_entries", of_rays, "gather_missing")?,
@@ -229,7 +229,7 @@ impl FrameEntries<'_> {
         frame.dispatch(find, &finding, workgroups_in_rows(self.size));
         frame.dispatch(&self.entries.before_insert, &finding, [1; 3]);
         frame.dispatch_indirect(&self.entries.insert, &finding, insert);
-        frame.dispatch(&self.entries.place, &finding, workgroups(self.of_frame.slots()));
+        frame.dispatch(&self.entries.scatter, &finding, workgroups(self.of_frame.slots()));
         frame.dispatch(&self.entries.before_shade, &finding, [1; 3]);
     }
 
