@@ -93,7 +93,7 @@ impl PlacedLights {
 pub struct TreeBuilder {
     assignment: Assignment,
     keys: ComputeKernel,
-    place: ComputeKernel,
+    scatter: ComputeKernel,
     leaves: ComputeKernel,
     join: ComputeKernel,
     sort: RadixSort,
@@ -108,7 +108,7 @@ impl TreeBuilder {
         Ok(Self {
             assignment,
             keys: kernel("keys"),
-            place: kernel("place"),
+            scatter: kernel("scatter"),
             leaves: kernel("leaves"),
             join: kernel("join"),
             sort: RadixSort::new(device, "light_culling/clustered/sort")?,
@@ -147,7 +147,7 @@ impl TreeBuilder {
         }
         let set_bindings = set.bindings();
         let shared = set_bindings.with(&lights.bindings()).part("cluster_grid", grid);
-        frame.dispatch(&self.place, &shared, groups(&self.place, count));
+        frame.dispatch(&self.scatter, &shared, groups(&self.scatter, count));
         if lights.nodes.is_some() {
             frame.dispatch(&self.leaves, &shared, groups(&self.leaves, tree.levels[0].y));
             for level in 1..tree.level_count {
