@@ -71,7 +71,7 @@ pub(super) struct LightBuilder {
     range_rays: Option<TracePass>,
     ranges: ComputeKernel,
     scan: Scan,
-    place: ComputeKernel,
+    scatter: ComputeKernel,
     choose_far: ComputeKernel,
     /// The uniform that light culling reads the number of lights from.
     count: wgpu::Buffer,
@@ -110,8 +110,8 @@ impl LightBuilder {
             range_rays: range_rays.map(|kernel| TracePass::new(tracer, kernel)),
             ranges: kernel("ranges", &[], "ranges", "ranges")?,
             scan: Scan::new(device, "indirect/virtual_lights")?,
-            place: kernel("place", &[], "place", "place")?,
-            choose_far: kernel("place", &[], "choose_far", "choose_far")?,
+            scatter: kernel("scatter", &[], "scatter", "scatter")?,
+            choose_far: kernel("scatter", &[], "choose_far", "choose_far")?,
             count: uniform_buffer_of(device, "indirect/virtual_lights/count", &[0u32; 4]),
             map: KeptLightViews::default(),
             lights: None,
@@ -229,7 +229,7 @@ impl LightBuilder {
             .buffer("counted_lights", counters.buffer())
             .buffer("found_lights", &lights)
             .buffer("found_count", &counted);
-        frame.dispatch(&self.place, &placing, workgroups(count));
+        frame.dispatch(&self.scatter, &placing, workgroups(count));
         if parameters.far_count > 0 {
             frame.dispatch(&self.choose_far, &placing, workgroups(parameters.far_count));
         }

@@ -93,9 +93,9 @@ fn choices_are_the_shaders_constants() {
         |file: &str, name| crate::shaders::SHADERS.constant(&format!("indirect/virtual_lights/{file}"), name) as u32;
     assert_eq!(constant("rays", "NORMAL_AXIS"), RangeAxis::Normal as u32);
     assert_eq!(constant("rays", "REFLECTION_AXIS"), RangeAxis::Reflection as u32);
-    assert_eq!(["LOST", "SCALED", "FAR_LIGHTS"].map(|name| constant("place", name)), [0, 1, 2]);
+    assert_eq!(["LOST", "SCALED", "FAR_LIGHTS"].map(|name| constant("scatter", name)), [0, 1, 2]);
     assert_eq!([Residual::Lost, Residual::Scaled, Residual::FarLights].map(|r| r as u32), [0, 1, 2]);
-    assert_eq!(constant("place", "ROOT_OF_COSINE"), Emission::Root as u32);
+    assert_eq!(constant("scatter", "ROOT_OF_COSINE"), Emission::Root as u32);
     let texels = MapSize::ALL.iter().map(|size| size.texels().to_string());
     assert!(texels.eq(MapSize::ALL.iter().map(|size| size.name().to_owned())));
 }

@@ -3,7 +3,7 @@
 //! 1. Map: what the scene's lights see, texel by texel (`light_views/`, `trace.wesl`); texels that lie close together become one
 //!    (`merge.wesl`).
 //! 2. Ranges: six rays from every texel's surface (`range_rays.wesl`); lights with too small or too large a range are left out
-//!    (`ranges.wesl`); the others are put in order (`place.wesl`).
+//!    (`ranges.wesl`); the others are put in order (`scatter.wesl`).
 //! 3. Lists: light culling finds which of them reach which pixels, through whatever scheme the settings name.
 //! 4. Gather: their light is added up (`gather.wesl`), or some are chosen for each pixel and looked for (`shadow.wesl`).
 //! 5. What is found is made the picture's, bounded and filtered (`smoothing/`).
@@ -54,7 +54,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
         Root::new("indirect/virtual_lights/thin"),
         Root::computed("indirect/virtual_lights/range_rays", || rays::every_tracer(false)),
         Root::new("indirect/virtual_lights/ranges"),
-        Root::new("indirect/virtual_lights/place"),
+        Root::new("indirect/virtual_lights/scatter"),
         Root::computed("indirect/virtual_lights/gather", || {
             let schemes = LightCulling::every_feature().into_iter();
             schemes.flat_map(|scheme| [vec![scheme], vec![scheme, SHADOWED]]).collect()
