@@ -2,7 +2,7 @@
 //!
 //! 1. Emit: photons go from the lights to the first surface, with their differentials (`emit.wesl`).
 //! 2. Split: each goes on in every direction of the deep images (`prepare.wesl`, `split.wesl`, `trace.wesl`).
-//! 3. Those that may light what the view shows are put in order (`tiles.wesl`, `keep.wesl`, `place.wesl`).
+//! 3. Those that may light what the view shows are put in order (`tiles.wesl`, `keep.wesl`, `scatter.wesl`).
 //! 4. Light culling finds which of them reach which pixels; there their light is added up (`gather.wesl`);
 //!    or they are drawn (`splat.wesl`, `add.wesl`).
 //! 5. One of those that a photon was split into may be split in turn (`next.wesl`): steps 2 to 4 again.
@@ -36,7 +36,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
         Root::computed("indirect/photon_splatting/trace", || rays::every_tracer(true)),
         Root::new("indirect/photon_splatting/tiles"),
         Root::new("indirect/photon_splatting/keep"),
-        Root::new("indirect/photon_splatting/place"),
+        Root::new("indirect/photon_splatting/scatter"),
         Root::computed("indirect/photon_splatting/land", || rays::every_tracer(true)),
         Root::computed("indirect/photon_splatting/gather", || {
             LightCulling::every_feature().into_iter().map(|scheme| vec![scheme]).collect()

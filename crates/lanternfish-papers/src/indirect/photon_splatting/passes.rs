@@ -74,7 +74,7 @@ pub struct PhotonPasses {
     tiles: ComputeKernel,
     keep: ComputeKernel,
     scan: Scan,
-    place: ComputeKernel,
+    scatter: ComputeKernel,
     /// None: what lies beyond edges is lost.
     land: Option<TracePass>,
     next: ComputeKernel,
@@ -129,7 +129,7 @@ impl PhotonPasses {
             tiles: kernel("tiles", &[], "find_surfaces")?,
             keep: kernel("keep", &[], "keep")?,
             scan: Scan::new(device, "indirect/photon_splatting")?,
-            place: kernel("place", &[], "place")?,
+            scatter: kernel("scatter", &[], "scatter")?,
             land: room.conserved.then(|| trace_pass("land")).transpose()?,
             next: kernel("next", &[], "go_on")?,
             splatting: match room.splat {

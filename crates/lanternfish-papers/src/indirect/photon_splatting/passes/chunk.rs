@@ -141,7 +141,7 @@ impl PhotonPasses {
         frame.dispatch(&self.keep, &keeping, workgroups(slots + 1));
         let total = self.scan.record(frame, places, slots + 1)?;
         let placing = footprints.buffer("places", places).buffer("placed_photons", lights);
-        frame.dispatch(&self.place, &placing, workgroups(slots));
+        frame.dispatch(&self.scatter, &placing, workgroups(slots));
         frame.encoder().copy_buffer_to_buffer(&total, 0, &self.count, 0, 4);
         if let Some(land) = &self.land {
             let landing = photons.scene.clone().part("photons", uniform).buffer("landed_photons", lights);
