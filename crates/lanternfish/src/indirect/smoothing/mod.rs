@@ -1,8 +1,8 @@
 //! From the noisy sums of what reaches each pixel to the layers that shading reads.
 //!
 //! 1. Resolve: sums of the pixels that were looked at become the picture's ([`IndirectResolution`]).
-//! 2. Bound: what a pixel has beyond those around it is cut off ([`IndirectClamp`]), and how noisy it is found (`bound.wesl`); what was cut off is
-//!    spread over the pixels around (`spread.wesl`).
+//! 2. Bound: what a pixel has beyond those around it is cut off ([`IndirectClamp`]), and how noisy it is found (`firefly_clamp.wesl`); what was cut off is
+//!    spread over the pixels around (`redistribution.wesl`).
 //! 3. Mix with what the frames before have found, where that is kept ([`History`]).
 //! 4. Filter, along x and along y (`filter.wesl`).
 
@@ -26,11 +26,11 @@ use crate::{
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
-        Root::new("indirect/smoothing/bound"),
-        Root::new("indirect/smoothing/spread"),
+        Root::new("indirect/smoothing/firefly_clamp"),
+        Root::new("indirect/smoothing/redistribution"),
         Root::new("indirect/smoothing/filter"),
     ],
-    &[SharedStruct::of::<SmoothingParameters>(), SharedStruct::of::<CutOff>()],
+    &[SharedStruct::of::<SmoothingParameters>(), SharedStruct::of::<Clamped>()],
 );
 
 gpu_struct! {
@@ -44,14 +44,14 @@ gpu_struct! {
         axis: u32,
         /// Frames whose mean the picture is, where a pixel's sums are bounded by those around it; 0: they are not.
         clamp_frames: f32,
-        /// How far what is above that is spread, tiles of `spread.wesl`.
-        spread: u32,
+        /// How far what is above that is spread, tiles of `redistribution.wesl`.
+        redistribution: u32,
     }
 }
 
 gpu_struct! {
     /// What was cut off of the pixels of a tile that face one way: sums.
-    pub struct CutOff {
+    pub struct Clamped {
         /// Of diffuse light at normal incidence.
         diffuse: Vec3,
         /// How many pixels they are.
@@ -177,7 +177,7 @@ impl PixelIrradiance {
         let clamp_frames = if clamp == IndirectClamp::On { frames as f32 } else { 0.0 };
         // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
-        let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames, spread: radius.div_ceil(REDISTRIBUTE) };
+        let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames, redistribution: radius.div_ceil(REDISTRIBUTE) };
         let bytes = SUMS_BYTES * u64::from(size.x) * u64::from(size.y);
         let sums = frame.scratch("indirect/sums", bytes)?;
         Ok(Self { sums, size, picture, parameters, uniform: frame.uniform(&parameters) })
@@ -192,9 +192,9 @@ impl PixelIrradiance {
 /// The passes.
 #[derive(Debug)]
 pub struct Smoothing {
-    bound: ComputeKernel,
+    firefly_clamp: ComputeKernel,
     collect: ComputeKernel,
-    spread: ComputeKernel,
+    redistribution: ComputeKernel,
     add: ComputeKernel,
     resolve: ComputeKernel,
     filter: ComputeKernel,
@@ -209,10 +209,10 @@ impl Smoothing {
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
         Ok(Self {
-            bound: kernel("bound", "bound", "indirect/bound")?,
-            collect: kernel("spread", "collect", "indirect/collect")?,
-            spread: kernel("spread", "spread", "indirect/spread")?,
-            add: kernel("spread", "add", "indirect/add")?,
+            firefly_clamp: kernel("firefly_clamp", "firefly_clamp", "indirect/firefly_clamp")?,
+            collect: kernel("redistribution", "collect", "indirect/collect")?,
+            redistribution: kernel("redistribution", "redistribution", "indirect/redistribution")?,
+            add: kernel("redistribution", "add", "indirect/add")?,
             resolve: kernel("filter", "resolve", "indirect/resolve")?,
             filter: kernel("filter", "filter_axis", "indirect/filter")?,
             histories: match history {
@@ -256,12 +256,12 @@ impl Smoothing {
         };
         let is_filtered = parameters.radius > 0;
         if is_filtered || parameters.clamp_frames > 0.0 || followed.is_some() {
-            smooth(frame, &self.bound, 0, [found, next]);
+            smooth(frame, &self.firefly_clamp, 0, [found, next]);
             std::mem::swap(&mut found, &mut next);
-            if parameters.spread > 0 && parameters.clamp_frames > 0.0 {
+            if parameters.redistribution > 0 && parameters.clamp_frames > 0.0 {
                 let tiles = sums.picture.map(|side| side.div_ceil(TILE));
-                let bytes = size_of::<CutOff>() as u64 * u64::from(FACINGS * tiles.x * tiles.y);
-                let buffers = [frame.scratch("indirect/cut_off", bytes)?, frame.scratch("indirect/spread", bytes)?];
+                let bytes = size_of::<Clamped>() as u64 * u64::from(FACINGS * tiles.x * tiles.y);
+                let buffers = [frame.scratch("indirect/cut_off", bytes)?, frame.scratch("indirect/redistribution", bytes)?];
                 let uniform = frame.uniform(&parameters);
                 let spreading = surfaces
                     .clone()
@@ -271,7 +271,7 @@ impl Smoothing {
                     .buffer("cut_off", &buffers[0])
                     .buffer("redistribute_light", &buffers[1]);
                 frame.dispatch(&self.collect, &spreading, [tiles.x, tiles.y, 1]);
-                frame.dispatch(&self.spread, &spreading, [tiles.x.div_ceil(TILE), tiles.y.div_ceil(TILE), FACINGS]);
+                frame.dispatch(&self.redistribution, &spreading, [tiles.x.div_ceil(TILE), tiles.y.div_ceil(TILE), FACINGS]);
                 let adding = surfaces
                     .clone()
                     .part("smoothing", &uniform)
