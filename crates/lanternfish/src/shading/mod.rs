@@ -46,7 +46,7 @@ const SHADOW_RAYS: Feature = Feature::new("shadow_rays");
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
         Root::by_settings("shading/forward"),
-        Root::by_settings("shading/sums"),
+        Root::by_settings("shading/demodulated"),
         Root::by_settings("shading/visibility_ratios"),
         Root::of("shading/dim", &[TEXTURES]),
     ],

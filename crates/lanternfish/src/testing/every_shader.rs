@@ -63,8 +63,8 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
         for tracer in [None].into_iter().chain(Tracer::all().into_iter().map(Some)) {
             // What each draw asks for beside.
             for lights in [&[][..], &[AREA_LIGHTS]] {
-                let features = [&shading::sums_features(settings, tracer)[..], lights].concat();
-                requested.entry("shading/sums").or_default().insert(features);
+                let features = [&shading::demodulated_features(settings, tracer)[..], lights].concat();
+                requested.entry("shading/demodulated").or_default().insert(features);
             }
             let [opaque, transparent] = shading::features(settings, tracer);
             for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (transparent, &[&[]])] {

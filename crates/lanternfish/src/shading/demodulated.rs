@@ -101,11 +101,11 @@ impl DemodulatedLight {
     }
 }
 
-const LABEL: &str = "shading/sums";
+const LABEL: &str = "shading/demodulated";
 
 fn pipeline(device: &wgpu::Device, features: &[Feature], has_areas: bool) -> Result<RasterPipeline, RenderError> {
     let areas: &[Feature] = if has_areas { &[AREA_LIGHTS] } else { &[] };
-    let shader = DECLARED.link("shading/sums", &[features, areas].concat())?;
+    let shader = DECLARED.link("shading/demodulated", &[features, areas].concat())?;
     let target = Some(RADIANCE_FORMAT.into());
     let state = RasterState { targets: &[target.clone(), target], ..Default::default() };
     Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))
