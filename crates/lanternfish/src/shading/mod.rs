@@ -3,7 +3,7 @@
 mod arriving;
 mod nearest_transparent;
 mod visibility_ratios;
-mod sums;
+mod demodulated;
 #[cfg(test)]
 mod tests;
 
@@ -30,10 +30,10 @@ pub use self::arriving::Arriving;
 pub(crate) use self::{
     nearest_transparent::NearestTransparent,
     visibility_ratios::{VisibilityRatios, AccumulatedRatios},
-    sums::{DemodulatedLight, Sums},
+    demodulated::{DemodulatedLight, Sums},
 };
 #[cfg(any(test, feature = "testing"))]
-pub(crate) use self::{visibility_ratios::visibility_ratio_features, sums::sums_features};
+pub(crate) use self::{visibility_ratios::visibility_ratio_features, demodulated::sums_features};
 
 /// Transparent surfaces: the colour is premultiplied.
 const TRANSPARENT: Feature = Feature::new("transparent");
