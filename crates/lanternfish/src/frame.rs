@@ -44,7 +44,7 @@ pub(crate) struct Passes {
     pub visibility_ratios: Option<VisibilityRatios>,
     pub forward: Forward,
     /// Where sums are wanted in the place of a picture.
-    pub sums: DemodulatedLight,
+    pub irradiance: DemodulatedLight,
     pub sky: Sky,
     pub progressive: Progressive,
     pub output: Output,
@@ -224,9 +224,9 @@ impl Passes {
         let draws = scene.visible_draws(&view);
         if is_summed {
             let surface = match requests[slot].surface {
-                SurfaceSource::Own => self.sums.prepass.record(frame, scene, &draws, &buffer, view.size, None)?,
+                SurfaceSource::Own => self.irradiance.prepass.record(frame, scene, &draws, &buffer, view.size, None)?,
                 SurfaceSource::Given { depth, normal_roughness } => {
-                    self.sums.given.record(frame, depth, normal_roughness, view.size)?
+                    self.irradiance.given.record(frame, depth, normal_roughness, view.size)?
                 }
             };
             // Transparent surfaces are the caller's.
@@ -285,12 +285,12 @@ impl Passes {
         lights: LightLists,
         arriving: Arriving,
     ) -> Result<Shaded, RenderError> {
-        let sums = self.sums.target(frame, view);
+        let irradiance = self.irradiance.target(frame, view);
         let plan = self.plan(frame, view, &lights)?;
         self.by_bands(frame, view, &lights, plan.as_ref(), Traced::Nothing, |passes, frame, visibility| {
-            passes.sums.record(frame, view, &lights, &arriving, visibility, &sums)
+            passes.irradiance.record(frame, view, &lights, &arriving, visibility, &irradiance)
         })?;
-        let Sums { direct, indirect } = sums;
+        let Sums { direct, indirect } = irradiance;
         let shaded = Shaded::of_lights(Radiance { target: direct, drawn: None }, lights);
         Ok(Shaded { indirect_light: Some(indirect), visibility: plan, ambient_visibility: arriving.ambient_visibility, ..shaded })
     }

@@ -316,10 +316,10 @@ impl Renderer {
             counters.push(("shadows/bands".to_owned(), bands as u64));
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
         }
-        let of_transparent = shaded.indirect_of_transparent.iter().flat_map(|sums| &sums.counters);
+        let of_transparent = shaded.indirect_of_transparent.iter().flat_map(|irradiance| &irradiance.counters);
         let of_transparent = of_transparent.filter(|counters| counters.adds_up);
-        for sums in shaded.indirect.iter().flat_map(|sums| &sums.counters).chain(of_transparent) {
-            for (name, count) in sums.read(&self.device, &self.queue)? {
+        for irradiance in shaded.indirect.iter().flat_map(|irradiance| &irradiance.counters).chain(of_transparent) {
+            for (name, count) in irradiance.read(&self.device, &self.queue)? {
                 match counters.iter_mut().find(|(known, _)| known == name) {
                     Some((_, known)) => *known += count,
                     None => counters.push((name.to_owned(), count)),

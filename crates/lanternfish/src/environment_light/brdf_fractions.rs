@@ -25,7 +25,7 @@ pub(crate) fn fractions(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
     // Smith's term of each side: `visibility_term` of `materials/brdf.wesl` times 4 (n·l) (n·v).
     let k = 0.5 * alpha;
     let smith = |cosine: f64| cosine / (cosine * (1.0 - k) + k);
-    let mut sums = [0.0; 2];
+    let mut irradiance = [0.0; 2];
     for i in 0..COUNT {
         let u = (f64::from(i) + 0.5) / f64::from(COUNT);
         // Van der Corput's sequence.
@@ -41,11 +41,11 @@ pub(crate) fn fractions(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
         if v_dot_h > 0.0 && n_dot_l > 0.0 {
             let weight = smith(n_dot_l) * smith(n_dot_v) * v_dot_h / (h.z * n_dot_v);
             let grazing = fifth(v_dot_h);
-            sums[0] += weight * (1.0 - grazing);
-            sums[1] += weight * grazing;
+            irradiance[0] += weight * (1.0 - grazing);
+            irradiance[1] += weight * grazing;
         }
     }
-    sums.map(|sum| sum / f64::from(COUNT))
+    irradiance.map(|sum| sum / f64::from(COUNT))
 }
 
 /// Rows from roughness 0 on; half floats: the two of [`fractions`].

@@ -77,19 +77,19 @@ pub(super) fn sun_of(samples: &[EnvironmentSample]) -> Option<Vec3> {
 /// Irradiance over π of a surface that nothing occludes, by its normal, nits: the sum of these numbers times 1, y, z, x, xy, yz,
 /// 3z² − 1, xz, x² − y², within about 1 % of the mean for any surroundings [Ramamoorthi2001, eq. 7–13]; w unused.
 pub fn harmonics(samples: &[EnvironmentSample]) -> [Vec4; 9] {
-    let mut sums = [DVec3::ZERO; 9];
+    let mut irradiance = [DVec3::ZERO; 9];
     let mut sphere = 0.0;
     for sample in samples {
         let solid_angle = f64::from(sample.solid_angle);
         let light = sample.radiance.as_dvec3() * solid_angle;
         sphere += solid_angle;
-        for (sum, value) in sums.iter_mut().zip(polynomials(sample.direction.as_dvec3())) {
+        for (sum, value) in irradiance.iter_mut().zip(polynomials(sample.direction.as_dvec3())) {
             *sum += light * value;
         }
     }
     // Squares of the harmonics' factors times 4π, times what is left of each order after the cosine: 1, 2/3, 1/4.
     const FACTORS: [f64; 9] = [1.0, 2.0, 2.0, 2.0, 3.75, 3.75, 0.3125, 3.75, 0.9375];
-    std::array::from_fn(|i| (sums[i] * (FACTORS[i] / sphere)).as_vec3().extend(0.0))
+    std::array::from_fn(|i| (irradiance[i] * (FACTORS[i] / sphere)).as_vec3().extend(0.0))
 }
 
 fn polynomials(DVec3 { x, y, z }: DVec3) -> [f64; 9] {

@@ -119,7 +119,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         nearest_transparent: finds_arriving.then(|| NearestTransparent::new(&settings, tracer)),
         visibility_ratios: VisibilityRatios::new(device, &settings)?,
         forward: Forward::new(&settings, tracer),
-        sums: DemodulatedLight::new(&settings, tracer),
+        irradiance: DemodulatedLight::new(&settings, tracer),
         sky: Sky::new(),
         progressive: Progressive::new(device)?,
         output: Output::new(device, settings.tone_map, settings.exposure)?,

@@ -99,7 +99,7 @@ impl Renderer {
         let elsewhere: Vec<_> = elsewhere.collect();
         self.picture_frames(|this| {
             if views.iter().any(|view| matches!(view.surface, SurfaceSource::Given { .. })) {
-                this.engine.within(|| this.passes.sums.given.ready(&this.device).map(|_| ()))?;
+                this.engine.within(|| this.passes.irradiance.given.ready(&this.device).map(|_| ()))?;
             }
             let context = FrameContext { scene, views: &requested, is_averaged: false, requests: &elsewhere };
             this.frame(&context).map(|_| ())

@@ -38,7 +38,7 @@ pub(crate) struct Sums {
 }
 
 /// Features of the shader, before that of a scene with area lights. There is one sample a pixel, and nothing is kept from frame to frame.
-pub(crate) fn sums_features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
+pub(crate) fn demodulated_features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
     let [opaque, _] = features(&Settings { samples: Samples::One, history: History::Off, ..settings.clone() }, tracer);
     opaque
 }
@@ -49,7 +49,7 @@ impl DemodulatedLight {
         Self {
             prepass: Prepass::new(true, 1),
             given: GivenSurfaces::default(),
-            features: sums_features(settings, tracer),
+            features: demodulated_features(settings, tracer),
             pipelines: [None, None],
         }
     }
@@ -58,7 +58,7 @@ impl DemodulatedLight {
     pub fn target(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Sums {
         let none = wgpu::TextureUsages::empty();
         let mut target = |label| frame_target(frame, label, view.surface.size, RADIANCE_FORMAT, none, 1);
-        Sums { direct: target("sums/direct"), indirect: target("sums/indirect") }
+        Sums { direct: target("irradiance/direct"), indirect: target("irradiance/indirect") }
     }
 
     /// Sums the light of the visibility's rows, or of the whole view where there are no shadows. The call for the first row clears the
@@ -70,7 +70,7 @@ impl DemodulatedLight {
         lights: &LightLists,
         arriving: &Arriving,
         visibility: Option<&Visibility<'_>>,
-        sums: &Sums,
+        irradiance: &Sums,
     ) -> Result<(), RenderError> {
         let slot = &mut self.pipelines[usize::from(scene.has_area_lights)];
         let pipeline = match slot {
@@ -91,7 +91,7 @@ impl DemodulatedLight {
             let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
             Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops })
         };
-        frame.render(LABEL, &[color(&sums.direct), color(&sums.indirect)], None, |groups, pass| {
+        frame.render(LABEL, &[color(&irradiance.direct), color(&irradiance.indirect)], None, |groups, pass| {
             pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
             pipeline.set(pass);
             pipeline.bind(groups, pass, &bindings, 4);

@@ -33,7 +33,7 @@ pub(crate) use self::{
     demodulated::{DemodulatedLight, Sums},
 };
 #[cfg(any(test, feature = "testing"))]
-pub(crate) use self::{visibility_ratios::visibility_ratio_features, demodulated::sums_features};
+pub(crate) use self::{visibility_ratios::visibility_ratio_features, demodulated::demodulated_features};
 
 /// Transparent surfaces: the colour is premultiplied.
 const TRANSPARENT: Feature = Feature::new("transparent");

@@ -198,7 +198,7 @@ impl IndirectPasses for PhotonPasses {
         let mut parameters = self.parameters(view, surface.size, frames);
         let lit = view.showing(surface);
         let settings = &self.settings;
-        let sums =
+        let irradiance =
             PixelIrradiance::new(frame, surface.size, settings.resolution, settings.filter_radius, settings.clamp, frames)?;
         let mut counters = Counters::new(frame, "indirect/photon_splatting/counters", ROWS, COUNTERS)?;
         counters.adds_up = false;
@@ -230,8 +230,8 @@ impl IndirectPasses for PhotonPasses {
             tiles: &tiles,
             counters: &counters,
             lit: &lit,
-            sums: &sums,
-            room: self.chunk_capacity(frame, &parameters, &sums)?,
+            irradiance: &irradiance,
+            room: self.chunk_capacity(frame, &parameters, &irradiance)?,
         };
         for bounce in 0..settings.bounces {
             parameters.bounce = bounce;
@@ -240,7 +240,7 @@ impl IndirectPasses for PhotonPasses {
             self.scatter(frame, &photons, &mut parameters, &primaries, next.as_ref())?;
             primaries = next.unwrap_or(primaries);
         }
-        let layers = self.smoothing.record(frame, view, surface, &sums)?;
+        let layers = self.smoothing.record(frame, view, surface, &irradiance)?;
         Ok(DemodulatedIrradiance::new(layers).with_counters(vec![counters]))
     }
 }

@@ -56,10 +56,10 @@ impl SplatRaster {
     }
 
     /// What photons are drawn to.
-    pub fn targets(&self, frame: &mut Frame<'_>, sums: &PixelIrradiance) -> [wgpu::TextureView; 4] {
+    pub fn targets(&self, frame: &mut Frame<'_>, irradiance: &PixelIrradiance) -> [wgpu::TextureView; 4] {
         ["diffuse", "diffuse_grazing", "glossy", "glossy_grazing"].map(|name| {
             let label = format!("indirect/photon_splatting/{name}");
-            frame_target(frame, &label, sums.size, FORMAT, wgpu::TextureUsages::empty(), 1)
+            frame_target(frame, &label, irradiance.size, FORMAT, wgpu::TextureUsages::empty(), 1)
         })
     }
 
@@ -69,7 +69,7 @@ impl SplatRaster {
         frame: &mut Frame<'_>,
         bindings: &Bindings<'_>,
         slots: u32,
-        sums: &PixelIrradiance,
+        irradiance: &PixelIrradiance,
         targets: Option<&[wgpu::TextureView; 4]>,
     ) {
         let targets = targets.expect("made for photons that are drawn");
@@ -101,7 +101,7 @@ impl SplatRaster {
             .texture("drawn_glossy", glossy)
             .texture("drawn_glossy_grazing", glossy_grazing);
         let [width, height, _] = self.add.workgroup_size();
-        let UVec2 { x, y } = sums.size;
+        let UVec2 { x, y } = irradiance.size;
         frame.dispatch(&self.add, &adding, [x.div_ceil(width), y.div_ceil(height), 1]);
     }
 }

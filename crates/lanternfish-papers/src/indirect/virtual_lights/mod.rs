@@ -141,19 +141,19 @@ impl IndirectPasses for VirtualLightPasses {
             true => (radius, self.settings.clamp),
             false => (0, IndirectClamp::Off),
         };
-        let sums = PixelIrradiance::new(frame, surface.size, resolution, radius, clamp, frames)?;
+        let irradiance = PixelIrradiance::new(frame, surface.size, resolution, radius, clamp, frames)?;
         let [width, height, _] = self.gather.workgroup_size();
-        let groups = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
+        let groups = [irradiance.size.x.div_ceil(width), irradiance.size.y.div_ceil(height), 1];
         let surfaces = view.buffer.bindings().with(&surface.bindings());
         let uniform = frame.uniform(&found.parameters);
         let scene_bindings = view.scene.bindings();
-        let lit = scene_bindings.with(&surfaces).with(&sums.bindings()).with(&found.set.bindings());
-        let lit = lit.part("virtual_lights", &uniform).buffer("pixel_irradiance", &sums.sums);
+        let lit = scene_bindings.with(&surfaces).with(&irradiance.bindings()).with(&found.set.bindings());
+        let lit = lit.part("virtual_lights", &uniform).buffer("pixel_irradiance", &irradiance.irradiance);
         let gathering = lit.clone().with(&lists.bindings());
         match &self.shadow {
             None => frame.dispatch(&self.gather, &gathering, groups),
             Some(shadow) => {
-                let pixels = u64::from(sums.size.x) * u64::from(sums.size.y);
+                let pixels = u64::from(irradiance.size.x) * u64::from(irradiance.size.y);
                 let words = pixels * (u64::from(self.settings.shadow_rays) + 1);
                 let limit = frame.device.limits().max_storage_buffer_binding_size / 4;
                 if words > limit {
@@ -165,7 +165,7 @@ impl IndirectPasses for VirtualLightPasses {
                 shadow.dispatch(frame, view, &lit.buffer("chosen_lights", &chosen), groups);
             }
         }
-        let layers = self.smoothing.record(frame, view, surface, &sums)?;
+        let layers = self.smoothing.record(frame, view, surface, &irradiance)?;
         Ok(DemodulatedIrradiance::new(layers).with_counters(vec![found.counters.clone()]))
     }
 }

@@ -49,10 +49,10 @@ impl CellRadiances {
 /// Mean radiance of what is nearer to each direction than to any other: of each image of a set, its axis' and then that of the
 /// opposite; nits, w unused.
 fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) -> Vec<Vec4> {
-    let mut sums = vec![(DVec3::ZERO, 0.0f64); 2 * directions.len()];
+    let mut irradiance = vec![(DVec3::ZERO, 0.0f64); 2 * directions.len()];
     for sample in samples {
         let (image, reversed) = directions.nearest(sample.direction);
-        let (radiance, solid_angle) = &mut sums[2 * image as usize + usize::from(reversed)];
+        let (radiance, solid_angle) = &mut irradiance[2 * image as usize + usize::from(reversed)];
         *radiance += sample.radiance.as_dvec3() * f64::from(sample.solid_angle);
         *solid_angle += f64::from(sample.solid_angle);
     }
@@ -65,7 +65,7 @@ fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) -> Vec
         let nearest = samples.iter().max_by(|a, b| a.direction.dot(axis).total_cmp(&b.direction.dot(axis)));
         nearest.map_or(Vec4::ZERO, |sample| sample.radiance.extend(0.0))
     };
-    sums.into_iter().enumerate().map(mean).collect()
+    irradiance.into_iter().enumerate().map(mean).collect()
 }
 
 #[cfg(test)]

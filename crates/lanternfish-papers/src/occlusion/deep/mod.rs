@@ -97,9 +97,9 @@ impl OcclusionTechnique for Deep {
 const IMAGES_A_PASS: u32 = 32;
 
 /// Bytes of a pixel's `AmbientVisibilitySums`.
-const SUMS_BYTES: u64 = 16;
+const IRRADIANCE_BYTES: u64 = 16;
 /// The same with radiance.
-const RADIANCE_SUMS_BYTES: u64 = 48;
+const RADIANCE_BYTES: u64 = 48;
 
 /// The passes.
 #[derive(Debug)]
@@ -190,14 +190,14 @@ impl OcclusionPasses for DeepOcclusion {
         let kernels = if cells.is_some() { &self.environment } else { &self.constant };
         let UVec2 { x, y } = surface.size;
         let pixels = u64::from(x) * u64::from(y);
-        let sums_bytes = if cells.is_some() { RADIANCE_SUMS_BYTES } else { SUMS_BYTES };
-        let sums = frame.scratch("occlusion/sums", sums_bytes * pixels)?;
+        let irradiance_bytes = if cells.is_some() { RADIANCE_BYTES } else { IRRADIANCE_BYTES };
+        let irradiance = frame.scratch("occlusion/irradiance", irradiance_bytes * pixels)?;
         let target = ambient_visibility_target(frame, surface.size);
         let environment_irradiance = irradiance_target(frame, surface.size);
         let groups = [x.div_ceil(TILE), y.div_ceil(TILE), 1];
         let view_bindings = buffer.bindings();
         let shared = view_bindings.with(&surface.bindings()).with(&scene.bindings());
-        let mut shared = shared.buffer("ambient_visibility_sums", &sums);
+        let mut shared = shared.buffer("ambient_visibility_sums", &irradiance);
         if let Some(cells) = cells {
             shared = shared.buffer("cell_radiances", cells);
         }

@@ -201,7 +201,7 @@ impl Sums {
             texture_of(device, &wgpu::TextureDescriptor { size, usage, ..flat })
         };
         Self {
-            layers: texture("history/sums", KEPT_FORMAT, LAYERS),
+            layers: texture("history/irradiance", KEPT_FORMAT, LAYERS),
             places: texture("history/places", PLACES_FORMAT, 1),
             size,
         }

@@ -211,20 +211,20 @@ impl IndirectPasses for SampledLight {
         let settings = &self.settings;
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
-        let sums = PixelIrradiance::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
+        let irradiance = PixelIrradiance::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
         let first_diffuse_rays = settings.first_rays * settings.diffuse_rays;
         let [rounds, first_samples] =
             [settings.diffuse_rays, first_diffuse_rays].map(|rays| rays + settings.glossy_rays);
         let mut entries = match &mut self.entries {
-            Some(entries) => Some(entries.begin(frame, view_context, sums.size, rounds, first_samples)?),
+            Some(entries) => Some(entries.begin(frame, view_context, irradiance.size, rounds, first_samples)?),
             None => None,
         };
         let is_first = entries.as_ref().is_some_and(FrameEntries::is_first);
         let (diffuse_rays, rounds) =
             if is_first { (first_diffuse_rays, first_samples) } else { (settings.diffuse_rays, rounds) };
-        let targets = Targets::new(frame, sums.size, rounds)?;
+        let targets = Targets::new(frame, irradiance.size, rounds)?;
         let [width, height, _] = self.shade.workgroup_size();
-        let samples = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
+        let samples = [irradiance.size.x.div_ceil(width), irradiance.size.y.div_ceil(height), 1];
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
         // nothing more.
         let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
@@ -243,7 +243,7 @@ impl IndirectPasses for SampledLight {
         let surfaces = buffer.bindings().with(&surface.bindings()).buffer("sample_order", &self.sample_order);
         let parameters = entries.as_ref().map_or(parameters, |entries| entries.parameters(parameters));
         let of_frame = frame.uniform(&parameters);
-        let seen = scene.bindings().with(&surfaces).with(&sums.bindings()).part("sampled", &of_frame);
+        let seen = scene.bindings().with(&surfaces).with(&irradiance.bindings()).part("sampled", &of_frame);
         if scene.environment.is_some() {
             check_driver(&frame.device.adapter_info())?;
         }
@@ -256,7 +256,7 @@ impl IndirectPasses for SampledLight {
         while round < rounds {
             // Again where the frame starts over.
             if round == 0 {
-                frame.encoder().clear_buffer(&sums.sums, 0, None);
+                frame.encoder().clear_buffer(&irradiance.irradiance, 0, None);
             }
             let of_entries = entries.as_ref().map_or(0..rounds, |entries| entries.gathered_with(round));
             let traced = targets.traced_with(round, of_entries.clone());
@@ -273,10 +273,10 @@ impl IndirectPasses for SampledLight {
             let sample_bindings = seen.clone().part("sample_slots", &uniform);
             let tracing = sample_bindings.clone().buffer("sampled_hits", &targets.hits);
             if traced_first.replace(traced.start) != Some(traced.start) {
-                self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(sums.size));
+                self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(irradiance.size));
             }
             let summing =
-                sample_bindings.buffer("ray_irradiance", &sums.sums).buffer("ray_counters", targets.counters.buffer());
+                sample_bindings.buffer("ray_irradiance", &irradiance.irradiance).buffer("ray_counters", targets.counters.buffer());
             let mut shading =
                 summing.clone().buffer("hits_to_shade", &targets.hits).buffer("chosen_lights", &targets.light_rays);
             if let Some(environment) = &environment {
@@ -315,7 +315,7 @@ impl IndirectPasses for SampledLight {
             }
         }
 
-        let layers = self.smoothing.record(frame, view_context, surface, &sums)?;
+        let layers = self.smoothing.record(frame, view_context, surface, &irradiance)?;
         Ok(DemodulatedIrradiance {
             layers,
             counters: [targets.counters].into_iter().chain(entries.map(|entries| entries.counters())).collect(),

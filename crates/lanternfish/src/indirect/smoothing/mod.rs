@@ -144,7 +144,7 @@ gpu_constants! {
 }
 
 /// Bytes of a pixel's sums: `PackedIrradiance`.
-const SUMS_BYTES: u64 = 48;
+const IRRADIANCE_BYTES: u64 = 48;
 /// Largest reach of the filter, pixels.
 pub const MOST_RADIUS: u32 = 64;
 
@@ -152,7 +152,7 @@ pub const MOST_RADIUS: u32 = 64;
 #[derive(Debug)]
 pub struct PixelIrradiance {
     /// One each, row by row, bound under the name that the shader gives it.
-    pub sums: wgpu::Buffer,
+    pub irradiance: wgpu::Buffer,
     /// How many pixels are looked at, across and down.
     pub size: UVec2,
     /// Size of the picture.
@@ -178,9 +178,9 @@ impl PixelIrradiance {
         // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
         let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames, redistribution: radius.div_ceil(REDISTRIBUTE) };
-        let bytes = SUMS_BYTES * u64::from(size.x) * u64::from(size.y);
-        let sums = frame.scratch("indirect/sums", bytes)?;
-        Ok(Self { sums, size, picture, parameters, uniform: frame.uniform(&parameters) })
+        let bytes = IRRADIANCE_BYTES * u64::from(size.x) * u64::from(size.y);
+        let irradiance = frame.scratch("indirect/irradiance", bytes)?;
+        Ok(Self { irradiance, size, picture, parameters, uniform: frame.uniform(&parameters) })
     }
 
     /// Bindings of `pixel.wesl`, beside the view's and the surface's.
@@ -233,21 +233,21 @@ impl Smoothing {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-        sums: &PixelIrradiance,
+        irradiance: &PixelIrradiance,
     ) -> Result<wgpu::TextureView, RenderError> {
         let surfaces = view.buffer.bindings().with(&surface.bindings());
-        let mut parameters = sums.parameters;
+        let mut parameters = irradiance.parameters;
         let requested_frames = parameters.clamp_frames;
         let followed = self.histories.as_mut().zip(surface.motion.as_ref());
         if parameters.clamp_frames > 0.0 && followed.is_some() {
             // A frame is a share of what will be known, as of a mean.
             parameters.clamp_frames = parameters.clamp_frames.max(history::most_history(&view.view));
         }
-        let layers = [(); 2].map(|()| layers_target(frame, sums.picture));
+        let layers = [(); 2].map(|()| layers_target(frame, irradiance.picture));
         let [width, height, _] = self.filter.workgroup_size();
-        let pixels = [sums.picture.x.div_ceil(width), sums.picture.y.div_ceil(height), 1];
+        let pixels = [irradiance.picture.x.div_ceil(width), irradiance.picture.y.div_ceil(height), 1];
         let [mut found, mut next] = [&layers[0], &layers[1]];
-        let resolving = surfaces.clone().with(&sums.bindings()).buffer("finished_irradiance", &sums.sums);
+        let resolving = surfaces.clone().with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", found), pixels);
         let smooth = |frame: &mut Frame<'_>, kernel: &ComputeKernel, axis, [from, to]: [&wgpu::TextureView; 2]| {
             let uniform = frame.uniform(&SmoothingParameters { axis, ..parameters });
@@ -259,7 +259,7 @@ impl Smoothing {
             smooth(frame, &self.firefly_clamp, 0, [found, next]);
             std::mem::swap(&mut found, &mut next);
             if parameters.redistribution > 0 && parameters.clamp_frames > 0.0 {
-                let tiles = sums.picture.map(|side| side.div_ceil(TILE));
+                let tiles = irradiance.picture.map(|side| side.div_ceil(TILE));
                 let bytes = size_of::<Clamped>() as u64 * u64::from(FACINGS * tiles.x * tiles.y);
                 let buffers = [frame.scratch("indirect/cut_off", bytes)?, frame.scratch("indirect/redistribution", bytes)?];
                 let uniform = frame.uniform(&parameters);

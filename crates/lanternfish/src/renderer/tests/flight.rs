@@ -304,12 +304,12 @@ fn gpu_a_steady_frame_in_the_callers_commands_makes_nothing() {
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let shown = texture(gpu, wgpu::TextureFormat::Bgra8Unorm, SIZE);
-    let sums = [0, 1].map(|_| texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE));
+    let irradiance = [0, 1].map(|_| texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE));
     let mut made_by_frame = |step: usize| {
         let camera = camera(&scene, step % 3);
         let views = [
             ViewRequest::of_camera(1, &camera, SIZE, Target::Display(&shown, wgpu::TextureFormat::Bgra8Unorm)),
-            ViewRequest::of_camera(2, &camera, SIZE, Target::Sums { direct: &sums[0], indirect: &sums[1] }),
+            ViewRequest::of_camera(2, &camera, SIZE, Target::Sums { direct: &irradiance[0], indirect: &irradiance[1] }),
         ];
         if step == 0 {
             renderer.ready(&uploaded, &views).unwrap();

@@ -26,7 +26,7 @@ pub(super) struct Photons<'a> {
     pub counters: &'a Counters,
     /// The view, of this surface.
     pub lit: &'a ViewContext<'a>,
-    pub sums: &'a PixelIrradiance,
+    pub irradiance: &'a PixelIrradiance,
     pub room: ChunkCapacity,
 }
 
@@ -158,16 +158,16 @@ impl PhotonPasses {
             list: INDICES,
             remedy: Some("choose a smaller `photon-chunk`"),
         };
-        let sums = photons.sums;
+        let irradiance = photons.irradiance;
         let surface = photons.lit.surface.bindings();
-        let gathering = photons.scene.clone().with(&surface).with(&sums.bindings()).with(&set.bindings());
-        let gathering = gathering.part("photons", uniform).buffer("pixel_irradiance", &sums.sums);
+        let gathering = photons.scene.clone().with(&surface).with(&irradiance.bindings()).with(&set.bindings());
+        let gathering = gathering.part("photons", uniform).buffer("pixel_irradiance", &irradiance.irradiance);
         match &mut self.splatting {
-            Splatting::Raster(raster) => raster.record(frame, &gathering, slots, sums, photons.room.targets.as_ref()),
+            Splatting::Raster(raster) => raster.record(frame, &gathering, slots, irradiance, photons.room.targets.as_ref()),
             Splatting::Gather { culling, gather } => {
                 let lists = culling.record(frame, std::slice::from_ref(photons.lit), Reach::Surface, &set)?.remove(0);
                 let [width, height, _] = gather.workgroup_size();
-                let groups = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
+                let groups = [irradiance.size.x.div_ceil(width), irradiance.size.y.div_ceil(height), 1];
                 frame.dispatch(gather, &gathering.with(&lists.bindings()), groups);
             }
         }
@@ -181,7 +181,7 @@ impl PhotonPasses {
         &self,
         frame: &mut Frame<'_>,
         parameters: &PhotonParameters,
-        sums: &PixelIrradiance,
+        irradiance: &PixelIrradiance,
     ) -> Result<ChunkCapacity, RenderError> {
         let count = parameters.primary_count.max(1);
         let most = parameters.direction_count + 2;
@@ -200,7 +200,7 @@ impl PhotonPasses {
             places: frame.scratch("indirect/photon_splatting/places", 4 * (slots + 1))?,
             lights: frame.scratch("indirect/photon_splatting/photons", size_of::<Light>() as u64 * slots)?,
             targets: match &self.splatting {
-                Splatting::Raster(raster) => Some(raster.targets(frame, sums)),
+                Splatting::Raster(raster) => Some(raster.targets(frame, irradiance)),
                 Splatting::Gather { .. } => None,
             },
         })

@@ -168,15 +168,15 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
     let uploaded = renderer.upload(&scene).unwrap();
     let (sum, depth) =
         (texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE), texture(gpu, wgpu::TextureFormat::Depth32Float, SIZE));
-    let sums = ViewRequest::of_camera(1, &camera(&scene, 0), SIZE, Target::Sums { direct: &sum, indirect: &sum });
-    assert!(matches!(frame(gpu, &mut renderer, &uploaded, &[sums]), Err(RenderError::Together { .. })));
+    let irradiance = ViewRequest::of_camera(1, &camera(&scene, 0), SIZE, Target::Sums { direct: &sum, indirect: &sum });
+    assert!(matches!(frame(gpu, &mut renderer, &uploaded, &[irradiance]), Err(RenderError::Together { .. })));
     renderer.set(plain).unwrap();
     for surface in [
         // Neither may be bound by shaders, and the second is no depth.
         SurfaceSource::Given { depth: &depth, normal_roughness: &sum },
         SurfaceSource::Given { depth: &sum, normal_roughness: &sum },
     ] {
-        let given = ViewRequest { surface, ..sums };
+        let given = ViewRequest { surface, ..irradiance };
         assert!(matches!(frame(gpu, &mut renderer, &uploaded, &[given]), Err(RenderError::Target { .. })));
         let shaded = ViewRequest { target: Target::Own, ..given };
         assert!(matches!(frame(gpu, &mut renderer, &uploaded, &[shaded]), Err(RenderError::Target { .. })));
