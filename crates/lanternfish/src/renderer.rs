@@ -28,7 +28,7 @@ use crate::{
     context::FrameContext,
     error::RenderError,
     frame::{FrameResult, Passes, Shaded},
-    gpu_scene::{GpuScene, Needs},
+    gpu_scene::{GpuScene, SceneRequirements},
     light_culling::LightCullingPasses,
     settings::{Exposure, Settings},
     view::View,
@@ -50,7 +50,7 @@ pub struct Renderer {
     /// As its passes take them: what a debug view does not show is left out.
     effective: Settings,
     /// What it needs of a scene.
-    needs: Needs,
+    needs: SceneRequirements,
     compiled: Compiled,
     pub(crate) profiler: Profiler,
     /// What its frames use again. Locked by nobody for longer than a call.

@@ -37,7 +37,7 @@ pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, Side};
 pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
 pub use moving::Sent;
-pub(crate) use needs::Needs;
+pub(crate) use needs::SceneRequirements;
 pub use parts::Parts;
 pub(crate) use previous::GeometryAt;
 pub use raster::{MASKED, PassState, SceneRaster, TEXTURES};
@@ -132,7 +132,7 @@ pub struct GpuScene {
     previous: Previous,
     device: wgpu::Device,
     /// What it was uploaded for.
-    needs: Needs,
+    needs: SceneRequirements,
     counters: Vec<(String, u64)>,
 }
 
@@ -141,7 +141,7 @@ impl GpuScene {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &Scene,
-        needs: Needs,
+        needs: SceneRequirements,
     ) -> Result<Self, RenderError> {
         validate(scene)?;
         Self::with(device, queue, scene, needs, Unchanged::default())
@@ -152,10 +152,10 @@ impl GpuScene {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &Scene,
-        needs: Needs,
+        needs: SceneRequirements,
         unchanged: Unchanged,
     ) -> Result<Self, RenderError> {
-        let Needs { shading, parts, .. } = needs;
+        let SceneRequirements { shading, parts, .. } = needs;
         cost::check(scene, shading, parts.rays())?;
         let textures =
             Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy, unchanged.images)?;

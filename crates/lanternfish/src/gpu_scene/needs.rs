@@ -13,7 +13,7 @@ use super::{GpuScene, Parts, Shading};
 
 /// What of the settings goes into a scene on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Needs {
+pub(crate) struct SceneRequirements {
     /// Whose they are: a number that no other renderer has.
     renderer: u64,
     /// Which parts of materials were packed.
@@ -28,7 +28,7 @@ pub(crate) struct Needs {
     pub parts: Parts,
 }
 
-impl Needs {
+impl SceneRequirements {
     /// What another renderer needs, whose techniques read `parts`.
     pub fn new(shading: Shading, lights: LightSettings, parts: Parts, texture_arrays: bool, anisotropy: u16) -> Self {
         static RENDERERS: AtomicU64 = AtomicU64::new(0);
@@ -58,7 +58,7 @@ impl Needs {
 
 impl GpuScene {
     /// An error unless it lies on this device and was uploaded for all that is needed of it.
-    pub(crate) fn check(&self, device: &wgpu::Device, needed: &Needs) -> Result<(), RenderError> {
+    pub(crate) fn check(&self, device: &wgpu::Device, needed: &SceneRequirements) -> Result<(), RenderError> {
         let has = &self.needs;
         // Its own it has seen on its device.
         if has.renderer != needed.renderer {

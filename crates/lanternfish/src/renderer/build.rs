@@ -8,7 +8,7 @@ use crate::{
     debug_views::DebugViews,
     error::RenderError,
     frame::Passes,
-    gpu_scene::{Needs, Parts, Shading, automatic_anisotropy},
+    gpu_scene::{SceneRequirements, Parts, Shading, automatic_anisotropy},
     indirect,
     indirect::Indirect,
     light_culling::LightCulling,
@@ -34,7 +34,7 @@ pub(super) struct Built {
     /// The settings as the passes take them: what a debug view does not show is left out.
     pub effective: Settings,
     /// What is needed of a scene.
-    pub needs: Needs,
+    pub needs: SceneRequirements,
     pub passes: Passes,
     pub compiled: Compiled,
 }
@@ -127,7 +127,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         present: Present::default(),
     };
     let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
-    let needs = Needs::new(shading(&settings), settings.lights(), parts, texture_arrays, anisotropy);
+    let needs = SceneRequirements::new(shading(&settings), settings.lights(), parts, texture_arrays, anisotropy);
     let drawn = (needs_normals, needs_motion, one_sample, settings.samples, shading::features(&settings, tracer));
     let compiled = Compiled { requested: Requested::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
