@@ -14,7 +14,7 @@ use lanternfish_papers::{
 };
 use lanternfish_scene::{Camera, Scene};
 
-use crate::seen::Seen;
+use crate::viewport::Viewport;
 
 /// Deep images of a scene, and the last picture of them.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ pub struct Cloud {
 
 impl Cloud {
     /// Builds the images that the first rendering's settings say, of its scene as it is now, without waiting for them to be asked for.
-    pub fn new(first: &Seen) -> Result<Self, RenderError> {
+    pub fn new(first: &Viewport) -> Result<Self, RenderError> {
         let gpu = &first.gpu;
         // The builders draw the BVH's triangles.
         let with_bvh = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
@@ -49,7 +49,7 @@ impl Cloud {
     }
 
     /// Whether these are the images of what the first rendering shows now.
-    pub fn is_of(&self, first: &Seen) -> bool {
+    pub fn is_of(&self, first: &Viewport) -> bool {
         Arc::ptr_eq(&self.scene, &first.scene) && self.settings == DeepImageSettings::of(&first.settings().structure)
     }
 
@@ -59,7 +59,7 @@ impl Cloud {
     }
 
     /// Draws what a camera sees.
-    pub fn draw(&mut self, first: &Seen, camera: &Camera) -> Result<(), RenderError> {
+    pub fn draw(&mut self, first: &Viewport, camera: &Camera) -> Result<(), RenderError> {
         let (gpu, size) = (&first.gpu, first.size());
         let view = View::new(camera, size, glam::Vec3::ZERO, &self.scene.bounds());
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut self.profiler);

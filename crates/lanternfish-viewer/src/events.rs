@@ -32,7 +32,7 @@ pub trait Program: Sized {
     /// Takes a file that was dropped on it. It is painted after that.
     fn dropped(&mut self, path: &Path);
 
-    /// Paints it: whether it is to be closed.
+    /// RepaintLimiter it: whether it is to be closed.
     fn frame(&mut self) -> bool;
 
     /// Asks what works for it, without waiting: whether it is to be painted because of that.

@@ -1,29 +1,29 @@
 //! The window of Lanternfish: a scene, a camera that flies through it, settings a click away, and what each pass costs.
 //!
 //! ```text
-//! window.rs ─▶ panels/ ─▶ State (settings, camera, clip) ─▶ seen.rs ─▶ a texture ─▶ window.rs
+//! window.rs ─▶ panels/ ─▶ State (settings, camera, clip) ─▶ viewport.rs ─▶ a texture ─▶ window.rs
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 //!
 //! `pictures/` is a window of pictures of files; `events.rs` is the loop around either.
 
 mod background;
-mod beside;
+mod comparison;
 mod cloud;
 mod clusters;
 mod controls;
 mod difference;
 mod error;
 mod events;
-mod kept;
+mod window_state;
 mod overlay;
-mod pace;
-mod paints;
+mod resolution_scaling;
+mod repaint_limiter;
 mod panels;
 mod pictures;
 mod player;
 mod record;
-mod seen;
+mod viewport;
 mod source_tree;
 mod stereo;
 mod sun;

@@ -118,11 +118,11 @@ mod tests {
         assert_eq!(alone.without_rain(), None);
 
         let scene = animated();
-        let beside = clip_at(&scene, true, of(Some(0), 2.5)).unwrap();
-        assert_eq!((beside.animation, beside.duration, beside.time), (Some(0), 2.0, 2.5), "rain falls on");
+        let comparison = clip_at(&scene, true, of(Some(0), 2.5)).unwrap();
+        assert_eq!((comparison.animation, comparison.duration, comparison.time), (Some(0), 2.0, 2.5), "rain falls on");
         // An animation that nobody has chosen rests.
         let mut resting = clip_at(&scene, true, of(None, 0.0)).unwrap();
         assert!(!play(&scene, &mut resting, &mut of(None, 0.0), 0.0) && resting.animation.is_none());
-        assert_eq!(beside.without_rain().map(|clip| clip.has_rain), Some(false));
+        assert_eq!(comparison.without_rain().map(|clip| clip.has_rain), Some(false));
     }
 }

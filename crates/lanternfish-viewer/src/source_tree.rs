@@ -17,14 +17,14 @@ pub const PERIOD: Duration = Duration::from_millis(250);
 pub struct SourceTree {
     folder: PathBuf,
     /// When each file was written last, its bytes, and its module path.
-    seen: BTreeMap<PathBuf, (Option<SystemTime>, u64, String)>,
+    viewport: BTreeMap<PathBuf, (Option<SystemTime>, u64, String)>,
     looked: Option<Instant>,
 }
 
 impl SourceTree {
     /// The files below a folder, of which none has been seen.
     pub fn new(folder: PathBuf) -> Self {
-        Self { folder, seen: BTreeMap::new(), looked: None }
+        Self { folder, viewport: BTreeMap::new(), looked: None }
     }
 
     /// The texts of all files by their module paths, where any is another than at the last look. None before [`PERIOD`] is over, and where
@@ -40,7 +40,7 @@ impl SourceTree {
         });
         let mut found: BTreeMap<_, _> = files.collect();
         // Without any the tree is not there, or is about to become another.
-        if found == self.seen || found.is_empty() {
+        if found == self.viewport || found.is_empty() {
             return None;
         }
         let mut texts = ShaderTexts::new();
@@ -52,7 +52,7 @@ impl SourceTree {
             }
             Err(_) => false,
         });
-        self.seen = found;
+        self.viewport = found;
         Some(texts)
     }
 }

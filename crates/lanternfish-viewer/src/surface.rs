@@ -147,7 +147,7 @@ impl Surface {
         }
     }
 
-    /// Paints what egui made.
+    /// RepaintLimiter what egui made.
     pub fn paint(&mut self, gpu: &Gpu, mut output: egui::FullOutput) {
         self.paint_count += 1;
         tracing::debug!("paint {} of the window", self.paint_count);

@@ -17,18 +17,18 @@ use winit::{
 
 use crate::{
     Keeper, Moment, Opened, Opener, Start, ViewerError, Writer,
-    beside::Beside,
+    comparison::Comparison,
     clusters,
     controls::Controls,
     events::{self, Program},
-    kept::Kept,
+    window_state::Kept,
     overlay::Overlays,
-    pace::Pace,
-    paints::Paints,
+    resolution_scaling::ResolutionScaling,
+    repaint_limiter::RepaintLimiter,
     panels::{Listing, Memory, State},
     player,
     record::Recorder,
-    seen::Seen,
+    viewport::Viewport,
     source_tree::{self, SourceTree},
     stereo::Stereo,
     surface::{self, Known, Surface},
@@ -47,10 +47,10 @@ struct Viewer {
     /// A, B, and where they differ, as egui knows them.
     pictures: [Known; 3],
     state: State,
-    seen: Seen,
-    beside: Beside,
+    viewport: Viewport,
+    comparison: Comparison,
     name: String,
-    pace: Pace,
+    resolution_scaling: ResolutionScaling,
     /// Pixels of the window that the picture has.
     room: UVec2,
     /// The moment of animations and rain that is on the device.
@@ -61,7 +61,7 @@ struct Viewer {
     opened: Instant,
     frame_ms: f64,
     memory: Memory,
-    paints: Paints,
+    repaint_limiter: RepaintLimiter,
     /// When the window was last painted, and which mean of frames that showed.
     painted: (Instant, Option<u64>),
     moved: Option<Instant>,
@@ -113,7 +113,7 @@ impl Program for Viewer {
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
         let clip = player::clip_at(&scene, rain.is_some(), moment);
-        let seen = Seen::new(gpu, scene, &settings)?;
+        let viewport = Viewport::new(gpu, scene, &settings)?;
         let state = State {
             usual: settings.clone(),
             wipe: Wipe::new(&settings),
@@ -136,10 +136,10 @@ impl Program for Viewer {
             surface,
             pictures: [const { None }; 3],
             state,
-            seen,
-            beside: Beside::default(),
+            viewport,
+            comparison: Comparison::default(),
             name,
-            pace: Pace::default(),
+            resolution_scaling: ResolutionScaling::default(),
             room,
             // The scene is as it is at the start of what it plays.
             moment: moment.map(|moment| Moment { time: 0.0, ..moment }),
@@ -148,7 +148,7 @@ impl Program for Viewer {
             opened: last,
             frame_ms: 0.0,
             memory: Memory::default(),
-            paints: Paints::default(),
+            repaint_limiter: RepaintLimiter::default(),
             painted: (last, None),
             // The first picture is a small one: how long a frame takes is not known.
             moved: Some(last),
@@ -163,7 +163,7 @@ impl Program for Viewer {
     }
 
     fn surface(&mut self) -> (&mut Surface, &wgpu::Device) {
-        (&mut self.surface, &self.seen.gpu.device)
+        (&mut self.surface, &self.viewport.gpu.device)
     }
 
     fn dropped(&mut self, path: &Path) {
@@ -187,7 +187,7 @@ impl Program for Viewer {
     }
 
     fn look_again(&self) -> Option<Duration> {
-        let works = self.has_more() || self.is_busy() || self.beside.is_working();
+        let works = self.has_more() || self.is_busy() || self.comparison.is_working();
         if works { Some(self.period()) } else { self.shaders.as_ref().map(|_| source_tree::PERIOD) }
     }
 
@@ -205,16 +205,16 @@ impl Viewer {
     fn has_more(&self) -> bool {
         let camera = &self.state.controls.camera;
         let is_complete =
-            self.seen.size() == self.room && !self.seen.has_more(camera) && self.seen.eyes() == self.state.eyes();
-        let is_complete = is_complete && !self.beside.has_more(&self.seen, &self.state.wipe, camera);
+            self.viewport.size() == self.room && !self.viewport.has_more(camera) && self.viewport.eyes() == self.state.eyes();
+        let is_complete = is_complete && !self.comparison.has_more(&self.viewport, &self.state.wipe, camera);
         self.moves() || !(self.is_busy() || is_complete)
     }
 
     /// Whether the next frame changes nothing but means, which were painted a short while ago: it is drawn, and not painted.
     fn only_gets_better(&self) -> bool {
         let (at, mean) = self.painted;
-        let is_painted = mean.is_some() && mean == self.seen.mean() && self.seen.size() == self.room;
-        is_painted && !self.moves() && self.has_more() && !self.paints.is_due(1e3 * at.elapsed().as_secs_f64())
+        let is_painted = mean.is_some() && mean == self.viewport.mean() && self.viewport.size() == self.room;
+        is_painted && !self.moves() && self.has_more() && !self.repaint_limiter.is_due(1e3 * at.elapsed().as_secs_f64())
     }
 
     /// How long it is until it is asked again whether the device is done.
@@ -225,7 +225,7 @@ impl Viewer {
 
     /// Whether the device has not yet done what it was told of one of the pictures.
     fn is_busy(&self) -> bool {
-        self.seen.is_busy() || self.beside.is_busy()
+        self.viewport.is_busy() || self.comparison.is_busy()
     }
 
     /// Whether the next frame shows something else than the last, whoever sits there.
@@ -236,32 +236,32 @@ impl Viewer {
 
     /// Asks what has become of the last frame of the pictures: whether anything is there that was not, and nothing better comes at once.
     fn poll(&mut self) -> bool {
-        let of_first = self.seen.poll();
-        let news = self.beside.poll(&self.seen);
+        let of_first = self.viewport.poll();
+        let news = self.comparison.poll(&self.viewport);
         if let Some(found) = news.found
             && let Some(pointed) = &mut self.state.pointed
         {
-            let place = found.place.as_ref().filter(|_| self.seen.shows(&pointed.camera));
+            let place = found.place.as_ref().filter(|_| self.viewport.shows(&pointed.camera));
             // Who has clicked waits a moment for what the device knows.
-            pointed.cluster = place.and_then(|place| clusters::at(&self.seen.clusters().ok()?, pointed.eye, place.p));
-            let pixel = (pointed.at * self.seen.size().as_vec2()).as_uvec2();
-            pointed.tile = place.and_then(|_| self.seen.tiles().ok()?.get(pointed.eye)?.at(pixel));
+            pointed.cluster = place.and_then(|place| clusters::at(&self.viewport.clusters().ok()?, pointed.eye, place.p));
+            let pixel = (pointed.at * self.viewport.size().as_vec2()).as_uvec2();
+            pointed.tile = place.and_then(|_| self.viewport.tiles().ok()?.get(pointed.eye)?.at(pixel));
             pointed.found = Some(found);
         }
         if let Some(failed) = news.failed {
             self.state.message = failed;
         }
         if let Some(ms) = news.ms.or(of_first) {
-            let size = self.seen.size();
-            self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
+            let size = self.viewport.size();
+            self.resolution_scaling.took(u64::from(size.x) * u64::from(size.y), ms);
             self.frame_ms = ms;
-            self.memory.ask_again(&self.seen);
+            self.memory.ask_again(&self.viewport);
             let now = 1e3 * self.opened.elapsed().as_secs_f64();
-            let period = self.paints.ended(now, !self.moves() && self.has_more());
+            let period = self.repaint_limiter.ended(now, !self.moves() && self.has_more());
             tracing::debug!(
                 "frame of {size}: {ms:.1} ms; {} are averaged; {period:.1?} since the one before; a paint takes {:.1?} ms",
-                self.seen.averaged(),
-                self.paints.ms()
+                self.viewport.averaged(),
+                self.repaint_limiter.ms()
             );
         }
         if of_first.is_some() {
@@ -274,8 +274,8 @@ impl Viewer {
     fn read_shaders(&mut self) -> bool {
         let Some(texts) = self.shaders.as_mut().and_then(SourceTree::look) else { return false };
         let camera = &self.state.controls.camera;
-        let first = self.seen.edit_shaders(texts.clone(), camera);
-        let done = first.and_then(|()| self.beside.edit_shaders(texts, camera));
+        let first = self.viewport.edit_shaders(texts.clone(), camera);
+        let done = first.and_then(|()| self.comparison.edit_shaders(texts, camera));
         self.state.message =
             done.map_or_else(|error| error.to_string(), |()| "The shaders are those of the source tree".to_owned());
         true
@@ -286,12 +286,12 @@ impl Viewer {
         let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, moment, rain }| {
             let controls = Controls::new(camera, scene.bounds().size().length());
             let clip = player::clip_at(&scene, rain.is_some(), moment);
-            self.beside.let_go();
+            self.comparison.let_go();
             if let Some(settings) = settings {
-                self.seen.set(&settings).map_err(|error| error.to_string())?;
+                self.viewport.set(&settings).map_err(|error| error.to_string())?;
                 (self.state.settings, self.state.usual, self.state.written) = (settings.clone(), settings, None);
             }
-            self.seen.open(scene).map_err(|error| error.to_string())?;
+            self.viewport.open(scene).map_err(|error| error.to_string())?;
             self.surface.window.set_title(&format!("{name} – Lanternfish"));
             (self.name, self.state.controls, self.state.clip) = (name, controls, clip);
             if eyes.is_some() {

@@ -76,7 +76,7 @@ impl Wipe {
     }
 }
 
-/// Paints both sides into a place; `whole` is where all of a picture would be, which may be more or less than the place. The line is
+/// RepaintLimiter both sides into a place; `whole` is where all of a picture would be, which may be more or less than the place. The line is
 /// moved by [`line`], which comes after what else takes hold of the place.
 pub fn paint(ui: &Ui, place: Rect, whole: Rect, painted: Painted, textures: &Textures) {
     let image = |texture: Option<egui::TextureId>, from: f32, to: f32| {

@@ -9,7 +9,7 @@ use egui::Ui;
 use lanternfish::FrameMemory;
 
 use super::Facts;
-use crate::seen::Seen;
+use crate::viewport::Viewport;
 
 /// How often it is asked, at most.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -28,12 +28,12 @@ pub struct Memory {
 
 impl Memory {
     /// Asks once more, unless it has just been asked.
-    pub fn ask_again(&mut self, seen: &Seen) {
+    pub fn ask_again(&mut self, viewport: &Viewport) {
         if self.requested.is_some_and(|requested| requested.elapsed() < PERIOD) {
             return;
         }
-        (self.requested, self.frames) = (Some(Instant::now()), seen.memory());
-        if let Some(report) = seen.gpu.device.generate_allocator_report() {
+        (self.requested, self.frames) = (Some(Instant::now()), viewport.memory());
+        if let Some(report) = viewport.gpu.device.generate_allocator_report() {
             let all = report.allocations.iter().map(|one| (one.name.as_str(), one.size));
             (self.by_use, self.reserved) = (by_use(all), report.total_reserved_bytes);
         }

@@ -106,7 +106,7 @@ pub fn show(ui: &mut Ui, state: &mut State, textures: &Textures, difference: Dif
     if state.shows_panel {
         egui::Panel::left("pictures").default_size(300.0).show(ui, |ui| {
             ui.heading("Pictures");
-            egui::ScrollArea::vertical().show(ui, |ui| beside(ui, state, difference));
+            egui::ScrollArea::vertical().show(ui, |ui| comparison(ui, state, difference));
         });
     }
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| picture(ui, state, textures));
@@ -136,7 +136,7 @@ fn keys(ui: &Ui, state: &mut State, requested: &mut Requested) {
     });
 }
 
-fn beside(ui: &mut Ui, state: &mut State, difference: Difference) {
+fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
     which(ui, state);
     ui.separator();
     if state.pictures.iter().any(|picture| picture.is_radiance) {

@@ -24,12 +24,12 @@ impl Viewer {
         let is_alone = !self.is_busy();
         self.poll();
         let right = match self.state.eyes() {
-            Some(_) => self.seen.right_picture(),
-            None => self.beside.picture(),
+            Some(_) => self.viewport.right_picture(),
+            None => self.comparison.picture(),
         };
-        let shown = [Some(self.seen.picture()), right, self.beside.map()];
+        let shown = [Some(self.viewport.picture()), right, self.comparison.map()];
         for (known, texture) in self.pictures.iter_mut().zip(shown) {
-            self.surface.know(&self.seen.gpu.device, known, texture, wgpu::FilterMode::Linear);
+            self.surface.know(&self.viewport.gpu.device, known, texture, wgpu::FilterMode::Linear);
         }
         let (requested, output) = self.panels(seconds);
         if let Some(recorder) = &mut self.recorder {
@@ -41,7 +41,7 @@ impl Viewer {
         }
         self.moved = self.moved.filter(|since| since.elapsed() < REST);
         self.wants_screenshot |= requested.screenshot;
-        if !self.seen.is_busy() {
+        if !self.viewport.is_busy() {
             self.keep_picture();
         }
         if let Some((at, eye)) = requested.pixel {
@@ -60,11 +60,11 @@ impl Viewer {
             self.look_from_above();
             self.draw_both(seconds);
         }
-        self.surface.paint(&self.seen.gpu, output);
-        self.paints.painted();
-        self.painted = (Instant::now(), self.seen.mean());
+        self.surface.paint(&self.viewport.gpu, output);
+        self.repaint_limiter.painted();
+        self.painted = (Instant::now(), self.viewport.mean());
         if is_first {
-            self.paints.took(1e3 * self.last.elapsed().as_secs_f64());
+            self.repaint_limiter.took(1e3 * self.last.elapsed().as_secs_f64());
             if !self.is_busy() {
                 self.look_from_above();
                 self.draw_both(seconds);
@@ -75,24 +75,24 @@ impl Viewer {
 
     /// What egui makes of the panels; the room that is left for the picture is in pixels.
     fn panels(&mut self, seconds: f32) -> (Requested, egui::FullOutput) {
-        let Self { surface, state, seen, beside, name, pictures, frame_ms, memory, paints, .. } = self;
+        let Self { surface, state, viewport, comparison, name, pictures, frame_ms, memory, repaint_limiter, .. } = self;
         let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
         let facts = Facts {
             name,
-            scene: &seen.scene,
-            triangle_count: seen.scene.triangle_counts().1,
-            adapter: &seen.gpu.description,
-            size: seen.size().into(),
-            eyes: seen.eyes(),
-            averaged: seen.averaged(),
-            passes: seen.report.as_ref().map_or(&[], |report| &report.passes),
-            counters: seen.report.as_ref().map_or(&[], |report| &report.counters),
+            scene: &viewport.scene,
+            triangle_count: viewport.scene.triangle_counts().1,
+            adapter: &viewport.gpu.description,
+            size: viewport.size().into(),
+            eyes: viewport.eyes(),
+            averaged: viewport.averaged(),
+            passes: viewport.report.as_ref().map_or(&[], |report| &report.passes),
+            counters: viewport.report.as_ref().map_or(&[], |report| &report.counters),
             memory,
             frame_ms: *frame_ms,
-            window_ms: paints.ms(),
+            window_ms: repaint_limiter.ms(),
             textures: Textures { a, b, map },
-            progress_of_b: beside.progress(),
-            mean_difference: beside.mean(),
+            progress_of_b: comparison.progress(),
+            mean_difference: comparison.mean(),
         };
         let mut requested = Requested::default();
         let output = surface.panels(|ui| {

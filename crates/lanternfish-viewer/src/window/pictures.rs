@@ -12,59 +12,59 @@ use crate::{
     overlay::BirdsEye,
     panels::{Clip, Edit, Pointed, State},
     player,
-    seen::at_rest,
+    viewport::at_rest,
     wipe::Other,
 };
 
 impl Viewer {
     /// The next frame of either side, while the device does nothing for them. What cannot be is told, and is as it was before.
     pub(super) fn draw_both(&mut self, seconds: f32) {
-        self.seen.show_to(self.state.eyes());
+        self.viewport.show_to(self.state.eyes());
         self.draw_beside();
         if let Err(error) = self.draw(seconds) {
             self.state.message = error.to_string();
             // What was asked for cannot be: what is shown can.
-            self.state.settings = self.seen.settings().clone();
+            self.state.settings = self.viewport.settings().clone();
             self.state.written = None;
         }
     }
 
     /// The next frame of the picture, where there is one.
     fn draw(&mut self, seconds: f32) -> Result<(), lanternfish::RenderError> {
-        self.seen.set(&self.state.settings)?;
+        self.viewport.set(&self.state.settings)?;
         if let Some(clip) = &mut self.state.clip
-            && player::play(&self.seen.scene, clip, &mut self.moment, seconds)
+            && player::play(&self.viewport.scene, clip, &mut self.moment, seconds)
         {
             let (animation, time) = (clip.animation, clip.time);
             self.let_go();
-            let scene = Arc::make_mut(&mut self.seen.scene);
+            let scene = Arc::make_mut(&mut self.viewport.scene);
             if let Some(animation) = animation {
                 scene.pose(animation, time);
             }
             if let Some(rain) = &self.rain {
                 rain.fall(&mut scene.lights, time);
             }
-            self.seen.update()?;
+            self.viewport.update()?;
         }
-        let fraction = self.pace.scale(u64::from(self.room.x) * u64::from(self.room.y), self.moves());
+        let fraction = self.resolution_scaling.scale(u64::from(self.room.x) * u64::from(self.room.y), self.moves());
         let size = (self.room.as_vec2() * fraction).as_uvec2().max(UVec2::ONE);
-        self.seen.resize(size);
-        if self.seen.has_more(&self.state.controls.camera) {
-            self.seen.draw(&self.state.controls.camera)?;
+        self.viewport.resize(size);
+        if self.viewport.has_more(&self.state.controls.camera) {
+            self.viewport.draw(&self.state.controls.camera)?;
         }
         Ok(())
     }
 
     /// The next frame of the other side, before that of the first: what is compared is what is seen.
     fn draw_beside(&mut self) {
-        let rests = !self.moves() && self.seen.size() == self.room && self.seen.averaged() > 0;
+        let rests = !self.moves() && self.viewport.size() == self.room && self.viewport.averaged() > 0;
         if let Some(pointed) = self.state.pointed.clone().filter(|pointed| rests && pointed.is_of_before) {
             self.probe(pointed.at, pointed.eye, pointed.camera, pointed.found);
         }
         let State { wipe, controls, message, .. } = &mut self.state;
-        if let Err(error) = self.beside.draw(&self.seen, wipe, &controls.camera, rests) {
+        if let Err(error) = self.comparison.draw(&self.viewport, wipe, &controls.camera, rests) {
             *message = format!("B: {error}");
-            match self.beside.settings() {
+            match self.comparison.settings() {
                 Some(settings) if *settings != wipe.settings => wipe.settings = settings.clone(),
                 _ => wipe.other = Other::Nothing,
             }
@@ -73,7 +73,7 @@ impl Viewer {
 
     /// Goes over to the view from above, once the first camera's picture is whole, or back from it.
     pub(super) fn look_from_above(&mut self) {
-        let rests = self.seen.size() == self.room && !self.moves();
+        let rests = self.viewport.size() == self.room && !self.moves();
         let State { overlays, controls, message, clip, .. } = &mut self.state;
         if !overlays.wants_birds_eye {
             return;
@@ -87,11 +87,11 @@ impl Viewer {
         if let Some(view) = overlays.birds_eye.take() {
             controls.camera = view.first.camera.clone();
             (controls.speed, controls.reach) = (view.first.speed, view.first.reach);
-        } else if rests && self.seen.shows(&controls.camera) {
-            match self.seen.clusters() {
+        } else if rests && self.viewport.shows(&controls.camera) {
+            match self.viewport.clusters() {
                 Ok(grids) => {
                     let view = BirdsEye::new(controls, self.room.x as f32 / self.room.y as f32, &grids);
-                    controls.camera = view.camera(&self.seen.scene.bounds());
+                    controls.camera = view.camera(&self.viewport.scene.bounds());
                     overlays.birds_eye = Some(view);
                 }
                 Err(error) => *message = error.to_string(),
@@ -109,8 +109,8 @@ impl Viewer {
     }
 
     fn probe(&mut self, at: glam::Vec2, eye: usize, camera: Camera, found: Option<Found>) {
-        let cameras = self.seen.cameras(&camera);
-        self.beside.probe(&self.seen, cameras.get(eye).unwrap_or(&camera), at.to_array());
+        let cameras = self.viewport.cameras(&camera);
+        self.comparison.probe(&self.viewport, cameras.get(eye).unwrap_or(&camera), at.to_array());
         self.state.pointed = Some(Pointed { at, eye, camera, found, cluster: None, tile: None, is_of_before: false });
     }
 
@@ -118,9 +118,9 @@ impl Viewer {
     pub(super) fn edit(&mut self, edit: Edit) {
         self.state.message.clear();
         let changed = edit.changed();
-        let lights = edit.applied(&self.seen.scene.lights);
+        let lights = edit.applied(&self.viewport.scene.lights);
         self.let_go();
-        match self.seen.set_lights(lights) {
+        match self.viewport.set_lights(lights) {
             Ok(()) => self.mind_the_rain(changed),
             Err(error) => self.state.message = error.to_string(),
         }
@@ -145,7 +145,7 @@ impl Viewer {
         let settings = at_rest(&self.state.settings);
         let shown = Shown {
             settings: &settings,
-            scene: &self.seen.scene,
+            scene: &self.viewport.scene,
             camera: &self.state.controls.camera,
             eyes: self.state.eyes(),
             size: self.room.into(),
@@ -169,7 +169,7 @@ impl Viewer {
 
     /// The scene becomes another: nobody else holds on to it.
     fn let_go(&mut self) {
-        self.beside.let_go();
+        self.comparison.let_go();
         if let Some(pointed) = &mut self.state.pointed {
             pointed.is_of_before = true;
         }
@@ -177,14 +177,14 @@ impl Viewer {
 
     /// Writes a screenshot, if one is asked for and the whole picture is there.
     pub(super) fn keep_picture(&mut self) {
-        let size = self.seen.size();
-        if !self.wants_screenshot || size != self.room || self.seen.averaged() == 0 {
+        let size = self.viewport.size();
+        if !self.wants_screenshot || size != self.room || self.viewport.averaged() == 0 {
             return;
         }
         self.wants_screenshot = false;
-        let read = self.seen.pixels().map_err(|error| error.to_string());
+        let read = self.viewport.pixels().map_err(|error| error.to_string());
         // Two eyes stand side by side.
-        let all = if self.seen.eyes().is_some() { size * UVec2::new(2, 1) } else { size };
+        let all = if self.viewport.eyes().is_some() { size * UVec2::new(2, 1) } else { size };
         let kept = read.and_then(|texels| (self.keep)(texels.as_flattened(), all.into()));
         self.state.message = kept.unwrap_or_else(|what| format!("no screenshot: {what}"));
     }

@@ -11,12 +11,12 @@ const STEPS: f32 = 10.0;
 
 /// What frames have taken.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Pace {
+pub struct ResolutionScaling {
     /// Milliseconds a million pixels, of the last frames; none before the first.
     ms_per_megapixel: Option<f64>,
 }
 
-impl Pace {
+impl ResolutionScaling {
     /// A frame of so many pixels took so long.
     pub fn took(&mut self, pixels: u64, ms: f64) {
         let now = ms / (pixels.max(1) as f64 * 1e-6);
@@ -41,15 +41,15 @@ mod tests {
 
     #[test]
     fn what_moves_is_drawn_as_large_as_time_allows_and_whole_at_rest() {
-        let mut pace = Pace::default();
-        assert_eq!((pace.scale(1_000_000, true), pace.scale(1_000_000, false)), (FIRST, 1.0));
-        pace.took(1_000_000, 600.0);
+        let mut resolution_scaling = ResolutionScaling::default();
+        assert_eq!((resolution_scaling.scale(1_000_000, true), resolution_scaling.scale(1_000_000, false)), (FIRST, 1.0));
+        resolution_scaling.took(1_000_000, 600.0);
         // A tenth of the pixels fits: sides of 0.316, and of a step below that.
-        assert_eq!((pace.scale(1_000_000, true), pace.scale(1_000_000, false)), (0.3, 1.0));
-        assert_eq!(pace.scale(100_000_000, true), LEAST);
+        assert_eq!((resolution_scaling.scale(1_000_000, true), resolution_scaling.scale(1_000_000, false)), (0.3, 1.0));
+        assert_eq!(resolution_scaling.scale(100_000_000, true), LEAST);
         for _ in 0..20 {
-            pace.took(500_000, 5.0);
+            resolution_scaling.took(500_000, 5.0);
         }
-        assert_eq!(pace.scale(1_000_000, true), 1.0);
+        assert_eq!(resolution_scaling.scale(1_000_000, true), 1.0);
     }
 }

@@ -12,8 +12,8 @@ const SIZE: UVec2 = UVec2::new(48, 32);
 
 /// A window without a window: the first picture at rest, and the other side.
 struct Both {
-    first: Seen,
-    beside: Beside,
+    first: Viewport,
+    comparison: Comparison,
     wipe: Wipe,
     camera: Camera,
     found: Option<Found>,
@@ -25,10 +25,10 @@ impl Both {
         let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
         let scene = demo("cornell").unwrap();
         let camera = scene.default_camera(1.5);
-        let mut first = Seen::new(gpu, scene, settings).unwrap();
+        let mut first = Viewport::new(gpu, scene, settings).unwrap();
         first.resize(SIZE);
         let wipe = Wipe::new(settings);
-        Some(Self { first, beside: Beside::default(), wipe, camera, found: None })
+        Some(Self { first, comparison: Comparison::default(), wipe, camera, found: None })
     }
 
     /// Goes on as the window does, until `done`. The first picture is that of so many frames.
@@ -38,14 +38,14 @@ impl Both {
             assert!(started.elapsed() < Duration::from_secs(300), "it never comes to that");
             self.first.gpu.device.poll(wgpu::PollType::Poll).unwrap();
             self.first.poll();
-            let news = self.beside.poll(&self.first);
+            let news = self.comparison.poll(&self.first);
             assert_eq!(news.failed, None);
             self.found = news.found.or(self.found.take());
-            if self.first.is_busy() || self.beside.is_busy() {
+            if self.first.is_busy() || self.comparison.is_busy() {
                 continue;
             }
             let rests = self.first.averaged() > 0;
-            self.beside.draw(&self.first, &self.wipe, &self.camera, rests).unwrap();
+            self.comparison.draw(&self.first, &self.wipe, &self.camera, rests).unwrap();
             if self.first.has_more(&self.camera) && self.first.averaged() < frames {
                 self.first.draw(&self.camera).unwrap();
             }
@@ -54,7 +54,7 @@ impl Both {
 
     fn pixels_of_b(&self) -> Vec<[u8; 4]> {
         let gpu = &self.first.gpu;
-        read_texture(&gpu.device, &gpu.queue, self.beside.picture().unwrap().texture()).unwrap()
+        read_texture(&gpu.device, &gpu.queue, self.comparison.picture().unwrap().texture()).unwrap()
     }
 }
 
@@ -63,46 +63,46 @@ impl Both {
 fn gpu_the_other_side_is_rendered_and_compared() {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let Some(mut both) = Both::new("gpu_the_other_side_is_rendered_and_compared", &settings) else { return };
-    assert!(!both.beside.has_more(&both.first, &both.wipe, &both.camera) && both.beside.picture().is_none());
+    assert!(!both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.comparison.picture().is_none());
     both.wipe.other = Other::Settings;
-    assert!(both.beside.has_more(&both.first, &both.wipe, &both.camera));
+    assert!(both.comparison.has_more(&both.first, &both.wipe, &both.camera));
     // By the same settings the two are one.
-    let at_rest = |both: &Both| !both.beside.has_more(&both.first, &both.wipe, &both.camera);
+    let at_rest = |both: &Both| !both.comparison.has_more(&both.first, &both.wipe, &both.camera);
     let is_compared = |both: &Both| {
-        let is_complete = both.first.averaged() == 64 && !both.first.is_busy() && !both.beside.is_busy();
-        is_complete && at_rest(both) && both.beside.mean().is_some() && !both.beside.is_working()
+        let is_complete = both.first.averaged() == 64 && !both.first.is_busy() && !both.comparison.is_busy();
+        is_complete && at_rest(both) && both.comparison.mean().is_some() && !both.comparison.is_working()
     };
     both.until(64, is_compared);
-    assert_eq!((both.beside.progress(), both.beside.mean()), (64, Some(0.0)));
+    assert_eq!((both.comparison.progress(), both.comparison.mean()), (64, Some(0.0)));
     assert!(both.pixels_of_b() == both.first.pixels().unwrap());
 
     both.wipe.settings.shadows = Shadows::None;
-    both.until(64, |both| is_compared(both) && both.beside.mean() != Some(0.0));
+    both.until(64, |both| is_compared(both) && both.comparison.mean() != Some(0.0));
     let (a, b) = (both.first.pixels().unwrap(), both.pixels_of_b());
     let image = |texels: &[[u8; 4]]| {
         let pixels = texels.iter().map(|texel| [0, 1, 2].map(|channel| f32::from(texel[channel]) / 255.0)).collect();
         RgbImage::new(48, 32, pixels).unwrap()
     };
     let expected = flip_ldr(&image(&b), &image(&a), PIXELS_PER_DEGREE).unwrap();
-    assert!(expected.mean() > 0.01 && both.beside.mean() == Some(expected.mean()));
+    assert!(expected.mean() > 0.01 && both.comparison.mean() == Some(expected.mean()));
     let gpu = &both.first.gpu;
-    let map = read_texture::<[u8; 4]>(&gpu.device, &gpu.queue, both.beside.map().unwrap().texture()).unwrap();
+    let map = read_texture::<[u8; 4]>(&gpu.device, &gpu.queue, both.comparison.map().unwrap().texture()).unwrap();
     assert!(map.iter().flat_map(|texel| &texel[..3]).eq(&expected.magma()));
 
     // The scene becomes another.
     let mut lights = both.first.scene.lights.clone();
     lights[0].position.x += 0.3;
-    both.beside.let_go();
+    both.comparison.let_go();
     both.first.set_lights(lights).unwrap();
     both.until(64, is_compared);
-    assert!(Arc::ptr_eq(&both.first.scene, &both.beside.rendered.as_ref().unwrap().scene));
+    assert!(Arc::ptr_eq(&both.first.scene, &both.comparison.rendered.as_ref().unwrap().scene));
     assert!(both.pixels_of_b() != b && both.first.pixels().unwrap() != a);
     // A view of a quantity has one frame.
     both.wipe.settings.debug_view = Some(DebugView::Normal);
-    both.until(64, |both| is_compared(both) && both.beside.progress() == 1);
+    both.until(64, |both| is_compared(both) && both.comparison.progress() == 1);
     both.wipe.other = Other::Nothing;
     both.until(64, at_rest);
-    assert!(both.beside.picture().is_none() && both.beside.mean().is_none());
+    assert!(both.comparison.picture().is_none() && both.comparison.mean().is_none());
 }
 
 /// The path tracer's picture is shown as the first side is, and has light that this one does not look for; a camera that moves ends it.
@@ -111,32 +111,32 @@ fn gpu_the_path_tracer_works_while_the_camera_rests() {
     let settings = Settings { tone_map: ToneMap::Reinhard, ..Settings::direct_light() };
     let Some(mut both) = Both::new("gpu_the_path_tracer_works_while_the_camera_rests", &settings) else { return };
     both.wipe.other = Other::PathTracer;
-    both.until(3, |both| both.first.averaged() == 3 && !both.first.is_busy() && both.beside.progress() > 20);
+    both.until(3, |both| both.first.averaged() == 3 && !both.first.is_busy() && both.comparison.progress() > 20);
     let ev = both.first.exposure().unwrap().unwrap();
-    both.until(3, |both| both.beside.look.is_some_and(|(look, _)| look.ev == ev));
-    let (_, traced) = both.beside.traced.as_ref().unwrap();
+    both.until(3, |both| both.comparison.look.is_some_and(|(look, _)| look.ev == ev));
+    let (_, traced) = both.comparison.traced.as_ref().unwrap();
     assert!(both.pixels_of_b().as_flattened() == traced.bytes, "the texture is the picture");
     let light = |bytes: &[u8]| bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>();
     let (all, direct) = (light(&traced.bytes), light(both.first.pixels().unwrap().as_flattened()));
     assert!(all > 1.05 * direct, "what comes from other surfaces is there: {all} and {direct}");
     let (first, camera) = (&both.first, both.camera.clone());
-    both.beside.draw(first, &both.wipe, &camera, false).unwrap();
-    assert!(both.beside.picture().is_none() && !both.beside.background.as_ref().unwrap().is_working(), "it moves");
+    both.comparison.draw(first, &both.wipe, &camera, false).unwrap();
+    assert!(both.comparison.picture().is_none() && !both.comparison.background.as_ref().unwrap().is_working(), "it moves");
     both.camera.world_from_camera.translation.x += 0.1;
-    both.until(3, |both| both.first.averaged() == 3 && both.beside.progress() > 0);
+    both.until(3, |both| both.first.averaged() == 3 && both.comparison.progress() > 0);
 }
 
 #[test]
 fn gpu_a_pixel_is_found_beside_the_pictures() {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let Some(mut both) = Both::new("gpu_a_pixel_is_found_beside_the_pictures", &settings) else { return };
-    both.beside.probe(&both.first, &both.camera, [0.5, 0.97]);
+    both.comparison.probe(&both.first, &both.camera, [0.5, 0.97]);
     both.until(1, |both| both.found.is_some());
     let found = both.found.take().unwrap();
     assert!(found.place.is_some_and(|place| place.normal.y > 0.9) && found.light_count > 0, "{found:?}");
     // Beyond the box there is nothing.
     both.camera.world_from_camera.translation.x += 1e4;
-    both.beside.probe(&both.first, &both.camera, [0.5, 0.97]);
+    both.comparison.probe(&both.first, &both.camera, [0.5, 0.97]);
     both.until(1, |both| both.found.is_some());
     assert_eq!(both.found.unwrap().place, None);
 }
@@ -149,21 +149,21 @@ fn gpu_deep_images_are_points_on_the_other_side() {
     let Some(mut both) = Both::new("gpu_deep_images_are_points_on_the_other_side", &settings) else { return };
     both.wipe.other = Other::DeepImages;
     let at_rest =
-        |both: &Both| !both.beside.has_more(&both.first, &both.wipe, &both.camera) && both.first.averaged() > 0;
+        |both: &Both| !both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.first.averaged() > 0;
     both.until(1, at_rest);
     let points = both.pixels_of_b();
     let covered = points.iter().filter(|[r, g, b, _]| *r > 0 || *g > 0 || *b > 0).count();
     assert!(2 * covered > points.len(), "{covered} of {} pixels show a point", points.len());
-    assert!(both.beside.mean().is_none(), "they are no picture of the same thing");
+    assert!(both.comparison.mean().is_none(), "they are no picture of the same thing");
     both.camera.world_from_camera.translation.x += 0.3;
-    assert!(both.beside.has_more(&both.first, &both.wipe, &both.camera));
+    assert!(both.comparison.has_more(&both.first, &both.wipe, &both.camera));
     both.until(1, at_rest);
     let moved = both.pixels_of_b();
     assert!(moved != points);
-    both.beside.let_go();
+    both.comparison.let_go();
     both.first.set_lights(Vec::new()).unwrap();
     both.until(1, at_rest);
     assert!(both.pixels_of_b() == moved, "lights change nothing of it");
     both.wipe.other = Other::Nothing;
-    both.until(1, |both| both.beside.picture().is_none());
+    both.until(1, |both| both.comparison.picture().is_none());
 }

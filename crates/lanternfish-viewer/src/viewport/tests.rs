@@ -9,27 +9,27 @@ use lanternfish_scene::generate::demo;
 use super::*;
 
 /// Draws until so many frames are averaged, as a window does, but waiting for the device.
-fn draw(seen: &mut Seen, camera: &Camera, frames: u32) {
+fn draw(viewport: &mut Viewport, camera: &Camera, frames: u32) {
     for _ in 0..50 {
-        let is_of_camera = seen.averaged.1.as_ref() == Some(camera);
-        if is_of_camera && seen.averaged() >= frames && !seen.is_busy() {
+        let is_of_camera = viewport.averaged.1.as_ref() == Some(camera);
+        if is_of_camera && viewport.averaged() >= frames && !viewport.is_busy() {
             return;
         }
-        if !seen.is_busy() {
-            seen.draw(camera).unwrap();
+        if !viewport.is_busy() {
+            viewport.draw(camera).unwrap();
         }
-        seen.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        seen.poll();
+        viewport.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        viewport.poll();
     }
-    panic!("{} frames of {frames}", seen.averaged());
+    panic!("{} frames of {frames}", viewport.averaged());
 }
 
 /// A room of the test's own on the device that tests share.
-fn cornell(gpu: &Gpu, settings: &Settings) -> Seen {
+fn cornell(gpu: &Gpu, settings: &Settings) -> Viewport {
     let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
-    let mut seen = Seen::new(gpu, demo("cornell").unwrap(), settings).unwrap();
-    seen.resize(UVec2::new(48, 32));
-    seen
+    let mut viewport = Viewport::new(gpu, demo("cornell").unwrap(), settings).unwrap();
+    viewport.resize(UVec2::new(48, 32));
+    viewport
 }
 
 /// By hand, light by light or all at once, is as if the scene had been so from the start; what is refused changes nothing.
@@ -39,39 +39,39 @@ fn gpu_lights_by_hand_are_those_of_the_scene() {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let indirect = Settings { indirect: Indirect::from(Quality::Draft.sampled().one_bounce()), ..settings.clone() };
     for settings in [settings, indirect] {
-        let mut seen = cornell(gpu, &settings);
-        let camera = seen.scene.default_camera(1.5);
-        draw(&mut seen, &camera, 2);
-        let (first, lights) = (seen.pixels().unwrap(), seen.scene.lights.clone());
-        let held = Arc::clone(&seen.scene);
+        let mut viewport = cornell(gpu, &settings);
+        let camera = viewport.scene.default_camera(1.5);
+        draw(&mut viewport, &camera, 2);
+        let (first, lights) = (viewport.pixels().unwrap(), viewport.scene.lights.clone());
+        let held = Arc::clone(&viewport.scene);
         let mut dimmer = lights.clone();
         dimmer[0].intensity *= 0.1;
-        let middle = seen.scene.bounds().center();
+        let middle = viewport.scene.bounds().center();
         let more = [dimmer.clone(), vec![Light::point(middle, Vec3::new(0.5, 0.0, 0.0))]].concat();
         for changed in [dimmer, more] {
-            seen.set_lights(changed.clone()).unwrap();
-            assert!(seen.scene.lights == changed && held.lights == lights, "who holds the scene sees it as it was");
-            draw(&mut seen, &camera, 2);
+            viewport.set_lights(changed.clone()).unwrap();
+            assert!(viewport.scene.lights == changed && held.lights == lights, "who holds the scene sees it as it was");
+            draw(&mut viewport, &camera, 2);
             let mut anew = cornell(gpu, &settings);
             let mut scene = Scene::clone(&anew.scene);
             scene.lights = changed;
             anew.open(scene).unwrap();
             draw(&mut anew, &camera, 2);
-            assert!(seen.pixels().unwrap() == anew.pixels().unwrap() && seen.pixels().unwrap() != first);
+            assert!(viewport.pixels().unwrap() == anew.pixels().unwrap() && viewport.pixels().unwrap() != first);
         }
-        let mut wrong = seen.scene.lights.clone();
+        let mut wrong = viewport.scene.lights.clone();
         (wrong[0].intensity, wrong[1].position.x) = (Vec3::ONE, f32::NAN);
-        let before = (seen.scene.lights.clone(), seen.pixels().unwrap());
-        assert!(seen.set_lights(wrong).is_err());
-        assert!(seen.scene.lights == before.0);
+        let before = (viewport.scene.lights.clone(), viewport.pixels().unwrap());
+        assert!(viewport.set_lights(wrong).is_err());
+        assert!(viewport.scene.lights == before.0);
         let mut moved = camera.clone();
         moved.world_from_camera.translation.x += 0.3;
-        draw(&mut seen, &moved, 1);
-        draw(&mut seen, &camera, 2);
-        assert!(seen.pixels().unwrap() == before.1, "a refused light is on the device");
-        seen.set_lights(lights).unwrap();
-        draw(&mut seen, &camera, 2);
-        assert!(seen.pixels().unwrap() == first, "back again");
+        draw(&mut viewport, &moved, 1);
+        draw(&mut viewport, &camera, 2);
+        assert!(viewport.pixels().unwrap() == before.1, "a refused light is on the device");
+        viewport.set_lights(lights).unwrap();
+        draw(&mut viewport, &camera, 2);
+        assert!(viewport.pixels().unwrap() == first, "back again");
     }
 }
 
@@ -83,23 +83,23 @@ fn gpu_a_second_rendering_stands_beside_the_first() {
     let unshadowed = Settings { shadows: Shadows::None, ..settings.clone() };
     let mut a = cornell(gpu, &settings);
     let camera = a.scene.default_camera(1.5);
-    let mut b = a.beside(&unshadowed).unwrap();
+    let mut b = a.comparison(&unshadowed).unwrap();
     b.resize(UVec2::new(48, 32));
     assert!(Arc::ptr_eq(&a.scene, &b.scene));
     let mut alone = cornell(gpu, &unshadowed);
-    for seen in [&mut a, &mut b, &mut alone] {
-        draw(seen, &camera, 2);
+    for viewport in [&mut a, &mut b, &mut alone] {
+        draw(viewport, &camera, 2);
     }
     assert!(b.pixels().unwrap() == alone.pixels().unwrap() && b.pixels().unwrap() != a.pixels().unwrap());
     assert!(a.exposure().unwrap().unwrap().is_finite());
     let mut lights = a.scene.lights.clone();
     lights[0].intensity = lights[0].intensity.zxy();
-    for seen in [&mut a, &mut alone] {
-        seen.set_lights(lights.clone()).unwrap();
+    for viewport in [&mut a, &mut alone] {
+        viewport.set_lights(lights.clone()).unwrap();
     }
     b.follow(&a).unwrap();
-    for seen in [&mut b, &mut alone] {
-        draw(seen, &camera, 2);
+    for viewport in [&mut b, &mut alone] {
+        draw(viewport, &camera, 2);
     }
     assert!(Arc::ptr_eq(&a.scene, &b.scene) && b.pixels().unwrap() == alone.pixels().unwrap());
 }
@@ -111,52 +111,52 @@ fn gpu_a_picture_follows_sizes_settings_and_scenes() {
     let (scene, hall) = (demo("cornell").unwrap(), demo("hall").unwrap());
     let camera = scene.default_camera(1.5);
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let mut seen = Seen::new(gpu, scene, &settings).unwrap();
-    assert!(seen.resize(UVec2::new(48, 32)) && !seen.resize(UVec2::new(48, 32)));
-    assert!(seen.has_more(&camera));
-    draw(&mut seen, &camera, 3);
-    let first = seen.pixels().unwrap();
-    assert!(first.iter().filter(|pixel| pixel[..3] != [0; 3]).count() > 300 && seen.report.is_some());
+    let mut viewport = Viewport::new(gpu, scene, &settings).unwrap();
+    assert!(viewport.resize(UVec2::new(48, 32)) && !viewport.resize(UVec2::new(48, 32)));
+    assert!(viewport.has_more(&camera));
+    draw(&mut viewport, &camera, 3);
+    let first = viewport.pixels().unwrap();
+    assert!(first.iter().filter(|pixel| pixel[..3] != [0; 3]).count() > 300 && viewport.report.is_some());
     // Another camera is another mean.
     let mut moved = camera.clone();
     moved.world_from_camera.translation.x += 0.3;
-    assert!(seen.has_more(&moved));
-    draw(&mut seen, &moved, 1);
-    assert!(seen.averaged() == 1 && seen.pixels().unwrap() != first);
-    seen.set(&Settings { debug_view: Some(DebugView::Normal), ..settings.clone() }).unwrap();
-    draw(&mut seen, &camera, 1);
-    assert!(seen.change.is_some() && !seen.has_more(&camera), "a view of a quantity has no mean");
-    seen.set(&settings).unwrap();
-    draw(&mut seen, &camera, 3);
-    assert!(seen.pixels().unwrap() == first, "back again");
+    assert!(viewport.has_more(&moved));
+    draw(&mut viewport, &moved, 1);
+    assert!(viewport.averaged() == 1 && viewport.pixels().unwrap() != first);
+    viewport.set(&Settings { debug_view: Some(DebugView::Normal), ..settings.clone() }).unwrap();
+    draw(&mut viewport, &camera, 1);
+    assert!(viewport.change.is_some() && !viewport.has_more(&camera), "a view of a quantity has no mean");
+    viewport.set(&settings).unwrap();
+    draw(&mut viewport, &camera, 3);
+    assert!(viewport.pixels().unwrap() == first, "back again");
     // A window without a size, and another scene.
-    assert!(seen.resize(UVec2::ZERO) && seen.size() == UVec2::ONE);
-    draw(&mut seen, &camera, 1);
-    seen.resize(UVec2::new(48, 32));
+    assert!(viewport.resize(UVec2::ZERO) && viewport.size() == UVec2::ONE);
+    draw(&mut viewport, &camera, 1);
+    viewport.resize(UVec2::new(48, 32));
     let elsewhere = hall.default_camera(1.5);
-    seen.open(hall).unwrap();
-    draw(&mut seen, &elsewhere, 2);
-    assert!(seen.pixels().unwrap() != first);
+    viewport.open(hall).unwrap();
+    draw(&mut viewport, &elsewhere, 2);
+    assert!(viewport.pixels().unwrap() != first);
 }
 
 /// The visible clusters of a picture are where its surfaces are: what a pixel shows is in one of them, and each is in the frustum.
 #[test]
 fn gpu_visible_clusters_hold_what_pixels_show() {
     let Some(gpu) = testing::gpu("gpu_visible_clusters_hold_what_pixels_show") else { return };
-    let mut seen = cornell(gpu, &Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
-    let camera = seen.scene.default_camera(1.5);
-    assert!(!seen.shows(&camera));
-    draw(&mut seen, &camera, 1);
-    assert!(seen.shows(&camera));
-    let grids = seen.clusters().unwrap();
-    let tracer = lanternfish_reference::Tracer::new(&seen.scene, lanternfish_reference::Settings::default()).unwrap();
+    let mut viewport = cornell(gpu, &Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
+    let camera = viewport.scene.default_camera(1.5);
+    assert!(!viewport.shows(&camera));
+    draw(&mut viewport, &camera, 1);
+    assert!(viewport.shows(&camera));
+    let grids = viewport.clusters().unwrap();
+    let tracer = lanternfish_reference::Tracer::new(&viewport.scene, lanternfish_reference::Settings::default()).unwrap();
     let (mut found, mut all) = (0, 0);
     for (x, y) in (0..48).step_by(5).flat_map(|x| (0..32).step_by(5).map(move |y| (x, y))) {
         let Some(place) = tracer.probe(&camera, [f64::from(x) + 0.5, f64::from(y) + 0.5], [48, 32]) else { continue };
         let cluster = crate::clusters::at(&grids, 0, place.p).expect("the grid holds all that is seen");
         all += 1;
         found += u32::from(cluster.lights.is_some());
-        assert!(cluster.lights.unwrap_or(0) <= seen.scene.lights.len() as u32);
+        assert!(cluster.lights.unwrap_or(0) <= viewport.scene.lights.len() as u32);
     }
     // At a cluster's side rounding may choose its neighbour.
     assert!(all > 30 && found + 2 >= all, "{found} of {all}");
@@ -172,15 +172,15 @@ fn gpu_two_eyes_see_what_each_sees_alone() {
     let usual = Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(1.0), ..Settings::direct_light() };
     for grouping in [Grouping::Individual, Grouping::Enclosed] {
         let culling = Culling::from(Clustered { grouping, ..Clustered::default() });
-        let mut seen = cornell(gpu, &Settings { culling, ..usual.clone() });
-        let camera = seen.scene.default_camera(1.5);
-        draw(&mut seen, &camera, 2);
-        let one = seen.pixels().unwrap();
-        seen.show_to(Some(Eyes::Parallel(0.2)));
-        assert!(seen.has_more(&camera) && seen.right_picture().is_some());
-        draw(&mut seen, &camera, 2);
-        let (both, cameras) = (seen.pixels().unwrap(), seen.cameras(&camera));
-        assert_eq!(seen.clusters().unwrap().len(), if grouping == Grouping::Enclosed { 1 } else { 2 });
+        let mut viewport = cornell(gpu, &Settings { culling, ..usual.clone() });
+        let camera = viewport.scene.default_camera(1.5);
+        draw(&mut viewport, &camera, 2);
+        let one = viewport.pixels().unwrap();
+        viewport.show_to(Some(Eyes::Parallel(0.2)));
+        assert!(viewport.has_more(&camera) && viewport.right_picture().is_some());
+        draw(&mut viewport, &camera, 2);
+        let (both, cameras) = (viewport.pixels().unwrap(), viewport.cameras(&camera));
+        assert_eq!(viewport.clusters().unwrap().len(), if grouping == Grouping::Enclosed { 1 } else { 2 });
         let halves =
             [0, 48].map(|from| both.chunks(96).flat_map(|row| row[from..from + 48].to_vec()).collect::<Vec<_>>());
         assert!(both.len() == 2 * one.len() && halves[0] != halves[1] && halves[0] != one);
@@ -189,9 +189,9 @@ fn gpu_two_eyes_see_what_each_sees_alone() {
             draw(&mut alone, of_eye, 2);
             assert!(alone.pixels().unwrap() == *half, "{grouping:?}, {}", of_eye.name);
         }
-        seen.show_to(None);
-        draw(&mut seen, &camera, 2);
-        assert!(seen.pixels().unwrap() == one, "one again");
+        viewport.show_to(None);
+        draw(&mut viewport, &camera, 2);
+        assert!(viewport.pixels().unwrap() == one, "one again");
     }
 }
 
@@ -200,18 +200,18 @@ fn gpu_two_eyes_see_what_each_sees_alone() {
 fn gpu_tiles_list_what_reaches_their_pixels() {
     let Some(gpu) = testing::gpu("gpu_tiles_list_what_reaches_their_pixels") else { return };
     let culling = Culling::from(Tiled::default());
-    let mut seen = cornell(gpu, &Settings { culling, shadows: Shadows::BVH, ..Settings::direct_light() });
-    let (camera, middle) = (seen.scene.default_camera(1.5), seen.scene.bounds().center());
-    assert!(seen.tiles().unwrap().is_empty(), "before the first frame");
+    let mut viewport = cornell(gpu, &Settings { culling, shadows: Shadows::BVH, ..Settings::direct_light() });
+    let (camera, middle) = (viewport.scene.default_camera(1.5), viewport.scene.bounds().center());
+    assert!(viewport.tiles().unwrap().is_empty(), "before the first frame");
     let near = |x: f32| Light { range: Some(0.4), ..Light::point(middle + Vec3::new(x, -0.6, 0.0), Vec3::ONE) };
-    seen.set_lights([seen.scene.lights.clone(), vec![near(-0.5), near(0.0), near(0.5)]].concat()).unwrap();
-    draw(&mut seen, &camera, 1);
-    let tiles = seen.tiles().unwrap().remove(0);
+    viewport.set_lights([viewport.scene.lights.clone(), vec![near(-0.5), near(0.0), near(0.5)]].concat()).unwrap();
+    draw(&mut viewport, &camera, 1);
+    let tiles = viewport.tiles().unwrap().remove(0);
     assert_eq!((tiles.dimensions, tiles.lights.len()), (UVec2::new(3, 2), 6));
     assert!(
         tiles.lights.iter().all(|listed| *listed <= 4) && tiles.lights.iter().any(|listed| *listed != tiles.lights[0])
     );
-    let tracer = lanternfish_reference::Tracer::new(&seen.scene, lanternfish_reference::Settings::default()).unwrap();
+    let tracer = lanternfish_reference::Tracer::new(&viewport.scene, lanternfish_reference::Settings::default()).unwrap();
     let mut reached = 0;
     for (x, y) in (0..48).step_by(3).flat_map(|x| (0..32).step_by(3).map(move |y| (x, y))) {
         let (tile, listed) = tiles.at(UVec2::new(x, y)).expect("a tile");
@@ -223,6 +223,6 @@ fn gpu_tiles_list_what_reaches_their_pixels() {
     }
     assert!(reached > 0);
     let all: u32 = tiles.lights.iter().sum();
-    let counters = &seen.report.as_ref().unwrap().counters;
+    let counters = &viewport.report.as_ref().unwrap().counters;
     assert!(counters.iter().any(|(_, count)| *count == u64::from(all)), "{all} of {counters:?}");
 }

@@ -14,15 +14,15 @@ use crate::{
     background::{Background, Found, Look, Subject, Told, Traced},
     cloud::Cloud,
     difference::Difference,
-    seen::Seen,
+    viewport::Viewport,
     texture::{texture, write},
     wipe::{Other, Wipe},
 };
 
 /// The other side, and what works for it.
 #[derive(Debug, Default)]
-pub struct Beside {
-    rendered: Option<Seen>,
+pub struct Comparison {
+    rendered: Option<Viewport>,
     cloud: Option<Cloud>,
     /// The scene has become another since the second rendering was made or brought up to date.
     is_behind: bool,
@@ -51,12 +51,12 @@ pub struct News {
     pub failed: Option<String>,
 }
 
-impl Beside {
+impl Comparison {
     /// Lets go of the first rendering's scene, which is about to become another: it need not be copied then.
     pub fn let_go(&mut self) {
         self.is_behind = true;
-        if let Some(seen) = &mut self.rendered {
-            seen.scene = Arc::default();
+        if let Some(viewport) = &mut self.rendered {
+            viewport.scene = Arc::default();
         }
         self.cloud = None;
         self.forget_traced();
@@ -69,12 +69,12 @@ impl Beside {
     /// Renders with the shaders of the first, which are others now.
     pub fn edit_shaders(&mut self, texts: ShaderTexts, camera: &Camera) -> Result<(), RenderError> {
         self.forget_difference();
-        self.rendered.as_mut().map_or(Ok(()), |seen| seen.edit_shaders(texts, camera))
+        self.rendered.as_mut().map_or(Ok(()), |viewport| viewport.edit_shaders(texts, camera))
     }
 
     /// Draws the other side, where it is asked for, as large as the first, or lets the path tracer go on with it. To be called while neither
     /// is busy. `rests`: nothing moves, and the picture is whole.
-    pub fn draw(&mut self, first: &Seen, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
+    pub fn draw(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
         if wipe.other != Other::Settings {
             self.rendered = None;
         }
@@ -98,27 +98,27 @@ impl Beside {
         Ok(())
     }
 
-    fn render(&mut self, first: &Seen, wipe: &Wipe, camera: &Camera) -> Result<(), RenderError> {
-        let seen = match &mut self.rendered {
-            Some(seen) => seen,
+    fn render(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera) -> Result<(), RenderError> {
+        let viewport = match &mut self.rendered {
+            Some(viewport) => viewport,
             None => {
                 self.is_behind = false;
-                self.rendered.insert(first.beside(&wipe.settings)?)
+                self.rendered.insert(first.comparison(&wipe.settings)?)
             }
         };
         if self.is_behind {
-            seen.follow(first)?;
+            viewport.follow(first)?;
             self.is_behind = false;
         }
-        seen.set(&wipe.settings)?;
-        seen.resize(first.size());
-        if seen.has_more(camera) {
-            seen.draw(camera)?;
+        viewport.set(&wipe.settings)?;
+        viewport.resize(first.size());
+        if viewport.has_more(camera) {
+            viewport.draw(camera)?;
         }
         Ok(())
     }
 
-    fn draw_cloud(&mut self, first: &Seen, camera: &Camera) -> Result<(), RenderError> {
+    fn draw_cloud(&mut self, first: &Viewport, camera: &Camera) -> Result<(), RenderError> {
         let cloud = match self.cloud.take().filter(|cloud| cloud.is_of(first)) {
             Some(cloud) => self.cloud.insert(cloud),
             None => self.cloud.insert(Cloud::new(first)?),
@@ -126,7 +126,7 @@ impl Beside {
         if cloud.is_drawn(camera, first.size()) { Ok(()) } else { cloud.draw(first, camera) }
     }
 
-    fn trace(&mut self, first: &Seen, camera: &Camera, rests: bool) -> Result<(), RenderError> {
+    fn trace(&mut self, first: &Viewport, camera: &Camera, rests: bool) -> Result<(), RenderError> {
         let is_of = |of: &(Arc<Scene>, Settings, Camera, UVec2)| {
             Arc::ptr_eq(&of.0, &first.scene)
                 && lit_alike(&of.1, first.settings())
@@ -142,7 +142,7 @@ impl Beside {
         let background = self.background.get_or_insert_with(Background::start);
         // What the first side is shown at may be another with each of its frames.
         let frames = first.drawn();
-        if self.look.is_none_or(|(look, seen)| seen != frames || look.tone_map != first.settings().tone_map) {
+        if self.look.is_none_or(|(look, viewport)| viewport != frames || look.tone_map != first.settings().tone_map) {
             let ev = match first.settings().exposure {
                 Exposure::Ev(ev) => ev,
                 Exposure::Auto => first.exposure()?.unwrap_or(0.0),
@@ -168,12 +168,12 @@ impl Beside {
     }
 
     /// Compares the two sides as they are now, unless that is done, or on its way.
-    fn compare(&mut self, first: &Seen) -> Result<(), RenderError> {
+    fn compare(&mut self, first: &Viewport) -> Result<(), RenderError> {
         if !self.can_be_compared(first) {
             return Ok(());
         }
         let other = match (&self.rendered, &self.traced) {
-            (Some(seen), _) if seen.size() == first.size() => seen.pixels()?,
+            (Some(viewport), _) if viewport.size() == first.size() => viewport.pixels()?,
             (None, Some((_, traced))) if traced.size == first.size() => traced.bytes.as_chunks().0.to_vec(),
             _ => return Ok(()),
         };
@@ -183,16 +183,16 @@ impl Beside {
     }
 
     /// Which two pictures there are.
-    fn pair(&self, first: &Seen) -> (u64, u64) {
+    fn pair(&self, first: &Viewport) -> (u64, u64) {
         let other = match &self.rendered {
-            Some(seen) => seen.drawn(),
+            Some(viewport) => viewport.drawn(),
             None => self.traced.as_ref().map_or(0, |(_, traced)| traced.samples),
         };
         (first.drawn(), other)
     }
 
     /// Whether there are two pictures that have not been compared, and nothing is being compared.
-    fn can_be_compared(&self, first: &Seen) -> bool {
+    fn can_be_compared(&self, first: &Viewport) -> bool {
         let are_there = first.averaged() > 0 && self.progress() > 0;
         are_there && self.compared != Some(self.pair(first)) && !self.difference.is_working()
     }
@@ -203,7 +203,7 @@ impl Beside {
     }
 
     /// Asks what is seen at a place of the first side's picture: shares of its sides.
-    pub fn probe(&mut self, first: &Seen, camera: &Camera, at: [f32; 2]) {
+    pub fn probe(&mut self, first: &Viewport, camera: &Camera, at: [f32; 2]) {
         let background = self.background.get_or_insert_with(Background::start);
         let size = first.size();
         let at = [f64::from(at[0]) * f64::from(size.x), f64::from(at[1]) * f64::from(size.y)];
@@ -211,9 +211,9 @@ impl Beside {
     }
 
     /// What has come since it was asked last. It never waits.
-    pub fn poll(&mut self, first: &Seen) -> News {
+    pub fn poll(&mut self, first: &Viewport) -> News {
         let mut news = News::default();
-        if let Some(ms) = self.rendered.as_mut().and_then(Seen::poll) {
+        if let Some(ms) = self.rendered.as_mut().and_then(Viewport::poll) {
             (news.ms, news.is_new) = (Some(ms), true);
         }
         while let Some(told) = self.background.as_mut().and_then(Background::poll) {
@@ -238,7 +238,7 @@ impl Beside {
         news
     }
 
-    fn show(&mut self, first: &Seen, traced: Traced) {
+    fn show(&mut self, first: &Viewport, traced: Traced) {
         let kept = self.traced.take().filter(|(_, before)| before.size == traced.size);
         let texture = kept.map_or_else(|| texture(&first.gpu.device, traced.size), |(texture, _)| texture);
         write(&first.gpu.queue, &texture, &traced.bytes);
@@ -248,7 +248,7 @@ impl Beside {
     /// The other side's picture, where there is one.
     pub fn picture(&self) -> Option<&wgpu::TextureView> {
         match (&self.rendered, &self.cloud) {
-            (Some(seen), _) => Some(seen.picture()),
+            (Some(viewport), _) => Some(viewport.picture()),
             (None, Some(cloud)) => cloud.picture(),
             (None, None) => self.traced.as_ref().map(|(texture, _)| texture),
         }
@@ -256,7 +256,7 @@ impl Beside {
 
     /// The settings that the other side is rendered by.
     pub fn settings(&self) -> Option<&Settings> {
-        self.rendered.as_ref().map(Seen::settings)
+        self.rendered.as_ref().map(Viewport::settings)
     }
 
     /// Where the two sides differ, as a heat map, once that is known.
@@ -272,14 +272,14 @@ impl Beside {
     /// Frames that the other side is the mean of, or samples of each of its pixels.
     pub fn progress(&self) -> u64 {
         match &self.rendered {
-            Some(seen) => u64::from(seen.averaged()),
+            Some(viewport) => u64::from(viewport.averaged()),
             None => self.traced.as_ref().map_or(0, |(_, traced)| traced.samples),
         }
     }
 
     /// Whether the device has not yet done what it was told of the other side.
     pub fn is_busy(&self) -> bool {
-        self.rendered.as_ref().is_some_and(Seen::is_busy)
+        self.rendered.as_ref().is_some_and(Viewport::is_busy)
     }
 
     /// Whether a thread works on something that will be told.
@@ -288,11 +288,11 @@ impl Beside {
     }
 
     /// Whether another frame would change the other side, or it is not there yet.
-    pub fn has_more(&self, first: &Seen, wipe: &Wipe, camera: &Camera) -> bool {
+    pub fn has_more(&self, first: &Viewport, wipe: &Wipe, camera: &Camera) -> bool {
         match wipe.other {
             Other::Nothing => self.picture().is_some(),
             Other::Settings => {
-                let is_drawn = self.rendered.as_ref().is_some_and(|seen| !seen.has_more(camera));
+                let is_drawn = self.rendered.as_ref().is_some_and(|viewport| !viewport.has_more(camera));
                 !is_drawn || self.is_behind || self.can_be_compared(first)
             }
             Other::DeepImages => {

@@ -22,7 +22,7 @@ pub const AT_REST: u32 = 64;
 
 /// A scene, how it is rendered, and where the picture is.
 #[derive(Debug)]
-pub struct Seen {
+pub struct Viewport {
     /// The device.
     pub gpu: Gpu,
     /// The scene, as it is now. What works beside the window has it too: it is copied where it is changed meanwhile.
@@ -45,7 +45,7 @@ pub struct Seen {
     on_their_way: Option<(FrameId, Instant)>,
 }
 
-impl Seen {
+impl Viewport {
     /// Uploads the scene.
     pub fn new(gpu: Gpu, scene: Scene, settings: &Settings) -> Result<Self, RenderError> {
         let settings = shown(settings);
@@ -54,7 +54,7 @@ impl Seen {
     }
 
     /// The same scene on the same device, by settings of its own. What both need of the shaders is compiled once; the scene is uploaded again.
-    pub fn beside(&self, settings: &Settings) -> Result<Self, RenderError> {
+    pub fn comparison(&self, settings: &Settings) -> Result<Self, RenderError> {
         let settings = shown(settings);
         let renderer = Renderer::with_engine(self.renderer.engine(), settings.clone())?;
         let Gpu { device, queue, description } = &self.gpu;

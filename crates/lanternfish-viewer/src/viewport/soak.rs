@@ -121,8 +121,8 @@ fn gpu_settings_change_at_random() {
     let scene = demo("cornell").unwrap();
     let camera = scene.default_camera(1.5);
     let usual = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let mut seen = Seen::new(gpu, scene, &usual).unwrap();
-    seen.resize(UVec2::new(24, 16));
+    let mut viewport = Viewport::new(gpu, scene, &usual).unwrap();
+    viewport.resize(UVec2::new(24, 16));
     let mut random = Random::new(7, 0, 0);
     let (mut requested, mut refused, mut whole, mut warm) = (usual.clone(), 0, 0, None);
     for frame in 0..frames {
@@ -132,22 +132,22 @@ fn gpu_settings_change_at_random() {
             }
             change(&mut requested, &mut random);
             // As the window does: the picture stays, and the panels say why.
-            if let Err(error) = seen.set(&requested) {
+            if let Err(error) = viewport.set(&requested) {
                 assert!(is_refusal(&error), "{requested:?}: {error}");
-                (refused, requested) = (refused + 1, seen.settings().clone());
+                (refused, requested) = (refused + 1, viewport.settings().clone());
             }
         }
-        if let Err(error) = seen.draw(&camera) {
+        if let Err(error) = viewport.draw(&camera) {
             assert!(is_refusal(&error), "{requested:?}: {error}");
             (refused, requested) = (refused + 1, usual.clone());
-            seen.set(&usual).unwrap();
+            viewport.set(&usual).unwrap();
             continue;
         }
-        seen.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        seen.poll();
-        assert!(!seen.is_busy(), "the device is done");
-        whole += u64::from(seen.averaged() > 0);
-        let compiled = seen.renderer.engine().kept();
+        viewport.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        viewport.poll();
+        assert!(!viewport.is_busy(), "the device is done");
+        whole += u64::from(viewport.averaged() > 0);
+        let compiled = viewport.renderer.engine().kept();
         let most = MOST_COMPILED;
         assert!(compiled.kernels <= most[0] && compiled.rasters <= most[1], "{requested:?}: the engine keeps {compiled:?}");
         if frame >= WARM && warm.is_none() {
@@ -161,7 +161,7 @@ fn gpu_settings_change_at_random() {
         if (frame == WARM || frame > 0 && frame % 500 == 0)
             && let Some(now) = Resident::now()
         {
-            println!("frame {frame}: {now}; {:?}", Alive::of(&seen));
+            println!("frame {frame}: {now}; {:?}", Alive::of(&viewport));
         }
     }
     println!("{frames} frames, {whole} of them shown, {refused} changes refused");

@@ -8,7 +8,7 @@ const LONGEST: f64 = 2000.0;
 
 /// What painting takes, and since when it has not been done. All times are milliseconds.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Paints {
+pub struct RepaintLimiter {
     /// Of the last paints by themselves; none before the first.
     takes: Option<f64>,
     /// Since the last frame of the picture ended: how often it was painted.
@@ -23,10 +23,10 @@ pub struct Period {
     /// How long it is.
     pub ms: f64,
     /// How often the window was painted meanwhile.
-    pub paints: u32,
+    pub repaint_limiter: u32,
 }
 
-impl Paints {
+impl RepaintLimiter {
     /// The window was painted while the device did nothing else, which took so long.
     pub fn took(&mut self, ms: f64) {
         // Half of what is known stays: single paints are late for reasons of their own.
@@ -51,8 +51,8 @@ impl Paints {
     /// A frame of the picture has ended at this time. `goes_on`: the next one follows at once. What lies behind it, where the last one did so.
     pub fn ended(&mut self, now: f64, goes_on: bool) -> Option<Period> {
         let before = std::mem::replace(&mut self.last_end, goes_on.then_some(now));
-        let paints = std::mem::take(&mut self.count);
-        before.map(|before| Period { ms: now - before, paints })
+        let repaint_limiter = std::mem::take(&mut self.count);
+        before.map(|before| Period { ms: now - before, repaint_limiter })
     }
 }
 
@@ -62,11 +62,11 @@ mod tests {
 
     /// Frames of 100 ms for a minute, each painted where it may be: the share of the time that painting takes.
     fn fraction(paint_ms: f64) -> f64 {
-        let (mut paints, mut now, mut last, mut own) = (Paints::default(), 0.0, f64::NEG_INFINITY, 0.0);
+        let (mut repaint_limiter, mut now, mut last, mut own) = (RepaintLimiter::default(), 0.0, f64::NEG_INFINITY, 0.0);
         while now < 60_000.0 {
             now += 100.0;
-            if paints.is_due(now - last) {
-                paints.took(paint_ms);
+            if repaint_limiter.is_due(now - last) {
+                repaint_limiter.took(paint_ms);
                 (now, own) = (now + paint_ms, own + paint_ms);
                 last = now;
             }
@@ -86,11 +86,11 @@ mod tests {
 
     #[test]
     fn a_period_is_told_of_frames_that_follow_each_other() {
-        let mut paints = Paints::default();
-        assert_eq!(paints.ended(10.0, true), None);
-        paints.painted();
-        assert_eq!(paints.ended(30.0, false), Some(Period { ms: 20.0, paints: 1 }));
-        assert_eq!(paints.ended(90.0, true), None);
-        assert_eq!(paints.ended(95.0, true), Some(Period { ms: 5.0, paints: 0 }));
+        let mut repaint_limiter = RepaintLimiter::default();
+        assert_eq!(repaint_limiter.ended(10.0, true), None);
+        repaint_limiter.painted();
+        assert_eq!(repaint_limiter.ended(30.0, false), Some(Period { ms: 20.0, repaint_limiter: 1 }));
+        assert_eq!(repaint_limiter.ended(90.0, true), None);
+        assert_eq!(repaint_limiter.ended(95.0, true), Some(Period { ms: 5.0, repaint_limiter: 0 }));
     }
 }

@@ -26,10 +26,10 @@ pub struct Alive {
 
 impl Alive {
     /// None where the device does not say what has memory.
-    pub fn of(seen: &Seen) -> Option<Self> {
-        seen.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        let report = seen.gpu.device.generate_allocator_report()?;
-        let compiled = seen.renderer.engine().kept();
+    pub fn of(viewport: &Viewport) -> Option<Self> {
+        viewport.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let report = viewport.gpu.device.generate_allocator_report()?;
+        let compiled = viewport.renderer.engine().kept();
         Some(Self { allocations: report.allocations.len(), bytes: report.total_allocated_bytes, compiled })
     }
 }
@@ -64,19 +64,19 @@ fn gpu_settings_that_come_again_take_no_more_memory() {
     let Some(gpu) = testing::gpu("gpu_settings_that_come_again_take_no_more_memory") else { return };
     let scene = demo("cornell").unwrap();
     let camera = scene.default_camera(1.5);
-    let mut seen = Seen::new(own(gpu), scene, &kinds()[0]).unwrap();
+    let mut viewport = Viewport::new(own(gpu), scene, &kinds()[0]).unwrap();
     let mut round = |size: u32| {
         for settings in kinds() {
-            seen.set(&settings).unwrap();
-            seen.resize(UVec2::splat(size));
+            viewport.set(&settings).unwrap();
+            viewport.resize(UVec2::splat(size));
             for _ in 0..ALIKE {
-                seen.draw(&camera).unwrap();
-                seen.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-                seen.poll();
+                viewport.draw(&camera).unwrap();
+                viewport.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+                viewport.poll();
             }
         }
-        println!("{:?}", Alive::of(&seen));
-        (Alive::of(&seen).unwrap_or_default(), seen.renderer.engine().compilations())
+        println!("{:?}", Alive::of(&viewport));
+        (Alive::of(&viewport).unwrap_or_default(), viewport.renderer.engine().compilations())
     };
     round(16);
     let (second, compiled) = round(16);
