@@ -21,7 +21,7 @@ use crate::{
     clusters,
     controls::Controls,
     events::{self, Program},
-    window_state::Kept,
+    window_state::WindowState,
     overlay::Overlays,
     resolution_scaling::ResolutionScaling,
     repaint_limiter::RepaintLimiter,
@@ -84,7 +84,7 @@ impl Program for Viewer {
     type Start = Start;
 
     fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Start) -> Result<Self, ViewerError> {
-        let kept = start.kept.as_deref().map(Kept::read).unwrap_or_default();
+        let kept = start.kept.as_deref().map(WindowState::read).unwrap_or_default();
         let [width, height] = kept.size.filter(|_| !start.size_is_chosen).unwrap_or(start.size);
         let mut attributes = Window::default_attributes()
             .with_title(format!("{} – Lanternfish", start.name))
@@ -313,7 +313,7 @@ impl Viewer {
         let window = &self.surface.window;
         let size = window.inner_size().to_logical::<u32>(window.scale_factor());
         let position = window.outer_position().ok().map(|place| [place.x, place.y]);
-        Kept { size: Some([size.width, size.height]), position, shows_panels: self.state.shows_panels }.write(path);
+        WindowState { size: Some([size.width, size.height]), position, shows_panels: self.state.shows_panels }.write(path);
     }
 }
 

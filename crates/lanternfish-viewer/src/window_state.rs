@@ -8,7 +8,7 @@ use lanternfish_metrics::write_aside;
 
 /// What is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kept {
+pub struct WindowState {
     /// Points across and down.
     pub size: Option<[u32; 2]>,
     /// Where its frame's left top corner is on the desktop, pixels.
@@ -17,7 +17,7 @@ pub struct Kept {
     pub shows_panels: bool,
 }
 
-impl Default for Kept {
+impl Default for WindowState {
     fn default() -> Self {
         Self { size: None, position: None, shows_panels: true }
     }
@@ -28,7 +28,7 @@ const LEAST: u32 = 100;
 /// Most.
 const MOST: u32 = 16_384;
 
-impl Kept {
+impl WindowState {
     /// What the last window has left; nothing where there was none.
     pub fn read(path: &Path) -> Self {
         match fs::read_to_string(path) {
@@ -91,15 +91,15 @@ mod tests {
     fn what_is_left_is_found_again_and_nonsense_is_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("lanternfish/window.toml");
-        assert_eq!(Kept::read(&path), Kept::default());
-        let kept = Kept { size: Some([800, 600]), position: Some([-7, 30]), shows_panels: false };
+        assert_eq!(WindowState::read(&path), WindowState::default());
+        let kept = WindowState { size: Some([800, 600]), position: Some([-7, 30]), shows_panels: false };
         kept.write(&path);
-        assert_eq!(Kept::read(&path), kept);
+        assert_eq!(WindowState::read(&path), kept);
         for nonsense in ["size = [1, 99999999]", "size = 8", "position = [a, b]", "\u{0}", "panels"] {
-            assert_eq!(Kept::of(nonsense), Kept::default(), "{nonsense}");
+            assert_eq!(WindowState::of(nonsense), WindowState::default(), "{nonsense}");
         }
         // A folder in a file's place: it is said in the log.
         kept.write(folder.path());
-        assert_eq!(Kept::read(folder.path()), Kept::default());
+        assert_eq!(WindowState::read(folder.path()), WindowState::default());
     }
 }
