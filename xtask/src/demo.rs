@@ -11,10 +11,10 @@ const SCENE: [&str; 5] = ["demo:atrium", "--lights", "rain:1000", "--seed", "1"]
 /// Sets up, builds, and renders the built-in scene; `flags` go to `lanternfish render`, after the demo's own.
 pub fn run(flags: Vec<String>, may_install: bool) -> Result<(), String> {
     let program = program::ready_as_tests(may_install)?;
-    let picture = workspace().join("lanternfish-demo.png");
+    let rendering = workspace().join("lanternfish-demo.png");
     let mut render = called(&program, &["render"]);
     // The picture's path is the last thing it prints.
-    command::run(render.args(SCENE).args(["--timings", "-o"]).arg(picture).args(flags))?;
+    command::run(render.args(SCENE).args(["--timings", "-o"]).arg(rendering).args(flags))?;
     eprintln!("==> The same in a window: {} view {}", program.display(), SCENE.join(" "));
     Ok(())
 }

@@ -13,8 +13,8 @@ use crate::apt;
 /// What a driver is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Purpose {
-    /// Pictures: any adapter will do.
-    Pictures,
+    /// RenderedImages: any adapter will do.
+    RenderedImages,
     /// Tests, which run on a software adapter even where there is a graphics card.
     Tests,
 }

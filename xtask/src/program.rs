@@ -48,7 +48,7 @@ fn ready<T>(
     may_install: bool,
 ) -> Result<T, String> {
     compiler::ensure(may_install)?;
-    let mut driver = Driver::new(Purpose::Pictures, may_install);
+    let mut driver = Driver::new(Purpose::RenderedImages, may_install);
     driver.before_build()?;
     let built = build()?;
     driver.after_build(|| lanternfish(&built, &["info", "--adapters"]))?;

@@ -66,7 +66,7 @@ fn plot() -> String {
 }
 
 #[test]
-fn the_picture_of_the_documentation_is_this_one() {
+fn the_image_of_the_documentation_is_this_one() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/images/attenuation_functions.svg");
     let stored = std::fs::read_to_string(path).unwrap_or_default();
     assert!(stored == plot(), "write it again: lanternfish-bench attenuation -o docs/images/attenuation_functions.svg");

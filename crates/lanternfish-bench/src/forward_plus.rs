@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use clap::Args;
 use lanternfish::{
-    GpuScene, Picture, Renderer,
+    GpuScene, RenderedImage, Renderer,
     settings::{Culling, DebugView, RayCulling, Settings, Shadows, ToneMap},
     techniques::{TileSize, Tiled},
 };
@@ -104,20 +104,20 @@ impl Bench<'_> {
         Ok((renderer, uploaded))
     }
 
-    fn render(&self, (renderer, uploaded): &mut (Renderer, GpuScene)) -> Result<Picture, CliError> {
+    fn render(&self, (renderer, uploaded): &mut (Renderer, GpuScene)) -> Result<RenderedImage, CliError> {
         let Size { width, height } = self.args.subject.size;
         Ok(renderer.render(uploaded, &self.subject.cameras[0], width, height)?)
     }
 
-    fn write(&self, name: &str, picture: &Picture) -> Result<(), CliError> {
-        image::write(&self.run.folder.join(name), picture)
+    fn write(&self, name: &str, rendering: &RenderedImage) -> Result<(), CliError> {
+        image::write(&self.run.folder.join(name), rendering)
     }
 
     /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
-    fn row(&self, case: &Case, first: Option<&Picture>, none: Option<&Row>) -> Result<(Row, Picture), CliError> {
+    fn row(&self, case: &Case, first: Option<&RenderedImage>, none: Option<&Row>) -> Result<(Row, RenderedImage), CliError> {
         eprintln!("  {}", case.name);
         let mut ready = self.renderer(self.settings(case))?;
-        let picture = self.render(&mut ready)?;
+        let rendering = self.render(&mut ready)?;
         let [frame_ms, shadow_ms] = medians(self.run.runs, || {
             let started = Instant::now();
             let passes = self.render(&mut ready)?.report.passes;
@@ -130,7 +130,7 @@ impl Bench<'_> {
             let settings = Settings { debug_view: Some(DebugView::RayCount), ..self.settings(case) };
             self.write(name, &self.render(&mut self.renderer(settings)?)?)?;
         }
-        let counter = |name| counter(&picture.report, name);
+        let counter = |name| counter(&rendering.report, name);
         let row = Row::default()
             .text("name", "", case.name)
             .fixed("frame_ms", "frame ms", 2, frame_ms)
@@ -138,7 +138,7 @@ impl Bench<'_> {
             .count("rays", "rays", counter("shadows/rays"))
             .count("light_tests", "light tests", counter("light_culling/light_tests"))
             .count("listed_lights", "listed lights", counter("light_culling/listed_lights"))
-            .count("differing_pixels", "pixels that differ", first.map_or(0, |first| differing(first, &picture)) as u64)
+            .count("differing_pixels", "pixels that differ", first.map_or(0, |first| differing(first, &rendering)) as u64)
             .data("exact", case.is_exact())
             .optional("paper_ms", "thesis: frame ms", case.paper_ms);
         let change = |key| {
@@ -148,18 +148,18 @@ impl Bench<'_> {
         };
         let changes = [("frame ms, change", "frame_ms"), ("rays, change", "rays"), ("thesis, change", "paper_ms")];
         let changes = changes.into_iter().fold(Row::default(), |changes, (name, key)| changes.shown(name, change(key)));
-        Ok((row.and(changes), picture))
+        Ok((row.and(changes), rendering))
     }
 
     /// Rows of these cases. The first image of all becomes `first`.
-    fn table(&self, cases: &[Case], first: &mut Option<Picture>) -> Result<Vec<Row>, CliError> {
+    fn table(&self, cases: &[Case], first: &mut Option<RenderedImage>) -> Result<Vec<Row>, CliError> {
         let mut rows = Vec::new();
         for case in cases {
-            let (row, picture) = self.row(case, first.as_ref(), rows.first())?;
+            let (row, rendering) = self.row(case, first.as_ref(), rows.first())?;
             rows.push(row);
             if first.is_none() {
-                self.write("picture.png", &picture)?;
-                *first = Some(picture);
+                self.write("rendering.png", &rendering)?;
+                *first = Some(rendering);
             }
         }
         Ok(rows)
@@ -176,12 +176,12 @@ impl Bench<'_> {
         self.write("normals-reference.png", &reference)?;
         let ways = [("naive", DebugView::NormalNaive, 0.07975), ("improved", DebugView::NormalImproved, 0.02264)];
         let row = |(name, of, paper)| {
-            let picture = view(of)?;
-            self.write(&format!("normals-{name}.png"), &picture)?;
-            let error = flip_ldr(&displayed(&reference)?, &displayed(&picture)?, PIXELS_PER_DEGREE)?;
+            let rendering = view(of)?;
+            self.write(&format!("normals-{name}.png"), &rendering)?;
+            let error = flip_ldr(&displayed(&reference)?, &displayed(&rendering)?, PIXELS_PER_DEGREE)?;
             let file = self.run.folder.join(format!("normals-{name}-error.png"));
-            write_png(&file, picture.width, picture.height, ColorType::Rgb, &error.magma())?;
-            let [degrees, over_ten] = angles(&rgb(&reference), &rgb(&picture));
+            write_png(&file, rendering.width, rendering.height, ColorType::Rgb, &error.magma())?;
+            let [degrees, over_ten] = angles(&rgb(&reference), &rgb(&rendering));
             Ok(Row::default()
                 .text("name", "", name)
                 .fixed("mean_flip", "mean FLIP", 5, error.mean().into())
@@ -234,7 +234,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     report.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
     report.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
     report.section("Normals from depth (fig. 5.3)", "", "normals", bench.normals()?);
-    report.heading("Pictures");
+    report.heading("RenderedImages");
     report.paragraph(
         "Rays a pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",
     );
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures_have_no_error_and_a_turned_normal_has_its_angle() {
+    fn equal_images_have_no_error_and_a_turned_normal_has_its_angle() {
         let ground_truth = [255, 128, 128, 128, 255, 128, 0, 0, 0];
         let [degrees, over_ten] = angles(&ground_truth, &ground_truth);
         assert!(degrees < 1e-3 && over_ten == 0.0);

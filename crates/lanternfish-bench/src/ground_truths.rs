@@ -266,7 +266,7 @@ pub struct GroundTruthFigures {
     /// The file, below the report's folder.
     pub file: String,
     /// Its picture, below the report's folder.
-    pub picture: String,
+    pub rendering: String,
     pub spp: u64,
     /// Whether an earlier run traced it.
     pub reused: bool,
@@ -330,7 +330,7 @@ pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -
         name: ground_truth.name(),
         meaning: ground_truth.making().meaning,
         file,
-        picture: format!("pictures/{name}-ground_truth-{ground_truth}.png"),
+        rendering: format!("renderings/{name}-ground_truth-{ground_truth}.png"),
         spp,
         reused,
         seconds,

@@ -42,12 +42,12 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
         let row = || {
             let walked = bench.walked(settings)?;
             let errors = bench.keep(name, &walked)?;
-            let pictures = bench.after_change(settings, BEFORE, &changed, &AFTER)?;
+            let renderings = bench.after_change(settings, BEFORE, &changed, &AFTER)?;
             let (mut flips, mut times, mut shown) = ([0.0; AFTER.len()], [0.0; AFTER.len()], Row::default());
-            for (k, (picture, after)) in pictures.iter().zip(AFTER).enumerate() {
-                bench.keep(&format!("{name}, {after} after the change"), picture)?;
-                flips[k] = bench.against(picture, &changed_ground_truth)?.0;
-                times[k] = frame_ms(&picture.report.passes);
+            for (k, (rendering, after)) in renderings.iter().zip(AFTER).enumerate() {
+                bench.keep(&format!("{name}, {after} after the change"), rendering)?;
+                flips[k] = bench.against(rendering, &changed_ground_truth)?.0;
+                times[k] = frame_ms(&rendering.report.passes);
                 shown = shown.shown(&format!("after the change: frame {after}"), format_args!("{:.4}", flips[k]));
                 shown = shown.shown("ms", format_args!("{:.0}", times[k]));
             }

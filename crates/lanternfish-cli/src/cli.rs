@@ -54,7 +54,7 @@ pub enum Command {
     #[command(after_help = window::HELP, args_override_self = true)]
     #[command(
         override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]\n       \
-        lanternfish view PICTURE [PICTURE...]"
+        lanternfish view IMAGE [IMAGE...]"
     )]
     View(Box<WindowArgs>),
     /// Prints a shot: a file that renders what these flags render, with every flag as a key.

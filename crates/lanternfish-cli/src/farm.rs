@@ -22,7 +22,7 @@ Examples:
     lanternfish farm shot.toml --frames 1-240 --chunk 10 -o job.yaml
     openjd run job.yaml
 
-The job has parameters: Shot, Picture, Frames, Chunk, and Lanternfish, the program as the machines
+The job has parameters: Shot, RenderedImage, Frames, Chunk, and Lanternfish, the program as the machines
 find it. Everything else about the pictures is said by the shot; `lanternfish shot SCENE FLAGS` writes
 one.";
 
@@ -42,7 +42,7 @@ pub struct FarmArgs {
     /// The pictures, frame numbers put before the ending: what `render` calls --output. Without it: as the shot says, or its name with
     /// .png.
     #[arg(long, value_name = "FILE")]
-    pub picture: Option<PathBuf>,
+    pub rendering: Option<PathBuf>,
     /// The job's file. Shot and pictures must lie in its folder, or below. Without it: standard output, for a file in the
     /// current folder.
     #[arg(id = "job", short = 'o', long = "output", value_name = "FILE.yaml")]
@@ -58,22 +58,22 @@ pub fn run(args: &FarmArgs) -> Result<(), CliError> {
             "name a shot, a scene, or demo:NAME",
         ));
     }
-    let said = match (&args.picture, shot::is_shot(scene)) {
-        (Some(picture), _) => Some(picture.clone()),
+    let said = match (&args.rendering, shot::is_shot(scene)) {
+        (Some(rendering), _) => Some(rendering.clone()),
         (None, true) => shot::read(scene.path(), Vec::new())?.args.output.output,
         (None, false) => None,
     };
-    let picture = Output::named(said.as_deref(), scene)?.path;
+    let rendering = Output::named(said.as_deref(), scene)?.path;
     if let Some(job) = &args.output {
         output::check_writable(job)?;
-        output::refuse_same(&[(job, "the job")], &[(scene.path(), "the shot"), (&picture, "the picture")])?;
+        output::refuse_same(&[(job, "the job")], &[(scene.path(), "the shot"), (&rendering, "the picture")])?;
     }
     let folder = args.output.as_deref().map_or(Path::new(""), |job| job.parent().unwrap_or(Path::new("")));
     let shot = match is_file {
         true => below(folder, scene.path())?,
         false => scene.to_string(),
     };
-    let text = template(args, &shot, &below(folder, &picture)?, is_file);
+    let text = template(args, &shot, &below(folder, &rendering)?, is_file);
     match &args.output {
         None => output::print(&text),
         Some(job) => output::write_text(job, &text).and_then(|()| output::print(&format!("{}\n", job.display()))),
@@ -102,7 +102,7 @@ fn below(folder: &Path, path: &Path) -> Result<String, CliError> {
 }
 
 /// The job. Paths are relative to it.
-fn template(args: &FarmArgs, shot: &str, picture: &str, is_file: bool) -> String {
+fn template(args: &FarmArgs, shot: &str, rendering: &str, is_file: bool) -> String {
     // A string of JSON is one of YAML.
     let quoted = |text: &str| serde_json::to_string(text).expect("text");
     let (wanted, chunk) = (args.wanted, args.chunk);
@@ -110,7 +110,7 @@ fn template(args: &FarmArgs, shot: &str, picture: &str, is_file: bool) -> String
         Path::new(shot).file_stem().map(|stem| stem.to_string_lossy().replace(['{', '}'], "_")).unwrap_or_default();
     let name: String = name.chars().filter(|c| !c.is_control()).take(64).collect();
     let fps = args.fps.map(|fps| format!("\n            - --fps\n            - \"{fps}\"")).unwrap_or_default();
-    let (name, shot, picture) = (quoted(&name), quoted(shot), quoted(picture));
+    let (name, shot, rendering) = (quoted(&name), quoted(shot), quoted(rendering));
     let kind = match is_file {
         true => "PATH\n    objectType: FILE\n    dataFlow: IN",
         false => "STRING",
@@ -126,12 +126,12 @@ parameterDefinitions:
     description: What is rendered.
     type: {kind}
     default: {shot}
-  - name: Picture
+  - name: RenderedImage
     description: The pictures. A frame's number goes before the ending.
     type: PATH
     objectType: FILE
     dataFlow: OUT
-    default: {picture}
+    default: {rendering}
   - name: Frames
     description: Which frames, A-B.
     type: STRING
@@ -168,7 +168,7 @@ steps:
             - --progress
             - openjd
             - -o
-            - "{{{{Param.Picture}}}}"
+            - "{{{{Param.RenderedImage}}}}"
           cancelation:
             mode: NOTIFY_THEN_TERMINATE
             notifyPeriodInSeconds: 10
@@ -184,7 +184,7 @@ steps:
             - "{{{{Param.Shot}}}}"
             - "{{{{Param.Frames}}}}"
             - -o
-            - "{{{{Param.Picture}}}}"
+            - "{{{{Param.RenderedImage}}}}"
 "#
     )
 }

@@ -74,8 +74,8 @@ pub fn run(args: &FramesArgs, said: &ArgMatches) -> Result<u8, CliError> {
     let faults: Vec<_> = numbers
         .par_iter()
         .filter_map(|number| {
-            let picture = output.numbered(*number);
-            expected.fault(&picture).map(|fault| (*number, picture.path, fault))
+            let rendering = output.numbered(*number);
+            expected.fault(&rendering).map(|fault| (*number, rendering.path, fault))
         })
         .collect();
     let mut text = String::new();

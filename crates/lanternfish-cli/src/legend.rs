@@ -1,7 +1,7 @@
 //! The scale of a debug view, drawn below its picture.
 
 use font8x8::legacy::BASIC_LEGACY;
-use lanternfish::{Picture, debug_views::Scale};
+use lanternfish::{RenderedImage, debug_views::Scale};
 
 /// Pixels of a glyph's side, and of the margin around everything.
 const GLYPH: usize = 8;
@@ -13,22 +13,22 @@ const GAP: usize = 4;
 const HEIGHT: usize = MARGIN + BAR_HEIGHT + TICK_HEIGHT + GAP + GLYPH + GAP + GLYPH + MARGIN;
 /// A picture that is narrower gets a strip at its right.
 const LEAST_WIDTH: usize = 288;
-/// Pictures from this width on have letters of twice the size, and so on.
+/// RenderedImages from this width on have letters of twice the size, and so on.
 const LETTERS_WIDTH: usize = 1000;
 
 const PAPER: [u8; 4] = [24, 24, 24, 255];
 const INK: [u8; 4] = [230, 230, 230, 255];
 
 /// The picture, untouched, and below it a bar of the scale's colours with numbers and with what they are of.
-pub fn below(picture: Picture, scale: &Scale) -> Picture {
-    let (width, height) = (picture.width as usize, picture.height as usize);
+pub fn below(rendering: RenderedImage, scale: &Scale) -> RenderedImage {
+    let (width, height) = (rendering.width as usize, rendering.height as usize);
     let (wide, high) = size_with(width, height);
     let mut sheet = Sheet::new(wide, high, letters(wide));
-    for (row, texels) in picture.display.chunks(width).enumerate() {
+    for (row, texels) in rendering.display.chunks(width).enumerate() {
         sheet.pixels[row * wide..][..width].copy_from_slice(texels);
     }
     sheet.draw(scale, height);
-    Picture { width: sheet.width as u32, height: sheet.height as u32, display: sheet.pixels, ..picture }
+    RenderedImage { width: sheet.width as u32, height: sheet.height as u32, display: sheet.pixels, ..rendering }
 }
 
 /// Width and height, pixels, of a picture of this size with its legend below it.
@@ -119,24 +119,24 @@ mod tests {
 
     use super::*;
 
-    fn picture(width: u32, height: u32) -> Picture {
+    fn rendering(width: u32, height: u32) -> RenderedImage {
         let display = (0..width * height).map(|i| [(i % 251) as u8, 7, 9, 255]).collect();
-        Picture { width, height, radiance: Vec::new(), display, exposure: None, report: Report::default() }
+        RenderedImage { width, height, radiance: Vec::new(), display, exposure: None, report: Report::default() }
     }
 
     #[test]
-    fn the_picture_stays_and_the_bar_has_the_scales_colours() {
+    fn the_image_stays_and_the_bar_has_the_scales_colours() {
         for view in
             [DebugView::LightCount, DebugView::ClusterLights, DebugView::Depth, DebugView::Occlusion, DebugView::Motion]
         {
             for (width, height) in [(1, 1), (320, 50), (1280, 20), (2100, 3)] {
                 let scale = Scale::of(view).unwrap();
-                let plain = picture(width, height);
+                let plain = rendering(width, height);
                 let with = below(plain.clone(), &scale);
                 assert!(with.width >= width && with.display.len() == (with.width * with.height) as usize);
-                let row = |picture: &Picture, y: u32| {
-                    let first = (y * picture.width) as usize;
-                    picture.display[first..first + width as usize].to_vec()
+                let row = |rendering: &RenderedImage, y: u32| {
+                    let first = (y * rendering.width) as usize;
+                    rendering.display[first..first + width as usize].to_vec()
                 };
                 assert!((0..height).all(|y| row(&with, y) == row(&plain, y)), "{view} {width}");
                 // Along the middle of the bar.

@@ -18,7 +18,7 @@ pub mod light_rig;
 mod motion;
 pub mod output;
 pub mod parse;
-mod pictures;
+mod renderings;
 pub mod plot;
 pub mod program;
 pub mod progress;

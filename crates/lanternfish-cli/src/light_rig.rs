@@ -1,7 +1,7 @@
 //! Light for a scene that has none, and what is said about it.
 
 use glam::Vec3;
-use lanternfish::Picture;
+use lanternfish::RenderedImage;
 use lanternfish_scene::{
     Camera, Scene,
     rig::{self, LightRig},
@@ -70,12 +70,12 @@ pub(crate) fn may_have_faint_sky(scene: &Scene, flags: &LightArgs) -> bool {
     !has_environment && flags.light_rig.is_none() && !has_light(flags)
 }
 
-/// A faint sky, nits, for a scene whose own lights leave most of `picture` black, as streets at night are. None where there is enough
+/// A faint sky, nits, for a scene whose own lights leave most of `rendering` black, as streets at night are. None where there is enough
 /// to see.
-pub(crate) fn faint_sky(picture: &Picture) -> Option<Vec3> {
-    let white = (-picture.exposure?).exp2();
+pub(crate) fn faint_sky(rendering: &RenderedImage) -> Option<Vec3> {
+    let white = (-rendering.exposure?).exp2();
     let (mut surface, mut black) = (0.0, 0.0);
-    for [red, green, blue, covered] in &picture.radiance {
+    for [red, green, blue, covered] in &rendering.radiance {
         surface += covered;
         if 0.2126 * red + 0.7152 * green + 0.0722 * blue < NEARLY_BLACK * white {
             black += covered;

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lanternfish::Picture;
+use lanternfish::RenderedImage;
 use lanternfish_metrics::{ColorType, RgbImage, destination, write_aside, write_exr, write_exr_layers, write_png};
 
 use crate::{error::CliError, scene::SceneName};
@@ -63,40 +63,40 @@ impl Output {
         self.format == Format::Exr
     }
 
-    /// Pictures of one size as layers of an EXR file, by name.
-    pub fn write_layers(&self, pictures: &[(&str, &Picture)]) -> Result<(), CliError> {
-        let images = pictures.iter().map(|(name, picture)| Ok((*name, radiance(picture)?)));
+    /// RenderedImages of one size as layers of an EXR file, by name.
+    pub fn write_layers(&self, renderings: &[(&str, &RenderedImage)]) -> Result<(), CliError> {
+        let images = renderings.iter().map(|(name, rendering)| Ok((*name, radiance(rendering)?)));
         let images = images.collect::<Result<Vec<_>, CliError>>()?;
         let layers: Vec<_> = images.iter().map(|(name, image)| (*name, image)).collect();
         Ok(write_exr_layers(&self.path, &layers, &[])?)
     }
 
     /// Writes a picture, as its ending chooses.
-    pub fn write(&self, picture: &Picture) -> Result<(), CliError> {
+    pub fn write(&self, rendering: &RenderedImage) -> Result<(), CliError> {
         match self.format {
             Format::Png => {
                 let pixels: Vec<u8> =
-                    picture.display.iter().flat_map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
-                write_png(&self.path, picture.width, picture.height, ColorType::Rgb, &pixels)?;
+                    rendering.display.iter().flat_map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
+                write_png(&self.path, rendering.width, rendering.height, ColorType::Rgb, &pixels)?;
             }
             Format::Exr => {
-                write_exr(&self.path, &radiance(picture)?)?;
+                write_exr(&self.path, &radiance(rendering)?)?;
             }
         }
         Ok(())
     }
 }
 
-fn radiance(picture: &Picture) -> Result<RgbImage, CliError> {
-    let pixels = picture.radiance.iter().map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
-    Ok(RgbImage::new(picture.width as usize, picture.height as usize, pixels)?)
+fn radiance(rendering: &RenderedImage) -> Result<RgbImage, CliError> {
+    let pixels = rendering.radiance.iter().map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
+    Ok(RgbImage::new(rendering.width as usize, rendering.height as usize, pixels)?)
 }
 
 /// The scene's name with `.png`, in the current folder: never beside the scene, which may not be ours to write to.
 pub(crate) fn default_path(scene: &SceneName) -> PathBuf {
     let name = match scene.demo() {
         Some(name) => name.as_ref(),
-        None => scene.path().file_stem().unwrap_or("picture".as_ref()),
+        None => scene.path().file_stem().unwrap_or("rendering".as_ref()),
     };
     let mut file = name.to_owned();
     file.push(".png");
@@ -167,7 +167,7 @@ mod tests {
             ("demo:atrium", "atrium.png"),
             ("Sponza.glb", "Sponza.png"),
             ("some/folder/a.b.gltf", "a.b.png"),
-            ("..", "picture.png"),
+            ("..", "rendering.png"),
         ] {
             assert_eq!(default_path(&scene.into()), Path::new(path), "{scene}");
         }

@@ -117,14 +117,14 @@ impl Run<'_> {
 }
 
 /// Adds the cost of another picture to what came before.
-pub(crate) fn add(total: &mut Report, picture: Report) {
-    for pass in picture.passes {
+pub(crate) fn add(total: &mut Report, rendering: Report) {
+    for pass in rendering.passes {
         match total.passes.iter_mut().find(|known| known.name == pass.name) {
             Some(known) => known.ms += pass.ms,
             None => total.passes.push(pass),
         }
     }
-    for (name, value) in picture.counters {
+    for (name, value) in rendering.counters {
         match total.counters.iter_mut().find(|(known, _)| *known == name) {
             Some((_, known)) => *known += value,
             None => total.counters.push((name, value)),

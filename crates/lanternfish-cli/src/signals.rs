@@ -127,14 +127,14 @@ mod tests {
             // Standard input stays open for as long as the parent lives.
             io::stdin().read_exact(&mut [0])
         };
-        lanternfish_metrics::write_aside(&Path::new(&folder).join("picture"), write).unwrap();
+        lanternfish_metrics::write_aside(&Path::new(&folder).join("rendering"), write).unwrap();
     }
 
     #[test]
     fn a_signal_amid_a_write_leaves_what_was_there_and_nothing_else() {
         for signal in [SIGINT, SIGTERM, SIGHUP] {
             let folder = tempfile::tempdir().unwrap();
-            fs::write(folder.path().join("picture"), "whole").unwrap();
+            fs::write(folder.path().join("rendering"), "whole").unwrap();
             let names = || fs::read_dir(folder.path()).unwrap().count();
             let mut command = Command::new(env::current_exe().unwrap());
             command
@@ -161,7 +161,7 @@ mod tests {
             let rest = lines.count();
             assert_eq!(child.wait().unwrap().signal(), Some(signal), "{rest} more lines");
             assert_eq!(names(), 1);
-            assert_eq!(fs::read_to_string(folder.path().join("picture")).unwrap(), "whole");
+            assert_eq!(fs::read_to_string(folder.path().join("rendering")).unwrap(), "whole");
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Pictures for two eyes.
+//! RenderedImages for two eyes.
 
 use clap::ValueEnum;
-use lanternfish::Picture;
+use lanternfish::RenderedImage;
 use lanternfish_scene::{Camera, Eyes};
 
 use crate::{error::CliError, parse};
@@ -62,11 +62,11 @@ pub fn cameras(eyes: Eyes, head: &Camera, aspect: f32) -> Result<[Camera; 2], Cl
 
 /// Two pictures of one height as one, the first on the left. Times and counts are the first's and, where only the second has
 /// them, its own; counts of both are added.
-pub fn side_by_side(left: Picture, right: Picture) -> Picture {
+pub fn side_by_side(left: RenderedImage, right: RenderedImage) -> RenderedImage {
     let width = left.width + right.width;
     let rows = |height: u32| 0..height as usize;
     let (l, r) = (left.width as usize, right.width as usize);
-    let mut joined = Picture { width, radiance: Vec::new(), display: Vec::new(), ..left.clone() };
+    let mut joined = RenderedImage { width, radiance: Vec::new(), display: Vec::new(), ..left.clone() };
     for y in rows(left.height) {
         joined.radiance.extend_from_slice(&left.radiance[y * l..][..l]);
         joined.radiance.extend_from_slice(&right.radiance[y * r..][..r]);
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn two_pictures_stand_beside_each_other() {
-        let picture = |value: u8, counters: &[(&str, u64)]| Picture {
+        let rendering = |value: u8, counters: &[(&str, u64)]| RenderedImage {
             width: 2,
             height: 2,
             radiance: vec![[f32::from(value); 4]; 4],
@@ -129,8 +129,8 @@ mod tests {
             },
         };
         let both = side_by_side(
-            picture(1, &[("scene/draws", 5), ("rays", 7)]),
-            picture(2, &[("scene/draws", 5), ("rays", 8)]),
+            rendering(1, &[("scene/draws", 5), ("rays", 7)]),
+            rendering(2, &[("scene/draws", 5), ("rays", 8)]),
         );
         assert_eq!((both.width, both.height), (4, 2));
         assert_eq!(both.display.iter().map(|p| p[0]).collect::<Vec<_>>(), [1, 1, 2, 2, 1, 1, 2, 2]);

@@ -17,7 +17,7 @@ use crate::{
     error::CliError,
     light_rig::{self, Lighting},
     output::{self, check_writable},
-    pictures,
+    renderings,
     progress::Progress,
     recording::Recorded,
     render::lit_scene,
@@ -38,7 +38,7 @@ Examples:
 W A S D fly, dragging looks about; F1 shows all keys. V looks at the
 camera and its clusters from above. A file that is dropped on the window is opened. The window's size and
 place are kept in lanternfish/window.toml of the folder of settings (XDG_CONFIG_HOME, or ~/.config).
-Pictures (.exr, .png) are shown side by side, with a map and the mean of what differs.
+RenderedImages (.exr, .png) are shown side by side, with a map and the mean of what differs.
 ";
 
 /// Seconds of a step of what is recorded.
@@ -46,10 +46,10 @@ const STEP: f32 = 1.0 / 60.0;
 
 /// Opens the window, and returns when it is closed.
 pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
-    if pictures::is_picture(&shot.args.scene) {
-        return pictures::run(&shot, window);
+    if renderings::is_image(&shot.args.scene) {
+        return renderings::run(&shot, window);
     }
-    if let Some(more) = window.pictures.first() {
+    if let Some(more) = window.renderings.first() {
         let what = format_args!("{}: the window shows one scene, and this is another file", more.display());
         return Err(CliError::new(what, "name one scene, or pictures alone: .exr and .png files"));
     }

@@ -1,6 +1,6 @@
 //! Many pictures on one sheet, each made smaller by a whole factor: the picture of `docs/any-file.md`.
 //!
-//! `cargo run --release -p lanternfish-metrics --example sheet -- COLUMNS FACTOR SHEET.jpg PICTURE.png…`: pictures of one
+//! `cargo run --release -p lanternfish-metrics --example sheet -- COLUMNS FACTOR SHEET.jpg IMAGE.png…`: pictures of one
 //! size, row by row.
 
 use std::{error::Error, path::Path};
@@ -15,11 +15,11 @@ const QUALITY: u8 = 88;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [columns, factor, sheet, pictures @ ..] = &words[..] else {
-        return Err("COLUMNS FACTOR SHEET.jpg PICTURE.png…".into());
+    let [columns, factor, sheet, renderings @ ..] = &words[..] else {
+        return Err("COLUMNS FACTOR SHEET.jpg IMAGE.png…".into());
     };
     let (columns, factor): (usize, usize) = (columns.parse()?, factor.parse()?);
-    let cells = pictures.iter().map(|path| Ok(read_png(Path::new(path))?.box_downsampled(factor)?));
+    let cells = renderings.iter().map(|path| Ok(read_png(Path::new(path))?.box_downsampled(factor)?));
     let cells = cells.collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     let first = cells.first().ok_or("no pictures")?;
     let (across, down) = (first.width + GAP, first.height + GAP);
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut pixels = vec![255u8; 3 * width * height];
     for (i, cell) in cells.iter().enumerate() {
         if (cell.width, cell.height) != (first.width, first.height) {
-            return Err(format!("{} has another size than {}", pictures[i], pictures[0]).into());
+            return Err(format!("{} has another size than {}", renderings[i], renderings[0]).into());
         }
         for (y, row) in cell.pixels.chunks(cell.width).enumerate() {
             let start = 3 * ((i / columns * down + y) * width + i % columns * across);

@@ -213,18 +213,18 @@ mod tests {
     #[test]
     fn the_file_is_replaced_whole_and_nothing_else_stays() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("picture");
+        let path = folder.path().join("rendering");
         for content in ["first", "second"] {
             write_aside(&path, |file| file.write_all(content.as_bytes())).unwrap();
             assert_eq!(fs::read_to_string(&path).unwrap(), content);
         }
-        assert_eq!(files_in(folder.path()), ["picture"]);
+        assert_eq!(files_in(folder.path()), ["rendering"]);
     }
 
     #[test]
     fn a_failed_write_leaves_what_was_there() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("picture");
+        let path = folder.path().join("rendering");
         let fail = |file: &mut BufWriter<File>| {
             file.write_all(b"half a pict")?;
             Err(io::Error::other("the disk is full"))
@@ -235,7 +235,7 @@ mod tests {
         fs::write(&path, "whole").unwrap();
         write_aside(&path, fail).unwrap_err();
         assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
-        assert_eq!(files_in(folder.path()), ["picture"]);
+        assert_eq!(files_in(folder.path()), ["rendering"]);
     }
 
     #[test]
@@ -244,8 +244,8 @@ mod tests {
         for length in [240, 255] {
             let path = folder.path().join("n".repeat(length));
             check_writable(&path).unwrap();
-            write_aside(&path, |file| file.write_all(b"picture")).unwrap();
-            assert_eq!(fs::read_to_string(&path).unwrap(), "picture");
+            write_aside(&path, |file| file.write_all(b"rendering")).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), "rendering");
         }
         let error = check_writable(&folder.path().join("n".repeat(256))).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::InvalidFilename, "{error}");
@@ -255,7 +255,7 @@ mod tests {
     #[test]
     fn what_cannot_be_written_is_refused_and_stays() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("picture");
+        let path = folder.path().join("rendering");
         let refused = |path: &Path| {
             let before = check_writable(path).unwrap_err();
             let error = write_aside(path, |_| -> io::Result<()> { panic!("nothing is to be written") }).unwrap_err();
@@ -269,18 +269,18 @@ mod tests {
         fs::set_permissions(&path, read_only).unwrap();
         assert!(refused(&path).to_string().contains("read-only"));
         fs::set_permissions(&path, permissions).unwrap();
-        for name in ["missing/picture", "picture/picture"] {
+        for name in ["missing/rendering", "rendering/rendering"] {
             let error = refused(&folder.path().join(name));
             assert_eq!(error.kind(), io::ErrorKind::NotFound, "{error}");
         }
         assert_eq!(refused(folder.path()).kind(), io::ErrorKind::IsADirectory);
         // Once: found out at the rename, after all the work.
-        for name in ["new/", "new/.", "picture/", "new//"] {
+        for name in ["new/", "new/.", "rendering/", "new//"] {
             let error = refused(&folder.path().join(name));
             assert_eq!(error.kind(), io::ErrorKind::IsADirectory, "{name}: {error}");
         }
         assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
-        assert_eq!(files_in(folder.path()), ["picture"]);
+        assert_eq!(files_in(folder.path()), ["rendering"]);
     }
 
     #[cfg(unix)]
@@ -298,20 +298,20 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             let path = |name: &str| folder.path().join(name);
             fs::create_dir(path("disk")).unwrap();
-            symlink("disk/picture", path("link")).unwrap();
+            symlink("disk/rendering", path("link")).unwrap();
             symlink("link", path("link to a link")).unwrap();
             // Its target is not there at first.
             for content in ["first", "second"] {
                 check_writable(&path("link to a link")).unwrap();
                 write_aside(&path("link to a link"), |file| file.write_all(content.as_bytes())).unwrap();
-                assert_eq!(fs::read_to_string(path("disk/picture")).unwrap(), content);
-                assert!(!fs::symlink_metadata(path("disk/picture")).unwrap().is_symlink());
+                assert_eq!(fs::read_to_string(path("disk/rendering")).unwrap(), content);
+                assert!(!fs::symlink_metadata(path("disk/rendering")).unwrap().is_symlink());
             }
             for link in ["link", "link to a link"] {
                 assert!(fs::symlink_metadata(path(link)).unwrap().is_symlink(), "{link}");
             }
-            assert_eq!(files_in(&path("disk")), ["picture"]);
-            symlink("nowhere/picture", path("astray")).unwrap();
+            assert_eq!(files_in(&path("disk")), ["rendering"]);
+            symlink("nowhere/rendering", path("astray")).unwrap();
             assert!(check_writable(&path("astray")).unwrap_err().to_string().contains("there is no folder"));
             symlink("round", path("round")).unwrap();
             check_writable(&path("round")).unwrap_err();
@@ -323,26 +323,26 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             let path = |name: &str| folder.path().join(name);
             fs::create_dir(path("disk")).unwrap();
-            symlink("disk/picture", path("link")).unwrap();
+            symlink("disk/rendering", path("link")).unwrap();
             symlink("round", path("round")).unwrap();
             for _ in 0..2 {
-                let one = destination(&path("disk/picture"));
+                let one = destination(&path("disk/rendering"));
                 assert!(one.is_some() && destination(&path("link")) == one);
-                assert_eq!(destination(&path("disk/../disk/picture")), one);
+                assert_eq!(destination(&path("disk/../disk/rendering")), one);
                 // The second time it is there.
-                fs::write(path("disk/picture"), "picture").unwrap();
+                fs::write(path("disk/rendering"), "rendering").unwrap();
             }
-            assert_eq!((destination(&path("round")), destination(&path("nowhere/picture"))), (None, None));
+            assert_eq!((destination(&path("round")), destination(&path("nowhere/rendering"))), (None, None));
             assert!(is_stream(Path::new("/dev/null")) && !is_stream(&path("link")) && !is_stream(&path("new")));
         }
 
         #[test]
         fn a_replaced_file_keeps_its_permissions() {
             let folder = tempfile::tempdir().unwrap();
-            let path = folder.path().join("picture");
+            let path = folder.path().join("rendering");
             fs::write(&path, "before").unwrap();
             fs::set_permissions(&path, Permissions::from_mode(0o640)).unwrap();
-            write_aside(&path, |file| file.write_all(b"picture")).unwrap();
+            write_aside(&path, |file| file.write_all(b"rendering")).unwrap();
             assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
         }
 
@@ -363,7 +363,7 @@ mod tests {
                 file.write_all(b"pi")
             };
             write_aside(&path, backwards).unwrap();
-            assert_eq!(reader.join().unwrap(), "picture");
+            assert_eq!(reader.join().unwrap(), "rendering");
             assert!(fs::symlink_metadata(&path).unwrap().file_type().is_fifo());
             assert_eq!(files_in(folder.path()), ["pipe"]);
         }
@@ -372,7 +372,7 @@ mod tests {
         fn a_device_is_written_to() {
             let null = Path::new("/dev/null");
             check_writable(null).unwrap();
-            write_aside(null, |file| file.write_all(b"picture")).unwrap();
+            write_aside(null, |file| file.write_all(b"rendering")).unwrap();
             assert!(fs::symlink_metadata(null).unwrap().file_type().is_char_device());
         }
     }
@@ -380,9 +380,9 @@ mod tests {
     #[test]
     fn a_failed_rename_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("picture");
+        let path = folder.path().join("rendering");
         let late = |_: &mut BufWriter<File>| fs::create_dir_all(path.join("a folder with something in it"));
         write_aside(&path, late).unwrap_err();
-        assert_eq!(files_in(folder.path()), ["picture"]);
+        assert_eq!(files_in(folder.path()), ["rendering"]);
     }
 }

@@ -82,14 +82,14 @@ impl Reference {
         }
         shine_from_the_front(&mut scene);
         let each_light = entry["each_light"].as_bool().unwrap_or(false);
-        let pictures = if each_light { scene.lights.len() } else { 1 };
+        let renderings = if each_light { scene.lights.len() } else { 1 };
         let camera = &entry["camera"];
         let fov_y = (camera["fov_y_deg"].as_f64().expect("a number") as f32).to_radians();
         let projection = Projection::Perspective { fov_y, near: 0.01 };
         let depth = entry["max_depth"].as_i64().expect("a number");
         Self {
             image: read_exr(image).expect("the picture loads"),
-            samples: entry["spp"].as_f64().expect("a number") * pictures as f64,
+            samples: entry["spp"].as_f64().expect("a number") * renderings as f64,
             scene,
             camera: Camera::look_at(vec3(&camera["eye"]), vec3(&camera["target"]), projection),
             settings: Settings {

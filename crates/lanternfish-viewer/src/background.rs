@@ -91,7 +91,7 @@ pub struct Found {
 #[derive(Debug)]
 pub enum Told {
     /// The picture, as far as it is.
-    Picture(Traced),
+    RenderedImage(Traced),
     /// What is under the pixel that was asked about.
     Pixel(Found),
     /// Why there is neither.
@@ -99,7 +99,7 @@ pub enum Told {
 }
 
 enum Order {
-    Picture {
+    RenderedImage {
         number: u64,
         subject: Subject,
         camera: Camera,
@@ -155,7 +155,7 @@ impl Background {
         self.last += 1;
         self.is_done = false;
         self.shared.wanted.store(self.last, Relaxed);
-        self.order(Order::Picture { number: self.last, subject, camera: camera.clone(), size });
+        self.order(Order::RenderedImage { number: self.last, subject, camera: camera.clone(), size });
     }
 
     /// Gives the picture up.
@@ -196,9 +196,9 @@ impl Background {
                 Err(_) => return None,
             };
             match &told {
-                Told::Picture(traced) if traced.number != self.shared.wanted.load(Relaxed) => continue,
+                Told::RenderedImage(traced) if traced.number != self.shared.wanted.load(Relaxed) => continue,
                 // One that is done waits for another exposure.
-                Told::Picture(traced) => self.is_done = traced.samples >= MOST_SAMPLES,
+                Told::RenderedImage(traced) => self.is_done = traced.samples >= MOST_SAMPLES,
                 Told::Pixel(_) => {
                     self.pixels = self.pixels.saturating_sub(1);
                     if self.pixels > 0 {
@@ -237,7 +237,7 @@ struct Worker {
 }
 
 /// A picture in the making.
-struct Picture {
+struct RenderedImage {
     number: u64,
     camera: Camera,
     film: Film,
@@ -249,7 +249,7 @@ impl Worker {
         let mut next = self.take();
         while let Some(order) = next {
             next = match &order {
-                Order::Picture { subject, .. } | Order::Pixel { subject, .. } => {
+                Order::RenderedImage { subject, .. } | Order::Pixel { subject, .. } => {
                     let subject = subject.clone();
                     match Tracer::new(&subject.scene, subject.transport.clone()) {
                         Ok(tracer) => self.serve(&tracer, &subject, order),
@@ -270,15 +270,15 @@ impl Worker {
 
     /// Does what is ordered of a scene, until something is ordered of another, which is returned. None: nobody orders any more.
     fn serve(&mut self, tracer: &Tracer<'_>, about: &Subject, first: Order) -> Option<Order> {
-        let mut picture: Option<Picture> = None;
+        let mut rendering: Option<RenderedImage> = None;
         let mut order = Some(first);
         loop {
             match order.take() {
                 None => {}
                 Some(Order::Forget) => return Some(Order::Forget),
-                Some(Order::Picture { number, camera, size, .. }) => {
+                Some(Order::RenderedImage { number, camera, size, .. }) => {
                     match Film::new(size.x as usize, size.y as usize) {
-                        Ok(film) => picture = Some(Picture { number, camera, film, told: None }),
+                        Ok(film) => rendering = Some(RenderedImage { number, camera, film, told: None }),
                         Err(error) => self.say(Told::Failed(error.to_string())),
                     }
                 }
@@ -291,20 +291,20 @@ impl Worker {
                 }
                 Some(Order::Look(look)) => {
                     self.look = Some(look);
-                    if let Some(picture) = &mut picture {
-                        picture.told = None;
-                        self.tell(picture);
+                    if let Some(rendering) = &mut rendering {
+                        rendering.told = None;
+                        self.tell(rendering);
                     }
                 }
             }
-            picture = picture.filter(|picture| self.shared.wanted.load(Relaxed) == picture.number);
-            let is_done = |picture: &Picture| picture.film.samples() >= MOST_SAMPLES;
-            let next = match picture.as_mut().filter(|picture| !is_done(picture)) {
-                Some(picture) => {
+            rendering = rendering.filter(|rendering| self.shared.wanted.load(Relaxed) == rendering.number);
+            let is_done = |rendering: &RenderedImage| rendering.film.samples() >= MOST_SAMPLES;
+            let next = match rendering.as_mut().filter(|rendering| !is_done(rendering)) {
+                Some(rendering) => {
                     let pause = || self.shared.waiting.load(Relaxed) > 0;
-                    let stop = || self.shared.wanted.load(Relaxed) != picture.number;
-                    tracer.render_unless(&picture.camera, &mut picture.film, 1, pause, stop);
-                    self.tell(picture);
+                    let stop = || self.shared.wanted.load(Relaxed) != rendering.number;
+                    tracer.render_unless(&rendering.camera, &mut rendering.film, 1, pause, stop);
+                    self.tell(rendering);
                     match self.orders.try_recv() {
                         Ok(order) => self.taken(order),
                         Err(TryRecvError::Empty) => continue,
@@ -314,7 +314,7 @@ impl Worker {
                 None => self.take()?,
             };
             match &next {
-                Order::Picture { subject, .. } | Order::Pixel { subject, .. } if !subject.is(about) => {
+                Order::RenderedImage { subject, .. } | Order::Pixel { subject, .. } if !subject.is(about) => {
                     return Some(next);
                 }
                 _ => order = Some(next),
@@ -323,18 +323,18 @@ impl Worker {
     }
 
     /// Tells of the picture, if it is a whole one, and not too soon.
-    fn tell(&self, picture: &mut Picture) {
-        let (Some(look), samples) = (self.look, picture.film.samples()) else { return };
-        let is_soon = picture.told.is_some_and(|told| told.elapsed() < TELL_AGAIN) && samples < MOST_SAMPLES;
-        if samples == 0 || !picture.film.is_even() || is_soon {
+    fn tell(&self, rendering: &mut RenderedImage) {
+        let (Some(look), samples) = (self.look, rendering.film.samples()) else { return };
+        let is_soon = rendering.told.is_some_and(|told| told.elapsed() < TELL_AGAIN) && samples < MOST_SAMPLES;
+        if samples == 0 || !rendering.film.is_even() || is_soon {
             return;
         }
-        let (width, height) = picture.film.size();
-        let rgb = display::encoded(&picture.film.mean(), look.ev, look.tone_map);
+        let (width, height) = rendering.film.size();
+        let rgb = display::encoded(&rendering.film.mean(), look.ev, look.tone_map);
         let bytes = rgb.as_chunks::<3>().0.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect();
         let size = UVec2::new(width as u32, height as u32);
-        picture.told = Some(Instant::now());
-        self.say(Told::Picture(Traced { number: picture.number, bytes, size, samples }));
+        rendering.told = Some(Instant::now());
+        self.say(Told::RenderedImage(Traced { number: rendering.number, bytes, size, samples }));
     }
 
     fn say(&self, told: Told) {

@@ -25,7 +25,7 @@ pub struct Cloud {
     images: DeepImages,
     points: PointCloud,
     profiler: Profiler,
-    picture: Option<(wgpu::TextureView, Camera, UVec2)>,
+    rendering: Option<(wgpu::TextureView, Camera, UVec2)>,
 }
 
 impl Cloud {
@@ -45,7 +45,7 @@ impl Cloud {
             frame.submit();
             Ok::<_, RenderError>((images, PointCloud::new(&gpu.device, &shown)?))
         })?;
-        Ok(Self { scene: Arc::clone(&first.scene), settings, uploaded, images, points, profiler, picture: None })
+        Ok(Self { scene: Arc::clone(&first.scene), settings, uploaded, images, points, profiler, rendering: None })
     }
 
     /// Whether these are the images of what the first rendering shows now.
@@ -55,7 +55,7 @@ impl Cloud {
 
     /// Whether the picture is what this camera sees.
     pub fn is_drawn(&self, camera: &Camera, size: UVec2) -> bool {
-        self.picture.as_ref().is_some_and(|(_, of, at)| of == camera && *at == size)
+        self.rendering.as_ref().is_some_and(|(_, of, at)| of == camera && *at == size)
     }
 
     /// Draws what a camera sees.
@@ -68,12 +68,12 @@ impl Cloud {
         frame.submit();
         // Nobody reads what they took.
         let _ = self.profiler.finished();
-        self.picture = Some((drawn.display, camera.clone(), size));
+        self.rendering = Some((drawn.display, camera.clone(), size));
         Ok(())
     }
 
     /// The last picture.
-    pub fn picture(&self) -> Option<&wgpu::TextureView> {
-        self.picture.as_ref().map(|(picture, ..)| picture)
+    pub fn rendering(&self) -> Option<&wgpu::TextureView> {
+        self.rendering.as_ref().map(|(rendering, ..)| rendering)
     }
 }

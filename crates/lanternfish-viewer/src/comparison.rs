@@ -219,7 +219,7 @@ impl Comparison {
         while let Some(told) = self.background.as_mut().and_then(Background::poll) {
             news.is_new = true;
             match told {
-                Told::Picture(traced) => self.show(first, traced),
+                Told::RenderedImage(traced) => self.show(first, traced),
                 Told::Pixel(found) => news.found = Some(found),
                 Told::Failed(what) => news.failed = Some(what),
             }
@@ -246,10 +246,10 @@ impl Comparison {
     }
 
     /// The other side's picture, where there is one.
-    pub fn picture(&self) -> Option<&wgpu::TextureView> {
+    pub fn rendering(&self) -> Option<&wgpu::TextureView> {
         match (&self.rendered, &self.cloud) {
-            (Some(viewport), _) => Some(viewport.picture()),
-            (None, Some(cloud)) => cloud.picture(),
+            (Some(viewport), _) => Some(viewport.rendering()),
+            (None, Some(cloud)) => cloud.rendering(),
             (None, None) => self.traced.as_ref().map(|(texture, _)| texture),
         }
     }
@@ -290,7 +290,7 @@ impl Comparison {
     /// Whether another frame would change the other side, or it is not there yet.
     pub fn has_more(&self, first: &Viewport, wipe: &Wipe, camera: &Camera) -> bool {
         match wipe.other {
-            Other::Nothing => self.picture().is_some(),
+            Other::Nothing => self.rendering().is_some(),
             Other::Settings => {
                 let is_drawn = self.rendered.as_ref().is_some_and(|viewport| !viewport.has_more(camera));
                 !is_drawn || self.is_behind || self.can_be_compared(first)

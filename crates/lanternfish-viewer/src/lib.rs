@@ -5,7 +5,7 @@
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 //!
-//! `pictures/` is a window of pictures of files; `events.rs` is the loop around either.
+//! `renderings/` is a window of pictures of files; `events.rs` is the loop around either.
 
 mod background;
 mod comparison;
@@ -20,7 +20,7 @@ mod overlay;
 mod resolution_scaling;
 mod repaint_limiter;
 mod panels;
-mod pictures;
+mod renderings;
 mod player;
 mod record;
 mod viewport;
@@ -40,7 +40,7 @@ use lanternfish_scene::{Camera, Eyes, Scene, generate::Rain};
 
 pub use controls::Way;
 pub use error::ViewerError;
-pub use pictures::{PictureOfFile, PictureReader, Pictures};
+pub use renderings::{ImageOfFile, ImageReader, RenderedImages};
 pub use record::{Move, RecordKeeper, Recording};
 
 /// Opens a file, or says why it cannot.
@@ -156,6 +156,6 @@ pub fn run(start: Start) -> Result<(), ViewerError> {
 }
 
 /// Opens a window on pictures of files, one at least, and returns when it is closed.
-pub fn compare(pictures: Pictures) -> Result<(), ViewerError> {
-    pictures::run(pictures)
+pub fn compare(renderings: RenderedImages) -> Result<(), ViewerError> {
+    renderings::run(renderings)
 }

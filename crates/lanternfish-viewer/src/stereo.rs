@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_stand_beside_each_other_and_nothing_is_stretched() {
+    fn images_stand_beside_each_other_and_nothing_is_stretched() {
         let room = Rect::from_min_max(pos2(100.0, 0.0), pos2(900.0, 200.0));
         assert_eq!(places(room, None), [room]);
         let [left, right] = places(room, Some(Eyes::Parallel(0.1)))[..] else { panic!("there are two eyes") };

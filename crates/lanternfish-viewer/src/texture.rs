@@ -12,7 +12,7 @@ pub fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
         | wgpu::TextureUsages::COPY_SRC
         | wgpu::TextureUsages::COPY_DST;
     let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("viewer/picture"),
+        label: Some("viewer/rendering"),
         size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,

@@ -35,7 +35,7 @@ pub struct Viewport {
     uploaded: GpuScene,
     settings: Settings,
     /// The picture, or that of each of two eyes.
-    pictures: Vec<wgpu::TextureView>,
+    renderings: Vec<wgpu::TextureView>,
     eyes: Option<Eyes>,
     size: UVec2,
     /// Frames that the picture is the mean of, and where the camera was.
@@ -64,7 +64,7 @@ impl Viewport {
 
     fn of(gpu: Gpu, scene: Arc<Scene>, settings: Settings, renderer: Renderer) -> Result<Self, RenderError> {
         let uploaded = renderer.upload(&scene)?;
-        let (size, pictures) = (UVec2::ONE, vec![texture(&gpu.device, UVec2::ONE)]);
+        let (size, renderings) = (UVec2::ONE, vec![texture(&gpu.device, UVec2::ONE)]);
         let (averaged, drawn) = ((0, None), 0);
         let (report, change, on_their_way) = (None, None, None);
         Ok(Self {
@@ -75,7 +75,7 @@ impl Viewport {
             renderer,
             uploaded,
             settings,
-            pictures,
+            renderings,
             eyes: None,
             size,
             averaged,
@@ -165,14 +165,14 @@ impl Viewport {
 
     /// The picture's pixels, RGBA, rows from the top: those of both eyes side by side. Waits for the device.
     pub fn pixels(&self) -> Result<Vec<[u8; 4]>, GpuError> {
-        let read = |picture: &wgpu::TextureView| read_texture(&self.gpu.device, &self.gpu.queue, picture.texture());
-        let mut pictures = self.pictures.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-        if pictures.len() == 1 {
-            return Ok(pictures.remove(0));
+        let read = |rendering: &wgpu::TextureView| read_texture(&self.gpu.device, &self.gpu.queue, rendering.texture());
+        let mut renderings = self.renderings.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        if renderings.len() == 1 {
+            return Ok(renderings.remove(0));
         }
         let width = self.size.x as usize;
         let rows =
-            (0..self.size.y as usize).flat_map(|y| pictures.iter().map(move |pixels| &pixels[y * width..][..width]));
+            (0..self.size.y as usize).flat_map(|y| renderings.iter().map(move |pixels| &pixels[y * width..][..width]));
         Ok(rows.collect::<Vec<_>>().concat())
     }
 
@@ -224,7 +224,7 @@ impl Viewport {
             return false;
         }
         self.size = size;
-        self.make_pictures();
+        self.make_images();
         true
     }
 
@@ -232,13 +232,13 @@ impl Viewport {
     pub fn show_to(&mut self, eyes: Option<Eyes>) {
         if self.eyes != eyes {
             self.eyes = eyes;
-            self.make_pictures();
+            self.make_images();
         }
     }
 
-    fn make_pictures(&mut self) {
+    fn make_images(&mut self) {
         let count = if self.eyes.is_some() { 2 } else { 1 };
-        self.pictures = (0..count).map(|_| texture(&self.gpu.device, self.size)).collect();
+        self.renderings = (0..count).map(|_| texture(&self.gpu.device, self.size)).collect();
         self.averaged = (0, None);
     }
 
@@ -253,13 +253,13 @@ impl Viewport {
     }
 
     /// The picture, that of the left eye: encoded for a display.
-    pub fn picture(&self) -> &wgpu::TextureView {
-        &self.pictures[0]
+    pub fn rendering(&self) -> &wgpu::TextureView {
+        &self.renderings[0]
     }
 
     /// That of the right eye, where there are two.
-    pub fn right_picture(&self) -> Option<&wgpu::TextureView> {
-        self.pictures.get(1)
+    pub fn right_image(&self) -> Option<&wgpu::TextureView> {
+        self.renderings.get(1)
     }
 
     /// Pixels across and down of one eye's picture.
@@ -297,10 +297,10 @@ impl Viewport {
         let begun = Instant::now();
         let mut commands = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let cameras = self.cameras(camera);
-        let request = |(key, (camera, picture))| {
-            ViewRequest::of_camera(key, camera, self.size.into(), Target::Display(picture, FORMAT))
+        let request = |(key, (camera, rendering))| {
+            ViewRequest::of_camera(key, camera, self.size.into(), Target::Display(rendering, FORMAT))
         };
-        let requests: Vec<_> = (0..).zip(cameras.iter().zip(&self.pictures)).map(request).collect();
+        let requests: Vec<_> = (0..).zip(cameras.iter().zip(&self.renderings)).map(request).collect();
         let frame = self.renderer.record(&mut commands, &self.uploaded, &requests)?;
         self.gpu.queue.submit([commands.finish()]);
         self.renderer.submitted(frame);

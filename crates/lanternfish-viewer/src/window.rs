@@ -1,7 +1,7 @@
 //! The window: what it shows, and the order of a frame.
 
 mod frame;
-mod pictures;
+mod renderings;
 
 use std::{
     path::{Path, PathBuf},
@@ -45,7 +45,7 @@ const LOOKS_IN_A_FRAME: f64 = 200.0;
 struct Viewer {
     surface: Surface,
     /// A, B, and where they differ, as egui knows them.
-    pictures: [Known; 3],
+    renderings: [Known; 3],
     state: State,
     viewport: Viewport,
     comparison: Comparison,
@@ -134,7 +134,7 @@ impl Program for Viewer {
         let (room, last) = (UVec2::new(width, height), Instant::now());
         Ok(Self {
             surface,
-            pictures: [const { None }; 3],
+            renderings: [const { None }; 3],
             state,
             viewport,
             comparison: Comparison::default(),
@@ -265,7 +265,7 @@ impl Viewer {
             );
         }
         if of_first.is_some() {
-            self.keep_picture();
+            self.keep_image();
         }
         news.is_new || of_first.is_some() && !self.has_more()
     }

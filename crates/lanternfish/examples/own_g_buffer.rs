@@ -28,8 +28,8 @@ pub const SIZE: [u32; 2] = [320, 240];
 fn main() -> Result<()> {
     let path = std::env::args_os().nth(1).map_or("own_g_buffer.png".into(), PathBuf::from);
     let (device, queue) = open()?;
-    let picture = draw(&device, &queue, settings())?;
-    write_png(&path, SIZE[0], SIZE[1], ColorType::Rgba, picture.as_flattened())?;
+    let rendering = draw(&device, &queue, settings())?;
+    write_png(&path, SIZE[0], SIZE[1], ColorType::Rgba, rendering.as_flattened())?;
     println!("{}", path.display());
     Ok(())
 }

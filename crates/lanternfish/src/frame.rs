@@ -93,7 +93,7 @@ impl Shaded {
     }
 
     /// Linear radiance, nits.
-    fn picture(&self) -> &wgpu::TextureView {
+    fn rendering(&self) -> &wgpu::TextureView {
         self.mean.as_ref().unwrap_or(&self.radiance.target)
     }
 }
@@ -190,9 +190,9 @@ impl Passes {
         // One exposure for all views: two eyes see one world.
         let is_shown = |slot| !matches!(context.target(slot), Some((_, Target::Radiance(_) | Target::Sums { .. })));
         let shown = results.iter().enumerate().filter(|(slot, _)| is_shown(*slot));
-        let pictures: Vec<_> = shown.map(|(_, shaded)| shaded.picture()).collect();
-        if self.debug_views.is_none() && !pictures.is_empty() {
-            self.output.meter(frame, &pictures)?;
+        let renderings: Vec<_> = shown.map(|(_, shaded)| shaded.rendering()).collect();
+        if self.debug_views.is_none() && !renderings.is_empty() {
+            self.output.meter(frame, &renderings)?;
         }
         self.present.begin();
         let mut finished = Vec::with_capacity(views.len());
@@ -372,7 +372,7 @@ impl Passes {
     ) -> Result<Option<wgpu::TextureView>, RenderError> {
         match target {
             Some((_, Target::Radiance(to))) => {
-                self.present.copy(frame, shaded.picture(), to)?;
+                self.present.copy(frame, shaded.rendering(), to)?;
                 Ok(None)
             }
             Some((_, Target::Sums { direct, indirect })) => {
@@ -384,20 +384,20 @@ impl Passes {
             }
             Some((key, Target::Display(to, format))) => {
                 let display = self.present.display(frame, key, view.view.size);
-                self.show_picture(frame, view, shaded, &display);
+                self.show_image(frame, view, shaded, &display);
                 self.present.show(frame, &display, to, format)?;
                 Ok(Some(display))
             }
             Some((_, Target::Own)) | None => {
                 let display = display_target(frame, view.view.size);
-                self.show_picture(frame, view, shaded, &display);
+                self.show_image(frame, view, shaded, &display);
                 Ok(Some(display))
             }
         }
     }
 
     /// What a display shows of a view: its picture, exposed, or the debug view.
-    fn show_picture(
+    fn show_image(
         &self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
@@ -405,7 +405,7 @@ impl Passes {
         display: &wgpu::TextureView,
     ) {
         match &self.debug_views {
-            None => self.output.record(frame, shaded.picture(), display),
+            None => self.output.record(frame, shaded.rendering(), display),
             Some(debug_views) => debug_views.record(frame, view, shaded, display),
         }
     }

@@ -94,6 +94,6 @@ pub use context::ViewContext;
 pub use error::RenderError;
 pub use gpu_scene::{GpuScene, Sent};
 pub use lanternfish_gpu::Engine;
-pub use renderer::{Change, FrameId, FrameMemory, FrameReport, Picture, Renderer, Report};
+pub use renderer::{Change, FrameId, FrameMemory, FrameReport, RenderedImage, Renderer, Report};
 pub use request::{SurfaceSource, Target, ViewRequest};
 pub use settings::Settings;

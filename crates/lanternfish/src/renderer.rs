@@ -58,14 +58,14 @@ pub struct Renderer {
     pub(crate) passes: Passes,
     flight: Flight,
     /// When lists of frames get more room that are rendered into pictures.
-    picture_growth: Growth,
+    image_growth: Growth,
     /// The number of the last of those frames.
     last_frame: u64,
 }
 
 /// A finished picture. Rows from the top.
 #[derive(Clone, Debug)]
-pub struct Picture {
+pub struct RenderedImage {
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
@@ -125,7 +125,7 @@ impl Renderer {
             pool,
             passes,
             flight: Flight::default(),
-            picture_growth: Growth::Blocking,
+            image_growth: Growth::Blocking,
             last_frame: 0,
         })
     }
@@ -173,7 +173,7 @@ impl Renderer {
         camera: &Camera,
         width: u32,
         height: u32,
-    ) -> Result<Picture, RenderError> {
+    ) -> Result<RenderedImage, RenderError> {
         Ok(self.render_views(scene, &[(camera, width, height)])?.remove(0))
     }
 
@@ -184,7 +184,7 @@ impl Renderer {
         &mut self,
         scene: &GpuScene,
         views: &[(&Camera, u32, u32)],
-    ) -> Result<Vec<Picture>, RenderError> {
+    ) -> Result<Vec<RenderedImage>, RenderError> {
         self.render_frames(scene, views, |_| ())
     }
 
@@ -230,7 +230,7 @@ impl Renderer {
     /// here. What [`Self::render`] gives of a frame that may not wait is not whole where there is not room enough.
     #[cfg(any(test, feature = "testing"))]
     pub fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
-        self.picture_growth = growth;
+        self.image_growth = growth;
         self.use_growth(growth)
     }
 
@@ -250,51 +250,51 @@ impl Renderer {
     }
 
     /// Reads back what the last frame of a scene left.
-    pub(crate) fn pictures(
+    pub(crate) fn renderings(
         &mut self,
         scene: &GpuScene,
         views: &[View],
         results: &[FrameResult],
-    ) -> Result<Vec<Picture>, RenderError> {
-        let mut pictures = self.pictures_of(scene.counters(), views, results)?;
-        if let Some(first) = pictures.first_mut() {
+    ) -> Result<Vec<RenderedImage>, RenderError> {
+        let mut renderings = self.images_of(scene.counters(), views, results)?;
+        if let Some(first) = renderings.first_mut() {
             first.report.passes = self.profiler.times_of(self.last_frame);
         }
-        Ok(pictures)
+        Ok(renderings)
     }
 
     /// The same, without times; `counters` are the scene's. A view of which nothing was shown has no picture.
-    fn pictures_of(
+    fn images_of(
         &mut self,
         counters: &[(String, u64)],
         views: &[View],
         results: &[FrameResult],
-    ) -> Result<Vec<Picture>, RenderError> {
+    ) -> Result<Vec<RenderedImage>, RenderError> {
         let exposure = self.exposure()?;
         let shown =
             views.iter().zip(results).filter_map(|(view, result)| Some((view, result, result.display.as_ref()?)));
-        let pictures = shown.map(|(view, result, display)| {
+        let renderings = shown.map(|(view, result, display)| {
             let display = read_texture::<[u8; 4]>(&self.device, &self.queue, display.texture())?;
-            self.picture(counters, view, &result.shaded, display, exposure)
+            self.rendering(counters, view, &result.shaded, display, exposure)
         });
-        let mut pictures = pictures.collect::<Result<Vec<_>, _>>()?;
-        if let Some(first) = pictures.first_mut()
+        let mut renderings = renderings.collect::<Result<Vec<_>, _>>()?;
+        if let Some(first) = renderings.first_mut()
             && results[0].shaded.mean.is_some()
         {
             let frames = self.passes.progressive.frames();
             first.report.counters.push(("progressive/frames".to_owned(), u64::from(frames)));
         }
-        Ok(pictures)
+        Ok(renderings)
     }
 
-    fn picture(
+    fn rendering(
         &self,
         counters: &[(String, u64)],
         view: &View,
         shaded: &Shaded,
         display: Vec<[u8; 4]>,
         exposure: Option<f32>,
-    ) -> Result<Picture, RenderError> {
+    ) -> Result<RenderedImage, RenderError> {
         let radiance = match &shaded.mean {
             Some(mean) => read_texture(&self.device, &self.queue, mean.texture())?,
             None => {
@@ -329,6 +329,6 @@ impl Renderer {
         let of_ambient_visibility = shaded.ambient_visibility.iter().flat_map(|ambient_visibility| &ambient_visibility.counters);
         counters.extend(of_ambient_visibility.map(|(name, count)| ((*name).to_owned(), *count)));
         let report = Report { passes: Vec::new(), counters };
-        Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, exposure, report })
+        Ok(RenderedImage { width: view.size.x, height: view.size.y, radiance, display, exposure, report })
     }
 }

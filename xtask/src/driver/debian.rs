@@ -70,7 +70,7 @@ pub fn plan(machine: &Machine, purpose: Purpose) -> Step {
     let is_fit = has_one && machine.mesa >= Some(WANTED_MESA);
     let may_replace = !machine.may_have_graphics_card || machine.mesa.is_none();
     match machine.has_graphics_card {
-        true if purpose == Purpose::Pictures => Step::Nothing,
+        true if purpose == Purpose::RenderedImages => Step::Nothing,
         false if machine.is_old_release && !is_fit && may_replace => Step::Backport { has_one },
         _ if has_one => Step::Nothing,
         _ => Step::Distributions,
@@ -178,7 +178,7 @@ mod tests {
             let machine = Machine { is_old_release, mesa, has_loader, has_graphics_card, may_have_graphics_card };
             plan(&machine, purpose)
         };
-        for purpose in [Purpose::Pictures, Purpose::Tests] {
+        for purpose in [Purpose::RenderedImages, Purpose::Tests] {
             // Debian 12 without a graphics card.
             assert_eq!(of(true, None, false, purpose), Step::Backport { has_one: false });
             assert_eq!(of(true, Some(22), false, purpose), Step::Backport { has_one: true });
@@ -192,7 +192,7 @@ mod tests {
         }
         // Another maker's card brings no software driver.
         for is_old_release in [true, false] {
-            assert_eq!(of(is_old_release, None, true, Purpose::Pictures), Step::Nothing);
+            assert_eq!(of(is_old_release, None, true, Purpose::RenderedImages), Step::Nothing);
             assert_eq!(of(is_old_release, None, true, Purpose::Tests), Step::Distributions);
         }
         let no_loader = Machine {
@@ -202,10 +202,10 @@ mod tests {
             has_graphics_card: false,
             may_have_graphics_card: false,
         };
-        assert_eq!(plan(&no_loader, Purpose::Pictures), Step::Backport { has_one: false });
+        assert_eq!(plan(&no_loader, Purpose::RenderedImages), Step::Backport { has_one: false });
         // A card that the list does not show, as of a user outside the group `render`: its driver stays.
         let hidden = Machine { mesa: Some(22), has_loader: true, may_have_graphics_card: true, ..no_loader };
-        for purpose in [Purpose::Pictures, Purpose::Tests] {
+        for purpose in [Purpose::RenderedImages, Purpose::Tests] {
             assert_eq!(plan(&hidden, purpose), Step::Nothing);
             assert_eq!(plan(&Machine { has_loader: false, ..hidden }, purpose), Step::Distributions);
             assert_eq!(plan(&Machine { mesa: None, ..hidden }, purpose), Step::Backport { has_one: false });

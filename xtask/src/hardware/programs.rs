@@ -34,7 +34,7 @@ pub const RELEASED: [Program; 2] = [
 pub const TESTS: [Program; 4] = [
     Program { package: "lanternfish-gpu", kind: "lib", target: None, is_test: true, name: "lanternfish-gpu" },
     Program { package: "lanternfish", kind: "lib", target: None, is_test: true, name: "lanternfish" },
-    Program { package: "lanternfish", kind: "test", target: Some("pictures"), is_test: true, name: "pictures" },
+    Program { package: "lanternfish", kind: "test", target: Some("renderings"), is_test: true, name: "renderings" },
     Program { package: "lanternfish-papers", kind: "lib", target: None, is_test: true, name: "lanternfish-papers" },
 ];
 
@@ -102,7 +102,7 @@ not JSON
         assert_eq!(find(&RELEASED[0]), Ok("/t/lanternfish".into()));
         assert_eq!(find(&RELEASED[1]), Ok("/t/lanternfish-bench".into()));
         assert_eq!(find(&TESTS[1]), Ok("/t/lanternfish-1".into()));
-        assert_eq!(find(&TESTS[2]), Ok("/t/pictures-4".into()));
+        assert_eq!(find(&TESTS[2]), Ok("/t/renderings-4".into()));
         assert_eq!(find(&TESTS[0]), Err("cargo built no lib of package lanternfish-gpu".to_owned()));
     }
 }

@@ -76,7 +76,7 @@ pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment,
 }
 
 #[test]
-fn shapes_are_those_of_the_thesis_and_grow_with_the_picture() {
+fn shapes_are_those_of_the_thesis_and_grow_with_the_image() {
     // Those that the thesis judges best.
     assert_eq!(shapes(720, true)[0], ClusterShape::Perspective { pixels: 64 });
     assert_eq!(shapes(720, true)[1], ClusterShape::Orthographic { side: 4.0 });

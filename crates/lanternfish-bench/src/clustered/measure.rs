@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use lanternfish::{
-    GpuScene, Picture, RenderError, Renderer,
+    GpuScene, RenderedImage, RenderError, Renderer,
     light_culling::clustered::GridContents,
     techniques::{Assignment, ClusterShape},
 };
@@ -104,7 +104,7 @@ struct Lit {
 }
 
 /// Each view's first pictures, by the number of lights and of views.
-type Pictures = BTreeMap<(usize, usize), Vec<Picture>>;
+type RenderedImages = BTreeMap<(usize, usize), Vec<RenderedImage>>;
 
 impl Bench<'_> {
     /// Rows of every shape, view and number of lights.
@@ -113,7 +113,7 @@ impl Bench<'_> {
         shapes: &[ClusterShape],
         scenes: &[Scene],
     ) -> Result<(Vec<Measured>, Vec<LeftOut>), CliError> {
-        let (mut rows, mut left_out, mut firsts) = (Vec::new(), Vec::new(), Pictures::new());
+        let (mut rows, mut left_out, mut firsts) = (Vec::new(), Vec::new(), RenderedImages::new());
         let mut lit = Vec::new();
         for shape in shapes {
             eprintln!("  {shape}");
@@ -163,17 +163,17 @@ impl Bench<'_> {
         renderer: &mut Renderer,
         lit: &Lit,
         views: Views,
-        firsts: &mut Pictures,
+        firsts: &mut RenderedImages,
     ) -> Result<(Counts, Steps, usize), RenderError> {
         let cameras: &[_] = if views == Views::Mono { &self.mono } else { &self.stereo };
-        let pictures = renderer.render_views(&lit.scene, cameras)?;
-        let counts = counts(&pictures, &renderer.cluster_contents()?);
+        let renderings = renderer.render_views(&lit.scene, cameras)?;
+        let counts = counts(&renderings, &renderer.cluster_contents()?);
         let ms = medians(self.run.runs, || {
             let passes = &renderer.render_views(&lit.scene, cameras)?[0].report.passes;
             Ok::<_, RenderError>(Steps::of(passes).0)
         })?;
-        let firsts = firsts.entry((lit.lights, cameras.len())).or_insert_with(|| pictures.clone());
-        let differing = pictures.iter().zip(firsts).map(|(picture, first)| differing(first, picture)).sum();
+        let firsts = firsts.entry((lit.lights, cameras.len())).or_insert_with(|| renderings.clone());
+        let differing = renderings.iter().zip(firsts).map(|(rendering, first)| differing(first, rendering)).sum();
         Ok((counts, Steps(ms), differing))
     }
 }
@@ -188,8 +188,8 @@ fn tests_of_all(rows: &[Measured], clusters: &str, lights: usize, views: Views) 
     Some(row.counts.visible_clusters * lights as u64)
 }
 
-fn counts(pictures: &[Picture], grids: &[GridContents]) -> Counts {
-    let sum = |name: &str| pictures.iter().map(|picture| counter(&picture.report, name)).sum();
+fn counts(renderings: &[RenderedImage], grids: &[GridContents]) -> Counts {
+    let sum = |name: &str| renderings.iter().map(|rendering| counter(&rendering.report, name)).sum();
     let visible = || grids.iter().flat_map(|grid| &grid.visible);
     Counts {
         clusters: sum("light_culling/clusters"),

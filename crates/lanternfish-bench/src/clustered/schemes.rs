@@ -1,7 +1,7 @@
 //! Every scheme of light culling beside each other: what it lists, what that takes, and how long.
 
 use lanternfish::{
-    Picture, RenderError, Renderer,
+    RenderedImage, RenderError, Renderer,
     settings::{Culling, Settings, Shadows},
     techniques::{Clustered, TileSize, Tiled},
 };
@@ -59,7 +59,7 @@ pub fn measure(
     quick: bool,
 ) -> Result<(Vec<Row>, Vec<LeftOut>), CliError> {
     let (mut rows, mut left_out) = (Vec::new(), Vec::new());
-    let mut firsts: Vec<Option<Picture>> = scenes.iter().map(|_| None).collect();
+    let mut firsts: Vec<Option<RenderedImage>> = scenes.iter().map(|_| None).collect();
     for culling in cullings(quick) {
         let scheme = name(&culling);
         eprintln!("  {scheme}");
@@ -79,18 +79,18 @@ pub fn measure(
             let uploaded = renderer.upload(scene)?;
             let mut frame = || renderer.render(&uploaded, camera, width, height);
             let mut found = || {
-                let picture = frame()?;
+                let rendering = frame()?;
                 let times = medians(run.runs, || {
                     let passes = frame()?.report.passes;
                     Ok::<_, RenderError>(["light_culling/", "shading/"].map(|folder| ms_of(&passes, folder)))
                 })?;
-                Ok::<_, RenderError>((picture, times))
+                Ok::<_, RenderError>((rendering, times))
             };
             match found() {
-                Ok((picture, times)) => {
-                    let first = first.get_or_insert_with(|| picture.clone());
-                    let differing = differing(first, &picture);
-                    rows.push(row(&culling, lights, &picture, times).data("differing_pixels", differing));
+                Ok((rendering, times)) => {
+                    let first = first.get_or_insert_with(|| rendering.clone());
+                    let differing = differing(first, &rendering);
+                    rows.push(row(&culling, lights, &rendering, times).data("differing_pixels", differing));
                 }
                 Err(error) => leave_out(error.to_string()),
             }
@@ -100,10 +100,10 @@ pub fn measure(
     Ok((rows, left_out))
 }
 
-fn row(culling: &Culling, lights: u64, picture: &Picture, [building, shading]: [f64; 2]) -> Row {
-    let counter = |name| counter(&picture.report, name);
+fn row(culling: &Culling, lights: u64, rendering: &RenderedImage, [building, shading]: [f64; 2]) -> Row {
+    let counter = |name| counter(&rendering.report, name);
     let listed = counter("light_culling/listed_lights");
-    let tiles = |size| tiles(size, picture.width, picture.height);
+    let tiles = |size| tiles(size, rendering.width, rendering.height);
     // Bytes of cells, lists and what they are made from, as the techniques' pages have them.
     let bytes = match (culling.get::<Tiled>(), culling.get::<RasterGrid>()) {
         // A start and a volume a tile.

@@ -1,7 +1,7 @@
 //! Rays whose ends bring what the radiance cache keeps, beside rays whose ends are shaded.
 
 use lanternfish::{
-    Picture, Renderer,
+    RenderedImage, Renderer,
     settings::Settings,
     techniques::{Bounces, HitLight, Sampled},
 };
@@ -31,7 +31,7 @@ impl Bench<'_> {
     pub fn cached(
         &self,
         set: Option<ImageSet>,
-        converged: &Picture,
+        converged: &RenderedImage,
         progress: &mut Progress,
     ) -> Result<Vec<Row>, CliError> {
         let through_images = set.map(|set| (set, WITHIN_TEXEL));
@@ -39,7 +39,7 @@ impl Bench<'_> {
             [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
         let direct =
             Settings { indirect: technique::NO_INDIRECT, ..Case::plain(Brdf::Diffuse).settings(self.look, None) };
-        let direct = energy(&self.picture(direct)?);
+        let direct = energy(&self.rendering(direct)?);
         let mut rows = Vec::new();
         for images in [None].into_iter().chain(through_images.map(Some)) {
             for (hit_light, bounces) in ways {
@@ -54,10 +54,10 @@ impl Bench<'_> {
                 let words = format!("{}, hit light {hit_light}, bounces {bounces}", case.in_words());
                 let row = progress.step("cached", &words, || {
                     let usual = Sampled::default().cache_samples;
-                    let first = self.picture(settings(usual))?;
-                    let warmed = self.picture(settings(WARMED_SAMPLES))?;
+                    let first = self.rendering(settings(usual))?;
+                    let warmed = self.rendering(settings(WARMED_SAMPLES))?;
                     let warm = self.warm_frame(settings(usual))?;
-                    let fraction = |picture: &Picture| (energy(picture) - direct) / (energy(converged) - direct);
+                    let fraction = |rendering: &RenderedImage| (energy(rendering) - direct) / (energy(converged) - direct);
                     let (trace, light) = (sum(&warm, is_trace), sum(&warm, is_light));
                     let covered = first.radiance.iter().map(|pixel| pixel[3]);
                     let count = rays(covered, 1, Brdf::Diffuse.counted_rays()) as f64;
@@ -87,7 +87,7 @@ impl Bench<'_> {
     }
 
     /// A picture of one frame, after one whose times do not count.
-    fn picture(&self, settings: Settings) -> Result<Picture, CliError> {
+    fn rendering(&self, settings: Settings) -> Result<RenderedImage, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         let mut render = || renderer.render(self.scene(Brdf::Diffuse), self.camera, self.size.width, self.size.height);
         render()?;
@@ -95,7 +95,7 @@ impl Bench<'_> {
     }
 
     /// The frame after [`WARM_FRAMES`] others of one mean.
-    fn warm_frame(&self, settings: Settings) -> Result<Picture, CliError> {
+    fn warm_frame(&self, settings: Settings) -> Result<RenderedImage, CliError> {
         let settings = Settings { accumulate: WARM_FRAMES + 1, ..settings };
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         renderer.reset();
@@ -107,8 +107,8 @@ impl Bench<'_> {
     }
 }
 
-fn sum(picture: &Picture, counts: fn(&PassTime) -> bool) -> f64 {
-    picture.report.passes.iter().filter(|pass| counts(pass)).map(|pass| pass.ms).sum()
+fn sum(rendering: &RenderedImage, counts: fn(&PassTime) -> bool) -> f64 {
+    rendering.report.passes.iter().filter(|pass| counts(pass)).map(|pass| pass.ms).sum()
 }
 
 fn is_trace(pass: &PassTime) -> bool {

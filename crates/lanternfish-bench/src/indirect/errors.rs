@@ -1,6 +1,6 @@
 //! How far an image is from others of the same view.
 
-use lanternfish::Picture;
+use lanternfish::RenderedImage;
 use lanternfish_metrics::MetricsError;
 
 use crate::{
@@ -12,48 +12,48 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub struct Baselines<'a> {
     /// The same image with the same rays through the BVH.
-    pub bvh: &'a Picture,
+    pub bvh: &'a RenderedImage,
     /// Sum of the radiance of the same image without indirect light.
     pub direct_energy: f64,
     /// The mean of many frames through the BVH, without filter.
-    pub converged: &'a Picture,
+    pub converged: &'a RenderedImage,
 }
 
 /// Energy, of all light and of indirect light alone, and LDR-FLIP against the same rays through the BVH: the error due to deep images; and
 /// LDR-FLIP against the mean of many frames: noise, blur and jagged edges count as well.
-pub fn errors(picture: &Picture, baselines: &Baselines<'_>) -> Result<Row, MetricsError> {
+pub fn errors(rendering: &RenderedImage, baselines: &Baselines<'_>) -> Result<Row, MetricsError> {
     let Baselines { bvh, direct_energy: direct, converged } = *baselines;
-    let (found, expected) = (energy(picture), energy(bvh));
+    let (found, expected) = (energy(rendering), energy(bvh));
     Ok(Row::default()
         .fixed("energy_ratio", "energy", 3, found / expected)
         .fixed("indirect_energy_ratio", "of indirect", 3, (found - direct) / (expected - direct))
-        .fixed("flip", "FLIP to BVH", 4, flip(picture, bvh)?)
-        .fixed("converged_flip", "to many frames", 4, flip(picture, converged)?))
+        .fixed("flip", "FLIP to BVH", 4, flip(rendering, bvh)?)
+        .fixed("converged_flip", "to many frames", 4, flip(rendering, converged)?))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn picture(radiance: f32) -> Picture {
+    fn rendering(radiance: f32) -> RenderedImage {
         let texels = vec![[radiance, radiance, radiance, 1.0]; 64];
-        Picture { width: 8, height: 8, ..crate::image::picture(texels, (255.0 * radiance) as u8) }
+        RenderedImage { width: 8, height: 8, ..crate::image::rendering(texels, (255.0 * radiance) as u8) }
     }
 
     #[test]
     fn an_image_is_itself_and_no_other_is() {
-        let (bvh, converged) = (picture(0.5), picture(0.4));
+        let (bvh, converged) = (rendering(0.5), rendering(0.4));
         let baselines = Baselines { bvh: &bvh, direct_energy: 0.5 * energy(&bvh), converged: &converged };
-        let of = |picture: &Picture| {
-            let row = errors(picture, &baselines).unwrap();
+        let of = |rendering: &RenderedImage| {
+            let row = errors(rendering, &baselines).unwrap();
             ["energy_ratio", "indirect_energy_ratio", "flip", "converged_flip"].map(|key| row.f64(key))
         };
         let [energy, indirect, flip, noise] = of(&bvh);
         assert!([energy, indirect, flip] == [1.0, 1.0, 0.0] && noise > 0.0);
         // A tenth too bright, all of it indirect.
-        let [energy, indirect, flip, converged] = of(&picture(0.55));
+        let [energy, indirect, flip, converged] = of(&rendering(0.55));
         assert!((energy - 1.1).abs() < 1e-6 && (indirect - 1.2).abs() < 1e-6);
         assert!(flip > 0.0 && converged > noise);
-        assert!(errors(&Picture { width: 4, height: 16, ..picture(0.5) }, &baselines).is_err());
+        assert!(errors(&RenderedImage { width: 4, height: 16, ..rendering(0.5) }, &baselines).is_err());
     }
 }

@@ -1,6 +1,6 @@
 //! Renders every case, times it, and compares its image.
 
-use lanternfish::{GpuScene, Picture, RenderError, Renderer, settings::Settings, techniques::Sampled};
+use lanternfish::{GpuScene, RenderedImage, RenderError, Renderer, settings::Settings, techniques::Sampled};
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
 use lanternfish_gpu::{PassTime, Profiler};
 use lanternfish_papers::DeepImageSettings;
@@ -21,9 +21,9 @@ use crate::{
 };
 
 /// The figures of a case.
-fn row(case: Case, bytes: u64, picture: &Picture, times: Times, errors: Row) -> Row {
+fn row(case: Case, bytes: u64, rendering: &RenderedImage, times: Times, errors: Row) -> Row {
     let Case { brdf, images, filter_radius, samples, accumulate } = case;
-    let covered = picture.radiance.iter().map(|pixel| pixel[3]);
+    let covered = rendering.radiance.iter().map(|pixel| pixel[3]);
     // Summed over all frames.
     let rays = rays(covered, accumulate, brdf.counted_rays());
     let rate = |ms: f64| rays as f64 / ms / 1e3;
@@ -91,12 +91,12 @@ pub struct Bench<'a> {
 /// What the images of one BRDF, filter and antialiasing are compared with.
 struct Reference {
     case: Case,
-    bvh: Picture,
+    bvh: RenderedImage,
     direct_energy: f64,
 }
 
 impl Reference {
-    fn baselines<'a>(&'a self, converged: &'a [Picture]) -> Baselines<'a> {
+    fn baselines<'a>(&'a self, converged: &'a [RenderedImage]) -> Baselines<'a> {
         let converged = &converged[self.case.brdf as usize];
         Baselines { bvh: &self.bvh, direct_energy: self.direct_energy, converged }
     }
@@ -110,7 +110,7 @@ impl Bench<'_> {
             let doing = format!("{}, {} frames through the BVH", brdf.name(), self.converged_frames);
             progress.step("converged", &doing, || self.converged(*brdf))
         });
-        let converged = converged.collect::<Result<Vec<Picture>, CliError>>()?;
+        let converged = converged.collect::<Result<Vec<RenderedImage>, CliError>>()?;
         let mut references = Vec::new();
         for case in &plan.through_bvh {
             let words = case.in_words();
@@ -157,7 +157,7 @@ impl Bench<'_> {
         group: &Group,
         fragments_a_texel: u64,
         references: &[Reference],
-        converged: &[Picture],
+        converged: &[RenderedImage],
         measured: &mut Measured,
         progress: &mut Progress,
     ) -> Result<(), CliError> {
@@ -169,9 +169,9 @@ impl Bench<'_> {
                 continue;
             };
             match progress.step("rows", &words, || self.render(*case, Some(fragments_a_texel))) {
-                Ok((picture, times)) => {
-                    let errors = errors(&picture, &reference.baselines(converged))?;
-                    measured.rows.push(row(*case, bytes, &picture, times, errors));
+                Ok((rendering, times)) => {
+                    let errors = errors(&rendering, &reference.baselines(converged))?;
+                    measured.rows.push(row(*case, bytes, &rendering, times, errors));
                 }
                 Err(error) => measured.leave_out(words, error),
             }
@@ -188,16 +188,16 @@ impl Bench<'_> {
     }
 
     /// The mean of many frames through the BVH, which also goes to a file.
-    fn converged(&self, brdf: Brdf) -> Result<Picture, CliError> {
+    fn converged(&self, brdf: Brdf) -> Result<RenderedImage, CliError> {
         let accumulate = self.converged_frames;
         let case = Case { filter_radius: 0, accumulate, ..Case::plain(brdf) };
         let mut renderer = self.renderer(case.settings(self.look, None))?;
-        let picture = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
-        if energy(&picture) <= 0.0 {
+        let rendering = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
+        if energy(&rendering) <= 0.0 {
             return Err(CliError::new("the picture is black", "add lights, e.g. --lights rain:10, or look elsewhere"));
         }
-        image::write(&self.run.folder.join(format!("{}.png", brdf.name())), &picture)?;
-        Ok(picture)
+        image::write(&self.run.folder.join(format!("{}.png", brdf.name())), &rendering)?;
+        Ok(rendering)
     }
 
     fn reference(&self, case: Case) -> Result<(Reference, Times), RenderError> {
@@ -209,33 +209,33 @@ impl Bench<'_> {
     }
 
     /// The image, and the times of the run whose frames took least; one before them is not timed.
-    fn render(&self, case: Case, fragments_a_texel: Option<u64>) -> Result<(Picture, Times), RenderError> {
+    fn render(&self, case: Case, fragments_a_texel: Option<u64>) -> Result<(RenderedImage, Times), RenderError> {
         let mut renderer = self.renderer(case.settings(self.look, fragments_a_texel))?;
         let (skipped, counted) = (case.brdf.skipped_rays(), case.brdf.counted_rays());
         let frames = || {
-            let (picture, frames) = self.frames(&mut renderer, case)?;
-            Ok::<_, RenderError>((picture, Times::of(&frames, skipped + counted, skipped)))
+            let (rendering, frames) = self.frames(&mut renderer, case)?;
+            Ok::<_, RenderError>((rendering, Times::of(&frames, skipped + counted, skipped)))
         };
         Ok(least(self.run.runs, frames, |(_, times)| times.frame_ms)?.1)
     }
 
     /// One image, with the passes of each of its frames.
-    fn frames(&self, renderer: &mut Renderer, case: Case) -> Result<(Picture, Vec<Vec<PassTime>>), RenderError> {
+    fn frames(&self, renderer: &mut Renderer, case: Case) -> Result<(RenderedImage, Vec<Vec<PassTime>>), RenderError> {
         let scene = self.scene(case.brdf);
         let Size { width, height } = self.size;
         if case.accumulate == 1 {
-            let mut picture = renderer.render(scene, self.camera, width, height)?;
-            let passes = std::mem::take(&mut picture.report.passes);
-            return Ok((picture, vec![passes]));
+            let mut rendering = renderer.render(scene, self.camera, width, height)?;
+            let passes = std::mem::take(&mut rendering.report.passes);
+            return Ok((rendering, vec![passes]));
         }
         // Frame by frame: of a whole image the times of its frames come summed up.
         renderer.reset();
         let mut frames = Vec::new();
         loop {
-            let mut picture = renderer.refine(scene, &[(self.camera, width, height)])?.remove(0);
-            frames.push(std::mem::take(&mut picture.report.passes));
+            let mut rendering = renderer.refine(scene, &[(self.camera, width, height)])?.remove(0);
+            frames.push(std::mem::take(&mut rendering.report.passes));
             if frames.len() == case.accumulate as usize {
-                return Ok((picture, frames));
+                return Ok((rendering, frames));
             }
         }
     }

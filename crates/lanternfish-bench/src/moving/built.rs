@@ -47,10 +47,10 @@ impl Bench {
                 renderer.move_instances(&mut uploaded, &[(part, places[0])])?;
                 places.swap(0, 1);
                 let mut of_images = || {
-                    let picture = renderer.render(&uploaded, &camera, SIZE[0], SIZE[1])?;
+                    let rendering = renderer.render(&uploaded, &camera, SIZE[0], SIZE[1])?;
                     let count =
-                        picture.report.passes.iter().filter(|pass| pass.name.starts_with("deep_images/")).count();
-                    Ok::<_, CliError>((count, ms_of(&picture.report.passes, "deep_images/")))
+                        rendering.report.passes.iter().filter(|pass| pass.name.starts_with("deep_images/")).count();
+                    Ok::<_, CliError>((count, ms_of(&rendering.report.passes, "deep_images/")))
                 };
                 let ((moved, ms), (kept, _)) = (of_images()?, of_images()?);
                 (image_passes, kept_passes) = (moved, kept);

@@ -1,6 +1,6 @@
 //! Frames one after the other: along the walk, and after the scene has changed.
 
-use lanternfish::{GpuScene, Picture, Renderer, settings::Settings};
+use lanternfish::{GpuScene, RenderedImage, Renderer, settings::Settings};
 use lanternfish_cli::error::CliError;
 use lanternfish_scene::Scene;
 
@@ -13,7 +13,7 @@ impl Bench {
     }
 
     /// Walks to the place of the truth, a frame a step: the last.
-    pub fn walked(&self, settings: &Settings) -> Result<Picture, CliError> {
+    pub fn walked(&self, settings: &Settings) -> Result<RenderedImage, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let uploaded = renderer.upload(&self.scene)?;
         let mut frame = |camera| renderer.render(&uploaded, camera, self.size.width, self.size.height);
@@ -32,7 +32,7 @@ impl Bench {
         before: u32,
         changed: &Scene,
         after: &[u32],
-    ) -> Result<Vec<Picture>, CliError> {
+    ) -> Result<Vec<RenderedImage>, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let mut uploaded = renderer.upload(&self.scene)?;
         let frame = |renderer: &mut Renderer, uploaded: &GpuScene| {
@@ -44,9 +44,9 @@ impl Bench {
         renderer.update(&mut uploaded, changed)?;
         let mut found = Vec::new();
         for number in 1..=after.iter().copied().max().unwrap_or(0) {
-            let picture = frame(&mut renderer, &uploaded)?;
+            let rendering = frame(&mut renderer, &uploaded)?;
             if after.contains(&number) {
-                found.push(picture);
+                found.push(rendering);
             }
         }
         Ok(found)

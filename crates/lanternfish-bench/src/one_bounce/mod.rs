@@ -6,7 +6,7 @@ mod walk;
 
 use clap::Args;
 use lanternfish::{
-    Picture, Renderer,
+    RenderedImage, Renderer,
     settings::{Indirect, Settings},
 };
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress, report::grouped};
@@ -143,7 +143,7 @@ impl Bench {
             direct_energy: 0.0,
             report,
         };
-        bench.direct_energy = energy(&bench.render(&bench.without(), size)?.picture);
+        bench.direct_energy = energy(&bench.render(&bench.without(), size)?.rendering);
         Ok(bench)
     }
 
@@ -174,33 +174,33 @@ impl Bench {
         let uploaded = renderer.upload(scene)?;
         let frame = || renderer.render(&uploaded, self.camera(), size.width, size.height);
         // Deep images are built in the first frame alone.
-        let (first, picture) = least(self.run.runs, frame, |picture| frame_ms(&picture.report.passes))?;
-        Ok(Rendered { picture, first: first.report.passes })
+        let (first, rendering) = least(self.run.runs, frame, |rendering| frame_ms(&rendering.report.passes))?;
+        Ok(Rendered { rendering, first: first.report.passes })
     }
 
     /// Renders a case of the table, and compares it. Its image goes to the folder.
     pub fn row(&self, case: &Case) -> Result<(Rendered, Errors), CliError> {
         let rendered = self.render(&case.settings, self.size)?;
-        let errors = self.keep(&case.name, &rendered.picture)?;
+        let errors = self.keep(&case.name, &rendered.rendering)?;
         Ok((rendered, errors))
     }
 
     /// Compares an image, which goes to the folder under a name.
-    pub fn keep(&self, name: &str, picture: &Picture) -> Result<Errors, CliError> {
+    pub fn keep(&self, name: &str, rendering: &RenderedImage) -> Result<Errors, CliError> {
         let file = format!("{}.png", name.replace([' ', ',', '.'], "-").replace("--", "-"));
-        image::write(&self.run.folder.join(file), picture)?;
-        let (flip, _) = self.against(picture, &self.ground_truth)?;
-        Ok(self.errors(picture, self.direct_energy, flip))
+        image::write(&self.run.folder.join(file), rendering)?;
+        let (flip, _) = self.against(rendering, &self.ground_truth)?;
+        Ok(self.errors(rendering, self.direct_energy, flip))
     }
 
     /// Errors of an image, of whose energy so much is direct light.
-    fn errors(&self, picture: &Picture, direct_energy: f64, flip: f64) -> Errors {
-        Errors { indirect_energy: (energy(picture) - direct_energy) / self.ground_truth_energy, flip }
+    fn errors(&self, rendering: &RenderedImage, direct_energy: f64, flip: f64) -> Errors {
+        Errors { indirect_energy: (energy(rendering) - direct_energy) / self.ground_truth_energy, flip }
     }
 
     /// Compares the mean of so many frames, which goes to the folder. Of its light that is indirect which is not in the mean of as many
     /// frames without: edges and highlights of a mean are not those of one frame.
-    pub fn mean_row(&self, case: &Case, frames: u32, direct: &Picture) -> Result<Errors, CliError> {
+    pub fn mean_row(&self, case: &Case, frames: u32, direct: &RenderedImage) -> Result<Errors, CliError> {
         let mean = self.mean(&case.settings, frames)?;
         let flip = self.keep(&format!("{}, {frames} frames", case.name), &mean)?.flip;
         Ok(self.errors(&mean, energy(direct), flip))
@@ -208,20 +208,20 @@ impl Bench {
 
     /// The mean of so many frames without indirect light, and its HDR-FLIP to the path tracer's direct light: what remains of the error
     /// of such a mean where indirect light is right.
-    pub fn direct_mean(&self, frames: u32) -> Result<(Picture, f64), CliError> {
+    pub fn direct_mean(&self, frames: u32) -> Result<(RenderedImage, f64), CliError> {
         let mean = self.mean(&self.without(), frames)?;
         let (flip, _) = self.against(&mean, &self.direct_ground_truth)?;
         Ok((mean, flip))
     }
 
     /// Mean HDR-FLIP of an image to a reference, and its sum over the reference's.
-    pub fn against(&self, picture: &Picture, ground_truth: &RgbImage) -> Result<(f64, f64), CliError> {
-        let pair = Pair::new(linear(picture)?, ground_truth.clone())?;
-        Ok((hdr_flip(&pair)?, energy(picture) / energy_of(ground_truth)))
+    pub fn against(&self, rendering: &RenderedImage, ground_truth: &RgbImage) -> Result<(f64, f64), CliError> {
+        let pair = Pair::new(linear(rendering)?, ground_truth.clone())?;
+        Ok((hdr_flip(&pair)?, energy(rendering) / energy_of(ground_truth)))
     }
 
     /// The mean of so many frames.
-    fn mean(&self, settings: &Settings, frames: u32) -> Result<Picture, CliError> {
+    fn mean(&self, settings: &Settings, frames: u32) -> Result<RenderedImage, CliError> {
         let settings = Settings { accumulate: frames, ..settings.clone() };
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         let uploaded = renderer.upload(&self.scene)?;
@@ -278,7 +278,7 @@ fn report(
 /// Frames of one case.
 pub struct Rendered {
     /// The one that took least.
-    pub picture: Picture,
+    pub rendering: RenderedImage,
     /// The passes of the first, which builds what is kept.
     pub first: Vec<PassTime>,
 }

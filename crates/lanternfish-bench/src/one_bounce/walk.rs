@@ -103,15 +103,15 @@ impl<'a> Walk<'a> {
         };
         let seen = places.iter().map(|p| cameras.iter().map(|camera| sees(camera, *p)).collect()).collect();
         let mut walk = Self { engine, scene, cameras, size, seen, direct: Vec::new() };
-        walk.direct = walk.pictures(look)?;
+        walk.direct = walk.renderings(look)?;
         Ok(walk)
     }
 
     /// Walks it.
     pub fn flicker(&self, name: &str, settings: &Settings) -> Result<Flicker, CliError> {
-        let pictures = self.pictures(settings)?;
+        let renderings = self.renderings(settings)?;
         let at = |frame: usize, at: [f32; 2]| {
-            interpolated(&pictures[frame], self.size, at) - interpolated(&self.direct[frame], self.size, at)
+            interpolated(&renderings[frame], self.size, at) - interpolated(&self.direct[frame], self.size, at)
         };
         let of_place =
             |place: &Vec<Option<[f32; 2]>>| place.iter().enumerate().map(|(i, p)| p.map(|p| at(i, p))).collect();
@@ -120,13 +120,13 @@ impl<'a> Walk<'a> {
     }
 
     /// Luminances of each frame.
-    fn pictures(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
+    fn renderings(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
         let settings = Settings { materials: Materials::Lambert, ..settings.clone() };
         let mut renderer = Renderer::with_engine(self.engine, settings)?;
         let uploaded = renderer.upload(self.scene)?;
         let mut of_view = |camera| {
-            let picture = renderer.render(&uploaded, camera, self.size.width, self.size.height)?;
-            Ok(picture.radiance.iter().map(|[r, g, b, _]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect())
+            let rendering = renderer.render(&uploaded, camera, self.size.width, self.size.height)?;
+            Ok(rendering.radiance.iter().map(|[r, g, b, _]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect())
         };
         self.cameras.iter().map(&mut of_view).collect()
     }

@@ -84,8 +84,8 @@ fn rate(count: u64, ms: f64) -> String {
 
 fn row(bench: &Bench, case: &Case) -> Result<Row, CliError> {
     let (rendered, errors) = bench.row(case)?;
-    let count = |name: &str| counter(&rendered.picture.report, &format!("photons/{name}"));
-    let passes = &rendered.picture.report.passes;
+    let count = |name: &str| counter(&rendered.rendering.report, &format!("photons/{name}"));
+    let passes = &rendered.rendering.report.passes;
     let times = times(passes);
     let (landed, escaped, splatted) = (count("landed"), count("escaped"), count("splatted"));
     let mut row = Row::default()

@@ -33,14 +33,14 @@ pub fn rows(bench: &Bench) -> Result<Vec<Row>, CliError> {
             &Settings { occlusion, structure: deep_images.into(), ..look.clone() },
             bench.size,
         )?;
-        let (flip, energy) = bench.against(&rendered.picture, &ground_truth)?;
-        let bytes = counter(&rendered.picture.report, "deep_images/bytes");
+        let (flip, energy) = bench.against(&rendered.rendering, &ground_truth)?;
+        let bytes = counter(&rendered.rendering.report, "deep_images/bytes");
         Ok(Row::default()
             .text("name", "", name)
             .fixed("deep_images_ms", "deep images, ms", 0, ms_of(&rendered.first, "deep_images/"))
             .count("bytes", "MB", bytes)
             .said_as(format_args!("{:.1}", bytes as f64 / 1e6))
-            .fixed("occlusion_ms", "occlusion, ms", 1, ms_of(&rendered.picture.report.passes, "occlusion/"))
+            .fixed("occlusion_ms", "occlusion, ms", 1, ms_of(&rendered.rendering.report.passes, "occlusion/"))
             .fixed("flip", "FLIP", 4, flip)
             .fixed("energy", "energy", 3, energy))
     };

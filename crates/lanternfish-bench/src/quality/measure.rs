@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use lanternfish::{Picture, RenderError, Renderer};
+use lanternfish::{RenderedImage, RenderError, Renderer};
 use lanternfish_cli::{error::CliError, flags::as_flags};
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 use lanternfish_scene::{Camera, Scene};
@@ -40,7 +40,7 @@ pub struct Figures {
     pub rays: u64,
     pub listed_lights: u64,
     /// Below the report's folder; the default's where the picture is the same.
-    pub picture: String,
+    pub rendering: String,
     /// The FLIP map, likewise.
     pub map: String,
 }
@@ -67,7 +67,7 @@ pub struct Bench<'b> {
 
 /// A picture that others are compared with.
 pub struct First {
-    picture: Picture,
+    rendering: RenderedImage,
     /// Under the truth of this name.
     ground_truth: &'static str,
     figures: Figures,
@@ -84,7 +84,7 @@ impl Bench<'_> {
     ) -> Result<Row, CliError> {
         let ground_truth_name = technique.ground_truth.name();
         let row = |left_out, figures| Row { name: technique.name.clone(), ground_truth: ground_truth_name, left_out, figures };
-        let (picture, frame_ms) = match self.render(technique, scene) {
+        let (rendering, frame_ms) = match self.render(technique, scene) {
             Ok(rendered) => rendered,
             Err(RenderError::MissingFeature { feature, .. }) => {
                 return Ok(row(Some(format!("the adapter has no {feature}")), None));
@@ -92,12 +92,12 @@ impl Bench<'_> {
             Err(error @ RenderError::Driver { .. }) => return Ok(row(Some(as_flags(&error.to_string())), None)),
             Err(error) => return Err(error.into()),
         };
-        let differing_pixels = first.as_ref().map_or(0, |first| differing(&first.picture, &picture));
-        let counter = |name| counter(&picture.report, name);
+        let differing_pixels = first.as_ref().map_or(0, |first| differing(&first.rendering, &rendering));
+        let counter = |name| counter(&rendering.report, name);
         let same = first.as_ref().filter(|first| differing_pixels == 0 && first.ground_truth == ground_truth_name);
         let (errors, files) = match same {
-            Some(first) => (first.figures.errors.clone(), [first.figures.picture.clone(), first.figures.map.clone()]),
-            None => self.compare(technique, &picture, ground_truth)?,
+            Some(first) => (first.figures.errors.clone(), [first.figures.rendering.clone(), first.figures.map.clone()]),
+            None => self.compare(technique, &rendering, ground_truth)?,
         };
         let [file, map] = files;
         let figures = Figures {
@@ -107,45 +107,45 @@ impl Bench<'_> {
             frame_ms,
             rays: counter("shadows/rays"),
             listed_lights: counter("light_culling/listed_lights"),
-            picture: file,
+            rendering: file,
             map,
         };
-        first.get_or_insert_with(|| First { picture, ground_truth: ground_truth_name, figures: figures.clone() });
+        first.get_or_insert_with(|| First { rendering, ground_truth: ground_truth_name, figures: figures.clone() });
         Ok(row(None, Some(figures)))
     }
 
     /// The picture, and how long it takes, ms: the median of the frames after it; of a mean, all of its own frames.
-    fn render(&self, technique: &Technique, scene: &Scene) -> Result<(Picture, f64), RenderError> {
+    fn render(&self, technique: &Technique, scene: &Scene) -> Result<(RenderedImage, f64), RenderError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, technique.settings.clone())?;
         let uploaded = renderer.upload(scene)?;
         let Shot { size, factor, .. } = self.shot;
         let mut timed = || {
             let started = Instant::now();
-            let picture = renderer.render(&uploaded, self.camera, factor * size.width, factor * size.height)?;
+            let rendering = renderer.render(&uploaded, self.camera, factor * size.width, factor * size.height)?;
             let wall_ms = 1e3 * started.elapsed().as_secs_f64();
-            let passes = &picture.report.passes;
+            let passes = &rendering.report.passes;
             let ms = if passes.is_empty() { wall_ms } else { ms_of(passes, "") };
-            Ok::<_, RenderError>((picture, ms))
+            Ok::<_, RenderError>((rendering, ms))
         };
-        let (picture, first_ms) = timed()?;
+        let (rendering, first_ms) = timed()?;
         if technique.settings.accumulate > 1 {
-            return Ok((picture, first_ms));
+            return Ok((rendering, first_ms));
         }
         let mut times: Vec<f64> = Vec::new();
         let begun = Instant::now();
         while times.len() < self.run.runs as usize && (times.is_empty() || begun.elapsed() < ENOUGH) {
             times.push(timed()?.1);
         }
-        Ok((picture, median(&mut times)))
+        Ok((rendering, median(&mut times)))
     }
 
     fn compare(
         &self,
         technique: &Technique,
-        picture: &Picture,
+        rendering: &RenderedImage,
         ground_truth: &RgbImage,
     ) -> Result<(Errors, [String; 2]), CliError> {
-        let pair = Pair::new(linear(picture)?.box_downsampled(self.shot.factor as usize)?, ground_truth.clone())?;
+        let pair = Pair::new(linear(rendering)?.box_downsampled(self.shot.factor as usize)?, ground_truth.clone())?;
         let settings = &technique.settings;
         let [image, reference] =
             [pair.image(), pair.reference()].map(|image| shown(image, settings.exposure, settings.tone_map));
@@ -159,7 +159,7 @@ impl Bench<'_> {
             percentile_95: linear.relative.percentile_95,
             energy_ratio: linear.energy_ratio,
         };
-        let stem = format!("pictures/{}-{}", self.shot.name, technique.file_name());
+        let stem = format!("renderings/{}-{}", self.shot.name, technique.file_name());
         let files = [format!("{stem}.png"), format!("{stem}-flip.png")];
         self.write(&files[0], &image.0)?;
         self.write(&files[1], &map.magma())?;

@@ -89,7 +89,7 @@ fn judges() -> impl Iterator<Item = GroundTruth> {
 /// Measures, and writes the reports.
 pub fn run(args: &QualityArgs) -> Result<(), CliError> {
     let run = Run::start(&args.run, "quality")?;
-    make_folder(&run.folder.join("pictures"))?;
+    make_folder(&run.folder.join("renderings"))?;
     let (mut shots, mut left_out) = (Vec::new(), Vec::new());
     let assets = args.assets();
     let surroundings = shots::surroundings(&assets)?;
@@ -123,7 +123,7 @@ fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, surroundings: &Environme
         let scene_of = |ground_truth: GroundTruth| ground_truth.scene(&whole, surroundings);
         traced.figures.energy_without_indirect =
             ground_truths::energy_without_indirect(&run.folder, ground_truth, &traced.mean, scene_of, &subject)?;
-        bench.write(&traced.figures.picture, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;
+        bench.write(&traced.figures.rendering, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;
         result.ground_truths.push(traced.figures);
         for technique in techniques.iter().filter(|technique| technique.ground_truth == ground_truth) {
             eprintln!("  {}", technique.name);

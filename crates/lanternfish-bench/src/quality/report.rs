@@ -138,7 +138,7 @@ pub fn write(
         let rows = shot.rows.iter().map(|row| table_row(row.name.as_str(), row.ground_truth, cells(shot, row)));
         let noise = shot.ground_truths.iter().map(|ground_truth| table_row("*noise*", ground_truth.name, ground_truth_cells(ground_truth)));
         report.show(rows.chain(noise));
-        report.html(pictures(shot));
+        report.html(renderings(shot));
     }
     if !left_out.is_empty() {
         report.heading("Left out");
@@ -160,22 +160,22 @@ fn table_row(name: &str, ground_truth: &str, cells: [String; 10]) -> Row {
 }
 
 /// References, then every image that is not one shown before, with its map.
-fn pictures(shot: &ShotReport) -> String {
+fn renderings(shot: &ShotReport) -> String {
     let figure = |images: &[&str], caption: &str| {
         let image = |image: &&str| format!("<img src=\"{0}\" alt=\"{0}\">", escaped(image));
         let images: String = images.iter().map(image).collect();
         format!("<figure>{images}<figcaption>{}</figcaption></figure>\n", escaped(caption))
     };
-    let ground_truths = shot.ground_truths.iter().map(|ground_truth| figure(&[&ground_truth.picture], &format!("truth: {}", ground_truth.name)));
+    let ground_truths = shot.ground_truths.iter().map(|ground_truth| figure(&[&ground_truth.rendering], &format!("truth: {}", ground_truth.name)));
     let mut text = ground_truths.collect::<String>();
-    let shows = |row: &Measured, picture: &str| row.figures.as_ref().is_some_and(|figures| figures.picture == picture);
+    let shows = |row: &Measured, rendering: &str| row.figures.as_ref().is_some_and(|figures| figures.rendering == rendering);
     for (i, row) in shot.rows.iter().enumerate() {
-        let is_new = |picture: &str| !shot.rows[..i].iter().any(|row| shows(row, picture));
-        let Some(figures) = row.figures.as_ref().filter(|figures| is_new(&figures.picture)) else { continue };
-        let same = shot.rows.iter().filter(|other| shows(other, &figures.picture));
+        let is_new = |rendering: &str| !shot.rows[..i].iter().any(|row| shows(row, rendering));
+        let Some(figures) = row.figures.as_ref().filter(|figures| is_new(&figures.rendering)) else { continue };
+        let same = shot.rows.iter().filter(|other| shows(other, &figures.rendering));
         let names: Vec<&str> = same.map(|other| other.name.as_str()).collect();
         let caption = format!("{}; FLIP {:.4} against {}", names.join(" = "), figures.errors.flip, row.ground_truth);
-        text += &figure(&[&figures.picture, &figures.map], &caption);
+        text += &figure(&[&figures.rendering, &figures.map], &caption);
     }
     format!("<div class=\"pictures\">\n{text}</div>")
 }
@@ -284,7 +284,7 @@ mod tests {
             frame_ms: 0.0,
             rays: 0,
             listed_lights: 0,
-            picture: String::new(),
+            rendering: String::new(),
             map: String::new(),
         };
         Measured { name: name.to_owned(), ground_truth, left_out: None, figures: Some(figures) }
@@ -295,7 +295,7 @@ mod tests {
             name: "full",
             meaning: "",
             file: String::new(),
-            picture: String::new(),
+            rendering: String::new(),
             spp: 1,
             reused: false,
             seconds: 0.0,
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn indirect_light_is_what_a_picture_has_beyond_the_one_without() {
+    fn indirect_light_is_what_a_image_has_beyond_the_one_without() {
         let rows = [
             row("indirect none", "full", 1, 0.51),
             row("indirect none, 64 frames", "full", 64, 0.5),

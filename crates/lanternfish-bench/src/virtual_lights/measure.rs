@@ -20,7 +20,7 @@ use crate::{
 /// A row of the table, and its steps, where they stand beside the paper's.
 pub fn row(bench: &Bench, case: &Case) -> Result<(Row, Option<(String, Steps)>), CliError> {
     let (rendered, errors) = bench.row(case)?;
-    let count = |name: &str| counter(&rendered.picture.report, &format!("virtual_lights/{name}"));
+    let count = |name: &str| counter(&rendered.rendering.report, &format!("virtual_lights/{name}"));
     let arriving = count("flux_arriving");
     // Flux that arrives within ranges, over all that arrives anywhere; none where it is not counted.
     let in_range = (arriving > 0).then(|| count("flux_in_range") as f64 / arriving as f64);
@@ -50,7 +50,7 @@ pub fn row(bench: &Bench, case: &Case) -> Result<(Row, Option<(String, Steps)>),
 }
 
 fn steps(rendered: &Rendered) -> Steps {
-    let mut steps = Steps::of(&rendered.picture.report.passes);
+    let mut steps = Steps::of(&rendered.rendering.report.passes);
     steps.steps[..2].copy_from_slice(&Steps::of(&rendered.first).steps[..2]);
     steps
 }
@@ -68,7 +68,7 @@ pub fn ranges(bench: &Bench, map: MapSize) -> Result<Row, CliError> {
     let deep = of(Ranges::Average, WITHIN_TEXEL)?;
     let bvh = steps(&of(Ranges::Average, Tracer::BVH)?);
     let random = steps(&of(Ranges::Random, WITHIN_TEXEL)?);
-    let lights = counter(&deep.picture.report, "virtual_lights/unique");
+    let lights = counter(&deep.rendering.report, "virtual_lights/unique");
     let deep = steps(&deep);
     Ok(range_row(map.texels(), lights, [deep.range_rays + deep.ranges, bvh.range_rays + bvh.ranges, random.ranges]))
 }

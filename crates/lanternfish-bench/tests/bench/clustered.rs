@@ -102,12 +102,12 @@ fn gpu_a_track_makes_the_figures_of_the_thesis() {
         assert_eq!(row["report"]["eyes"], if row["views"] == "mono" { 1 } else { 2 });
     }
     // What is seen does not depend on the clusters.
-    let pictures = |clusters: &str, views: &str| {
+    let renderings = |clusters: &str, views: &str| {
         let row = played.iter().find(|row| row["clusters"] == clusters && row["views"] == views).unwrap();
-        row["report"]["frames"].as_array().unwrap().iter().map(|frame| &frame["picture"]).collect::<Vec<_>>()
+        row["report"]["frames"].as_array().unwrap().iter().map(|frame| &frame["rendering"]).collect::<Vec<_>>()
     };
-    assert_eq!(pictures("persp:4", "mono"), pictures("ortho:4", "mono"));
-    assert_eq!(pictures("persp:4", "stereo-individual"), pictures("persp:4", "stereo-enclosed"));
+    assert_eq!(renderings("persp:4", "mono"), renderings("ortho:4", "mono"));
+    assert_eq!(renderings("persp:4", "stereo-individual"), renderings("persp:4", "stereo-enclosed"));
     let page = fs::read_to_string(folder.path().join("figures/figures.html")).unwrap();
     for figure in 2..=10 {
         assert!(page.contains(&format!("<h2>Figure 6.{figure}: ")), "6.{figure}");

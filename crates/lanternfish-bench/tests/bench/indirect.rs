@@ -87,9 +87,9 @@ fn gpu_every_speed_has_its_error() {
     };
     // Noise is what a filter and more frames take away.
     assert!(through_bvh(8, 4) < through_bvh(0, 1));
-    for picture in ["diffuse", "glossy", "mirror"] {
-        let picture = lanternfish_metrics::read_png(&folder.path().join(format!("first/{picture}.png"))).unwrap();
-        assert_eq!((picture.width, picture.height), (40, 30));
+    for rendering in ["diffuse", "glossy", "mirror"] {
+        let rendering = lanternfish_metrics::read_png(&folder.path().join(format!("first/{rendering}.png"))).unwrap();
+        assert_eq!((rendering.width, rendering.height), (40, 30));
     }
     let images = first["images"].as_array().unwrap();
     assert_eq!(images.len(), 2);

@@ -38,8 +38,8 @@ fn gpu_photons_stand_beside_the_truth() {
     let flicker = first["flicker"].as_array().unwrap();
     assert!(flicker.len() == 3 && flicker.iter().all(|row| row["places"].as_u64().unwrap() > 300), "{flicker:?}");
     assert!(said.contains("## Means of frames") && said.contains("## Flicker"), "{said}");
-    for picture in ["none", "photon-splatting", "photon-splatting-4-frames", "ground_truth-one-bounce"] {
-        assert!(folder.path().join(format!("first/{picture}.png")).is_file(), "{picture}");
+    for rendering in ["none", "photon-splatting", "photon-splatting-4-frames", "ground_truth-one-bounce"] {
+        assert!(folder.path().join(format!("first/{rendering}.png")).is_file(), "{rendering}");
     }
     // Again, of photons alone, and beside the truths that are there.
     let (second, _) = report("first", &["--only", "photon-splatting"]);

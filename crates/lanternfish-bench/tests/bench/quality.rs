@@ -85,7 +85,7 @@ fn gpu_direct_light_is_its_truth_by_every_way_to_find_it() {
         assert!((energy - 1.0).abs() < 0.01 + 4.0 * noise, "{name}: energy {energy}, noise {noise}");
     }
     let (default, bvh) = (&found.row("default")["figures"], &found.row("shadows bvh")["figures"]);
-    assert_eq!((&bvh["differing_pixels"], &bvh["picture"]), (&0.into(), &default["picture"]));
+    assert_eq!((&bvh["differing_pixels"], &bvh["rendering"]), (&0.into(), &default["rendering"]));
     assert!(default["rays"].as_u64().unwrap() > 1000);
 
     // The harness can fail: without shadows a picture is another.
@@ -194,10 +194,10 @@ fn gpu_near_obscurance_is_right_and_the_reports_name_what_is_there() {
     for row in found.rows() {
         let name = row["name"].as_str().unwrap();
         assert!(markdown.contains(&format!("| {name} |")), "{name}\n{markdown}");
-        for picture in ["picture", "map"] {
-            let picture = row["figures"][picture].as_str().unwrap();
-            assert!(html.contains(&format!("src=\"{picture}\"")), "{picture}");
-            assert!(folder.path().join("out").join(picture).is_file(), "{picture}");
+        for rendering in ["rendering", "map"] {
+            let rendering = row["figures"][rendering].as_str().unwrap();
+            assert!(html.contains(&format!("src=\"{rendering}\"")), "{rendering}");
+            assert!(folder.path().join("out").join(rendering).is_file(), "{rendering}");
         }
     }
 }

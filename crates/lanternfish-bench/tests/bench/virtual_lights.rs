@@ -38,8 +38,8 @@ fn gpu_virtual_lights_stand_beside_the_truth() {
         said.contains("| Build VPL buffer |") && said.contains("| 64² | ") && said.contains("## Flicker"),
         "{said}"
     );
-    for picture in ["none", "virtual-lights", "ground_truth-zero-bounces", "ground_truth-one-bounce"] {
-        assert!(folder.path().join(format!("first/{picture}.png")).is_file(), "{picture}");
+    for rendering in ["none", "virtual-lights", "ground_truth-zero-bounces", "ground_truth-one-bounce"] {
+        assert!(folder.path().join(format!("first/{rendering}.png")).is_file(), "{rendering}");
     }
     let (second, _) = report("second");
     for (a, b) in rows.iter().zip(second["rows"].as_array().unwrap()) {

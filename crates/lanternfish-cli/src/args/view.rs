@@ -22,8 +22,8 @@ pub struct WindowArgs {
 #[derive(Debug, Args)]
 pub struct OnlyWindowArgs {
     /// More pictures, where the first file is one (.exr, .png): they are compared.
-    #[arg(value_name = "PICTURE", index = 2)]
-    pub pictures: Vec<PathBuf>,
+    #[arg(value_name = "IMAGE", index = 2)]
+    pub renderings: Vec<PathBuf>,
     /// Keeps what is done to the camera, step by step, for `lanternfish replay`. The file is written when the window is closed.
     #[arg(long, value_name = "TRACK.toml")]
     pub record: Option<PathBuf>,

@@ -89,8 +89,8 @@ fn refuse_for_png(args: &CompareArgs) -> Result<(), CliError> {
 
 impl Variance {
     /// Reads a picture's variances from the file that a flag names, or else from the picture's own layer; `None` where it has none.
-    fn read(picture: &Path, named: Option<&PathBuf>, image: &RgbImage) -> Result<Option<Self>, CliError> {
-        let path = named.map_or(picture, PathBuf::as_path);
+    fn read(rendering: &Path, named: Option<&PathBuf>, image: &RgbImage) -> Result<Option<Self>, CliError> {
+        let path = named.map_or(rendering, PathBuf::as_path);
         if !has_ending(path, "exr") {
             return Err(CliError::new(
                 format_args!("{}: variances are read from EXR files", path.display()),

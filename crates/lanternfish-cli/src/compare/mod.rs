@@ -3,7 +3,7 @@
 mod input;
 mod json;
 mod measure;
-mod pictures;
+mod renderings;
 mod table;
 
 use std::{
@@ -144,10 +144,10 @@ fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
     let inputs = Inputs::read(args)?;
     let measures = Measures::take(args, &inputs)?;
     if let Some(path) = &args.map {
-        pictures::write_map(path, &inputs.pair, &measures.map)?;
+        renderings::write_map(path, &inputs.pair, &measures.map)?;
     }
     if let Some(path) = &args.side_by_side {
-        pictures::write_side_by_side(path, &measures.shown, &measures.map)?;
+        renderings::write_side_by_side(path, &measures.shown, &measures.map)?;
     }
     let told = match args.json.as_deref() {
         Some(path) if path == Path::new("-") => print(&json::to_json(args, &inputs, &measures)),

@@ -3,7 +3,7 @@
 use std::{fmt::Display, time::Instant};
 
 use lanternfish::{
-    GpuScene, Picture, RenderError, Renderer,
+    GpuScene, RenderedImage, RenderError, Renderer,
     settings::{Settings, Shadows},
     view::View,
 };
@@ -35,7 +35,7 @@ pub fn look(
     scene: &Scene,
     view: &View,
     progress: &mut Progress,
-) -> Result<(Picture, String), CliError> {
+) -> Result<(RenderedImage, String), CliError> {
     let settings = args.images.settings(gpu.device.limits().max_texture_dimension_2d)?;
     // The builders draw the BVH's triangles.
     let renderer =
@@ -49,7 +49,7 @@ pub fn look(
         DeepView::Layers => looker.layers(&images, &(0..args.shown.layers as i32).collect::<Vec<_>>()),
         DeepView::Count => looker.counts(&images),
     })?;
-    Ok((sheet.into_picture(), looker.lines))
+    Ok((sheet.into_image(), looker.lines))
 }
 
 struct Looker<'a> {
@@ -114,7 +114,7 @@ impl Looker<'_> {
         let (_, pixels) = self.frame(
             "points",
             |frame| cloud.record(frame, scene, images, image, view, size),
-            |gpu, picture| Ok(read_texture(&gpu.device, &gpu.queue, picture.display.texture())?),
+            |gpu, rendering| Ok(read_texture(&gpu.device, &gpu.queue, rendering.display.texture())?),
         )?;
         match image {
             Some(image) => self.say_image(images, image),
@@ -131,7 +131,7 @@ impl Looker<'_> {
         let mut shown = Vec::new();
         let mut scale = (0.0, 0.0);
         let edge = images.chunks[0].grid.resolution.saturating_mul(upscale);
-        let (_, pictures) = self.frame(
+        let (_, renderings) = self.frame(
             "layers",
             |frame| {
                 // The scale spans the whole image, from its nearest first surface to its farthest last one.
@@ -150,9 +150,9 @@ impl Looker<'_> {
                 let colors = Colors::Grey(scale.0, scale.1);
                 depths.iter().map(|depths| texels.paint(frame, depths, colors, upscale)).collect::<Result<Vec<_>, _>>()
             },
-            |gpu, pictures| {
-                let read = |i: usize| read_texture(&gpu.device, &gpu.queue, pictures[i].texture());
-                Ok((0..pictures.len()).map(read).collect::<Result<Vec<_>, _>>()?)
+            |gpu, renderings| {
+                let read = |i: usize| read_texture(&gpu.device, &gpu.queue, renderings[i].texture());
+                Ok((0..renderings.len()).map(read).collect::<Result<Vec<_>, _>>()?)
             },
         )?;
         self.say_image(images, image);
@@ -162,7 +162,7 @@ impl Looker<'_> {
             "scale",
             format_args!("white {white:.2} m, darkest {dark:.2} m along the axis; dark blue: no fragment"),
         );
-        Ok(Sheet::side_by_side(pictures.into_iter().map(|pixels| Sheet::new(edge, pixels)).collect()))
+        Ok(Sheet::side_by_side(renderings.into_iter().map(|pixels| Sheet::new(edge, pixels)).collect()))
     }
 
     fn counts(&mut self, images: &DeepImages) -> Result<Sheet, CliError> {
@@ -176,10 +176,10 @@ impl Looker<'_> {
                 // Every colour stands for a whole number.
                 let steps = HEAT.len() as u32 - 1;
                 let red = counts.extent().map_or(1, |(_, most)| most as u32).max(1).next_multiple_of(steps);
-                let picture = texels.paint(frame, &counts, Colors::Heat(red as f32), upscale)?;
-                Ok((counts, red, picture))
+                let rendering = texels.paint(frame, &counts, Colors::Heat(red as f32), upscale)?;
+                Ok((counts, red, rendering))
             },
-            |gpu, (_, _, picture)| Ok(read_texture(&gpu.device, &gpu.queue, picture.texture())?),
+            |gpu, (_, _, rendering)| Ok(read_texture(&gpu.device, &gpu.queue, rendering.texture())?),
         )?;
         self.say_image(images, image);
         let most = counts.extent().map_or(0.0, |(_, most)| most);

@@ -44,8 +44,8 @@ pub fn run(args: &DeepImagesArgs, said: &ArgMatches) -> Result<(), CliError> {
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
     progress.warn(driver_warning(&gpu.device.adapter_info()));
     let looked = checked(&gpu.device, "deep images", || looker::look(args, &gpu, &scene, &view, &mut progress));
-    let (picture, said) = looked?;
-    progress.step("write", &format!("Writing {}", path.display()), || output.write(&picture))?;
+    let (rendering, said) = looked?;
+    progress.step("write", &format!("Writing {}", path.display()), || output.write(&rendering))?;
     progress.finish();
     let text = format!("{said}{}\n", path.display());
     output::print(&text)

@@ -1,6 +1,6 @@
-//! Pictures side by side.
+//! RenderedImages side by side.
 
-use lanternfish::{Picture, RenderError, Report};
+use lanternfish::{RenderedImage, RenderError, Report};
 
 use crate::parse::SIDES;
 
@@ -47,7 +47,7 @@ impl Sheet {
         }
     }
 
-    /// Pictures of one size, at least one, row by row.
+    /// RenderedImages of one size, at least one, row by row.
     pub fn side_by_side(sheets: Vec<Self>) -> Self {
         let count = sheets.len() as u32;
         let columns = Self::columns(count);
@@ -64,9 +64,9 @@ impl Sheet {
     }
 
     /// As a picture without radiance.
-    pub fn into_picture(self) -> Picture {
+    pub fn into_image(self) -> RenderedImage {
         let (width, height) = (self.width, self.height());
-        Picture { width, height, radiance: Vec::new(), display: self.pixels, exposure: None, report: Report::default() }
+        RenderedImage { width, height, radiance: Vec::new(), display: self.pixels, exposure: None, report: Report::default() }
     }
 }
 
@@ -75,10 +75,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_stand_in_rows_with_gaps_between() {
+    fn images_stand_in_rows_with_gaps_between() {
         let sheet = |value: u8| Sheet::new(2, vec![[value; 4]; 6]);
         assert_eq!(Sheet::side_by_side(vec![sheet(7)]), sheet(7));
-        let four = Sheet::side_by_side((1..=4).map(sheet).collect()).into_picture();
+        let four = Sheet::side_by_side((1..=4).map(sheet).collect()).into_image();
         assert_eq!((four.width, four.height), (3 * 2 + 2 * GAP, 2 * 3 + GAP));
         let at = |x: u32, y: u32| four.display[(y * four.width + x) as usize][0];
         let across = 2 + GAP;

@@ -6,7 +6,7 @@ use std::{
 };
 
 use lanternfish::{
-    GpuScene, Picture, RenderError, Renderer, Settings,
+    GpuScene, RenderedImage, RenderError, Renderer, Settings,
     settings::{Exposure, Materials},
 };
 use lanternfish_gpu::{
@@ -139,12 +139,12 @@ impl Bench {
             Kind::Sort => self.sort(),
             Kind::Same(both) => {
                 let subject = &self.subjects[&scene];
-                let [a, b] = [self.picture(subject, &both[0])?, self.picture(subject, &both[1])?];
+                let [a, b] = [self.rendering(subject, &both[0])?, self.rendering(subject, &both[1])?];
                 Ok(differing(&a, &b))
             }
             Kind::Twice(settings) => {
                 let subject = &self.subjects[&scene];
-                let [a, b] = [self.picture(subject, settings)?, self.picture(subject, settings)?];
+                let [a, b] = [self.rendering(subject, settings)?, self.rendering(subject, settings)?];
                 Ok(differing(&a, &b))
             }
             Kind::Update(settings) => {
@@ -156,7 +156,7 @@ impl Bench {
                 let before = render(&mut renderer, &uploaded, subject)?;
                 renderer.update(&mut uploaded, &later.scene)?;
                 let updated = render(&mut renderer, &uploaded, &later)?;
-                let fresh = self.picture(&later, settings)?;
+                let fresh = self.rendering(&later, settings)?;
                 let mut figures = differing(&updated, &fresh);
                 let moved = differing(&before, &updated)[0].value;
                 let all = updated.radiance.len() as f64;
@@ -165,11 +165,11 @@ impl Bench {
             }
             Kind::Against(reference, settings, limits) => {
                 let reference_image = self.reference(scene, *reference, settings)?.clone();
-                let picture = self.picture(&self.subjects[&scene], settings)?;
+                let rendering = self.rendering(&self.subjects[&scene], settings)?;
                 let image = RgbImage::new(
-                    picture.width as usize,
-                    picture.height as usize,
-                    picture.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect(),
+                    rendering.width as usize,
+                    rendering.height as usize,
+                    rendering.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect(),
                 )?;
                 let image = image.box_downsampled(Subject::FACTOR as usize)?;
                 let pair = Shown::new(image, reference_image)?;
@@ -194,7 +194,7 @@ impl Bench {
         Ok(&self.references[&(name, reference)])
     }
 
-    fn picture(&self, subject: &Subject, settings: &Settings) -> Result<Picture, Fault> {
+    fn rendering(&self, subject: &Subject, settings: &Settings) -> Result<RenderedImage, Fault> {
         let mut renderer = Renderer::with_engine(&self.engine, settings.clone())?;
         let mut uploaded = renderer.upload(&subject.scene)?;
         if subject.moment.is_some() {
@@ -233,13 +233,13 @@ pub fn keys(count: u32) -> Vec<(u32, u32)> {
     (0..count).map(|i| ((random.unit() * f64::from(u32::MAX)) as u32, i)).collect()
 }
 
-fn render(renderer: &mut Renderer, scene: &GpuScene, subject: &Subject) -> Result<Picture, Fault> {
+fn render(renderer: &mut Renderer, scene: &GpuScene, subject: &Subject) -> Result<RenderedImage, Fault> {
     let [width, height] = subject.size.map(|edge| edge * Subject::FACTOR);
     Ok(renderer.render(scene, &subject.camera, width, height)?)
 }
 
 /// How many pixels are not the same to the bit.
-fn differing(a: &Picture, b: &Picture) -> Vec<Figure> {
+fn differing(a: &RenderedImage, b: &RenderedImage) -> Vec<Figure> {
     let bits = |pixel: &[f32; 4]| pixel.map(f32::to_bits);
     let count = a.radiance.iter().zip(&b.radiance).filter(|(a, b)| bits(a) != bits(b)).count();
     vec![Figure::new("pixels that differ", count as f64, 0.0, 0.0)]

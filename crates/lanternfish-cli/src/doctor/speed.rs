@@ -317,10 +317,10 @@ fn frame(bench: &Bench, name: &str, scene: &Scene, [width, height]: [u32; 2], se
         let uploaded = renderer.upload(scene)?;
         repeated(|| {
             let started = Instant::now();
-            let picture = renderer.render(&uploaded, &camera, width, height)?;
+            let rendering = renderer.render(&uploaded, &camera, width, height)?;
             let wall = 1e3 * started.elapsed().as_secs_f64();
-            counters = picture.report.counters;
-            Ok((wall, sound(bench, picture.report.passes)))
+            counters = rendering.report.counters;
+            Ok((wall, sound(bench, rendering.report.passes)))
         })
     };
     of_runs(name, [width, height], scene.lights.len(), runs(), counters)

@@ -279,8 +279,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         assert!(std::process::Command::new("mkfifo").arg(path("pipe.exr")).status().unwrap().success());
-        let takes = |picture: &str, variance: Option<&str>| {
-            Target::choose(path(picture), variance.map(path), false).unwrap().takes_checkpoints()
+        let takes = |rendering: &str, variance: Option<&str>| {
+            Target::choose(path(rendering), variance.map(path), false).unwrap().takes_checkpoints()
         };
         assert!(takes("a.exr", None) && takes("a.exr", Some("b.exr")));
         assert!(!takes("pipe.exr", None) && !takes("a.exr", Some("pipe.exr")));

@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_picture_depends_on_changes_it_and_nothing_else() {
+    fn what_the_image_depends_on_changes_it_and_nothing_else() {
         let same = of_cornell(|_, _, _| {});
         assert_eq!(same.len(), 16);
         assert_eq!(of_cornell(|scene, _, _| scene.materials[0].name = "other".to_owned()), same);

@@ -3,11 +3,11 @@
 //! 1. Refuse what can be refused without work; leave out frames that are there, where that is asked for ([`existing`]).
 //! 2. Read the scene, choose cameras and light ([`lights`], [`crate::camera`], [`crate::light_rig`]): as things are at 0 s,
 //!    whichever frames are asked for.
-//! 3. Upload it so, too, and render frame after frame ([`pictures`]).
+//! 3. Upload it so, too, and render frame after frame ([`renderings`]).
 
 pub mod existing;
 mod lights;
-mod pictures;
+mod renderings;
 
 use std::time::Instant;
 
@@ -22,7 +22,7 @@ use lanternfish_scene::Scene;
 use rayon::prelude::*;
 
 pub use self::lights::{apply_lights, lit_scene};
-use self::{existing::Expected, pictures::Pictures};
+use self::{existing::Expected, renderings::RenderedImages};
 use crate::{
     args::RenderArgs,
     camera,
@@ -102,26 +102,26 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
         progress.note(&format!("scale of {view}: {scale}"));
     }
-    let is_metered = pictures::are_metered(&settings, output);
+    let is_metered = renderings::are_metered(&settings, output);
     let is_lit = lights.is_seen && lights.reaches_surfaces;
     let may_have_faint_sky = is_metered && is_lit && light_rig::may_have_faint_sky(&scene, &args.lights);
-    let mut pictures = Pictures::new(args, renderer, uploaded, scene, motion, may_have_faint_sky);
+    let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, may_have_faint_sky);
     let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
     let mut cameras_before = cameras_before.iter();
     if is_metered {
         // What is drawn first anyway is not drawn twice.
         let next = planned.iter().find(|planned| !planned.is_there).map(|planned| &planned.frame);
         let is_next = next.is_some_and(|next| next.time == first.time && next.view == first.view);
-        pictures.meter(&first, camera_of_first, is_next, &mut progress)?;
+        renderings.meter(&first, camera_of_first, is_next, &mut progress)?;
     }
     let mut last = String::new();
     for (index, (planned, camera)) in planned.iter().zip(cameras).enumerate() {
         let before = planned.before.as_ref().and_then(|before| Some((before, cameras_before.next()?)));
         if !planned.is_there {
             if let Some((before, camera)) = before {
-                pictures.show(before, camera, &mut progress)?;
+                renderings.show(before, camera, &mut progress)?;
             }
-            pictures.make(&planned.frame, camera, &planned.output, &mut progress)?;
+            renderings.make(&planned.frame, camera, &planned.output, &mut progress)?;
         }
         last = told.done(index, &planned.output);
         // The last line of all is a picture's path.
@@ -130,7 +130,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         }
     }
 
-    progress.warn(lost_cells(&pictures.cost.counters));
+    progress.warn(lost_cells(&renderings.cost.counters));
     let mut seconds = progress.finish();
     seconds.push(("total", started.elapsed().as_secs_f64()));
     let run = Run {
@@ -139,10 +139,10 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         adapter: &gpu.description,
         size,
         frames: told.is_sequence.then(|| u32::try_from(told.all - there).expect("frames have numbers")),
-        exposure: pictures.exposure,
+        exposure: renderings.exposure,
         settings: &settings,
         seed: args.run.seed,
-        cost: &pictures.cost,
+        cost: &renderings.cost,
         seconds: &seconds,
     };
     if let Some(path) = &args.run.report {
@@ -156,7 +156,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
 /// Shows the last picture, where that is asked for, and a farm has not asked for it.
 fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
     match planned.last().filter(|_| args.output.open && args.run.progress.is_none()) {
-        Some(last) => crate::pictures::show(args, &[&last.output.path]),
+        Some(last) => crate::renderings::show(args, &[&last.output.path]),
         None => Ok(()),
     }
 }
@@ -171,11 +171,11 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     outputs.iter().try_for_each(|output| output::check_writable(&output.path))?;
     let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
     let read: Vec<_> = [(args.scene.path(), "the scene")].into_iter().chain(environment).collect();
-    let pictures: Vec<_> = outputs.iter().map(|output| (output.path.as_path(), "the picture")).collect();
-    output::refuse_same(&pictures, &read)?;
+    let renderings: Vec<_> = outputs.iter().map(|output| (output.path.as_path(), "the picture")).collect();
+    output::refuse_same(&renderings, &read)?;
     if let Some(path) = &args.run.report {
         output::check_writable(path)?;
-        output::refuse_same(&[(path, "--report")], &[read, pictures].concat())?;
+        output::refuse_same(&[(path, "--report")], &[read, renderings].concat())?;
     }
     if let Some(view) = args.look.debug_view.filter(|_| output.is_radiance()) {
         let what = format!("{}: --debug-view {view} is a picture, .exr holds radiance", output.path.display());

@@ -42,7 +42,7 @@ pub struct Comparison {
     /// Passes that only one of the two has.
     pub unmatched: Vec<String>,
     /// Frames whose picture is another.
-    pub other_pictures: usize,
+    pub other_images: usize,
     /// Frames whose counters or clusters are others.
     pub other_counts: usize,
 }
@@ -67,7 +67,7 @@ impl Comparison {
         if !self.unmatched.is_empty() {
             writeln!(text, "in one of the two alone: {}", self.unmatched.join(", ")).expect("String");
         }
-        for (count, what) in [(self.other_pictures, "pictures"), (self.other_counts, "counts")] {
+        for (count, what) in [(self.other_images, "renderings"), (self.other_counts, "counts")] {
             if count > 0 {
                 writeln!(text, "{count} frames have other {what} than before").expect("String");
             }
@@ -123,7 +123,7 @@ pub fn compare(old: &Report, new: &Report, matters: f64) -> Result<Comparison, C
     Ok(Comparison {
         changes,
         unmatched,
-        other_pictures: frames().filter(|(old, new)| old.picture != new.picture).count(),
+        other_images: frames().filter(|(old, new)| old.rendering != new.rendering).count(),
         other_counts: frames()
             .filter(|(old, new)| old.counters != new.counters || old.clusters != new.clusters)
             .count(),

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use bytemuck::cast_slice;
-use lanternfish::{Picture, light_culling::clustered::GridContents};
+use lanternfish::{RenderedImage, light_culling::clustered::GridContents};
 use serde::{Deserialize, Serialize};
 
 /// A frame's counts and pictures.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counted {
     /// A hash of every bit of its pictures, radiance and display, of all eyes.
-    pub picture: String,
+    pub rendering: String,
     /// Counters of all eyes, by name.
     pub counters: BTreeMap<String, u64>,
     /// What clusters hold; none with another scheme of light culling.
@@ -38,17 +38,17 @@ pub struct Clusters {
 
 impl Counted {
     /// What a frame's pictures and grids say.
-    pub fn of(pictures: &[Picture], grids: &[GridContents]) -> Self {
+    pub fn of(renderings: &[RenderedImage], grids: &[GridContents]) -> Self {
         let mut counters = BTreeMap::new();
-        for (eye, picture) in pictures.iter().enumerate() {
-            for (name, count) in &picture.report.counters {
+        for (eye, rendering) in renderings.iter().enumerate() {
+            for (name, count) in &rendering.report.counters {
                 // What belongs to the scene is not there twice.
                 if eye == 0 || !name.starts_with("scene/") {
                     *counters.entry(name.clone()).or_insert(0) += count;
                 }
             }
         }
-        Self { picture: hash(pictures), counters, clusters: (!grids.is_empty()).then(|| Clusters::of(grids)) }
+        Self { rendering: hash(renderings), counters, clusters: (!grids.is_empty()).then(|| Clusters::of(grids)) }
     }
 }
 
@@ -79,13 +79,13 @@ pub fn histogram(values: impl Iterator<Item = (u32, u64)>) -> Vec<u64> {
 }
 
 /// FNV-1a of 64 bits, over words of 64 bits: every bit of the pictures changes it.
-fn hash(pictures: &[Picture]) -> String {
+fn hash(renderings: &[RenderedImage]) -> String {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut add = |word: u64| hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
-    for picture in pictures {
-        add(u64::from(picture.width) << 32 | u64::from(picture.height));
+    for rendering in renderings {
+        add(u64::from(rendering.width) << 32 | u64::from(rendering.height));
         // Halves of a word go in one after the other, so that equal changes of both do not cancel out.
-        for words in [cast_slice::<_, u32>(&picture.radiance), cast_slice::<_, u32>(&picture.display)] {
+        for words in [cast_slice::<_, u32>(&rendering.radiance), cast_slice::<_, u32>(&rendering.display)] {
             words.iter().for_each(|word| add(u64::from(*word)));
         }
     }
@@ -98,9 +98,9 @@ mod tests {
 
     use super::*;
 
-    fn picture(value: f32) -> Picture {
+    fn rendering(value: f32) -> RenderedImage {
         let counters = vec![("scene/draws".to_owned(), 5), ("rays".to_owned(), 7)];
-        Picture {
+        RenderedImage {
             width: 2,
             height: 1,
             radiance: vec![[1.0; 4], [1.0, 1.0, value, 1.0]],
@@ -120,13 +120,13 @@ mod tests {
     }
 
     #[test]
-    fn the_least_bit_of_a_picture_changes_its_hash() {
-        let of = |pictures: &[Picture]| Counted::of(pictures, &[]).picture;
-        let one = of(&[picture(1.0)]);
-        assert_eq!(one, of(&[picture(1.0)]));
-        assert_ne!(one, of(&[picture(f32::from_bits(1.0f32.to_bits() + 1))]));
-        assert_ne!(one, of(&[picture(1.0), picture(1.0)]));
-        let mut shown = picture(1.0);
+    fn the_least_bit_of_a_image_changes_its_hash() {
+        let of = |renderings: &[RenderedImage]| Counted::of(renderings, &[]).rendering;
+        let one = of(&[rendering(1.0)]);
+        assert_eq!(one, of(&[rendering(1.0)]));
+        assert_ne!(one, of(&[rendering(f32::from_bits(1.0f32.to_bits() + 1))]));
+        assert_ne!(one, of(&[rendering(1.0), rendering(1.0)]));
+        let mut shown = rendering(1.0);
         shown.display[1][3] = 8;
         assert_ne!(one, of(&[shown]));
     }
@@ -138,12 +138,12 @@ mod tests {
             GridContents { clusters: 8, visible: vec![cluster(0, 10, 3), cluster(4, 1, 0)], ..GridContents::default() },
             GridContents { clusters: 8, visible: vec![cluster(2, 4, 2)], ..GridContents::default() },
         ];
-        let counted = Counted::of(&[picture(1.0), picture(2.0)], &grids);
+        let counted = Counted::of(&[rendering(1.0), rendering(2.0)], &grids);
         assert_eq!((counted.counters["scene/draws"], counted.counters["rays"]), (5, 14));
         let clusters = counted.clusters.unwrap();
         assert_eq!((clusters.visible, clusters.fragments, clusters.lighting_operations), (3, 15, 38));
         assert_eq!(clusters.most_fragments, 10);
         assert_eq!((clusters.by_lights, clusters.fragments_by_lights), (vec![1, 0, 2], vec![1, 0, 14]));
-        assert_eq!(Counted::of(&[picture(1.0)], &[]).clusters, None);
+        assert_eq!(Counted::of(&[rendering(1.0)], &[]).clusters, None);
     }
 }

@@ -87,8 +87,8 @@ impl<'a> Player<'a> {
                 self.bring(frame)?;
                 let (cameras, size) = (self.plan.cameras(frame)?, self.plan.size);
                 let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
-                let pictures = self.renderer.render_views(&self.uploaded, &views)?;
-                Ok(Counted::of(&pictures, &self.renderer.cluster_contents()?))
+                let renderings = self.renderer.render_views(&self.uploaded, &views)?;
+                Ok(Counted::of(&renderings, &self.renderer.cluster_contents()?))
             };
             (0..all).map(one).collect()
         })

@@ -99,7 +99,7 @@ impl Plan {
         self.motion.is_some() || self.steps.windows(2).any(|pair| pair[0].camera != pair[1].camera)
     }
 
-    /// Pictures of a frame.
+    /// RenderedImages of a frame.
     pub fn eyes(&self) -> usize {
         if self.eyes.is_some() { 2 } else { 1 }
     }

@@ -24,7 +24,7 @@ pub struct Report {
     pub width: u32,
     /// Its rows.
     pub height: u32,
-    /// Pictures of a frame: 1, or 2 for two eyes.
+    /// RenderedImages of a frame: 1, or 2 for two eyes.
     pub eyes: usize,
     /// Lights of the scene.
     pub lights: usize,
@@ -121,10 +121,10 @@ impl Report {
         names.sort_unstable();
         names.dedup();
         let of_clusters = "visible_clusters,fragments,lighting_operations";
-        let mut text = format!("frame,seconds,picture,{of_clusters}");
+        let mut text = format!("frame,seconds,rendering,{of_clusters}");
         names.iter().for_each(|name| text += &format!(",{name}"));
         for (index, (frame, moment)) in self.frames.iter().zip(&self.moments).enumerate() {
-            text += &format!("\n{index},{moment},{}", frame.picture);
+            text += &format!("\n{index},{moment},{}", frame.rendering);
             text += &match &frame.clusters {
                 Some(clusters) => {
                     format!(",{},{},{}", clusters.visible, clusters.fragments, clusters.lighting_operations)
@@ -156,7 +156,7 @@ pub(super) mod tests {
             ..Clusters::default()
         };
         let counted = |i| Counted {
-            picture: format!("{i:016x}"),
+            rendering: format!("{i:016x}"),
             counters: BTreeMap::from([("light_culling/light_tests".to_owned(), 7 * i)]),
             clusters: Some(clusters(i)),
         };

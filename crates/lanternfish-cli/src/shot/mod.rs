@@ -198,7 +198,7 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
 }
 
 /// Flags that say where the camera is, when, and where results go: a recording says the first two itself.
-const OF_PICTURES: [&str; 17] = [
+const OF_IMAGES: [&str; 17] = [
     "adapter",
     "eye",
     "target",
@@ -228,7 +228,7 @@ impl Shot {
     /// The flags that were said of scene, light and technique, by name and value. Paths are absolute.
     pub fn said(&self) -> Result<Vec<(String, String)>, CliError> {
         let keys = keys::keys();
-        let kept = self.words.iter().filter(|(id, _)| !OF_PICTURES.contains(&id.as_str()));
+        let kept = self.words.iter().filter(|(id, _)| !OF_IMAGES.contains(&id.as_str()));
         let said = kept.map(|(id, value)| {
             let key = keys.iter().find(|key| key.id == *id).expect("words are made from keys");
             let value = match key.kind {

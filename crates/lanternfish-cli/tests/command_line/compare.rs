@@ -6,7 +6,7 @@ use lanternfish_metrics::{RgbImage, read_exr, read_png, write_exr, write_exr_lay
 
 use crate::support::{lanternfish, names};
 
-/// Pictures that the authors' evaluator of FLIP was asked about.
+/// RenderedImages that the authors' evaluator of FLIP was asked about.
 const PAIRS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../lanternfish-metrics/tests/pairs/");
 
 #[derive(Debug)]
@@ -108,7 +108,7 @@ fn the_exposure_chooses_what_a_display_shows_of_radiance() {
 }
 
 #[test]
-fn equal_pictures_are_equal() {
+fn equal_images_are_equal() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["scene.exr", "scene.png"] {
         let outcome = compare(folder.path(), &[&pair(name), &pair(name), "--max-flip", "0"]);

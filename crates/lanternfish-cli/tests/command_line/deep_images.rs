@@ -23,7 +23,7 @@ fn said(folder: &Path, words: &str) -> String {
 }
 
 /// Width, height and pixels.
-fn picture(path: &Path) -> (usize, usize, Vec<[f32; 3]>) {
+fn rendering(path: &Path) -> (usize, usize, Vec<[f32; 3]>) {
     let scene = lanternfish_metrics::read_png(path).unwrap();
     (scene.width, scene.height, scene.pixels)
 }
@@ -31,7 +31,7 @@ fn picture(path: &Path) -> (usize, usize, Vec<[f32; 3]>) {
 const SMALL: &str = "demo:cornell --directions stacks:3x4 --resolution 32";
 
 #[test]
-fn gpu_every_view_is_a_picture() {
+fn gpu_every_view_is_a_image() {
     let folder = tempfile::tempdir().unwrap();
     for (view, size, lines) in [
         ("points --size 96x54", (96, 54), &["shown       all images"][..]),
@@ -50,7 +50,7 @@ fn gpu_every_view_is_a_picture() {
         for line in lines {
             assert!(said.contains(line), "{line:?} is not in\n{said}");
         }
-        let (width, height, pixels) = picture(&folder.path().join("a.png"));
+        let (width, height, pixels) = rendering(&folder.path().join("a.png"));
         assert_eq!((width, height), size, "{view}");
         assert!(pixels.iter().any(|pixel| *pixel != pixels[0]), "{view}: nothing is seen");
     }
@@ -100,11 +100,11 @@ fn gpu_a_shot_gives_scene_and_camera() {
     fs::write(folder.path().join("a.toml"), shot).unwrap();
     let words = "--directions cube:1 --resolution 32";
     assert!(said(folder.path(), &format!("a.toml {words}")).ends_with("\na.deep-images.png\n"));
-    let (width, height, from_shot) = picture(&folder.path().join("a.deep-images.png"));
+    let (width, height, from_shot) = rendering(&folder.path().join("a.deep-images.png"));
     assert_eq!((width, height), (80, 60));
     said(folder.path(), &format!("demo:cornell {words} --eye 0,1,2 --size 80x60 -o b.png"));
-    assert_eq!(picture(&folder.path().join("b.png")).2, from_shot);
+    assert_eq!(rendering(&folder.path().join("b.png")).2, from_shot);
     // A flag goes before the shot's key.
     said(folder.path(), &format!("a.toml {words} --eye 0.3,1,2 -o c.png"));
-    assert_ne!(picture(&folder.path().join("c.png")).2, from_shot);
+    assert_ne!(rendering(&folder.path().join("c.png")).2, from_shot);
 }

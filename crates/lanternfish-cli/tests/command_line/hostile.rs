@@ -57,7 +57,7 @@ fn enormous() -> Vec<u8> {
 }
 
 #[test]
-fn pictures_are_as_large_as_memory_allows() {
+fn images_are_as_large_as_memory_allows() {
     let folder = tempfile::tempdir().unwrap();
     let run = |words: &[&str]| {
         let mut command = lanternfish(folder.path());
@@ -200,7 +200,7 @@ fn a_crowd_in_one_place_is_drawn_once() {
 #[test]
 fn a_pile_of_triangles_is_traced() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = |name: &str, count: usize| {
+    let rendering = |name: &str, count: usize| {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned() + &"f 1 2 3\n".repeat(count);
         fs::write(folder.path().join(name).with_extension("obj"), text).unwrap();
         let words = ["--integrator", "normal", "--size", "16x16", "--spp", "1", "--view", "front"];
@@ -208,7 +208,7 @@ fn a_pile_of_triangles_is_traced() {
         assert!(success, "{text}");
         read_exr(&folder.path().join(name).with_extension("reference.exr")).unwrap()
     };
-    let (one, pile) = (picture("one.obj", 1), picture("pile.obj", 20_000));
+    let (one, pile) = (rendering("one.obj", 1), rendering("pile.obj", 20_000));
     assert!(one == pile && one.pixels.iter().any(|pixel| *pixel != one.pixels[0]));
 }
 

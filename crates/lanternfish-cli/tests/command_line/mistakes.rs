@@ -328,7 +328,7 @@ const TRIANGLE: &str = r#"{
 }"#;
 
 #[test]
-fn pictures_and_scenes_are_not_shown_together() {
+fn images_and_scenes_are_not_shown_together() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.png"), "no picture").unwrap();
     let files = ["a.png"];

@@ -35,11 +35,11 @@ fn render(folder: &Path, words: &str) -> String {
 fn gpu_a_png_a_table_and_a_report() {
     let folder = tempfile::tempdir().unwrap();
     let stdout = render(folder.path(), "--lights rain:20 --timings --report run.json -o picture.png");
-    assert_eq!(stdout.lines().last(), Some("picture.png"));
+    assert_eq!(stdout.lines().last(), Some("rendering.png"));
     assert!(stdout.lines().any(|line| line.starts_with("counter")), "{stdout}");
-    assert_eq!(names(folder.path()), ["picture.png", "run.json"]);
+    assert_eq!(names(folder.path()), ["rendering.png", "run.json"]);
 
-    let png = fs::read(folder.path().join("picture.png")).unwrap();
+    let png = fs::read(folder.path().join("rendering.png")).unwrap();
     assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
     // IHDR: width and height, big-endian.
     assert_eq!((&png[16..20], &png[20..24]), (&48u32.to_be_bytes()[..], &32u32.to_be_bytes()[..]));
@@ -47,7 +47,7 @@ fn gpu_a_png_a_table_and_a_report() {
     let report: Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
     assert_eq!((&report["width"], &report["height"]), (&48.into(), &32.into()));
     assert_eq!(report["settings"]["culling"], "clustered");
-    assert_eq!(report["output"], "picture.png");
+    assert_eq!(report["output"], "rendering.png");
     for text in ["adapter", "driver", "scene"] {
         assert!(report[text].as_str().is_some_and(|text| !text.is_empty()), "{text}: {report}");
     }
@@ -105,7 +105,7 @@ fn gpu_frames_are_averaged() {
 }
 
 #[test]
-fn gpu_pictures_are_exposed_so_that_they_can_be_seen() {
+fn gpu_images_are_exposed_so_that_they_can_be_seen() {
     let folder = tempfile::tempdir().unwrap();
     let png = |name: &str, words: &str| {
         let (_, said) = render_scene(folder.path(), "demo:cornell", &format!("--indirect none -o {name} {words}"));
@@ -163,13 +163,13 @@ fn gpu_a_heat_map_has_its_scale_below_it_and_says_it() {
     let folder = tempfile::tempdir().unwrap();
     let (_, said) = render_scene(folder.path(), "demo:cornell", "--lights rain:20 --debug-view light-count -o a.png");
     assert!(said.contains("note: scale of light-count: listed lights, linear: 0 is black, 10 and more red"), "{said}");
-    let picture = read_png(&folder.path().join("a.png")).unwrap();
-    assert!(picture.width >= 48 && picture.height > 32, "{} x {}", picture.width, picture.height);
+    let rendering = read_png(&folder.path().join("a.png")).unwrap();
+    assert!(rendering.width >= 48 && rendering.height > 32, "{} x {}", rendering.width, rendering.height);
     // Red, the bar's last colour, is at its right end alone.
     let is_red = |pixel: &[f32; 3]| *pixel == [1.0, 0.0, 0.0];
-    let below = picture.pixels[32 * picture.width..].chunks(picture.width);
+    let below = rendering.pixels[32 * rendering.width..].chunks(rendering.width);
     let reds: Vec<usize> = below.flat_map(|row| (0..row.len()).filter(|x| is_red(&row[*x]))).collect();
-    assert!(!reds.is_empty() && reds.iter().all(|x| *x > picture.width / 2), "{reds:?} of {}", picture.width);
+    assert!(!reds.is_empty() && reds.iter().all(|x| *x > rendering.width / 2), "{reds:?} of {}", rendering.width);
     // A direction is no number.
     render_scene(folder.path(), "demo:cornell", "--debug-view normal -o b.png");
     let normals = read_png(&folder.path().join("b.png")).unwrap();
@@ -220,8 +220,8 @@ fn gpu_scenes_without_lights_or_anything_render() {
         let words =
             format!("--environment env.exr --sky 9,9,9 --fov-y 0.1 --eye 0,0,0 --target 0,0,-1 -o {name} {words}");
         render_scene(folder.path(), "empty.gltf", &words);
-        let picture = read_exr(&folder.path().join(name)).unwrap();
-        picture.pixels[16 * 48 + 24]
+        let rendering = read_exr(&folder.path().join(name)).unwrap();
+        rendering.pixels[16 * 48 + 24]
     };
     let near = |found: [f32; 3], expected: [f32; 3]| {
         let is_near = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 0.01);
@@ -247,9 +247,9 @@ fn cube(inwards: bool) -> String {
 
 /// Mean of all channels in the middle of the picture, and in its upper right corner.
 fn middle_and_corner(path: &Path) -> (f32, f32) {
-    let picture = read_exr(path).unwrap();
+    let rendering = read_exr(path).unwrap();
     let mean = |x: usize, y: usize| {
-        let block = (0..16).map(|i| picture.pixels[(y + i / 4) * picture.width + x + i % 4]);
+        let block = (0..16).map(|i| rendering.pixels[(y + i / 4) * rendering.width + x + i % 4]);
         block.flatten().sum::<f32>() / 48.0
     };
     (mean(22, 14), mean(44, 0))
@@ -317,10 +317,10 @@ fn gpu_a_night_gets_a_faint_sky() {
     // Share of the picture that is black, and what was said of a sky.
     let seen = |scene: &str, words: &str| {
         let (_, stderr) = render_scene(folder.path(), scene, &format!("{words} -o a.png"));
-        let picture = read_png(&folder.path().join("a.png")).unwrap();
-        let black = picture.pixels.iter().filter(|pixel| pixel.iter().all(|value| *value < 0.005)).count();
+        let rendering = read_png(&folder.path().join("a.png")).unwrap();
+        let black = rendering.pixels.iter().filter(|pixel| pixel.iter().all(|value| *value < 0.005)).count();
         let said = stderr.lines().find(|line| line.contains("faint sky")).map(str::to_owned);
-        (black as f64 / picture.pixels.len() as f64, said)
+        (black as f64 / rendering.pixels.len() as f64, said)
     };
     let (black, said) = seen("night.gltf", "");
     let said = said.expect("a sky was added");

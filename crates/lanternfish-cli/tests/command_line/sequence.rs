@@ -58,7 +58,7 @@ fn walk() -> tempfile::TempDir {
 }
 
 /// The pictures of a folder by name.
-fn pictures(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+fn renderings(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let folder = folder.join("out");
     names(&folder).into_iter().map(|name| (name.clone(), fs::read(folder.join(name)).unwrap())).collect()
 }
@@ -74,7 +74,7 @@ fn gpu_frames_do_not_depend_on_what_else_is_rendered() {
     for chunk in ["9-12", "5-8", "1-3", "4-4"] {
         run(parts.path(), &format!("render walk.toml --fps 12 --frames {chunk}"));
     }
-    let (whole, parts) = (pictures(whole.path()), pictures(parts.path()));
+    let (whole, parts) = (renderings(whole.path()), renderings(parts.path()));
     assert_eq!(whole.len(), 12);
     for (name, bytes) in &whole {
         assert!(parts.get(name) == Some(bytes), "{name}");
@@ -112,7 +112,7 @@ fn gpu_motion_of_a_frame_is_from_the_moment_before() {
     for chunk in ["4-4", "1-2", "3-3"] {
         run(parts.path(), &format!("render walk.toml --debug-view motion --frames {chunk}"));
     }
-    let (whole, parts) = (pictures(whole.path()), pictures(parts.path()));
+    let (whole, parts) = (renderings(whole.path()), renderings(parts.path()));
     assert!(whole == parts && whole.len() == 4, "{:?}", whole.keys());
     let folder = walk();
     run(folder.path(), "render walk.toml --debug-view motion --time 0.16666667 -o out/a.png");
@@ -152,7 +152,7 @@ fn gpu_what_is_there_and_whole_is_left_out() {
     let render = |words: &str| run(folder.path(), &format!("render walk.toml --frames 1-4 --skip-existing {words}"));
     let (stdout, stderr) = render("");
     assert!(stdout.lines().count() == 4 && !stderr.contains("are there"), "{stderr}");
-    let whole = pictures(folder.path());
+    let whole = renderings(folder.path());
     // One is missing, one is cut off, one is of another size; the fourth is not touched.
     let marked = fs::metadata(path(4)).unwrap().modified().unwrap();
     fs::remove_file(path(1)).unwrap();
@@ -161,7 +161,7 @@ fn gpu_what_is_there_and_whole_is_left_out() {
     let (again, stderr) = render("");
     assert!(stderr.contains("1 of 4 pictures are there and whole"), "{stderr}");
     assert_eq!(again, stdout, "all paths are told");
-    assert!(pictures(folder.path()) == whole);
+    assert!(renderings(folder.path()) == whole);
     assert_eq!(fs::metadata(path(4)).unwrap().modified().unwrap(), marked);
     // Nothing is left to do, and nothing is done: not even this scene is read.
     fs::write(folder.path().join("walk.toml"), WALK.replace("demo:cornell", "gone.glb")).unwrap();
@@ -220,7 +220,7 @@ fn gpu_a_killed_chunk_is_gone_on_with() {
     let (_, stderr) = run(parts.path(), "render walk.toml --fps 12 --frames 1-12 --skip-existing");
     assert!(stderr.contains("of 12 pictures are there and whole"), "{stderr}");
     assert_eq!(run(parts.path(), "frames walk.toml 1-12").0, "12 of 12 frames are whole\n");
-    let (whole, mut parts) = (pictures(whole.path()), pictures(parts.path()));
+    let (whole, mut parts) = (renderings(whole.path()), renderings(parts.path()));
     // What was being written when it was killed.
     parts.retain(|name, _| !name.starts_with(".lanternfish-"));
     assert!(whole == parts && whole.len() == 12);
@@ -300,5 +300,5 @@ fn gpu_a_job_is_run() {
     openjd("check job.yaml");
     let said = openjd(&format!("run job.yaml -p Lanternfish={}", env!("CARGO_BIN_EXE_lanternfish")));
     assert!(said.contains("openjd_progress: 100.0") && said.contains("12 of 12 frames are whole"), "{said}");
-    assert!(pictures(parts.path()) == pictures(whole.path()));
+    assert!(renderings(parts.path()) == renderings(whole.path()));
 }

@@ -68,15 +68,15 @@ adapter = \"cpu\"
 ";
 
 #[test]
-fn gpu_a_track_becomes_numbered_pictures_beside_the_shot() {
+fn gpu_a_track_becomes_numbered_images_beside_the_shot() {
     let folder = tempfile::tempdir().unwrap();
     let inner = folder.path().join("inner");
     fs::create_dir(&inner).unwrap();
     fs::write(inner.join("walk.toml"), TRACK).unwrap();
     let stdout = run(folder.path(), "render inner/walk.toml --report run.json");
-    let pictures = ["walk.0001.png", "walk.0002.png", "walk.0003.png"];
-    assert_eq!(stdout.lines().collect::<Vec<_>>(), pictures.map(|name| format!("inner/{name}")));
-    assert_eq!(names(&inner), [&pictures[..], &["walk.toml"]].concat());
+    let renderings = ["walk.0001.png", "walk.0002.png", "walk.0003.png"];
+    assert_eq!(stdout.lines().collect::<Vec<_>>(), renderings.map(|name| format!("inner/{name}")));
+    assert_eq!(names(&inner), [&renderings[..], &["walk.toml"]].concat());
     let report: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
     assert_eq!(report["frames"], 3);
 
@@ -85,10 +85,10 @@ fn gpu_a_track_becomes_numbered_pictures_beside_the_shot() {
         run(&inner, &format!("render walk.toml --time {time} -o still.png"));
         fs::read(inner.join("still.png")).unwrap()
     };
-    for (name, time) in pictures.into_iter().zip(["0", "0.5", "1"]) {
+    for (name, time) in renderings.into_iter().zip(["0", "0.5", "1"]) {
         assert_eq!(still(time), fs::read(inner.join(name)).unwrap(), "{name}");
     }
-    assert_ne!(fs::read(inner.join(pictures[0])).unwrap(), fs::read(inner.join(pictures[1])).unwrap());
+    assert_ne!(fs::read(inner.join(renderings[0])).unwrap(), fs::read(inner.join(renderings[1])).unwrap());
 }
 
 #[test]

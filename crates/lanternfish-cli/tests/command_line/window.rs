@@ -3,7 +3,7 @@
 #[cfg(target_os = "linux")]
 mod dropped;
 mod panels;
-mod pictures;
+mod renderings;
 mod rain;
 mod rest;
 mod stereo;
@@ -122,7 +122,7 @@ fn wait_for<T>(what: &str, mut evaluate: impl FnMut() -> Option<T>) -> T {
 }
 
 /// A picture, not a panel: it has many colours.
-fn is_picture(screen: &[[u8; 3]]) -> bool {
+fn is_image(screen: &[[u8; 3]]) -> bool {
     let colors: std::collections::BTreeSet<_> = screen.iter().collect();
     colors.len() > 300
 }
@@ -202,7 +202,7 @@ fn gpu_a_flight_is_recorded_and_played_again() {
     let mut view = open(&display, folder.path(), "--size 400x300 --record flight.toml");
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("key F3");
-    let first = display.settled("the picture without panels", is_picture);
+    let first = display.settled("the picture without panels", is_image);
     display.act("keydown w");
     wait_for("another picture", || (!are_alike(&display.screen(), &first)).then_some(()));
     display.act("keyup w");
@@ -241,7 +241,7 @@ fn gpu_shaders_are_read_again_when_they_are_saved() {
     let mut view = open(&display, folder.path(), "--size 400x300 --shaders src");
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("key F3");
-    let first = display.settled("the picture without panels", is_picture);
+    let first = display.settled("the picture without panels", is_image);
     let file = folder.path().join("src/materials/brdf.wesl");
     let text = fs::read_to_string(&file).unwrap();
     let piece = "let diffuse = surface.albedo * ";
@@ -271,19 +271,19 @@ fn gpu_shaders_are_read_again_when_they_are_saved() {
 /// Opened, hidden panels, flown, keys shown, a line drawn and dragged, a pixel clicked and looked at, saved, closed: and the shot that was
 /// saved renders what was seen, to the bit.
 #[test]
-fn gpu_a_window_is_driven_and_its_shot_is_its_picture() {
-    let Some(display) = Display::open("gpu_a_window_is_driven_and_its_shot_is_its_picture") else { return };
+fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
+    let Some(display) = Display::open("gpu_a_window_is_driven_and_its_shot_is_its_image") else { return };
     let folder = tempfile::tempdir().unwrap();
     let mut view = open(&display, folder.path(), "--size 400x300");
     let said = || fs::read_to_string(folder.path().join("log")).unwrap();
 
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("key F3");
-    let first = display.settled("the picture without panels", is_picture);
+    let first = display.settled("the picture without panels", is_image);
     display.act("keydown w");
     sleep(Duration::from_millis(500));
     display.act("keyup w");
-    let flown = display.settled("another picture", |screen| is_picture(screen) && !are_alike(screen, &first));
+    let flown = display.settled("another picture", |screen| is_image(screen) && !are_alike(screen, &first));
 
     display.act("key F1");
     display.settled("the page of keys", |screen| !are_alike(screen, &flown));

@@ -39,9 +39,9 @@ impl Opponent {
     pub(super) fn new(image: &RgbImage, linear: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
         let width = image.width;
         let plane = || vec![0.0; image.pixels.len()];
-        let mut picture = Self { width, luminance: plane(), red_green: plane(), blue_yellow: plane() };
-        let rows = image.pixels.par_chunks(width).zip(picture.luminance.par_chunks_mut(width));
-        let rows = rows.zip(picture.red_green.par_chunks_mut(width)).zip(picture.blue_yellow.par_chunks_mut(width));
+        let mut rendering = Self { width, luminance: plane(), red_green: plane(), blue_yellow: plane() };
+        let rows = image.pixels.par_chunks(width).zip(rendering.luminance.par_chunks_mut(width));
+        let rows = rows.zip(rendering.red_green.par_chunks_mut(width)).zip(rendering.blue_yellow.par_chunks_mut(width));
         rows.for_each(|(((pixels, luminance), red_green), blue_yellow)| {
             for (i, pixel) in pixels.iter().enumerate() {
                 let [x, y, z] = transformed(&XYZ_FROM_RGB, linear(*pixel));
@@ -50,7 +50,7 @@ impl Opponent {
                 blue_yellow[i] = y - z;
             }
         });
-        picture
+        rendering
     }
 }
 

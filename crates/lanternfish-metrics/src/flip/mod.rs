@@ -142,8 +142,8 @@ struct SeenRow {
 }
 
 impl SeenRow {
-    fn new(picture: &Opponent, filters: &Filters, y: usize) -> Self {
-        let width = picture.width;
+    fn new(rendering: &Opponent, filters: &Filters, y: usize) -> Self {
+        let width = rendering.width;
         let seen = |plane: &[f32], parts: &[Kernel]| {
             let mut sum = vec![0.0; width];
             for part in parts {
@@ -151,14 +151,14 @@ impl SeenRow {
             }
             sum
         };
-        let luminance = seen(&picture.luminance, &filters.luminance);
-        let red_green = seen(&picture.red_green, &filters.red_green);
-        let blue_yellow = seen(&picture.blue_yellow, &filters.blue_yellow);
+        let luminance = seen(&rendering.luminance, &filters.luminance);
+        let red_green = seen(&rendering.red_green, &filters.red_green);
+        let blue_yellow = seen(&rendering.blue_yellow, &filters.blue_yellow);
         let lab = (0..width).map(|x| lab_from_opponent([luminance[x], red_green[x], blue_yellow[x]])).collect();
 
         let lengths = |detector: &Kernel| {
-            let across = filtered_row(&picture.luminance, width, y, &filters.smooth, detector);
-            let down = filtered_row(&picture.luminance, width, y, detector, &filters.smooth);
+            let across = filtered_row(&rendering.luminance, width, y, &filters.smooth, detector);
+            let down = filtered_row(&rendering.luminance, width, y, detector, &filters.smooth);
             across.into_iter().zip(down).map(|(x, y)| x.hypot(y)).collect()
         };
         Self { lab, edges: lengths(&filters.edge), points: lengths(&filters.point) }

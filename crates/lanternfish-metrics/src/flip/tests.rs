@@ -9,7 +9,7 @@ const HEIGHT: usize = 47;
 /// A byte of a channel at x, y.
 type Pattern = fn(usize, usize, usize) -> usize;
 
-fn picture(pattern: Pattern) -> RgbImage {
+fn rendering(pattern: Pattern) -> RgbImage {
     let pixel = |i: usize| [0, 1, 2].map(|channel| pattern(i % WIDTH, i / WIDTH, channel) as f32 / 255.0);
     RgbImage::new(WIDTH, HEIGHT, (0..WIDTH * HEIGHT).map(pixel).collect()).unwrap()
 }
@@ -93,7 +93,7 @@ const PIXEL_TOLERANCE: f32 = 5e-4;
 fn errors_are_those_of_the_authors() {
     for case in &CASES {
         let (reference, test, pixels_per_degree, ..) = *case;
-        let map = flip_ldr(&picture(reference), &picture(test), pixels_per_degree).unwrap();
+        let map = flip_ldr(&rendering(reference), &rendering(test), pixels_per_degree).unwrap();
         let (mean, pixel) = deviation(&map, case);
         assert!(mean < MEAN_TOLERANCE && pixel < PIXEL_TOLERANCE, "{case:?}: mean off by {mean}, a pixel by {pixel}");
         assert!(map.errors.iter().all(|e| (0.0..=1.0).contains(e)));
@@ -104,7 +104,7 @@ fn errors_are_those_of_the_authors() {
 fn the_comparison_with_the_authors_sees_an_observer_who_is_5_per_cent_off() {
     for case in &CASES {
         let (reference, test, pixels_per_degree, ..) = *case;
-        let map = flip_ldr(&picture(reference), &picture(test), 1.05 * pixels_per_degree).unwrap();
+        let map = flip_ldr(&rendering(reference), &rendering(test), 1.05 * pixels_per_degree).unwrap();
         let (mean, pixel) = deviation(&map, case);
         assert!(
             mean > MEAN_TOLERANCE && pixel > PIXEL_TOLERANCE,
@@ -116,7 +116,7 @@ fn the_comparison_with_the_authors_sees_an_observer_who_is_5_per_cent_off() {
 /// A uniform picture is the same everywhere, and has no features. Greys are grey up to rounding, which the power 0.7 raises
 /// to 1e-5.
 #[test]
-fn uniform_pictures_differ_as_the_authors_say() {
+fn uniform_images_differ_as_the_authors_say() {
     let (black, white) = ([0.0; 3], [1.0; 3]);
     for (reference, test, expected) in [
         (black, white, 0.967_388),
@@ -135,9 +135,9 @@ fn uniform_pictures_differ_as_the_authors_say() {
 }
 
 #[test]
-fn a_picture_does_not_differ_from_itself() {
+fn a_image_does_not_differ_from_itself() {
     for pattern in [noise, gradient, squares] {
-        let map = flip_ldr(&picture(pattern), &picture(pattern), PIXELS_PER_DEGREE).unwrap();
+        let map = flip_ldr(&rendering(pattern), &rendering(pattern), PIXELS_PER_DEGREE).unwrap();
         assert_eq!((map.width, map.height, map.errors.len()), (WIDTH, HEIGHT, WIDTH * HEIGHT));
         assert!(map.errors.iter().all(|e| *e == 0.0));
         assert_eq!(map.mean(), 0.0);
@@ -145,9 +145,9 @@ fn a_picture_does_not_differ_from_itself() {
 }
 
 #[test]
-fn pictures_may_be_exchanged() {
+fn images_may_be_exchanged() {
     for (a, b, pixels_per_degree, ..) in CASES {
-        let (a, b) = (picture(a), picture(b));
+        let (a, b) = (rendering(a), rendering(b));
         assert_eq!(flip_ldr(&a, &b, pixels_per_degree).unwrap(), flip_ldr(&b, &a, pixels_per_degree).unwrap());
     }
 }
@@ -166,7 +166,7 @@ fn one_wrong_pixel_is_seen_where_it_is() {
 }
 
 #[test]
-fn pictures_may_be_smaller_than_the_filters_or_empty() {
+fn images_may_be_smaller_than_the_filters_or_empty() {
     for (width, height) in [(0, 0), (0, 3), (3, 0), (1, 1), (2, 3), (61, 1)] {
         let [black, white] = [0.0, 1.0].map(|v| RgbImage::new(width, height, vec![[v; 3]; width * height]).unwrap());
         for pixels_per_degree in [2.0, PIXELS_PER_DEGREE, 1000.0] {
@@ -199,7 +199,7 @@ fn bad_input_is_refused() {
 }
 
 #[test]
-fn the_picture_of_errors_goes_from_black_to_pale_yellow() {
+fn the_image_of_errors_goes_from_black_to_pale_yellow() {
     let errors = vec![0.0, 0.5, 1.0, -1.0, 2.0, f32::NAN];
     let map = FlipMap { width: 6, height: 1, errors };
     let (black, yellow) = ([0, 0, 4], [252, 253, 191]);

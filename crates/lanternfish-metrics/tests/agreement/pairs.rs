@@ -145,7 +145,7 @@ fn an_exposure_that_is_left_out_changes_hdr_flip() {
 }
 
 #[test]
-fn a_picture_does_not_differ_from_itself_and_black_may_be_a_reference() {
+fn a_image_does_not_differ_from_itself_and_black_may_be_a_reference() {
     let case = &Case::all()[5];
     let reference = case.pair.reference();
     let same = Pair::new(reference.clone(), reference.clone()).unwrap();

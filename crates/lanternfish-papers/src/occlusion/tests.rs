@@ -284,8 +284,8 @@ fn gpu_frames_of_one_mean_look_in_other_directions() {
         let deep_images = DeepImageSettings { directions, resolution: 128, ..DeepImageSettings::default() };
         let mut renderer = renderer(gpu, Settings { structure: deep_images.into(), accumulate, ..settings(deep()) });
         let uploaded = renderer.upload(&scene).unwrap();
-        let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
-        picture.radiance.iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
+        let rendering = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+        rendering.radiance.iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
     };
     let many = radiance(400, 4);
     let (one, mean) = (off(&radiance(10, 1), &many), off(&radiance(10, 16), &many));

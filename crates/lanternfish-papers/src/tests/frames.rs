@@ -15,7 +15,7 @@ use crate::{
     deep_images::DeepImageBuilder,
     testing::{
         self, engine, inside,
-        light::{cornell, picture, sampled, settings},
+        light::{cornell, rendering, sampled, settings},
         shared::{self, shared_and_refused},
         steady::{Frames, check_steady},
     },
@@ -63,8 +63,8 @@ fn gpu_after_an_error_frames_begin_anew() {
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let render = |renderer: &mut Renderer| {
-        let picture = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
-        (picture.radiance, inside::structure_builds(renderer), inside::kept_bytes(renderer))
+        let rendering = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
+        (rendering.radiance, inside::structure_builds(renderer), inside::kept_bytes(renderer))
     };
     let (radiance, builds, bytes) = render(&mut renderer);
     assert_eq!(render(&mut renderer), (radiance.clone(), builds, bytes), "what a frame kept is used again");
@@ -124,8 +124,8 @@ fn gpu_settings_come_back_as_they_were_given() {
 }
 
 #[test]
-fn gpu_a_shared_scene_is_the_same_picture_or_is_refused() {
-    let Some(gpu) = testing::gpu("gpu_a_shared_scene_is_the_same_picture_or_is_refused") else { return };
+fn gpu_a_shared_scene_is_the_same_image_or_is_refused() {
+    let Some(gpu) = testing::gpu("gpu_a_shared_scene_is_the_same_image_or_is_refused") else { return };
     let rays = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
     let direct = || Settings { structure: coarse().into(), ..bvh() };
     let choices = vec![
@@ -159,7 +159,7 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
             let of = |history| {
                 let usual = settings(sampled(lanternfish::settings::Tracer::BVH));
                 let settings = Settings { accumulate, samples, history, indirect: indirect.clone(), ..usual };
-                picture(gpu, settings, &scene, &scene.cameras[0])
+                rendering(gpu, settings, &scene, &scene.cameras[0])
             };
             assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {indirect:?}");
         }
@@ -188,8 +188,8 @@ fn halves(gpu: &Gpu, view: &wgpu::TextureView) -> Vec<[f32; 4]> {
 
 /// What a white surface sends is direct light and that of the surroundings together; surfaces are the scene's.
 #[test]
-fn gpu_sums_of_white_surfaces_are_the_picture_with_occlusion() {
-    let Some(gpu) = testing::gpu("gpu_sums_of_white_surfaces_are_the_picture_with_occlusion") else { return };
+fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion() {
+    let Some(gpu) = testing::gpu("gpu_sums_of_white_surfaces_are_the_image_with_occlusion") else { return };
     let mut scene = demo("cornell").unwrap();
     for material in &mut scene.materials {
         *material = Material { base_color: Vec4::ONE, double_sided: material.double_sided, ..Material::default() };

@@ -21,8 +21,8 @@ use crate::{
 };
 
 #[test]
-fn gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_pictures_alone() {
-    let test = "gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_pictures_alone";
+fn gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_images_alone() {
+    let test = "gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_images_alone";
     let Some(gpu) = testing::gpu(test) else { return };
     let scene = demo("atrium").unwrap();
     let camera = scene.cameras[0].clone();

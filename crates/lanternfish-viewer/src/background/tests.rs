@@ -14,11 +14,11 @@ fn hear(background: &mut Background) -> Told {
     }
 }
 
-fn picture(background: &mut Background, samples: u64) -> Traced {
+fn rendering(background: &mut Background, samples: u64) -> Traced {
     loop {
         match hear(background) {
-            Told::Picture(traced) if traced.samples >= samples => return traced,
-            Told::Picture(_) => {}
+            Told::RenderedImage(traced) if traced.samples >= samples => return traced,
+            Told::RenderedImage(_) => {}
             other => panic!("{other:?}"),
         }
     }
@@ -26,7 +26,7 @@ fn picture(background: &mut Background, samples: u64) -> Traced {
 
 /// The picture is that of the tracer by itself, whatever is asked in between; and what is given up is not heard of.
 #[test]
-fn a_picture_grows_pixels_are_answered_and_what_is_stopped_stays_silent() {
+fn a_image_grows_pixels_are_answered_and_what_is_stopped_stays_silent() {
     let scene = Arc::new(demo("cornell").unwrap());
     let (camera, settings) = (scene.default_camera(1.5), Settings::default());
     let (size, subject) = (UVec2::new(24, 16), Subject::new(&scene, &settings));
@@ -36,7 +36,7 @@ fn a_picture_grows_pixels_are_answered_and_what_is_stopped_stays_silent() {
     background.show_as(look);
     background.trace(subject.clone(), &camera, size);
     assert!(background.is_working());
-    let traced = picture(&mut background, 3);
+    let traced = rendering(&mut background, 3);
     let tracer = Tracer::new(&scene, subject.transport.clone()).unwrap();
     let mut film = Film::new(24, 16).unwrap();
     tracer.render(&camera, &mut film, traced.samples);
@@ -47,7 +47,7 @@ fn a_picture_grows_pixels_are_answered_and_what_is_stopped_stays_silent() {
     let found = loop {
         match hear(&mut background) {
             Told::Pixel(found) => break found,
-            Told::Picture(_) => {}
+            Told::RenderedImage(_) => {}
             Told::Failed(what) => panic!("{what}"),
         }
     };
@@ -55,15 +55,15 @@ fn a_picture_grows_pixels_are_answered_and_what_is_stopped_stays_silent() {
     assert!(found.place.is_some() && found.lights.len() == found.light_count && found.light_count > 0);
     // It goes on, and is shown otherwise at once.
     background.show_as(Look { ev: -20.0, ..look });
-    let mut dark = picture(&mut background, traced.samples);
+    let mut dark = rendering(&mut background, traced.samples);
     while dark.bytes.as_chunks::<4>().0.iter().any(|rgba| rgba[..3] != [0; 3]) {
-        dark = picture(&mut background, dark.samples);
+        dark = rendering(&mut background, dark.samples);
     }
     // Another scene, from elsewhere; the first is not heard of again.
     let hall = Arc::new(demo("hall").unwrap());
     background.show_as(look);
     background.trace(Subject::new(&hall, &settings), &hall.default_camera(1.0), UVec2::new(8, 8));
-    assert_eq!(picture(&mut background, 1).size, UVec2::new(8, 8));
+    assert_eq!(rendering(&mut background, 1).size, UVec2::new(8, 8));
     background.forget();
     assert!(!background.is_working());
     thread::sleep(Duration::from_millis(50));

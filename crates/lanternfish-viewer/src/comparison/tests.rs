@@ -54,7 +54,7 @@ impl Both {
 
     fn pixels_of_b(&self) -> Vec<[u8; 4]> {
         let gpu = &self.first.gpu;
-        read_texture(&gpu.device, &gpu.queue, self.comparison.picture().unwrap().texture()).unwrap()
+        read_texture(&gpu.device, &gpu.queue, self.comparison.rendering().unwrap().texture()).unwrap()
     }
 }
 
@@ -63,7 +63,7 @@ impl Both {
 fn gpu_the_other_side_is_rendered_and_compared() {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let Some(mut both) = Both::new("gpu_the_other_side_is_rendered_and_compared", &settings) else { return };
-    assert!(!both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.comparison.picture().is_none());
+    assert!(!both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.comparison.rendering().is_none());
     both.wipe.other = Other::Settings;
     assert!(both.comparison.has_more(&both.first, &both.wipe, &both.camera));
     // By the same settings the two are one.
@@ -102,7 +102,7 @@ fn gpu_the_other_side_is_rendered_and_compared() {
     both.until(64, |both| is_compared(both) && both.comparison.progress() == 1);
     both.wipe.other = Other::Nothing;
     both.until(64, at_rest);
-    assert!(both.comparison.picture().is_none() && both.comparison.mean().is_none());
+    assert!(both.comparison.rendering().is_none() && both.comparison.mean().is_none());
 }
 
 /// The path tracer's picture is shown as the first side is, and has light that this one does not look for; a camera that moves ends it.
@@ -121,15 +121,15 @@ fn gpu_the_path_tracer_works_while_the_camera_rests() {
     assert!(all > 1.05 * direct, "what comes from other surfaces is there: {all} and {direct}");
     let (first, camera) = (&both.first, both.camera.clone());
     both.comparison.draw(first, &both.wipe, &camera, false).unwrap();
-    assert!(both.comparison.picture().is_none() && !both.comparison.background.as_ref().unwrap().is_working(), "it moves");
+    assert!(both.comparison.rendering().is_none() && !both.comparison.background.as_ref().unwrap().is_working(), "it moves");
     both.camera.world_from_camera.translation.x += 0.1;
     both.until(3, |both| both.first.averaged() == 3 && both.comparison.progress() > 0);
 }
 
 #[test]
-fn gpu_a_pixel_is_found_beside_the_pictures() {
+fn gpu_a_pixel_is_found_beside_the_images() {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let Some(mut both) = Both::new("gpu_a_pixel_is_found_beside_the_pictures", &settings) else { return };
+    let Some(mut both) = Both::new("gpu_a_pixel_is_found_beside_the_images", &settings) else { return };
     both.comparison.probe(&both.first, &both.camera, [0.5, 0.97]);
     both.until(1, |both| both.found.is_some());
     let found = both.found.take().unwrap();
@@ -165,5 +165,5 @@ fn gpu_deep_images_are_points_on_the_other_side() {
     both.until(1, at_rest);
     assert!(both.pixels_of_b() == moved, "lights change nothing of it");
     both.wipe.other = Other::Nothing;
-    both.until(1, |both| both.comparison.picture().is_none());
+    both.until(1, |both| both.comparison.rendering().is_none());
 }

@@ -74,12 +74,12 @@ mod tests {
             let view = BirdsEye::new(&first, 1.5, &[]);
             let camera = view.camera(&scene.bounds());
             camera.validate().unwrap();
-            let picture = Rect::from_min_max(pos2(0.0, 0.0), pos2(600.0, 400.0));
-            let projector = Projector::new(&camera, picture);
+            let rendering = Rect::from_min_max(pos2(0.0, 0.0), pos2(600.0, 400.0));
+            let projector = Projector::new(&camera, rendering);
             let far = far_of(&first.camera, &scene.bounds());
             for p in [first.eye(), first.eye() + 0.5 * far * first.forward()] {
                 let at = projector.point(p).unwrap_or(pos2(-1.0, -1.0));
-                assert!(picture.contains(at), "{name}: {p} is at {at}");
+                assert!(rendering.contains(at), "{name}: {p} is at {at}");
             }
         }
     }

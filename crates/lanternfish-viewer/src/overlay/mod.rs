@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_divides_the_picture_has_a_grid() {
+    fn only_what_divides_the_image_has_a_grid() {
         let with = |culling| has_grid(&Settings { culling, ..Settings::default() });
         assert!(with(Culling::default()) && !with(Culling::NONE));
     }

@@ -12,15 +12,15 @@ pub struct Projector {
     sides: [f32; 4],
     /// Least distance along the axis that is drawn, m; none where lines are parallel.
     near: Option<f32>,
-    picture: Rect,
+    rendering: Rect,
 }
 
 impl Projector {
-    /// `picture`: where all of what the camera sees is.
-    pub fn new(camera: &Camera, picture: Rect) -> Self {
-        let aspect = picture.width() / picture.height().max(1.0);
+    /// `rendering`: where all of what the camera sees is.
+    pub fn new(camera: &Camera, rendering: Rect) -> Self {
+        let aspect = rendering.width() / rendering.height().max(1.0);
         let (sides, near) = sides(camera, aspect);
-        Self { view_from_world: camera.world_from_camera.inverse(), sides, near, picture }
+        Self { view_from_world: camera.world_from_camera.inverse(), sides, near, rendering }
     }
 
     /// Where a place of the world is in the picture or beside it; none behind the camera.
@@ -43,14 +43,14 @@ impl Projector {
                 b = cut(b, a);
             }
         }
-        within(self.picture, self.place(a), self.place(b))
+        within(self.rendering, self.place(a), self.place(b))
     }
 
     fn place(&self, p_view: Vec3) -> Pos2 {
         let [left, right, bottom, top] = self.sides;
         let across = if self.near.is_some() { p_view.truncate() / -p_view.z } else { p_view.truncate() };
         let fraction = (across - Vec2::new(left, top)) / Vec2::new(right - left, bottom - top);
-        pos2(self.picture.left() + fraction.x * self.picture.width(), self.picture.top() + fraction.y * self.picture.height())
+        pos2(self.rendering.left() + fraction.x * self.rendering.width(), self.rendering.top() + fraction.y * self.rendering.height())
     }
 }
 
@@ -114,8 +114,8 @@ mod tests {
     fn projector() -> (Camera, Projector) {
         let projection = Projection::Perspective { fov_y: std::f32::consts::FRAC_PI_2, near: 0.1 };
         let camera = Camera::look_at(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, projection);
-        let picture = Rect::from_min_max(pos2(100.0, 50.0), pos2(500.0, 250.0));
-        (camera.clone(), Projector::new(&camera, picture))
+        let rendering = Rect::from_min_max(pos2(100.0, 50.0), pos2(500.0, 250.0));
+        (camera.clone(), Projector::new(&camera, rendering))
     }
 
     #[test]
@@ -131,13 +131,13 @@ mod tests {
         assert!((corner - pos2(500.0, 50.0)).length() < 1e-2, "{corner}");
         assert_eq!(edges(&corners).count(), 12);
         let projection = Projection::Orthographic { half_height: 2.0, near: 0.0, far: 9.0 };
-        let parallel = Projector::new(&Camera { projection, ..camera }, projector.picture);
+        let parallel = Projector::new(&Camera { projection, ..camera }, projector.rendering);
         let up = parallel.point(Vec3::new(0.0, 1.0, -3.0)).unwrap();
         assert!((up - pos2(300.0, 100.0)).length() < 1e-3, "{up}");
     }
 
     #[test]
-    fn lines_end_at_the_near_plane_and_at_the_picture() {
+    fn lines_end_at_the_near_plane_and_at_the_image() {
         let (_, projector) = projector();
         // From before the camera to behind it, 1 m to the right: its near end is far to the right.
         let [a, b] = projector.segment(Vec3::new(1.0, 0.0, 0.0), Vec3::new(1.0, 0.0, 20.0)).unwrap();

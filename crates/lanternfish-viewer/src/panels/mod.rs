@@ -5,7 +5,7 @@ mod lights;
 mod memory;
 mod parameters;
 mod passes;
-mod picture;
+mod rendering;
 mod pixel;
 mod sides;
 mod stereo;
@@ -203,7 +203,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     }
     egui::CentralPanel::default()
         .frame(egui::Frame::NONE)
-        .show(ui, |ui| picture::show(ui, state, facts, seconds, &mut requested));
+        .show(ui, |ui| rendering::show(ui, state, facts, seconds, &mut requested));
     state.unfold = None;
     if state.shows_keys {
         let window = egui::Window::new("Keys").collapsible(false).vscroll(true).open(&mut state.shows_keys);

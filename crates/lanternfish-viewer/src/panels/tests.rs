@@ -406,7 +406,7 @@ fn type_into(harness: &mut Harness<'_, Shown>, name: &str, text: &str) {
 }
 
 #[test]
-fn a_click_on_a_pass_shows_what_it_writes_and_another_the_picture() {
+fn a_click_on_a_pass_shows_what_it_writes_and_another_the_image() {
     let mut harness = shown();
     let pass = |name: &str| PassTime { name: name.to_owned(), ms: 1.5 };
     let passes = ["prepass", "deep_images/build", "indirect/sampled/trace"].map(pass).to_vec();
@@ -505,7 +505,7 @@ fn everything_is_unfolded_and_folded_at_once() {
 
 /// The picture's room is another only if a hand drags a panel, or hides it: its mean goes on.
 #[test]
-fn what_panels_tell_takes_no_room_from_the_picture() {
+fn what_panels_tell_takes_no_room_from_the_image() {
     let mut harness = shown();
     let room = harness.state().requested.room;
     let pass =

@@ -105,8 +105,8 @@ fn gpu_a_second_rendering_stands_beside_the_first() {
 }
 
 #[test]
-fn gpu_a_picture_follows_sizes_settings_and_scenes() {
-    let Some(gpu) = testing::gpu("gpu_a_picture_follows_sizes_settings_and_scenes") else { return };
+fn gpu_a_image_follows_sizes_settings_and_scenes() {
+    let Some(gpu) = testing::gpu("gpu_a_image_follows_sizes_settings_and_scenes") else { return };
     let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
     let (scene, hall) = (demo("cornell").unwrap(), demo("hall").unwrap());
     let camera = scene.default_camera(1.5);
@@ -177,7 +177,7 @@ fn gpu_two_eyes_see_what_each_sees_alone() {
         draw(&mut viewport, &camera, 2);
         let one = viewport.pixels().unwrap();
         viewport.show_to(Some(Eyes::Parallel(0.2)));
-        assert!(viewport.has_more(&camera) && viewport.right_picture().is_some());
+        assert!(viewport.has_more(&camera) && viewport.right_image().is_some());
         draw(&mut viewport, &camera, 2);
         let (both, cameras) = (viewport.pixels().unwrap(), viewport.cameras(&camera));
         assert_eq!(viewport.clusters().unwrap().len(), if grouping == Grouping::Enclosed { 1 } else { 2 });

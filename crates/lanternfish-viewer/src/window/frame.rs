@@ -24,11 +24,11 @@ impl Viewer {
         let is_alone = !self.is_busy();
         self.poll();
         let right = match self.state.eyes() {
-            Some(_) => self.viewport.right_picture(),
-            None => self.comparison.picture(),
+            Some(_) => self.viewport.right_image(),
+            None => self.comparison.rendering(),
         };
-        let shown = [Some(self.viewport.picture()), right, self.comparison.map()];
-        for (known, texture) in self.pictures.iter_mut().zip(shown) {
+        let shown = [Some(self.viewport.rendering()), right, self.comparison.map()];
+        for (known, texture) in self.renderings.iter_mut().zip(shown) {
             self.surface.know(&self.viewport.gpu.device, known, texture, wgpu::FilterMode::Linear);
         }
         let (requested, output) = self.panels(seconds);
@@ -42,7 +42,7 @@ impl Viewer {
         self.moved = self.moved.filter(|since| since.elapsed() < REST);
         self.wants_screenshot |= requested.screenshot;
         if !self.viewport.is_busy() {
-            self.keep_picture();
+            self.keep_image();
         }
         if let Some((at, eye)) = requested.pixel {
             self.point(at, eye);
@@ -75,8 +75,8 @@ impl Viewer {
 
     /// What egui makes of the panels; the room that is left for the picture is in pixels.
     fn panels(&mut self, seconds: f32) -> (Requested, egui::FullOutput) {
-        let Self { surface, state, viewport, comparison, name, pictures, frame_ms, memory, repaint_limiter, .. } = self;
-        let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
+        let Self { surface, state, viewport, comparison, name, renderings, frame_ms, memory, repaint_limiter, .. } = self;
+        let [a, b, map] = renderings.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
         let facts = Facts {
             name,
             scene: &viewport.scene,

@@ -66,8 +66,8 @@ fn gpu_colours_are_those_of_the_scale() {
         let settings = Settings { debug_view: Some(view), shadows: Shadows::BVH, ..Settings::default() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
-        let picture = renderer.render(&uploaded, camera, 16, 12).unwrap();
-        let [red, green, blue, _] = picture.display[16 * 6 + 8];
+        let rendering = renderer.render(&uploaded, camera, 16, 12).unwrap();
+        let [red, green, blue, _] = rendering.display[16 * 6 + 8];
         let expected = scale.color(scale.place(value));
         // A byte, where the shader's last bits round the other way, and the 8 bits that roughness is kept in.
         let off = [red, green, blue].iter().zip(expected).map(|(a, b)| a.abs_diff(b)).max();
@@ -162,10 +162,10 @@ impl<'g> Harness<'g> {
         let radiance = forward.target(&mut frame, SIZE);
         let view = context(scene, &view, &buffer, &surface);
         let shaded = Shaded::of_lights(radiance, lists);
-        let picture = display_target(&mut frame, SIZE);
-        debug_views.record(&mut frame, &view, &shaded, &picture);
+        let rendering = display_target(&mut frame, SIZE);
+        debug_views.record(&mut frame, &view, &shaded, &rendering);
         frame.submit();
-        let colors: Vec<[u8; 4]> = read_texture(&gpu.device, &gpu.queue, picture.texture()).unwrap();
+        let colors: Vec<[u8; 4]> = read_texture(&gpu.device, &gpu.queue, rendering.texture()).unwrap();
         // Black is where nothing is: one fragment is blue, and none magenta.
         let count = |wanted: [u8; 4]| colors.iter().filter(|color| **color == wanted).count();
         (colors.len() - count([0, 0, 0, 255]), count([255, 0, 255, 255]))

@@ -127,8 +127,8 @@ fn gpu_odd_scenes_that_are_valid_render() {
         change(&mut odd);
         assert_eq!(odd.validate(), Ok(()), "{name}");
         let uploaded = renderer.upload(&odd).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let picture = renderer.render(&uploaded, &camera, 16, 12).unwrap_or_else(|error| panic!("{name}: {error}"));
-        assert!(picture.radiance.as_flattened().iter().all(|value| value.is_finite()), "{name}");
+        let rendering = renderer.render(&uploaded, &camera, 16, 12).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!(rendering.radiance.as_flattened().iter().all(|value| value.is_finite()), "{name}");
     }
 }
 

@@ -21,7 +21,7 @@ use crate::{
     testing::{
         Random, apart, evaluate_module,
         light::{
-            LARGE, SIZE, closed_box, cornell, floor, looking, matt, mean, off, picture, picture_of, sampled, settings,
+            LARGE, SIZE, closed_box, cornell, floor, looking, matt, mean, off, rendering, image_of, sampled, settings,
             traced, traced_of,
         },
         quad, scene_of,
@@ -44,7 +44,7 @@ fn gpu_the_surroundings_light_an_open_floor() {
         for environment in [None, Some(white.clone())] {
             let is_image = environment.is_some();
             let scene = Scene { sky, environment, ..floor(matt(0.5)) };
-            let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
+            let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
             // Albedo times the sky's radiance, whatever the rays.
             let worst = found.iter().map(|pixel| (*pixel / (0.5 * sky) - 1.0).abs().max_element()).fold(0.0, f32::max);
             // Up to three of 64 rays may run along the floor and, in an image, into it.
@@ -69,7 +69,7 @@ fn gpu_few_rays_find_a_small_sun() {
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     for diffuse_rays in [4, 8, 32] {
         let few = Sampled { diffuse_rays, ..sampled(Tracer::BVH) };
-        let found = picture(gpu, settings(few), &scene, &camera);
+        let found = rendering(gpu, settings(few), &scene, &camera);
         let energy = mean(&found) / expected;
         println!("{diffuse_rays} rays: {energy:.3} of the light");
         assert!((energy - 1.0).abs() < 0.25, "{diffuse_rays} rays: {energy}");
@@ -88,7 +88,7 @@ fn gpu_a_mirror_shows_what_is_above_it() {
     // Looking down: Fresnel's term stays at its least.
     let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
     for tracer in tracers(gpu) {
-        let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
+        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
         let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
         let mean = found.iter().copied().sum::<Vec3>() / found.len() as f32;
         let most = 2e-3;
@@ -103,7 +103,7 @@ fn gpu_a_closed_box_that_shines_sends_each_bounce() {
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in tracers(gpu) {
-        let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
+        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
         // Its own emission, half of it from everywhere, and half of that which was reflected once.
         let off = (mean(&found) / 1.75 - 1.0).abs();
         let most = 0.01;
@@ -119,7 +119,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let camera = scene.cameras[0].clone();
     let (direct, one_bounce) = (traced_of(LARGE, &scene, &camera, 2, 192), traced_of(LARGE, &scene, &camera, 3, 192));
     // Edges are drawn with one sample in one picture and many in the other, with or without the bounce: it is what is compared.
-    let alone = picture_of(
+    let alone = image_of(
         gpu,
         LARGE,
         Settings { indirect: Indirect::NONE, ..settings(Sampled::default().one_bounce()) },
@@ -129,7 +129,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let bounce = |whole: &[Vec3], part: &[Vec3]| whole.iter().zip(part).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>();
     let ground_truth = bounce(&one_bounce, &direct);
     assert!(mean(&ground_truth) > 0.1 * mean(&direct), "there is little to find");
-    let found = bounce(&picture_of(gpu, LARGE, settings(sampled(Tracer::BVH)), &scene, &camera), &alone);
+    let found = bounce(&image_of(gpu, LARGE, settings(sampled(Tracer::BVH)), &scene, &camera), &alone);
     let (apart, energy) = (off(&found, &ground_truth), mean(&found) / mean(&ground_truth));
     println!("off by {apart:.4}, energy {energy:.4}");
     assert!(apart < 0.2 && (energy - 1.0).abs() < 0.03, "off {apart}, energy {energy}");
@@ -137,7 +137,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let mut white = scene.clone();
     white.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
     let of = |indirect| {
-        picture_of(gpu, LARGE, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera)
+        image_of(gpu, LARGE, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera)
     };
     let found = bounce(&of(Indirect::from(sampled(Tracer::BVH))), &of(Indirect::NONE));
     assert!(off(&found, &ground_truth) > 0.5, "{}", off(&found, &ground_truth));
@@ -164,7 +164,7 @@ fn gpu_hits_are_lit_by_the_surroundings() {
         (scene.sky, scene.environment, scene.lights) = (sky, environment, lights);
         let seen = |max_depth| mean(&traced(&scene, &camera, max_depth, 256));
         let (direct, ground_truth) = (seen(2), seen(3));
-        let found = mean(&picture(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
+        let found = mean(&rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
         println!("{name}: direct {direct:.4}, with a bounce {ground_truth:.4}, found {:.4} of that", found / ground_truth);
         assert!(direct < 0.8 * ground_truth, "{name}: a bounce brings little");
         assert!((found / ground_truth - 1.0).abs() < 0.02, "{name}: {found} of {ground_truth}");
@@ -174,7 +174,7 @@ fn gpu_hits_are_lit_by_the_surroundings() {
     for perceptual_roughness in [0.2, 0.8] {
         scene.materials = vec![Material { metallic: 1.0, perceptual_roughness, ..matt(0.9) }];
         let [direct, ground_truth] = [2, 3].map(|max_depth| mean(&traced(&scene, &camera, max_depth, 256)));
-        let found = mean(&picture(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
+        let found = mean(&rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
         println!(
             "metal of roughness {perceptual_roughness}: direct {direct:.4}, {ground_truth:.4}, found {:.4} of that",
             found / ground_truth
@@ -197,8 +197,8 @@ fn gpu_what_moves_sends_its_light_from_where_it_is() {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let mut render = |uploaded: &_| {
-            let picture = renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap();
-            picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>()
+            let rendering = renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+            rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>()
         };
         let before = render(&uploaded);
         let at = scene.instances[1].world_from_object;
@@ -207,7 +207,7 @@ fn gpu_what_moves_sends_its_light_from_where_it_is() {
         other.update(&mut uploaded, &scene).unwrap();
         let after = render(&uploaded);
         assert!(mean(&after) < 0.4 * mean(&before), "{tracer}: {} to {}", mean(&before), mean(&after));
-        let fresh = picture(gpu, settings, &scene, &camera);
+        let fresh = rendering(gpu, settings, &scene, &camera);
         assert!(off(&after, &fresh) < 0.02, "{tracer}: {}", off(&after, &fresh));
         scene.instances[1].world_from_object = at;
     }
@@ -234,9 +234,9 @@ fn gpu_many_short_lights_are_as_right_as_few() {
         film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect::<Vec<_>>()
     };
     let ground_truth = mean(&traced(3, 256)) - mean(&traced(2, 256));
-    let alone = picture(gpu, Settings { indirect: Indirect::NONE, ..rays.clone() }, &scene, &camera);
+    let alone = rendering(gpu, Settings { indirect: Indirect::NONE, ..rays.clone() }, &scene, &camera);
     let bounce = |settings: Settings| {
-        let whole = picture(gpu, settings, &scene, &camera);
+        let whole = rendering(gpu, settings, &scene, &camera);
         whole.iter().zip(&alone).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>()
     };
     let found = bounce(rays.clone());
@@ -264,14 +264,14 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
     let camera = looking([0.3, 6.0, 0.2], [0.0, 0.0, 0.0]);
     let of = |samples| {
         let settings = settings(Sampled { diffuse_rays: 256, ..sampled(Tracer::BVH) });
-        picture(gpu, Settings { samples, ..settings }, &scene, &camera)
+        rendering(gpu, Settings { samples, ..settings }, &scene, &camera)
     };
     let [one, four] = [Samples::One, Samples::Four].map(of);
     // How much of each pixel is floor.
     let mut shining = scene.clone();
     shining.materials[0] = Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) };
     let direct = Settings { samples: Samples::Four, ..Settings::direct_light() };
-    let fraction = picture(gpu, direct, &shining, &camera);
+    let fraction = rendering(gpu, direct, &shining, &camera);
     let differing = one.iter().zip(&four).filter(|(a, b)| (**a - **b).abs().max_element() > 1e-3).count();
     let edges = SIZE.y as usize;
     assert!((edges / 4..=3 * edges).contains(&differing), "{differing} pixels differ");

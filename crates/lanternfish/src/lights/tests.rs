@@ -139,8 +139,8 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say() {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         // The middle of an odd image looks at the quad's centre, straight below the light.
-        let picture = renderer.render(&uploaded, &camera, 5, 5).unwrap();
-        let pixel = picture.radiance[12];
+        let rendering = renderer.render(&uploaded, &camera, 5, 5).unwrap();
+        let pixel = rendering.radiance[12];
         // A light of intensity I and range R has the cut-off I / R².
         let (intensity, i0) = (f64::from(intensity), f64::from(intensity / (range * range)));
         let expected = cpu_reference::attenuation(attenuation, intensity, i0, d.into()) / std::f64::consts::PI;

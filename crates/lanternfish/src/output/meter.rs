@@ -33,14 +33,14 @@ impl Meter {
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        pictures: &[&wgpu::TextureView],
+        renderings: &[&wgpu::TextureView],
         exposure: &wgpu::Buffer,
     ) -> Result<(), RenderError> {
         let weights = frame.zeroed("output/luminance_weights", 4 * BIN_COUNT)?;
         let bindings = Bindings::new().buffer("luminance_weights", &weights).buffer("exposure", exposure);
-        for picture in pictures {
-            let size = picture.texture().size();
-            let bindings = bindings.clone().with(&Bindings::new().texture("radiance_texture", picture));
+        for rendering in renderings {
+            let size = rendering.texture().size();
+            let bindings = bindings.clone().with(&Bindings::new().texture("radiance_texture", rendering));
             let blocks = [size.width.div_ceil(BLOCK_EDGE), size.height.div_ceil(BLOCK_EDGE), 1];
             frame.dispatch(&self.count, &bindings, blocks);
         }

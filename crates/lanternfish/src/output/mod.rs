@@ -66,20 +66,20 @@ impl Output {
         })
     }
 
-    /// Pictures from the next frame on are exposed so.
+    /// RenderedImages from the next frame on are exposed so.
     pub fn set_exposure(&mut self, device: &wgpu::Device, exposure: Exposure) -> Result<(), RenderError> {
         (self.exposure, self.level) = (exposure, level_of(device, exposure)?);
         Ok(())
     }
 
     /// Finds the exposure of a frame's pictures, one for all of them, where nobody has said it.
-    pub fn meter(&mut self, frame: &mut Frame<'_>, pictures: &[&wgpu::TextureView]) -> Result<(), RenderError> {
+    pub fn meter(&mut self, frame: &mut Frame<'_>, renderings: &[&wgpu::TextureView]) -> Result<(), RenderError> {
         if self.exposure == Exposure::Auto {
             let meter = match &self.meter {
                 Some(meter) => meter,
                 None => self.meter.insert(Meter::new(frame.device)?),
             };
-            meter.record(frame, pictures, &self.level)?;
+            meter.record(frame, renderings, &self.level)?;
         }
         Ok(())
     }

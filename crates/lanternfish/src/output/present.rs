@@ -1,4 +1,4 @@
-//! Pictures in textures of the caller.
+//! RenderedImages in textures of the caller.
 
 use super::DECLARED;
 use std::collections::{HashMap, hash_map::Entry};
@@ -69,7 +69,7 @@ impl Present {
         format: wgpu::TextureFormat,
     ) -> Result<(), RenderError> {
         let pipeline = self.pipeline(frame.device, format, format.is_srgb())?;
-        cover(frame, pipeline, LABEL, &Bindings::new().texture("picture_texture", display), to);
+        cover(frame, pipeline, LABEL, &Bindings::new().texture("image_texture", display), to);
         Ok(())
     }
 
@@ -81,7 +81,7 @@ impl Present {
         to: &wgpu::TextureView,
     ) -> Result<(), RenderError> {
         let pipeline = self.pipeline(frame.device, to.texture().format(), false)?;
-        show(frame, pipeline, LABEL, &Bindings::new().texture("picture_texture", radiance), to);
+        show(frame, pipeline, LABEL, &Bindings::new().texture("image_texture", radiance), to);
         Ok(())
     }
 

@@ -88,17 +88,17 @@ fn constants_are_the_shaders() {
 }
 
 /// What the device finds for some pictures together.
-fn metered(gpu: &Gpu, pictures: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
+fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
     let mut output = Output::new(&gpu.device, ToneMap::Neutral, Exposure::Auto).unwrap();
     let texture = |(size, pixels): &(UVec2, Vec<[f32; 4]>)| {
         let format = wgpu::TextureFormat::Rgba32Float;
-        let view = target(&gpu.device, "picture", *size, format, wgpu::TextureUsages::COPY_DST);
+        let view = target(&gpu.device, "rendering", *size, format, wgpu::TextureUsages::COPY_DST);
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * size.x), rows_per_image: None };
         let texels = bytemuck::cast_slice(pixels);
         gpu.queue.write_texture(view.texture().as_image_copy(), texels, layout, view.texture().size());
         view
     };
-    let views: Vec<_> = pictures.iter().map(texture).collect();
+    let views: Vec<_> = renderings.iter().map(texture).collect();
     let (mut profiler, mut pool) = (Profiler::new(&gpu.device, &gpu.queue), Pool::new(&gpu.device));
     // Twice: nothing is left of what was metered before.
     for _ in 0..2 {
@@ -112,7 +112,7 @@ fn metered(gpu: &Gpu, pictures: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
 #[test]
 fn gpu_the_meter_is_its_twin() {
     let Some(gpu) = testing::gpu("gpu_the_meter_is_its_twin") else { return };
-    let picture = |size: UVec2, middle: f32, seed| {
+    let rendering = |size: UVec2, middle: f32, seed| {
         let mut pixels = room(middle, seed);
         pixels.resize((size.x * size.y) as usize, [f32::INFINITY, 0.0, 0.0, 1.0]);
         (size, pixels)
@@ -122,7 +122,7 @@ fn gpu_the_meter_is_its_twin() {
         // Around the edges of what a workgroup counts.
         let sizes = [(70, 100), (1, 6000), (64, 128), (65, 129), (300, 20)];
         for (width, height) in sizes {
-            let one = picture(UVec2::new(width, height), middle, i as u64);
+            let one = rendering(UVec2::new(width, height), middle, i as u64);
             let ev = metered(gpu, std::slice::from_ref(&one));
             assert_eq!(ev, metered_exposure(one.1.iter().copied()), "{width} x {height}, {middle}");
             seen.push(ev);
@@ -131,7 +131,7 @@ fn gpu_the_meter_is_its_twin() {
     assert!(seen.iter().any(|ev| *ev > 20.0) && seen.iter().any(|ev| *ev < -25.0), "{seen:?}");
     assert_eq!(metered(gpu, &[(UVec2::ONE, surfaces(0.0, 1))]), 0.0);
     // Two pictures are metered as if they were one, in either order.
-    let (left, right) = (picture(UVec2::new(90, 90), 0.1, 8), picture(UVec2::new(80, 70), 5.0, 9));
+    let (left, right) = (rendering(UVec2::new(90, 90), 0.1, 8), rendering(UVec2::new(80, 70), 5.0, 9));
     let both = metered_exposure(left.1.iter().chain(&right.1).copied());
     assert_eq!([metered(gpu, &[left.clone(), right.clone()]), metered(gpu, &[right, left.clone()])], [both; 2]);
     assert_ne!(metered(gpu, &[left]), both);
@@ -149,24 +149,24 @@ fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
     // The box, and its lamp from near by.
     let below = Camera::look_at(Vec3::new(0.0, 1.2, 0.4), Vec3::new(0.05, 2.0, 0.0), scene.cameras[0].projection);
     let views = [(&scene.cameras[0], 60, 44), (&below, 50, 40)];
-    let pictures = auto.render_views(&uploaded, &views).unwrap();
-    let ev = pictures[0].exposure.unwrap();
+    let renderings = auto.render_views(&uploaded, &views).unwrap();
+    let ev = renderings[0].exposure.unwrap();
     let alone = [0, 1].map(|eye| auto.render_views(&uploaded, &views[eye..=eye]).unwrap().remove(0).exposure.unwrap());
     assert!(alone[0] != alone[1], "two views of one brightness show nothing: {alone:?}");
-    assert_eq!(pictures[1].exposure, Some(ev));
+    assert_eq!(renderings[1].exposure, Some(ev));
     // What is found is the twin's, and said it makes the same pictures; radiance knows nothing of it.
-    let all = pictures.iter().flat_map(|picture| picture.radiance.iter().copied());
+    let all = renderings.iter().flat_map(|rendering| rendering.radiance.iter().copied());
     assert_eq!(Exposure::Auto.of(all), ev);
     let said = new(Exposure::Ev(ev)).render_views(&uploaded, &views).unwrap();
     let dark = new(Exposure::Ev(-20.0)).render_views(&uploaded, &views).unwrap();
-    for ((picture, said), dark) in pictures.iter().zip(&said).zip(&dark) {
-        assert!(picture.display == said.display && picture.radiance == said.radiance);
-        assert!(picture.display != dark.display && picture.radiance == dark.radiance);
+    for ((rendering, said), dark) in renderings.iter().zip(&said).zip(&dark) {
+        assert!(rendering.display == said.display && rendering.radiance == said.radiance);
+        assert!(rendering.display != dark.display && rendering.radiance == dark.radiance);
     }
 
     // The exposure of a viewer changes while the mean goes on.
-    let frames = |picture: &crate::Picture| {
-        picture.report.counters.iter().find(|(name, _)| name == "progressive/frames").map(|(_, count)| *count)
+    let frames = |rendering: &crate::RenderedImage| {
+        rendering.report.counters.iter().find(|(name, _)| name == "progressive/frames").map(|(_, count)| *count)
     };
     auto.refine(&uploaded, &views[..1]).unwrap();
     auto.set_exposure(Exposure::Ev(-6.0)).unwrap();

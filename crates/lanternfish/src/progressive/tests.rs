@@ -8,7 +8,7 @@ use lanternfish_scene::{
 
 use super::*;
 use crate::{
-    Picture, Renderer, Settings,
+    RenderedImage, Renderer, Settings,
     context::FrameContext,
     settings::{DebugView, Samples},
     testing::{quad, scene_of},
@@ -31,26 +31,26 @@ fn view(camera: &Camera) -> [(&Camera, u32, u32); 1] {
     [(camera, SIZE.0, SIZE.1)]
 }
 
-fn frames(picture: &Picture) -> Option<u64> {
-    let counters = &picture.report.counters;
+fn frames(rendering: &RenderedImage) -> Option<u64> {
+    let counters = &rendering.report.counters;
     counters.iter().find(|(name, _)| name == "progressive/frames").map(|(_, count)| *count)
 }
 
-fn bits(picture: &Picture) -> Vec<u32> {
-    picture.radiance.as_flattened().iter().map(|value| value.to_bits()).collect()
+fn bits(rendering: &RenderedImage) -> Vec<u32> {
+    rendering.radiance.as_flattened().iter().map(|value| value.to_bits()).collect()
 }
 
 #[track_caller]
-fn assert_same(a: &Picture, b: &Picture) {
+fn assert_same(a: &RenderedImage, b: &RenderedImage) {
     assert!(bits(a) == bits(b) && a.display == b.display);
 }
 
 /// Largest difference of a value from the mean of some pictures, in units of what rounding may do: each frame rounds its
 /// difference, its share and their sum, by half a unit in the last place (2⁻²⁴) of the largest value there is, or twice that for
 /// the division; the first frames' errors shrink with the share.
-fn off_by(picture: &Picture, singles: &[Picture]) -> f64 {
+fn off_by(rendering: &RenderedImage, singles: &[RenderedImage]) -> f64 {
     let count = singles.len() as f64;
-    let values = picture.radiance.as_flattened().iter().enumerate();
+    let values = rendering.radiance.as_flattened().iter().enumerate();
     let off = values.map(|(i, value)| {
         let of = || singles.iter().map(|single| f64::from(single.radiance.as_flattened()[i]));
         let (mean, most) = (of().sum::<f64>() / count, of().fold(1e-30, f64::max));
@@ -72,9 +72,9 @@ fn gpu_the_mean_is_that_of_its_frames() {
         let moved = [still[0].of_frame(index)];
         let results =
             plain.frame(&FrameContext { scene: &uploaded, views: &moved, is_averaged: false, requests: &[] }).unwrap();
-        plain.pictures(&uploaded, &moved, &results).unwrap().remove(0)
+        plain.renderings(&uploaded, &moved, &results).unwrap().remove(0)
     };
-    let singles: Vec<Picture> = (0..=COUNT).map(&mut single).collect();
+    let singles: Vec<RenderedImage> = (0..=COUNT).map(&mut single).collect();
 
     let mut averaging = renderer(gpu, COUNT);
     let mut told = Vec::new();
@@ -131,8 +131,8 @@ fn gpu_a_moved_frame_is_that_of_a_moved_window() {
     let views = [renderer.views(&uploaded, &view(&scene.cameras[0])).unwrap()[0].of_frame(5)];
     let results =
         renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged: false, requests: &[] }).unwrap();
-    let frame = renderer.pictures(&uploaded, &views, &results).unwrap().remove(0);
-    let different = |other: &Picture| {
+    let frame = renderer.renderings(&uploaded, &views, &results).unwrap().remove(0);
+    let different = |other: &RenderedImage| {
         let pairs = frame.radiance.iter().zip(&other.radiance);
         pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 0.01 * a.max(*b) + 1e-4)).count()
     };
@@ -151,11 +151,11 @@ fn gpu_a_mean_starts_anew_when_anything_changes() {
     let again = renderer.upload(&scene).unwrap();
     let other = Camera { projection: Projection::Perspective { fov_y: 0.5, near: 0.1 }, ..camera.clone() };
     let count = |renderer: &mut Renderer, scene: &GpuScene, views: &[(&Camera, u32, u32)]| {
-        let pictures = renderer.refine(scene, views).unwrap();
-        let count = frames(&pictures[0]).unwrap();
+        let renderings = renderer.refine(scene, views).unwrap();
+        let count = frames(&renderings[0]).unwrap();
         if count == 1 {
             // Nothing of what was before is left.
-            assert_same(&pictures[0], &renderer.render_views(scene, views).unwrap()[0]);
+            assert_same(&renderings[0], &renderer.render_views(scene, views).unwrap()[0]);
         }
         count
     };
@@ -189,7 +189,7 @@ fn square() -> (Scene, Camera) {
 }
 
 /// Red of each pixel of a square picture, from one that is `scale` times as fine: the mean of the pixels that lie in it.
-fn covered(fine: &Picture, scale: u32) -> Vec<f32> {
+fn covered(fine: &RenderedImage, scale: u32) -> Vec<f32> {
     let edge = fine.width / scale;
     let pixel = |x: u32, y: u32| {
         let row = |j: u32| (scale * x..scale * (x + 1)).map(move |i| (scale * y + j) * fine.width + i);
@@ -205,21 +205,21 @@ fn gpu_edges_converge_to_the_share_of_the_pixel() {
     const EDGE: u32 = 48;
     const FINE: u32 = 32;
     let (scene, camera) = square();
-    let picture = |accumulate, samples, scale: u32| {
+    let rendering = |accumulate, samples, scale: u32| {
         let settings = Settings { accumulate, samples, ..Settings::direct_light() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.render(&uploaded, &camera, scale * EDGE, scale * EDGE).unwrap()
     };
-    let fine = picture(1, Samples::One, FINE);
+    let fine = rendering(1, Samples::One, FINE);
     let ground_truth = covered(&fine, FINE);
     let edges = ground_truth.iter().filter(|fraction| (0.01..0.99).contains(*fraction)).count();
     // Root mean square over the pixels that an edge crosses.
-    let error = |picture: &Picture| {
-        let squares = picture.radiance.iter().zip(&ground_truth).map(|(texel, fraction)| (texel[0] - fraction).powi(2));
+    let error = |rendering: &RenderedImage| {
+        let squares = rendering.radiance.iter().zip(&ground_truth).map(|(texel, fraction)| (texel[0] - fraction).powi(2));
         (squares.sum::<f32>() / edges as f32).sqrt()
     };
-    let errors = [1, 4, 16, 64, 256].map(|count| error(&picture(count, Samples::One, 1)));
+    let errors = [1, 4, 16, 64, 256].map(|count| error(&rendering(count, Samples::One, 1)));
     println!("{edges} pixels at edges, errors of 1, 4, 16, 64, 256 frames: {errors:?}");
     assert!(edges > 80);
     // All or nothing in place of a share is off by up to half. Even points are off by about n^(-3/4).
@@ -230,10 +230,10 @@ fn gpu_edges_converge_to_the_share_of_the_pixel() {
     assert!(errors[0] > 0.2, "there is something to get better");
 
     // Four samples in each frame are a wider filter: better while there are few frames, alike with 8, and hardly better with more than 16.
-    let of_eight = [Samples::One, Samples::Four].map(|samples| error(&picture(8, samples, 1)));
+    let of_eight = [Samples::One, Samples::Four].map(|samples| error(&rendering(8, samples, 1)));
     println!("of 8 frames, with one sample in each and with four: {of_eight:?}");
     assert!((of_eight[0] / of_eight[1] - 1.0).abs() < 0.25, "{of_eight:?}");
-    let of_four = [1, 4, 16, 64].map(|count| error(&picture(count, Samples::Four, 1)));
+    let of_four = [1, 4, 16, 64].map(|count| error(&rendering(count, Samples::Four, 1)));
     println!("with four samples in each, of 1, 4, 16, 64 frames: {of_four:?}");
     assert!(of_four[0] < 0.5 * errors[0] && of_four[1] < errors[1], "{of_four:?}");
     assert!(of_four[2] > errors[2] && of_four[3] > 3.0 * errors[3], "{of_four:?}");
@@ -265,19 +265,19 @@ fn gpu_textures_converge_to_what_the_pixel_covers() {
     const EDGE: u32 = 48;
     const FINE: u32 = 16;
     let (scene, camera) = checks();
-    let picture = |accumulate, scale: u32| {
+    let rendering = |accumulate, scale: u32| {
         let mut renderer = renderer(gpu, accumulate);
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.render(&uploaded, &camera, scale * EDGE, scale * EDGE).unwrap()
     };
-    let ground_truth = covered(&picture(1, FINE), FINE);
+    let ground_truth = covered(&rendering(1, FINE), FINE);
     let mean = ground_truth.iter().sum::<f32>() / ground_truth.len() as f32;
     let off = |value: &dyn Fn(usize) -> f32| {
         (ground_truth.iter().enumerate().map(|(i, fraction)| (value(i) - fraction).powi(2)).sum::<f32>() / ground_truth.len() as f32).sqrt()
     };
     let errors = [1, 4, 16, 64].map(|count| {
-        let picture = picture(count, 1);
-        off(&|i| picture.radiance[i][0])
+        let rendering = rendering(count, 1);
+        off(&|i| rendering.radiance[i][0])
     });
     println!("deviation {}, errors of 1, 4, 16, 64 frames: {errors:?}", off(&|_| mean));
     // Half as much again as was found.

@@ -5,7 +5,7 @@ use std::{collections::VecDeque, iter};
 use glam::{Affine3A, UVec2, Vec3};
 use lanternfish_gpu::{Frame, GpuError, Growth, PassTime, is_lost};
 
-use super::{Picture, Renderer};
+use super::{RenderedImage, Renderer};
 use crate::{
     context::FrameContext,
     error::RenderError,
@@ -97,7 +97,7 @@ impl Renderer {
             ViewRequest { target, surface: SurfaceSource::Own, ..*view }
         });
         let elsewhere: Vec<_> = elsewhere.collect();
-        self.picture_frames(|this| {
+        self.image_frames(|this| {
             if views.iter().any(|view| matches!(view.surface, SurfaceSource::Given { .. })) {
                 this.engine.within(|| this.passes.irradiance.given.ready(&this.device).map(|_| ()))?;
             }
@@ -125,7 +125,7 @@ impl Renderer {
     /// be on their way: of further ones nothing is known. Between the two, update no scene that it shows. After an error the commands hold a part of a frame, or nothing:
     /// drop them.
     ///
-    /// Pictures may be rendered in between ([`Self::render`]). They wait, and what frames of the one kind keep is not used by the other: deep
+    /// RenderedImages may be rendered in between ([`Self::render`]). They wait, and what frames of the one kind keep is not used by the other: deep
     /// images are built again, means begin anew.
     ///
     /// With [`crate::Settings::accumulate`] above 1 each frame is added to the mean of those before it, as long as views and scene stay the
@@ -208,12 +208,12 @@ impl Renderer {
 
     /// Waits for the last frame that was recorded and submitted, and reads the pictures of those of its views whose target is
     /// [`Target::Own`]. Of a frame that is not whole they are what there was room for.
-    pub fn read(&mut self, frame: FrameId) -> Result<Vec<Picture>, RenderError> {
+    pub fn read(&mut self, frame: FrameId) -> Result<Vec<RenderedImage>, RenderError> {
         self.check_device()?;
         let last = self.flight.last.take_if(|last| last.frame == frame).ok_or(RenderError::Gone)?;
-        let pictures = self.pictures_of(&last.counters, &last.views, &last.results);
+        let renderings = self.images_of(&last.counters, &last.views, &last.results);
         self.flight.last = Some(last);
-        pictures
+        renderings
     }
 
     /// The views that are asked for.

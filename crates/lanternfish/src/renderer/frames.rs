@@ -1,9 +1,9 @@
-//! Pictures that are the mean of many frames ([`crate::progressive`]).
+//! RenderedImages that are the mean of many frames ([`crate::progressive`]).
 
 use lanternfish_gpu::{GpuError, PassTime, checked};
 use lanternfish_scene::Camera;
 
-use super::{Picture, Renderer};
+use super::{RenderedImage, Renderer};
 use crate::{
     context::FrameContext,
     error::RenderError,
@@ -32,12 +32,12 @@ impl Renderer {
         scene: &GpuScene,
         views: &[(&Camera, u32, u32)],
         mut tell: impl FnMut(u32),
-    ) -> Result<Vec<Picture>, RenderError> {
+    ) -> Result<Vec<RenderedImage>, RenderError> {
         let views = self.views(scene, views)?;
-        self.picture_frames(|this| {
+        self.image_frames(|this| {
             if this.effective.accumulate == 1 {
                 let results = this.frame(&FrameContext { scene, views: &views, is_averaged: false, requests: &[] })?;
-                return this.pictures(scene, &views, &results);
+                return this.renderings(scene, &views, &results);
             }
             this.passes.progressive.reset();
             let (mut results, mut times) = (Vec::new(), Vec::new());
@@ -46,11 +46,11 @@ impl Renderer {
                 add_times(&mut times, this.finished()?);
                 tell(count);
             }
-            let mut pictures = this.pictures(scene, &views, &results)?;
-            if let Some(first) = pictures.first_mut() {
+            let mut renderings = this.renderings(scene, &views, &results)?;
+            if let Some(first) = renderings.first_mut() {
                 first.report.passes = times;
             }
-            Ok(pictures)
+            Ok(renderings)
         })
     }
 
@@ -60,24 +60,24 @@ impl Renderer {
     /// The mean is kept on the device while cameras, sizes and scene are those of the call before; else this frame is the
     /// first of a new one. [`Self::update`] makes another scene, whatever it changed. [`Settings::accumulate`] is not asked;
     /// frames of [`Self::render`] are gone on from where it is above 1.
-    pub fn refine(&mut self, scene: &GpuScene, views: &[(&Camera, u32, u32)]) -> Result<Vec<Picture>, RenderError> {
+    pub fn refine(&mut self, scene: &GpuScene, views: &[(&Camera, u32, u32)]) -> Result<Vec<RenderedImage>, RenderError> {
         if self.passes.debug_views.is_some() {
             return Err(NO_MEAN_OF_DEBUG_VIEWS);
         }
         let views = self.views(scene, views)?;
-        self.picture_frames(|this| {
+        self.image_frames(|this| {
             let results = this.next_frame(scene, &views)?;
-            this.pictures(scene, &views, &results)
+            this.renderings(scene, &views, &results)
         })
     }
 
     /// Runs `work`, which renders pictures: its frames wait where they need to.
-    pub(super) fn picture_frames<R>(
+    pub(super) fn image_frames<R>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<R, RenderError>,
     ) -> Result<R, RenderError> {
         self.check_device()?;
-        self.use_growth(self.picture_growth)?;
+        self.use_growth(self.image_growth)?;
         self.checked_work(work)
     }
 

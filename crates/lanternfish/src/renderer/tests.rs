@@ -24,8 +24,8 @@ fn gpu_a_frame_has_few_compute_passes() {
     let uploaded = renderer.upload(&scene).unwrap();
     let mut passes_of_frame = || {
         let before = renderer.profiler.compute_passes();
-        let picture = renderer.render(&uploaded, &scene.cameras[0], 64, 48).unwrap();
-        (renderer.profiler.compute_passes() - before, picture.report.passes)
+        let rendering = renderer.render(&uploaded, &scene.cameras[0], 64, 48).unwrap();
+        (renderer.profiler.compute_passes() - before, rendering.report.passes)
     };
     passes_of_frame();
     let (passes, times) = passes_of_frame();

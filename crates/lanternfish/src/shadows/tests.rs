@@ -15,12 +15,12 @@ use crate::{
 };
 
 #[test]
-fn gpu_one_band_or_many_give_the_same_picture() {
-    let Some(gpu) = testing::gpu("gpu_one_band_or_many_give_the_same_picture") else { return };
+fn gpu_one_band_or_many_give_the_same_image() {
+    let Some(gpu) = testing::gpu("gpu_one_band_or_many_give_the_same_image") else { return };
     let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     scene.lights.extend(lanternfish_scene::generate::light_rain(&scene.bounds(), 70, Some(1.0), 1, 0.0));
-    let picture = |samples, word_limit: Option<u64>, seed: u32| {
+    let rendering = |samples, word_limit: Option<u64>, seed: u32| {
         let mut scene = scene.clone();
         scene.lights.truncate(scene.lights.len() - seed as usize);
         let settings = Settings { shadows: Shadows::BVH, samples, ..Settings::direct_light() };
@@ -29,18 +29,18 @@ fn gpu_one_band_or_many_give_the_same_picture() {
             renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
         }
         let uploaded = renderer.upload(&scene).unwrap();
-        let picture = renderer.render(&uploaded, &camera, 72, 60).unwrap();
-        let counter = |name: &str| picture.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
-        (counter("shadows/bands").unwrap(), counter("shadows/rays").unwrap(), picture.radiance)
+        let rendering = renderer.render(&uploaded, &camera, 72, 60).unwrap();
+        let counter = |name: &str| rendering.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
+        (counter("shadows/bands").unwrap(), counter("shadows/rays").unwrap(), rendering.radiance)
     };
     for samples in [Samples::One, Samples::Four] {
-        let one = picture(samples, None, 0);
+        let one = rendering(samples, None, 0);
         // Nine blocks of 64 pixels with up to three words each: one row at a time.
-        let many = picture(samples, Some(9 * 64 * 3), 0);
+        let many = rendering(samples, Some(9 * 64 * 3), 0);
         println!("{samples} samples: {} bands, {} rays", many.0, many.1);
         assert!(one.0 == 1 && many.0 >= 4, "{} and {} bands", one.0, many.0);
         assert!(one.1 == many.1 && one.2 == many.2, "bands change the picture");
-        assert!(picture(samples, None, 1).2 != one.2, "blind to a light less");
+        assert!(rendering(samples, None, 1).2 != one.2, "blind to a light less");
     }
 }
 

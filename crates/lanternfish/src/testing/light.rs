@@ -44,16 +44,16 @@ pub fn settings(sampled: Sampled) -> Settings {
 }
 
 /// Radiance of a picture, nits.
-pub fn picture(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
-    picture_of(gpu, SIZE, settings, scene, camera)
+pub fn rendering(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+    image_of(gpu, SIZE, settings, scene, camera)
 }
 
 /// The same of another size, pixels.
-pub fn picture_of(gpu: &Gpu, size: UVec2, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+pub fn image_of(gpu: &Gpu, size: UVec2, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let picture = renderer.render(&uploaded, camera, size.x, size.y).unwrap();
-    picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
+    let rendering = renderer.render(&uploaded, camera, size.x, size.y).unwrap();
+    rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
 /// Mean of all channels.

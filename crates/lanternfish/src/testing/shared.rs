@@ -54,8 +54,8 @@ pub fn shared_and_refused(gpu: &Gpu, choices: Vec<(&'static str, Settings)>) -> 
         let own = renderer.render(&uploads[i].1, &camera, 16, 12).unwrap_or_else(|error| panic!("{name}: {error}"));
         for (uploader, uploaded) in &uploads {
             match renderer.render(uploaded, &camera, 16, 12) {
-                Ok(picture) => {
-                    assert_eq!(picture.radiance, own.radiance, "uploaded for {uploader}, rendered with {name}");
+                Ok(rendering) => {
+                    assert_eq!(rendering.radiance, own.radiance, "uploaded for {uploader}, rendered with {name}");
                     same += 1;
                 }
                 Err(error @ RenderError::OtherSettings { .. }) => {

@@ -1,11 +1,11 @@
-//! Pictures along a walk, and how far they are off.
+//! RenderedImages along a walk, and how far they are off.
 
 use glam::{Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{Camera, Scene};
 
 use super::looking;
-use crate::{Picture, Renderer, Settings};
+use crate::{RenderedImage, Renderer, Settings};
 
 /// Pixels of the pictures.
 pub const SIZE: (u32, u32) = (64, 48);
@@ -16,8 +16,8 @@ pub fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
 }
 
 /// Radiance, nits.
-pub fn pixels(picture: &Picture) -> Vec<Vec3> {
-    picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
+pub fn pixels(rendering: &RenderedImage) -> Vec<Vec3> {
+    rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
 /// The last of the pictures along a walk.
@@ -32,13 +32,13 @@ pub fn walked(gpu: &Gpu, settings: Settings, scene: &Scene, cameras: &[Camera]) 
 }
 
 /// Mean of the channels' sums.
-pub fn mean(picture: &[Vec3]) -> f32 {
-    picture.iter().map(|pixel| pixel.element_sum()).sum::<f32>() / picture.len() as f32
+pub fn mean(rendering: &[Vec3]) -> f32 {
+    rendering.iter().map(|pixel| pixel.element_sum()).sum::<f32>() / rendering.len() as f32
 }
 
 /// Mean distance from the truth, over its mean.
-pub fn off(picture: &[Vec3], ground_truth: &[Vec3]) -> f32 {
-    let apart: f32 = picture.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
+pub fn off(rendering: &[Vec3], ground_truth: &[Vec3]) -> f32 {
+    let apart: f32 = rendering.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
     apart / (mean(ground_truth) * ground_truth.len() as f32)
 }
 

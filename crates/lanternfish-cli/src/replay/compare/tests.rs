@@ -150,10 +150,10 @@ fn what_cannot_be_compared_is_refused_and_what_changed_is_told() {
     let error = compare(&report(), &other, 0.05).unwrap_err().to_string();
     assert!(error.contains("another size") && error.contains("64 x 18"), "{error}");
     let mut changed = report();
-    changed.frames[1].picture = "0".to_owned();
+    changed.frames[1].rendering = "0".to_owned();
     changed.frames[2].counters.clear();
     changed.passes[1].name = "shading/faster".to_owned();
     let compared = compare(&report(), &changed, 0.05).unwrap();
-    assert_eq!((compared.other_pictures, compared.other_counts), (1, 1));
+    assert_eq!((compared.other_images, compared.other_counts), (1, 1));
     assert_eq!(compared.unmatched, ["shading/forward", "shading/faster"]);
 }

@@ -115,7 +115,7 @@ fn gpu_a_dropped_file_is_opened() {
     let mut view = open(&display, folder.path(), "--size 400x300");
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("key F3");
-    let cornell = display.settled("the Cornell box", is_picture);
+    let cornell = display.settled("the Cornell box", is_image);
     let source = Source::open(&display);
 
     let blue =

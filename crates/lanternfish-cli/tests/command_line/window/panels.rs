@@ -10,7 +10,7 @@ fn gpu_every_panel_is_opened() {
     let folder = tempfile::tempdir().unwrap();
     let mut view = open(&display, folder.path(), "--size 1240x900");
     let mut is_there = || view.0.try_wait().unwrap().is_none();
-    let first = display.settled("the panels beside the picture", is_picture);
+    let first = display.settled("the panels beside the picture", is_image);
     display.act("key F6");
     display.act("mousemove 1120 700");
     let unfolded = display.settled("everything unfolded", |screen| !are_alike(screen, &first));
@@ -34,7 +34,7 @@ fn gpu_every_panel_is_opened() {
     // The passes, which were open at first, are folded too.
     let folded = display.settled("everything folded", |screen| !are_alike(screen, &unfolded));
     display.act("key v");
-    display.settled("the view from above", |screen| !are_alike(screen, &folded) && is_picture(screen));
+    display.settled("the view from above", |screen| !are_alike(screen, &folded) && is_image(screen));
     assert!(is_there());
     display.act("key v");
     display.settled("the first camera again", |screen| are_alike(screen, &folded));
@@ -48,7 +48,7 @@ fn gpu_every_panel_is_opened() {
     let window = display.act("search --name Lanternfish");
     let geometry = display.act(&format!("getwindowgeometry {}", window.lines().next().unwrap()));
     assert!(geometry.contains("500x320"), "{geometry}");
-    display.settled("the picture", is_picture);
+    display.settled("the picture", is_image);
     display.act("key Escape");
     assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
 }

@@ -1,6 +1,6 @@
 //! A window before which nothing happens, and in which nothing moves, is not painted.
 
-use super::{pictures::write_stripes, *};
+use super::{renderings::write_stripes, *};
 
 /// How long nothing is to be painted.
 const A_WHILE: Duration = Duration::from_secs(3);
@@ -36,8 +36,8 @@ fn comes_to_rest(display: &Display, folder: &Path, mut view: Running) {
 }
 
 #[test]
-fn gpu_two_pictures_at_rest_are_not_painted() {
-    let Some(display) = Display::open("gpu_two_pictures_at_rest_are_not_painted") else { return };
+fn gpu_two_images_at_rest_are_not_painted() {
+    let Some(display) = Display::open("gpu_two_images_at_rest_are_not_painted") else { return };
     let folder = tempfile::tempdir().unwrap();
     write_stripes(&folder.path().join("a.png"), 0);
     write_stripes(&folder.path().join("b.png"), 80);

@@ -56,8 +56,8 @@ fn whole(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene)
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         let report = std::iter::from_fn(|| renderer.poll()).find(|report| report.frame == frame).unwrap();
         if report.is_complete {
-            let picture = renderer.read(frame).unwrap().remove(0);
-            return (picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect(), report);
+            let rendering = renderer.read(frame).unwrap().remove(0);
+            return (rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect(), report);
         }
     }
     panic!("no frame is whole");
@@ -99,10 +99,10 @@ fn gpu_slices_of_deep_images_are_built_in_turn() {
         at_once.move_instances(&mut all, &moved).unwrap();
         in_turn.move_instances(&mut sliced, &moved).unwrap();
         let (ground_truth, _) = whole(gpu, &mut at_once, &all, &scene);
-        let (picture, report) = whole(gpu, &mut in_turn, &sliced, &scene);
+        let (rendering, report) = whole(gpu, &mut in_turn, &sliced, &scene);
         ages.push(age(&report).unwrap());
         let sum = |pixels: &[Vec3]| pixels.iter().map(|pixel| pixel.element_sum()).sum::<f32>();
-        apart = apart.max((sum(&picture) / sum(&ground_truth) - 1.0).abs());
+        apart = apart.max((sum(&rendering) / sum(&ground_truth) - 1.0).abs());
     }
     println!("ages {ages:?}, light off by {apart:.4} at most");
     assert!(ages.iter().all(|age| (1..u64::from(slices)).contains(age)) && apart < 0.02, "{ages:?}, {apart}");
@@ -116,6 +116,6 @@ fn gpu_slices_of_deep_images_are_built_in_turn() {
     at_once.move_instances(&mut all, &outside).unwrap();
     in_turn.move_instances(&mut sliced, &outside).unwrap();
     let (ground_truth, _) = whole(gpu, &mut at_once, &all, &scene);
-    let (picture, report) = whole(gpu, &mut in_turn, &sliced, &scene);
-    assert!(age(&report) == Some(0) && picture == ground_truth, "{:?}", age(&report));
+    let (rendering, report) = whole(gpu, &mut in_turn, &sliced, &scene);
+    assert!(age(&report) == Some(0) && rendering == ground_truth, "{:?}", age(&report));
 }

@@ -10,7 +10,7 @@ mod texels;
 use lanternfish::RenderError;
 
 pub use self::{
-    points::{PointCloud, PointPicture, PointRange, PointSize},
+    points::{PointCloud, PointImage, PointRange, PointSize},
     texels::{Colors, TexelQuery, TexelScale, TexelValues, TexelViews},
 };
 use super::{Chunk, DeepImages};

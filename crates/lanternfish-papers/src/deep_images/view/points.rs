@@ -49,7 +49,7 @@ impl PointSize {
 
 /// What [`PointCloud::record`] makes.
 #[derive(Debug)]
-pub struct PointPicture {
+pub struct PointImage {
     /// [`DISPLAY_FORMAT`]; black where no point is.
     pub display: wgpu::TextureView,
     /// [`DEPTH_FORMAT`], of the points' middles; 0 where no point is.
@@ -100,7 +100,7 @@ impl PointCloud {
         image: Option<u32>,
         view: &View,
         size: PointSize,
-    ) -> Result<PointPicture, RenderError> {
+    ) -> Result<PointImage, RenderError> {
         let limit = frame.device.limits().max_texture_dimension_2d;
         if view.size.min_element() == 0 || view.size.max_element() > limit {
             return Err(RenderError::Size { width: view.size.x, height: view.size.y, limit });
@@ -115,9 +115,9 @@ impl PointCloud {
                 vec![(chunk, image * lists, lists)]
             }
         };
-        let picture =
+        let rendering =
             |label: &str, format| target(frame.device, label, view.size, format, wgpu::TextureUsages::COPY_SRC);
-        let (display, depth) = (picture("points", DISPLAY_FORMAT), picture("points_depth", DEPTH_FORMAT));
+        let (display, depth) = (rendering("points", DISPLAY_FORMAT), rendering("points_depth", DEPTH_FORMAT));
         let view_buffer = view.record(frame);
         let scene_bindings = scene.bindings();
         for (i, (chunk, first_list, list_count)) in drawn.into_iter().enumerate() {
@@ -154,7 +154,7 @@ impl PointCloud {
                 pass.draw(0..vertices, 0..1);
             });
         }
-        Ok(PointPicture { display, depth })
+        Ok(PointImage { display, depth })
     }
 }
 

@@ -38,9 +38,9 @@ fn view_of(scene: &Scene) -> View {
 fn points(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, image: Option<u32>, view: &View) -> Vec<f32> {
     let cloud = PointCloud::new(&gpu.device, &images.settings).unwrap();
     let size = PointSize { texels: 0.02, least_pixels: 2.0 };
-    let picture = frame(gpu, |frame| cloud.record(frame, scene, images, image, view, size)).unwrap();
-    let depths = read_texture::<f32>(&gpu.device, &gpu.queue, picture.depth.texture()).unwrap();
-    let display = read_texture::<[u8; 4]>(&gpu.device, &gpu.queue, picture.display.texture()).unwrap();
+    let rendering = frame(gpu, |frame| cloud.record(frame, scene, images, image, view, size)).unwrap();
+    let depths = read_texture::<f32>(&gpu.device, &gpu.queue, rendering.depth.texture()).unwrap();
+    let display = read_texture::<[u8; 4]>(&gpu.device, &gpu.queue, rendering.display.texture()).unwrap();
     assert!(depths.iter().zip(&display).all(|(depth, color)| (*depth > 0.0) == (color[..3] != [0; 3])));
     depths
 }
@@ -225,8 +225,8 @@ fn color(number: Option<f32>, colors: Colors) -> [f32; 3] {
 }
 
 #[test]
-fn gpu_pictures_show_the_numbers() {
-    let Some(gpu) = testing::gpu("gpu_pictures_show_the_numbers") else { return };
+fn gpu_images_show_the_numbers() {
+    let Some(gpu) = testing::gpu("gpu_images_show_the_numbers") else { return };
     let images = in_chunks(gpu, &upload(gpu, &generate::demo("atrium").unwrap()));
     let views = TexelViews::new(&gpu.device, &images.settings).unwrap();
     let mut rotations = [false; 2];
@@ -237,8 +237,8 @@ fn gpu_pictures_show_the_numbers() {
         let counts = frame(gpu, |frame| views.counts(frame, &images, image)).unwrap();
         let (white, dark) = depths.extent().unwrap();
         for (numbers, colors, upscale) in [(depths, Colors::Grey(white, dark), 3), (counts, Colors::Heat(10.0), 1)] {
-            let picture = frame(gpu, |frame| views.paint(frame, &numbers, colors, upscale)).unwrap();
-            let pixels = read_texture::<[u8; 4]>(&gpu.device, &gpu.queue, picture.texture()).unwrap();
+            let rendering = frame(gpu, |frame| views.paint(frame, &numbers, colors, upscale)).unwrap();
+            let pixels = read_texture::<[u8; 4]>(&gpu.device, &gpu.queue, rendering.texture()).unwrap();
             let edge = 48 * upscale as usize;
             assert_eq!(pixels.len(), edge * edge);
             for (i, pixel) in pixels.iter().enumerate() {

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish::{
-    Picture, Renderer, Settings,
+    RenderedImage, Renderer, Settings,
     rays::Structure,
     settings::{Attenuation, Culling, Indirect, Materials, Tracer},
     techniques::{IndirectClamp, Sampled},
@@ -36,23 +36,23 @@ fn settings(indirect: Indirect) -> Settings {
     }
 }
 
-fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera, size: UVec2) -> Picture {
+fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera, size: UVec2) -> RenderedImage {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     renderer.render(&uploaded, camera, size.x, size.y).unwrap()
 }
 
-fn render_room(gpu: &Gpu, room: PhotonSplatting, scene: &Scene, camera: &Camera) -> Picture {
+fn render_room(gpu: &Gpu, room: PhotonSplatting, scene: &Scene, camera: &Camera) -> RenderedImage {
     render(gpu, settings(Indirect::from(room)), scene, camera, SIZE)
 }
 
-fn energy(picture: &Picture) -> f64 {
-    picture.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).sum()
+fn energy(rendering: &RenderedImage) -> f64 {
+    rendering.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).sum()
 }
 
-fn counter(picture: &Picture, name: &str) -> f64 {
-    let found = picture.report.counters.iter().find(|(known, _)| known.strip_prefix("photons/") == Some(name));
-    found.unwrap_or_else(|| panic!("no {name} in {:?}", picture.report.counters)).1 as f64
+fn counter(rendering: &RenderedImage, name: &str) -> f64 {
+    let found = rendering.report.counters.iter().find(|(known, _)| known.strip_prefix("photons/") == Some(name));
+    found.unwrap_or_else(|| panic!("no {name} in {:?}", rendering.report.counters)).1 as f64
 }
 
 fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
@@ -103,8 +103,8 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
         let mut before = 0.0;
         for bounces in 1..=3 {
             let room = PhotonSplatting { tracer: tracer.into(), bounces, count: 1024, ..room() };
-            let picture = render_room(gpu, room, &scene, &camera);
-            let fraction = |name| counter(&picture, name) / f64::from(passes::FLUX_UNITS);
+            let rendering = render_room(gpu, room, &scene, &camera);
+            let fraction = |name| counter(&rendering, name) / f64::from(passes::FLUX_UNITS);
             // A texel's share of the sphere is taken at one of its points.
             assert!((fraction("flux_arrived") - 1.0).abs() < 0.01, "{tracer}: {}", fraction("flux_arrived"));
             let of_bounce = (fraction("flux_landed") - before) / fraction("flux_arrived");
@@ -120,10 +120,10 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
     let mut open = walls();
     open.pop();
     let open = Scene { lights: scene.lights.clone(), ..scene_of(open, vec![matt(0.5)]) };
-    let picture = render_room(gpu, room(), &open, &camera);
+    let rendering = render_room(gpu, room(), &open, &camera);
     assert!(
-        counter(&picture, "escaped") > 0.0
-            && counter(&picture, "flux_landed") < 0.9 * counter(&picture, "flux_reflected")
+        counter(&rendering, "escaped") > 0.0
+            && counter(&rendering, "flux_landed") < 0.9 * counter(&rendering, "flux_reflected")
     );
 }
 
@@ -144,10 +144,10 @@ fn gpu_all_of_the_light_that_lands_is_seen() {
             let axes = glam::Mat3::from_cols(way.cross(up), up, -way);
             camera.world_from_camera = glam::Affine3A::from_mat3(axes);
             let direct = energy(&render(gpu, settings(Indirect::NONE), &scene, &camera, size));
-            let picture = render(gpu, settings(Indirect::from(room)), &scene, &camera, size);
+            let rendering = render(gpu, settings(Indirect::from(room)), &scene, &camera, size);
             // Each pixel shows as much of a wall: 4 m² in all.
-            flux += (energy(&picture) - direct) / 3.0 * f64::from(PI / albedo) * 4.0 / f64::from(size.x * size.y);
-            reflected = counter(&picture, "flux_reflected") / f64::from(passes::FLUX_UNITS);
+            flux += (energy(&rendering) - direct) / 3.0 * f64::from(PI / albedo) * 4.0 / f64::from(size.x * size.y);
+            reflected = counter(&rendering, "flux_reflected") / f64::from(passes::FLUX_UNITS);
         }
         // Of a lamp of 2 cd.
         flux / (8.0 * std::f64::consts::PI * reflected)
@@ -188,8 +188,8 @@ fn gpu_photons_are_the_same_however_they_come_to_pixels() {
     assert!(of(PhotonSplatting { radius: 0.4, ..room }, Culling::NONE).radiance != all.radiance, "blind");
     let drawn = of(PhotonSplatting { splat: Splat::Raster, ..room }, Culling::NONE);
     let again = of(PhotonSplatting { splat: Splat::Raster, chunk: 4096, ..room }, Culling::NONE);
-    for picture in [&drawn, &again] {
-        let far = picture.radiance.iter().zip(&all.radiance).filter(|(a, b)| {
+    for rendering in [&drawn, &again] {
+        let far = rendering.radiance.iter().zip(&all.radiance).filter(|(a, b)| {
             let (a, b) = (Vec4::from(**a).truncate(), Vec4::from(**b).truncate());
             (a - b).abs().max_element() > 2e-3 * b.max_element().max(1e-3)
         });
@@ -207,7 +207,7 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_the_light_of_photons_is_that_of_one_bounce") else { return };
     let (scene, camera) = cornell();
     // Frames of a mean look through other places of their pixels: all three are means of as many.
-    let picture =
+    let rendering =
         |indirect, accumulate| render(gpu, Settings { accumulate, ..settings(indirect) }, &scene, &camera, SIZE);
     let of_frames = |frames: u32| {
         let rays = Sampled {
@@ -216,12 +216,12 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
             clamp: IndirectClamp::Off,
             ..Sampled::default().one_bounce()
         };
-        (picture(Indirect::NONE, frames), picture(Indirect::from(rays), frames))
+        (rendering(Indirect::NONE, frames), rendering(Indirect::from(rays), frames))
     };
     let references = [(1, of_frames(1)), (4, of_frames(4))];
     let of = |room: PhotonSplatting| {
         references.each_ref().map(|(frames, (direct, ground_truth))| {
-            let photons = picture(Indirect::from(room), *frames);
+            let photons = rendering(Indirect::from(room), *frames);
             let one_bounce = energy(ground_truth) - energy(direct);
             let off = |(a, b): (&[f32; 4], &[f32; 4])| f64::from((Vec4::from(*a) - Vec4::from(*b)).abs().max_element());
             let distance = photons.radiance.iter().zip(&ground_truth.radiance).map(off).sum::<f64>() / one_bounce;
@@ -264,18 +264,18 @@ fn gpu_a_mirror_throws_light_onto_a_wall() {
         let settings = Settings { materials: Materials::File, ..settings(Indirect::from(room)) };
         render(gpu, settings, &scene, &camera, SIZE)
     };
-    let picture = of(PhotonSplatting { radius: 1.0, ..room() });
+    let rendering = of(PhotonSplatting { radius: 1.0, ..room() });
     // The beam goes on to the right wall, 1 m above the floor where it is reflected from the middle of it: (1, 0, 0).
     let about = |x: usize, y: usize| -> f32 {
         let pixels = (y - 3..y + 4).flat_map(|y| (x - 3..x + 4).map(move |x| y * SIZE.x as usize + x));
-        pixels.map(|i| Vec4::from(picture.radiance[i]).truncate().element_sum()).sum::<f32>() / 49.0
+        pixels.map(|i| Vec4::from(rendering.radiance[i]).truncate().element_sum()).sum::<f32>() / 49.0
     };
     // 5 cd from 2.69 m away, at 45 degrees, on a surface that scatters a half; of three channels.
     let expected = 3.0 * 5.0 / (2.687 * 2.687) * 0.707 * 0.5 / PI;
     let (middle, aside) = (about(26, 19), about(8, 19));
     assert!((middle / expected - 1.0).abs() < 0.15 && aside < 0.05 * middle, "{middle} of {expected}, beside {aside}");
     // Nearly all of it is mirrored.
-    assert!(counter(&picture, "flux_reflected") > 0.9 * counter(&picture, "flux_arrived"));
+    assert!(counter(&rendering, "flux_reflected") > 0.9 * counter(&rendering, "flux_arrived"));
 }
 
 /// A scene without lights is dark and no error, however pixels are lit.
@@ -293,8 +293,8 @@ fn gpu_no_lights_are_no_photons() {
                 conserved: true,
                 ..PhotonSplatting::default()
             };
-            let picture = render_room(gpu, room, &scene, &camera);
-            assert_eq!((energy(&picture), counter(&picture, "landed")), (0.0, 0.0), "{splat}, {tracer}");
+            let rendering = render_room(gpu, room, &scene, &camera);
+            assert_eq!((energy(&rendering), counter(&rendering, "landed")), (0.0, 0.0), "{splat}, {tracer}");
         }
     }
 }
@@ -306,9 +306,9 @@ fn gpu_photons_that_light_nothing_in_view_are_left_out() {
     let scene = closed_box(0.5);
     let room = PhotonSplatting { count: 512, radius: 0.5, ..room() };
     let far = looking([0.0, 0.0, 0.9], [0.0, 0.0, -1.0]);
-    let picture = render_room(gpu, room, &scene, &far);
+    let rendering = render_room(gpu, room, &scene, &far);
     let [landed, off, hidden, splatted] =
-        ["landed", "off_screen", "hidden", "splatted"].map(|name| counter(&picture, name));
+        ["landed", "off_screen", "hidden", "splatted"].map(|name| counter(&rendering, name));
     assert!(off > 0.2 * landed && off + hidden + splatted == landed, "{off}, {hidden}, {splatted} of {landed}");
     // The middle of the picture is that of a wider view, which leaves out fewer.
     let wide = Camera::look_at(
@@ -319,10 +319,10 @@ fn gpu_photons_that_light_nothing_in_view_are_left_out() {
     let settings = settings(Indirect::from(room));
     let whole = render(gpu, settings, &scene, &wide, 3 * SIZE);
     let at =
-        |picture: &Picture, p: UVec2| Vec4::from(picture.radiance[(p.y * picture.width + p.x) as usize]).truncate();
+        |rendering: &RenderedImage, p: UVec2| Vec4::from(rendering.radiance[(p.y * rendering.width + p.x) as usize]).truncate();
     for y in 0..SIZE.y {
         for x in 0..SIZE.x {
-            let (a, b) = (at(&picture, UVec2::new(x, y)), at(&whole, SIZE + UVec2::new(x, y)));
+            let (a, b) = (at(&rendering, UVec2::new(x, y)), at(&whole, SIZE + UVec2::new(x, y)));
             assert!((a - b).abs().max_element() < 2e-3 * b.max_element() + 1e-4, "{x}, {y}: {a} and {b}");
         }
     }

@@ -1,6 +1,6 @@
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish::{
-    Picture, Renderer, Settings,
+    RenderedImage, Renderer, Settings,
     settings::{Attenuation, Culling, Indirect, Materials, Samples, Shadows, Tracer},
     techniques::{IndirectClamp, IndirectResolution, Sampled},
 };
@@ -28,23 +28,23 @@ fn settings(indirect: Indirect) -> Settings {
     }
 }
 
-fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Picture {
+fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> RenderedImage {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap()
 }
 
-fn render_room(gpu: &Gpu, room: VirtualLights, scene: &Scene, camera: &Camera) -> Picture {
+fn render_room(gpu: &Gpu, room: VirtualLights, scene: &Scene, camera: &Camera) -> RenderedImage {
     render(gpu, settings(Indirect::from(room)), scene, camera)
 }
 
-fn energy(picture: &Picture) -> f64 {
-    picture.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).sum()
+fn energy(rendering: &RenderedImage) -> f64 {
+    rendering.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).sum()
 }
 
-fn counter(picture: &Picture, name: &str) -> f64 {
-    let found = picture.report.counters.iter().find(|(known, _)| known.strip_prefix("virtual_lights/") == Some(name));
-    found.unwrap_or_else(|| panic!("no {name} in {:?}", picture.report.counters)).1 as f64
+fn counter(rendering: &RenderedImage, name: &str) -> f64 {
+    let found = rendering.report.counters.iter().find(|(known, _)| known.strip_prefix("virtual_lights/") == Some(name));
+    found.unwrap_or_else(|| panic!("no {name} in {:?}", rendering.report.counters)).1 as f64
 }
 
 fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
@@ -123,10 +123,10 @@ fn gpu_the_flux_of_virtual_lights_is_that_of_the_lights() {
         let scene = Scene { lights, ..two_rooms() };
         for (source, count) in [(MapSource::Rays, 0), (MapSource::Raster, 0), (MapSource::Rays, 200)] {
             let room = VirtualLights { map: MapSize::Texels64, source, count, ..room() };
-            let picture = render_room(gpu, room, &scene, &lit_view());
+            let rendering = render_room(gpu, room, &scene, &lit_view());
             // In units of 1/256 of the lights' flux over 64² texels. A spot's is known by the mean of its ramp; of many lights each has one
             // ray a face and frame, whose weight is off by a half: of 4,096, by 0.8 %.
-            let sent = counter(&picture, "flux_sent") / (256.0 * 64.0 * 64.0);
+            let sent = counter(&rendering, "flux_sent") / (256.0 * 64.0 * 64.0);
             let most = if what.contains("spot") {
                 0.06
             } else if what == "many" {
@@ -136,7 +136,7 @@ fn gpu_the_flux_of_virtual_lights_is_that_of_the_lights() {
             };
             assert!((sent / 0.5 - 1.0).abs() < most, "{what}, {source}, {count}: {sent} of 0.5");
             if count > 0 {
-                assert_eq!(counter(&picture, "taken"), f64::from(count), "{what}");
+                assert_eq!(counter(&rendering, "taken"), f64::from(count), "{what}");
             }
         }
     }
@@ -235,8 +235,8 @@ fn gpu_ranges_reach_what_rays_meet() {
     let Some(gpu) = testing::gpu("gpu_ranges_reach_what_rays_meet") else { return };
     let (scene, camera) = (two_rooms(), lit_view());
     let fraction = |room| {
-        let picture = render_room(gpu, room, &scene, &camera);
-        counter(&picture, "flux_in_range") / counter(&picture, "flux_arriving")
+        let rendering = render_room(gpu, room, &scene, &camera);
+        counter(&rendering, "flux_in_range") / counter(&rendering, "flux_arriving")
     };
     let room = VirtualLights { count: 512, falloff: Attenuation::Physical, ..room() };
     let deep = fraction(room);
@@ -248,11 +248,11 @@ fn gpu_ranges_reach_what_rays_meet() {
     let unlimited = fraction(VirtualLights { ranges: Ranges::Unlimited, ..room });
     assert_eq!(unlimited, 1.0);
     // What is left out is counted.
-    let picture = render_room(gpu, VirtualLights { most_range: 0.2, large_kept: 0, ..room }, &scene, &camera);
-    assert!(counter(&picture, "too_large") > 100.0);
-    assert_eq!(counter(&picture, "too_large") + counter(&picture, "listed"), counter(&picture, "taken"));
-    let picture = render_room(gpu, VirtualLights { least_range: 0.7, ..room }, &scene, &camera);
-    assert!(counter(&picture, "too_small") > 10.0);
+    let rendering = render_room(gpu, VirtualLights { most_range: 0.2, large_kept: 0, ..room }, &scene, &camera);
+    assert!(counter(&rendering, "too_large") > 100.0);
+    assert_eq!(counter(&rendering, "too_large") + counter(&rendering, "listed"), counter(&rendering, "taken"));
+    let rendering = render_room(gpu, VirtualLights { least_range: 0.7, ..room }, &scene, &camera);
+    assert!(counter(&rendering, "too_small") > 10.0);
 }
 
 /// A scene without lights, and one whose lights reach nothing, are dark and no error.
@@ -269,8 +269,8 @@ fn gpu_no_lights_are_no_virtual_lights() {
         {
             let room = VirtualLights { count: 64, residual, ..VirtualLights::default() };
             let settings = Settings { samples, ..settings(Indirect::from(room)) };
-            let picture = render(gpu, settings, &scene, &lit_view());
-            assert_eq!((energy(&picture), counter(&picture, "listed")), (0.0, 0.0));
+            let rendering = render(gpu, settings, &scene, &lit_view());
+            assert_eq!((energy(&rendering), counter(&rendering, "listed")), (0.0, 0.0));
         }
     }
 }

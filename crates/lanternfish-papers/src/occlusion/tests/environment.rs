@@ -30,7 +30,7 @@ fn settings(occlusion: Occlusion) -> Settings {
     Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
 }
 
-fn picture(gpu: &Gpu, settings: &Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+fn rendering(gpu: &Gpu, settings: &Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     pixels(&renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap().radiance)
@@ -87,7 +87,7 @@ fn gpu_an_even_image_is_a_constant_sky() {
     let imaged = Scene { environment: Some(even(sky)), ..constant.clone() };
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.3, 0.0]);
     for occlusion in [by_deep_images(), by_horizons()] {
-        let [a, b] = [&constant, &imaged].map(|scene| picture(gpu, &settings(occlusion.clone()), scene, &camera));
+        let [a, b] = [&constant, &imaged].map(|scene| rendering(gpu, &settings(occlusion.clone()), scene, &camera));
         let apart = a.iter().zip(&b).map(|(a, b)| ((*a - *b) / sky).abs().max_element()).fold(0.0, f32::max);
         // Half floats of the sums, of a few levels, and of the picture.
         assert!(apart < 4e-3, "{occlusion:?}: {apart}");
@@ -101,12 +101,12 @@ fn gpu_white_surfaces_under_white_surroundings_are_white() {
     let camera = looking([0.0, 3.0, 0.1], [0.0, 0.0, 0.0]);
     let white = |material| Scene { environment: Some(even(Vec3::ONE)), ..floor(material) };
     for occlusion in [by_deep_images(), by_horizons()] {
-        for pixel in picture(gpu, &settings(occlusion.clone()), &white(matt()), &camera) {
+        for pixel in rendering(gpu, &settings(occlusion.clone()), &white(matt()), &camera) {
             // Means of pieces and cells are off by some 2⁻²³.
             assert!((pixel - 1.0).abs().max_element() < 1e-3, "{occlusion:?}: {pixel}");
         }
         for roughness in [0.0f32, 0.3, 0.6, 1.0] {
-            let found = center(&picture(gpu, &settings(occlusion.clone()), &white(metal(roughness)), &camera)).x;
+            let found = center(&rendering(gpu, &settings(occlusion.clone()), &white(metal(roughness)), &camera)).x;
             let [near, grazing] = fractions(1.0, roughness.into());
             // One reflection between facets and no more: what meets another facet is lost, 0.69 of it at roughness 1.
             println!("{occlusion:?}, roughness {roughness}: {found}");
@@ -115,7 +115,7 @@ fn gpu_white_surfaces_under_white_surroundings_are_white() {
         }
         // A dielectric loses less than a tenth: 0.04 of it goes the metal's way.
         let dielectric = Material { metallic: 0.0, ..metal(0.5) };
-        let found = center(&picture(gpu, &settings(occlusion), &white(dielectric), &camera)).x;
+        let found = center(&rendering(gpu, &settings(occlusion), &white(dielectric), &camera)).x;
         assert!((0.9..1.002).contains(&found), "{found}");
     }
 }
@@ -135,7 +135,7 @@ fn gpu_tilted_planes_get_what_they_face() {
         let expected = 0.5 * (1.0 + cos);
         // Cells that the horizon cuts are white or black as a whole for the cosine, but for the mean of frames.
         for (occlusion, most) in [(by_deep_images(), 0.025), (by_horizons(), 3e-3)] {
-            let found = center(&picture(gpu, &settings(occlusion.clone()), &scene, &camera)).x;
+            let found = center(&rendering(gpu, &settings(occlusion.clone()), &scene, &camera)).x;
             println!("{degrees}°, {occlusion:?}: {found:.4}, not {expected:.4}");
             assert!((found - expected).abs() < most, "{degrees}°, {occlusion:?}: {found}, not {expected}");
         }
@@ -153,7 +153,7 @@ fn gpu_turned_surroundings_turn_their_light() {
             let lit = |rotation| {
                 let environment = image(256, 128, rotation, |d| Vec3::splat(f32::from(d.x > 0.0)));
                 let scene = Scene { environment: Some(environment), materials: vec![material.clone()], ..wall.clone() };
-                center(&picture(gpu, &settings(occlusion.clone()), &scene, &camera)).x
+                center(&rendering(gpu, &settings(occlusion.clone()), &scene, &camera)).x
             };
             let [facing, aside, behind] = [0.0, 90.0f32, 180.0].map(|degrees| lit(degrees.to_radians()));
             println!("{occlusion:?}, metallic {}: {facing} {aside} {behind}", material.metallic);
@@ -184,7 +184,7 @@ fn gpu_what_moves_stands_in_the_light_where_it_is_now() {
         let after = render(&uploaded);
         let changed = before.iter().zip(&after).filter(|(a, b)| (**a - **b).abs().max_element() > 0.02).count();
         assert!(changed > 100, "{occlusion:?}: {changed} pixels");
-        assert!(after == picture(gpu, &settings, &moved, &camera), "{occlusion:?}: differs from a fresh upload");
+        assert!(after == rendering(gpu, &settings, &moved, &camera), "{occlusion:?}: differs from a fresh upload");
     }
 }
 
@@ -209,7 +209,7 @@ fn gpu_light_is_the_path_tracers() {
     let ground_truth: Vec<Vec3> = film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect();
     let found = |occlusion, accumulate, scene: &Scene| {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let found = picture(
+        let found = rendering(
             gpu,
             &Settings { structure: deep_images.into(), accumulate, ..settings(occlusion) },
             scene,
@@ -236,6 +236,6 @@ fn gpu_several_samples_are_lit_as_one() {
     let scene = Scene { environment: Some(half_white()), ..floor(metal(0.5)) };
     let camera = looking([0.0, 1.5, 2.0], [0.0, 0.0, 0.0]);
     let [one, four] = [Samples::One, Samples::Four]
-        .map(|samples| picture(gpu, &Settings { samples, ..settings(by_deep_images()) }, &scene, &camera));
+        .map(|samples| rendering(gpu, &Settings { samples, ..settings(by_deep_images()) }, &scene, &camera));
     assert!(off(&four, &one) < 5e-3, "{}", off(&four, &one));
 }

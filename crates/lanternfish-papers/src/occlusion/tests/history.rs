@@ -38,8 +38,8 @@ fn under_sky() -> Scene {
 
 /// The first picture of a renderer, and a mean, are what they are without a history, to the bit.
 #[test]
-fn gpu_first_pictures_under_a_sky_are_the_same_with_a_history() {
-    let Some(gpu) = testing::gpu("gpu_first_pictures_under_a_sky_are_the_same_with_a_history") else { return };
+fn gpu_first_images_under_a_sky_are_the_same_with_a_history() {
+    let Some(gpu) = testing::gpu("gpu_first_images_under_a_sky_are_the_same_with_a_history") else { return };
     for accumulate in [1, 5] {
         let of = |history| walked(gpu, Settings { accumulate, ..settings(history) }, &under_sky(), &steps(1));
         assert!(of(History::Off) == of(History::On), "{accumulate} frames");
@@ -59,7 +59,7 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_openness_away() {
     let ground_truth = (0..48).map(|_| rested.render(&uploaded, &last[0], SIZE.0, SIZE.1).unwrap()).last().unwrap();
     let ground_truth = pixels(&ground_truth);
     let [without, with] = [History::Off, History::On].map(|history| walked(gpu, settings(history), &scene, &walk));
-    let [noise, kept] = [&without, &with].map(|picture| off(picture, &ground_truth));
+    let [noise, kept] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
     let light = mean(&with) / mean(&ground_truth);
     println!("off by {noise:.4} without, {kept:.4} with; {light:.4} of the light");
     assert!(kept < 0.8 * noise && (light - 1.0).abs() < 0.01, "{noise} {kept} {light}");

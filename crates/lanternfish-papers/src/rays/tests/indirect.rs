@@ -14,7 +14,7 @@ use crate::{
     testing::{
         apart, gpu,
         light::{
-            LARGE, SIZE, closed_box, cornell, floor, looking, matt, mean, off, picture, picture_of, sampled, settings,
+            LARGE, SIZE, closed_box, cornell, floor, looking, matt, mean, off, rendering, image_of, sampled, settings,
             traced, traced_of,
         },
         quad, scene_of,
@@ -37,8 +37,8 @@ fn gpu_deep_images_see_the_surroundings() {
     for tracer in TRACERS {
         for environment in [None, Some(white.clone())] {
             let scene = Scene { sky, environment, ..floor(matt(0.5)) };
-            let found = picture(gpu, deep(tracer, 128), &scene, &camera);
-            let exact = picture(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
+            let found = rendering(gpu, deep(tracer, 128), &scene, &camera);
+            let exact = rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
             assert!((mean(&found) / mean(&exact) - 1.0).abs() < 0.02, "{tracer}: {} {}", mean(&found), mean(&exact));
         }
     }
@@ -55,7 +55,7 @@ fn gpu_a_mirror_shows_what_is_above_it_through_deep_images() {
     let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
     for tracer in TRACERS {
         let structure = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() }.into();
-        let found = picture(gpu, Settings { structure, ..settings(sampled(tracer)) }, &scene, &camera);
+        let found = rendering(gpu, Settings { structure, ..settings(sampled(tracer)) }, &scene, &camera);
         let mean = found.iter().copied().sum::<Vec3>() / found.len() as f32;
         let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
         assert!((mean / expected - 1.0).abs().max_element() < 0.02, "{tracer}: {mean}");
@@ -69,7 +69,7 @@ fn gpu_a_closed_box_sends_each_bounce_through_deep_images() {
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in TRACERS {
-        let found = mean(&picture(gpu, deep(tracer, 128), &scene, &camera));
+        let found = mean(&rendering(gpu, deep(tracer, 128), &scene, &camera));
         assert!((found / 1.75 - 1.0).abs() < 0.03, "{tracer}: {found}");
     }
 }
@@ -87,9 +87,9 @@ fn gpu_one_bounce_through_deep_images_is_the_path_tracers() {
     let traced = |depth| traced_of(LARGE, &scene, &camera, depth, 192);
     let ground_truth = bounce(&traced(3), &traced(2));
     let alone =
-        picture_of(gpu, LARGE, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
+        image_of(gpu, LARGE, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
     for tracer in TRACERS {
-        let found = bounce(&picture_of(gpu, LARGE, deep(tracer, 128), &scene, &camera), &alone);
+        let found = bounce(&image_of(gpu, LARGE, deep(tracer, 128), &scene, &camera), &alone);
         let (off, energy) = (off(&found, &ground_truth), mean(&found) / mean(&ground_truth));
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
         assert!(off < 0.25 && (energy - 1.0).abs() < 0.09, "{tracer}: off {off}, energy {energy}");
@@ -105,7 +105,7 @@ fn gpu_emission_is_reflected_once_through_deep_images() {
     let camera = looking([0.0, -0.2, 0.9], [0.0, -0.9, -1.0]);
     let ground_truth = mean(&traced(&scene, &camera, 3, 256));
     for tracer in TRACERS {
-        let energy = mean(&picture(gpu, deep(tracer, 128), &scene, &camera)) / ground_truth;
+        let energy = mean(&rendering(gpu, deep(tracer, 128), &scene, &camera)) / ground_truth;
         println!("{tracer}: energy {energy:.4}");
         assert!((energy - 1.0).abs() < 0.06, "{tracer}: {energy}");
     }
@@ -129,7 +129,7 @@ fn gpu_deep_images_follow_a_lamp_that_moves() {
         self::renderer(gpu, deep(tracer, 128)).update(&mut uploaded, &there).unwrap();
         let after = render(&uploaded);
         assert!(mean(&after) < 0.4 * mean(&before), "{tracer}: {} to {}", mean(&before), mean(&after));
-        let fresh = picture(gpu, deep(tracer, 128), &there, &camera);
+        let fresh = rendering(gpu, deep(tracer, 128), &there, &camera);
         assert!(off(&after, &fresh) < 0.02, "{tracer}: {}", off(&after, &fresh));
     }
 }
@@ -152,7 +152,7 @@ fn gpu_light_leaks_through_deep_images_are_small() {
     scene.lights.push(Light::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::splat(1000.0)));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in TRACERS {
-        let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
+        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
         // From radiance to irradiance of surfaces of albedo 0.5.
         let inside = mean(&found) * std::f64::consts::PI / 0.5;
         println!("{tracer}: {inside:.3} lx inside of 1000 outside");
@@ -175,8 +175,8 @@ fn gpu_cells_send_what_deep_images_meet() {
         ..sampled(tracer)
     };
     let over_frames = |indirect| Settings { accumulate: 8, indirect, ..settings(sampled(Tracer::BVH)) };
-    let direct = mean(&picture(gpu, over_frames(Indirect::NONE), &scene, &camera));
-    let indirect = |rays: Sampled| mean(&picture(gpu, over_frames(rays.into()), &scene, &camera)) - direct;
+    let direct = mean(&rendering(gpu, over_frames(Indirect::NONE), &scene, &camera));
+    let indirect = |rays: Sampled| mean(&rendering(gpu, over_frames(rays.into()), &scene, &camera)) - direct;
     let expected = indirect(cached(Tracer::BVH, HitLight::Shaded));
     for tracer in TRACERS {
         let found = indirect(cached(tracer, HitLight::Cached)) / expected;
@@ -230,7 +230,7 @@ fn gpu_every_store_gives_the_same_light() {
     let of = |store, depth| {
         let deep_images = DeepImageSettings { store, depth, merge_texels: 0.0, ..DeepImageSettings::default() };
         let settings = Settings { structure: deep_images.into(), ..settings(sampled(WITHIN_TEXEL)) };
-        picture(gpu, settings, &scene, &scene.cameras[0])
+        rendering(gpu, settings, &scene, &scene.cameras[0])
     };
     let expected = of(DeepStore::LinearArray, DeepDepth::Bits32);
     for (store, depth) in [

@@ -28,8 +28,8 @@ fn bvh() -> Settings {
 fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let picture = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
-    picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate().element_sum()).collect()
+    let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
+    rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate().element_sum()).collect()
 }
 
 /// The adapter for tests, unless its driver crashes on these shadows.
@@ -96,9 +96,9 @@ fn gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are() {
         change(&mut settings);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let picture = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
-        let counter = |name: &str| picture.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
-        (counter("shadows/rays").unwrap(), picture.radiance)
+        let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
+        let counter = |name: &str| rendering.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
+        (counter("shadows/rays").unwrap(), rendering.radiance)
     };
     let one = of(&|_| ());
     assert!(one == of(&|_| ()), "not the same again");

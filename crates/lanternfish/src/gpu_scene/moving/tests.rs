@@ -331,7 +331,7 @@ fn gpu_motion_sees_what_the_device_bends() {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let camera = Camera::look_at(Vec3::new(0.3, 1.2, 3.0), 0.5 * Vec3::Y, scene.default_camera(1.5).projection);
-        let mut pictures = Vec::new();
+        let mut renderings = Vec::new();
         for time in [0.3, 0.5, 0.5, 1.1] {
             if by_device {
                 renderer.animate(&mut uploaded, &scene, Some((0, time))).unwrap();
@@ -340,9 +340,9 @@ fn gpu_motion_sees_what_the_device_bends() {
                 posed.pose(0, time);
                 renderer.update(&mut uploaded, &posed).unwrap();
             }
-            pictures.push(renderer.render(&uploaded, &camera, 60, 40).unwrap().display);
+            renderings.push(renderer.render(&uploaded, &camera, 60, 40).unwrap().display);
         }
-        pictures
+        renderings
     };
     let (device, host) = (shown(true), shown(false));
     assert!(device == host, "motion differs");
@@ -362,8 +362,8 @@ fn gpu_motion_ends_where_an_instance_is_mirrored() {
     let mut moving = |place: Affine3A| {
         renderer.render(&uploaded, &camera, 60, 40).unwrap();
         renderer.move_instances(&mut uploaded, &[(3, place)]).unwrap();
-        let picture = renderer.render(&uploaded, &camera, 60, 40).unwrap();
-        picture.display.iter().filter(|pixel| pixel[..3] != [0; 3]).count()
+        let rendering = renderer.render(&uploaded, &camera, 60, 40).unwrap();
+        rendering.display.iter().filter(|pixel| pixel[..3] != [0; 3]).count()
     };
     let place = scene.instances[3].world_from_object;
     assert!(moving(Affine3A::from_translation(0.1 * Vec3::Y) * place) > 50, "it moves");

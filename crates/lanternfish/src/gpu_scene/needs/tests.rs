@@ -35,8 +35,8 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
 }
 
 #[test]
-fn gpu_a_shared_scene_is_the_same_picture_or_is_refused() {
-    let Some(gpu) = testing::gpu("gpu_a_shared_scene_is_the_same_picture_or_is_refused") else { return };
+fn gpu_a_shared_scene_is_the_same_image_or_is_refused() {
+    let Some(gpu) = testing::gpu("gpu_a_shared_scene_is_the_same_image_or_is_refused") else { return };
     let choices = choices(gpu.description.ray_query);
     let count = choices.len();
     let (same, refused) = shared_and_refused(gpu, choices);

@@ -17,7 +17,7 @@ use super::{
     Outline,
 };
 use crate::{
-    GpuScene, Picture, Renderer, Settings,
+    GpuScene, RenderedImage, Renderer, Settings,
     rays::{RayTracer, TracedRay},
     settings::{Indirect, Shadows, Tracer},
     techniques::Sampled,
@@ -49,17 +49,17 @@ fn renderer(gpu: &Gpu, shadows: Shadows) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), Settings { shadows, ..Settings::direct_light() }).unwrap()
 }
 
-fn shown(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Picture {
+fn shown(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> RenderedImage {
     renderer.render(uploaded, &scene.cameras[0], 120, 120).unwrap()
 }
 
-fn differing(a: &Picture, b: &Picture) -> usize {
+fn differing(a: &RenderedImage, b: &RenderedImage) -> usize {
     a.radiance.iter().zip(&b.radiance).filter(|(a, b)| a != b).count()
 }
 
 #[test]
-fn gpu_a_picture_after_an_update_is_that_of_a_fresh_upload() {
-    let test = "gpu_a_picture_after_an_update_is_that_of_a_fresh_upload";
+fn gpu_a_image_after_an_update_is_that_of_a_fresh_upload() {
+    let test = "gpu_a_image_after_an_update_is_that_of_a_fresh_upload";
     let Some(gpu) = testing::gpu(test) else { return };
     let before = scene();
     let mut after = moved(&before, 2, 0.3);

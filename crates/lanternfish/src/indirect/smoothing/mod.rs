@@ -156,7 +156,7 @@ pub struct PixelIrradiance {
     /// How many pixels are looked at, across and down.
     pub size: UVec2,
     /// Size of the picture.
-    picture: UVec2,
+    rendering: UVec2,
     parameters: SmoothingParameters,
     /// Those of resolve, as a uniform: what looks for light reads the scale.
     uniform: BufferPart,
@@ -166,21 +166,21 @@ impl PixelIrradiance {
     /// Capacity for the sums of a picture of this size. `radius`: of the filter, pixels, in a picture of `frames` frames.
     pub fn new(
         frame: &mut Frame<'_>,
-        picture: UVec2,
+        rendering: UVec2,
         resolution: IndirectResolution,
         radius: u32,
         clamp: IndirectClamp,
         frames: u32,
     ) -> Result<Self, RenderError> {
         let scale = resolution.scale();
-        let size = picture.map(|side| side.div_ceil(scale));
+        let size = rendering.map(|side| side.div_ceil(scale));
         let clamp_frames = if clamp == IndirectClamp::On { frames as f32 } else { 0.0 };
         // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
         let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames, redistribution: radius.div_ceil(REDISTRIBUTE) };
         let bytes = IRRADIANCE_BYTES * u64::from(size.x) * u64::from(size.y);
         let irradiance = frame.scratch("indirect/irradiance", bytes)?;
-        Ok(Self { irradiance, size, picture, parameters, uniform: frame.uniform(&parameters) })
+        Ok(Self { irradiance, size, rendering, parameters, uniform: frame.uniform(&parameters) })
     }
 
     /// Bindings of `pixel.wesl`, beside the view's and the surface's.
@@ -243,9 +243,9 @@ impl Smoothing {
             // A frame is a share of what will be known, as of a mean.
             parameters.clamp_frames = parameters.clamp_frames.max(history::most_history(&view.view));
         }
-        let layers = [(); 2].map(|()| layers_target(frame, irradiance.picture));
+        let layers = [(); 2].map(|()| layers_target(frame, irradiance.rendering));
         let [width, height, _] = self.filter.workgroup_size();
-        let pixels = [irradiance.picture.x.div_ceil(width), irradiance.picture.y.div_ceil(height), 1];
+        let pixels = [irradiance.rendering.x.div_ceil(width), irradiance.rendering.y.div_ceil(height), 1];
         let [mut found, mut next] = [&layers[0], &layers[1]];
         let resolving = surfaces.clone().with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", found), pixels);
@@ -259,7 +259,7 @@ impl Smoothing {
             smooth(frame, &self.firefly_clamp, 0, [found, next]);
             std::mem::swap(&mut found, &mut next);
             if parameters.redistribution > 0 && parameters.clamp_frames > 0.0 {
-                let tiles = irradiance.picture.map(|side| side.div_ceil(TILE));
+                let tiles = irradiance.rendering.map(|side| side.div_ceil(TILE));
                 let bytes = size_of::<Clamped>() as u64 * u64::from(FACINGS * tiles.x * tiles.y);
                 let buffers = [frame.scratch("indirect/cut_off", bytes)?, frame.scratch("indirect/redistribution", bytes)?];
                 let uniform = frame.uniform(&parameters);

@@ -25,8 +25,8 @@ fn gpu_cells_send_what_the_surfaces_in_them_send() {
     let Some(gpu) = testing::gpu("gpu_cells_send_what_the_surfaces_in_them_send") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let direct =
-        picture(gpu, Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) }, &scene, &camera);
-    let indirect = |rays| mean(&picture(gpu, over_frames(rays, 8), &scene, &camera)) - mean(&direct);
+        rendering(gpu, Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) }, &scene, &camera);
+    let indirect = |rays| mean(&rendering(gpu, over_frames(rays, 8), &scene, &camera)) - mean(&direct);
     let shaded = Sampled { hit_light: HitLight::Shaded, ..cached(Tracer::BVH, Bounces::ONE) };
     let expected = indirect(shaded);
     for tracer in tracers(gpu) {
@@ -45,7 +45,7 @@ fn gpu_a_closed_box_that_shines_sends_every_bounce() {
     let counted = [(Bounces::ONE, 1.75), (Bounces::UpTo(2), 1.875), (Bounces::UpTo(3), 1.9375)];
     for (bounces, expected) in counted.into_iter().chain([(Bounces::All, 2.0)]) {
         let rays = Sampled { cache_samples: 32, ..cached(Tracer::BVH, bounces) };
-        let found = mean(&picture(gpu, over_frames(rays, 8), &scene, &camera));
+        let found = mean(&rendering(gpu, over_frames(rays, 8), &scene, &camera));
         println!("{bounces}: {found:.4} of {expected}");
         assert!((found / expected - 1.0).abs() < 0.01, "{bounces}: {found} of {expected}");
     }
@@ -60,7 +60,7 @@ fn gpu_many_first_samples_know_every_bounce() {
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let of = |diffuse_rays, cache_samples| {
         let rays = Sampled { diffuse_rays, cache_samples, ..cached(Tracer::BVH, Bounces::All) };
-        mean(&picture(gpu, over_frames(rays, 1), &scene, &camera))
+        mean(&rendering(gpu, over_frames(rays, 1), &scene, &camera))
     };
     // Of no more rays than a list holds.
     let ground_truth = of(16, 16);
@@ -84,7 +84,7 @@ fn gpu_every_bounce_is_the_path_tracers() {
         let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
         let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::All) };
         let indirect =
-            mean(&picture(gpu, over_frames(entries, 16), &scene, &camera)) - mean(&picture(gpu, direct, &scene, &camera));
+            mean(&rendering(gpu, over_frames(entries, 16), &scene, &camera)) - mean(&rendering(gpu, direct, &scene, &camera));
         let [ground_truth, one, direct] = [u32::MAX, 3, 2].map(|depth| mean(&traced(&scene, &camera, depth, samples)));
         let found = indirect / (ground_truth - direct);
         println!("{name}: {found:.4} of the light");
@@ -100,12 +100,12 @@ fn gpu_counted_bounces_are_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_counted_bounces_are_the_path_tracers") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
-    let direct = mean(&picture(gpu, direct, &scene, &camera));
+    let direct = mean(&rendering(gpu, direct, &scene, &camera));
     let of = |depth| mean(&traced(&scene, &camera, depth, 256));
     let traced: Vec<f64> = (2..=6).map(of).collect();
     for bounces in [2, 3] {
         let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::UpTo(bounces)) };
-        let found = mean(&picture(gpu, over_frames(entries, 16), &scene, &camera)) - direct;
+        let found = mean(&rendering(gpu, over_frames(entries, 16), &scene, &camera)) - direct;
         let fraction = |more: i32| found / (traced[(bounces as i32 + more) as usize] - traced[0]);
         println!("{bounces}: {:.4} of the light; {:.4} of that of one more", fraction(0), fraction(1));
         assert!((fraction(0) - 1.0).abs() < 0.03, "{bounces}: {}", fraction(0));
@@ -124,8 +124,8 @@ fn gpu_counted_bounces_stay_when_cells_move() {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let mut light = |frames: usize| {
-        let pictures = (0..frames).map(|_| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
-        let light: f64 = pictures.map(|picture| mean(&walks::pixels(&picture))).sum();
+        let renderings = (0..frames).map(|_| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
+        let light: f64 = renderings.map(|rendering| mean(&walks::pixels(&rendering))).sum();
         light / frames as f64
     };
     light(88);
@@ -140,7 +140,7 @@ fn gpu_cached_light_is_the_same_again() {
     let Some(gpu) = testing::gpu("gpu_cached_light_is_the_same_again") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let settings = over_frames(cached(Tracer::BVH, Bounces::All), 3);
-    let first = picture(gpu, settings.clone(), &scene, &camera);
+    let first = rendering(gpu, settings.clone(), &scene, &camera);
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let elsewhere = looking([0.5, 1.5, 2.0], [0.0, 0.5, 0.0]);
@@ -157,13 +157,13 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_a_full_cache_loses_no_light_of_one_bounce") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let none = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) };
-    let direct = mean(&picture_of(gpu, LARGE, none, &scene, &camera));
+    let direct = mean(&image_of(gpu, LARGE, none, &scene, &camera));
     let rendered_over = |frames, rays| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let picture = renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap();
-        let pixels: Vec<Vec3> = picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
-        let counted = |name: &str| picture.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
+        let rendering = renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap();
+        let pixels: Vec<Vec3> = rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
+        let counted = |name: &str| rendering.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
         let names = ["indirect/rays", "indirect/hits", "indirect/lost_entries", "radiance_cache/lost"];
         (mean(&pixels) - direct, names.map(|name| counted(name).unwrap_or(0)))
     };
@@ -225,13 +225,13 @@ fn gpu_cells_that_move_keep_their_light() {
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap()
     };
-    let picture = rendered();
-    assert!(picture.radiance == rendered().radiance, "another picture from the same cells");
-    let moved = picture.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
-    let found = picture.radiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / picture.radiance.len() as f64;
+    let rendering = rendered();
+    assert!(rendering.radiance == rendered().radiance, "another picture from the same cells");
+    let moved = rendering.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
+    let found = rendering.radiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / rendering.radiance.len() as f64;
     println!("{found:.4} of 2");
     assert!((found / 2.0 - 1.0).abs() < 0.02, "{found}");
-    assert!(moved > 0 || picture.report.passes.is_empty(), "no cell has moved");
+    assert!(moved > 0 || rendering.report.passes.is_empty(), "no cell has moved");
 }
 
 /// A card that is unlit sends its colour, and nothing of what comes to it.
@@ -245,7 +245,7 @@ fn gpu_unlit_surfaces_send_their_colour_alone() {
         // What is seen is lit by the unlit sides.
         scene.materials.push(matt(0.5));
         scene.meshes[0].primitives[5].material = 1;
-        mean(&picture(gpu, over_frames(cached(Tracer::BVH, bounces), 8), &scene, &camera))
+        mean(&rendering(gpu, over_frames(cached(Tracer::BVH, bounces), 8), &scene, &camera))
     };
     let [one, all] = [Bounces::ONE, Bounces::All].map(of);
     println!("{one:.4} with one bounce, {all:.4} with every bounce");
@@ -264,7 +264,7 @@ fn gpu_cells_do_not_leak_through_walls() {
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, 0.0]);
     let behind = looking([0.0, 0.0, -0.9], [0.3, 0.2, 0.0]);
     let settings = over_frames(cached(Tracer::BVH, Bounces::All), 4);
-    let [dark, lit] = [camera, behind].map(|camera| mean(&picture(gpu, settings.clone(), &scene, &camera)));
+    let [dark, lit] = [camera, behind].map(|camera| mean(&rendering(gpu, settings.clone(), &scene, &camera)));
     println!("{dark:.2e} on the dark side, {lit:.2} on the lit one");
     assert!(dark < 0.005 * lit, "{dark} of {lit}");
 }
@@ -287,7 +287,7 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         scene.meshes[0].primitives.push(quad(0, end, 0.5 * thickness * edge * Vec3::Z, Vec3::Y));
         scene.lights.push(Light::point(Vec3::new(-0.5, 0.0, -0.5), Vec3::ONE));
         let entries = Sampled { cache_samples: 32, ..cached(Tracer::BVH, Bounces::All) };
-        let found = mean(&picture(gpu, over_frames(entries, 8), &scene, &dark));
+        let found = mean(&rendering(gpu, over_frames(entries, 8), &scene, &dark));
         let ground_truth = mean(&traced(&scene, &dark, u32::MAX, 192));
         println!("a wall of {thickness} edges: {:.4} of the light", found / ground_truth);
         // Light of so many bounces comes late. While all cells had the same say, it was 0.64.
@@ -298,8 +298,8 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
 /// A table that is too small at first grows, and the picture is the one of a table that was large enough: by starting over in a first frame, by
 /// moving between frames.
 #[test]
-fn gpu_tables_that_grow_change_no_picture() {
-    let Some(gpu) = testing::gpu("gpu_tables_that_grow_change_no_picture") else { return };
+fn gpu_tables_that_grow_change_no_image() {
+    let Some(gpu) = testing::gpu("gpu_tables_that_grow_change_no_image") else { return };
     let (mut scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     // What is shaded although its cell sends it, since there was no room for the cell before the frame started over, is seen: unlit surfaces send
     // something, and shading runs for the sky.
@@ -310,14 +310,14 @@ fn gpu_tables_that_grow_change_no_picture() {
         FIRST_ENTRIES_IN_TESTS.set(first_entries);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 3)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let [picture, again] = [(), ()].map(|()| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
-        let counted = |name: &str| picture.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
+        let [rendering, again] = [(), ()].map(|()| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
+        let counted = |name: &str| rendering.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
         let counts = ["radiance_cache/entries", "radiance_cache/lost", "indirect/lost_entries"];
         let counts = counts.map(|name| counted(name).unwrap());
-        let moved = picture.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
+        let moved = rendering.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
         println!("{first_entries} cells at first: {counts:?}, moved {moved} times");
-        assert!(counts[1] > 0 || picture.radiance == again.radiance, "{first_entries}: another picture the second time");
-        (picture.radiance, counts, moved)
+        assert!(counts[1] > 0 || rendering.radiance == again.radiance, "{first_entries}: another picture the second time");
+        (rendering.radiance, counts, moved)
     };
     let mut moved_between_frames = 0;
     // The last ones have more rounds of rays in the first frame than samples of a cell.

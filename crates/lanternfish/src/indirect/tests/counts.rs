@@ -95,16 +95,16 @@ fn gpu_first_frames_have_more_rays() {
         let rays = Sampled { diffuse_rays, first_rays, glossy_rays: 2, hit_light, ..sampled(Tracer::BVH) };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let picture = renderer.render(&uploaded, &scene.cameras[0], SIZE.x, SIZE.y).unwrap();
-        let count = |name| picture.report.counters.iter().find(|(known, _)| known == name).unwrap().1;
-        (["indirect/rays", "indirect/emitter_rays"].map(count), picture.radiance)
+        let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.x, SIZE.y).unwrap();
+        let count = |name| rendering.report.counters.iter().find(|(known, _)| known == name).unwrap().1;
+        (["indirect/rays", "indirect/emitter_rays"].map(count), rendering.radiance)
     };
     let (rays, twice) = rendered(1, HitLight::Cached, 4, 2);
     let (as_many, same) = rendered(1, HitLight::Cached, 8, 1);
     assert!(rays == as_many && rays.iter().all(|rays| *rays > 0), "{rays:?}, {as_many:?}");
     assert!(twice == same, "another picture");
-    let (usual, picture) = rendered(1, HitLight::Cached, 4, 1);
-    assert!(picture != twice && usual[0] < rays[0] && usual[1] < rays[1], "{usual:?}, {rays:?}");
+    let (usual, rendering) = rendered(1, HitLight::Cached, 4, 1);
+    assert!(rendering != twice && usual[0] < rays[0] && usual[1] < rays[1], "{usual:?}, {rays:?}");
     // Counted in the last frame.
     for (frames, hit_light) in [(2, HitLight::Cached), (1, HitLight::Shaded)] {
         assert_eq!(rendered(frames, hit_light, 4, 2).0[0], rendered(frames, hit_light, 4, 1).0[0], "{hit_light}");

@@ -17,7 +17,7 @@ fn gpu_a_small_lamp_lights_every_pixel() {
     let scene = lamp_over_floor(half, height, radiance, matt(0.5));
     let camera = looking([0.0, 0.9, 0.1], [0.0, 0.0, 0.0]);
     let few = Sampled { diffuse_rays: 2, glossy_rays: 0, ..sampled(Tracer::BVH) };
-    let found = picture(gpu, settings(few), &scene, &camera);
+    let found = rendering(gpu, settings(few), &scene, &camera);
     // Straight below: L A / d² lux on a surface of albedo 0.5.
     let below = 0.5 / std::f32::consts::PI * radiance * 4.0 * half * half / (height * height);
     let middle = found[SIZE.x as usize * (SIZE.y as usize / 2) + SIZE.x as usize / 2].x;
@@ -37,7 +37,7 @@ fn gpu_emission_is_neither_lost_nor_counted_twice() {
             let ground_truth = traced(&scene, &camera, 2, 256);
             for (diffuse_rays, glossy_rays) in [(16, 16), (32, 8)] {
                 let rays = Sampled { diffuse_rays, glossy_rays, ..sampled(Tracer::BVH) };
-                let energy = mean(&picture(gpu, settings(rays), &scene, &camera)) / mean(&ground_truth);
+                let energy = mean(&rendering(gpu, settings(rays), &scene, &camera)) / mean(&ground_truth);
                 println!("{name}, lamp of {half} at {height}, {diffuse_rays} and {glossy_rays}: energy {energy:.4}");
                 assert!((energy - 1.0).abs() < 0.03, "{name}, lamp of {half} at {height}: {energy}");
             }
@@ -56,7 +56,7 @@ fn gpu_the_largest_and_brightest_lamps_leave_numbers() {
         scene.meshes[0].primitives[1].normals = vec![Vec3::NEG_Y; 4];
         // Another lamp, that the tree has to choose from.
         scene.meshes[0].primitives.push(quad(1, Vec3::new(1.0, 0.5, 0.0), 0.1 * Vec3::X, 0.1 * Vec3::Z));
-        let found = picture(gpu, settings(few), &scene, &camera);
+        let found = rendering(gpu, settings(few), &scene, &camera);
         assert!(found.iter().all(|pixel| pixel.is_finite()), "lamp of {half} m and {radiance} nits");
         // Rays pass by a triangle of which a float does not hold a metre; the lamp beside it is not lost over it.
         assert!(mean(&found) > 1e-3, "lamp of {half} m and {radiance} nits: {}", mean(&found));
@@ -75,7 +75,7 @@ fn gpu_emission_is_reflected_once() {
     let [direct, ground_truth] = [2, 3].map(|depth| traced(&scene, &camera, depth, 256));
     assert!(mean(&ground_truth) > 1.05 * mean(&direct), "{} of {} is reflected", mean(&ground_truth), mean(&direct));
     for tracer in tracers(gpu) {
-        let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
+        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
         let energy = mean(&found) / mean(&ground_truth);
         println!("{tracer}: energy {energy:.4}");
         let most = 0.03;

@@ -20,8 +20,8 @@ fn keeping(history: History, sampled: Sampled) -> Settings {
 
 const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
 
-fn pixels(picture: &crate::Picture) -> Vec<Vec3> {
-    picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
+fn pixels(rendering: &crate::RenderedImage) -> Vec<Vec3> {
+    rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
 /// The first picture of a renderer, and a mean, are what they are without a history, to the bit.
@@ -40,7 +40,7 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
             let of = |history| {
                 let settings =
                     Settings { accumulate, samples, history, indirect: technique.clone(), ..settings(usual) };
-                picture(gpu, settings, &scene, &camera)
+                rendering(gpu, settings, &scene, &camera)
             };
             assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {technique:?}");
         }
@@ -56,17 +56,17 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
     let at = |step: u32| looking([0.02 * step as f32, 1.0, 2.6 - 0.01 * step as f32], CAMERA.1);
     let last = 12;
     let many = Sampled { diffuse_rays: 512, glossy_rays: 256, ..few() };
-    let ground_truth = picture(gpu, settings(many), &scene, &at(last));
-    let direct = picture(gpu, Settings { indirect: Indirect::NONE, ..settings(many) }, &scene, &at(last));
+    let ground_truth = rendering(gpu, settings(many), &scene, &at(last));
+    let direct = rendering(gpu, Settings { indirect: Indirect::NONE, ..settings(many) }, &scene, &at(last));
     let light = mean(&ground_truth) - mean(&direct);
     let walked = |history| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let mut pictures = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.x, SIZE.y).unwrap());
-        pixels(&pictures.by_ref().last().unwrap())
+        let mut renderings = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.x, SIZE.y).unwrap());
+        pixels(&renderings.by_ref().last().unwrap())
     };
     let [without, with] = [History::Off, History::On].map(walked);
-    let [noise, kept] = [&without, &with].map(|picture| off(picture, &ground_truth));
+    let [noise, kept] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
     let brought = (mean(&with) - mean(&direct)) / light;
     println!("off by {noise:.4} without, by {kept:.4} with; {brought:.4} of the light");
     assert!(kept < 0.5 * noise && (brought - 1.0).abs() < 0.03, "{noise}, {kept}, {brought}");
@@ -83,9 +83,9 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
         (first, fourth, (0..28).map(|_| refine()).last().unwrap())
     };
     let mean_ground_truth =
-        picture(gpu, Settings { accumulate: 32, ..settings(Sampled { diffuse_rays: 32, ..many }) }, &scene, &at(last));
+        rendering(gpu, Settings { accumulate: 32, ..settings(Sampled { diffuse_rays: 32, ..many }) }, &scene, &at(last));
     let [without, with] = [History::Off, History::On].map(rested);
-    let errors = [&without.1, &with.1, &without.2, &with.2].map(|picture| off(picture, &mean_ground_truth));
+    let errors = [&without.1, &with.1, &without.2, &with.2].map(|rendering| off(rendering, &mean_ground_truth));
     println!(
         "at rest, of 4 frames {:.4} without, {:.4} with; of 32 {:.4}, {:.4}",
         errors[0], errors[1], errors[2], errors[3]
@@ -113,8 +113,8 @@ fn gpu_light_that_changes_is_followed() {
     });
     let dim = with_lamp(Vec3::new(0.5, 0.5, 1.0));
     renderer.update(&mut uploaded, &dim).unwrap();
-    let ground_truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..few() }), &dim, &camera);
-    let alone = off(&picture(gpu, settings(few()), &dim, &camera), &ground_truth);
+    let ground_truth = rendering(gpu, settings(Sampled { diffuse_rays: 512, ..few() }), &dim, &camera);
+    let alone = off(&rendering(gpu, settings(few()), &dim, &camera), &ground_truth);
     let frames: Vec<f64> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &ground_truth)).collect();
     println!("off by {:.3?}; a frame by itself by {alone:.3}", [0, 3, 15].map(|k: usize| frames[k]));
     assert!(frames[0] < 1.5 * alone && frames[3] < alone && frames[15] < 0.5 * alone, "{frames:?}");
@@ -159,8 +159,8 @@ fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
         });
         let mut after = |scene: &Scene| {
             let again = Settings { accumulate: 16, ..settings(rays) };
-            let direct = mean(&picture(gpu, Settings { indirect: Indirect::NONE, ..settings(rays) }, scene, &camera));
-            let expected = mean(&picture(gpu, again, scene, &camera)) - direct;
+            let direct = mean(&rendering(gpu, Settings { indirect: Indirect::NONE, ..settings(rays) }, scene, &camera));
+            let expected = mean(&rendering(gpu, again, scene, &camera)) - direct;
             renderer.update(&mut uploaded, scene).unwrap();
             let found: Vec<f64> = (0..16).map(|_| (render(&mut renderer, &uploaded) - direct) / expected).collect();
             [0, 3, 15].map(|k: usize| found[k])
@@ -188,9 +188,9 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
     let card = |step: u32| Affine3A::from_translation(Vec3::new(0.04 * step as f32 - 0.3, 0.0, 0.0));
     scene.instances[1].world_from_object = card(11);
     let many = Sampled { diffuse_rays: 512, ..few() };
-    let ground_truth = picture_of(gpu, LARGE, settings(many), &scene, &camera);
+    let ground_truth = image_of(gpu, LARGE, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = card(10);
-    let before = picture_of(gpu, LARGE, settings(many), &scene, &camera);
+    let before = image_of(gpu, LARGE, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = Affine3A::IDENTITY;
     let of = |history| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
@@ -202,10 +202,10 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
         moved.last().unwrap()
     };
     let [without, with] = [History::Off, History::On].map(of);
-    let [noise, kept] = [&without, &with].map(|picture| off(picture, &ground_truth));
+    let [noise, kept] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
     // Where the card was in the frame before and is no longer: it was a twentieth as bright.
     let uncovered: Vec<usize> = (0..ground_truth.len()).filter(|i| before[*i].x < 0.3 * ground_truth[*i].x).collect();
-    let of_uncovered = |picture: &[Vec3]| uncovered.iter().map(|i| f64::from(picture[*i].x)).sum::<f64>();
+    let of_uncovered = |rendering: &[Vec3]| uncovered.iter().map(|i| f64::from(rendering[*i].x)).sum::<f64>();
     let brought = of_uncovered(&with) / of_uncovered(&ground_truth);
     println!("off by {noise:.4} without, by {kept:.4} with; {} pixels uncovered get {brought:.3}", uncovered.len());
     assert!(kept < 0.8 * noise, "{kept} of {noise}");

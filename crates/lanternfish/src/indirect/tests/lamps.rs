@@ -30,7 +30,7 @@ fn gpu_cells_close_to_a_lamp_send_what_it_does() {
         let rays = into_a_mirror(HitLight::Cached, 16);
         let none = Settings { indirect: Indirect::NONE, ..over_frames(rays, 1) };
         let [all, direct] =
-            [over_frames(rays, 1), none].map(|settings| mean(&picture_of(gpu, LARGE, settings, &scene, &camera)));
+            [over_frames(rays, 1), none].map(|settings| mean(&image_of(gpu, LARGE, settings, &scene, &camera)));
         let [one, truly_direct] = [3, 2].map(|depth| mean(&traced(&scene, &camera, depth, 64)));
         let found = (all - direct) / (one - truly_direct);
         println!("lamp at {x}: {found:.4} of the light");
@@ -55,7 +55,7 @@ fn gpu_cells_close_to_other_lamps_send_what_they_do() {
             let place = Vec3::new(random.between(-0.05, 0.05), 0.01, random.between(-0.05, 0.05));
             let lamp = Light { kind, direction: -Vec3::Y, range: Some(1.0), ..Light::point(place, Vec3::ONE) };
             let scene = under_a_mirror(lamp);
-            let of = |rays| mean(&picture(gpu, Settings { attenuation, ..over_frames(rays, 1) }, &scene, &camera));
+            let of = |rays| mean(&rendering(gpu, Settings { attenuation, ..over_frames(rays, 1) }, &scene, &camera));
             of(into_a_mirror(HitLight::Cached, 16)) / of(into_a_mirror(HitLight::Shaded, 16))
         });
         let found: Vec<f64> = found.collect();
@@ -87,7 +87,7 @@ fn gpu_few_samples_know_many_lamps() {
         let rays = into_a_mirror(hit_light, cache_samples);
         let all = over_frames(rays, accumulate);
         let none = Settings { indirect: Indirect::NONE, ..over_frames(rays, accumulate) };
-        let [all, direct] = [all, none].map(|settings| picture_of(gpu, LARGE, settings, &scene, &camera));
+        let [all, direct] = [all, none].map(|settings| image_of(gpu, LARGE, settings, &scene, &camera));
         let pixels: Vec<Vec3> = all.iter().zip(&direct).map(|(all, direct)| *all - *direct).collect();
         let block = |x: u32, y: u32| {
             let inside = (0..81).map(|i| pixels[((y + i / 9) * LARGE.x + x + i % 9) as usize]);

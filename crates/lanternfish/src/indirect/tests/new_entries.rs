@@ -60,8 +60,8 @@ impl<'g> Frames<'g> {
         let frame = renderer.record(&mut commands, uploaded, &views).unwrap();
         gpu.queue.submit([commands.finish()]);
         renderer.submitted(frame);
-        let picture = renderer.read(frame).unwrap().remove(0);
-        mean(&picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>())
+        let rendering = renderer.read(frame).unwrap().remove(0);
+        mean(&rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>())
     }
 }
 
@@ -73,7 +73,7 @@ fn cached(bounces: Bounces) -> Sampled {
 /// Mean radiance of 16 pictures from within the second box.
 fn settled(gpu: &Gpu, indirect: Indirect, fractions: [f32; 2]) -> f64 {
     let settings = Settings { accumulate: 16, indirect, ..settings(cached(Bounces::ONE)) };
-    mean(&picture_of(gpu, LARGE, settings, &two_boxes(fractions), &within(4.0)))
+    mean(&image_of(gpu, LARGE, settings, &two_boxes(fractions), &within(4.0)))
 }
 
 /// Mean radiance of frames in the second box after twelve in the first one, over that of pictures.

@@ -19,7 +19,7 @@ fn gpu_noise_repeats_nowhere() {
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let of = |diffuse_rays| {
         let sampled = Sampled { diffuse_rays, glossy_rays: 0, ..sampled(Tracer::BVH) };
-        picture_of(gpu, LARGE, settings(sampled), &scene, &camera)
+        image_of(gpu, LARGE, settings(sampled), &scene, &camera)
     };
     let (few, ground_truth) = (of(5), of(1024));
     let errors: Vec<f64> = few.iter().zip(&ground_truth).map(|(few, ground_truth)| f64::from(few.x / ground_truth.x - 1.0)).collect();
@@ -47,7 +47,7 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
     let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
     let of = |clamp, diffuse_rays| {
         let rays = Sampled { clamp, diffuse_rays, glossy_rays: 0, ..sampled(Tracer::BVH) };
-        picture(gpu, settings(rays), &scene, &camera)
+        rendering(gpu, settings(rays), &scene, &camera)
     };
     let squares = |pixels: &[Vec3]| pixels.iter().map(|pixel| pixel.x * pixel.x).sum::<f32>();
     let [on, off] = [IndirectClamp::On, IndirectClamp::Off].map(|clamp| of(clamp, 4));
@@ -63,7 +63,7 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
         let kept = [1, 8, 16, 64].map(|accumulate| {
             let [on, off] = [IndirectClamp::On, IndirectClamp::Off].map(|clamp| {
                 let rays = Sampled { clamp, diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::BVH) };
-                picture(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera)
+                rendering(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera)
             });
             mean(&on) / mean(&off)
         });
@@ -71,7 +71,7 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
         assert!(kept[1..].is_sorted() && kept[2] > kept[0] + 0.05 && kept[2] > 0.5 && kept[3] > 0.875, "{kept:?}");
     }
     let sky = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
-    let even = |clamp| picture(gpu, settings(Sampled { clamp, ..sampled(Tracer::BVH) }), &sky, &camera);
+    let even = |clamp| rendering(gpu, settings(Sampled { clamp, ..sampled(Tracer::BVH) }), &sky, &camera);
     assert!(self::off(&even(IndirectClamp::On), &even(IndirectClamp::Off)) < 1e-3);
 }
 
@@ -90,7 +90,7 @@ fn gpu_what_the_clamp_cuts_off_is_spread() {
         scene.sky = Vec3::splat(5e-4);
         let of = |clamp, filter_radius| {
             let rays = Sampled { clamp, filter_radius, diffuse_rays: 4, glossy_rays, ..sampled(Tracer::BVH) };
-            picture_of(gpu, LARGE, settings(rays), &scene, &camera)
+            image_of(gpu, LARGE, settings(rays), &scene, &camera)
         };
         let all = mean(&of(IndirectClamp::Off, 0));
         let [lost, kept] = [0, 8].map(|radius| mean(&of(IndirectClamp::On, radius)) / all);
@@ -127,7 +127,7 @@ fn gpu_light_that_both_kinds_of_rays_find_counts_once() {
         }
         let of = |diffuse_rays, glossy_rays, accumulate| {
             let rays = Sampled { diffuse_rays, glossy_rays, resolution, hit_light, ..sampled(Tracer::BVH) };
-            mean(&picture(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera))
+            mean(&rendering(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera))
         };
         let found = of(3, 1, 64) / of(1, 64, 64);
         let name = format!("roughness {perceptual_roughness}, {resolution}, {hit_light}");
@@ -150,7 +150,7 @@ fn gpu_the_filter_keeps_the_light_of_lone_bright_pixels() {
         scene.sky = Vec3::splat(sky);
         let [without, with] = [0, 8].map(|filter_radius| {
             let rays = Sampled { diffuse_rays: 4, glossy_rays: 0, filter_radius, ..sampled(Tracer::BVH) };
-            picture_of(gpu, LARGE, settings(rays), &scene, &camera)
+            image_of(gpu, LARGE, settings(rays), &scene, &camera)
         });
         let floor = 0.5 * f64::from(sky);
         let lone = without.iter().filter(|pixel| f64::from(pixel.x) > 2.0 * floor).count();
@@ -169,17 +169,17 @@ fn gpu_filter_and_half_resolution_keep_what_is_there() {
     let scene = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
     for resolution in IndirectResolution::ALL.iter().copied() {
         let filtered = Sampled { resolution, filter_radius: 6, ..sampled(Tracer::BVH) };
-        let found = picture(gpu, settings(filtered), &scene, &camera);
+        let found = rendering(gpu, settings(filtered), &scene, &camera);
         assert!(found.iter().all(|pixel| (*pixel / 0.5 - 1.0).abs().max_element() < 2e-3), "{resolution}");
     }
     let cornell = cornell();
     let camera = &cornell.cameras[0];
     let few = Sampled { diffuse_rays: 4, glossy_rays: 4, filter_radius: 0, ..sampled(Tracer::BVH) };
-    let ground_truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(Tracer::BVH) }), &cornell, camera);
-    let noisy = off(&picture(gpu, settings(few), &cornell, camera), &ground_truth);
+    let ground_truth = rendering(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(Tracer::BVH) }), &cornell, camera);
+    let noisy = off(&rendering(gpu, settings(few), &cornell, camera), &ground_truth);
     for resolution in IndirectResolution::ALL.iter().copied() {
         let filtered = Sampled { resolution, filter_radius: 5, ..few };
-        let smooth = off(&picture(gpu, settings(filtered), &cornell, camera), &ground_truth);
+        let smooth = off(&rendering(gpu, settings(filtered), &cornell, camera), &ground_truth);
         println!("{resolution}: {noisy:.4} unfiltered, {smooth:.4} filtered");
         assert!(smooth < 0.75 * noisy, "{resolution}: {smooth} of {noisy}");
     }
@@ -204,7 +204,7 @@ fn gpu_a_mirror_of_many_lights_is_not_speckled() {
     let mut off_by = |lights: usize| {
         let mut random = Random::new(4);
         scene.lights = (0..lights).map(|_| Light::point(0.8 * random.point(), 0.01 * (random.point() + 1.5))).collect();
-        let of = |sampled| picture(gpu, settings(sampled), &scene, &camera);
+        let of = |sampled| rendering(gpu, settings(sampled), &scene, &camera);
         let ground_truth = of(many);
         [0, 8].map(|filter_radius| off(&of(Sampled { filter_radius, ..few }), &ground_truth))
     };
@@ -229,7 +229,7 @@ fn gpu_rough_metal_in_the_studio_is_not_speckled() {
         let mut scene = floor(Material { metallic: 1.0, perceptual_roughness, ..matt(0.9) });
         // Turned away from the camera that it was made for, so that the floor mirrors a lamp's edge.
         scene.environment = Some(rig::studio(&looking([0.0, 0.0, 1.0], [0.3, 0.0, 0.0])));
-        let of = |sampled| picture(gpu, settings(sampled), &scene, &camera);
+        let of = |sampled| rendering(gpu, settings(sampled), &scene, &camera);
         let ground_truth = of(Sampled { glossy_rays: 2048, clamp: unclamped, ..few });
         let [noisy, smooth] = [0, 8].map(|filter_radius| off(&of(Sampled { filter_radius, ..few }), &ground_truth));
         let many = off(&of(Sampled { glossy_rays: 64, clamp: unclamped, filter_radius: 0, ..few }), &ground_truth);

@@ -17,7 +17,7 @@ use crate::{
 fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
     MOST_SAMPLES_IN_TESTS.set(most);
     let scene = demo("cornell").unwrap();
-    picture_of(gpu, LARGE, Settings { accumulate: 2, ..settings(rays) }, &scene, &scene.cameras[0])
+    image_of(gpu, LARGE, Settings { accumulate: 2, ..settings(rays) }, &scene, &scene.cameras[0])
 }
 
 /// Whether a round is traced by itself or with others changes nothing.
@@ -51,8 +51,8 @@ fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {
 /// Every pixel of a picture is gone through once, block by block, and those that follow each other have shifts that are alike: the order that the
 /// host makes is that of the shaders' shifts.
 #[test]
-fn gpu_pixels_in_order_cover_the_picture_and_go_the_same_way() {
-    let Some(gpu) = testing::gpu("gpu_pixels_in_order_cover_the_picture_and_go_the_same_way") else { return };
+fn gpu_pixels_in_order_cover_the_image_and_go_the_same_way() {
+    let Some(gpu) = testing::gpu("gpu_pixels_in_order_cover_the_image_and_go_the_same_way") else { return };
     let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
     let size = UVec2::new(90, 40);
     let [width, height, _] = sample_order::workgroups(size);

@@ -12,7 +12,7 @@ fn gpu_light_leaks_are_small() {
     scene.lights.push(Light::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::splat(1000.0)));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in tracers(gpu) {
-        let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
+        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
         // From radiance to irradiance of surfaces of albedo 0.5.
         let inside = mean(&found) * std::f64::consts::PI / 0.5;
         println!("{tracer}: {inside:.3} lx inside of 1000 outside");
@@ -21,7 +21,7 @@ fn gpu_light_leaks_are_small() {
     // It can fail: without its roof.
     scene.meshes[0].primitives.retain(|side| side.positions.iter().any(|corner| corner.y < 0.99));
     assert_eq!(scene.meshes[0].primitives.len(), 5);
-    let found = picture(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
+    let found = rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
     let ground_truth = traced(&scene, &camera, 3, 192);
     let inside = mean(&found) * std::f64::consts::PI / 0.5;
     println!("{inside:.2} lx without a roof, energy {:.3}", mean(&found) / mean(&ground_truth));
@@ -49,7 +49,7 @@ fn gpu_ray_query_meets_the_triangles_of_the_bvh() {
     for (name, scene) in [("solid", cornell()), ("masked", masked(cornell())), ("both", half_masked(cornell()))] {
         let of = |tracer| {
             let sampled = Sampled { diffuse_rays: 8, glossy_rays: 4, ..sampled(tracer) };
-            picture(gpu, settings(sampled), &scene, &scene.cameras[0])
+            rendering(gpu, settings(sampled), &scene, &scene.cameras[0])
         };
         let [bvh, ray_query] = [Tracer::BVH, Tracer::RAY_QUERY].map(of);
         let apart = off(&ray_query, &bvh);
@@ -63,6 +63,6 @@ fn gpu_runs_are_the_same_to_the_bit() {
     let Some(gpu) = testing::gpu("gpu_runs_are_the_same_to_the_bit") else { return };
     let scene = demo("cornell").unwrap();
     let settings = settings(Sampled { diffuse_rays: 4, glossy_rays: 2, ..Sampled::default().one_bounce() });
-    let [a, b] = [0, 1].map(|_| picture(gpu, settings.clone(), &scene, &scene.cameras[0]));
+    let [a, b] = [0, 1].map(|_| rendering(gpu, settings.clone(), &scene, &scene.cameras[0]));
     assert!(a == b);
 }

@@ -48,7 +48,7 @@ fn tiles_of_views(passes: &TiledCulling, engine: &Engine) -> Result<Vec<TileCont
 }
 
 #[test]
-fn a_pixel_is_in_a_tile_of_its_picture_or_in_none() {
+fn a_pixel_is_in_a_tile_of_its_image_or_in_none() {
     let tiles = TileContents { tile_size: 8, dimensions: UVec2::new(3, 2), lights: (10..16).collect() };
     assert_eq!(tiles.at(UVec2::new(23, 15)), Some((UVec2::new(2, 1), 15)));
     assert_eq!(tiles.at(UVec2::new(8, 7)), Some((UVec2::new(1, 0), 11)));

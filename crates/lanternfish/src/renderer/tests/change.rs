@@ -4,7 +4,7 @@ use lanternfish_gpu::{Engine, testing};
 use lanternfish_scene::generate::demo;
 
 use crate::{
-    Change, Picture, RenderError, Renderer, Settings,
+    Change, RenderedImage, RenderError, Renderer, Settings,
     settings::{Attenuation, Culling, Exposure, Indirect, Samples, Shadows, ToneMap, Tracer},
     techniques::{Sampled, Tiled},
 };
@@ -14,8 +14,8 @@ fn bvh() -> Settings {
 }
 
 /// What two pictures of the same settings have in common.
-fn shown(picture: Picture) -> (Vec<[f32; 4]>, Vec<[u8; 4]>, Option<f32>) {
-    (picture.radiance, picture.display, picture.exposure)
+fn shown(rendering: RenderedImage) -> (Vec<[f32; 4]>, Vec<[u8; 4]>, Option<f32>) {
+    (rendering.radiance, rendering.display, rendering.exposure)
 }
 
 #[test]
@@ -62,14 +62,14 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
         }
         let mut fresh = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
         let its_own = fresh.upload(&scene).unwrap();
-        let picture = shown(fresh.render(&its_own, camera, 32, 24).unwrap());
-        assert!(found == picture, "{name}: another picture");
+        let rendering = shown(fresh.render(&its_own, camera, 32, 24).unwrap());
+        assert!(found == rendering, "{name}: another picture");
         assert_eq!(renderer.settings(), &settings);
         // A renderer of the same settings compiles nothing, and what is compiled for others only once.
         let compiled = engine.compilations();
         let mut second = Renderer::with_engine(&engine, settings).unwrap();
         let uploaded = second.upload(&scene).unwrap();
-        assert!(shown(second.render(&uploaded, camera, 32, 24).unwrap()) == picture, "{name}: another picture");
+        assert!(shown(second.render(&uploaded, camera, 32, 24).unwrap()) == rendering, "{name}: another picture");
         assert_eq!(engine.compilations(), compiled, "{name}: compiled again");
         // It can fail: an engine of its own compiles more than what the change alone asked for.
         assert!(compiled.pipelines - before.pipelines < fresh.engine().compilations().pipelines, "{name}");

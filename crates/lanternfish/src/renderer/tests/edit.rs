@@ -43,7 +43,7 @@ fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
     let darker = || edited("common/math", "const PI = 3.14159265358979;", "const PI = 6.28318530717959;");
     renderer.edit_shaders(darker(), &uploaded, &[view]).unwrap();
     let dark = shown(&mut renderer);
-    let sum = |picture: &[[f32; 4]]| picture.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>();
+    let sum = |rendering: &[[f32; 4]]| rendering.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>();
     assert!(sum(&dark) < 0.9 * sum(&own), "{} of {}", sum(&dark), sum(&own));
 
     // Broken ones: what is compiled with the passes, and what with the first frame.

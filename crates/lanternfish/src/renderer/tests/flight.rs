@@ -86,8 +86,8 @@ fn bytes(gpu: &Gpu, view: &wgpu::TextureView) -> Vec<[u8; 4]> {
 }
 
 #[test]
-fn gpu_a_frame_in_the_callers_commands_is_the_picture_to_the_bit() {
-    let Some(gpu) = testing::gpu("gpu_a_frame_in_the_callers_commands_is_the_picture_to_the_bit") else { return };
+fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit() {
+    let Some(gpu) = testing::gpu("gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit") else { return };
     use wgpu::TextureFormat::{Bgra8Unorm, Rgba8Unorm, Rgba8UnormSrgb, Rgba16Float, Rgba32Float};
     let scene = lit();
     let plain = bvh(Settings::direct_light());
@@ -145,8 +145,8 @@ fn gpu_a_frame_in_the_callers_commands_is_the_picture_to_the_bit() {
 }
 
 #[test]
-fn gpu_two_views_of_a_frame_show_what_they_show_in_a_picture() {
-    let Some(gpu) = testing::gpu("gpu_two_views_of_a_frame_show_what_they_show_in_a_picture") else { return };
+fn gpu_two_views_of_a_frame_show_what_they_show_in_a_image() {
+    let Some(gpu) = testing::gpu("gpu_two_views_of_a_frame_show_what_they_show_in_a_image") else { return };
     let scene = lit();
     let mut waiting = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
@@ -162,8 +162,8 @@ fn gpu_two_views_of_a_frame_show_what_they_show_in_a_picture() {
     let mut renderer = Renderer::with_engine(waiting.engine(), bvh(Settings::direct_light())).unwrap();
     renderer.ready(&uploaded, &requests).unwrap();
     frame(gpu, &mut renderer, &uploaded, &requests).unwrap();
-    for (texture, picture) in textures.iter().zip(expected) {
-        assert!(bytes(gpu, texture) == picture.display);
+    for (texture, rendering) in textures.iter().zip(expected) {
+        assert!(bytes(gpu, texture) == rendering.display);
     }
 }
 
@@ -273,8 +273,8 @@ fn gpu_ten_frames_are_on_their_way() {
     let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
     let cameras: Vec<_> = (0..FRAMES).map(|step| camera(&scene, step)).collect();
-    let mut picture = |camera| waiting.render(&uploaded, camera, SIZE[0], SIZE[1]).unwrap().display;
-    let expected: Vec<_> = cameras.iter().map(&mut picture).collect();
+    let mut rendering = |camera| waiting.render(&uploaded, camera, SIZE[0], SIZE[1]).unwrap().display;
+    let expected: Vec<_> = cameras.iter().map(&mut rendering).collect();
     let textures: Vec<_> = (0..FRAMES).map(|_| texture(gpu, wgpu::TextureFormat::Rgba8Unorm, SIZE)).collect();
     let request = |i: usize| {
         let target = Target::Display(&textures[i], wgpu::TextureFormat::Rgba8Unorm);
@@ -358,7 +358,7 @@ fn gpu_a_frame_that_lacks_room_shows_what_was_there_before() {
     assert!(held.resized.contains(&"light_culling/indices"), "{held:?}");
     let (third, display, light) = next(&scenes[1]);
     assert!(third.is_complete && display == after.display && light == after.radiance, "{third:?}");
-    // Pictures go on as ever, in between too.
+    // RenderedImages go on as ever, in between too.
     assert!(renderer.render(&scenes[0], &view, SIZE[0], SIZE[1]).unwrap().display == before.display);
 }
 
@@ -388,9 +388,9 @@ fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted() {
     let mut own = waiting.upload(&demo("cornell").unwrap()).unwrap();
     for (i, scene) in expected.iter().enumerate() {
         waiting.update(&mut own, scene).unwrap();
-        let picture = waiting.render(&own, &view, SIZE[0], SIZE[1]).unwrap();
-        assert!(bytes(gpu, &textures[i]) == picture.display, "frame {i}");
-        assert!(i == 0 || bytes(gpu, &textures[i - 1]) != picture.display, "nothing has moved");
+        let rendering = waiting.render(&own, &view, SIZE[0], SIZE[1]).unwrap();
+        assert!(bytes(gpu, &textures[i]) == rendering.display, "frame {i}");
+        assert!(i == 0 || bytes(gpu, &textures[i - 1]) != rendering.display, "nothing has moved");
     }
 }
 

@@ -8,14 +8,14 @@ use lanternfish_scene::{
 };
 
 use crate::{
-    Picture, Renderer,
+    RenderedImage, Renderer,
     settings::Culling,
     testing::later::{Path, check, settings, walk},
 };
 
 #[test]
-fn gpu_frames_that_do_not_wait_show_whole_pictures_alone() {
-    let Some(gpu) = testing::gpu("gpu_frames_that_do_not_wait_show_whole_pictures_alone") else { return };
+fn gpu_frames_that_do_not_wait_show_whole_images_alone() {
+    let Some(gpu) = testing::gpu("gpu_frames_that_do_not_wait_show_whole_images_alone") else { return };
     let scene = demo("atrium").unwrap();
     let camera = scene.cameras[0].clone();
     let step = |i: usize| {
@@ -42,8 +42,8 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
         renderer.set_growth(growth).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let refine = |renderer: &mut Renderer| {
-            let picture: Picture = renderer.refine(&uploaded, &[(&scene.cameras[0], 24, 16)]).unwrap().remove(0);
-            picture.radiance
+            let rendering: RenderedImage = renderer.refine(&uploaded, &[(&scene.cameras[0], 24, 16)]).unwrap().remove(0);
+            rendering.radiance
         };
         let mut last = Vec::new();
         // `refine` reads the picture, and so waits between frames: room that is lacking is there for the next.

@@ -88,7 +88,7 @@ fn shown(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, views: &[(u64, Ca
     let frame = renderer.record(&mut commands, scene, &requests.collect::<Vec<_>>()).unwrap();
     gpu.queue.submit([commands.finish()]);
     renderer.submitted(frame);
-    renderer.read(frame).unwrap().iter().map(|picture| color(&picture.display)).collect()
+    renderer.read(frame).unwrap().iter().map(|rendering| color(&rendering.display)).collect()
 }
 
 #[test]

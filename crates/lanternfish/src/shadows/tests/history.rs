@@ -43,8 +43,8 @@ fn with_rectangle() -> Scene {
 
 /// The first picture of a renderer, and a mean, are what they are without a history, to the bit; hard shadows always.
 #[test]
-fn gpu_first_pictures_and_hard_shadows_are_the_same_with_a_history() {
-    let name = "gpu_first_pictures_and_hard_shadows_are_the_same_with_a_history";
+fn gpu_first_images_and_hard_shadows_are_the_same_with_a_history() {
+    let name = "gpu_first_images_and_hard_shadows_are_the_same_with_a_history";
     let Some(gpu) = testing::gpu(name) else { return };
     // Hard lights between those that have a size: all are summed in the order of the list.
     let mut mixed = with_rectangle();
@@ -77,7 +77,7 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away() {
         let ground_truth = walked(gpu, settings(History::Off, 255), &scene, last);
         let [without, with] =
             [History::Off, History::On].map(|history| walked(gpu, settings(history, 2), &scene, &walk));
-        let [noise, kept] = [&without, &with].map(|picture| off(picture, &ground_truth));
+        let [noise, kept] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
         let brought = mean(&with) / mean(&ground_truth);
         println!(
             "{which}: off by {noise:.4} without, {kept:.4} with; {brought:.4} of the light; hard {:.4}",
@@ -89,8 +89,8 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away() {
             let mut renderer = renderer(gpu, settings(history, 2));
             let uploaded = renderer.upload(&scene).unwrap();
             let mut refine = |camera: &Camera| {
-                let pictures = renderer.refine(&uploaded, &[(camera, SIZE.0, SIZE.1)]).unwrap();
-                pixels(&pictures[0])
+                let renderings = renderer.refine(&uploaded, &[(camera, SIZE.0, SIZE.1)]).unwrap();
+                pixels(&renderings[0])
             };
             walk.iter().for_each(|camera| drop(refine(camera)));
             (0..31).map(|_| refine(&last[0])).last().unwrap()
@@ -167,25 +167,25 @@ fn gpu_a_soft_shadow_follows_its_lamp() {
 fn gpu_shares_of_bands_are_those_of_the_whole() {
     let Some(gpu) = testing::gpu("gpu_shares_of_bands_are_those_of_the_whole") else { return };
     let scene = with_rectangle();
-    let picture = |word_limit: Option<u64>| {
+    let rendering = |word_limit: Option<u64>| {
         let mut renderer = renderer(gpu, settings(History::On, 3));
         if let Some(limit) = word_limit {
             renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
         }
         let uploaded = renderer.upload(&scene).unwrap();
         let mut bands = 0;
-        let pictures: Vec<_> = steps(3)
+        let renderings: Vec<_> = steps(3)
             .iter()
             .map(|camera| {
-                let picture = renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap();
-                let counters = picture.report.counters.iter();
+                let rendering = renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap();
+                let counters = rendering.report.counters.iter();
                 bands = counters.filter(|(name, _)| *name == "shadows/bands").map(|(_, count)| *count).sum();
-                picture.radiance
+                rendering.radiance
             })
             .collect();
-        (bands, pictures)
+        (bands, renderings)
     };
-    let [whole, parts] = [None, Some(8 * 64 * 2)].map(picture);
+    let [whole, parts] = [None, Some(8 * 64 * 2)].map(rendering);
     assert!(whole.0 == 1 && parts.0 > 1, "{} and {} bands", whole.0, parts.0);
     assert!(whole.1 == parts.1, "bands change the picture");
 }

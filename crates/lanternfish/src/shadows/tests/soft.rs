@@ -20,8 +20,8 @@ const RADIUS: f32 = 0.2;
 fn luminance(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings, size: (u32, u32)) -> Vec<f64> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let picture = renderer.render(&uploaded, camera, size.0, size.1).unwrap();
-    picture.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).collect()
+    let rendering = renderer.render(&uploaded, camera, size.0, size.1).unwrap();
+    rendering.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).collect()
 }
 
 fn soft(shadow_rays: u32) -> Settings {
@@ -102,25 +102,25 @@ fn gpu_soft_shadows_are_the_same_again_and_in_bands() {
     let mut scene = generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     scene.lights.extend(generate::light_rain(&scene.bounds(), 30, Some(1.0), 1, 0.0));
-    let picture = |word_limit: Option<u64>, settings| {
+    let rendering = |word_limit: Option<u64>, settings| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         if let Some(limit) = word_limit {
             renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
         }
         let uploaded = renderer.upload(&scene).unwrap();
-        let picture = renderer.render(&uploaded, &camera, 56, 40).unwrap();
-        let counter = |name: &str| picture.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
-        (counter("shadows/bands").unwrap(), counter("shadows/rays").unwrap(), picture.radiance)
+        let rendering = renderer.render(&uploaded, &camera, 56, 40).unwrap();
+        let counter = |name: &str| rendering.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
+        (counter("shadows/bands").unwrap(), counter("shadows/rays").unwrap(), rendering.radiance)
     };
-    let one = picture(None, soft(5));
-    assert!(one == picture(None, soft(5)), "not the same again");
+    let one = rendering(None, soft(5));
+    assert!(one == rendering(None, soft(5)), "not the same again");
     // Seven blocks of 64 pixels with up to eight words each: one row at a time.
-    let many = picture(Some(7 * 64 * 8), soft(5));
+    let many = rendering(Some(7 * 64 * 8), soft(5));
     assert!(one.0 == 1 && many.0 > 1, "{} and {} bands", one.0, many.0);
     assert!(one.1 == many.1 && one.2 == many.2, "bands change the picture");
     // Five rays where there was one.
-    assert_eq!(one.1, 5 * picture(None, Settings { light_radius: 0.0, ..soft(5) }).1);
-    assert!(one.2 != picture(None, soft(6)).2, "blind to a ray more");
+    assert_eq!(one.1, 5 * rendering(None, Settings { light_radius: 0.0, ..soft(5) }).1);
+    assert!(one.2 != rendering(None, soft(6)).2, "blind to a ray more");
 }
 
 /// What a pixel's rays miss of the mean of many more is noise that shrinks.

@@ -23,8 +23,8 @@ fn gpu_disks_and_rectangles_send_out_their_flux() {
         // On the ceiling, where it must not light the ceiling.
         let position = Vec3::new(0.2, 1.0, -0.1);
         scene.lights[0] = Light { kind, position, direction: Vec3::NEG_Y, ..scene.lights[0].clone() };
-        let picture = render_room(gpu, room(), &scene, &camera);
-        let sent = counter(&picture, "flux_arrived") / f64::from(passes::FLUX_UNITS);
+        let rendering = render_room(gpu, room(), &scene, &camera);
+        let sent = counter(&rendering, "flux_arrived") / f64::from(passes::FLUX_UNITS);
         assert!((sent - 1.0).abs() < 0.01, "{what}: {sent}");
         let [rays, photons] = rays_and_photons(gpu, &scene, &camera, room());
         assert!((photons / rays - 1.0).abs() < 0.05, "{what}: {photons} of {rays}");
@@ -43,8 +43,8 @@ fn gpu_emissive_triangles_light_by_photons() {
         let lamp = Material { emissive: Vec3::splat(10.0), double_sided, ..matt(0.0) };
         let scene = scene_of(primitives, vec![matt(0.5), lamp]);
         let room = PhotonSplatting { conserved, ..room() };
-        let picture = render_room(gpu, room, &scene, &camera);
-        let sent = counter(&picture, "flux_arrived") / f64::from(passes::FLUX_UNITS);
+        let rendering = render_room(gpu, room, &scene, &camera);
+        let sent = counter(&rendering, "flux_arrived") / f64::from(passes::FLUX_UNITS);
         assert!((sent - 1.0).abs() < 0.01, "both sides {double_sided}: {sent}");
         let [rays, photons] = rays_and_photons(gpu, &scene, &camera, room);
         assert!((photons / rays - 1.0).abs() < 0.06, "both sides {double_sided}, {conserved}: {photons} of {rays}");

@@ -179,8 +179,8 @@ fn gpu_motion_goes_on_where_another_tree_is_taken() {
         all.iter_mut()
             .for_each(|(_, place)| *place = Affine3A::from_translation(0.05 * Vec3::X * (i % 2) as f32) * *place);
         taken = renderer.move_instances(&mut uploaded, &all).unwrap().has_rebuilt;
-        let picture = renderer.render(&uploaded, &now.cameras[0], 48, 48).unwrap();
-        let moving = picture.display.iter().filter(|pixel| pixel[..3] != [0; 3]).count();
+        let rendering = renderer.render(&uploaded, &now.cameras[0], 48, 48).unwrap();
+        let moving = rendering.display.iter().filter(|pixel| pixel[..3] != [0; 3]).count();
         assert!(i == 0 || moving > 200, "{moving} pixels move in frame {i}, another tree taken: {taken}");
         if taken {
             break;

@@ -54,7 +54,7 @@ fn textured() -> Scene {
     scene
 }
 
-fn small(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Picture {
+fn small(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> RenderedImage {
     renderer.render(uploaded, &scene.cameras[0], 60, 60).unwrap()
 }
 
@@ -130,8 +130,8 @@ fn gpu_what_is_scaled_to_nothing_comes_by_a_move() {
             last = now;
         }
         let (there, gone) = (renderer.upload(&whole).unwrap(), renderer.upload(&without).unwrap());
-        let pictures = (shown(&mut renderer, &there, &whole), shown(&mut renderer, &gone, &without));
-        assert!(differing(&pictures.0, &pictures.1) > 500, "{shadows}: what was hidden is seen");
+        let renderings = (shown(&mut renderer, &there, &whole), shown(&mut renderer, &gone, &without));
+        assert!(differing(&renderings.0, &renderings.1) > 500, "{shadows}: what was hidden is seen");
     }
 }
 
@@ -197,7 +197,7 @@ fn gpu_what_is_distrusted_is_uploaded_again() {
     let scene = textured();
     let mut renderer = renderer(gpu, Shadows::BVH);
     let mut uploaded = renderer.upload(&scene).unwrap();
-    let (picture, images) = (small(&mut renderer, &uploaded, &scene), uploaded.textures.images(|_| true));
+    let (rendering, images) = (small(&mut renderer, &uploaded, &scene), uploaded.textures.images(|_| true));
     let is_another = |uploaded: &GpuScene| {
         let now = uploaded.textures.images(|_| true);
         now.iter().all(|(key, (view, _))| images[key].0 != *view)
@@ -207,7 +207,7 @@ fn gpu_what_is_distrusted_is_uploaded_again() {
     uploaded.distrust();
     renderer.update(&mut uploaded, &scene).unwrap();
     assert!(is_another(&uploaded));
-    assert_eq!(differing(&small(&mut renderer, &uploaded, &scene), &picture), 0);
+    assert_eq!(differing(&small(&mut renderer, &uploaded, &scene), &rendering), 0);
     // A refusal of what was asked for is none of the device's.
     renderer.move_instances(&mut uploaded, &[(99, Affine3A::IDENTITY)]).unwrap_err();
     let (generation, images) = (uploaded.generation(), uploaded.textures.images(|_| true));

@@ -114,8 +114,8 @@ fn gpu_parallel_rays_may_be_asked_for() {
 
 /// What a white surface sends is direct and indirect light together; surfaces are the scene's.
 #[test]
-fn gpu_sums_of_white_surfaces_are_the_picture() {
-    let Some(gpu) = testing::gpu("gpu_sums_of_white_surfaces_are_the_picture") else { return };
+fn gpu_sums_of_white_surfaces_are_the_image() {
+    let Some(gpu) = testing::gpu("gpu_sums_of_white_surfaces_are_the_image") else { return };
     let mut scene = lit();
     for material in &mut scene.materials {
         *material = Material { base_color: Vec4::ONE, double_sided: material.double_sided, ..Material::default() };

@@ -1,8 +1,8 @@
-//! Pictures that must be one, bit for bit, however they were made.
+//! RenderedImages that must be one, bit for bit, however they were made.
 
 use glam::Vec3;
 use lanternfish::{
-    Picture, Renderer, Settings,
+    RenderedImage, Renderer, Settings,
     settings::{Culling, RayCulling, Samples, Shadows, TextureBinding},
     techniques::{Assignment, ClusterShape, ClusterTest, Clustered, Grouping, TileSize, Tiled},
 };
@@ -64,12 +64,12 @@ fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
 fn gpu_tiles_and_clusters_change_no_pixel() {
     let Some(gpu) = crate::gpu("gpu_tiles_and_clusters_change_no_pixel") else { return };
     let (scene, camera) = cornell_in_rain(1);
-    let picture =
+    let rendering =
         |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
-    let all = picture(&scene, Culling::NONE);
+    let all = rendering(&scene, Culling::NONE);
     let mut listed = Vec::new();
     for culling in all_cullings() {
-        let tiled = picture(&scene, culling.clone());
+        let tiled = rendering(&scene, culling.clone());
         assert_eq!(differing(&tiled, &all), 0, "{culling:?}");
         assert_eq!(tiled.display, all.display, "{culling:?}");
         // The same rays, too: a light more in a list is a light out of reach.
@@ -79,10 +79,10 @@ fn gpu_tiles_and_clusters_change_no_pixel() {
     }
     println!("listed lights, all, then 8, 16, 32 px without and with boxes, and in 1, 7, 32 layers: {listed:?}");
     // It can fail: other rain is another picture, and so is a light whose range is a tenth shorter.
-    assert!(differing(&picture(&cornell_in_rain(2).0, Culling::NONE), &all) > 1000);
+    assert!(differing(&rendering(&cornell_in_rain(2).0, Culling::NONE), &all) > 1000);
     let mut shorter = scene.clone();
     shorter.lights.iter_mut().for_each(|light| light.range = light.range.map(|range| 0.9 * range));
-    assert!(differing(&picture(&shorter, Culling::default()), &all) > 1000);
+    assert!(differing(&rendering(&shorter, Culling::default()), &all) > 1000);
 }
 
 /// Two eyes of one head, and a mirror that looks the other way.
@@ -100,7 +100,7 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
     // Into the box: the eyes' frusta are wide.
     head.world_from_camera *= glam::Affine3A::from_translation(2.0 * Vec3::NEG_Z);
     let cameras = views(&head);
-    let pictures = |cameras: &[Camera], culling, samples| {
+    let renderings = |cameras: &[Camera], culling, samples| {
         let settings = Settings { culling, samples, ..Settings::direct_light() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let scene = renderer.upload(&scene).unwrap();
@@ -109,10 +109,10 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
     };
     for samples in [Samples::One, Samples::Four] {
         let alone =
-            cameras.iter().map(|c| pictures(std::slice::from_ref(c), Culling::NONE, samples).unwrap().remove(0));
-        let alone: Vec<Picture> = alone.collect();
+            cameras.iter().map(|c| renderings(std::slice::from_ref(c), Culling::NONE, samples).unwrap().remove(0));
+        let alone: Vec<RenderedImage> = alone.collect();
         for culling in [Culling::from(Tiled::default()), Culling::from(RasterGrid::default())] {
-            let tiled = pictures(&cameras, culling.clone(), samples).unwrap();
+            let tiled = renderings(&cameras, culling.clone(), samples).unwrap();
             for (i, (tiled, alone)) in tiled.iter().zip(&alone).enumerate() {
                 assert_eq!(differing(tiled, alone), 0, "view {i}, {samples} samples, {culling:?}");
             }
@@ -127,11 +127,11 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
                 // No perspective grid holds views that face apart.
                 let through_eye = !matches!(shape, ClusterShape::Orthographic { .. });
                 if through_eye && grouping == Grouping::Enclosed {
-                    let error = pictures(&cameras, culling.clone(), samples).unwrap_err().to_string();
+                    let error = renderings(&cameras, culling.clone(), samples).unwrap_err().to_string();
                     assert!(error.contains("ortho:"), "{error}");
                 }
                 let count = if through_eye { 2 } else { 3 };
-                let together = pictures(&cameras[..count], culling.clone(), samples).unwrap();
+                let together = renderings(&cameras[..count], culling.clone(), samples).unwrap();
                 for (i, (together, alone)) in together.iter().zip(&alone).enumerate() {
                     assert_eq!(differing(together, alone), 0, "view {i}, {samples} samples, {culling:?}");
                 }
@@ -159,14 +159,14 @@ fn gpu_more_samples_are_closer_to_the_truth_at_edges() {
 
 /// Root mean square errors with one and with four samples a pixel, against a picture `fine` times as wide and high.
 fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64, f64) {
-    let picture = |samples, scale: u32| {
+    let rendering = |samples, scale: u32| {
         let settings = Settings { samples, ..Settings::direct_light() };
         linear(&render(gpu, scene, camera, (scale * SIZE.0, scale * SIZE.1), settings))
     };
     // What is brighter than a display shows is left out: highlights are no edges of triangles.
-    let ground_truth = picture(Samples::One, fine).box_downsampled(fine as usize).unwrap();
+    let ground_truth = rendering(Samples::One, fine).box_downsampled(fine as usize).unwrap();
     let error = |samples| {
-        let image = picture(samples, 1);
+        let image = rendering(samples, 1);
         let squares = image
             .pixels
             .iter()
@@ -179,8 +179,8 @@ fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64
 }
 
 #[test]
-fn gpu_pictures_are_the_same_from_run_to_run() {
-    let Some(gpu) = crate::gpu("gpu_pictures_are_the_same_from_run_to_run") else { return };
+fn gpu_images_are_the_same_from_run_to_run() {
+    let Some(gpu) = crate::gpu("gpu_images_are_the_same_from_run_to_run") else { return };
     let (scene, camera) = cornell_in_rain(3);
     for culling in [Culling::default(), Culling::from(RasterGrid::default())] {
         check_runs(gpu, &scene, &camera, culling);
@@ -223,14 +223,14 @@ fn gpu_texture_arrays_change_no_pixel() {
     // Means of frames are filtered by other gradients.
     for accumulate in [1, 3] {
         let usual = Settings { accumulate, shadows: Shadows::None, ..Settings::direct_light() };
-        let picture =
+        let rendering =
             |scene: &Scene, textures| render(gpu, scene, &camera, SIZE, Settings { textures, ..usual.clone() });
-        let array = picture(&scene, TextureBinding::Array);
-        assert_eq!(differing(&picture(&scene, TextureBinding::PerMaterial), &array), 0);
+        let array = rendering(&scene, TextureBinding::Array);
+        assert_eq!(differing(&rendering(&scene, TextureBinding::PerMaterial), &array), 0);
         // It can fail: with the textures in another order.
         let mut turned = scene.clone();
         turned.textures.rotate_left(1);
-        assert!(differing(&picture(&turned, TextureBinding::PerMaterial), &array) > 1000);
+        assert!(differing(&rendering(&turned, TextureBinding::PerMaterial), &array) > 1000);
     }
 }
 
@@ -240,12 +240,12 @@ fn gpu_a_thousand_lights_over_one_tile() {
     let mut scene = generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     scene.lights = generate::light_rain(&scene.bounds(), 1000, Some(3.0), 5, 0.0);
-    let picture = |culling, count: usize| {
+    let rendering = |culling, count: usize| {
         let scene = Scene { lights: scene.lights[..count].to_vec(), ..scene.clone() };
         render(gpu, &scene, &camera, (16, 16), Settings { culling, ..Settings::direct_light() })
     };
-    let all = picture(Culling::NONE, 1000);
-    let tiled = picture(Culling::default(), 1000);
+    let all = rendering(Culling::NONE, 1000);
+    let tiled = rendering(Culling::default(), 1000);
     // One tile of 16 pixels is the whole picture.
     let listed = counter(&tiled, "light_culling/listed_lights");
     println!("{listed} lights over one tile, {} rays", counter(&tiled, "shadows/rays"));
@@ -254,9 +254,9 @@ fn gpu_a_thousand_lights_over_one_tile() {
     // It can fail: each hundred of the lights shows, the last ones too.
     let mut fewer = all;
     for count in [900, 500, 32] {
-        let picture = picture(Culling::default(), count);
-        assert!(differing(&picture, &fewer) > 100, "the lights from {count} on do not show");
-        fewer = picture;
+        let rendering = rendering(Culling::default(), count);
+        assert!(differing(&rendering, &fewer) > 100, "the lights from {count} on do not show");
+        fewer = rendering;
     }
 }
 
@@ -271,18 +271,18 @@ fn gpu_rays_to_lights_behind_a_surface_change_no_pixel() {
     let (mut atrium, atrium_camera) = atrium();
     atrium.lights.extend(generate::light_rain(&atrium.bounds(), 60, Some(4.0), 6, 0.0));
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
-        let picture = |ray_culling| {
+        let rendering = |ray_culling| {
             let settings = Settings { ray_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
             render(gpu, &scene, &camera, SIZE, settings)
         };
-        let rays = |picture: &Picture| counter(picture, "shadows/rays");
-        let none = picture(RayCulling::None);
-        let surface = picture(RayCulling::Surface);
+        let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");
+        let none = rendering(RayCulling::None);
+        let surface = rendering(RayCulling::Surface);
         assert_eq!(differing(&surface, &none), 0, "{}", scene.name);
         assert!(rays(&surface) < rays(&none), "{}: no ray was saved", scene.name);
         // Normals from depth are wrong at edges, the five-sample one less often [Elagabani2025, §4.3.1].
-        let naive = picture(RayCulling::Naive);
-        let improved = picture(RayCulling::Improved);
+        let naive = rendering(RayCulling::Naive);
+        let improved = rendering(RayCulling::Improved);
         let wrong = [differing(&naive, &none), differing(&improved, &none)];
         println!(
             "{}: {} rays for all lights, {} by the surface's normal, {} naive, {} improved; {wrong:?} pixels differ",
@@ -310,10 +310,10 @@ fn gpu_tracers_agree() {
     let (cornell, cornell_camera) = cornell_in_rain(8);
     let (atrium, atrium_camera) = atrium();
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
-        let picture = |gpu: &Gpu, shadows| {
+        let rendering = |gpu: &Gpu, shadows| {
             render(gpu, &scene, &camera, (320, 180), Settings { shadows, ..Settings::direct_light() })
         };
-        let [bvh, ray_query, none] = [Shadows::BVH, Shadows::RAY_QUERY, Shadows::None].map(|s| picture(gpu, s));
+        let [bvh, ray_query, none] = [Shadows::BVH, Shadows::RAY_QUERY, Shadows::None].map(|s| rendering(gpu, s));
         let pixels = (bvh.width * bvh.height) as usize;
         let differ = differing(&bvh, &ray_query);
         println!("{}: {differ} of {pixels} pixels differ between tracers", scene.name);

@@ -176,7 +176,7 @@ impl Viewer {
     }
 
     /// Writes a screenshot, if one is asked for and the whole picture is there.
-    pub(super) fn keep_picture(&mut self) {
+    pub(super) fn keep_image(&mut self) {
         let size = self.viewport.size();
         if !self.wants_screenshot || size != self.room || self.viewport.averaged() == 0 {
             return;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use lanternfish_metrics::{exr_layers, read_exr_layer, read_png};
-use lanternfish_viewer::{PictureOfFile, Pictures};
+use lanternfish_viewer::{ImageOfFile, RenderedImages};
 
 use crate::{
     args::{RenderArgs, view::OnlyWindowArgs},
@@ -20,11 +20,11 @@ use crate::{
 const KNOWN: [&str; 5] = ["size", "exposure", "tone-map", "adapter", "quiet"];
 
 /// Whether what is named is a picture, and no scene.
-pub fn is_picture(name: &SceneName) -> bool {
-    name.demo().is_none() && is_of_picture(name.path())
+pub fn is_image(name: &SceneName) -> bool {
+    name.demo().is_none() && is_of_image(name.path())
 }
 
-fn is_of_picture(path: &Path) -> bool {
+fn is_of_image(path: &Path) -> bool {
     has_ending(path, "exr") || has_ending(path, "png")
 }
 
@@ -37,7 +37,7 @@ pub fn run(shot: &Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
         return Err(CliError::new(what, format!("leave the flag out; pictures take --{}", KNOWN.join(", --"))));
     }
     let paths: Vec<_> =
-        [shot.args.scene.path()].into_iter().chain(window.pictures.iter().map(PathBuf::as_path)).collect();
+        [shot.args.scene.path()].into_iter().chain(window.renderings.iter().map(PathBuf::as_path)).collect();
     // The window's log goes where others' do.
     Progress::start(shot.args.run.quiet).finish();
     show(&shot.args, &paths)
@@ -45,9 +45,9 @@ pub fn run(shot: &Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
 
 /// Opens a window on pictures, and returns when it is closed.
 pub fn show(args: &RenderArgs, paths: &[&Path]) -> Result<(), CliError> {
-    let pictures = paths.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
-    open(Pictures {
-        pictures: pictures.concat(),
+    let renderings = paths.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    open(RenderedImages {
+        renderings: renderings.concat(),
         exposure: args.look.exposure,
         tone_map: args.look.tone_map,
         size: [args.output.size.width, args.output.size.height],
@@ -56,16 +56,16 @@ pub fn show(args: &RenderArgs, paths: &[&Path]) -> Result<(), CliError> {
     })
 }
 
-fn open(pictures: Pictures) -> Result<(), CliError> {
-    lanternfish_viewer::compare(pictures).map_err(window::failed)
+fn open(renderings: RenderedImages) -> Result<(), CliError> {
+    lanternfish_viewer::compare(renderings).map_err(window::failed)
 }
 
 /// The picture of a file, or all its layers where it has no other.
-fn read(path: &Path) -> Result<Vec<PictureOfFile>, CliError> {
+fn read(path: &Path) -> Result<Vec<ImageOfFile>, CliError> {
     let name = path.file_name().unwrap_or(path.as_os_str()).display();
     if has_ending(path, "png") {
         let image = read_png(path).map_err(failed)?;
-        return Ok(vec![PictureOfFile { name: name.to_string(), image, is_radiance: false }]);
+        return Ok(vec![ImageOfFile { name: name.to_string(), image, is_radiance: false }]);
     }
     if !has_ending(path, "exr") {
         let what = format_args!("{}: the ending names no picture that is shown", path.display());
@@ -73,7 +73,7 @@ fn read(path: &Path) -> Result<Vec<PictureOfFile>, CliError> {
     }
     let layers = exr_layers(path).map_err(failed)?;
     let of = |layer: &str, name: String| {
-        Ok(PictureOfFile { name, image: read_exr_layer(path, layer).map_err(failed)?, is_radiance: true })
+        Ok(ImageOfFile { name, image: read_exr_layer(path, layer).map_err(failed)?, is_radiance: true })
     };
     match layers.iter().any(String::is_empty) || layers.is_empty() {
         true => Ok(vec![of("", name.to_string())?]),

@@ -1,7 +1,7 @@
 //! Rendering and comparing in a line.
 
 use glam::{Affine3A, Vec2, Vec3};
-use lanternfish::{Picture, Renderer, Settings};
+use lanternfish::{RenderedImage, Renderer, Settings};
 use lanternfish_gpu::Gpu;
 use lanternfish_metrics::RgbImage;
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
@@ -17,7 +17,7 @@ pub fn left_out_on_old_software(test: &str, gpu: &Gpu, measured: &str) -> bool {
 }
 
 /// Uploads and renders.
-pub fn render(gpu: &Gpu, scene: &Scene, camera: &Camera, (width, height): (u32, u32), settings: Settings) -> Picture {
+pub fn render(gpu: &Gpu, scene: &Scene, camera: &Camera, (width, height): (u32, u32), settings: Settings) -> RenderedImage {
     let mut renderer =
         Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).expect("the settings fit the device");
     let scene = renderer.upload(scene).expect("the scene fits the device");
@@ -25,26 +25,26 @@ pub fn render(gpu: &Gpu, scene: &Scene, camera: &Camera, (width, height): (u32, 
 }
 
 /// The linear picture without alpha.
-pub fn linear(picture: &Picture) -> RgbImage {
-    let pixels = picture.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-    RgbImage::new(picture.width as usize, picture.height as usize, pixels).expect("a picture is whole")
+pub fn linear(rendering: &RenderedImage) -> RgbImage {
+    let pixels = rendering.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
+    RgbImage::new(rendering.width as usize, rendering.height as usize, pixels).expect("a picture is whole")
 }
 
 /// Everything of a picture that a scene and its light decide, bit for bit.
-pub fn bits(picture: &Picture) -> Vec<[u32; 4]> {
-    picture.radiance.iter().map(|texel| texel.map(f32::to_bits)).collect()
+pub fn bits(rendering: &RenderedImage) -> Vec<[u32; 4]> {
+    rendering.radiance.iter().map(|texel| texel.map(f32::to_bits)).collect()
 }
 
 /// Pixels in which two pictures of one size differ.
-pub fn differing(a: &Picture, b: &Picture) -> usize {
+pub fn differing(a: &RenderedImage, b: &RenderedImage) -> usize {
     assert_eq!((a.width, a.height), (b.width, b.height));
     bits(a).iter().zip(bits(b)).filter(|(a, b)| *a != b).count()
 }
 
 /// A number of the picture's report.
-pub fn counter(picture: &Picture, name: &str) -> u64 {
-    let found = picture.report.counters.iter().find(|(known, _)| known == name);
-    found.unwrap_or_else(|| panic!("no counter {name}: {:?}", picture.report.counters)).1
+pub fn counter(rendering: &RenderedImage, name: &str) -> u64 {
+    let found = rendering.report.counters.iter().find(|(known, _)| known == name);
+    found.unwrap_or_else(|| panic!("no counter {name}: {:?}", rendering.report.counters)).1
 }
 
 /// A scene of one mesh, placed once.
@@ -82,7 +82,7 @@ pub fn thin_dielectric(material: usize, z: f32, half: f32) -> Primitive {
 pub const EDGE: u32 = 64;
 
 /// Looks down −z from z = 10 along parallel lines, at x and y from −2 to 2: a pixel is 1/16 m wide.
-pub struct Front(pub Picture);
+pub struct Front(pub RenderedImage);
 
 impl Front {
     pub fn camera() -> Camera {

@@ -1,4 +1,4 @@
-//! Pictures at the ends of what can be asked for.
+//! RenderedImages at the ends of what can be asked for.
 
 use glam::Vec3;
 use lanternfish::{
@@ -46,7 +46,7 @@ fn gpu_a_scene_without_lights_is_dark_but_for_what_glows() {
     for culling in [Culling::NONE, Culling::default()] {
         let dark =
             render(gpu, &scene, &camera, (40, 40), Settings { culling: culling.clone(), ..Settings::direct_light() });
-        let bright = |picture: &lanternfish::Picture| picture.radiance.iter().filter(|texel| texel[0] > 0.0).count();
+        let bright = |rendering: &lanternfish::RenderedImage| rendering.radiance.iter().filter(|texel| texel[0] > 0.0).count();
         // The lamp is an emissive quad.
         let glowing = dark.radiance.iter().filter(|texel| texel[..3] == [17.0, 12.0, 4.0]).count();
         assert!(glowing > 0 && bright(&dark) == glowing, "{culling:?}: {glowing} glow, {} are bright", bright(&dark));
@@ -94,23 +94,23 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
         // Another has nothing to show without what it shows.
         let indirect = if view == DebugView::Indirect { Indirect::default() } else { Indirect::NONE };
         let settings = Settings { debug_view: Some(view), occlusion, indirect, ..Settings::direct_light() };
-        let picture = render(gpu, &scene, &camera, (40, 30), settings.clone());
+        let rendering = render(gpu, &scene, &camera, (40, 30), settings.clone());
         if view == DebugView::BaseColor {
-            assert_ne!(bits(&picture), bits(&plain));
+            assert_ne!(bits(&rendering), bits(&plain));
         } else if view == DebugView::Indirect {
             let with_indirect = render(gpu, &scene, &camera, (40, 30), Settings { debug_view: None, ..settings });
-            assert_eq!(bits(&picture), bits(&with_indirect), "{view}");
+            assert_eq!(bits(&rendering), bits(&with_indirect), "{view}");
         } else {
-            assert_eq!(bits(&picture), bits(&plain), "{view}");
+            assert_eq!(bits(&rendering), bits(&plain), "{view}");
         }
         if view == DebugView::Nan {
-            assert!(picture.display.iter().all(|texel| texel[0] == texel[1]), "not a number somewhere");
+            assert!(rendering.display.iter().all(|texel| texel[0] == texel[1]), "not a number somewhere");
             // It is the one that shows what several samples come to.
             let samples = Settings { debug_view: Some(view), samples: Samples::Four, ..Settings::direct_light() };
-            let picture = render(gpu, &scene, &camera, (40, 30), samples);
-            assert!(picture.display.iter().all(|texel| texel[0] == texel[1]), "not a number in some sample");
+            let rendering = render(gpu, &scene, &camera, (40, 30), samples);
+            assert!(rendering.display.iter().all(|texel| texel[0] == texel[1]), "not a number in some sample");
         }
-        seen.push(picture.display);
+        seen.push(rendering.display);
     }
     // No two are one picture, but that on these flat walls all normals agree up to the few edges.
     seen.sort();
@@ -141,8 +141,8 @@ fn gpu_every_ray_culling_renders_without_depth() {
     for ray_culling in RayCulling::ALL.iter().copied() {
         for size in [(1, 1), (2, 2), (3, 1)] {
             let settings = Settings { ray_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
-            let picture = render(gpu, &scene, &scene.cameras[0], size, settings);
-            assert!(picture.radiance.iter().flatten().all(|v| v.is_finite()), "{ray_culling} at {size:?}");
+            let rendering = render(gpu, &scene, &scene.cameras[0], size, settings);
+            assert!(rendering.radiance.iter().flatten().all(|v| v.is_finite()), "{ray_culling} at {size:?}");
         }
     }
 }

@@ -96,7 +96,7 @@ fn gpu_posed_scenes_are_the_path_tracers() {
         let duration = scene.motion.animations[0].duration();
         scene.pose_at_rest();
         let mut uploaded = renderer.upload(&scene).unwrap();
-        let mut pictures = Vec::new();
+        let mut renderings = Vec::new();
         for time in TRACED {
             scene.pose(0, time * duration);
             assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
@@ -122,12 +122,12 @@ fn gpu_posed_scenes_are_the_path_tracers() {
                 100.0 * error.fraction_within(0.05),
                 100.0 * (error.energy_ratio() - 1.0)
             );
-            pictures.push((found, expected, error));
+            renderings.push((found, expected, error));
         }
-        all.push((sample, pictures));
+        all.push((sample, renderings));
     }
-    for (sample, pictures) in &all {
-        for (time, (_, _, error)) in TRACED.iter().zip(pictures) {
+    for (sample, renderings) in &all {
+        for (time, (_, _, error)) in TRACED.iter().zip(renderings) {
             // Up to half of the pixels of so small a thing are edges, of which 64 frames see 64 places.
             assert!(error.lit_count() > 40, "{sample} at {time}: little is seen");
             assert!(error.median() < 0.04, "{sample} at {time}: median {}", error.median());
@@ -135,8 +135,8 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{sample} at {time}: energy {}", error.energy_ratio());
         }
         // It can fail: another moment is another picture. The truck's wheels turn alone, and are round.
-        let other = RelativeError::measure(&pictures[1].0, &pictures[0].1, 1e-3).unwrap().fraction_within(0.1);
-        let own = pictures[1].2.fraction_within(0.1);
+        let other = RelativeError::measure(&renderings[1].0, &renderings[0].1, 1e-3).unwrap().fraction_within(0.1);
+        let own = renderings[1].2.fraction_within(0.1);
         assert!(other < own - 0.02 || sample.contains("Truck"), "{sample}: blind to what moves: {other} and {own}");
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use lanternfish::{
-    Picture, Renderer, Settings,
+    RenderedImage, Renderer, Settings,
     settings::{Culling, DebugView, Indirect, Samples, Shadows},
     techniques::{Assignment, ClusterTest, Clustered, Sampled, TileSize, Tiled},
 };
@@ -210,12 +210,12 @@ fn gpu_points_and_areas_are_the_same_under_every_culling() {
         };
         *light = Light { range, ..area };
     }
-    let picture =
+    let rendering =
         |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
-    let all = picture(&scene, Culling::NONE);
-    let rays = |picture: &Picture| counter(picture, "shadows/rays");
+    let all = rendering(&scene, Culling::NONE);
+    let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");
     for culling in cullings() {
-        let found = picture(&scene, culling.clone());
+        let found = rendering(&scene, culling.clone());
         assert_eq!(differing(&found, &all), 0, "{culling:?}");
         assert_eq!(rays(&found), rays(&all), "{culling:?}");
     }
@@ -223,13 +223,13 @@ fn gpu_points_and_areas_are_the_same_under_every_culling() {
     let mut shorter = scene.clone();
     let areas = shorter.lights.iter_mut().filter(|light| light.area().is_some());
     areas.for_each(|light| light.range = light.range.map(|range| 0.9 * range));
-    assert!(differing(&picture(&shorter, Culling::default()), &all) > 500);
+    assert!(differing(&rendering(&shorter, Culling::default()), &all) > 500);
     // Lights come and go: the scene that has areas no more is as if it never had.
     let mut points = scene.clone();
     points.lights.retain(|light| light.area().is_none());
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
-    for (scene, expected) in [(&scene, &all), (&points, &picture(&points, Culling::NONE)), (&scene, &all)] {
+    for (scene, expected) in [(&scene, &all), (&points, &rendering(&points, Culling::NONE)), (&scene, &all)] {
         renderer.update(&mut uploaded, scene).unwrap();
         let found = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap();
         assert_eq!(differing(&found, expected), 0, "{} lights", scene.lights.len());

@@ -44,11 +44,11 @@ fn gpu_conformance_files_render() {
         let camera = camera.unwrap_or_else(|| Camera::framing(&scene.bounds(), 0.8, 4.0 / 3.0));
         scene.lights.push(Light::directional(glam::Vec3::new(0.2, -0.5, -1.0), glam::Vec3::splat(3.0)));
         let uploaded = renderer.upload(&scene).unwrap_or_else(|error| panic!("{file}: {error}"));
-        let picture = renderer.render(&uploaded, &camera, 32, 24).unwrap_or_else(|error| panic!("{file}: {error}"));
+        let rendering = renderer.render(&uploaded, &camera, 32, 24).unwrap_or_else(|error| panic!("{file}: {error}"));
         // A file with errors may hold anything; one without shows nothing that is not a number.
-        let finite = picture.radiance.iter().flatten().all(|value| value.is_finite());
+        let finite = rendering.radiance.iter().flatten().all(|value| value.is_finite());
         assert!(finite || !accepted, "{file}: radiance is not finite");
-        seen += usize::from(picture.radiance.iter().any(|texel| texel[3] > 0.0));
+        seen += usize::from(rendering.radiance.iter().any(|texel| texel[3] > 0.0));
         rendered += 1;
     }
     println!("{rendered} files rendered, {seen} of them show a surface, {refused} refused");

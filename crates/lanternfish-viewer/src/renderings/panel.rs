@@ -6,14 +6,14 @@ use lanternfish::{
     settings::{Exposure, ToneMap},
 };
 
-use super::{PictureOfFile, place::Place, shown::Look};
+use super::{ImageOfFile, place::Place, shown::Look};
 use crate::wipe::{self, Painted, Textures};
 
 /// What the panel changes.
 #[derive(Debug)]
 pub struct State {
     /// All pictures there are; one at least.
-    pub pictures: Vec<PictureOfFile>,
+    pub renderings: Vec<ImageOfFile>,
     /// Which of them is on the left.
     pub a: usize,
     /// Which of them is on the right; none: the left one alone is shown.
@@ -54,19 +54,19 @@ pub struct Requested {
 
 impl State {
     /// The first two pictures; radiance as bright as is said, or as shows the first of it well.
-    pub fn new(pictures: Vec<PictureOfFile>, exposure: Exposure, tone_map: ToneMap) -> Self {
+    pub fn new(renderings: Vec<ImageOfFile>, exposure: Exposure, tone_map: ToneMap) -> Self {
         let ev = match exposure {
             Exposure::Ev(ev) => ev,
             Exposure::Auto => {
-                let of = |picture: &PictureOfFile| {
-                    metered_exposure(picture.image.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]))
+                let of = |rendering: &ImageOfFile| {
+                    metered_exposure(rendering.image.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]))
                 };
-                pictures.iter().find(|picture| picture.is_radiance).map_or(0.0, of)
+                renderings.iter().find(|rendering| rendering.is_radiance).map_or(0.0, of)
             }
         };
         Self {
-            b: (pictures.len() > 1).then_some(1),
-            pictures,
+            b: (renderings.len() > 1).then_some(1),
+            renderings,
             a: 0,
             look: Look { ev, tone_map },
             line: 0.5,
@@ -78,15 +78,15 @@ impl State {
     }
 
     /// Takes more pictures; the first of them is compared with A.
-    pub fn add(&mut self, pictures: Vec<PictureOfFile>) {
-        if !pictures.is_empty() {
-            self.b = Some(self.pictures.len());
+    pub fn add(&mut self, renderings: Vec<ImageOfFile>) {
+        if !renderings.is_empty() {
+            self.b = Some(self.renderings.len());
         }
-        self.pictures.extend(pictures);
+        self.renderings.extend(renderings);
     }
 
     fn size(&self) -> Vec2 {
-        let size = self.pictures[self.a].size().as_vec2();
+        let size = self.renderings[self.a].size().as_vec2();
         Vec2::new(size.x, size.y)
     }
 
@@ -104,12 +104,12 @@ pub fn show(ui: &mut Ui, state: &mut State, textures: &Textures, difference: Dif
     let mut requested = Requested::default();
     keys(ui, state, &mut requested);
     if state.shows_panel {
-        egui::Panel::left("pictures").default_size(300.0).show(ui, |ui| {
-            ui.heading("Pictures");
+        egui::Panel::left("renderings").default_size(300.0).show(ui, |ui| {
+            ui.heading("RenderedImages");
             egui::ScrollArea::vertical().show(ui, |ui| comparison(ui, state, difference));
         });
     }
-    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| picture(ui, state, textures));
+    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| rendering(ui, state, textures));
     requested
 }
 
@@ -139,7 +139,7 @@ fn keys(ui: &Ui, state: &mut State, requested: &mut Requested) {
 fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
     which(ui, state);
     ui.separator();
-    if state.pictures.iter().any(|picture| picture.is_radiance) {
+    if state.renderings.iter().any(|rendering| rendering.is_radiance) {
         ui.horizontal(|ui| {
             let label = ui.label("exposure").on_hover_text("Stops: 1 doubles, of pictures of radiance (EXR)");
             ui.add(egui::DragValue::new(&mut state.look.ev).speed(0.02).suffix(" EV")).labelled_by(label.id);
@@ -188,24 +188,24 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
 
 /// A row a picture: its name, and which side it is on.
 fn which(ui: &mut Ui, state: &mut State) {
-    let State { pictures, a, b, .. } = state;
+    let State { renderings, a, b, .. } = state;
     egui::Grid::new("which").striped(true).show(ui, |ui| {
-        for (i, picture) in pictures.iter().enumerate() {
+        for (i, rendering) in renderings.iter().enumerate() {
             ui.selectable_value(a, i, "A");
             if ui.selectable_label(*b == Some(i), "B").on_hover_text("A second click: A alone").clicked() {
                 *b = (*b != Some(i)).then_some(i);
             }
-            let size = picture.size();
-            ui.label(&picture.name).on_hover_text(format!("{} × {} pixels", size.x, size.y));
+            let size = rendering.size();
+            ui.label(&rendering.name).on_hover_text(format!("{} × {} pixels", size.x, size.y));
             ui.end_row();
         }
     });
 }
 
 /// The pictures, and the hand that enlarges and moves them.
-fn picture(ui: &mut Ui, state: &mut State, textures: &Textures) {
+fn rendering(ui: &mut Ui, state: &mut State, textures: &Textures) {
     let room = ui.available_rect_before_wrap();
-    let response = ui.interact(room, ui.scope_id().with("pictures"), egui::Sense::click_and_drag());
+    let response = ui.interact(room, ui.scope_id().with("renderings"), egui::Sense::click_and_drag());
     let size = state.size();
     let painted = state.painted(textures);
     wipe::paint(ui, room, state.place.whole(room, size), painted, textures);
@@ -228,7 +228,7 @@ fn told(ui: &Ui, state: &State, room: Rect, at: egui::Pos2) {
     let pixel = state.place.pixel(room, state.size(), at);
     let [x, y] = [pixel.x, pixel.y].map(|place| place.floor() as i64);
     let value = |name: &str, index: usize| {
-        let [r, g, b] = state.pictures[index].value([x, y])?;
+        let [r, g, b] = state.renderings[index].value([x, y])?;
         Some(format!("{name} {r:.4}  {g:.4}  {b:.4}"))
     };
     let Some(of_a) = value("A", state.a) else { return };

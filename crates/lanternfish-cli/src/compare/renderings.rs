@@ -19,7 +19,7 @@ pub fn write_map(path: &Path, pair: &Pair, map: &FlipMap) -> Result<(), CliError
 
 /// A, B, error map.
 pub fn write_side_by_side(path: &Path, shown: &Pair, map: &FlipMap) -> Result<(), CliError> {
-    let panels = [picture_panel(shown, shown.image()), picture_panel(shown, shown.reference()), map_panel(shown, map)];
+    let panels = [image_panel(shown, shown.image()), image_panel(shown, shown.reference()), map_panel(shown, map)];
     let width = 3 * map.width + 2 * GAP;
     let mut bytes = Vec::with_capacity(3 * width * map.height);
     for y in 0..map.height {
@@ -39,9 +39,9 @@ fn map_panel(pair: &Pair, map: &FlipMap) -> Vec<[u8; 3]> {
     colors.zip(pair.is_compared()).map(|(color, is_compared)| if *is_compared { color } else { LEFT_OUT }).collect()
 }
 
-fn picture_panel(shown: &Pair, picture: &RgbImage) -> Vec<[u8; 3]> {
+fn image_panel(shown: &Pair, rendering: &RgbImage) -> Vec<[u8; 3]> {
     let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-    let pixels = picture.pixels.iter().zip(shown.is_compared());
+    let pixels = rendering.pixels.iter().zip(shown.is_compared());
     pixels.map(|(pixel, is_compared)| if *is_compared { pixel.map(byte) } else { LEFT_OUT }).collect()
 }
 

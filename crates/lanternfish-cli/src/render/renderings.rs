@@ -1,7 +1,7 @@
 //! Frame after frame: each moved to its time, rendered, written.
 
 use lanternfish::{
-    GpuScene, Picture, Renderer, Report,
+    GpuScene, RenderedImage, Renderer, Report,
     debug_views::Scale,
     settings::{Exposure, Settings},
 };
@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// What pictures are made with.
-pub struct Pictures<'a> {
+pub struct RenderedImages<'a> {
     args: &'a RenderArgs,
     renderer: Renderer,
     uploaded: GpuScene,
@@ -36,7 +36,7 @@ pub struct Pictures<'a> {
     scale: Option<Scale>,
     may_have_faint_sky: bool,
     /// What was metered as the frame that is next.
-    metered: Option<Vec<Picture>>,
+    metered: Option<Vec<RenderedImage>>,
     /// What all pictures cost that were made.
     pub cost: Report,
     /// Exposure at which pictures are shown, EV, once one is.
@@ -48,7 +48,7 @@ pub fn are_metered(settings: &Settings, output: &Output) -> bool {
     settings.exposure == Exposure::Auto && settings.debug_view.is_none() && !output.is_radiance()
 }
 
-impl<'a> Pictures<'a> {
+impl<'a> RenderedImages<'a> {
     /// `scene` was just uploaded, as it is at 0 s. It is kept where something moves, or where it `may_have_faint_sky`.
     pub fn new(
         args: &'a RenderArgs,
@@ -89,20 +89,20 @@ impl<'a> Pictures<'a> {
         is_next: bool,
         progress: &mut Progress,
     ) -> Result<(), CliError> {
-        let mut pictures = self.drawn(first, camera, progress)?;
+        let mut renderings = self.drawn(first, camera, progress)?;
         if self.may_have_faint_sky
-            && let (Some(scene), Some(sky)) = (&mut self.scene, light_rig::faint_sky(&pictures[0]))
+            && let (Some(scene), Some(sky)) = (&mut self.scene, light_rig::faint_sky(&renderings[0]))
         {
             scene.sky = sky;
             self.renderer.update(&mut self.uploaded, scene)?;
-            pictures = self.drawn(first, camera, progress)?;
+            renderings = self.drawn(first, camera, progress)?;
             let sky = sky.to_array().map(|x| x.to_string()).join(",");
             progress.note(&format!(
                 "the scene's lights leave most of the picture black, and it has no surroundings: a faint sky was added \
                  (--sky {sky} repeats that, --light-rig none leaves it out)"
             ));
         }
-        if let Some(ev) = pictures[0].exposure {
+        if let Some(ev) = renderings[0].exposure {
             self.renderer.set_exposure(Exposure::Ev(ev))?;
             let all = match self.args.track.frames {
                 Some(Frames::Span(_)) => ", metered at 0 s",
@@ -111,7 +111,7 @@ impl<'a> Pictures<'a> {
             };
             progress.note(&format!("shown at {ev:+} EV{all}; --exposure {ev} repeats that, more is brighter"));
         }
-        self.metered = Some(pictures).filter(|_| is_next);
+        self.metered = Some(renderings).filter(|_| is_next);
         Ok(())
     }
 
@@ -128,36 +128,36 @@ impl<'a> Pictures<'a> {
         output: &Output,
         progress: &mut Progress,
     ) -> Result<(), CliError> {
-        let mut pictures = match self.metered.take() {
+        let mut renderings = match self.metered.take() {
             Some(metered) => metered,
             None => self.drawn(frame, camera, progress)?,
         };
         let writing = format!("Writing {}", output.path.display());
         let layers = self.args.stereo.stereo.is_some() && self.args.stereo.stereo_layout == StereoLayout::Layers;
         if layers {
-            let named: Vec<_> = EYES.into_iter().zip(&pictures).collect();
+            let named: Vec<_> = EYES.into_iter().zip(&renderings).collect();
             progress.step("write", &writing, || output.write_layers(&named))?;
         }
-        let first = pictures.remove(0);
+        let first = renderings.remove(0);
         self.exposure = self.exposure.or(first.exposure.filter(|_| !output.is_radiance()));
-        let picture = match pictures.pop() {
+        let rendering = match renderings.pop() {
             Some(second) => stereo::side_by_side(first, second),
             None => first,
         };
-        report::add(&mut self.cost, picture.report.clone());
-        let picture = match &self.scale {
-            Some(scale) => legend::below(picture, scale),
-            None => picture,
+        report::add(&mut self.cost, rendering.report.clone());
+        let rendering = match &self.scale {
+            Some(scale) => legend::below(rendering, scale),
+            None => rendering,
         };
         if !layers {
-            progress.step("write", &writing, || output.write(&picture))?;
+            progress.step("write", &writing, || output.write(&rendering))?;
         }
         Ok(())
     }
 
     /// What is seen at a frame's time, a picture an eye. It depends on the frame alone, not on those before it; motion
     /// is from what was drawn last.
-    fn drawn(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Vec<Picture>, CliError> {
+    fn drawn(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Vec<RenderedImage>, CliError> {
         let mut camera = camera.clone();
         if let (Some(motion), Some(scene), Some(bounds), Some(time)) =
             (&self.motion, &mut self.scene, &self.bounds, frame.time)

@@ -1,4 +1,4 @@
-//! Pictures of files in the window.
+//! RenderedImages of files in the window.
 
 use lanternfish_metrics::{ColorType, write_png};
 
@@ -21,8 +21,8 @@ fn at(screen: &[[u8; 3]], x: usize, y: usize) -> [u8; 3] {
 
 /// A on the left of the line, B on its right; what differs; enlarged by the wheel, and whole again.
 #[test]
-fn gpu_two_pictures_are_compared() {
-    let Some(display) = Display::open("gpu_two_pictures_are_compared") else { return };
+fn gpu_two_images_are_compared() {
+    let Some(display) = Display::open("gpu_two_images_are_compared") else { return };
     let folder = tempfile::tempdir().unwrap();
     write_stripes(&folder.path().join("a.png"), 0);
     write_stripes(&folder.path().join("b.png"), 80);
@@ -65,16 +65,16 @@ fn gpu_two_pictures_are_compared() {
 
 /// The picture that was rendered is what the window shows.
 #[test]
-fn gpu_a_rendered_picture_is_opened() {
-    let Some(display) = Display::open("gpu_a_rendered_picture_is_opened") else { return };
+fn gpu_a_rendered_image_is_opened() {
+    let Some(display) = Display::open("gpu_a_rendered_image_is_opened") else { return };
     let folder = tempfile::tempdir().unwrap();
     let words = "render demo:cornell --adapter cpu --indirect none --size 400x300 -o box.png --open";
     let mut render = start(&display, folder.path(), words);
     display.settled("the panel", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("mousemove 600 460");
     display.act("key F3");
-    let picture = read_png(&folder.path().join("box.png")).unwrap();
-    let bytes = picture.pixels.iter().map(|[r, g, b]| [*b, *g, *r].map(|value| (255.0 * value).round() as u8));
+    let rendering = read_png(&folder.path().join("box.png")).unwrap();
+    let bytes = rendering.pixels.iter().map(|[r, g, b]| [*b, *g, *r].map(|value| (255.0 * value).round() as u8));
     let expected: Vec<_> = bytes.collect();
     display.settled("the picture, to the bit", |screen| *screen == expected);
     display.act("key Escape");

@@ -17,7 +17,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, req
     let eyes = state.eyes();
     let places = stereo::places(rect, eyes);
     requested.room = Vec2::new(places[0].width(), places[0].height());
-    let response = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
+    let response = ui.interact(rect, ui.scope_id().with("rendering"), egui::Sense::click_and_drag());
     match places[..] {
         [left, right] => {
             let of = |a| Textures { a, ..Textures::default() };

@@ -10,7 +10,7 @@ use winit::{
 };
 
 use super::{
-    PictureReader, Pictures,
+    ImageReader, RenderedImages,
     panel::{self, Requested, Difference, State},
     shown::Look,
 };
@@ -26,7 +26,7 @@ use crate::{
 const LOOK_AGAIN: Duration = Duration::from_millis(30);
 
 /// Opens a window on pictures, one at least, and returns when it is closed.
-pub fn run(start: Pictures) -> Result<(), ViewerError> {
+pub fn run(start: RenderedImages) -> Result<(), ViewerError> {
     events::run::<Shown>(start)
 }
 
@@ -35,7 +35,7 @@ struct Shown {
     surface: Surface,
     gpu: Gpu,
     state: State,
-    read: PictureReader,
+    read: ImageReader,
     /// A, B, and where they differ, as egui knows them.
     known: [Known; 3],
     /// The textures of A and B, and what they are of.
@@ -47,18 +47,18 @@ struct Shown {
 }
 
 impl Program for Shown {
-    type Start = Pictures;
+    type Start = RenderedImages;
 
-    fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Pictures) -> Result<Self, ViewerError> {
-        let Pictures { pictures, exposure, tone_map, size: [width, height], adapter, read } = start;
+    fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: RenderedImages) -> Result<Self, ViewerError> {
+        let RenderedImages { renderings, exposure, tone_map, size: [width, height], adapter, read } = start;
         let attributes = Window::default_attributes()
-            .with_title(format!("{} – Lanternfish", pictures.first().map_or("", |picture| &picture.name)))
+            .with_title(format!("{} – Lanternfish", renderings.first().map_or("", |rendering| &rendering.name)))
             .with_inner_size(winit::dpi::LogicalSize::new(width, height));
         let (surface, gpu) = surface::open(events, display, attributes, &adapter)?;
         Ok(Self {
             surface,
             gpu,
-            state: State::new(pictures, exposure, tone_map),
+            state: State::new(renderings, exposure, tone_map),
             read,
             known: [const { None }; 3],
             sides: [const { None }; 2],
@@ -74,8 +74,8 @@ impl Program for Shown {
 
     fn dropped(&mut self, path: &Path) {
         match (self.read)(path) {
-            Ok(pictures) => {
-                self.state.add(pictures);
+            Ok(renderings) => {
+                self.state.add(renderings);
                 self.state.message.clear();
             }
             Err(what) => self.state.message = what,
@@ -112,9 +112,9 @@ impl Shown {
 
     /// Which pictures are on either side, and how they are shown.
     fn wanted(&self) -> [Option<(usize, Look)>; 2] {
-        let State { pictures, a, b, look, .. } = &self.state;
+        let State { renderings, a, b, look, .. } = &self.state;
         // What is no radiance looks the same under every exposure.
-        let of = |index: usize| (index, if pictures[index].is_radiance { *look } else { Look::PLAIN });
+        let of = |index: usize| (index, if renderings[index].is_radiance { *look } else { Look::PLAIN });
         [Some(of(*a)), b.map(of)]
     }
 
@@ -128,14 +128,14 @@ impl Shown {
             }
             *side = None;
             let Some((index, look)) = wanted else { continue };
-            let picture = &self.state.pictures[index];
-            if picture.size().max_element() > most {
+            let rendering = &self.state.renderings[index];
+            if rendering.size().max_element() > most {
                 self.state.message =
-                    format!("{}: this adapter shows pictures of {most} pixels a side at most", picture.name);
+                    format!("{}: this adapter shows pictures of {most} pixels a side at most", rendering.name);
                 continue;
             }
-            let view = texture(&self.gpu.device, picture.size());
-            write(&self.gpu.queue, &view, picture.bytes(look).as_flattened());
+            let view = texture(&self.gpu.device, rendering.size());
+            write(&self.gpu.queue, &view, rendering.bytes(look).as_flattened());
             *side = Some((view, (index, look)));
         }
         let two = match wanted {
@@ -149,21 +149,21 @@ impl Shown {
         self.found = None;
         self.difference.stop();
         if let Some([a, b]) = two {
-            let bytes = |(index, look): (usize, Look)| self.state.pictures[index].bytes(look);
-            self.difference.compare(bytes(a), bytes(b), self.state.pictures[a.0].size());
+            let bytes = |(index, look): (usize, Look)| self.state.renderings[index].bytes(look);
+            self.difference.compare(bytes(a), bytes(b), self.state.renderings[a.0].size());
         }
     }
 
     fn are_comparable(&self) -> bool {
-        let State { pictures, a, b, .. } = &self.state;
-        b.is_some_and(|b| pictures[b].size() == pictures[*a].size())
+        let State { renderings, a, b, .. } = &self.state;
+        b.is_some_and(|b| renderings[b].size() == renderings[*a].size())
     }
 
     fn show(&mut self) -> Requested {
         self.poll();
         self.bring();
         let ratio = self.surface.context().pixels_per_point();
-        let size = self.state.pictures[self.state.a].size().as_vec2();
+        let size = self.state.renderings[self.state.a].size().as_vec2();
         let room = self.surface.context().content_rect();
         // Pixels are seen as squares once they are enlarged.
         let filter = match ratio * self.state.place.zoom(room, Vec2::new(size.x, size.y)) > 1.0 {

@@ -24,8 +24,8 @@ fn bvh(settings: Settings) -> Settings {
 }
 
 #[test]
-fn gpu_a_texture_of_the_programs_shows_the_picture_to_the_bit() {
-    let Some(gpu) = testing::gpu("gpu_a_texture_of_the_programs_shows_the_picture_to_the_bit") else { return };
+fn gpu_a_texture_of_the_programs_shows_the_image_to_the_bit() {
+    let Some(gpu) = testing::gpu("gpu_a_texture_of_the_programs_shows_the_image_to_the_bit") else { return };
     // Light that is kept from frame to frame makes another picture of a later one.
     let indirect = Indirect::from(Sampled::default().one_bounce());
     let settings = bvh(Settings { indirect, ..Settings::default() });
@@ -53,21 +53,21 @@ fn gpu_ten_frames_of_a_window_are_reported() {
 /// What the program makes of the sums is what Lanternfish makes of the same scene: up to normals of 16 bits, and to points that are found
 /// again from depth.
 #[test]
-fn gpu_a_program_that_shades_by_itself_gets_the_light_of_the_picture() {
-    let test = "gpu_a_program_that_shades_by_itself_gets_the_light_of_the_picture";
+fn gpu_a_program_that_shades_by_itself_gets_the_light_of_the_image() {
+    let test = "gpu_a_program_that_shades_by_itself_gets_the_light_of_the_image";
     let Some(gpu) = testing::gpu(test) else { return };
     let settings = bvh(own_g_buffer::settings());
     let found = own_g_buffer::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let [width, height] = own_g_buffer::SIZE;
-    let picture = |settings| render(gpu, &own_g_buffer::scene(), &own_g_buffer::camera(), (width, height), settings);
-    let expected = picture(settings.clone());
+    let rendering = |settings| render(gpu, &own_g_buffer::scene(), &own_g_buffer::camera(), (width, height), settings);
+    let expected = rendering(settings.clone());
     let apart = |a: &[[u8; 4]], b: &[[u8; 4]]| {
         let pairs = a.iter().zip(b).filter(|(a, b)| a[..3].iter().zip(&b[..3]).any(|(a, b)| a.abs_diff(*b) > 2));
         pairs.count() as f64 / a.len() as f64
     };
     let (fraction, unshadowed) =
-        (apart(&found, &expected.display), picture(Settings { shadows: Shadows::None, ..settings.clone() }));
-    let without = picture(Settings { indirect: Settings::direct_light().indirect, ..settings });
+        (apart(&found, &expected.display), rendering(Settings { shadows: Shadows::None, ..settings.clone() }));
+    let without = rendering(Settings { indirect: Settings::direct_light().indirect, ..settings });
     let others = [apart(&found, &unshadowed.display), apart(&found, &without.display)];
     println!("{fraction} of the pixels differ by more than 2 of 255; without shadows, without indirect light {others:?}");
     assert!(fraction < 0.005, "{fraction}");

@@ -1,7 +1,7 @@
 //! The image of the surroundings: where it is seen, and what covers it.
 
 use glam::{EulerRot, Mat3A, Vec2, Vec3, Vec4};
-use lanternfish::{Picture, Settings, settings::Shadows};
+use lanternfish::{RenderedImage, Settings, settings::Shadows};
 use lanternfish_gpu::testing;
 use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Projection, Scene};
 
@@ -31,8 +31,8 @@ fn direction(camera: &Camera, (x, y): (u32, u32), (width, height): (u32, u32)) -
     camera.world_from_camera.transform_vector3(view)
 }
 
-fn radiance(picture: &Picture, x: u32, y: u32) -> Vec4 {
-    Vec4::from(picture.radiance[(y * picture.width + x) as usize])
+fn radiance(rendering: &RenderedImage, x: u32, y: u32) -> Vec4 {
+    Vec4::from(rendering.radiance[(y * rendering.width + x) as usize])
 }
 
 #[test]
@@ -46,12 +46,12 @@ fn gpu_every_pixel_of_an_empty_view_is_the_environments_radiance() {
         let mut camera =
             Camera::look_at(Vec3::new(3.0, -2.0, 1.0), Vec3::ZERO, Projection::Perspective { fov_y: 2.0, near: 0.1 });
         camera.world_from_camera.matrix3 = Mat3A::from_euler(EulerRot::YXZ, yaw, pitch, roll);
-        let picture = render(gpu, &empty(environment.clone()), &camera, size, Settings::direct_light());
+        let rendering = render(gpu, &empty(environment.clone()), &camera, size, Settings::direct_light());
         let turned = Environment { rotation: rotation + 0.1, ..environment.clone() };
         let mut differs_turned = 0;
         for (x, y) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y))) {
             let direction = direction(&camera, (x, y), size);
-            let found = radiance(&picture, x, y);
+            let found = radiance(&rendering, x, y);
             let expected = environment.radiance(direction);
             assert_near(found.truncate(), expected, 1.0, &format!("{x}, {y} towards {direction}"));
             assert_eq!(found.w, 0.0, "no surface covers it");
@@ -69,11 +69,11 @@ fn gpu_parallel_rays_see_one_point_of_the_environment() {
     let target = Vec3::new(0.3, -0.2, 0.9);
     let projection = Projection::Orthographic { half_height: 50.0, near: 0.0, far: 10.0 };
     let camera = Camera::look_at(Vec3::ZERO, target, projection);
-    let picture = render(gpu, &empty(environment.clone()), &camera, (9, 5), Settings::direct_light());
-    for texel in &picture.radiance {
+    let rendering = render(gpu, &empty(environment.clone()), &camera, (9, 5), Settings::direct_light());
+    for texel in &rendering.radiance {
         assert_near(Vec4::from(*texel).truncate(), environment.radiance(target.normalize()), 1.0, "one direction");
     }
-    assert!(bits(&picture).iter().all(|texel| *texel == bits(&picture)[0]));
+    assert!(bits(&rendering).iter().all(|texel| *texel == bits(&rendering)[0]));
 }
 
 /// A lit pane on the left, a see-through one on the right, nothing between them.

@@ -1,4 +1,4 @@
-//! Pictures of files without a window: which are shown, how bright, where, and what is told of them.
+//! RenderedImages of files without a window: which are shown, how bright, where, and what is told of them.
 
 use egui::{Key, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
@@ -6,21 +6,21 @@ use lanternfish::settings::{Exposure, ToneMap};
 use lanternfish_metrics::RgbImage;
 
 use super::{
-    PictureOfFile,
+    ImageOfFile,
     panel::{self, Requested, Difference, State},
     shown::Look,
 };
 use crate::wipe::Textures;
 
-fn picture(name: &str, value: f32, is_radiance: bool) -> PictureOfFile {
+fn rendering(name: &str, value: f32, is_radiance: bool) -> ImageOfFile {
     let image = RgbImage::new(8, 4, vec![[value, value, f32::NAN]; 32]).unwrap();
-    PictureOfFile { name: name.to_owned(), image, is_radiance }
+    ImageOfFile { name: name.to_owned(), image, is_radiance }
 }
 
 fn shown<'a>() -> Harness<'a, (State, Requested)> {
-    let pictures =
-        vec![picture("first.exr", 0.5, true), picture("second.exr", 4.0, true), picture("third.png", 1.0, false)];
-    let state = State::new(pictures, Exposure::Ev(1.0), ToneMap::None);
+    let renderings =
+        vec![rendering("first.exr", 0.5, true), rendering("second.exr", 4.0, true), rendering("third.png", 1.0, false)];
+    let state = State::new(renderings, Exposure::Ev(1.0), ToneMap::None);
     let draw = |ui: &mut egui::Ui, (state, requested): &mut (State, Requested)| {
         let textures =
             Textures { a: Some(egui::TextureId::User(1)), b: state.b.map(|_| egui::TextureId::User(2)), map: None };
@@ -33,13 +33,13 @@ fn shown<'a>() -> Harness<'a, (State, Requested)> {
 #[test]
 fn radiance_is_exposed_and_what_is_no_number_is_seen() {
     let look = Look { ev: 1.0, tone_map: ToneMap::None };
-    let finite = |value: f32, is_radiance: bool| PictureOfFile {
+    let finite = |value: f32, is_radiance: bool| ImageOfFile {
         image: RgbImage::new(1, 1, vec![[value; 3]]).unwrap(),
-        ..picture("a", 0.0, is_radiance)
+        ..rendering("a", 0.0, is_radiance)
     };
     assert_eq!(finite(0.5, true).bytes(look), [[255; 4]]);
     assert_eq!(finite(0.5, false).bytes(look), [[128, 128, 128, 255]]);
-    assert_eq!(picture("a", 1.0, true).bytes(look)[0], [0, 255, 255, 255]);
+    assert_eq!(rendering("a", 1.0, true).bytes(look)[0], [0, 255, 255, 255]);
     let state = State::new(vec![finite(0.02, true)], Exposure::Auto, ToneMap::Neutral);
     assert!(state.look.ev > 1.0 && state.b.is_none(), "what is dark is shown brighter: {}", state.look.ev);
 }
@@ -59,7 +59,7 @@ fn sides_are_chosen_exchanged_and_left_out() {
     harness.run();
     assert_eq!(harness.state().0.b, None);
     assert!(harness.query_by_label("Line between A and B").is_none());
-    harness.state_mut().0.add(vec![picture("dropped.png", 0.0, false)]);
+    harness.state_mut().0.add(vec![rendering("dropped.png", 0.0, false)]);
     harness.run();
     assert_eq!(harness.state().0.b, Some(3));
     harness.key_press(Key::M);

@@ -70,8 +70,8 @@ fn gpu_a_far_plane_far_away_casts_no_shadows() {
     let lit = |far: f32| {
         let projection = Projection::Orthographic { half_height: 2.0, near: 0.0, far };
         let camera = Camera::look_at(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, projection);
-        let picture = render(gpu, &scene, &camera, (64, 64), Settings::direct_light());
-        picture.radiance.iter().filter(|texel| texel[0] > 0.0).count()
+        let rendering = render(gpu, &scene, &camera, (64, 64), Settings::direct_light());
+        rendering.radiance.iter().filter(|texel| texel[0] > 0.0).count()
     };
     let near = lit(20.0);
     assert!((3000..64 * 64).contains(&near), "the block's shadow is there: {near} lit pixels");

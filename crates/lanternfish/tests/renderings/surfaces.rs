@@ -56,8 +56,8 @@ fn gpu_unlit_and_emissive_surfaces_shine_as_said() {
     // A display of exposure 1 shows twice as much; unlit white is white.
     scene.materials[0] = unlit(Vec3::splat(0.25));
     let settings = Settings { exposure: Exposure::Ev(1.0), tone_map: ToneMap::None, ..Settings::direct_light() };
-    let picture = Front::render(gpu, &scene, settings).0;
-    let display = picture.display[(32 * 64 + 16) as usize];
+    let rendering = Front::render(gpu, &scene, settings).0;
+    let display = rendering.display[(32 * 64 + 16) as usize];
     // sRGB of 0.5 is 187.5.
     assert!(display[..3].iter().all(|v| (187..=188).contains(v)) && display[3] == 255, "{display:?}");
 }
@@ -140,7 +140,7 @@ fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
     // Over white: a quarter of green, then half of red.
     let behind = 0.25 * Vec3::Y + 0.75 * Vec3::ONE;
     let expected = 0.5 * Vec3::X + 0.5 * behind;
-    let mut pictures = Vec::new();
+    let mut renderings = Vec::new();
     for primitives in [[&wall, &red, &green], [&green, &red, &wall], [&red, &wall, &green]] {
         let scene = scene_of(primitives.into_iter().cloned().collect(), materials.clone());
         let front = Front::render(gpu, &scene, Settings::direct_light());
@@ -148,9 +148,9 @@ fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
         assert_near(front.at(0.0, 0.0), expected, 2.0, "both panes");
         assert_near(front.at(1.25, 0.0), behind, 1.0, "the far pane alone");
         assert_near(front.at(1.7, 0.0), Vec3::ONE, 1.0, "the wall alone");
-        pictures.push(bits(&front.0));
+        renderings.push(bits(&front.0));
     }
-    assert!(pictures.iter().all(|picture| *picture == pictures[0]), "the order of drawing shows");
+    assert!(renderings.iter().all(|rendering| *rendering == renderings[0]), "the order of drawing shows");
 
     // It can fail: the panes the other way round are another colour.
     let swapped = scene_of(vec![wall, thin_dielectric(1, 1.0, 1.0), thin_dielectric(2, 2.0, 1.5)], materials.clone());
@@ -260,8 +260,8 @@ fn crumpled() -> Scene {
 }
 
 #[test]
-fn gpu_a_mirrored_instance_is_the_picture_in_a_mirror() {
-    let test = "gpu_a_mirrored_instance_is_the_picture_in_a_mirror";
+fn gpu_a_mirrored_instance_is_the_image_in_a_mirror() {
+    let test = "gpu_a_mirrored_instance_is_the_image_in_a_mirror";
     let Some(gpu) = testing::gpu(test) else { return };
     if left_out_on_old_software(test, gpu, "702 of 4,096 pixels differ there; the cause is not known") {
         return;
@@ -321,14 +321,14 @@ fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
 fn gpu_parallel_and_central_views_show_the_same_scene() {
     let Some(gpu) = testing::gpu("gpu_parallel_and_central_views_show_the_same_scene") else { return };
     let scene = generate::demo("cornell").unwrap();
-    let picture = |projection| {
+    let rendering = |projection| {
         // From very far the two are nearly one.
         let camera = Camera::look_at(Vec3::new(0.0, 1.0, 400.0), Vec3::Y, projection);
         render(gpu, &scene, &camera, (60, 60), Settings { materials: Materials::Lambert, ..Settings::direct_light() })
     };
     let half_height = 1.2f32;
-    let parallel = picture(Projection::Orthographic { half_height, near: 390.0, far: 410.0 });
-    let central = picture(Projection::Perspective { fov_y: 2.0 * (half_height / 400.0).atan(), near: 390.0 });
+    let parallel = rendering(Projection::Orthographic { half_height, near: 390.0, far: 410.0 });
+    let central = rendering(Projection::Perspective { fov_y: 2.0 * (half_height / 400.0).atan(), near: 390.0 });
     // Silhouettes of the blocks and shadow edges move by up to a metre in four hundred: a seventh of a pixel.
     let differ = parallel
         .radiance

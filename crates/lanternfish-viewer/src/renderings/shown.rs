@@ -3,7 +3,7 @@
 use glam::UVec2;
 use lanternfish::{output::display, settings::ToneMap};
 
-use super::PictureOfFile;
+use super::ImageOfFile;
 
 /// What no picture of light has: a pixel that is not a number.
 const NOT_A_NUMBER: [u8; 4] = [0, 255, 255, 255];
@@ -22,7 +22,7 @@ impl Look {
     pub const PLAIN: Self = Self { ev: 0.0, tone_map: ToneMap::None };
 }
 
-impl PictureOfFile {
+impl ImageOfFile {
     /// Pixels across and down.
     pub fn size(&self) -> UVec2 {
         UVec2::new(self.image.width as u32, self.image.height as u32)

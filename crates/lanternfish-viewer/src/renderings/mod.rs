@@ -1,4 +1,4 @@
-//! Pictures of files, in a window of their own: side by side with a line between them, and what differs.
+//! RenderedImages of files, in a window of their own: side by side with a line between them, and what differs.
 //!
 //! ```text
 //! window.rs ─▶ panel.rs ─▶ State (which two, exposure, place.rs) ─▶ shown.rs ─▶ textures, a map ─▶ window.rs
@@ -21,7 +21,7 @@ pub use window::run;
 
 /// A picture of a file.
 #[derive(Clone, Debug)]
-pub struct PictureOfFile {
+pub struct ImageOfFile {
     /// What it is called.
     pub name: String,
     /// Its pixels.
@@ -31,12 +31,12 @@ pub struct PictureOfFile {
 }
 
 /// Reads the pictures of a file that was dropped on the window, or says why it cannot.
-pub type PictureReader = Box<dyn Fn(&Path) -> Result<Vec<PictureOfFile>, String>>;
+pub type ImageReader = Box<dyn Fn(&Path) -> Result<Vec<ImageOfFile>, String>>;
 
 /// What a window of pictures shows first.
-pub struct Pictures {
+pub struct RenderedImages {
     /// The pictures. The first two are compared.
-    pub pictures: Vec<PictureOfFile>,
+    pub renderings: Vec<ImageOfFile>,
     /// How bright radiance is shown; from the first picture of radiance where nobody says it.
     pub exposure: Exposure,
     /// The curve that it is shown by.
@@ -46,5 +46,5 @@ pub struct Pictures {
     /// Where to run.
     pub adapter: AdapterChoice,
     /// Reads files that are dropped on the window.
-    pub read: PictureReader,
+    pub read: ImageReader,
 }

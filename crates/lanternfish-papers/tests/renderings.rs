@@ -1,18 +1,18 @@
-//! Pictures on a real adapter by every technique, the library's and this crate's: against each other, from run to run, while scenes change.
+//! RenderedImages on a real adapter by every technique, the library's and this crate's: against each other, from run to run, while scenes change.
 //!
 //! Every test that needs an adapter is called `gpu_…`.
 
-#[path = "pictures/animation.rs"]
+#[path = "renderings/animation.rs"]
 mod animation;
-#[path = "pictures/area_lights.rs"]
+#[path = "renderings/area_lights.rs"]
 mod area_lights;
-#[path = "pictures/changes.rs"]
+#[path = "renderings/changes.rs"]
 mod changes;
-#[path = "pictures/corners.rs"]
+#[path = "renderings/corners.rs"]
 mod corners;
-#[path = "pictures/identical.rs"]
+#[path = "renderings/identical.rs"]
 mod identical;
-#[path = "../../lanternfish/tests/pictures/support.rs"]
+#[path = "../../lanternfish/tests/renderings/support.rs"]
 #[allow(dead_code, reason = "the library's own pictures have it too")]
 mod support;
 
