@@ -13,7 +13,7 @@ use crate::apt;
 /// What a driver is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Purpose {
-    /// RenderedImages: any adapter will do.
+    /// Images: any adapter will do.
     RenderedImages,
     /// Tests, which run on a software adapter even where there is a graphics card.
     Tests,

@@ -114,7 +114,12 @@ impl Bench<'_> {
     }
 
     /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
-    fn row(&self, case: &Case, first: Option<&RenderedImage>, none: Option<&Row>) -> Result<(Row, RenderedImage), CliError> {
+    fn row(
+        &self,
+        case: &Case,
+        first: Option<&RenderedImage>,
+        none: Option<&Row>,
+    ) -> Result<(Row, RenderedImage), CliError> {
         eprintln!("  {}", case.name);
         let mut ready = self.renderer(self.settings(case))?;
         let rendering = self.render(&mut ready)?;
@@ -138,7 +143,11 @@ impl Bench<'_> {
             .count("rays", "rays", counter("shadows/rays"))
             .count("light_tests", "light tests", counter("light_culling/light_tests"))
             .count("listed_lights", "listed lights", counter("light_culling/listed_lights"))
-            .count("differing_pixels", "pixels that differ", first.map_or(0, |first| differing(first, &rendering)) as u64)
+            .count(
+                "differing_pixels",
+                "pixels that differ",
+                first.map_or(0, |first| differing(first, &rendering)) as u64,
+            )
             .data("exact", case.is_exact())
             .optional("paper_ms", "thesis: frame ms", case.paper_ms);
         let change = |key| {
@@ -234,7 +243,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     report.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
     report.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
     report.section("Normals from depth (fig. 5.3)", "", "normals", bench.normals()?);
-    report.heading("RenderedImages");
+    report.heading("Images");
     report.paragraph(
         "Rays a pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",
     );

@@ -10,11 +10,11 @@ use lanternfish_papers::WITHIN_TEXEL;
 use lanternfish_scene::Scene;
 
 use crate::{
+    ground_truths::GroundTruth,
     one_bounce::{Bench, Case, OneBounceArgs},
     run::frame_ms,
     table::Row,
     technique,
-    ground_truths::GroundTruth,
 };
 
 /// Frames before the change of a light.
@@ -34,8 +34,9 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let mut bench = Bench::start(args, "history", "Frames after frames", &mut progress)?;
     let changed = changed(&bench.scene);
-    let changed_ground_truth =
-        progress.step("ground_truth", "Tracing the changed light", || bench.ground_truth_of(GroundTruth::OneBounceFile, &changed))?;
+    let changed_ground_truth = progress.step("ground_truth", "Tracing the changed light", || {
+        bench.ground_truth_of(GroundTruth::OneBounceFile, &changed)
+    })?;
     let requested: Vec<Case> = cases(&bench.look, args.quick).into_iter().filter(|c| args.requests(&c.name)).collect();
     let mut rows = Vec::new();
     for Case { name, settings } in &requested {

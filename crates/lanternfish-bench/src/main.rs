@@ -5,6 +5,7 @@ mod clustered;
 mod deep_images;
 mod document;
 mod forward_plus;
+mod ground_truths;
 mod history;
 mod image;
 mod indirect;
@@ -16,7 +17,6 @@ mod run;
 mod subject;
 mod table;
 mod technique;
-mod ground_truths;
 mod virtual_lights;
 
 use std::process::ExitCode;

@@ -22,7 +22,7 @@ Examples:
     lanternfish farm shot.toml --frames 1-240 --chunk 10 -o job.yaml
     openjd run job.yaml
 
-The job has parameters: Shot, RenderedImage, Frames, Chunk, and Lanternfish, the program as the machines
+The job has parameters: Shot, Image, Frames, Chunk, and Lanternfish, the program as the machines
 find it. Everything else about the pictures is said by the shot; `lanternfish shot SCENE FLAGS` writes
 one.";
 
@@ -41,7 +41,7 @@ pub struct FarmArgs {
     pub fps: Option<f32>,
     /// The pictures, frame numbers put before the ending: what `render` calls --output. Without it: as the shot says, or its name with
     /// .png.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long = "image", alias = "picture", value_name = "FILE")]
     pub rendering: Option<PathBuf>,
     /// The job's file. Shot and pictures must lie in its folder, or below. Without it: standard output, for a file in the
     /// current folder.
@@ -126,7 +126,7 @@ parameterDefinitions:
     description: What is rendered.
     type: {kind}
     default: {shot}
-  - name: RenderedImage
+  - name: Image
     description: The pictures. A frame's number goes before the ending.
     type: PATH
     objectType: FILE
@@ -168,7 +168,7 @@ steps:
             - --progress
             - openjd
             - -o
-            - "{{{{Param.RenderedImage}}}}"
+            - "{{{{Param.Image}}}}"
           cancelation:
             mode: NOTIFY_THEN_TERMINATE
             notifyPeriodInSeconds: 10
@@ -184,7 +184,7 @@ steps:
             - "{{{{Param.Shot}}}}"
             - "{{{{Param.Frames}}}}"
             - -o
-            - "{{{{Param.RenderedImage}}}}"
+            - "{{{{Param.Image}}}}"
 "#
     )
 }

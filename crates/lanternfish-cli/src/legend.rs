@@ -13,7 +13,7 @@ const GAP: usize = 4;
 const HEIGHT: usize = MARGIN + BAR_HEIGHT + TICK_HEIGHT + GAP + GLYPH + GAP + GLYPH + MARGIN;
 /// A picture that is narrower gets a strip at its right.
 const LEAST_WIDTH: usize = 288;
-/// RenderedImages from this width on have letters of twice the size, and so on.
+/// Images from this width on have letters of twice the size, and so on.
 const LETTERS_WIDTH: usize = 1000;
 
 const PAPER: [u8; 4] = [24, 24, 24, 255];

@@ -63,7 +63,7 @@ impl Output {
         self.format == Format::Exr
     }
 
-    /// RenderedImages of one size as layers of an EXR file, by name.
+    /// Images of one size as layers of an EXR file, by name.
     pub fn write_layers(&self, renderings: &[(&str, &RenderedImage)]) -> Result<(), CliError> {
         let images = renderings.iter().map(|(name, rendering)| Ok((*name, radiance(rendering)?)));
         let images = images.collect::<Result<Vec<_>, CliError>>()?;

@@ -1,4 +1,4 @@
-//! RenderedImages for two eyes.
+//! Images for two eyes.
 
 use clap::ValueEnum;
 use lanternfish::RenderedImage;

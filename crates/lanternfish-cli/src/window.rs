@@ -17,10 +17,10 @@ use crate::{
     error::CliError,
     light_rig::{self, Lighting},
     output::{self, check_writable},
-    renderings,
     progress::Progress,
     recording::Recorded,
     render::lit_scene,
+    renderings,
     scene::SceneName,
     shot::{self, Shot, shown},
     stereo,
@@ -38,7 +38,7 @@ Examples:
 W A S D fly, dragging looks about; F1 shows all keys. V looks at the
 camera and its clusters from above. A file that is dropped on the window is opened. The window's size and
 place are kept in lanternfish/window.toml of the folder of settings (XDG_CONFIG_HOME, or ~/.config).
-RenderedImages (.exr, .png) are shown side by side, with a map and the mean of what differs.
+Images (.exr, .png) are shown side by side, with a map and the mean of what differs.
 ";
 
 /// Seconds of a step of what is recorded.

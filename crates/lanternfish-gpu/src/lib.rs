@@ -14,6 +14,7 @@ extern crate self as lanternfish_gpu;
 mod adapter;
 mod bindings;
 mod buffer;
+mod capacity_policy;
 mod compute;
 mod driver;
 mod edited;
@@ -21,7 +22,6 @@ mod engine;
 mod error;
 mod frame;
 mod gpu_struct;
-mod capacity_policy;
 mod made;
 mod pool;
 pub mod primitives;
@@ -37,14 +37,14 @@ pub use buffer::{
     checked, indirect_buffer, is_lost, is_same_device, read_back, read_texture, storage_buffer, storage_buffer_of,
     texture_of, uniform_buffer_of,
 };
+pub use capacity_policy::{Arrived, Counted, Growth, ListCapacity, Outcome};
 pub use compute::ComputeKernel;
 pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa};
 pub use edited::{ShaderTexts, read_shader_texts, shader_files};
-pub use engine::{Requested, Compilations, Engine, KeptCompiled};
+pub use engine::{Compilations, Engine, KeptCompiled, Requested};
 pub use error::GpuError;
 pub use frame::{Frame, PassTime, Profiler, discarded, submitted};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
-pub use capacity_policy::{Arrived, Counted, Growth, ListCapacity, Outcome};
 pub use made::{Made, made};
 pub use pool::{BindGroups, Pool};
 pub use raster::{RasterPipeline, RasterState};

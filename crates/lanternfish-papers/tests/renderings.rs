@@ -1,4 +1,4 @@
-//! RenderedImages on a real adapter by every technique, the library's and this crate's: against each other, from run to run, while scenes change.
+//! Images on a real adapter by every technique, the library's and this crate's: against each other, from run to run, while scenes change.
 //!
 //! Every test that needs an adapter is called `gpu_…`.
 

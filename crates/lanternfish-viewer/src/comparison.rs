@@ -14,8 +14,8 @@ use crate::{
     background::{Background, Found, Look, Subject, Told, Traced},
     cloud::Cloud,
     difference::Difference,
-    viewport::Viewport,
     texture::{texture, write},
+    viewport::Viewport,
     wipe::{Other, Wipe},
 };
 

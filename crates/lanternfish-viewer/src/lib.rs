@@ -8,28 +8,28 @@
 //! `renderings/` is a window of pictures of files; `events.rs` is the loop around either.
 
 mod background;
-mod comparison;
 mod cloud;
 mod clusters;
+mod comparison;
 mod controls;
 mod difference;
 mod error;
 mod events;
-mod window_state;
 mod overlay;
-mod resolution_scaling;
-mod repaint_limiter;
 mod panels;
-mod renderings;
 mod player;
 mod record;
-mod viewport;
+mod renderings;
+mod repaint_limiter;
+mod resolution_scaling;
 mod source_tree;
 mod stereo;
 mod sun;
 mod surface;
 mod texture;
+mod viewport;
 mod window;
+mod window_state;
 mod wipe;
 
 use std::path::{Path, PathBuf};
@@ -40,8 +40,8 @@ use lanternfish_scene::{Camera, Eyes, Scene, generate::Rain};
 
 pub use controls::Way;
 pub use error::ViewerError;
-pub use renderings::{ImageOfFile, ImageReader, RenderedImages};
 pub use record::{Move, RecordKeeper, Recording};
+pub use renderings::{ImageOfFile, ImageReader, RenderedImages};
 
 /// Opens a file, or says why it cannot.
 pub type Opener = Box<dyn Fn(&Path) -> Result<Opened, String>>;

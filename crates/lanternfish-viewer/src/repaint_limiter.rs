@@ -62,7 +62,8 @@ mod tests {
 
     /// Frames of 100 ms for a minute, each painted where it may be: the share of the time that painting takes.
     fn fraction(paint_ms: f64) -> f64 {
-        let (mut repaint_limiter, mut now, mut last, mut own) = (RepaintLimiter::default(), 0.0, f64::NEG_INFINITY, 0.0);
+        let (mut repaint_limiter, mut now, mut last, mut own) =
+            (RepaintLimiter::default(), 0.0, f64::NEG_INFINITY, 0.0);
         while now < 60_000.0 {
             now += 100.0;
             if repaint_limiter.is_due(now - last) {

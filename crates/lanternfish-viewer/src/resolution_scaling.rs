@@ -42,7 +42,10 @@ mod tests {
     #[test]
     fn what_moves_is_drawn_as_large_as_time_allows_and_whole_at_rest() {
         let mut resolution_scaling = ResolutionScaling::default();
-        assert_eq!((resolution_scaling.scale(1_000_000, true), resolution_scaling.scale(1_000_000, false)), (FIRST, 1.0));
+        assert_eq!(
+            (resolution_scaling.scale(1_000_000, true), resolution_scaling.scale(1_000_000, false)),
+            (FIRST, 1.0)
+        );
         resolution_scaling.took(1_000_000, 600.0);
         // A tenth of the pixels fits: sides of 0.316, and of a step below that.
         assert_eq!((resolution_scaling.scale(1_000_000, true), resolution_scaling.scale(1_000_000, false)), (0.3, 1.0));

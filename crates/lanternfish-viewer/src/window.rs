@@ -16,22 +16,21 @@ use winit::{
 };
 
 use crate::{
-    Keeper, Moment, Opened, Opener, Start, ViewerError, Writer,
+    Keeper, Moment, Opened, Opener, Start, ViewerError, Writer, clusters,
     comparison::Comparison,
-    clusters,
     controls::Controls,
     events::{self, Program},
-    window_state::WindowState,
     overlay::Overlays,
-    resolution_scaling::ResolutionScaling,
-    repaint_limiter::RepaintLimiter,
     panels::{Listing, Memory, State},
     player,
     record::Recorder,
-    viewport::Viewport,
+    repaint_limiter::RepaintLimiter,
+    resolution_scaling::ResolutionScaling,
     source_tree::{self, SourceTree},
     stereo::Stereo,
     surface::{self, Known, Surface},
+    viewport::Viewport,
+    window_state::WindowState,
     wipe::Wipe,
 };
 
@@ -204,8 +203,9 @@ impl Viewer {
     /// moves.
     fn has_more(&self) -> bool {
         let camera = &self.state.controls.camera;
-        let is_complete =
-            self.viewport.size() == self.room && !self.viewport.has_more(camera) && self.viewport.eyes() == self.state.eyes();
+        let is_complete = self.viewport.size() == self.room
+            && !self.viewport.has_more(camera)
+            && self.viewport.eyes() == self.state.eyes();
         let is_complete = is_complete && !self.comparison.has_more(&self.viewport, &self.state.wipe, camera);
         self.moves() || !(self.is_busy() || is_complete)
     }
@@ -243,7 +243,8 @@ impl Viewer {
         {
             let place = found.place.as_ref().filter(|_| self.viewport.shows(&pointed.camera));
             // Who has clicked waits a moment for what the device knows.
-            pointed.cluster = place.and_then(|place| clusters::at(&self.viewport.clusters().ok()?, pointed.eye, place.p));
+            pointed.cluster =
+                place.and_then(|place| clusters::at(&self.viewport.clusters().ok()?, pointed.eye, place.p));
             let pixel = (pointed.at * self.viewport.size().as_vec2()).as_uvec2();
             pointed.tile = place.and_then(|_| self.viewport.tiles().ok()?.get(pointed.eye)?.at(pixel));
             pointed.found = Some(found);
@@ -313,7 +314,8 @@ impl Viewer {
         let window = &self.surface.window;
         let size = window.inner_size().to_logical::<u32>(window.scale_factor());
         let position = window.outer_position().ok().map(|place| [place.x, place.y]);
-        WindowState { size: Some([size.width, size.height]), position, shows_panels: self.state.shows_panels }.write(path);
+        WindowState { size: Some([size.width, size.height]), position, shows_panels: self.state.shows_panels }
+            .write(path);
     }
 }
 

@@ -8,15 +8,17 @@ use crate::{
     debug_views::DebugViews,
     error::RenderError,
     gpu_scene::VisibleDraws,
-    indirect::{IndirectPasses, DemodulatedIrradiance},
+    indirect::{DemodulatedIrradiance, IndirectPasses},
     light_culling::{LightCulling, LightLists, Reach},
-    occlusion::{OcclusionPasses, AmbientVisibility},
+    occlusion::{AmbientVisibility, OcclusionPasses},
     output::{Output, display_target, present::Present},
     prepass::{Prepass, ShownViews},
     progressive::Progressive,
     rays::KeptStructure,
     request::{SurfaceSource, Target},
-    shading::{Arriving, Forward, DemodulatedLight, NearestTransparent, VisibilityRatios, Shadowing, AccumulatedRatios, Sums},
+    shading::{
+        AccumulatedRatios, Arriving, DemodulatedLight, Forward, NearestTransparent, Shadowing, Sums, VisibilityRatios,
+    },
     shadows::{Shadows, Visibility, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
@@ -292,7 +294,12 @@ impl Passes {
         })?;
         let Sums { direct, indirect } = irradiance;
         let shaded = Shaded::of_lights(Radiance { target: direct, drawn: None }, lights);
-        Ok(Shaded { indirect_light: Some(indirect), visibility: plan, ambient_visibility: arriving.ambient_visibility, ..shaded })
+        Ok(Shaded {
+            indirect_light: Some(indirect),
+            visibility: plan,
+            ambient_visibility: arriving.ambient_visibility,
+            ..shaded
+        })
     }
 
     /// How the shadows of a view are traced, where there are any.
@@ -313,7 +320,9 @@ impl Passes {
         lights: &LightLists,
         plan: Option<&VisibilityPlan>,
     ) -> Result<Option<AccumulatedRatios>, RenderError> {
-        let Some(mut fractions) = self.visibility_ratios.take_if(|fractions| fractions.are_of(view.scene)) else { return Ok(None) };
+        let Some(mut fractions) = self.visibility_ratios.take_if(|fractions| fractions.are_of(view.scene)) else {
+            return Ok(None);
+        };
         let found = fractions.target(frame, view.view.size);
         let recorded = self.by_bands(frame, view, lights, plan, Traced::Nothing, |_, frame, visibility| {
             visibility.map_or(Ok(()), |visibility| fractions.find(frame, view, lights, visibility, &found))
@@ -397,13 +406,7 @@ impl Passes {
     }
 
     /// What a display shows of a view: its picture, exposed, or the debug view.
-    fn show_image(
-        &self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        shaded: &Shaded,
-        display: &wgpu::TextureView,
-    ) {
+    fn show_image(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, shaded: &Shaded, display: &wgpu::TextureView) {
         match &self.debug_views {
             None => self.output.record(frame, shaded.rendering(), display),
             Some(debug_views) => debug_views.record(frame, view, shaded, display),

@@ -326,7 +326,8 @@ impl Renderer {
                 }
             }
         }
-        let of_ambient_visibility = shaded.ambient_visibility.iter().flat_map(|ambient_visibility| &ambient_visibility.counters);
+        let of_ambient_visibility =
+            shaded.ambient_visibility.iter().flat_map(|ambient_visibility| &ambient_visibility.counters);
         counters.extend(of_ambient_visibility.map(|(name, count)| ((*name).to_owned(), *count)));
         let report = Report { passes: Vec::new(), counters };
         Ok(RenderedImage { width: view.size.x, height: view.size.y, radiance, display, exposure, report })

@@ -112,7 +112,8 @@ impl Settings {
     /// says, which comes later.
     pub(crate) fn keeps_history(&self) -> bool {
         let has_accumulated_ambient_visibility = self.occlusion.is_noisy() && self.finds_ambient_visibility();
-        let is_noisy = self.indirect != Indirect::NONE || self.shadows != Shadows::None || has_accumulated_ambient_visibility;
+        let is_noisy =
+            self.indirect != Indirect::NONE || self.shadows != Shadows::None || has_accumulated_ambient_visibility;
         self.history == History::On && is_noisy
     }
 

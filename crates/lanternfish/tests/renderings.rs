@@ -1,4 +1,4 @@
-//! RenderedImages on a real adapter: against ground truth, against each other, from run to run.
+//! Images on a real adapter: against ground truth, against each other, from run to run.
 //!
 //! Every test that needs an adapter is called `gpu_…`.
 

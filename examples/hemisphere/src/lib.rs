@@ -6,7 +6,7 @@
 
 use lanternfish::{
     RenderError, Settings, ViewContext,
-    indirect::{Indirect, IndirectPasses, DemodulatedIrradiance, IndirectTechnique, layers_target},
+    indirect::{DemodulatedIrradiance, Indirect, IndirectPasses, IndirectTechnique, layers_target},
     prepass::Surface,
     rays::Tracer,
     shaders::{Package, Root, Shaders},

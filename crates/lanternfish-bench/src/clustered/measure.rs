@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use lanternfish::{
-    GpuScene, RenderedImage, RenderError, Renderer,
+    GpuScene, RenderError, RenderedImage, Renderer,
     light_culling::clustered::GridContents,
     techniques::{Assignment, ClusterShape},
 };

@@ -1,7 +1,7 @@
 //! Every scheme of light culling beside each other: what it lists, what that takes, and how long.
 
 use lanternfish::{
-    RenderedImage, RenderError, Renderer,
+    RenderError, RenderedImage, Renderer,
     settings::{Culling, Settings, Shadows},
     techniques::{Clustered, TileSize, Tiled},
 };

@@ -57,7 +57,8 @@ impl Bench<'_> {
                     let first = self.rendering(settings(usual))?;
                     let warmed = self.rendering(settings(WARMED_SAMPLES))?;
                     let warm = self.warm_frame(settings(usual))?;
-                    let fraction = |rendering: &RenderedImage| (energy(rendering) - direct) / (energy(converged) - direct);
+                    let fraction =
+                        |rendering: &RenderedImage| (energy(rendering) - direct) / (energy(converged) - direct);
                     let (trace, light) = (sum(&warm, is_trace), sum(&warm, is_light));
                     let covered = first.radiance.iter().map(|pixel| pixel[3]);
                     let count = rays(covered, 1, Brdf::Diffuse.counted_rays()) as f64;

@@ -1,6 +1,6 @@
 //! Renders every case, times it, and compares its image.
 
-use lanternfish::{GpuScene, RenderedImage, RenderError, Renderer, settings::Settings, techniques::Sampled};
+use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Settings, techniques::Sampled};
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
 use lanternfish_gpu::{PassTime, Profiler};
 use lanternfish_papers::DeepImageSettings;

@@ -17,12 +17,12 @@ use lanternfish_scene::{Camera, Scene};
 use self::walk::{Walk, grey};
 use crate::{
     document::Document,
+    ground_truths::{self, GroundTruth},
     image::{self, energy, energy_of, hdr_flip, linear, shown},
     run::{Run, RunArgs, frame_ms, least},
     subject::{Subject, SubjectArgs},
     table::Row,
     technique,
-    ground_truths::{self, GroundTruth},
 };
 
 /// Flags of benches of one bounce.
@@ -118,7 +118,8 @@ impl Bench {
             ground_truths::Subject { name: &scene.name, scene: &scene, camera, size, settings: &look, spp: args.spp };
         let ground_truth = |ground_truth| ground_truths::obtain(&run.folder, ground_truth, &subject);
         let direct = progress.step("ground_truth", "Tracing direct light", || ground_truth(GroundTruth::Direct))?;
-        let one_bounce = progress.step("ground_truth", "Tracing one bounce", || ground_truth(GroundTruth::OneBounceFile))?;
+        let one_bounce =
+            progress.step("ground_truth", "Tracing one bounce", || ground_truth(GroundTruth::OneBounceFile))?;
         let ground_truth_energy = energy_of(&one_bounce.mean) - energy_of(&direct.mean);
         if ground_truth_energy <= 0.0 {
             let hint = "add lights, e.g. --lights rain:10, or look elsewhere";

@@ -6,11 +6,11 @@ use lanternfish_papers::DeepImageSettings;
 
 use super::cases::papers_images;
 use crate::{
+    ground_truths::{self, GroundTruth},
     one_bounce::Bench,
     run::{counter, ms_of},
     table::Row,
     technique,
-    ground_truths::{self, GroundTruth},
 };
 
 /// Ways to find occlusion, on white surfaces under a white sky.

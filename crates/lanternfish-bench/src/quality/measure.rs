@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use lanternfish::{RenderedImage, RenderError, Renderer};
+use lanternfish::{RenderError, RenderedImage, Renderer};
 use lanternfish_cli::{error::CliError, flags::as_flags};
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 use lanternfish_scene::{Camera, Scene};
@@ -83,7 +83,12 @@ impl Bench<'_> {
         first: &mut Option<First>,
     ) -> Result<Row, CliError> {
         let ground_truth_name = technique.ground_truth.name();
-        let row = |left_out, figures| Row { name: technique.name.clone(), ground_truth: ground_truth_name, left_out, figures };
+        let row = |left_out, figures| Row {
+            name: technique.name.clone(),
+            ground_truth: ground_truth_name,
+            left_out,
+            figures,
+        };
         let (rendering, frame_ms) = match self.render(technique, scene) {
             Ok(rendered) => rendered,
             Err(RenderError::MissingFeature { feature, .. }) => {

@@ -30,9 +30,9 @@ use self::{
     techniques::techniques,
 };
 use crate::{
+    ground_truths::{self, GroundTruth, Subject},
     image::shown,
     run::{Run, RunArgs, make_folder},
-    ground_truths::{self, Subject, GroundTruth},
 };
 
 /// Flags of `quality`.
@@ -44,7 +44,7 @@ pub struct QualityArgs {
     #[arg(long, value_name = "SHOT", value_parser = PossibleValuesParser::new(SHOTS.iter().map(|shot| shot.name)))]
     only: Vec<String>,
     /// What is judged by one truth alone. Repeatable.
-    #[arg(long = "ground_truth", value_name = "TRUTH", value_parser = ground_truth())]
+    #[arg(long = "ground-truth", alias = "truth", value_name = "IMAGE", value_parser = ground_truth())]
     ground_truths: Vec<GroundTruth>,
     /// Only techniques whose name holds one of these words. Repeatable.
     #[arg(long = "technique", value_name = "WORDS")]
@@ -115,7 +115,9 @@ fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, surroundings: &Environme
     let mut techniques = techniques(&settings, whole.bounds().size().length());
     techniques.retain(|technique| args.requests(&technique.name));
     let mut first = None;
-    for ground_truth in judges().filter(|ground_truth| args.ground_truths.is_empty() || args.ground_truths.contains(ground_truth)) {
+    for ground_truth in
+        judges().filter(|ground_truth| args.ground_truths.is_empty() || args.ground_truths.contains(ground_truth))
+    {
         let (scene, settings) = (&ground_truth.scene(&whole, surroundings), ground_truth.seen(&settings));
         let subject =
             Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };

@@ -15,9 +15,9 @@ use super::{
 };
 use crate::{
     document::Document,
+    ground_truths::GroundTruthFigures,
     run::Run,
     table::{Row, decimal},
-    ground_truths::GroundTruthFigures,
 };
 
 /// How far an energy ratio may be from 1 without being marked, whatever the noise.
@@ -136,7 +136,10 @@ pub fn write(
         report.paragraph(shot.line());
         report.list(shot.ground_truths.iter().map(ground_truth_line));
         let rows = shot.rows.iter().map(|row| table_row(row.name.as_str(), row.ground_truth, cells(shot, row)));
-        let noise = shot.ground_truths.iter().map(|ground_truth| table_row("*noise*", ground_truth.name, ground_truth_cells(ground_truth)));
+        let noise = shot
+            .ground_truths
+            .iter()
+            .map(|ground_truth| table_row("*noise*", ground_truth.name, ground_truth_cells(ground_truth)));
         report.show(rows.chain(noise));
         report.html(renderings(shot));
     }
@@ -166,9 +169,13 @@ fn renderings(shot: &ShotReport) -> String {
         let images: String = images.iter().map(image).collect();
         format!("<figure>{images}<figcaption>{}</figcaption></figure>\n", escaped(caption))
     };
-    let ground_truths = shot.ground_truths.iter().map(|ground_truth| figure(&[&ground_truth.rendering], &format!("truth: {}", ground_truth.name)));
+    let ground_truths = shot
+        .ground_truths
+        .iter()
+        .map(|ground_truth| figure(&[&ground_truth.rendering], &format!("truth: {}", ground_truth.name)));
     let mut text = ground_truths.collect::<String>();
-    let shows = |row: &Measured, rendering: &str| row.figures.as_ref().is_some_and(|figures| figures.rendering == rendering);
+    let shows =
+        |row: &Measured, rendering: &str| row.figures.as_ref().is_some_and(|figures| figures.rendering == rendering);
     for (i, row) in shot.rows.iter().enumerate() {
         let is_new = |rendering: &str| !shot.rows[..i].iter().any(|row| shows(row, rendering));
         let Some(figures) = row.figures.as_ref().filter(|figures| is_new(&figures.rendering)) else { continue };
@@ -198,7 +205,8 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
     let errors = &figures.errors;
     let ground_truth = shot.ground_truths.iter().find(|ground_truth| ground_truth.name == row.ground_truth);
     let noise = ground_truth.map_or(0.0, |ground_truth| ground_truth.noise_energy);
-    let indirect = ground_truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
+    let indirect =
+        ground_truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
     let is_off = (errors.energy_ratio - 1.0).abs() > ENERGY_TOLERANCE.max(2.0 * noise);
     let mark = if is_off { " *" } else { "" };
     [
@@ -245,16 +253,21 @@ fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
     cells[0] = format!("{:.4}", ground_truth.noise_flip);
     cells[2] = format!("{:.2e}", ground_truth.noise_relative_mse);
     cells[4] = format!("± {:.4}", ground_truth.noise_energy);
-    cells[5] =
-        indirect_energy(ground_truth).map(|indirect| format!("± {:.3}", ground_truth.noise_energy / indirect)).unwrap_or_default();
+    cells[5] = indirect_energy(ground_truth)
+        .map(|indirect| format!("± {:.3}", ground_truth.noise_energy / indirect))
+        .unwrap_or_default();
     cells
 }
 
 /// Where a truth comes from and what it is.
 fn ground_truth_line(ground_truth: &GroundTruthFigures) -> String {
-    let made = if ground_truth.reused { "reused".to_owned() } else { format!("traced in {:.1} s", ground_truth.seconds) };
-    let dropped =
-        if ground_truth.dropped > 0 { format!("; {} samples were no numbers: a fault", ground_truth.dropped) } else { String::new() };
+    let made =
+        if ground_truth.reused { "reused".to_owned() } else { format!("traced in {:.1} s", ground_truth.seconds) };
+    let dropped = if ground_truth.dropped > 0 {
+        format!("; {} samples were no numbers: a fault", ground_truth.dropped)
+    } else {
+        String::new()
+    };
     format!(
         "{}: {}; {} samples a pixel, expected relative error {:.2} %, {made}{dropped}",
         ground_truth.name,

@@ -24,8 +24,10 @@ fn of_technique(room: Indirect, default: &Settings) -> Vec<Technique> {
         Technique { name: format!("{ground_truth} {name}"), settings, ground_truth }
     };
     let name = room.name().to_owned();
-    let mut rows =
-        vec![row(name.clone(), GroundTruth::OneBounce, room.clone()), row(name.clone(), GroundTruth::OneBounceFile, room.clone())];
+    let mut rows = vec![
+        row(name.clone(), GroundTruth::OneBounce, room.clone()),
+        row(name.clone(), GroundTruth::OneBounceFile, room.clone()),
+    ];
     for (parameter, values) in room.technique().expect("it is one").parameters() {
         for (value, _) in values {
             let mut other = room.clone();

@@ -18,8 +18,8 @@ use lanternfish_papers::{Deep, DeepImageSettings, DirectionSet, RasterGrid, WITH
 use lanternfish_scene::Named;
 
 use crate::{
+    ground_truths::{GroundTruth, SOFT_RADIUS},
     technique,
-    ground_truths::{SOFT_RADIUS, GroundTruth},
 };
 
 /// One way to make the picture.
@@ -102,7 +102,11 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows.push(row("light-radius 0".to_owned(), GroundTruth::DirectSoft, default.clone()));
     for shadow_rays in [default.shadow_rays, 4, 64] {
         let settings = Settings { light_radius: SOFT_RADIUS, shadow_rays, ..default.clone() };
-        rows.push(row(format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"), GroundTruth::DirectSoft, settings));
+        rows.push(row(
+            format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"),
+            GroundTruth::DirectSoft,
+            settings,
+        ));
     }
     // What is missing from all the light there is, and what one bounce adds.
     let without = |accumulate| Settings { indirect: technique::NO_INDIRECT, accumulate, ..default.clone() };
@@ -242,8 +246,11 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
 
 /// Light from the surroundings: none, by every way to find occlusion, and by rays.
 fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
-    let of =
-        |name: String, settings| Technique { name: format!("environment {name}"), settings, ground_truth: GroundTruth::Environment };
+    let of = |name: String, settings| Technique {
+        name: format!("environment {name}"),
+        settings,
+        ground_truth: GroundTruth::Environment,
+    };
     let occluded = |occlusion| Settings { occlusion, ..default.clone() };
     let mut rows = vec![of("none".to_owned(), occluded(technique::NO_OCCLUSION))];
     for occlusion in occlusion_rooms(None, diagonal) {
@@ -254,7 +261,10 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
     for tracer in &Tracer::all() {
         let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
-        rows.push(Technique { ground_truth: GroundTruth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
+        rows.push(Technique {
+            ground_truth: GroundTruth::EnvironmentBounce,
+            ..of(format!("sampled {tracer}"), settings)
+        });
     }
     rows
 }

@@ -26,7 +26,7 @@ fn bench_of(folder: &Path, ground_truths: &[&str], words: &[&str]) -> Quality {
     let output = program(folder)
         .args(["quality", "--output", "out", "--adapter", "cpu", "--commit", "test"])
         .args(["--only", "cornell", "--size", "32x32", "--spp", "64", "--runs", "1"])
-        .args(ground_truths.iter().flat_map(|ground_truth| ["--ground_truth", ground_truth]))
+        .args(ground_truths.iter().flat_map(|ground_truth| ["--ground-truth", ground_truth]))
         .args(words.iter().flat_map(|words| ["--technique", words]))
         .output()
         .unwrap();
@@ -128,8 +128,8 @@ fn gpu_light_that_is_reflected_more_than_once_is_missed_without_indirect_light()
         assert!(one < 0.9 * every, "{way}: {one} {every}");
     }
     // What the path tracer takes for direct light is what a picture without indirect light has: both are shares of one truth's energy.
-    let [direct, noise] =
-        ["energy_without_indirect", "noise_energy"].map(|figure| found.shot["ground_truths"][0][figure].as_f64().unwrap());
+    let [direct, noise] = ["energy_without_indirect", "noise_energy"]
+        .map(|figure| found.shot["ground_truths"][0][figure].as_f64().unwrap());
     for way in ["none", "none, 64 frames"] {
         let energy = found.energy(&format!("indirect {way}"));
         assert!((energy - direct).abs() < 0.01 + 4.0 * noise, "{way}: {energy} {direct}, noise {noise}");

@@ -7,6 +7,9 @@ use lanternfish::technique::{Choice, Kind, ParameterInfo, Range};
 
 use crate::{choices::names, flags::as_flags, parse};
 
+/// Names that parameters had before version 0.2, and have still, hidden: the old one and the new one.
+const RENAMED: [(&str, &str); 1] = [("cache-cells", "cache-entries")];
+
 /// The flag that chooses a technique.
 #[derive(Clone, Debug)]
 pub struct TechniqueFlag<K: Kind + ?Sized>(pub Choice<K>);
@@ -96,6 +99,8 @@ impl<K: Kind + ?Sized> Args for ParameterFlags<K> {
                     technique.set(words.name, text).map(|()| text.to_owned())
                 }),
             };
+            let renamed = RENAMED.into_iter().filter(|(_, new)| *new == words.name);
+            let flag = renamed.fold(flag, |flag, (old, _)| flag.alias(old));
             // The parser keeps it as long as it lives, and there are few.
             let flag = default.into_iter().fold(flag, |flag, text| flag.default_value(&*text.leak()));
             with_help(flag, words.help)

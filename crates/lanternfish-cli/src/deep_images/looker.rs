@@ -3,7 +3,7 @@
 use std::{fmt::Display, time::Instant};
 
 use lanternfish::{
-    GpuScene, RenderedImage, RenderError, Renderer,
+    GpuScene, RenderError, RenderedImage, Renderer,
     settings::{Settings, Shadows},
     view::View,
 };

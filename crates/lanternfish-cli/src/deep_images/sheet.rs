@@ -1,6 +1,6 @@
-//! RenderedImages side by side.
+//! Images side by side.
 
-use lanternfish::{RenderedImage, RenderError, Report};
+use lanternfish::{RenderError, RenderedImage, Report};
 
 use crate::parse::SIDES;
 
@@ -47,7 +47,7 @@ impl Sheet {
         }
     }
 
-    /// RenderedImages of one size, at least one, row by row.
+    /// Images of one size, at least one, row by row.
     pub fn side_by_side(sheets: Vec<Self>) -> Self {
         let count = sheets.len() as u32;
         let columns = Self::columns(count);
@@ -66,7 +66,14 @@ impl Sheet {
     /// As a picture without radiance.
     pub fn into_image(self) -> RenderedImage {
         let (width, height) = (self.width, self.height());
-        RenderedImage { width, height, radiance: Vec::new(), display: self.pixels, exposure: None, report: Report::default() }
+        RenderedImage {
+            width,
+            height,
+            radiance: Vec::new(),
+            display: self.pixels,
+            exposure: None,
+            report: Report::default(),
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use std::{
 };
 
 use lanternfish::{
-    GpuScene, RenderedImage, RenderError, Renderer, Settings,
+    GpuScene, RenderError, RenderedImage, Renderer, Settings,
     settings::{Exposure, Materials},
 };
 use lanternfish_gpu::{

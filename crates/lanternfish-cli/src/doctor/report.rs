@@ -245,7 +245,7 @@ impl Report {
         if let Some(first) = self.failures().next() {
             let _ = writeln!(
                 text,
-                "first failure: {}, {} ({}). Deferred checks rest on earlier ones: begin there.",
+                "first failure: {}, {} ({}). Later checks rest on earlier ones: begin there.",
                 first.group.name(),
                 first.name,
                 first.scene

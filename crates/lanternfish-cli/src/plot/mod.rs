@@ -117,7 +117,10 @@ pub fn bars(title: &str, unit: &str, parts: &[(&str, &'static str)], rows: &[(St
 /// Where values of the axes are in the picture, pixels.
 fn places<'p>(x: &'p Axis<'_>, y: &'p Axis<'_>) -> [Box<dyn Fn(f64) -> f64 + 'p>; 2] {
     let [left, top, right, bottom] = FRAME;
-    [Box::new(move |v| left + (right - left) * x.fraction(v)), Box::new(move |v| bottom - (bottom - top) * y.fraction(v))]
+    [
+        Box::new(move |v| left + (right - left) * x.fraction(v)),
+        Box::new(move |v| bottom - (bottom - top) * y.fraction(v)),
+    ]
 }
 
 /// A number in few characters: 1,500,000 is 1.5M.

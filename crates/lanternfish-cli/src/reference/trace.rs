@@ -97,8 +97,9 @@ pub fn trace(
     mut save: impl FnMut(&Film) -> Result<(), CliError>,
 ) -> Result<Run, CliError> {
     let (started, first) = (Instant::now(), film.sample_count());
-    let is_over =
-        || signals::requested().is_some() || goal.time_limit.is_some_and(|limit| started.elapsed().as_secs_f64() >= limit);
+    let is_over = || {
+        signals::requested().is_some() || goal.time_limit.is_some_and(|limit| started.elapsed().as_secs_f64() >= limit)
+    };
     let pixels = pixel_count(film);
     let (mut saved, mut between_saves) = (started, CHECKPOINT_SECONDS);
     let mut is_estimated = bar.is_seen();

@@ -1,4 +1,4 @@
-//! RenderedImages that are there already: whether they are what a run would write.
+//! Images that are there already: whether they are what a run would write.
 
 use lanternfish::debug_views::Scale;
 use lanternfish_metrics::{RgbImage, read_exr_layer, read_png};

@@ -157,7 +157,12 @@ impl<'a> RenderedImages<'a> {
 
     /// What is seen at a frame's time, a picture an eye. It depends on the frame alone, not on those before it; motion
     /// is from what was drawn last.
-    fn drawn(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Vec<RenderedImage>, CliError> {
+    fn drawn(
+        &mut self,
+        frame: &ShotFrame,
+        camera: &Camera,
+        progress: &mut Progress,
+    ) -> Result<Vec<RenderedImage>, CliError> {
         let mut camera = camera.clone();
         if let (Some(motion), Some(scene), Some(bounds), Some(time)) =
             (&self.motion, &mut self.scene, &self.bounds, frame.time)

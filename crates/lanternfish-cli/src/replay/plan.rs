@@ -99,7 +99,7 @@ impl Plan {
         self.motion.is_some() || self.steps.windows(2).any(|pair| pair[0].camera != pair[1].camera)
     }
 
-    /// RenderedImages of a frame.
+    /// Images of a frame.
     pub fn eyes(&self) -> usize {
         if self.eyes.is_some() { 2 } else { 1 }
     }

@@ -24,7 +24,7 @@ pub struct Report {
     pub width: u32,
     /// Its rows.
     pub height: u32,
-    /// RenderedImages of a frame: 1, or 2 for two eyes.
+    /// Images of a frame: 1, or 2 for two eyes.
     pub eyes: usize,
     /// Lights of the scene.
     pub lights: usize,

@@ -86,6 +86,11 @@ impl Key {
         Some(Self { table, name, repeats, kind, id: arg.get_id().to_string(), arg: arg.clone() })
     }
 
+    /// Whether this is the key's name, or one that it had before.
+    pub fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.arg.get_all_aliases().is_some_and(|old| old.contains(&name))
+    }
+
     /// The word of the command line that says this value; none for a flag that is off.
     pub fn word(&self, value: &OsStr) -> Option<OsString> {
         let mut word = OsString::from(format!("--{}", self.name));

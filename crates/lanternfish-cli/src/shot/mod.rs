@@ -100,7 +100,7 @@ pub(crate) fn of_recording(
     let flags = said(matches);
     let mut words = Vec::new();
     for (name, value) in recorded {
-        let known = keys.iter().find(|key| key.name == *name).ok_or_else(|| {
+        let known = keys.iter().find(|key| key.is_called(name)).ok_or_else(|| {
             let names = keys.iter().map(|key| key.name.as_str());
             let nearest = keys::nearest(name, names);
             CliError::new(

@@ -86,7 +86,7 @@ impl Reader<'_> {
     fn table(&self, table: &str, content: &DeTable<'_>, file: &mut File) -> Result<(), CliError> {
         let (mut interpolation, mut keyframes) = (Interpolation::default(), None);
         for (name, place, value) in entries(content) {
-            if let Some(key) = self.keys.iter().find(|key| key.table == table && key.name == name) {
+            if let Some(key) = self.keys.iter().find(|key| key.table == table && key.is_called(name)) {
                 for word in self.words(key, value)? {
                     file.words.push((key.id.clone(), word));
                 }

@@ -102,6 +102,19 @@ fn every_kind_of_value_reaches_its_flag() {
     assert_eq!(settings.culling, Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }));
 }
 
+/// Keys and flags keep the names that they had before, for one version.
+#[test]
+fn renamed_keys_are_known_by_their_old_names() {
+    let entries = |text: &str, flags: &str| {
+        let indirect = shot(text, flags).unwrap().args.settings().indirect;
+        indirect.technique().unwrap().get("cache-entries")
+    };
+    let old = "scene = \"a.glb\"\n[indirect]\ncache-cells = 4096\n";
+    assert_eq!(entries(old, "").as_deref(), Some("4096"));
+    assert_eq!(entries(old, "--cache-cells 512").as_deref(), Some("512"));
+    assert_eq!(entries(&old.replace("cells", "entries"), "").as_deref(), Some("4096"));
+}
+
 #[test]
 fn a_side_and_a_place_take_each_others_place() {
     let text = "scene = \"a.glb\"\n[view]\nview = \"top\"\n[lights]\nlight-rig = \"sun\"\n";

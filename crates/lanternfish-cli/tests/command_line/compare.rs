@@ -6,7 +6,7 @@ use lanternfish_metrics::{RgbImage, read_exr, read_png, write_exr, write_exr_lay
 
 use crate::support::{lanternfish, names};
 
-/// RenderedImages that the authors' evaluator of FLIP was asked about.
+/// Images that the authors' evaluator of FLIP was asked about.
 const PAIRS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../lanternfish-metrics/tests/pairs/");
 
 #[derive(Debug)]

@@ -3,8 +3,8 @@
 #[cfg(target_os = "linux")]
 mod dropped;
 mod panels;
-mod renderings;
 mod rain;
+mod renderings;
 mod rest;
 mod stereo;
 

@@ -165,7 +165,11 @@ impl Frame<'_> {
         if list >= MOST_LISTS {
             self.pool.capacity_policy.later = Some(later);
             let needed = CAPACITY_POLICY_BYTES + 4 * LIST_WORDS as u64;
-            return Err(GpuError::TooLarge { what: "lists of a frame".to_owned(), needed, limit: CAPACITY_POLICY_BYTES });
+            return Err(GpuError::TooLarge {
+                what: "lists of a frame".to_owned(),
+                needed,
+                limit: CAPACITY_POLICY_BYTES,
+            });
         }
         later.noted.push(counted.list);
         let capacity = u32::try_from(capacity).unwrap_or(u32::MAX);

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use super::{
-    Arrived, FIRST_LIST, Growth, CAPACITY_POLICY_BYTES, LIST_WORDS, Outcome,
+    Arrived, CAPACITY_POLICY_BYTES, FIRST_LIST, Growth, LIST_WORDS, Outcome,
     capacity::Capacity as History,
     staging::{MOST_IN_FLIGHT, Received, Staging},
 };

@@ -42,8 +42,15 @@ impl Profiler {
         };
         let inner = GpuProfiler::new(device, settings).expect("the settings are valid");
         let has = |feature| device.features().contains(feature);
-        let is_shared_pass = has(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES) || !has(wgpu::Features::TIMESTAMP_QUERY);
-        Self { inner, period: queue.get_timestamp_period(), is_shared_pass, compute_passes: 0, pending: VecDeque::new() }
+        let is_shared_pass =
+            has(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES) || !has(wgpu::Features::TIMESTAMP_QUERY);
+        Self {
+            inner,
+            period: queue.get_timestamp_period(),
+            is_shared_pass,
+            compute_passes: 0,
+            pending: VecDeque::new(),
+        }
     }
 
     /// Forgets every frame whose times are not there yet.

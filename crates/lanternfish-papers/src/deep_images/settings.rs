@@ -23,7 +23,7 @@ pub struct DeepImageSettings {
     pub fragments_a_texel: u64,
     /// Frames, 1 to 64, over which images are built anew once something has moved, where frames do not wait ([`lanternfish::Renderer::record`]): each builds
     /// those of as many directions, the oldest first. More: less time in each frame, and rays in some directions meet things where they
-    /// were so many frames ago. RenderedImages always have all of them anew.
+    /// were so many frames ago. Images always have all of them anew.
     pub slices: u32,
     /// How lists lie in memory.
     pub store: DeepStore,

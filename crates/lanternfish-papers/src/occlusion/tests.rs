@@ -77,7 +77,7 @@ fn floor() -> Scene {
     scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![white()])
 }
 
-/// GroundTruth: rays through exact triangles, 128 a pixel, whose own mean distance from the exact value is 0.035 at most (half a
+/// Ground truth: rays through exact triangles, 128 a pixel, whose own mean distance from the exact value is 0.035 at most (half a
 /// square root of 1/128, times the mean distance of a normal distribution). Pixels at edges show several surfaces to the truth
 /// and one to the renderer. Bounds are a quarter above what was measured.
 #[test]
@@ -151,7 +151,12 @@ fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
     let camera = looking([1.2, 0.3, 1.4], [-2.0, -1.0, -1.5]);
     let [coarse, fine] = [64, 256].map(|resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-        mean(&ambient_visibility_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &closed, &camera))
+        mean(&ambient_visibility_of(
+            gpu,
+            Settings { structure: deep_images.into(), ..settings(deep()) },
+            &closed,
+            &camera,
+        ))
     });
     println!("closed: {coarse:.4}, {fine:.4}");
     assert!(coarse < 0.06 && fine < 0.5 * coarse, "{coarse} {fine}");
@@ -187,7 +192,7 @@ fn gpu_both_ways_darken_a_corner() {
     }
 }
 
-/// Where a floor meets a wall, a texel's axis may pass behind the wall. GroundTruth: of a long wall of height h, a floor at distance x sees
+/// Where a floor meets a wall, a texel's axis may pass behind the wall. Ground truth: of a long wall of height h, a floor at distance x sees
 /// (1 - x / √(x² + h²)) / 2 of its hemisphere. A row of pixels is at one distance; its mean is free of most noise.
 #[test]
 fn gpu_creases_do_not_glow() {
@@ -201,8 +206,12 @@ fn gpu_creases_do_not_glow() {
         let camera = Camera::look_at(Vec3::new(0.0, 3.0, foot + 1.0), Vec3::new(0.0, 0.0, foot + 1.0), projection);
         for resolution in [64, 128] {
             let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-            let found =
-                ambient_visibility_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &scene, &camera);
+            let found = ambient_visibility_of(
+                gpu,
+                Settings { structure: deep_images.into(), ..settings(deep()) },
+                &scene,
+                &camera,
+            );
             let rows: Vec<f64> = found.chunks(SIZE.x as usize).map(mean).collect();
             let ground_truth = |row: usize| {
                 let distance = 2.0 * (row as f64 + 0.5) / f64::from(SIZE.y);
@@ -211,7 +220,10 @@ fn gpu_creases_do_not_glow() {
             println!("{foot} at {resolution}: {rows:.2?}");
             for (row, found) in rows.iter().enumerate() {
                 let ground_truth = ground_truth(row);
-                assert!((found - ground_truth).abs() < 0.05, "{foot} at {resolution}, row {row}: {found} instead of {ground_truth}");
+                assert!(
+                    (found - ground_truth).abs() < 0.05,
+                    "{foot} at {resolution}, row {row}: {found} instead of {ground_truth}"
+                );
             }
         }
     }
@@ -242,7 +254,10 @@ fn gpu_what_moves_occludes_where_it_is_now() {
         let changed = before.iter().zip(&after).filter(|(a, b)| (**a - **b).abs() > 0.02).count();
         assert!(changed > 100, "{occlusion:?}: {changed} pixels");
         // No trace of where it was, and the same to the bit in another renderer.
-        assert!(after == ambient_visibility_of(gpu, settings, &moved, &camera), "{occlusion:?}: differs from a fresh upload");
+        assert!(
+            after == ambient_visibility_of(gpu, settings, &moved, &camera),
+            "{occlusion:?}: differs from a fresh upload"
+        );
     }
 }
 

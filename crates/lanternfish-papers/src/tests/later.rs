@@ -34,7 +34,8 @@ fn gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_images_alone() {
 /// Panes behind each other: more fragments a texel than there is room for at first.
 fn thin_dielectrics() -> Scene {
     let thin_dielectric = |i: usize| quad(0, Vec3::new(0.0, 0.0, -0.02 * i as f32), Vec3::X, Vec3::Y);
-    let mut scene = scene_of((0..90).map(thin_dielectric).collect(), vec![Material { double_sided: true, ..Material::default() }]);
+    let mut scene =
+        scene_of((0..90).map(thin_dielectric).collect(), vec![Material { double_sided: true, ..Material::default() }]);
     scene.lights.push(Light::point(Vec3::new(0.3, 0.4, 2.0), Vec3::splat(9.0)));
     scene.sky = Vec3::splat(0.4);
     scene

@@ -1,4 +1,4 @@
-//! RenderedImages at the ends of what can be asked for.
+//! Images at the ends of what can be asked for.
 
 use glam::Vec3;
 use lanternfish::{
@@ -46,7 +46,8 @@ fn gpu_a_scene_without_lights_is_dark_but_for_what_glows() {
     for culling in [Culling::NONE, Culling::default()] {
         let dark =
             render(gpu, &scene, &camera, (40, 40), Settings { culling: culling.clone(), ..Settings::direct_light() });
-        let bright = |rendering: &lanternfish::RenderedImage| rendering.radiance.iter().filter(|texel| texel[0] > 0.0).count();
+        let bright =
+            |rendering: &lanternfish::RenderedImage| rendering.radiance.iter().filter(|texel| texel[0] > 0.0).count();
         // The lamp is an emissive quad.
         let glowing = dark.radiance.iter().filter(|texel| texel[..3] == [17.0, 12.0, 4.0]).count();
         assert!(glowing > 0 && bright(&dark) == glowing, "{culling:?}: {glowing} glow, {} are bright", bright(&dark));

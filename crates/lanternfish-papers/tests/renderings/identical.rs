@@ -1,4 +1,4 @@
-//! RenderedImages that must be one, bit for bit, however they were made.
+//! Images that must be one, bit for bit, however they were made.
 
 use glam::Vec3;
 use lanternfish::{
@@ -54,7 +54,8 @@ fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
         ..Material::default()
     };
     scene.materials.push(glass);
-    let thin_dielectric = quad(scene.materials.len() - 1, Vec3::new(0.3, 0.9, 0.7), Vec3::new(0.4, 0.0, 0.2), Vec3::Y * 0.5);
+    let thin_dielectric =
+        quad(scene.materials.len() - 1, Vec3::new(0.3, 0.9, 0.7), Vec3::new(0.4, 0.0, 0.2), Vec3::Y * 0.5);
     let mesh = scene.instances[0].mesh;
     scene.meshes[mesh].primitives.push(thin_dielectric);
     (scene, camera)

@@ -140,8 +140,10 @@ fn behind_a_sheet(alpha_mode: AlphaMode) -> Scene {
     };
     let mut thin_dielectric = quad(1, Vec3::Z, Vec3::X, Vec3::Y);
     thin_dielectric.uv0 = vec![Vec2::ZERO, Vec2::X, Vec2::X, Vec2::ZERO];
-    let mut scene =
-        scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y), thin_dielectric], vec![material(Vec3::ONE, 0.0, 1.0), sheet]);
+    let mut scene = scene_of(
+        vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y), thin_dielectric],
+        vec![material(Vec3::ONE, 0.0, 1.0), sheet],
+    );
     scene.images = vec![image];
     scene.textures = vec![Texture { image: 0, sampler: 0 }];
     scene.samplers = vec![Sampler { mag: lanternfish_scene::Filter::Nearest, ..Sampler::default() }];

@@ -121,7 +121,10 @@ fn gpu_the_path_tracer_works_while_the_camera_rests() {
     assert!(all > 1.05 * direct, "what comes from other surfaces is there: {all} and {direct}");
     let (first, camera) = (&both.first, both.camera.clone());
     both.comparison.draw(first, &both.wipe, &camera, false).unwrap();
-    assert!(both.comparison.rendering().is_none() && !both.comparison.background.as_ref().unwrap().is_working(), "it moves");
+    assert!(
+        both.comparison.rendering().is_none() && !both.comparison.background.as_ref().unwrap().is_working(),
+        "it moves"
+    );
     both.camera.world_from_camera.translation.x += 0.1;
     both.until(3, |both| both.first.averaged() == 3 && both.comparison.progress() > 0);
 }

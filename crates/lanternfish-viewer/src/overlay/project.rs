@@ -50,7 +50,10 @@ impl Projector {
         let [left, right, bottom, top] = self.sides;
         let across = if self.near.is_some() { p_view.truncate() / -p_view.z } else { p_view.truncate() };
         let fraction = (across - Vec2::new(left, top)) / Vec2::new(right - left, bottom - top);
-        pos2(self.rendering.left() + fraction.x * self.rendering.width(), self.rendering.top() + fraction.y * self.rendering.height())
+        pos2(
+            self.rendering.left() + fraction.x * self.rendering.width(),
+            self.rendering.top() + fraction.y * self.rendering.height(),
+        )
     }
 }
 

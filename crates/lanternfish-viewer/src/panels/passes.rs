@@ -4,7 +4,7 @@ use egui::Ui;
 use lanternfish_gpu::PassTime;
 
 use super::{
-    Requested, Facts, State,
+    Facts, Requested, State,
     written::{Written, views_of},
 };
 use crate::Form;
@@ -20,7 +20,8 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, requested: &mut Requested) {
     let window = facts.window_ms.map_or(String::new(), |ms| format!("; the window {ms:.1} ms"));
     ui.label(format!("A frame {:.1} ms{window}", facts.frame_ms));
     ui.horizontal_wrapped(|ui| {
-        requested.screenshot |= ui.button("Screenshot (F2)").on_hover_text("A PNG of A in the current folder").clicked();
+        requested.screenshot |=
+            ui.button("Screenshot (F2)").on_hover_text("A PNG of A in the current folder").clicked();
         for (form, name, words) in [
             (
                 Form::File,

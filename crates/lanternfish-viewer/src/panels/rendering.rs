@@ -3,7 +3,7 @@
 use egui::{Key, PointerButton, Ui};
 use glam::Vec2;
 
-use super::{Requested, Facts, State};
+use super::{Facts, Requested, State};
 use crate::{
     controls::Way,
     overlay::{self, Drawn},

@@ -1,4 +1,4 @@
-//! RenderedImages of files, in a window of their own: side by side with a line between them, and what differs.
+//! Images of files, in a window of their own: side by side with a line between them, and what differs.
 //!
 //! ```text
 //! window.rs ─▶ panel.rs ─▶ State (which two, exposure, place.rs) ─▶ shown.rs ─▶ textures, a map ─▶ window.rs

@@ -105,7 +105,7 @@ pub fn show(ui: &mut Ui, state: &mut State, textures: &Textures, difference: Dif
     keys(ui, state, &mut requested);
     if state.shows_panel {
         egui::Panel::left("renderings").default_size(300.0).show(ui, |ui| {
-            ui.heading("RenderedImages");
+            ui.heading("Images");
             egui::ScrollArea::vertical().show(ui, |ui| comparison(ui, state, difference));
         });
     }

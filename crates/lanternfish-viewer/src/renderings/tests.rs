@@ -1,4 +1,4 @@
-//! RenderedImages of files without a window: which are shown, how bright, where, and what is told of them.
+//! Images of files without a window: which are shown, how bright, where, and what is told of them.
 
 use egui::{Key, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
@@ -7,7 +7,7 @@ use lanternfish_metrics::RgbImage;
 
 use super::{
     ImageOfFile,
-    panel::{self, Requested, Difference, State},
+    panel::{self, Difference, Requested, State},
     shown::Look,
 };
 use crate::wipe::Textures;

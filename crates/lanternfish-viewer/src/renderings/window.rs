@@ -11,7 +11,7 @@ use winit::{
 
 use super::{
     ImageReader, RenderedImages,
-    panel::{self, Requested, Difference, State},
+    panel::{self, Difference, Requested, State},
     shown::Look,
 };
 use crate::{
@@ -49,7 +49,11 @@ struct Shown {
 impl Program for Shown {
     type Start = RenderedImages;
 
-    fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: RenderedImages) -> Result<Self, ViewerError> {
+    fn open(
+        events: &ActiveEventLoop,
+        display: &OwnedDisplayHandle,
+        start: RenderedImages,
+    ) -> Result<Self, ViewerError> {
         let RenderedImages { renderings, exposure, tone_map, size: [width, height], adapter, read } = start;
         let attributes = Window::default_attributes()
             .with_title(format!("{} – Lanternfish", renderings.first().map_or("", |rendering| &rendering.name)))

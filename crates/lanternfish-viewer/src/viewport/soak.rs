@@ -149,7 +149,10 @@ fn gpu_settings_change_at_random() {
         whole += u64::from(viewport.averaged() > 0);
         let compiled = viewport.renderer.engine().kept();
         let most = MOST_COMPILED;
-        assert!(compiled.kernels <= most[0] && compiled.rasters <= most[1], "{requested:?}: the engine keeps {compiled:?}");
+        assert!(
+            compiled.kernels <= most[0] && compiled.rasters <= most[1],
+            "{requested:?}: the engine keeps {compiled:?}"
+        );
         if frame >= WARM && warm.is_none() {
             warm = Resident::now();
             let [kernels, rasters] = SPARE;

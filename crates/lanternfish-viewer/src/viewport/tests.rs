@@ -149,7 +149,8 @@ fn gpu_visible_clusters_hold_what_pixels_show() {
     draw(&mut viewport, &camera, 1);
     assert!(viewport.shows(&camera));
     let grids = viewport.clusters().unwrap();
-    let tracer = lanternfish_reference::Tracer::new(&viewport.scene, lanternfish_reference::Settings::default()).unwrap();
+    let tracer =
+        lanternfish_reference::Tracer::new(&viewport.scene, lanternfish_reference::Settings::default()).unwrap();
     let (mut found, mut all) = (0, 0);
     for (x, y) in (0..48).step_by(5).flat_map(|x| (0..32).step_by(5).map(move |y| (x, y))) {
         let Some(place) = tracer.probe(&camera, [f64::from(x) + 0.5, f64::from(y) + 0.5], [48, 32]) else { continue };
@@ -211,7 +212,8 @@ fn gpu_tiles_list_what_reaches_their_pixels() {
     assert!(
         tiles.lights.iter().all(|listed| *listed <= 4) && tiles.lights.iter().any(|listed| *listed != tiles.lights[0])
     );
-    let tracer = lanternfish_reference::Tracer::new(&viewport.scene, lanternfish_reference::Settings::default()).unwrap();
+    let tracer =
+        lanternfish_reference::Tracer::new(&viewport.scene, lanternfish_reference::Settings::default()).unwrap();
     let mut reached = 0;
     for (x, y) in (0..48).step_by(3).flat_map(|x| (0..32).step_by(3).map(move |y| (x, y))) {
         let (tile, listed) = tiles.at(UVec2::new(x, y)).expect("a tile");

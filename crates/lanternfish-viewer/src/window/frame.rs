@@ -6,7 +6,7 @@ use glam::UVec2;
 
 use super::{REST, Viewer};
 use crate::{
-    panels::{self, Requested, Facts},
+    panels::{self, Facts, Requested},
     record::Recorder,
     wipe::Textures,
 };
@@ -75,7 +75,8 @@ impl Viewer {
 
     /// What egui makes of the panels; the room that is left for the picture is in pixels.
     fn panels(&mut self, seconds: f32) -> (Requested, egui::FullOutput) {
-        let Self { surface, state, viewport, comparison, name, renderings, frame_ms, memory, repaint_limiter, .. } = self;
+        let Self { surface, state, viewport, comparison, name, renderings, frame_ms, memory, repaint_limiter, .. } =
+            self;
         let [a, b, map] = renderings.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
         let facts = Facts {
             name,

@@ -12,7 +12,7 @@ use crate::{
     error::RenderError,
     frame::Shaded,
     indirect::Indirect,
-    indirect::{INDIRECT, DemodulatedIrradiance},
+    indirect::{DemodulatedIrradiance, INDIRECT},
     light_culling::Culling,
     light_culling::LightCulling,
     occlusion::Occlusion,

@@ -49,7 +49,7 @@ impl Scale {
             DebugView::ClusterFragments => ("fragments of the cluster", Law::Doublings(DOUBLINGS), Colors::Heat),
             DebugView::Visibility => ("share of listed lights", Law::Linear(1.0), Colors::Gray),
             DebugView::Motion => ("pixels to the right", Law::Linear(FASTEST), Colors::Hue),
-            DebugView::Occlusion => ("ambient_visibility", Law::Linear(1.0), Colors::Light),
+            DebugView::Occlusion => ("ambient visibility", Law::Linear(1.0), Colors::Light),
             DebugView::Normal
             | DebugView::GeometricNormal
             | DebugView::NormalNaive

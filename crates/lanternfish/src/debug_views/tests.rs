@@ -102,8 +102,8 @@ fn scales_say_their_ends() {
         said(DebugView::Depth),
         "m from the camera plane, logarithmic: 64 and more is black, 0.0625 and less white"
     );
-    assert_eq!(said(DebugView::Occlusion), "openness, linear: 0 is black, 1 white");
-    // AmbientVisibility is light, and sRGB-encoded as such: half of it is brighter than half of 255.
+    assert_eq!(said(DebugView::Occlusion), "ambient visibility, linear: 0 is black, 1 white");
+    // Ambient visibility is light, and sRGB-encoded as such: half of it is brighter than half of 255.
     let ambient_visibility = Scale::of(DebugView::Occlusion).unwrap();
     assert_eq!([0.0, 0.5, 1.0].map(|place| ambient_visibility.color(place)[0]), [0, 188, 255]);
 }

@@ -38,7 +38,10 @@ impl Parts {
             (needed.bvh && !self.bvh, "it has no BVH"),
             (needed.ray_query && !self.ray_query, "it has no acceleration structure of the adapter's own"),
             (needed.hits && !self.hits, "it has nothing to shade the ends of indirect rays with"),
-            (needed.environment_visibility && !self.environment_visibility, "it has no surroundings to light by occlusion"),
+            (
+                needed.environment_visibility && !self.environment_visibility,
+                "it has no surroundings to light by occlusion",
+            ),
         ];
         faults.iter().find(|(is_missing, _)| *is_missing).map(|(_, what)| *what)
     }

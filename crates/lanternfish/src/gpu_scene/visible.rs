@@ -19,7 +19,8 @@ impl GpuScene {
     /// Sorts out what `view` cannot show. Conservative: a box may meet the frustum where its triangles do not.
     pub fn visible_draws(&self, view: &View) -> VisibleDraws<'_> {
         let seen = self.geometry.draws.iter().filter(|draw| intersects_frustum(view, &draw.bounds));
-        let (transparent, solid): (Vec<&Draw>, Vec<&Draw>) = seen.partition(|draw| draw.alpha == DrawAlpha::Transparent);
+        let (transparent, solid): (Vec<&Draw>, Vec<&Draw>) =
+            seen.partition(|draw| draw.alpha == DrawAlpha::Transparent);
         let mut visible = VisibleDraws { solid, transparent };
         let pipeline = |draw: &Draw| (draw.alpha, draw.facing);
         visible.solid.sort_by(|a, b| pipeline(a).cmp(&pipeline(b)).then(nearest(view, a).total_cmp(&nearest(view, b))));

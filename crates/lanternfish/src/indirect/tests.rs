@@ -21,7 +21,7 @@ use crate::{
     testing::{
         Random, apart, evaluate_module,
         light::{
-            LARGE, SIZE, closed_box, cornell, floor, looking, matt, mean, off, rendering, image_of, sampled, settings,
+            LARGE, SIZE, closed_box, cornell, floor, image_of, looking, matt, mean, off, rendering, sampled, settings,
             traced, traced_of,
         },
         quad, scene_of,
@@ -111,7 +111,7 @@ fn gpu_a_closed_box_that_shines_sends_each_bounce() {
     }
 }
 
-/// GroundTruth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
+/// Ground truth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
 #[test]
 fn gpu_one_bounce_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_one_bounce_is_the_path_tracers") else { return };
@@ -165,7 +165,10 @@ fn gpu_hits_are_lit_by_the_surroundings() {
         let seen = |max_depth| mean(&traced(&scene, &camera, max_depth, 256));
         let (direct, ground_truth) = (seen(2), seen(3));
         let found = mean(&rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
-        println!("{name}: direct {direct:.4}, with a bounce {ground_truth:.4}, found {:.4} of that", found / ground_truth);
+        println!(
+            "{name}: direct {direct:.4}, with a bounce {ground_truth:.4}, found {:.4} of that",
+            found / ground_truth
+        );
         assert!(direct < 0.8 * ground_truth, "{name}: a bounce brings little");
         assert!((found / ground_truth - 1.0).abs() < 0.02, "{name}: {found} of {ground_truth}");
     }
@@ -179,7 +182,10 @@ fn gpu_hits_are_lit_by_the_surroundings() {
             "metal of roughness {perceptual_roughness}: direct {direct:.4}, {ground_truth:.4}, found {:.4} of that",
             found / ground_truth
         );
-        assert!((found / ground_truth - 1.0).abs() < 0.05, "roughness {perceptual_roughness}: {found} of {ground_truth}");
+        assert!(
+            (found / ground_truth - 1.0).abs() < 0.05,
+            "roughness {perceptual_roughness}: {found} of {ground_truth}"
+        );
     }
 }
 

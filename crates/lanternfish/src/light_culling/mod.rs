@@ -229,7 +229,12 @@ pub fn most_indices(device: &wgpu::Device) -> u64 {
 }
 
 /// An error where more entries were counted than one binding holds.
-pub fn check_capacity(room: &ListCapacity, limit: u64, lights: &LightSet, remedy: &'static str) -> Result<(), RenderError> {
+pub fn check_capacity(
+    room: &ListCapacity,
+    limit: u64,
+    lights: &LightSet,
+    remedy: &'static str,
+) -> Result<(), RenderError> {
     if room.elements <= limit {
         return Ok(());
     }

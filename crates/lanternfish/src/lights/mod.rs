@@ -1,11 +1,11 @@
 //! Lights as shaders read them: kinds, ranges, attenuation.
 
+#[cfg(test)]
+mod cpu_reference;
 mod set;
 #[cfg(test)]
 mod tests;
 pub mod tree;
-#[cfg(test)]
-mod cpu_reference;
 
 use std::f32::consts::PI;
 

@@ -1,15 +1,15 @@
-//! AmbientVisibility, and the light that arrives from the surroundings, of this frame and of the frames before.
+//! Ambient visibility, and the light that arrives from the surroundings, of this frame and of the frames before.
 
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, Growth};
 
-use super::{OcclusionPasses, AmbientVisibility, TILE, ambient_visibility_target};
+use super::{AmbientVisibility, OcclusionPasses, TILE, ambient_visibility_target};
 use crate::{
     context::ViewContext,
     environment_light::irradiance_target,
     error::RenderError,
     indirect::{
-        history::{HistoryReset, Histories, Mix},
+        history::{Histories, HistoryReset, Mix},
         layers_target,
     },
     prepass::Surface,
@@ -64,7 +64,8 @@ impl OcclusionPasses for AccumulatedOcclusion {
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let bindings = view.buffer.bindings();
         let bindings = bindings.texture("occlusion_texture", &ambient_visibility.texture);
-        let gathering = bindings.clone().texture("found_environment_irradiance", &ambient_visibility.environment_irradiance);
+        let gathering =
+            bindings.clone().texture("found_environment_irradiance", &ambient_visibility.environment_irradiance);
         frame.dispatch(&self.gather, &gathering.texture("filtered", &found), groups);
         let mix = Mix { surface, motion, found: &found, mixed: &mixed, requested_frames: 0.0, clamped_frames: 0.0 };
         self.histories.record(frame, view, &mix)?;

@@ -119,7 +119,9 @@ pub struct AmbientVisibility {
 impl AmbientVisibility {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("occlusion_texture", &self.texture).texture("environment_irradiance", &self.environment_irradiance)
+        Bindings::new()
+            .texture("occlusion_texture", &self.texture)
+            .texture("environment_irradiance", &self.environment_irradiance)
     }
 }
 

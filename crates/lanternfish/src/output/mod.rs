@@ -1,11 +1,11 @@
 //! From radiance to what a display shows: exposure, tone map, sRGB encoding.
 
+mod cpu_reference;
 pub mod display;
 mod meter;
 pub(crate) mod present;
 #[cfg(test)]
 mod tests;
-mod cpu_reference;
 
 use glam::UVec2;
 use lanternfish_gpu::{
@@ -66,7 +66,7 @@ impl Output {
         })
     }
 
-    /// RenderedImages from the next frame on are exposed so.
+    /// Images from the next frame on are exposed so.
     pub fn set_exposure(&mut self, device: &wgpu::Device, exposure: Exposure) -> Result<(), RenderError> {
         (self.exposure, self.level) = (exposure, level_of(device, exposure)?);
         Ok(())

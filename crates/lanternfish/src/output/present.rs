@@ -1,4 +1,4 @@
-//! RenderedImages in textures of the caller.
+//! Images in textures of the caller.
 
 use super::DECLARED;
 use std::collections::{HashMap, hash_map::Entry};

@@ -216,7 +216,8 @@ fn gpu_edges_converge_to_the_share_of_the_pixel() {
     let edges = ground_truth.iter().filter(|fraction| (0.01..0.99).contains(*fraction)).count();
     // Root mean square over the pixels that an edge crosses.
     let error = |rendering: &RenderedImage| {
-        let squares = rendering.radiance.iter().zip(&ground_truth).map(|(texel, fraction)| (texel[0] - fraction).powi(2));
+        let squares =
+            rendering.radiance.iter().zip(&ground_truth).map(|(texel, fraction)| (texel[0] - fraction).powi(2));
         (squares.sum::<f32>() / edges as f32).sqrt()
     };
     let errors = [1, 4, 16, 64, 256].map(|count| error(&rendering(count, Samples::One, 1)));
@@ -273,7 +274,9 @@ fn gpu_textures_converge_to_what_the_pixel_covers() {
     let ground_truth = covered(&rendering(1, FINE), FINE);
     let mean = ground_truth.iter().sum::<f32>() / ground_truth.len() as f32;
     let off = |value: &dyn Fn(usize) -> f32| {
-        (ground_truth.iter().enumerate().map(|(i, fraction)| (value(i) - fraction).powi(2)).sum::<f32>() / ground_truth.len() as f32).sqrt()
+        (ground_truth.iter().enumerate().map(|(i, fraction)| (value(i) - fraction).powi(2)).sum::<f32>()
+            / ground_truth.len() as f32)
+            .sqrt()
     };
     let errors = [1, 4, 16, 64].map(|count| {
         let rendering = rendering(count, 1);

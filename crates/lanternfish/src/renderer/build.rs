@@ -1,14 +1,14 @@
 //! From settings to the passes that they ask for.
 
 use glam::UVec2;
-use lanternfish_gpu::{Requested, Engine, Gpu, GpuError, checked};
+use lanternfish_gpu::{Engine, Gpu, GpuError, Requested, checked};
 
 use super::flight::check_lost;
 use crate::{
     debug_views::DebugViews,
     error::RenderError,
     frame::Passes,
-    gpu_scene::{SceneRequirements, Parts, Shading, automatic_anisotropy},
+    gpu_scene::{Parts, SceneRequirements, Shading, automatic_anisotropy},
     indirect,
     indirect::Indirect,
     light_culling::LightCulling,
@@ -22,7 +22,7 @@ use crate::{
         Anisotropy, DebugView, Exposure, Materials, Samples, Settings, Shadows as ShadowSetting, TextureBinding,
         ToneMap,
     },
-    shading::{self, Forward, DemodulatedLight, NearestTransparent, VisibilityRatios},
+    shading::{self, DemodulatedLight, Forward, NearestTransparent, VisibilityRatios},
     shadows::{self, Shadows},
     sky::Sky,
     texture::{RADIANCE_FORMAT, described},

@@ -125,7 +125,7 @@ impl Renderer {
     /// be on their way: of further ones nothing is known. Between the two, update no scene that it shows. After an error the commands hold a part of a frame, or nothing:
     /// drop them.
     ///
-    /// RenderedImages may be rendered in between ([`Self::render`]). They wait, and what frames of the one kind keep is not used by the other: deep
+    /// Images may be rendered in between ([`Self::render`]). They wait, and what frames of the one kind keep is not used by the other: deep
     /// images are built again, means begin anew.
     ///
     /// With [`crate::Settings::accumulate`] above 1 each frame is added to the mean of those before it, as long as views and scene stay the

@@ -1,4 +1,4 @@
-//! RenderedImages that are the mean of many frames ([`crate::progressive`]).
+//! Images that are the mean of many frames ([`crate::progressive`]).
 
 use lanternfish_gpu::{GpuError, PassTime, checked};
 use lanternfish_scene::Camera;
@@ -60,7 +60,11 @@ impl Renderer {
     /// The mean is kept on the device while cameras, sizes and scene are those of the call before; else this frame is the
     /// first of a new one. [`Self::update`] makes another scene, whatever it changed. [`Settings::accumulate`] is not asked;
     /// frames of [`Self::render`] are gone on from where it is above 1.
-    pub fn refine(&mut self, scene: &GpuScene, views: &[(&Camera, u32, u32)]) -> Result<Vec<RenderedImage>, RenderError> {
+    pub fn refine(
+        &mut self,
+        scene: &GpuScene,
+        views: &[(&Camera, u32, u32)],
+    ) -> Result<Vec<RenderedImage>, RenderError> {
         if self.passes.debug_views.is_some() {
             return Err(NO_MEAN_OF_DEBUG_VIEWS);
         }

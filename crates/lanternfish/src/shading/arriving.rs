@@ -19,8 +19,10 @@ impl Arriving {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = self.surface.bindings();
-        let found =
-            [self.ambient_visibility.as_ref().map(AmbientVisibility::bindings), self.indirect.as_ref().map(DemodulatedIrradiance::bindings)];
+        let found = [
+            self.ambient_visibility.as_ref().map(AmbientVisibility::bindings),
+            self.indirect.as_ref().map(DemodulatedIrradiance::bindings),
+        ];
         found.iter().flatten().fold(bindings, |bindings, more| bindings.with(more))
     }
 }

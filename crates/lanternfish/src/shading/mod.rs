@@ -1,11 +1,11 @@
 //! Forward shading of what is visible, and of transparent surfaces over it [Elagabani2025, §4.4].
 
 mod arriving;
-mod nearest_transparent;
-mod visibility_ratios;
 mod demodulated;
+mod nearest_transparent;
 #[cfg(test)]
 mod tests;
+mod visibility_ratios;
 
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Feature, Frame};
@@ -27,13 +27,13 @@ use crate::{
 };
 
 pub use self::arriving::Arriving;
-pub(crate) use self::{
-    nearest_transparent::NearestTransparent,
-    visibility_ratios::{VisibilityRatios, AccumulatedRatios},
-    demodulated::{DemodulatedLight, Sums},
-};
 #[cfg(any(test, feature = "testing"))]
-pub(crate) use self::{visibility_ratios::visibility_ratio_features, demodulated::demodulated_features};
+pub(crate) use self::{demodulated::demodulated_features, visibility_ratios::visibility_ratio_features};
+pub(crate) use self::{
+    demodulated::{DemodulatedLight, Sums},
+    nearest_transparent::NearestTransparent,
+    visibility_ratios::{AccumulatedRatios, VisibilityRatios},
+};
 
 /// Transparent surfaces: the colour is premultiplied.
 const TRANSPARENT: Feature = Feature::new("transparent");

@@ -9,7 +9,7 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     indirect::{
-        history::{HistoryReset, Histories, Mix},
+        history::{Histories, HistoryReset, Mix},
         layers_target,
     },
     light_culling::{LightCulling, LightLists},

@@ -28,7 +28,13 @@ pub fn fail(renderer: &mut Renderer) {
 }
 
 /// How open each pixel is; rows from the top.
-pub fn ambient_visibility(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, size: UVec2) -> Vec<f32> {
+pub fn ambient_visibility(
+    gpu: &Gpu,
+    renderer: &mut Renderer,
+    scene: &GpuScene,
+    camera: &Camera,
+    size: UVec2,
+) -> Vec<f32> {
     let views = [View::new(camera, size, Vec3::ZERO, &scene.bounds)];
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);

@@ -1,4 +1,4 @@
-//! RenderedImages along a walk, and how far they are off.
+//! Images along a walk, and how far they are off.
 
 use glam::{Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};

@@ -69,7 +69,9 @@ fn gpu_a_program_that_shades_by_itself_gets_the_light_of_the_image() {
         (apart(&found, &expected.display), rendering(Settings { shadows: Shadows::None, ..settings.clone() }));
     let without = rendering(Settings { indirect: Settings::direct_light().indirect, ..settings });
     let others = [apart(&found, &unshadowed.display), apart(&found, &without.display)];
-    println!("{fraction} of the pixels differ by more than 2 of 255; without shadows, without indirect light {others:?}");
+    println!(
+        "{fraction} of the pixels differ by more than 2 of 255; without shadows, without indirect light {others:?}"
+    );
     assert!(fraction < 0.005, "{fraction}");
     // It can fail.
     assert!(others.iter().all(|fraction| *fraction > 0.02), "{others:?}");

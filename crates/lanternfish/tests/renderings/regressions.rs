@@ -8,7 +8,7 @@ use lanternfish::{
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Scene, Texture, TextureRef};
 
-use crate::support::{Front, assert_near, thin_dielectric, quad, render, scene_of};
+use crate::support::{Front, assert_near, quad, render, scene_of, thin_dielectric};
 
 fn matt(color: Vec3) -> Material {
     Material { base_color: color.extend(1.0), metallic: 0.0, ..Material::default() }
@@ -114,7 +114,10 @@ fn gpu_the_sun_ends_beyond_the_largest_scene() {
     let middle = |scene: &Scene| render(gpu, scene, &camera, (9, 9), Settings::direct_light()).radiance[40][0];
     let sun = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let materials = vec![glass, matt(Vec3::ONE)];
-    let open = Scene { lights: sun.clone(), ..scene_of(vec![thin_dielectric.clone(), roof(20.0 * kilometre)], materials.clone()) };
+    let open = Scene {
+        lights: sun.clone(),
+        ..scene_of(vec![thin_dielectric.clone(), roof(20.0 * kilometre)], materials.clone())
+    };
     let covered = Scene { lights: sun, ..scene_of(vec![thin_dielectric, roof(0.0)], materials) };
     assert!(middle(&open) > 0.1);
     assert_eq!(middle(&covered), 0.0);

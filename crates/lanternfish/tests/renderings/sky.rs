@@ -5,7 +5,7 @@ use lanternfish::{RenderedImage, Settings, settings::Shadows};
 use lanternfish_gpu::testing;
 use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Projection, Scene};
 
-use crate::support::{EDGE, Front, assert_near, bits, thin_dielectric, quad, render, scene_of};
+use crate::support::{EDGE, Front, assert_near, bits, quad, render, scene_of, thin_dielectric};
 
 /// Pixels of smooth colours, all different, in 0.5..1.5.
 fn environment() -> Environment {

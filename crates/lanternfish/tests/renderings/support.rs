@@ -17,7 +17,13 @@ pub fn left_out_on_old_software(test: &str, gpu: &Gpu, measured: &str) -> bool {
 }
 
 /// Uploads and renders.
-pub fn render(gpu: &Gpu, scene: &Scene, camera: &Camera, (width, height): (u32, u32), settings: Settings) -> RenderedImage {
+pub fn render(
+    gpu: &Gpu,
+    scene: &Scene,
+    camera: &Camera,
+    (width, height): (u32, u32),
+    settings: Settings,
+) -> RenderedImage {
     let mut renderer =
         Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).expect("the settings fit the device");
     let scene = renderer.upload(scene).expect("the scene fits the device");

@@ -11,7 +11,7 @@ use lanternfish_scene::{
     Texture, TextureRef, generate,
 };
 
-use crate::support::{Front, assert_near, bits, left_out_on_old_software, thin_dielectric, quad, render, scene_of};
+use crate::support::{Front, assert_near, bits, left_out_on_old_software, quad, render, scene_of, thin_dielectric};
 
 fn unlit(color: Vec3) -> Material {
     Material { base_color: color.extend(1.0), unlit: true, ..Material::default() }
@@ -136,7 +136,8 @@ fn glass(color: Vec3, alpha: f32) -> Material {
 fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
     let Some(gpu) = testing::gpu("gpu_panes_are_blended_far_to_near_in_any_order_of_drawing") else { return };
     let materials = vec![unlit(Vec3::ONE), glass(Vec3::X, 0.5), glass(Vec3::Y, 0.25)];
-    let (wall, red, green) = (thin_dielectric(0, -1.0, 1.8), thin_dielectric(1, 2.0, 1.0), thin_dielectric(2, 1.0, 1.5));
+    let (wall, red, green) =
+        (thin_dielectric(0, -1.0, 1.8), thin_dielectric(1, 2.0, 1.0), thin_dielectric(2, 1.0, 1.5));
     // Over white: a quarter of green, then half of red.
     let behind = 0.25 * Vec3::Y + 0.75 * Vec3::ONE;
     let expected = 0.5 * Vec3::X + 0.5 * behind;
@@ -172,7 +173,8 @@ fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
     let Some(gpu) = testing::gpu(test) else { return };
     // The wall is six metres behind the pane, far out of the light's reach: only the pane's own list can have it.
     let glass = Material { base_color: Vec4::new(1.0, 1.0, 1.0, 0.5), alpha_mode: AlphaMode::Blend, ..matt(Vec3::ONE) };
-    let mut scene = scene_of(vec![thin_dielectric(0, -4.0, 2.0), thin_dielectric(1, 2.0, 1.0)], vec![matt(Vec3::ONE), glass]);
+    let mut scene =
+        scene_of(vec![thin_dielectric(0, -4.0, 2.0), thin_dielectric(1, 2.0, 1.0)], vec![matt(Vec3::ONE), glass]);
     scene.lights = vec![Light { range: Some(2.0), ..Light::point(Vec3::new(0.5, 0.0, 2.5), Vec3::splat(3.0)) }];
     for shadows in tracers(test, gpu) {
         let settings = || Settings { shadows, ..Settings::direct_light() };

@@ -53,7 +53,9 @@ fn every_value_of_every_setting_has_a_row() {
 
 #[test]
 fn occlusion_is_found_by_every_room_and_left_out_under_each_truth() {
-    for ground_truth in [GroundTruth::Occlusion, GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear, GroundTruth::Environment] {
+    for ground_truth in
+        [GroundTruth::Occlusion, GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear, GroundTruth::Environment]
+    {
         let mut rows = rows();
         rows.retain(|row| row.ground_truth == ground_truth);
         for known in std::iter::once(Occlusion::NONE).chain(Occlusion::all()) {
@@ -97,7 +99,10 @@ fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
             row.ground_truth == GroundTruth::Full,
             matches!(row.ground_truth, GroundTruth::OneBounce | GroundTruth::OneBounceFile),
             matches!(row.ground_truth, GroundTruth::Environment | GroundTruth::EnvironmentBounce),
-            matches!(row.ground_truth, GroundTruth::Occlusion | GroundTruth::ObscuranceFar | GroundTruth::ObscuranceNear),
+            matches!(
+                row.ground_truth,
+                GroundTruth::Occlusion | GroundTruth::ObscuranceFar | GroundTruth::ObscuranceNear
+            ),
         ];
         let count = changes.iter().filter(|changed| **changed).count();
         assert_eq!(count, usize::from(i > 0), "{}", row.name);

@@ -1,4 +1,4 @@
-//! RenderedImages of files in the window.
+//! Images of files in the window.
 
 use lanternfish_metrics::{ColorType, write_png};
 

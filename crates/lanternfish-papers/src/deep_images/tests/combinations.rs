@@ -11,7 +11,7 @@ use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer,
 use super::{build, builders::compare, distances, exact, frame_of, lists, settings, upload};
 use crate::{
     ACROSS_TEXELS, DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, WITHIN_TEXEL,
-    deep_images::{DeepImages, Fragment, directions::DirectionSet, cpu_reference},
+    deep_images::{DeepImages, Fragment, cpu_reference, directions::DirectionSet},
     testing::{self, Random, probe},
 };
 

@@ -10,10 +10,9 @@ use super::{build, frame_of, lists, settings, upload};
 use crate::{
     DeepBuilder, DeepDepth, DeepImageSettings, DeepStore,
     deep_images::{
-        Chunk, DeepCounts, DeepGrid, DeepImages, Fragment, ListFault,
+        Chunk, DeepCounts, DeepGrid, DeepImages, Fragment, ListFault, cpu_reference,
         directions::{DirectionSet, Directions},
         store::{MOST_SLOTS, Source, Store, put_features},
-        cpu_reference,
     },
     testing::{self, Random, probe},
 };

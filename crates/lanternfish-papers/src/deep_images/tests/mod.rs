@@ -21,7 +21,7 @@ use lanternfish::{
 use lanternfish_gpu::{Frame, Gpu, Profiler, read_back};
 use lanternfish_scene::Scene;
 
-use super::{Chunk, DeepFrame, DeepImageBuilder, DeepImages, Fragment, directions::DirectionSet, cpu_reference};
+use super::{Chunk, DeepFrame, DeepImageBuilder, DeepImages, Fragment, cpu_reference, directions::DirectionSet};
 use crate::{DeepBuilder, DeepImageSettings};
 
 /// Uploads for the BVH, whose triangles the builders draw.
@@ -85,8 +85,9 @@ fn frame_of(images: &DeepImages, image: u32) -> DeepFrame {
 /// What exact intersection makes of a chunk.
 fn exact(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fragment>> {
     let triangles = triangles(gpu, scene);
-    let all = (0..chunk.grid.image_count)
-        .flat_map(|image| cpu_reference::image(&chunk.grid, &frame_of(images, chunk.grid.first_image + image), &triangles));
+    let all = (0..chunk.grid.image_count).flat_map(|image| {
+        cpu_reference::image(&chunk.grid, &frame_of(images, chunk.grid.first_image + image), &triangles)
+    });
     all.map(|list| cpu_reference::merge(&list, chunk.grid.merge_distance)).collect()
 }
 

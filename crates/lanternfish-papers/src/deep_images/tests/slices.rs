@@ -110,7 +110,10 @@ fn gpu_slices_of_deep_images_are_built_in_turn() {
     let rested: Vec<_> = (1..slices).map(|_| whole(gpu, &mut in_turn, &sliced, &scene)).collect();
     let ages: Vec<u64> = rested.iter().map(|(_, report)| age(report).unwrap()).collect();
     assert!(ages[..2].iter().all(|age| *age > 0) && ages[2] == 0, "{ages:?}");
-    assert!(rested[0].0 != ground_truth && rested[2].0 == ground_truth, "the images are not those of the scene as it is");
+    assert!(
+        rested[0].0 != ground_truth && rested[2].0 == ground_truth,
+        "the images are not those of the scene as it is"
+    );
     // Images that no longer hold all of the scene are built anew at once.
     let outside = [(inside, Affine3A::from_translation(3.0 * Vec3::Y) * rest)];
     at_once.move_instances(&mut all, &outside).unwrap();

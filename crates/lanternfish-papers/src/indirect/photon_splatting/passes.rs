@@ -9,7 +9,7 @@ use lanternfish::{
     RenderError, ViewContext,
     common::workgroups,
     indirect::{
-        Counters, IndirectPasses, DemodulatedIrradiance,
+        Counters, DemodulatedIrradiance, IndirectPasses,
         smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
     },
     light_culling::LightCulling,
@@ -198,8 +198,14 @@ impl IndirectPasses for PhotonPasses {
         let mut parameters = self.parameters(view, surface.size, frames);
         let lit = view.showing(surface);
         let settings = &self.settings;
-        let irradiance =
-            PixelIrradiance::new(frame, surface.size, settings.resolution, settings.filter_radius, settings.clamp, frames)?;
+        let irradiance = PixelIrradiance::new(
+            frame,
+            surface.size,
+            settings.resolution,
+            settings.filter_radius,
+            settings.clamp,
+            frames,
+        )?;
         let mut counters = Counters::new(frame, "indirect/photon_splatting/counters", ROWS, COUNTERS)?;
         counters.adds_up = false;
 

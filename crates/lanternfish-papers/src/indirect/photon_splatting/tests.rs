@@ -318,8 +318,9 @@ fn gpu_photons_that_light_nothing_in_view_are_left_out() {
     );
     let settings = settings(Indirect::from(room));
     let whole = render(gpu, settings, &scene, &wide, 3 * SIZE);
-    let at =
-        |rendering: &RenderedImage, p: UVec2| Vec4::from(rendering.radiance[(p.y * rendering.width + p.x) as usize]).truncate();
+    let at = |rendering: &RenderedImage, p: UVec2| {
+        Vec4::from(rendering.radiance[(p.y * rendering.width + p.x) as usize]).truncate()
+    };
     for y in 0..SIZE.y {
         for x in 0..SIZE.x {
             let (a, b) = (at(&rendering, UVec2::new(x, y)), at(&whole, SIZE + UVec2::new(x, y)));

@@ -20,7 +20,7 @@ use lanternfish::{
     RenderError, ViewContext,
     gpu_scene::{MASKED, TEXTURES},
     indirect::{
-        IndirectClamp, IndirectPasses, DemodulatedIrradiance,
+        DemodulatedIrradiance, IndirectClamp, IndirectPasses,
         smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
     },
     light_culling::{LightCulling, Reach},

@@ -7,7 +7,7 @@ use lanternfish::{
     RenderError, ViewContext,
     environment_light::{ENVIRONMENT, irradiance_target},
     gpu_scene::Parts,
-    occlusion::{OcclusionPasses, OcclusionTechnique, AmbientVisibility, TILE, ambient_visibility_target},
+    occlusion::{AmbientVisibility, OcclusionPasses, OcclusionTechnique, TILE, ambient_visibility_target},
     prepass::Surface,
     settings::{History, Settings},
     shaders::{Root, Shaders},

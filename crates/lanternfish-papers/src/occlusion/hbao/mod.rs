@@ -3,7 +3,10 @@
 use lanternfish::{
     RenderError, ViewContext,
     environment_light::irradiance_target,
-    occlusion::{OcclusionPasses, OcclusionTechnique, AmbientVisibility, TILE, by_normal::LightByNormal, ambient_visibility_target},
+    occlusion::{
+        AmbientVisibility, OcclusionPasses, OcclusionTechnique, TILE, ambient_visibility_target,
+        by_normal::LightByNormal,
+    },
     prepass::Surface,
     settings::Settings,
     shaders::{Root, Shaders},
@@ -95,10 +98,12 @@ impl OcclusionPasses for HbaoOcclusion {
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let view_bindings = view.buffer.bindings();
         let shared = view_bindings.with(&surface.bindings());
-        let bindings = shared.clone().buffer("hbao_parameters", &self.parameters).texture("ambient_visibility_target", &found);
+        let bindings =
+            shared.clone().buffer("hbao_parameters", &self.parameters).texture("ambient_visibility_target", &found);
         frame.dispatch(&self.horizons, &bindings, groups);
         for (kernel, from, to) in [(&self.blur_across, &found, &across), (&self.blur_down, &across, &down)] {
-            let bindings = shared.clone().texture("unblurred_visibility", from).texture("ambient_visibility_target", to);
+            let bindings =
+                shared.clone().texture("unblurred_visibility", from).texture("ambient_visibility_target", to);
             frame.dispatch(kernel, &bindings, groups);
         }
         let environment_irradiance = irradiance_target(frame, surface.size);

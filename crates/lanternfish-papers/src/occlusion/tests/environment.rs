@@ -188,7 +188,7 @@ fn gpu_what_moves_stands_in_the_light_where_it_is_now() {
     }
 }
 
-/// GroundTruth: paths of two segments. Bounds are about a quarter above what was measured.
+/// Ground truth: paths of two segments. Bounds are about a quarter above what was measured.
 #[test]
 fn gpu_light_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_light_is_the_path_tracers") else { return };

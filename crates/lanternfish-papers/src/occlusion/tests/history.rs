@@ -1,4 +1,4 @@
-//! AmbientVisibility that pixels keep from the frames before.
+//! Ambient visibility that pixels keep from the frames before.
 
 use glam::{Affine3A, Vec3};
 use lanternfish::{
@@ -82,7 +82,7 @@ fn gpu_what_moves_takes_its_occlusion_along() {
     let alone = walked(gpu, settings(History::Off), &after, &steps(1));
     let later = (0..8).map(|_| renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap()).last().unwrap();
     assert!(moved == alone, "off by {}", off(&moved, &alone));
-    // Deferred frames mix what is there now.
+    // Later frames mix what is there now.
     assert!(off(&pixels(&later), &alone) < 0.05, "{}", off(&pixels(&later), &alone));
     // It can fail: the block is seen to move.
     let alone_before = walked(gpu, settings(History::Off), &before, &steps(1));

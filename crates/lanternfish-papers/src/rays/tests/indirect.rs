@@ -14,7 +14,7 @@ use crate::{
     testing::{
         apart, gpu,
         light::{
-            LARGE, SIZE, closed_box, cornell, floor, looking, matt, mean, off, rendering, image_of, sampled, settings,
+            LARGE, SIZE, closed_box, cornell, floor, image_of, looking, matt, mean, off, rendering, sampled, settings,
             traced, traced_of,
         },
         quad, scene_of,
@@ -78,7 +78,7 @@ fn bounce(whole: &[Vec3], direct: &[Vec3]) -> Vec<Vec3> {
     whole.iter().zip(direct).map(|(a, b)| *a - *b).collect()
 }
 
-/// GroundTruth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
+/// Ground truth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
 #[test]
 fn gpu_one_bounce_through_deep_images_is_the_path_tracers() {
     let Some(gpu) = gpu("gpu_one_bounce_through_deep_images_is_the_path_tracers") else { return };
@@ -86,8 +86,7 @@ fn gpu_one_bounce_through_deep_images_is_the_path_tracers() {
     let camera = scene.cameras[0].clone();
     let traced = |depth| traced_of(LARGE, &scene, &camera, depth, 192);
     let ground_truth = bounce(&traced(3), &traced(2));
-    let alone =
-        image_of(gpu, LARGE, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
+    let alone = image_of(gpu, LARGE, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
     for tracer in TRACERS {
         let found = bounce(&image_of(gpu, LARGE, deep(tracer, 128), &scene, &camera), &alone);
         let (off, energy) = (off(&found, &ground_truth), mean(&found) / mean(&ground_truth));

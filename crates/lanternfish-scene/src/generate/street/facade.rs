@@ -68,7 +68,13 @@ impl Modules {
         let [floor, iron] = balcony();
         let [slate, chimney] = roof();
         Self {
-            bays: m.walls.map(|wall| [m.thin_dielectric, m.lit_thin_dielectric].map(|thin_dielectric| bay(workshop, wall, thin_dielectric))).to_vec(),
+            bays: m
+                .walls
+                .map(|wall| {
+                    [m.thin_dielectric, m.lit_thin_dielectric]
+                        .map(|thin_dielectric| bay(workshop, wall, thin_dielectric))
+                })
+                .to_vec(),
             balcony: workshop.mesh("balcony", [(m.trim, floor), (m.iron, iron)]),
             shops: m.walls.map(|wall| m.shop_windows.map(|window| shop(workshop, wall, window))).to_vec(),
             doors: m.walls.map(|wall| door(workshop, wall)).to_vec(),

@@ -216,7 +216,12 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
         largest = largest.max(by_device.bounds.size().length() / size);
         assert_eq!(by_device.geometry.draws.len(), by_host.geometry.draws.len());
         for (reach, exact) in by_device.geometry.draws.iter().zip(&by_host.geometry.draws) {
-            assert!(holds(&reach.bounds, &exact.bounds), "{name} at {fraction}: {:?}, {:?}", reach.bounds, exact.bounds);
+            assert!(
+                holds(&reach.bounds, &exact.bounds),
+                "{name} at {fraction}: {:?}, {:?}",
+                reach.bounds,
+                exact.bounds
+            );
             largest = largest.max(reach.bounds.size().length() / exact.bounds.size().length());
         }
         assert!(by_device.placed.stands().eq(by_host.placed.stands()), "{name} at {fraction}");

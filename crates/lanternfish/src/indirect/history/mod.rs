@@ -16,8 +16,10 @@ use crate::{
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders =
-    Shaders::new(&[Root::of("indirect/history/mix", &[&[&[], &[DEFERRED]]])], &[SharedStruct::of::<HistoryParameters>()]);
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[Root::of("indirect/history/mix", &[&[&[], &[DEFERRED]]])],
+    &[SharedStruct::of::<HistoryParameters>()],
+);
 
 /// Frames do not wait for the device: one that is not whole is not mixed in.
 const DEFERRED: Feature = Feature::new("later");

@@ -32,7 +32,7 @@ pub(crate) use self::growth::FIRST_ENTRIES_IN_TESTS;
 pub(crate) use self::parameters::{CacheUpdate, RadianceCacheParameters};
 use self::{
     growth::{CELLS, COUNTERS, first_entries, slots_for},
-    parameters::{CacheSweep, EntrySample, ScheduledEntry, Link, SampledEntry},
+    parameters::{CacheSweep, EntrySample, Link, SampledEntry, ScheduledEntry},
     planes::{Planes, TrianglePlane},
     reading::Readers,
     table::{Change, Rehash, Slots, Table},

@@ -7,7 +7,7 @@ use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame};
 
 use super::{
-    GLOSSY_RAYS, Sampled, SampledParameters, SampleSlots, diffuse_blur,
+    GLOSSY_RAYS, SampleSlots, Sampled, SampledParameters, diffuse_blur,
     sample_order::{place_count, workgroups_in_rows},
     targets::{in_parts, traced_together},
 };
@@ -109,7 +109,18 @@ impl Entries {
         ];
         let fraction = of_frame.fraction();
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
-        Ok(FrameEntries { entries: self, of_frame, size, slots, ends, dispatches, together, rounds, sky_is_dark, fraction })
+        Ok(FrameEntries {
+            entries: self,
+            of_frame,
+            size,
+            slots,
+            ends,
+            dispatches,
+            together,
+            rounds,
+            sky_is_dark,
+            fraction,
+        })
     }
 }
 
@@ -268,7 +279,8 @@ impl FrameEntries<'_> {
         self.entries.cache.update(frame, view, &mut self.of_frame, u32::MAX);
         self.entries.cache.propagate(frame, &self.of_frame);
         let entries = self.of_frame.bindings();
-        let gathering = summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.ends);
+        let gathering =
+            summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.ends);
         if self.of_frame.is_steady() {
             // As many as were put into the table.
             let [missing, ..] = &self.dispatches;

@@ -22,7 +22,7 @@ use self::{
     targets::Targets,
 };
 use super::{
-    IndirectPasses, DemodulatedIrradiance,
+    DemodulatedIrradiance, IndirectPasses,
     radiance_cache::Bounces,
     smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
 };
@@ -228,7 +228,8 @@ impl IndirectPasses for SampledLight {
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
         // nothing more.
         let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
-        let sweeps = rotations_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
+        let sweeps =
+            rotations_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
         let usual = UVec2::new(settings.diffuse_rays, settings.diffuse_rays.div_ceil(2));
         let parameters = SampledParameters {
             emitter_rays,
@@ -275,8 +276,9 @@ impl IndirectPasses for SampledLight {
             if traced_first.replace(traced.start) != Some(traced.start) {
                 self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(irradiance.size));
             }
-            let summing =
-                sample_bindings.buffer("ray_irradiance", &irradiance.irradiance).buffer("ray_counters", targets.counters.buffer());
+            let summing = sample_bindings
+                .buffer("ray_irradiance", &irradiance.irradiance)
+                .buffer("ray_counters", targets.counters.buffer());
             let mut shading =
                 summing.clone().buffer("hits_to_shade", &targets.hits).buffer("chosen_lights", &targets.light_rays);
             if let Some(environment) = &environment {

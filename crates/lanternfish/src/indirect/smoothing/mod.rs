@@ -11,7 +11,7 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, 
 use lanternfish_scene::named_enum;
 
 use super::{
-    history::{self, RESET_FRAMES, HistoryReset, Histories, Mix},
+    history::{self, Histories, HistoryReset, Mix, RESET_FRAMES},
     layers_target,
 };
 use crate::{
@@ -177,7 +177,8 @@ impl PixelIrradiance {
         let clamp_frames = if clamp == IndirectClamp::On { frames as f32 } else { 0.0 };
         // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
-        let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames, redistribution: radius.div_ceil(REDISTRIBUTE) };
+        let parameters =
+            SmoothingParameters { scale, radius, axis: 0, clamp_frames, redistribution: radius.div_ceil(REDISTRIBUTE) };
         let bytes = IRRADIANCE_BYTES * u64::from(size.x) * u64::from(size.y);
         let irradiance = frame.scratch("indirect/irradiance", bytes)?;
         Ok(Self { irradiance, size, rendering, parameters, uniform: frame.uniform(&parameters) })
@@ -247,7 +248,8 @@ impl Smoothing {
         let [width, height, _] = self.filter.workgroup_size();
         let pixels = [irradiance.rendering.x.div_ceil(width), irradiance.rendering.y.div_ceil(height), 1];
         let [mut found, mut next] = [&layers[0], &layers[1]];
-        let resolving = surfaces.clone().with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
+        let resolving =
+            surfaces.clone().with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", found), pixels);
         let smooth = |frame: &mut Frame<'_>, kernel: &ComputeKernel, axis, [from, to]: [&wgpu::TextureView; 2]| {
             let uniform = frame.uniform(&SmoothingParameters { axis, ..parameters });
@@ -261,7 +263,8 @@ impl Smoothing {
             if parameters.redistribution > 0 && parameters.clamp_frames > 0.0 {
                 let tiles = irradiance.rendering.map(|side| side.div_ceil(TILE));
                 let bytes = size_of::<Clamped>() as u64 * u64::from(FACINGS * tiles.x * tiles.y);
-                let buffers = [frame.scratch("indirect/cut_off", bytes)?, frame.scratch("indirect/redistribution", bytes)?];
+                let buffers =
+                    [frame.scratch("indirect/cut_off", bytes)?, frame.scratch("indirect/redistribution", bytes)?];
                 let uniform = frame.uniform(&parameters);
                 let spreading = surfaces
                     .clone()
@@ -271,7 +274,11 @@ impl Smoothing {
                     .buffer("cut_off", &buffers[0])
                     .buffer("redistribute_light", &buffers[1]);
                 frame.dispatch(&self.collect, &spreading, [tiles.x, tiles.y, 1]);
-                frame.dispatch(&self.redistribution, &spreading, [tiles.x.div_ceil(TILE), tiles.y.div_ceil(TILE), FACINGS]);
+                frame.dispatch(
+                    &self.redistribution,
+                    &spreading,
+                    [tiles.x.div_ceil(TILE), tiles.y.div_ceil(TILE), FACINGS],
+                );
                 let adding = surfaces
                     .clone()
                     .part("smoothing", &uniform)

@@ -83,8 +83,8 @@ fn gpu_every_bounce_is_the_path_tracers() {
     {
         let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
         let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::All) };
-        let indirect =
-            mean(&rendering(gpu, over_frames(entries, 16), &scene, &camera)) - mean(&rendering(gpu, direct, &scene, &camera));
+        let indirect = mean(&rendering(gpu, over_frames(entries, 16), &scene, &camera))
+            - mean(&rendering(gpu, direct, &scene, &camera));
         let [ground_truth, one, direct] = [u32::MAX, 3, 2].map(|depth| mean(&traced(&scene, &camera, depth, samples)));
         let found = indirect / (ground_truth - direct);
         println!("{name}: {found:.4} of the light");
@@ -228,7 +228,8 @@ fn gpu_cells_that_move_keep_their_light() {
     let rendering = rendered();
     assert!(rendering.radiance == rendered().radiance, "another picture from the same cells");
     let moved = rendering.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
-    let found = rendering.radiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / rendering.radiance.len() as f64;
+    let found =
+        rendering.radiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / rendering.radiance.len() as f64;
     println!("{found:.4} of 2");
     assert!((found / 2.0 - 1.0).abs() < 0.02, "{found}");
     assert!(moved > 0 || rendering.report.passes.is_empty(), "no cell has moved");
@@ -316,7 +317,10 @@ fn gpu_tables_that_grow_change_no_image() {
         let counts = counts.map(|name| counted(name).unwrap());
         let moved = rendering.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
         println!("{first_entries} cells at first: {counts:?}, moved {moved} times");
-        assert!(counts[1] > 0 || rendering.radiance == again.radiance, "{first_entries}: another picture the second time");
+        assert!(
+            counts[1] > 0 || rendering.radiance == again.radiance,
+            "{first_entries}: another picture the second time"
+        );
         (rendering.radiance, counts, moved)
     };
     let mut moved_between_frames = 0;

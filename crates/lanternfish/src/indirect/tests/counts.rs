@@ -27,7 +27,8 @@ fn gpu_rays_are_counted() {
     assert!(shadow_rays > 3 * pixels / 2 && shadow_rays < 3 * pixels, "{shadow_rays} of {hits}");
     // From a pane before the eye as many again, and one a pixel about the mirror direction.
     let mut paned = room.clone();
-    let thin_dielectric = Material { alpha_mode: AlphaMode::Blend, base_color: Vec4::new(0.5, 0.5, 0.5, 0.5), ..matt(0.5) };
+    let thin_dielectric =
+        Material { alpha_mode: AlphaMode::Blend, base_color: Vec4::new(0.5, 0.5, 0.5, 0.5), ..matt(0.5) };
     paned.materials.push(thin_dielectric);
     paned.meshes[0].primitives.push(quad(1, Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y));
     let [rays, hits, shadow_rays, emitter_rays] = counted(&paned, &camera);
@@ -84,7 +85,7 @@ fn gpu_rays_left_out_change_no_mean() {
     assert!(traced < open / 2 && (brought / of_all - 1.0).abs() < 0.01, "{traced} of {open}: {brought} of {of_all}");
 }
 
-/// A picture's first frame has so many times the diffuse rays where cells light their ends: it is the picture of so many rays. Deferred frames have
+/// A picture's first frame has so many times the diffuse rays where cells light their ends: it is the picture of so many rays. Later frames have
 /// the usual number, and so have those whose ends are shaded.
 #[test]
 fn gpu_first_frames_have_more_rays() {
@@ -132,6 +133,9 @@ fn gpu_well_known_cells_get_fewer_samples() {
     for (cache_samples, fraction) in [(24, 0.5), (32, 0.25), (48, 0.25)] {
         let well_sampled = sampled_at_last(cache_samples);
         println!("{cache_samples} samples: {well_sampled} of {all}");
-        assert!((well_sampled / all - fraction).abs() < 0.3 * fraction, "{cache_samples} samples: {well_sampled} of {all}");
+        assert!(
+            (well_sampled / all - fraction).abs() < 0.3 * fraction,
+            "{cache_samples} samples: {well_sampled} of {all}"
+        );
     }
 }

@@ -82,8 +82,12 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
         let fourth = (0..3).map(|_| refine()).last().unwrap();
         (first, fourth, (0..28).map(|_| refine()).last().unwrap())
     };
-    let mean_ground_truth =
-        rendering(gpu, Settings { accumulate: 32, ..settings(Sampled { diffuse_rays: 32, ..many }) }, &scene, &at(last));
+    let mean_ground_truth = rendering(
+        gpu,
+        Settings { accumulate: 32, ..settings(Sampled { diffuse_rays: 32, ..many }) },
+        &scene,
+        &at(last),
+    );
     let [without, with] = [History::Off, History::On].map(rested);
     let errors = [&without.1, &with.1, &without.2, &with.2].map(|rendering| off(rendering, &mean_ground_truth));
     println!(

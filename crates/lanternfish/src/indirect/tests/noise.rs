@@ -22,7 +22,8 @@ fn gpu_noise_repeats_nowhere() {
         image_of(gpu, LARGE, settings(sampled), &scene, &camera)
     };
     let (few, ground_truth) = (of(5), of(1024));
-    let errors: Vec<f64> = few.iter().zip(&ground_truth).map(|(few, ground_truth)| f64::from(few.x / ground_truth.x - 1.0)).collect();
+    let errors: Vec<f64> =
+        few.iter().zip(&ground_truth).map(|(few, ground_truth)| f64::from(few.x / ground_truth.x - 1.0)).collect();
     let (width, height) = (LARGE.x as usize, LARGE.y as usize);
     let power = errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64;
     assert!(power > 1e-4, "{power}: there is no noise");
@@ -175,7 +176,8 @@ fn gpu_filter_and_half_resolution_keep_what_is_there() {
     let cornell = cornell();
     let camera = &cornell.cameras[0];
     let few = Sampled { diffuse_rays: 4, glossy_rays: 4, filter_radius: 0, ..sampled(Tracer::BVH) };
-    let ground_truth = rendering(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(Tracer::BVH) }), &cornell, camera);
+    let ground_truth =
+        rendering(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(Tracer::BVH) }), &cornell, camera);
     let noisy = off(&rendering(gpu, settings(few), &cornell, camera), &ground_truth);
     for resolution in IndirectResolution::ALL.iter().copied() {
         let filtered = Sampled { resolution, filter_radius: 5, ..few };

@@ -9,7 +9,7 @@ use super::*;
 use crate::{
     indirect::sampled::{MOST_SAMPLES_IN_TESTS, SampledParameters, sample_order},
     techniques::HitLight,
-    testing::{Random, evaluate_points, evaluate_module},
+    testing::{Random, evaluate_module, evaluate_points},
     view::View,
 };
 

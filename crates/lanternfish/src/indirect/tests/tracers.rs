@@ -25,7 +25,11 @@ fn gpu_light_leaks_are_small() {
     let ground_truth = traced(&scene, &camera, 3, 192);
     let inside = mean(&found) * std::f64::consts::PI / 0.5;
     println!("{inside:.2} lx without a roof, energy {:.3}", mean(&found) / mean(&ground_truth));
-    assert!(inside > 10.0 && (mean(&found) / mean(&ground_truth) - 1.0).abs() < 0.05, "{inside}, {}", mean(&ground_truth));
+    assert!(
+        inside > 10.0 && (mean(&found) / mean(&ground_truth) - 1.0).abs() < 0.05,
+        "{inside}, {}",
+        mean(&ground_truth)
+    );
 }
 
 /// The adapter's own structure meets the triangles that the BVH does: pictures differ where rays graze an edge alone. Masked triangles

@@ -4,7 +4,7 @@ use lanternfish_gpu::{Engine, testing};
 use lanternfish_scene::generate::demo;
 
 use crate::{
-    Change, RenderedImage, RenderError, Renderer, Settings,
+    Change, RenderError, RenderedImage, Renderer, Settings,
     settings::{Attenuation, Culling, Exposure, Indirect, Samples, Shadows, ToneMap, Tracer},
     techniques::{Sampled, Tiled},
 };

@@ -358,7 +358,7 @@ fn gpu_a_frame_that_lacks_room_shows_what_was_there_before() {
     assert!(held.resized.contains(&"light_culling/indices"), "{held:?}");
     let (third, display, light) = next(&scenes[1]);
     assert!(third.is_complete && display == after.display && light == after.radiance, "{third:?}");
-    // RenderedImages go on as ever, in between too.
+    // Images go on as ever, in between too.
     assert!(renderer.render(&scenes[0], &view, SIZE[0], SIZE[1]).unwrap().display == before.display);
 }
 

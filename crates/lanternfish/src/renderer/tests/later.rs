@@ -42,7 +42,8 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
         renderer.set_growth(growth).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let refine = |renderer: &mut Renderer| {
-            let rendering: RenderedImage = renderer.refine(&uploaded, &[(&scene.cameras[0], 24, 16)]).unwrap().remove(0);
+            let rendering: RenderedImage =
+                renderer.refine(&uploaded, &[(&scene.cameras[0], 24, 16)]).unwrap().remove(0);
             rendering.radiance
         };
         let mut last = Vec::new();

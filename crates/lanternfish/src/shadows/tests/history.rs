@@ -115,8 +115,8 @@ fn gpu_a_highlight_beside_a_penumbra_stays_clean() {
     let walk = steps(12);
     let last = &walk[walk.len() - 1..];
     let ground_truth = walked(gpu, settings(History::Off, 255), &scene, last);
-    let [noise, kept] =
-        [History::Off, History::On].map(|history| off(&walked(gpu, settings(history, 2), &scene, &walk), &ground_truth));
+    let [noise, kept] = [History::Off, History::On]
+        .map(|history| off(&walked(gpu, settings(history, 2), &scene, &walk), &ground_truth));
     println!("off by {noise:.4} without, {kept:.4} with");
     assert!(kept < 0.7 * noise, "{noise} {kept}");
 

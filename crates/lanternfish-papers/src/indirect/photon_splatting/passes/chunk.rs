@@ -163,7 +163,9 @@ impl PhotonPasses {
         let gathering = photons.scene.clone().with(&surface).with(&irradiance.bindings()).with(&set.bindings());
         let gathering = gathering.part("photons", uniform).buffer("pixel_irradiance", &irradiance.irradiance);
         match &mut self.splatting {
-            Splatting::Raster(raster) => raster.record(frame, &gathering, slots, irradiance, photons.room.targets.as_ref()),
+            Splatting::Raster(raster) => {
+                raster.record(frame, &gathering, slots, irradiance, photons.room.targets.as_ref())
+            }
             Splatting::Gather { culling, gather } => {
                 let lists = culling.record(frame, std::slice::from_ref(photons.lit), Reach::Surface, &set)?.remove(0);
                 let [width, height, _] = gather.workgroup_size();

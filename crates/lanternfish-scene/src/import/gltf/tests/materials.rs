@@ -189,9 +189,9 @@ fn images_are_told_apart_by_content_and_become_rgba8() {
     ] {
         let mut file = with_material(json!({ "emissiveTexture": { "index": 0 } }));
         let view = file.view(&bytes);
-        file.json["images"][0] = json!({ "bufferView": view, "mimeType": "image/png", "name": "rendering" });
+        file.json["images"][0] = json!({ "bufferView": view, "mimeType": "image/png", "name": "picture" });
         let image = file.scene().images.remove(0);
-        assert_eq!((image.width, image.height, image.name.as_str()), (2, 1, "rendering"));
+        assert_eq!((image.width, image.height, image.name.as_str()), (2, 1, "picture"));
         assert_eq!(image.rgba, expected.repeat(2));
     }
 }
@@ -204,7 +204,7 @@ fn corrupt_images_are_refused_by_name() {
     {
         let mut file = with_material(json!({ "emissiveTexture": { "index": 0 } }));
         let view = file.view(bytes);
-        file.json["images"][0] = json!({ "bufferView": view, "name": "rendering" });
+        file.json["images"][0] = json!({ "bufferView": view, "name": "picture" });
         let fault = file.fault();
         assert_contains(&fault, "images[0] (picture): ");
         assert_contains(&fault, message);

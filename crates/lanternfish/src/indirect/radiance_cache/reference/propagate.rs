@@ -30,7 +30,11 @@ pub(in super::super) fn sweep(table: &mut Table, (of_sweep, most): (&CacheSweep,
 }
 
 /// One sweep over the entries of a list: `propagate_scheduled`.
-pub(in super::super) fn sweep_scheduled(table: &mut Table, list: &[ScheduledEntry], (of_sweep, most): (&CacheSweep, f32)) {
+pub(in super::super) fn sweep_scheduled(
+    table: &mut Table,
+    list: &[ScheduledEntry],
+    (of_sweep, most): (&CacheSweep, f32),
+) {
     list.iter().for_each(|entry| read_hits(table, entry.slot as usize, (of_sweep, most)));
 }
 

@@ -3,7 +3,7 @@
 use super::{Table, vote};
 use crate::indirect::radiance_cache::{
     CacheUpdate, RadianceCacheParameters,
-    parameters::{ScheduledEntry, SampledEntry},
+    parameters::{SampledEntry, ScheduledEntry},
 };
 
 /// Updates after which an entry that pixels no longer request goes on to the next rank.

@@ -68,7 +68,13 @@ fn compare_packing(bench: &Bench) -> Compared {
     colors.extend((0..600).map(|i| Vec3::new(i as f32 / 256.0, i as f32 / 512.0, 1.0)));
     let evaluate = |entry: &str| {
         let queries: Vec<_> = colors.iter().map(|color| bits(color.extend(0.0).to_array())).collect();
-        bench.evaluate(&mut memory_of(&Table::new(64, 3, 1), &parameters(64)), "testing/radiance_cache", entry, &queries, 1)
+        bench.evaluate(
+            &mut memory_of(&Table::new(64, 3, 1), &parameters(64)),
+            "testing/radiance_cache",
+            entry,
+            &queries,
+            1,
+        )
     };
     let answer = |packed: u32, color: Vec3| {
         let [r, g, b] = bits(color.to_array());

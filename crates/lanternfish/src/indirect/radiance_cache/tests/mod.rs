@@ -19,7 +19,7 @@ use lanternfish_gpu::{
 
 use super::{
     CacheUpdate, RadianceCacheParameters,
-    parameters::{CacheSweep, EntrySample, ScheduledEntry, Link, SampledEntry},
+    parameters::{CacheSweep, EntrySample, Link, SampledEntry, ScheduledEntry},
     reference::{Entry, LISTED, Table, vote::with_rank},
 };
 use crate::{common::workgroups, testing::Random, view::View};
@@ -81,7 +81,14 @@ impl Bench {
     }
 
     /// Runs a probe over these queries, so many each.
-    fn evaluate(&self, memory: &mut Memory, module: &str, entry: &str, queries: &[[u32; 4]], each: usize) -> Vec<[u32; 4]> {
+    fn evaluate(
+        &self,
+        memory: &mut Memory,
+        module: &str,
+        entry: &str,
+        queries: &[[u32; 4]],
+        each: usize,
+    ) -> Vec<[u32; 4]> {
         let count = queries.len() / each;
         memory.bind(&["queries"], queries);
         memory.bind(&["answers"], &vec![[0u32; 4]; count]);
@@ -253,7 +260,7 @@ fn memory_of(table: &Table, parameters: &RadianceCacheParameters) -> Memory {
     memory.bind(&["cache_update"], &[UPDATE]);
     memory.bind(&["cache_sweep"], &[CacheSweep::default()]);
     memory.bind(&["entry_counters"], &[0u32; 4]);
-    bind_table(&mut memory, table, "cell_", "earlier_hits");
+    bind_table(&mut memory, table, "entry_", "earlier_hits");
     memory
 }
 
@@ -267,10 +274,10 @@ fn bind_table(memory: &mut Memory, table: &Table, prefix: &str, earlier: &str) {
     memory.bind(&[&name("words"), "read_words", "found_words"], &words);
     memory.bind(&[&name("hashes")], &table.hashes);
     memory.bind(&[&name("winners")], &table.votes);
-    memory.bind(&[&name("requested")], &table.requested);
+    memory.bind(&[&name("votes")], &table.requested);
     memory.bind(&[&name("samples")], &table.samples);
     memory.bind(&[&name("light")], &table.light.concat());
-    memory.bind(&[&name("links")], &table.hits);
+    memory.bind(&[&name("hits")], &table.hits);
     memory.bind(&[earlier], &if table.earlier.is_empty() { vec![Vec4::ZERO] } else { table.earlier.concat() });
 }
 

@@ -18,7 +18,10 @@ fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
         (is_reset, CacheUpdate { fraction: 1, ..update }),
         // A change that comes alone, and one of many.
         (is_reset, CacheUpdate { remembered: 0.0, fraction: 1, ..update }),
-        (RadianceCacheParameters { changes: 65_533, ..is_reset }, CacheUpdate { remembered: 3.0, fraction: 1, ..update }),
+        (
+            RadianceCacheParameters { changes: 65_533, ..is_reset },
+            CacheUpdate { remembered: 3.0, fraction: 1, ..update },
+        ),
         (first, of_first),
         (RadianceCacheParameters { fewest: 128, ..first }, CacheUpdate { counts: 0, ..of_first }),
         (RadianceCacheParameters { fewest: 1, ..frame }, update),
@@ -119,8 +122,9 @@ fn each_entry_has_one_turn() {
     let mut random = Random::new(62);
     for _ in 0..1000 {
         let (key, first) = (word(&mut random), word(&mut random) >> 1);
-        let sweeps =
-            |stride| (first..first + 64).filter(|update| schedule::is_in_stride(key, *update, stride)).collect::<Vec<_>>();
+        let sweeps = |stride| {
+            (first..first + 64).filter(|update| schedule::is_in_stride(key, *update, stride)).collect::<Vec<_>>()
+        };
         assert_eq!([1, 8, 64].map(|stride| sweeps(stride).len()), [64, 8, 1]);
         assert!(sweeps(64).iter().all(|turn| sweeps(8).contains(turn)));
     }

@@ -1,8 +1,8 @@
 //! What the tests measure with: rigs of cameras, and how far a point lies outside.
 
 mod clusters;
-mod enclosing;
 mod cpu_reference;
+mod enclosing;
 
 use glam::{Affine3A, DVec3, EulerRot, Quat, UVec2, Vec3, vec3};
 use proptest::{

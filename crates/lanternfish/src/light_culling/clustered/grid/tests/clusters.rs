@@ -7,9 +7,9 @@ use proptest::prelude::*;
 
 use super::{
     super::*,
-    ROUNDED, Rig, any_shape, check, narrowed, outside, rig, slopes,
+    ROUNDED, Rig, any_shape, check,
     cpu_reference::{Wrong, point_of},
-    view, vive, volume, whole_grid,
+    narrowed, outside, rig, slopes, view, vive, volume, whole_grid,
 };
 
 #[test]
