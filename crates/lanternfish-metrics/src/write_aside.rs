@@ -244,7 +244,7 @@ mod tests {
         for length in [240, 255] {
             let path = folder.path().join("n".repeat(length));
             check_writable(&path).unwrap();
-            write_aside(&path, |file| file.write_all(b"rendering")).unwrap();
+            write_aside(&path, |file| file.write_all(b"picture")).unwrap();
             assert_eq!(fs::read_to_string(&path).unwrap(), "picture");
         }
         let error = check_writable(&folder.path().join("n".repeat(256))).unwrap_err();
