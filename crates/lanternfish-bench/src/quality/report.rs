@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn indirect_light_is_what_a_image_has_beyond_the_one_without() {
+    fn indirect_light_is_what_an_image_has_beyond_the_one_without() {
         let rows = [
             row("indirect none", "full", 1, 0.51),
             row("indirect none, 64 frames", "full", 64, 0.5),

@@ -88,7 +88,7 @@ pub fn plans() -> Vec<Plan> {
         let limits = if is_exact { Limits::new(0.03, 0.01, 0.01) } else { Limits::new(0.13, 0.04, 0.03) };
         let is_quick = tracer == Tracer::BVH;
         if is_exact {
-            let masks = against(Reference::Direct, settings.clone(), Limits { energy: 0.02, ..limits });
+            let masks = against(Reference::Direct, settings.clone(), Limits { energy: 0.03, ..limits });
             add(Group::Shadows, tracer.name(), Name::Masks, is_quick, masks);
         }
         let hall = against(Reference::Direct, settings, limits);

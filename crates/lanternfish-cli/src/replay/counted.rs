@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn the_least_bit_of_a_image_changes_its_hash() {
+    fn the_least_bit_of_an_image_changes_its_hash() {
         let of = |renderings: &[RenderedImage]| Counted::of(renderings, &[]).rendering;
         let one = of(&[rendering(1.0)]);
         assert_eq!(one, of(&[rendering(1.0)]));

@@ -31,7 +31,7 @@ fn rendering(path: &Path) -> (usize, usize, Vec<[f32; 3]>) {
 const SMALL: &str = "demo:cornell --directions stacks:3x4 --resolution 32";
 
 #[test]
-fn gpu_every_view_is_a_image() {
+fn gpu_every_view_is_an_image() {
     let folder = tempfile::tempdir().unwrap();
     for (view, size, lines) in [
         ("points --size 96x54", (96, 54), &["shown       all images"][..]),

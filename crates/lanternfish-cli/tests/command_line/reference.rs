@@ -104,7 +104,7 @@ fn the_file_has_mean_variance_and_how_it_was_made() {
 }
 
 #[test]
-fn a_seed_is_a_image() {
+fn a_seed_is_an_image() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |words: &str| {
         cornell(folder.path(), &format!("--spp 4 -o a.exr {words}"));

@@ -277,7 +277,9 @@ fn gpu_the_sky_lights_what_is_open_to_it() {
     };
     assert_eq!(center(Occlusion::NONE), [0.0, 0.0, 0.0, 1.0]);
     for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
-        assert_eq!(center(occlusion.clone()), [1.0, 1.0, 0.5, 1.0], "{occlusion:?}");
+        // A device may round a number below 1 down to the half float before it.
+        let found = Vec4::from(center(occlusion.clone()));
+        assert!(found.abs_diff_eq(Vec4::new(1.0, 1.0, 0.5, 1.0), 0.001), "{occlusion:?}: {found}");
     }
     // Half of what a wall beside it leaves.
     scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, -0.5), 10.0 * Vec3::X, 5.0 * Vec3::Y));

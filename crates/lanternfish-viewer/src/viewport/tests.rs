@@ -105,8 +105,8 @@ fn gpu_a_second_rendering_stands_beside_the_first() {
 }
 
 #[test]
-fn gpu_a_image_follows_sizes_settings_and_scenes() {
-    let Some(gpu) = testing::gpu("gpu_a_image_follows_sizes_settings_and_scenes") else { return };
+fn gpu_an_image_follows_sizes_settings_and_scenes() {
+    let Some(gpu) = testing::gpu("gpu_an_image_follows_sizes_settings_and_scenes") else { return };
     let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
     let (scene, hall) = (demo("cornell").unwrap(), demo("hall").unwrap());
     let camera = scene.default_camera(1.5);

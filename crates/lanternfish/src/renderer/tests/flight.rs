@@ -145,8 +145,8 @@ fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit() {
 }
 
 #[test]
-fn gpu_two_views_of_a_frame_show_what_they_show_in_a_image() {
-    let Some(gpu) = testing::gpu("gpu_two_views_of_a_frame_show_what_they_show_in_a_image") else { return };
+fn gpu_two_views_of_a_frame_show_what_they_show_in_an_image() {
+    let Some(gpu) = testing::gpu("gpu_two_views_of_a_frame_show_what_they_show_in_an_image") else { return };
     let scene = lit();
     let mut waiting = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
