@@ -11,9 +11,13 @@ mod driver;
 mod hardware;
 #[cfg(test)]
 mod imports;
+#[cfg(test)]
+mod links;
 mod program;
 mod quality;
 mod test;
+#[cfg(test)]
+mod words;
 
 use std::process::ExitCode;
 

@@ -12,6 +12,8 @@ mod changes;
 mod corners;
 #[path = "renderings/identical.rs"]
 mod identical;
+#[path = "renderings/passes.rs"]
+mod passes;
 #[path = "../../lanternfish/tests/renderings/support.rs"]
 #[allow(dead_code, reason = "the library's own pictures have it too")]
 mod support;

@@ -1,0 +1,83 @@
+//! Every relative link of every page leads to a file, and to a heading of it where it names one.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::command::workspace;
+
+/// Targets of the links and images of a page: what stands between `](` and `)`.
+fn targets(page: &str) -> impl Iterator<Item = &str> {
+    page.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(target, _)| target)
+}
+
+/// The anchor that Git hosts give a heading.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim().chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+    kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect()
+}
+
+/// Whether a page has a heading with this anchor. Text between fences is code.
+fn has_anchor(page: &str, wanted: &str) -> bool {
+    let mut is_code = false;
+    page.lines().any(|line| {
+        is_code ^= line.trim_start().starts_with("```");
+        !is_code && line.starts_with('#') && anchor(line.trim_start_matches('#')) == wanted
+    })
+}
+
+/// Why a link of this page leads nowhere.
+fn fault(page: &Path, text: &str, target: &str) -> Option<String> {
+    if target.contains("://") || target.starts_with("mailto:") {
+        return None;
+    }
+    let (file, heading) = target.split_once('#').unwrap_or((target, ""));
+    let path =
+        if file.is_empty() { page.to_owned() } else { page.parent().expect("a page lies in a folder").join(file) };
+    let is_page = path.extension().is_some_and(|ending| ending == "md");
+    if !path.exists() {
+        return Some(format!("{}: {target}", page.display()));
+    }
+    let other = if file.is_empty() || !is_page { text.to_owned() } else { fs::read_to_string(&path).ok()? };
+    (!heading.is_empty() && is_page && !has_anchor(&other, heading))
+        .then(|| format!("{}: {target}: no such heading", page.display()))
+}
+
+fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("the workspace can be read") {
+        let path = entry.expect("the workspace can be read").path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() && name != "target" && !name.starts_with('.') {
+            pages(&path, found);
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn every_link_of_every_page_leads_somewhere() {
+    let mut all = Vec::new();
+    pages(workspace(), &mut all);
+    let (mut count, mut faults) = (0, Vec::new());
+    for page in &all {
+        let text = fs::read_to_string(page).expect("pages are UTF-8");
+        for target in targets(&text) {
+            count += 1;
+            faults.extend(fault(page, &text, target));
+        }
+    }
+    assert!(count > 100, "{count} links");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn broken_links_are_told() {
+    let page = workspace().join("README.md");
+    let text = "# One Thing, `two`\n```\n# code\n```\n";
+    let is_broken = |target| fault(&page, text, target).is_some();
+    assert_eq!(targets("[a](b.md) ![c](d.png#e)").collect::<Vec<_>>(), ["b.md", "d.png#e"]);
+    assert!(!is_broken("#one-thing-two") && !is_broken("CONVENTIONS.md") && !is_broken("https://example.org/none"));
+    assert!(is_broken("#code") && is_broken("none.md") && is_broken("CONVENTIONS.md#none"));
+}

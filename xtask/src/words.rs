@@ -1,0 +1,100 @@
+//! Words that `docs/glossary.md` has a better one for stay out of code, comments, texts and pages.
+
+use std::{fs, path::Path};
+
+use crate::command::workspace;
+
+/// Words, or groups of words, that are not used: alone, and as a part of an identifier.
+const AVOIDED: [&str; 28] = [
+    "picture",
+    "pictures",
+    "surroundings",
+    "openness",
+    "yardstick",
+    "yardsticks",
+    "knob",
+    "knobs",
+    "twin",
+    "twins",
+    "ledger",
+    "anew",
+    "doubt",
+    "doubted",
+    "doubtful",
+    "asker",
+    "askers",
+    "lacks room",
+    "keep link",
+    "put back",
+    "place of",
+    "open passes",
+    "once more",
+    "end of a ray",
+    "ends of rays",
+    "ray end",
+    "rays end",
+    "as they were",
+];
+
+/// Files that name these words, or quote texts of others.
+const LEFT_OUT: [&str; 4] = ["xtask/src/words.rs", "docs/glossary.md", "CHANGELOG.md", "docs/notebook/"];
+
+/// Text as words in lower case with one space around each: `NearestBlended` and `nearest_blended` are two each.
+fn words(text: &str) -> String {
+    let mut words = String::from(" ");
+    let mut last = ' ';
+    for c in text.chars() {
+        let starts = c.is_uppercase() && last.is_lowercase();
+        if (starts || !c.is_alphanumeric()) && !words.ends_with(' ') {
+            words.push(' ');
+        }
+        if c.is_alphanumeric() {
+            words.extend(c.to_lowercase());
+        }
+        last = c;
+    }
+    words.push(' ');
+    words
+}
+
+/// Which of the words a text has.
+fn avoided(text: &str) -> impl Iterator<Item = &'static str> {
+    let words = words(text);
+    AVOIDED.into_iter().filter(move |avoided| words.contains(&format!(" {avoided} ")))
+}
+
+/// Lines below a folder with words that are not used: `path:line: word`.
+fn gather(root: &Path, folder: &Path, found: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).expect("the workspace can be read") {
+        let path = entry.expect("the workspace can be read").path();
+        let name = path.strip_prefix(root).expect("it lies below").display().to_string();
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        let is_ours = !name.starts_with("target") && !name.starts_with('.');
+        if !is_ours || LEFT_OUT.iter().any(|left_out| format!("{name}/").starts_with(left_out) || name == *left_out) {
+            continue;
+        }
+        if path.is_dir() {
+            gather(root, &path, found);
+        } else if ["rs", "wesl", "md", "toml", "sh"].contains(&ending) {
+            let text = fs::read_to_string(&path).expect("sources are UTF-8");
+            for (i, line) in text.lines().enumerate() {
+                found.extend(avoided(line).map(|word| format!("{name}:{}: {word}", i + 1)));
+            }
+        }
+    }
+}
+
+#[test]
+fn words_are_those_of_the_glossary() {
+    let mut found = Vec::new();
+    gather(workspace(), workspace(), &mut found);
+    assert!(found.is_empty(), "{} lines, docs/glossary.md has better words:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn words_are_told_from_parts_of_others() {
+    let of = |text: &str| avoided(text).collect::<Vec<_>>();
+    assert_eq!(of("fn is_picture(twin: NearestYardstick)"), ["picture", "yardstick", "twin"]);
+    assert_eq!(of("let at_ray_end = PICTURES; // found anew"), ["pictures", "anew", "ray end"]);
+    assert_eq!(of("twinkle, pictured, undoubted, ray endpoint, replace of"), [""; 0]);
+}
