@@ -167,7 +167,7 @@ impl Bench<'_> {
             let (row, rendering) = self.row(case, first.as_ref(), rows.first())?;
             rows.push(row);
             if first.is_none() {
-                self.write("rendering.png", &rendering)?;
+                self.write("image.png", &rendering)?;
                 *first = Some(rendering);
             }
         }

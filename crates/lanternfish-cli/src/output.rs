@@ -96,7 +96,7 @@ fn radiance(rendering: &RenderedImage) -> Result<RgbImage, CliError> {
 pub(crate) fn default_path(scene: &SceneName) -> PathBuf {
     let name = match scene.demo() {
         Some(name) => name.as_ref(),
-        None => scene.path().file_stem().unwrap_or("rendering".as_ref()),
+        None => scene.path().file_stem().unwrap_or("image".as_ref()),
     };
     let mut file = name.to_owned();
     file.push(".png");
@@ -167,7 +167,7 @@ mod tests {
             ("demo:atrium", "atrium.png"),
             ("Sponza.glb", "Sponza.png"),
             ("some/folder/a.b.gltf", "a.b.png"),
-            ("..", "rendering.png"),
+            ("..", "image.png"),
         ] {
             assert_eq!(default_path(&scene.into()), Path::new(path), "{scene}");
         }

@@ -104,7 +104,7 @@ fn gpu_a_track_makes_the_figures_of_the_thesis() {
     // What is seen does not depend on the clusters.
     let renderings = |clusters: &str, views: &str| {
         let row = played.iter().find(|row| row["clusters"] == clusters && row["views"] == views).unwrap();
-        row["report"]["frames"].as_array().unwrap().iter().map(|frame| &frame["rendering"]).collect::<Vec<_>>()
+        row["report"]["frames"].as_array().unwrap().iter().map(|frame| &frame["image"]).collect::<Vec<_>>()
     };
     assert_eq!(renderings("persp:4", "mono"), renderings("ortho:4", "mono"));
     assert_eq!(renderings("persp:4", "stereo-individual"), renderings("persp:4", "stereo-enclosed"));

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counted {
     /// A hash of every bit of its pictures, radiance and display, of all eyes.
+    #[serde(rename = "image", alias = "picture")]
     pub rendering: String,
     /// Counters of all eyes, by name.
     pub counters: BTreeMap<String, u64>,

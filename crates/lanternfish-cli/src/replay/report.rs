@@ -121,7 +121,7 @@ impl Report {
         names.sort_unstable();
         names.dedup();
         let of_clusters = "visible_clusters,fragments,lighting_operations";
-        let mut text = format!("frame,seconds,rendering,{of_clusters}");
+        let mut text = format!("frame,seconds,image,{of_clusters}");
         names.iter().for_each(|name| text += &format!(",{name}"));
         for (index, (frame, moment)) in self.frames.iter().zip(&self.moments).enumerate() {
             text += &format!("\n{index},{moment},{}", frame.rendering);

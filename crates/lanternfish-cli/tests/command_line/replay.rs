@@ -54,7 +54,7 @@ fn gpu_two_replays_count_the_same_and_show_the_same() {
     assert_eq!(counts("first"), counts("second"));
     // Every frame is another, for camera and rain move; and says what its clusters hold.
     let frames = first["frames"].as_array().unwrap();
-    let mut renderings: Vec<&str> = frames.iter().map(|frame| frame["rendering"].as_str().unwrap()).collect();
+    let mut renderings: Vec<&str> = frames.iter().map(|frame| frame["image"].as_str().unwrap()).collect();
     renderings.sort_unstable();
     renderings.dedup();
     assert_eq!((frames.len(), renderings.len()), (4, 4));
@@ -196,7 +196,7 @@ fn gpu_clusters_reach_as_far_as_is_asked_and_show_the_same() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let frame = &report(folder.path(), "out")["frames"][0];
         let clusters = frame["counters"]["light_culling/clusters"].as_u64().unwrap();
-        (clusters, frame["clusters"]["visible"].clone(), frame["rendering"].clone())
+        (clusters, frame["clusters"]["visible"].clone(), frame["image"].clone())
     };
     let (near, far) = (of("0", "persp:8"), of("100", "persp:8"));
     assert!(far.0 > near.0, "{} clusters for {}", far.0, near.0);
