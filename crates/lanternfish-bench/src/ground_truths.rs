@@ -33,19 +33,19 @@ named_enum! {
         DirectLambert = "direct-lambert",
         /// The same as the first, from lights that have a size.
         DirectSoft = "direct-soft",
-        /// What shines by itself, seen straight: emissive surfaces and surroundings.
+        /// What shines by itself, seen straight: emissive surfaces and environment.
         Emitted = "emitted",
-        /// All light by all ways: emissive surfaces and surroundings, any number of reflections.
+        /// All light by all ways: emissive surfaces and environment, any number of reflections.
         Full = "full",
         /// Light from punctual lights by one or two reflections, on diffuse surfaces.
         OneBounce = "one-bounce",
         /// The same on the file's materials: what shines shows what is lit.
         OneBounceFile = "one-bounce-file",
-        /// Light from an image of the surroundings by one reflection: nothing else shines.
+        /// Light from an image of the environment by one reflection: nothing else shines.
         Environment = "environment",
         /// The same by one or two reflections.
         EnvironmentBounce = "environment-bounce",
-        /// How open surfaces are to their surroundings, whatever the distance of what closes them [Aalund2015, eq. 1].
+        /// How open surfaces are to their environment, whatever the distance of what closes them [Aalund2015, eq. 1].
         Occlusion = "occlusion",
         /// The same up to a large distance, attenuated.
         ObscuranceFar = "obscurance-far",
@@ -91,7 +91,7 @@ impl GroundTruth {
         let beyond = |without_indirect, making| Making { without_indirect, ..making };
         match self {
             Self::Direct => of(
-                "paths of 2 segments, from punctual lights; emission and surroundings are black in both pictures",
+                "paths of 2 segments, from punctual lights; emission and environment is black in both images",
                 Light::Lights,
                 2,
                 8,
@@ -100,10 +100,10 @@ impl GroundTruth {
             Self::DirectSoft => {
                 of("as direct, from disks of 0.1 m radius that face what they light", Light::Lights, 2, 2)
             }
-            Self::Emitted => of("paths of 1 segment, emission and surroundings", Light::All, 1, 1),
+            Self::Emitted => of("paths of 1 segment, emission and environment", Light::All, 1, 1),
             Self::Full => beyond(
                 &[Self::Emitted, Self::Direct],
-                of("paths of any length, emission and surroundings included", Light::All, UNLIMITED, 1),
+                of("paths of any length, emission and environment included", Light::All, UNLIMITED, 1),
             ),
             Self::OneBounce => {
                 let text = "paths of 2 or 3 segments, from punctual lights, base colours as diffuse albedos";
@@ -113,7 +113,7 @@ impl GroundTruth {
                 beyond(&[Self::Direct], of("paths of 2 or 3 segments, from punctual lights", Light::Lights, 3, 2))
             }
             Self::Environment => of(
-                "paths of 2 segments, from an image of the surroundings alone, which is seen as well: kloppenheim_05_1k.hdr, or a sky built \
+                "paths of 2 segments, from an image of the environment alone, which is seen as well: kloppenheim_05_1k.hdr, or a sky built \
                  in where that is not there",
                 Light::Environment,
                 2,
@@ -265,7 +265,7 @@ pub struct GroundTruthFigures {
     pub meaning: &'static str,
     /// The file, below the report's folder.
     pub file: String,
-    /// Its picture, below the report's folder.
+    /// Its image, below the report's folder.
     pub rendering: String,
     pub spp: u64,
     /// Whether an earlier run traced it.
@@ -280,9 +280,9 @@ pub struct GroundTruthFigures {
     pub noise_relative_mse: f64,
     /// Standard deviation of an energy ratio by its own noise, at most.
     pub noise_energy: f64,
-    /// Mean LDR-FLIP between the pictures of its first and its second half of samples, each twice as noisy in variance.
+    /// Mean LDR-FLIP between the images of its first and its second half of samples, each twice as noisy in variance.
     pub noise_flip: f64,
-    /// Mean HDR-FLIP between its two halves. An exact picture is about half as far from the truth as they are from one another.
+    /// Mean HDR-FLIP between its two halves. An exact image is about half as far from the truth as they are from one another.
     pub noise_hdr_flip: f64,
     /// Energy of [`GroundTruth::without_indirect`], as a share of its own; `None` where that names no truths.
     pub energy_without_indirect: Option<f64>,
@@ -345,7 +345,7 @@ pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -
     Ok(Traced { mean: layers.mean, figures })
 }
 
-/// Share of a truth's energy that is not indirect light: that of [`GroundTruth::without_indirect`]. `whole`: the truth's picture; `scene`: makes the scene of
+/// Share of a truth's energy that is not indirect light: that of [`GroundTruth::without_indirect`]. `whole`: the truth's image; `scene`: makes the scene of
 /// each part; `subject`: the truth's. Parts have as many samples as the truth: their random numbers, and so much of their noise, are the same.
 pub fn energy_without_indirect(
     folder: &Path,

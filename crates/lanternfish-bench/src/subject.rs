@@ -65,7 +65,7 @@ impl Subject {
             shadows: Shadows::BVH,
             attenuation: lights.attenuation,
             range_threshold: lights.range_threshold,
-            // One for all pictures, which are compared with each other.
+            // One for all images, which are compared with each other.
             exposure: Exposure::Ev(0.0),
             ..Settings::direct_light()
         };

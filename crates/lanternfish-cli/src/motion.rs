@@ -6,7 +6,7 @@ use crate::{args::TrackArgs, error::CliError};
 
 /// What is said where a time is asked for and nothing moves.
 pub const NOTHING_MOVES: &str =
-    "neither the camera nor anything in the scene moves: at every time it is the same picture";
+    "neither the camera nor anything in the scene moves: at every time it is the same image";
 
 /// What moves in a scene.
 #[derive(Debug)]

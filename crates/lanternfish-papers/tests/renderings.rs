@@ -13,7 +13,7 @@ mod corners;
 #[path = "renderings/identical.rs"]
 mod identical;
 #[path = "../../lanternfish/tests/renderings/support.rs"]
-#[allow(dead_code, reason = "the library's own pictures have it too")]
+#[allow(dead_code, reason = "the library's own images have it too")]
 mod support;
 
 /// The adapter, once the techniques are registered; none where the test is left out.

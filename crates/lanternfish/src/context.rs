@@ -27,7 +27,7 @@ pub struct FrameContext<'a> {
 }
 
 impl<'a> FrameContext<'a> {
-    /// Where the picture of a view goes, if it is not kept.
+    /// Where the image of a view goes, if it is not kept.
     pub(crate) fn target(&self, slot: usize) -> Option<(u64, Target<'a>)> {
         let request = self.requests.get(slot)?;
         (!matches!(request.target, Target::Own)).then_some((request.key, request.target))

@@ -46,7 +46,7 @@ pub enum RenderError {
         instead: &'static str,
     },
     /// [`crate::settings::Settings::accumulate`] is 0: a mean of no frames.
-    #[error("`accumulate 0`: a picture is the mean of 1 frame or more")]
+    #[error("`accumulate 0`: an image is the mean of 1 frame or more")]
     NoFrames,
     /// A setting needs another one beside it, or a value within other bounds.
     #[error("{setting} needs {needed}")]
@@ -93,7 +93,7 @@ pub enum RenderError {
         /// What is wrong with it, and how it is put right.
         what: String,
     },
-    /// The picture of a view cannot go where it is wanted.
+    /// The image of a view cannot go where it is wanted.
     #[error("the target of view {key}: {what}")]
     Target {
         /// [`crate::ViewRequest::key`].

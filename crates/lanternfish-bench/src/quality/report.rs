@@ -36,13 +36,13 @@ pub struct ShotReport {
     /// Width of the truths, pixels.
     pub width: u32,
     pub height: u32,
-    /// How many times wider and higher than the truths the renderer's picture is.
+    /// How many times wider and higher than the truths the renderer's image is.
     pub factor: u32,
     pub triangles: usize,
     pub lights: usize,
     pub attenuation: String,
     pub range_threshold: f64,
-    /// Exposure at which pictures are compared, stops.
+    /// Exposure at which images are compared, stops.
     pub exposure: f32,
     pub tone_map: String,
     pub ground_truths: Vec<GroundTruthFigures>,
@@ -184,7 +184,7 @@ fn renderings(shot: &ShotReport) -> String {
         let caption = format!("{}; FLIP {:.4} against {}", names.join(" = "), figures.errors.flip, row.ground_truth);
         text += &figure(&[&figures.rendering, &figures.map], &caption);
     }
-    format!("<div class=\"pictures\">\n{text}</div>")
+    format!("<div class=\"images\">\n{text}</div>")
 }
 
 /// Rows without indirect light whose truth has some.
@@ -223,7 +223,7 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
     ]
 }
 
-/// Energy of a picture's indirect light over the truth's, which is `indirect` of all its energy. The picture's is what it has beyond the row of as
+/// Energy of an image's indirect light over the truth's, which is `indirect` of all its energy. The image's is what it has beyond the row of as
 /// many frames without any: direct light that is a few parts in a thousand too bright would count several times as much of indirect light. `None`
 /// where there is no such row, or this row is it.
 fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f64> {
@@ -238,7 +238,7 @@ fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f6
     (!WITHOUT_INDIRECT.contains(&&*row.name)).then(|| (figures.errors.energy_ratio - direct) / indirect)
 }
 
-/// How many times the truth's noise its indirect light must exceed, for the report to say how much of it a picture has.
+/// How many times the truth's noise its indirect light must exceed, for the report to say how much of it an image has.
 const MOST_NOISE: f64 = 4.0;
 
 /// Energy of a truth's indirect light, as a share of all of it; `None` where it has none, or that is lost in its noise.

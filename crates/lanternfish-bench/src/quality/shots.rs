@@ -24,7 +24,7 @@ pub struct Shot {
     view: View,
     /// Size of the truth, pixels.
     pub size: Size,
-    /// How many times wider and higher than the truth the renderer's picture is, before it is box-averaged.
+    /// How many times wider and higher than the truth the renderer's image is, before it is box-averaged.
     pub factor: u32,
     /// Point lights beside those of the scene: position, m, and intensity, cd.
     points: &'static [([f32; 3], [f32; 3])],

@@ -22,13 +22,13 @@ use crate::{
     technique,
 };
 
-/// One way to make the picture.
+/// One way to make the image.
 #[derive(Clone, Debug)]
 pub struct Technique {
     /// What it changes, by the names of the command line.
     pub name: String,
     pub settings: Settings,
-    /// What its picture should be.
+    /// What its image should be.
     pub ground_truth: GroundTruth,
 }
 
@@ -59,12 +59,12 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         occlusion: _,
         structure: _,
         accumulate: _,
-        // Of one picture it changes nothing: `lanternfish-bench history`.
+        // Of one image it changes nothing: `lanternfish-bench history`.
         history: _,
         // The shot's, and the truth's as well.
         attenuation: _,
         range_threshold: _,
-        // How a picture is shown, not how it is made.
+        // How an image is shown, not how it is made.
         exposure: _,
         tone_map: _,
         debug_view: _,
@@ -244,7 +244,7 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows
 }
 
-/// Light from the surroundings: none, by every way to find occlusion, and by rays.
+/// Light from the environment: none, by every way to find occlusion, and by rays.
 fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let of = |name: String, settings| Technique {
         name: format!("environment {name}"),

@@ -102,7 +102,7 @@ fn gpu_what_has_no_light_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("dark.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let (success, said, stderr) = bench(folder.path(), "dark.obj -o report");
-    assert!(!success && said.is_empty() && stderr.contains("the picture is black"), "{stderr}");
+    assert!(!success && said.is_empty() && stderr.contains("the image is black"), "{stderr}");
     assert!(!folder.path().join("report/report.json").exists());
 }
 

@@ -28,7 +28,7 @@ fn gpu_photons_stand_beside_the_truth() {
         let row = rows.iter().find(|known| known["name"] == row).unwrap_or_else(|| panic!("no {row}"));
         row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"))
     };
-    // A small picture of few samples: the truth is known to some parts in a hundred.
+    // A small image of few samples: the truth is known to some parts in a hundred.
     assert!((figure("photon-splatting", "indirect_energy") - 1.0).abs() < 0.15, "{rows:?}");
     assert!(figure("none", "indirect_energy") == 0.0 && figure("photon-splatting", "flip") < figure("none", "flip"));
     let counts = ["splatted", "off_screen", "hidden", "landed"].map(|name| figure("photon-splatting", name));

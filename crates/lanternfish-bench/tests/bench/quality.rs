@@ -77,7 +77,7 @@ impl Quality {
 fn gpu_direct_light_is_its_truth_by_every_way_to_find_it() {
     let found = judged(&["direct", "direct-lambert"]);
     // The default is the truth up to the truth's noise, and to 16 samples a pixel. The light is 5 cm below the ceiling's lamp,
-    // where few paths carry much: noise of more than one per cent in so small a picture.
+    // where few paths carry much: noise of more than one per cent in so small an image.
     let noise = found.shot["ground_truths"][0]["noise_energy"].as_f64().unwrap();
     assert!(noise > 0.0 && noise < 0.03, "{noise}");
     for name in ["default", "culling all", "culling tiled 32, aabb off", "shadows bvh", "materials lambert"] {
@@ -88,7 +88,7 @@ fn gpu_direct_light_is_its_truth_by_every_way_to_find_it() {
     assert_eq!((&bvh["differing_pixels"], &bvh["rendering"]), (&0.into(), &default["rendering"]));
     assert!(default["rays"].as_u64().unwrap() > 1000);
 
-    // The harness can fail: without shadows a picture is another.
+    // The harness can fail: without shadows an image is another.
     let none = &found.row("shadows none")["figures"];
     assert_eq!(none["rays"], 0);
     for figure in ["flip", "hdr_flip", "relative_mse"] {
@@ -127,7 +127,7 @@ fn gpu_light_that_is_reflected_more_than_once_is_missed_without_indirect_light()
         let [one, every] = [", one bounce", way].map(|way| found.energy(&format!("indirect sampled{way}")));
         assert!(one < 0.9 * every, "{way}: {one} {every}");
     }
-    // What the path tracer takes for direct light is what a picture without indirect light has: both are shares of one truth's energy.
+    // What the path tracer takes for direct light is what an image without indirect light has: both are shares of one truth's energy.
     let [direct, noise] = ["energy_without_indirect", "noise_energy"]
         .map(|figure| found.shot["ground_truths"][0][figure].as_f64().unwrap());
     for way in ["none", "none, 64 frames"] {
@@ -145,7 +145,7 @@ fn gpu_one_bounce_is_there_by_whatever_its_rays_are_traced_through() {
     let energy = |technique| found.energy(&format!("one-bounce {technique}"));
     assert!(energy("none") < 0.9, "{}", energy("none"));
     assert!((energy("bvh, not clamped") - 1.0).abs() < 0.05, "{}", energy("bvh, not clamped"));
-    // The clamp takes what few rays find: much, where the light is 5 cm below the lamp and the picture so small.
+    // The clamp takes what few rays find: much, where the light is 5 cm below the lamp and the image so small.
     for technique in ["bvh", "across-texels 128", "within-texel 128"] {
         assert!((0.85..1.05).contains(&energy(technique)), "{technique}: {}", energy(technique));
     }

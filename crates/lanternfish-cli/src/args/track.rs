@@ -12,8 +12,8 @@ pub struct TrackArgs {
     #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub time: Option<f32>,
-    /// Renders a sequence, name.0001.png and so on: N pictures, from the track's first keyframe to its last; or A-B, the
-    /// frames of these numbers, frame I at I / --fps seconds. A frame is the same picture whichever others are asked for.
+    /// Renders a sequence, name.0001.png and so on: N images, from the track's first keyframe to its last; or A-B, the
+    /// frames of these numbers, frame I at I / --fps seconds. A frame is the same image whichever others are asked for.
     #[arg(long, value_name = "N|A-B", value_parser = parse::frames)]
     #[arg(allow_hyphen_values = true, hide_short_help = true)]
     pub frames: Option<Frames>,

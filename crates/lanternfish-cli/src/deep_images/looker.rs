@@ -1,4 +1,4 @@
-//! From a scene to a picture of its deep images, and what is said beside it.
+//! From a scene to an image of its deep images, and what is said beside it.
 
 use std::{fmt::Display, time::Instant};
 
@@ -23,12 +23,12 @@ use super::{
 };
 use crate::{error::CliError, parse::direction_set_text, progress::Progress, report::grouped};
 
-/// Greatest width of pictures of texels without --upscale, pixels, unless one pixel a texel is wider.
+/// Greatest width of images of texels without --upscale, pixels, unless one pixel a texel is wider.
 const WIDTH: u32 = 1280;
 /// Steps of the heat map from black to red.
 const HEAT: [&str; 6] = ["black", "blue", "cyan", "green", "yellow", "red"];
 
-/// The picture, and the lines to print.
+/// The image, and the lines to print.
 pub fn look(
     args: &DeepImagesArgs,
     gpu: &Gpu,

@@ -1,6 +1,6 @@
 //! `lanternfish merge`: parts of one truth, added up.
 //!
-//! Each part has its sums in whole steps (`lanternfish_reference::Film`), so adding is exact: the picture is the same to the bit as traced at
+//! Each part has its sums in whole steps (`lanternfish_reference::Film`), so adding is exact: the image is the same to the bit as traced at
 //! once, however it was cut. What must be the same in all parts is told by the fingerprint and the seed.
 
 use std::{
@@ -33,7 +33,7 @@ Examples:
 
 Parts may be cut anywhere and given in any order, but nothing may be missing between them. Parts that
 do not begin with sample 1 make a part of their own, which can be merged again.
-The last line of standard output is the picture's path.";
+The last line of standard output is the image's path.";
 
 #[derive(Debug, Args)]
 pub struct MergeArgs {

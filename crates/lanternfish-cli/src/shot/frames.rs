@@ -7,10 +7,10 @@ use crate::{
     parse::{Frames, LightSet},
 };
 
-/// A picture of a shot.
+/// An image of a shot.
 #[derive(Clone, Debug)]
 pub struct ShotFrame {
-    /// What stands in its file's name; none where the shot is one picture.
+    /// What stands in its file's name; none where the shot is one image.
     pub number: Option<u32>,
     /// Seconds; none where nothing says a time: all is as the file has it.
     pub time: Option<f32>,
@@ -29,7 +29,7 @@ impl Shot {
             return Err(CliError::new(
                 format!("--frames: {} has no camera track to divide into as many", self.args.scene),
                 "say which frames: --frames 1-48; or render a shot (.toml) that has a [track]; `lanternfish shot SCENE` writes \
-                 one to fill in (--accumulate N averages N frames of one picture)",
+                 one to fill in (--accumulate N averages N frames of one image)",
             ));
         }
         match (&self.track, when.time) {
@@ -55,7 +55,7 @@ impl Shot {
         self.track.is_none() && (when.time.is_some() || when.frames.is_some())
     }
 
-    /// The pictures, in the order of their numbers.
+    /// The images, in the order of their numbers.
     pub fn frames(&self) -> Vec<ShotFrame> {
         match self.args.track.frames {
             None => vec![self.at(None, self.time())],
@@ -70,7 +70,7 @@ impl Shot {
         }
     }
 
-    /// The moment by which light and exposure are chosen for all pictures: the first one; of frames by their numbers what is
+    /// The moment by which light and exposure are chosen for all images: the first one; of frames by their numbers what is
     /// at 0 s, whichever of them are asked for.
     pub fn first(&self) -> ShotFrame {
         match self.args.track.frames {
@@ -89,12 +89,12 @@ impl Shot {
         frame.time.map(|time| self.at(None, Some(time - apart)))
     }
 
-    /// One view a picture.
+    /// One view an image.
     pub fn views(&self) -> Vec<ViewArgs> {
         self.frames().into_iter().map(|frame| frame.view).collect()
     }
 
-    /// When a single picture is. An animation that is asked for starts at 0 s.
+    /// When a single image is. An animation that is asked for starts at 0 s.
     fn time(&self) -> Option<f32> {
         let when = &self.args.track;
         let start = || when.animation.as_ref().map(|_| 0.0);

@@ -209,7 +209,7 @@ fn names_are_relative_to_the_shot() {
     let word = |id: &str| &file.words.iter().find(|(known, _)| known == id).unwrap().1;
     assert_eq!(Path::new(word("output")), folder.join("a.png"));
     assert_eq!((word("report"), word("adapter")), (&"/r.json".into(), &"cpu".into()));
-    // Without a name, the picture is called as the shot, in the current folder.
+    // Without a name, the image is called as the shot, in the current folder.
     assert_eq!(shot("scene = \"a.glb\"", "").unwrap().args.output.output, Some("shot.png".into()));
 }
 
@@ -294,7 +294,7 @@ fn views_follow_the_track_unless_flags_say_otherwise() {
         (TRACK, "--time 2.5", "from 0 to 2 s"),
         (TRACK, "--time 1 --frames 2", "both --time and --frames"),
         ("scene = \"demo:atrium\"", "--frames 2", "demo:atrium has no camera track"),
-        ("scene = \"demo:atrium\"", "--frames 2", "--accumulate N averages N frames of one picture"),
+        ("scene = \"demo:atrium\"", "--frames 2", "--accumulate N averages N frames of one image"),
     ] {
         let error = shot(text, flags).unwrap_err();
         assert!(error.contains(word), "{error}");

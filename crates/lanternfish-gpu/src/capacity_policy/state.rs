@@ -96,7 +96,7 @@ impl CapacityPolicy {
         self.collect(device);
         let Some(later) = self.deferred_mut() else { return };
         later.noted.clear();
-        // Three vertices, one instance: as long as nothing is noted, the picture is drawn.
+        // Three vertices, one instance: as long as nothing is noted, the image is drawn.
         queue.write_buffer(&later.words, 0, bytemuck::bytes_of(&[3u32, 1, 0, 0]));
     }
 

@@ -234,7 +234,7 @@ impl Geometry {
         }
     }
 
-    /// Says where the vertices of primitives are, by their place among all: boxes in object space. What is drawn of them is placed anew by
+    /// Says where the vertices of primitives are, by their place among all: boxes in object space. What is drawn of them is placed again by
     /// [`Self::place`].
     pub(super) fn set_bounds(&mut self, bounds: &[(usize, Bounds)]) {
         bounds.iter().for_each(|(primitive, bounds)| self.templates[*primitive].bounds = *bounds);

@@ -95,7 +95,7 @@ impl Tlas {
         Ok(made)
     }
 
-    /// Names the triangles anew, which are those of before in another order. The caller puts `vertices` into that order, and builds.
+    /// Names the triangles again, which are those of before in another order. The caller puts `vertices` into that order, and builds.
     pub fn reorder(&self, queue: &wgpu::Queue, sources: &[Source]) {
         let Lists { numbers, indices } = Lists::of(sources.iter());
         queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&numbers));

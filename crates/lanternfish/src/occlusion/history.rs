@@ -1,4 +1,4 @@
-//! Ambient visibility, and the light that arrives from the surroundings, of this frame and of the frames before.
+//! Ambient visibility, and the light that arrives from the environment, of this frame and of the frames before.
 
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, Growth};

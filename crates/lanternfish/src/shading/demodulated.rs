@@ -33,7 +33,7 @@ pub(crate) struct DemodulatedLight {
 pub(crate) struct Sums {
     /// Of light straight from the listed lights.
     pub direct: wgpu::TextureView,
-    /// Of light from other surfaces and the surroundings.
+    /// Of light from other surfaces and the environment.
     pub indirect: wgpu::TextureView,
 }
 

@@ -98,7 +98,7 @@ pub struct DeepImageBuilder {
     directions: Directions,
     rotation: Quat,
     direction_cells: wgpu::Buffer,
-    /// Images of a chunk at most: fewer, once more of them were too many for a binding; and of which scene, by [`GpuScene::triangle_order`]: while
+    /// Images of a chunk at most: fewer, again of them were too many for a binding; and of which scene, by [`GpuScene::triangle_order`]: while
     /// it moves they stay too many.
     most_images: (u64, u32),
 }
@@ -187,7 +187,7 @@ impl DeepImageBuilder {
         Ok(images)
     }
 
-    /// Builds the images of one chunk anew: those of the scene as it is, whose triangles are still in the order in which they were when
+    /// Builds the images of one chunk again: those of the scene as it is, whose triangles are still in the order in which they were when
     /// the others were built.
     pub fn renew(
         &mut self,

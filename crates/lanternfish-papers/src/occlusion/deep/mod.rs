@@ -108,7 +108,7 @@ struct DeepOcclusion {
     directions: Directions,
     images: KeptDeepImages,
     constant: Kernels,
-    /// Under an image of the surroundings.
+    /// Under an image of the environment.
     environment: Kernels,
     cells: CellRadiances,
     max_distance: f32,

@@ -36,7 +36,7 @@ pub(super) fn slots_for(entries: u32) -> u32 {
 }
 
 impl RadianceCache {
-    /// Whether in a picture's first frame there was no room for a cell so far, and may be: the table is another one then, larger and without cells,
+    /// Whether in an image's first frame there was no room for a cell so far, and may be: the table is another one then, larger and without cells,
     /// and the view's rays have to look up their cells again. `round`: the one behind which it is asked, of so many rounds. Before the last one it is
     /// asked as long as no frame has ended with this table, since each time the frame waits; and in the first quarter of them a table that is half
     /// full already is too small: later is dearer.

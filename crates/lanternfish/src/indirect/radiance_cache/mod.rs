@@ -78,7 +78,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 
 /// Smallest cells' edges up to which cells are as small.
 const NEAR_EDGES: f32 = 128.0;
-/// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do. In pictures that are waited for, so do
+/// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do. In images that are waited for, so do
 /// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them. Those of which much is
 /// known get one in every second or fourth frame then: `schedule.wesl`.
 const FRACTION: u32 = 8;
@@ -105,7 +105,7 @@ pub(crate) struct RadianceCache {
     most_entries: u32,
     /// A frame has ended with a table of so many.
     was_large_enough: bool,
-    /// Samples of an entry of rank 0 in a picture's first frame.
+    /// Samples of an entry of rank 0 in an image's first frame.
     first_samples: u32,
     /// See [`CacheSettings::blur`].
     blur: f32,
@@ -147,7 +147,7 @@ pub(crate) struct CacheSettings {
     pub bounces: Bounces,
     /// Entries that there is room for at most.
     pub most_entries: u32,
-    /// Samples of an entry of rank 0 in a picture's first frame.
+    /// Samples of an entry of rank 0 in an image's first frame.
     pub first_samples: u32,
     /// Of entries' rays.
     pub tracer: Tracer,
@@ -295,7 +295,7 @@ impl RadianceCache {
         self.was_large_enough = false;
     }
 
-    /// The cells as this view's rays find them. A picture for which frames wait starts without any, so that it is the same whatever was
+    /// The cells as this view's rays find them. An image for which frames wait starts without any, so that it is the same whatever was
     /// rendered before it.
     pub fn begin(
         &mut self,

@@ -148,7 +148,7 @@ impl Table {
         if self.since_change < RESET_FRAMES { Change::Recent } else { Change::Long }
     }
 
-    /// No cells, for a picture of this scene.
+    /// No cells, for an image of this scene.
     pub fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) {
         self.slots.clear(frame);
         self.order = scene.triangle_order();

@@ -1,4 +1,4 @@
-//! Light that the ends of rays send by way of the radiance cache.
+//! Light that the hit points send by way of the radiance cache.
 
 use crate::{
     indirect::radiance_cache::FIRST_ENTRIES_IN_TESTS,
@@ -134,7 +134,7 @@ fn gpu_counted_bounces_stay_when_cells_move() {
     assert!((after / before - 1.0).abs() < 0.004, "{before} {after}");
 }
 
-/// A picture is the same whatever was rendered before it, and from run to run, though cells come to their slots in any order.
+/// An image is the same whatever was rendered before it, and from run to run, though cells come to their slots in any order.
 #[test]
 fn gpu_cached_light_is_the_same_again() {
     let Some(gpu) = testing::gpu("gpu_cached_light_is_the_same_again") else { return };
@@ -226,7 +226,7 @@ fn gpu_cells_that_move_keep_their_light() {
         renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap()
     };
     let rendering = rendered();
-    assert!(rendering.radiance == rendered().radiance, "another picture from the same cells");
+    assert!(rendering.radiance == rendered().radiance, "another image from the same cells");
     let moved = rendering.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
     let found =
         rendering.radiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / rendering.radiance.len() as f64;
@@ -296,7 +296,7 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
     }
 }
 
-/// A table that is too small at first grows, and the picture is the one of a table that was large enough: by starting over in a first frame, by
+/// A table that is too small at first grows, and the image is the one of a table that was large enough: by starting over in a first frame, by
 /// moving between frames.
 #[test]
 fn gpu_tables_that_grow_change_no_image() {
@@ -319,7 +319,7 @@ fn gpu_tables_that_grow_change_no_image() {
         println!("{first_entries} cells at first: {counts:?}, moved {moved} times");
         assert!(
             counts[1] > 0 || rendering.radiance == again.radiance,
-            "{first_entries}: another picture the second time"
+            "{first_entries}: another image the second time"
         );
         (rendering.radiance, counts, moved)
     };
@@ -333,7 +333,7 @@ fn gpu_tables_that_grow_change_no_image() {
             let (found, counts, moved) = rendered(first_entries, rays);
             moved_between_frames += moved;
             assert_eq!(counts, [entries, 0, 0], "{tracer}, {first_entries}");
-            assert!(found == expected, "{tracer}, {first_entries}: another picture");
+            assert!(found == expected, "{tracer}, {first_entries}: another image");
         }
         // Without room to grow, cells are lost.
         let (found, [.., lost, lost_of_pixels], _) = rendered(64, Sampled { cache_entries: 64, ..rays });

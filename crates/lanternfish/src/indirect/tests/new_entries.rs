@@ -70,13 +70,13 @@ fn cached(bounces: Bounces) -> Sampled {
     Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::BVH) }
 }
 
-/// Mean radiance of 16 pictures from within the second box.
+/// Mean radiance of 16 images from within the second box.
 fn settled(gpu: &Gpu, indirect: Indirect, fractions: [f32; 2]) -> f64 {
     let settings = Settings { accumulate: 16, indirect, ..settings(cached(Bounces::ONE)) };
     mean(&image_of(gpu, LARGE, settings, &two_boxes(fractions), &within(4.0)))
 }
 
-/// Mean radiance of frames in the second box after twelve in the first one, over that of pictures.
+/// Mean radiance of frames in the second box after twelve in the first one, over that of images.
 fn seen(gpu: &Gpu, bounces: Bounces, fractions: [f32; 2], frames: usize, changes: bool) -> Vec<f64> {
     let rays = cached(bounces);
     let settled = settled(gpu, Indirect::from(rays), fractions);

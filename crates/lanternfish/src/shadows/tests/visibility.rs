@@ -260,7 +260,7 @@ fn gpu_visibility_in_random_soups() {
     for (seed, count, size) in [(1, 1, 1.0), (2, 7, 0.5), (3, 300, 0.2), (4, 3000, 0.05), (5, 64, 2.0)] {
         let mut random = Random::new(seed);
         let mut scene = scene_of(vec![soup(&mut random, count, size)], vec![Material::default()]);
-        // Once more elsewhere: turned, stretched and mirrored.
+        // Again elsewhere: turned, stretched and mirrored.
         let turn = Affine3A::from_rotation_y(0.7) * Affine3A::from_scale(Vec3::new(-0.5, 1.2, 0.9));
         scene.instances.push(Instance { name: String::new(), mesh: 0, world_from_object: turn });
         let segments = random_segments(&mut random, 4000);

@@ -41,7 +41,7 @@ const CHANGES: [(&str, Change); 18] = [
     ("no environment", |s| s.environment = None),
 ];
 
-/// With two textures, and surroundings.
+/// With two textures, and environment.
 fn textured() -> Scene {
     let mut scene = scene();
     let plain = |value| Image { name: String::new(), width: 1, height: 1, rgba: vec![value; 4] };
@@ -135,7 +135,7 @@ fn gpu_what_is_scaled_to_nothing_comes_by_a_move() {
     }
 }
 
-/// One material in the place of another: its bytes are sent, and the picture is that of a fresh upload; what a material alone cannot bring
+/// One material in the place of another: its bytes are sent, and the image is that of a fresh upload; what a material alone cannot bring
 /// is refused.
 #[test]
 fn gpu_one_material_is_put_in_the_place_of_another() {
