@@ -44,7 +44,7 @@ pub struct Subject {
     pub scene: Scene,
     /// The views: one, or those along a shot's track.
     pub cameras: Vec<Camera>,
-    /// Direct light as it is asked for, through the BVH, so that it is the same work on every adapter.
+    /// Direct light as it is requested, through the BVH, so that it is the same work on every adapter.
     pub look: Settings,
 }
 

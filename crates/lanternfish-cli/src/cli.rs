@@ -65,7 +65,7 @@ pub enum Command {
     Shot(Box<ShotArgs>),
     /// Says which frames of a sequence are there and whole, and names the others.
     ///
-    /// Every pixel is decoded, and sizes are compared with what is asked for. Exits with 0 if all are whole, else with 1.
+    /// Every pixel is decoded, and sizes are compared with what is requested. Exits with 0 if all are whole, else with 1.
     #[command(after_help = frames::HELP, args_override_self = true)]
     Frames(Box<FramesArgs>),
     /// Writes a job that renders a sequence on many machines, for Open Job Description.

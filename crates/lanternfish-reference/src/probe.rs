@@ -1,4 +1,4 @@
-//! What a single ray meets, and the lights that reach it there: for who points at an image and asks.
+//! What a single ray hits, and the lights that reach it there: for who points at an image and asks.
 
 use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::Camera;
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(tracer.probe(&away, [32.0, 32.0], size), None);
     }
 
-    /// From the floor of a closed room every ray meets something, more of them near the normal; from the top of the box some leave it.
+    /// From the floor of a closed room every ray hits something, more of them near the normal; from the top of the box some leave it.
     #[test]
     fn rays_from_a_place_go_by_the_cosine() {
         let scene = demo("cornell").unwrap();

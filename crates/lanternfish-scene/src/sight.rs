@@ -25,7 +25,7 @@ impl Face {
     }
 }
 
-/// A surface that a ray meets.
+/// A surface that a ray hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hit {
     /// Along the face's axis, m.

@@ -131,7 +131,7 @@ pub struct Background {
     orders: Sender<Order>,
     told: Receiver<Told>,
     shared: Arc<Shared>,
-    /// The number of the last image that was asked for.
+    /// The number of the last image that was requested.
     last: u64,
     /// Whether the image has all its samples.
     is_done: bool,

@@ -72,7 +72,7 @@ impl Comparison {
         self.rendered.as_mut().map_or(Ok(()), |viewport| viewport.edit_shaders(texts, camera))
     }
 
-    /// Draws the other side, where it is asked for, as large as the first, or lets the path tracer go on with it. To be called while neither
+    /// Draws the other side, where it is requested, as large as the first, or lets the path tracer go on with it. To be called while neither
     /// is busy. `rests`: nothing moves, and the image is whole.
     pub fn draw(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
         if wipe.other != Other::Settings {

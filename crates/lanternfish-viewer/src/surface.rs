@@ -77,7 +77,7 @@ impl Surface {
         self.window.request_redraw();
     }
 
-    /// The same, and nothing is asked for: whether it has another size now.
+    /// The same, and nothing is requested: whether it has another size now.
     fn fit(&mut self, device: &wgpu::Device) -> bool {
         let size = self.window.inner_size();
         let most = device.limits().max_texture_dimension_2d;

@@ -12,7 +12,7 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-/// What a frame is asked for.
+/// What a frame is requested.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameContext<'a> {
     /// The scene that all views are of.

@@ -30,7 +30,7 @@ use crate::{
 #[derive(Debug)]
 pub(crate) struct Passes {
     pub prepass: Prepass,
-    /// Where motion is asked for: the prepass finds it then.
+    /// Where motion is requested: the prepass finds it then.
     pub shown: Option<ShownViews>,
     /// Where pixels have several samples, and a pass wants the surface at their middle.
     pub one_sample: Option<Prepass>,

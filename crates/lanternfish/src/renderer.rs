@@ -74,7 +74,7 @@ pub struct RenderedImage {
     pub radiance: Vec<[f32; 4]>,
     /// As a display shows it: exposed, tone-mapped, sRGB-encoded; or the debug view.
     pub display: Vec<[u8; 4]>,
-    /// What `display` is exposed by, EV: that of [`Exposure::Auto`], where it was asked for. None: a debug view.
+    /// What `display` is exposed by, EV: that of [`Exposure::Auto`], where it was requested. None: a debug view.
     pub exposure: Option<f32>,
     /// What it cost.
     pub report: Report,
@@ -147,7 +147,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// What the last frame is shown at, EV: that of [`Exposure::Auto`], where it was asked for. Waits for the device. None: a debug view.
+    /// What the last frame is shown at, EV: that of [`Exposure::Auto`], where it was requested. Waits for the device. None: a debug view.
     pub fn exposure(&self) -> Result<Option<f32>, RenderError> {
         match &self.passes.debug_views {
             None => Ok(Some(self.passes.output.exposure(&self.device, &self.queue)?)),

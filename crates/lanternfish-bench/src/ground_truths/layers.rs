@@ -1,4 +1,4 @@
-//! A truth as a file keeps it: the mean, its variance, and the mean of half of the samples.
+//! A ground truth as a file keeps it: the mean, its variance, and the mean of half of the samples.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ const VARIANCE: &str = "variance";
 const FIRST_HALF: &str = "first_half";
 const DROPPED: &str = "lanternfish.dropped";
 
-/// What a truth's file holds.
+/// What a ground truth's file holds.
 pub struct Layers {
     pub mean: RgbImage,
     /// Variance of each value of `mean`.

@@ -1,4 +1,4 @@
-//! One technique on one shot: its image, and how far that is from its truth.
+//! One technique on one shot: its image, and how far that is from its ground truth.
 
 use std::time::{Duration, Instant};
 
@@ -45,7 +45,7 @@ pub struct Figures {
     pub map: String,
 }
 
-/// Against the truth.
+/// Against the ground truth.
 #[derive(Clone, Debug, Serialize)]
 pub struct Errors {
     /// Mean LDR-FLIP of what a display shows.
@@ -68,7 +68,7 @@ pub struct Bench<'b> {
 /// An image that others are compared with.
 pub struct First {
     rendering: RenderedImage,
-    /// Under the truth of this name.
+    /// Under the ground truth of this name.
     ground_truth: &'static str,
     figures: Figures,
 }

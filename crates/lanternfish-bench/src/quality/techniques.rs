@@ -47,21 +47,21 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         culling,
         shadows: _,
         ray_culling: _,
-        // Rows under a truth of their own, below.
+        // Rows under a ground truth of their own, below.
         light_radius: _,
         shadow_rays: _,
         materials,
         textures: _,
         samples: _,
         anisotropy: _,
-        // Rows under truths of their own, below.
+        // Rows under ground truths of their own, below.
         indirect: _,
         occlusion: _,
         structure: _,
         accumulate: _,
         // Of one image it changes nothing: `lanternfish-bench history`.
         history: _,
-        // The shot's, and the truth's as well.
+        // The shot's, and the ground truth's as well.
         attenuation: _,
         range_threshold: _,
         // How an image is shown, not how it is made.

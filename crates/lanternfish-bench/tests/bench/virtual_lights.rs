@@ -27,7 +27,7 @@ fn gpu_virtual_lights_stand_beside_the_truth() {
         let row = rows.iter().find(|known| known["name"] == row).unwrap_or_else(|| panic!("no {row}"));
         row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"))
     };
-    // A small image of few samples: the truth is known to some parts in a hundred.
+    // A small image of few samples: the ground truth is known to some parts in a hundred.
     assert!((figure("virtual-lights", "indirect_energy") - 1.0).abs() < 0.15, "{rows:?}");
     assert!(figure("as in the paper", "indirect_energy") < 0.5 && figure("none", "indirect_energy") == 0.0);
     assert!(figure("virtual-lights", "flip") < figure("none", "flip"));

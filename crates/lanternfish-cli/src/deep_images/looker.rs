@@ -123,7 +123,7 @@ impl Looker<'_> {
         Ok(Sheet::new(view.size.x, pixels))
     }
 
-    /// Layers of one image, on one scale of greys. Where several are asked for, those beyond the longest list's end are left out.
+    /// Layers of one image, on one scale of greys. Where several are requested, those beyond the longest list's end are left out.
     fn layers(&mut self, images: &DeepImages, layers: &[i32]) -> Result<Sheet, CliError> {
         let texels = TexelViews::new(&self.gpu.device, &images.settings)?;
         let image = self.args.shown.image.unwrap_or(0);

@@ -1,4 +1,4 @@
-//! Ranges of numbers: frames of a sequence, samples of a truth.
+//! Ranges of numbers: frames of a sequence, samples of a ground truth.
 
 use std::{fmt, ops::RangeInclusive, str::FromStr};
 

@@ -19,16 +19,16 @@ use crate::{
 pub const HELP: &str = "\
 Examples:
   What a shot looks like with all the light there is, 1024 samples a pixel:
-    lanternfish reference shot.toml --spp 1024 -o truth.exr
+    lanternfish reference shot.toml --spp 1024 -o reference.exr
   The same later, with four times as many, from where it was left:
-    lanternfish reference shot.toml --spp 4096 --resume -o truth.exr
+    lanternfish reference shot.toml --spp 4096 --resume -o reference.exr
   Until the expected error is 1 %, and whether a fast image agrees:
-    lanternfish reference demo:cornell --until-error 0.01 -o truth.exr
-    lanternfish compare fast.exr truth.exr
+    lanternfish reference demo:cornell --until-error 0.01 -o reference.exr
+    lanternfish compare fast.exr reference.exr
   On two machines, and put together:
     lanternfish reference shot.toml --samples 1-512 -o a.exr
     lanternfish reference shot.toml --samples 513-1024 -o b.exr
-    lanternfish merge a.exr b.exr -o truth.exr
+    lanternfish merge a.exr b.exr -o reference.exr
   Direct light only; one bounce:
     lanternfish reference demo:cornell --max-depth 2 -o direct.exr
     lanternfish reference demo:cornell --max-depth 3 -o one-bounce.exr
@@ -106,7 +106,7 @@ pub struct SampleArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
     #[arg(allow_hyphen_values = true)]
     pub spp: Option<u64>,
-    /// Only samples A to B of a truth, as a part that `lanternfish merge` adds to others: the whole is the same to the last bit as
+    /// Only samples A to B of a ground truth, as a part that `lanternfish merge` adds to others: the whole is the same to the last bit as
     /// traced at once, wherever it is cut.
     #[arg(id = "sample_range", long = "samples", value_name = "A-B", value_parser = parse::samples)]
     #[arg(allow_hyphen_values = true, conflicts_with_all = ["spp", "until_error", "time_limit"])]

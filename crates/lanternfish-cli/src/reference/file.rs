@@ -158,7 +158,7 @@ impl Target {
     }
 
     /// What the file holds, to resume from; `None` where there is no file. An error where it was not made as `making` says, or where its
-    /// seed is another than `seed`, if one was asked for.
+    /// seed is another than `seed`, if one was requested.
     pub fn before(&self, making: &Making, size: Size, seed: Option<u64>) -> Result<Option<Before>, CliError> {
         if !self.path.exists() {
             return Ok(None);

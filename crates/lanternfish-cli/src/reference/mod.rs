@@ -1,7 +1,7 @@
 //! `lanternfish reference`: what a shot looks like with all the light there is, by path tracing on the processor.
 //!
 //! 1. Read the scene as `render` does ([`crate::shot`], [`crate::scene`], [`crate::camera`]).
-//! 2. Go on from the output, if that is asked for and it is of the same making ([`fingerprint`], [`mod@file`]).
+//! 2. Go on from the output, if that is requested and it is of the same making ([`fingerprint`], [`mod@file`]).
 //! 3. Add samples pass by pass until there are enough, or somebody asks to end ([`trace`], [`crate::signals`]).
 //! 4. Write mean and variance.
 

@@ -1,8 +1,8 @@
 //! From a scene's file to an image's, or to those of a sequence.
 //!
-//! 1. Refuse what can be refused without work; leave out frames that are there, where that is asked for ([`existing`]).
+//! 1. Refuse what can be refused without work; leave out frames that are there, where that is requested ([`existing`]).
 //! 2. Read the scene, choose cameras and light ([`lights`], [`crate::camera`], [`crate::light_rig`]): as things are at 0 s,
-//!    whichever frames are asked for.
+//!    whichever frames are requested.
 //! 3. Upload it so, too, and render frame after frame ([`renderings`]).
 
 pub mod existing;
@@ -153,7 +153,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     open(args, &planned)
 }
 
-/// Shows the last image, where that is asked for, and a farm has not asked for it.
+/// Shows the last image, where that is requested, and a farm has not asked for it.
 fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
     match planned.last().filter(|_| args.output.open && args.run.progress.is_none()) {
         Some(last) => crate::renderings::show(args, &[&last.output.path]),

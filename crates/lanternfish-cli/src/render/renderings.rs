@@ -80,7 +80,7 @@ impl<'a> RenderedImages<'a> {
         }
     }
 
-    /// Decides by the first frame of the sequence how all are shown, whether it is asked for or not: each by itself would
+    /// Decides by the first frame of the sequence how all are shown, whether it is requested or not: each by itself would
     /// flicker. A scene at night may be given a faint sky besides. Where it `is_next`, it is not drawn a second time.
     pub fn meter(
         &mut self,

@@ -49,7 +49,7 @@ impl Shot {
         self.args.track.animation.is_some() || matches!(self.args.lights.lights, Some(LightSet::Rain { .. }))
     }
 
-    /// Whether a time is asked for, though the camera has no track: where nothing in the scene moves, it changes nothing.
+    /// Whether a time is requested, though the camera has no track: where nothing in the scene moves, it changes nothing.
     pub fn has_only_a_time(&self) -> bool {
         let when = &self.args.track;
         self.track.is_none() && (when.time.is_some() || when.frames.is_some())
@@ -71,7 +71,7 @@ impl Shot {
     }
 
     /// The moment by which light and exposure are chosen for all images: the first one; of frames by their numbers what is
-    /// at 0 s, whichever of them are asked for.
+    /// at 0 s, whichever of them are requested.
     pub fn first(&self) -> ShotFrame {
         match self.args.track.frames {
             Some(Frames::Span(_)) => self.at(None, Some(0.0)),
@@ -79,7 +79,7 @@ impl Shot {
         }
     }
 
-    /// What the motion of a frame is compared with: the moment a frame's time before it, whichever other frames are asked for. None where
+    /// What the motion of a frame is compared with: the moment a frame's time before it, whichever other frames are requested. None where
     /// nothing says when the frame is.
     pub fn before(&self, frame: &ShotFrame) -> Option<ShotFrame> {
         let apart = match (self.args.track.frames, &self.track) {
@@ -94,7 +94,7 @@ impl Shot {
         self.frames().into_iter().map(|frame| frame.view).collect()
     }
 
-    /// When a single image is. An animation that is asked for starts at 0 s.
+    /// When a single image is. An animation that is requested starts at 0 s.
     fn time(&self) -> Option<f32> {
         let when = &self.args.track;
         let start = || when.animation.as_ref().map(|_| 0.0);

@@ -323,7 +323,7 @@ fn frames_are_at_their_numbers_over_the_rate() {
     assert_eq!(times(&frames(still, "--frames 24-24")), [1.0]);
     assert_eq!((frames(still, "--time 3")[0].time, frames(still, "")[0].time), (Some(3.0), None));
     assert_eq!(frames(TRACK, "")[0].time, Some(0.0));
-    // What all frames are lit and exposed by does not depend on which of them are asked for.
+    // What all frames are lit and exposed by does not depend on which of them are requested.
     let first = |flags: &str| shot(TRACK, flags).unwrap().first();
     assert_eq!((first("--frames 7-9").time, first("--frames 7-9").view), (Some(0.0), first("--frames 0-3").view));
     assert_eq!(first("--time 1").time, Some(1.0));

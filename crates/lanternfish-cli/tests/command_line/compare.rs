@@ -78,7 +78,7 @@ fn radiance_is_compared_by_every_measure() {
     assert_eq!(json["linear"]["hdr_flip_exposure_count"], 15);
     assert_eq!((&json["pixels_compared"], &json["faults"]["nan"]), (&6144.into(), &0.into()));
     assert!(json["z_test"].is_null());
-    // Nothing but what was asked for.
+    // Nothing but what was requested.
     assert!(names(folder.path()).is_empty());
 }
 

@@ -217,7 +217,7 @@ fn outputs_are_refused_before_any_work() {
         .assert_refused(&["a.png", "--report"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.png", "--report", "./a.png"])
         .assert_refused(&["a.png", "--report"], &[]);
-    // Once: a file with the radiance, which is not what was asked for.
+    // Once: a file with the radiance, which is not what was requested.
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.exr", "--debug-view", "normal"])
         .assert_refused(&["a.exr", "--debug-view normal", ".png"], &[]);
 }

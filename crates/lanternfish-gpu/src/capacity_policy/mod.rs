@@ -133,7 +133,7 @@ impl Frame<'_> {
         match self.growth() {
             Growth::Blocking => {
                 let words: [u32; LIST_WORDS] =
-                    self.read_now(counted.words, LIST_WORDS)?.try_into().expect("as many as were asked for");
+                    self.read_now(counted.words, LIST_WORDS)?.try_into().expect("as many as were requested");
                 let (starts, count) = counted.starts;
                 let elements = match (counted.may_wrap)(&words) {
                     false => u64::from(words[0]),

@@ -42,7 +42,7 @@ const SAMPLES: [&str; 12] = [
 ];
 /// Shares of the animation's duration.
 const TIMES: [f32; 5] = [0.0, 0.21, 0.45, 0.7, 0.93];
-/// Those of [`TIMES`] at which images are compared with the truth.
+/// Those of [`TIMES`] at which images are compared with the ground truth.
 const TRACED: [f32; 2] = [0.21, 0.45];
 
 /// A camera that sees the scene at all times, and lights around it. Surfaces have no textures, which do not move and are filtered by
@@ -101,7 +101,7 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             scene.pose(0, time * duration);
             assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
             renderer.update(&mut uploaded, &scene).unwrap();
-            // A frame is enough to tell what was brought from what is uploaded, and the mean of many is compared with the truth.
+            // A frame is enough to tell what was brought from what is uploaded, and the mean of many is compared with the ground truth.
             let brought = once.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
             let fresh = once.upload(&scene).unwrap();
             let fresh = once.render(&fresh, &camera, POSED.0, POSED.1).unwrap();

@@ -41,7 +41,7 @@ const LEAVES: Color32 = Color32::from_rgba_premultiplied(120, 120, 120, 160);
 /// What is drawn over the image.
 #[derive(Debug)]
 pub struct Overlays {
-    /// Whether the bird's-eye view is asked for.
+    /// Whether the bird's-eye view is requested.
     pub wants_birds_eye: bool,
     /// The view from above, while it is shown.
     pub birds_eye: Option<BirdsEye>,
@@ -86,7 +86,7 @@ pub struct Drawn<'a> {
     pub size: [u32; 2],
 }
 
-/// Draws what is asked for over the image, which is at `place`.
+/// Draws what is requested over the image, which is at `place`.
 pub fn paint(ui: &Ui, place: Rect, overlays: &Overlays, drawn: &Drawn<'_>) {
     let painter = ui.painter().with_clip_rect(place.intersect(ui.clip_rect()));
     let wire = Wire { painter: &painter, projector: Projector::new(drawn.camera, place) };

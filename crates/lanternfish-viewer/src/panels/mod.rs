@@ -37,7 +37,7 @@ use crate::{
 /// What the panels change.
 #[derive(Debug)]
 pub struct State {
-    /// What is asked for.
+    /// What is requested.
     pub settings: Settings,
     /// What is on the other side of the line, and where that is.
     pub wipe: Wipe,

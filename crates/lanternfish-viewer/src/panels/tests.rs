@@ -20,9 +20,9 @@ use crate::{background::Found, wipe::Other};
 
 struct Shown {
     scene: Scene,
-    /// The last pixel that was asked for.
+    /// The last pixel that was requested.
     pixel: Option<(Vec2, usize)>,
-    /// The last form that was asked for.
+    /// The last form that was requested.
     write: Option<Form>,
     passes: Vec<PassTime>,
     memory: Memory,
@@ -313,7 +313,7 @@ fn a_click_asks_for_a_pixel_and_a_drag_does_not() {
     harness.step();
     harness.drop_at(place);
     harness.step();
-    let (at, eye) = harness.state().pixel.expect("a pixel is asked for");
+    let (at, eye) = harness.state().pixel.expect("a pixel is requested");
     let room = harness.state().requested.room;
     assert!(eye == 0 && (0.0..1.0).contains(&at.x) && (at.y - 500.0 / room.y).abs() < 0.01, "{at} of {room}");
 }

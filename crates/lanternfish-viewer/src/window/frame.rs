@@ -1,4 +1,4 @@
-//! A frame of the window: what is shown, what was asked for, and when it is painted.
+//! A frame of the window: what is shown, what was requested, and when it is painted.
 
 use std::time::{Duration, Instant};
 

@@ -23,7 +23,7 @@ impl Viewer {
         self.draw_beside();
         if let Err(error) = self.draw(seconds) {
             self.state.message = error.to_string();
-            // What was asked for cannot be: what is shown can.
+            // What was requested cannot be: what is shown can.
             self.state.settings = self.viewport.settings().clone();
             self.state.written = None;
         }
@@ -175,7 +175,7 @@ impl Viewer {
         }
     }
 
-    /// Writes a screenshot, if one is asked for and the whole image is there.
+    /// Writes a screenshot, if one is requested and the whole image is there.
     pub(super) fn keep_image(&mut self) {
         let size = self.viewport.size();
         if !self.wants_screenshot || size != self.room || self.viewport.averaged() == 0 {

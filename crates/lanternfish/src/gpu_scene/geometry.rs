@@ -164,7 +164,7 @@ impl Geometry {
         }
         let (draws, instances) = place(&templates, standing(scene));
 
-        // Read back, and kept where motion is asked for.
+        // Read back, and kept where motion is requested.
         let copied = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE | copied;
         Ok(Self {

@@ -95,8 +95,8 @@ named_enum! {
         /// 8 and 4 rays from every pixel, through the BVH; 16 and 4 in an image's first frame where the radiance cache lights their ends.
         #[default]
         Good = "good": "8 and 4 rays from every pixel, 16 and 4 in an image's first frame, through the BVH",
-        /// 64 and 16 rays from every pixel, through the BVH; 128 first samples of a cell of the radiance cache.
-        Best = "best": "64 and 16 rays from every pixel, through the BVH, and 128 samples of a cell",
+        /// 64 and 16 rays from every pixel, through the BVH; 128 first samples of an entry of the radiance cache.
+        Best = "best": "64 and 16 rays from every pixel, through the BVH, and 128 samples of an entry",
     }
 }
 

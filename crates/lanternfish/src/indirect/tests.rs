@@ -143,7 +143,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     assert!(off(&found, &ground_truth) > 0.5, "{}", off(&found, &ground_truth));
 }
 
-/// What rays meet sends back the light of the environment too, whether they are a constant or an image, alone or beside a lamp: as
+/// What rays hit sends back the light of the environment too, whether they are a constant or an image, alone or beside a lamp: as
 /// much as paths of up to three segments.
 #[test]
 fn gpu_hits_are_lit_by_the_surroundings() {

@@ -123,7 +123,7 @@ fn triangles(before: &Scene, now: &Scene) -> Vec<Triangle> {
     triangles
 }
 
-/// What a ray meets first.
+/// What a ray hits first.
 struct Hit {
     triangle: usize,
     weights: [f64; 3],

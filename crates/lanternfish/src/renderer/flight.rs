@@ -216,7 +216,7 @@ impl Renderer {
         renderings
     }
 
-    /// The views that are asked for.
+    /// The views that are requested.
     fn requested(&self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<Vec<View>, RenderError> {
         scene.check(&self.device, &self.needs)?;
         let view = |request: &ViewRequest<'_>| {

@@ -16,7 +16,7 @@ use crate::{
     texture::{RADIANCE_FORMAT, frame_target},
 };
 
-/// The pass, and what finds the surfaces that it lights. Compiled when the first sums are asked for.
+/// The pass, and what finds the surfaces that it lights. Compiled when the first sums are requested.
 #[derive(Debug)]
 pub(crate) struct DemodulatedLight {
     /// Of a view whose surfaces are the scene's.

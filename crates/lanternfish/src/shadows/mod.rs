@@ -146,7 +146,7 @@ impl VisibilityPlan {
         Visibility { plan: self, grid: frame.uniform(&grid), rows }
     }
 
-    /// Rays (low 16 bits) and open rays (high 16 bits) of every pixel, where they were asked for.
+    /// Rays (low 16 bits) and open rays (high 16 bits) of every pixel, where they were requested.
     pub fn ray_counts(&self) -> Option<&wgpu::TextureView> {
         self.ray_counts.as_ref()
     }

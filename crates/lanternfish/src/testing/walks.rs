@@ -36,7 +36,7 @@ pub fn mean(rendering: &[Vec3]) -> f32 {
     rendering.iter().map(|pixel| pixel.element_sum()).sum::<f32>() / rendering.len() as f32
 }
 
-/// Mean distance from the truth, over its mean.
+/// Mean distance from the ground truth, over its mean.
 pub fn off(rendering: &[Vec3], ground_truth: &[Vec3]) -> f32 {
     let apart: f32 = rendering.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
     apart / (mean(ground_truth) * ground_truth.len() as f32)

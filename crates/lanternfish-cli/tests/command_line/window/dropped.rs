@@ -80,7 +80,7 @@ impl Source {
         let copy = self.atom("XdndActionCopy");
         self.tell("XdndPosition", [self.window, 0, place, x11rb::CURRENT_TIME, copy]);
         self.answer("XdndStatus", path);
-        // What was asked for arrives after the first answer, as it does where a hand moves on.
+        // What was requested arrives after the first answer, as it does where a hand moves on.
         self.tell("XdndPosition", [self.window, 0, place + 1, x11rb::CURRENT_TIME, copy]);
         self.answer("XdndStatus", path);
         self.tell("XdndDrop", [self.window, 0, x11rb::CURRENT_TIME, 0, 0]);

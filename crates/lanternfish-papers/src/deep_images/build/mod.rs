@@ -252,7 +252,7 @@ impl DeepImageBuilder {
     }
 }
 
-/// The builder that is used for the one that was asked for: on a driver that ends loops early, which would leave triangles out
+/// The builder that is used for the one that was requested: on a driver that ends loops early, which would leave triangles out
 /// without a word, the single pass stands in for the arithmetic.
 pub(super) fn sound_builder(requested: DeepBuilder, adapter: &wgpu::AdapterInfo) -> DeepBuilder {
     if requested == DeepBuilder::PerTriangle && faulty_software(adapter) {

@@ -21,7 +21,7 @@ gpu_struct! {
     pub struct TexelQuery {
         /// Index of the image, counted from the chunk's first.
         image: u32,
-        /// Which fragment of a list is asked for: 0 is the first, -1 the last.
+        /// Which fragment of a list is requested: 0 is the first, -1 the last.
         layer: i32,
     }
 }

@@ -84,7 +84,7 @@ gpu_struct! {
         within: f32,
         /// Share that would arrive beyond it.
         beyond: f32,
-        /// What makes up for the latter, where that is asked for: a factor for this light.
+        /// What makes up for the latter, where that is requested: a factor for this light.
         factor: f32,
     }
 }

@@ -206,7 +206,7 @@ fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
     let half = of(VirtualLights { far_lights: 1024, resolution: IndirectResolution::Half, ..exact });
     assert!((half / far - 1.0).abs() < 0.05, "at half resolution {half}, at full {far}");
     let unshadowed = of(VirtualLights { shadows: Shadows::None, ..exact });
-    assert!(unshadowed > far + 0.05, "blocks cast no shadow in the truth: {unshadowed}");
+    assert!(unshadowed > far + 0.05, "blocks cast no shadow in the ground truth: {unshadowed}");
 }
 
 /// A closed room beside a lit one stays dark, behind every tracer that is exact; without shadows it does not.

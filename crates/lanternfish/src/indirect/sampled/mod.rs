@@ -114,7 +114,7 @@ gpu_struct! {
     /// What a ray met.
     pub struct SampledHit {
         /// Index of the triangle, in the order of the BVH's leaves; else `NOTHING` of `rays/hit.wesl`, or `NO_RAY` of
-        /// `hit.wesl`; with `NO_CAPACITY` of that where its end is shaded since its cell has no room.
+        /// `hit.wesl`; with `NO_CAPACITY` of that where its end is shaded since its entry has no room.
         triangle: u32,
         /// Distance from the ray's start, m.
         distance: f32,

@@ -52,7 +52,7 @@ pub struct Sampled {
     /// hit points are shaded because there is no room, and some 300 bytes for each that there is room for, with every bounce 660 and with eight 1,000;
     /// after 128 frames, with a second table, 410, 1,100 and 1,800.
     pub cache_entries: u32,
-    /// Samples that a cell of the radiance cache gets in an image's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
+    /// Samples that an entry of the radiance cache gets in an image's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
     /// less noise in an image of one frame, and more of the bounces, slower.
     pub cache_samples: u32,
 }
@@ -63,10 +63,10 @@ named_enum! {
     HitLight {
         /// Each end is shaded: its material is read, and a light is chosen for it and looked for. One bounce.
         Shaded = "shaded": "Each end is shaded: a light is chosen for it and looked for. One bounce",
-        /// From the radiance cache: cells in space keep what the surfaces in them send, and a share of them is brought up to date in each
+        /// From the radiance cache: entries in space keep what the surfaces in them send, and a share of them is brought up to date in each
         /// frame, and all of them for some frames after a change of the scene.
         #[default]
-        Cached = "cached": "From the radiance cache: cells in space keep what their surfaces send",
+        Cached = "cached": "From the radiance cache: entries in space keep what their surfaces send",
     }
 }
 
@@ -166,7 +166,7 @@ impl Technique for Sampled {
             "cache-samples",
             "N",
             Range::Count(1, MOST_SAMPLES),
-            "Samples of each cell of the radiance cache in an image's first frame. More: less noise, slower",
+            "Samples of each entry of the radiance cache in an image's first frame. More: less noise, slower",
             |sampled| &mut sampled.cache_samples,
         ),
     ];

@@ -4,7 +4,7 @@ use crate::techniques::{Bounces, HitLight};
 
 use super::{cached::over_frames, *};
 
-/// Every pixel traces its rays; those that leave the scene meet nothing, and what is met in the dark asks for no light.
+/// Every pixel traces its rays; those that leave the scene meet nothing, and what is hit in the dark asks for no light.
 #[test]
 fn gpu_rays_are_counted() {
     let Some(gpu) = testing::gpu("gpu_rays_are_counted") else { return };
@@ -85,7 +85,7 @@ fn gpu_rays_left_out_change_no_mean() {
     assert!(traced < open / 2 && (brought / of_all - 1.0).abs() < 0.01, "{traced} of {open}: {brought} of {of_all}");
 }
 
-/// An image's first frame has so many times the diffuse rays where cells light their ends: it is the image of so many rays. Later frames have
+/// An image's first frame has so many times the diffuse rays where entries light their ends: it is the image of so many rays. Later frames have
 /// the usual number, and so have those whose ends are shaded.
 #[test]
 fn gpu_first_frames_have_more_rays() {
@@ -112,7 +112,7 @@ fn gpu_first_frames_have_more_rays() {
     }
 }
 
-/// In a mean every cell that pixels' rays ask for gets a sample in each frame; those of which much is known, half or a quarter of them.
+/// In a mean every entry that pixels' rays ask for gets a sample in each frame; those of which much is known, half or a quarter of them.
 #[test]
 fn gpu_well_known_cells_get_fewer_samples() {
     let Some(gpu) = testing::gpu("gpu_well_known_cells_get_fewer_samples") else { return };

@@ -140,7 +140,7 @@ fn gpu_light_that_changes_is_followed() {
 }
 
 /// A bright lamp goes out while a dim one of another colour stays, and comes on again: its indirect light is gone at once, and there at once,
-/// from what pixels know and from cells, with every bounce, too.
+/// from what pixels know and from entries, with every bounce, too.
 #[test]
 fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
     let Some(gpu) = testing::gpu("gpu_a_bright_lamp_that_goes_out_leaves_no_glow") else { return };

@@ -31,7 +31,7 @@ fn gpu_rounds_are_the_same_however_many_are_traced_together() {
     assert!(traced_together(gpu, 16, Sampled { diffuse_rays: 4, ..rays }) != all);
 }
 
-/// With cells, the rays of all rounds that are looked up together ask for one that is new; else those of the first that ends there: it is sampled
+/// With entries, the rays of all rounds that are looked up together ask for one that is new; else those of the first that ends there: it is sampled
 /// elsewhere. The light is the same but for noise, of less than half of what rays make that are a quarter as many.
 #[test]
 fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {

@@ -424,7 +424,7 @@ fn gpu_visibility_through_masks() {
     scene.meshes = vec![Mesh { name: String::new(), primitives }];
     scene.instances = vec![Instance { name: String::new(), mesh: 0, world_from_object: Affine3A::IDENTITY }];
     let segments = random_segments(&mut random, 6000);
-    // A segment meets about three masks of some ten texels each way, whose borders are 4e-3 texels wide.
+    // A segment hits about three masks of some ten texels each way, whose borders are 4e-3 texels wide.
     check(test, gpu, &scene, &segments, 0.03);
 
     // It can fail: without their holes, the same triangles block more.

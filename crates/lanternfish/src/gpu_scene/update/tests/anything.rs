@@ -208,7 +208,7 @@ fn gpu_what_is_distrusted_is_uploaded_again() {
     renderer.update(&mut uploaded, &scene).unwrap();
     assert!(is_another(&uploaded));
     assert_eq!(differing(&small(&mut renderer, &uploaded, &scene), &rendering), 0);
-    // A refusal of what was asked for is none of the device's.
+    // A refusal of what was requested is none of the device's.
     renderer.move_instances(&mut uploaded, &[(99, Affine3A::IDENTITY)]).unwrap_err();
     let (generation, images) = (uploaded.generation(), uploaded.textures.images(|_| true));
     renderer.update(&mut uploaded, &scene).unwrap();

@@ -1,4 +1,4 @@
-//! Grids contain their views, in clusters of the size that was asked for.
+//! Grids contain their views, in clusters of the size that was requested.
 
 use std::{cell::Cell, f32::consts::PI};
 
