@@ -18,7 +18,7 @@ impl Harness {
         Self { folder: folder.to_owned() }
     }
 
-    /// Loads `bytes` as a file with that ending: a scene, what a scene names, or its surroundings; whether it is one. Panics
+    /// Loads `bytes` as a file with that ending: a scene, what a scene names, or its environment; whether it is one. Panics
     /// unless it is a scene that keeps the promises of its types, or an error of the file.
     pub fn check(&self, bytes: &[u8], ending: &str) -> bool {
         let path = self.folder.join("input").with_extension(ending);

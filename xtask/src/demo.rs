@@ -1,4 +1,4 @@
-//! `cargo xtask demo`: from a fresh machine to a picture.
+//! `cargo xtask demo`: from a fresh machine to an image.
 
 use crate::{
     command::{self, workspace},
@@ -13,7 +13,7 @@ pub fn run(flags: Vec<String>, may_install: bool) -> Result<(), String> {
     let program = program::ready_as_tests(may_install)?;
     let rendering = workspace().join("lanternfish-demo.png");
     let mut render = called(&program, &["render"]);
-    // The picture's path is the last thing it prints.
+    // The image's path is the last thing it prints.
     command::run(render.args(SCENE).args(["--timings", "-o"]).arg(rendering).args(flags))?;
     eprintln!("==> The same in a window: {} view {}", program.display(), SCENE.join(" "));
     Ok(())

@@ -23,7 +23,7 @@ use std::process::ExitCode;
 
 const HELP: &str = "\
 cargo xtask demo [FLAGS]   sets up what is missing, builds, renders a built-in scene with 1,000 lights,
-                           says where the picture is; FLAGS go to `lanternfish render`
+                           says where the image is; FLAGS go to `lanternfish render`
 cargo xtask quality [FLAGS]
                            sets up what is missing, builds, compares every technique with a path tracer on a fixed list
                            of shots, writes target/quality/report.{md,json,html}; FLAGS go to `lanternfish-bench quality`

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Builds the command line with the features that tests build it with: cargo takes those of all packages and of what only tests and
-/// examples need where one of these is asked for, so an example is.
+/// examples need where one of these is requested, so an example is.
 const AS_TESTS_DO: [&str; 6] = ["build", "--workspace", "--bin", "lanternfish", "--example", "own_device"];
 
 /// Sets up what is missing, and builds the command line; returns its path. `cargo xtask test` has its dependencies then.

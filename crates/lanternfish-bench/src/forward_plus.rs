@@ -44,7 +44,7 @@ struct Case {
 }
 
 impl Case {
-    /// Whether its picture must be that of the case without optimisations. Normals from depth are wrong at edges, and may lose light there.
+    /// Whether its image must be that of the case without optimisations. Normals from depth are wrong at edges, and may lose light there.
     fn is_exact(&self) -> bool {
         matches!(self.ray_culling, RayCulling::None | RayCulling::Surface)
     }
@@ -215,7 +215,7 @@ fn angles(ground_truth: &[u8], found: &[u8]) -> [f64; 2] {
     [angles.iter().sum::<f64>() / count, angles.iter().filter(|angle| **angle > 10.0).count() as f64 / count]
 }
 
-/// Measures, and writes the report. An error where pictures that must be the same are not.
+/// Measures, and writes the report. An error where images that must be the same are not.
 pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     let subject = Subject::load(&args.subject, true, &mut Progress::hidden())?;
     if subject.scene.lights.is_empty() {

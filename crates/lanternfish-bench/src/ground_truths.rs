@@ -18,7 +18,7 @@ use serde::Serialize;
 use self::layers::Layers;
 use crate::image::{energy_of, hdr_flip};
 
-/// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
+/// Raised when what the path tracer makes of the same scene and settings changes: ground truths that were kept are then old.
 const FORMAT: u32 = 4;
 
 /// Radius of the lights of [`GroundTruth::DirectSoft`], m.
@@ -33,19 +33,19 @@ named_enum! {
         DirectLambert = "direct-lambert",
         /// The same as the first, from lights that have a size.
         DirectSoft = "direct-soft",
-        /// What shines by itself, seen straight: emissive surfaces and surroundings.
+        /// What shines by itself, seen straight: emissive surfaces and environment.
         Emitted = "emitted",
-        /// All light by all ways: emissive surfaces and surroundings, any number of reflections.
+        /// All light by all ways: emissive surfaces and environment, any number of reflections.
         Full = "full",
         /// Light from punctual lights by one or two reflections, on diffuse surfaces.
         OneBounce = "one-bounce",
         /// The same on the file's materials: what shines shows what is lit.
         OneBounceFile = "one-bounce-file",
-        /// Light from an image of the surroundings by one reflection: nothing else shines.
+        /// Light from an image of the environment by one reflection: nothing else shines.
         Environment = "environment",
         /// The same by one or two reflections.
         EnvironmentBounce = "environment-bounce",
-        /// How open surfaces are to their surroundings, whatever the distance of what closes them [Aalund2015, eq. 1].
+        /// How open surfaces are to their environment, whatever the distance of what closes them [Aalund2015, eq. 1].
         Occlusion = "occlusion",
         /// The same up to a large distance, attenuated.
         ObscuranceFar = "obscurance-far",
@@ -54,7 +54,7 @@ named_enum! {
     }
 }
 
-/// Which light there is in the images of a truth.
+/// Which light there is in the images of a ground truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Light {
     /// Emissive surfaces are black: they light nothing in the renderer, and what lights nothing cannot be told from what does.
@@ -65,7 +65,7 @@ enum Light {
     White(Option<f32>),
 }
 
-/// What a truth is.
+/// What a ground truth is.
 struct Making {
     /// One line for the report.
     meaning: &'static str,
@@ -76,7 +76,7 @@ struct Making {
     /// Factor on the samples a pixel of the command line: short paths are cheap, and what most techniques are judged by should be the least
     /// noisy.
     samples: u64,
-    /// Truths that are together what this one has without indirect light, as an image has it without: what is emissive, and what punctual
+    /// Ground truths that are together what this one has without indirect light, as an image has it without: what is emissive, and what punctual
     /// lights send by one reflection. None where this one has no indirect light, or no technique's image goes without.
     without_indirect: &'static [GroundTruth],
 }
@@ -91,7 +91,7 @@ impl GroundTruth {
         let beyond = |without_indirect, making| Making { without_indirect, ..making };
         match self {
             Self::Direct => of(
-                "paths of 2 segments, from punctual lights; emission and surroundings are black in both pictures",
+                "paths of 2 segments, from punctual lights; emission and environment are black in both images",
                 Light::Lights,
                 2,
                 8,
@@ -100,10 +100,10 @@ impl GroundTruth {
             Self::DirectSoft => {
                 of("as direct, from disks of 0.1 m radius that face what they light", Light::Lights, 2, 2)
             }
-            Self::Emitted => of("paths of 1 segment, emission and surroundings", Light::All, 1, 1),
+            Self::Emitted => of("paths of 1 segment, emission and environment", Light::All, 1, 1),
             Self::Full => beyond(
                 &[Self::Emitted, Self::Direct],
-                of("paths of any length, emission and surroundings included", Light::All, UNLIMITED, 1),
+                of("paths of any length, emission and environment included", Light::All, UNLIMITED, 1),
             ),
             Self::OneBounce => {
                 let text = "paths of 2 or 3 segments, from punctual lights, base colours as diffuse albedos";
@@ -113,7 +113,7 @@ impl GroundTruth {
                 beyond(&[Self::Direct], of("paths of 2 or 3 segments, from punctual lights", Light::Lights, 3, 2))
             }
             Self::Environment => of(
-                "paths of 2 segments, from an image of the surroundings alone, which is seen as well: kloppenheim_05_1k.hdr, or a sky built \
+                "paths of 2 segments, from an image of the environment alone, which is seen as well: kloppenheim_05_1k.hdr, or a sky built \
                  in where that is not there",
                 Light::Environment,
                 2,
@@ -139,7 +139,7 @@ impl GroundTruth {
         }
     }
 
-    /// The scene both images are made of. `surroundings` stand around it where the truth is light from such.
+    /// The scene both images are made of. `surroundings` stand around it where the ground truth is light from such.
     pub fn scene(self, scene: &Scene, surroundings: &Environment) -> Scene {
         let mut scene = scene.clone();
         match self.making().light {
@@ -160,7 +160,7 @@ impl GroundTruth {
         self != Self::Emitted
     }
 
-    /// Truths that are together what this one has without indirect light.
+    /// Ground truths that are together what this one has without indirect light.
     pub fn without_indirect(self) -> &'static [Self] {
         self.making().without_indirect
     }
@@ -173,7 +173,7 @@ impl GroundTruth {
         }
     }
 
-    /// The shot's settings; for truths that are ratios of light, without exposure and tone map.
+    /// The shot's settings; for ground truths that are ratios of light, without exposure and tone map.
     pub fn seen(self, shot: &Settings) -> Settings {
         match self.making().light {
             Light::White(_) => Settings { exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, ..shot.clone() },
@@ -252,25 +252,25 @@ fn make_white(scene: &mut Scene) {
     }
 }
 
-/// A truth and how far it can be trusted.
+/// A ground truth and how far it can be trusted.
 pub struct Traced {
     pub mean: RgbImage,
     pub figures: GroundTruthFigures,
 }
 
-/// What the report says about a truth. Errors below the truth's noise say nothing.
+/// What the report says about a ground truth. Errors below the ground truth's noise say nothing.
 #[derive(Clone, Debug, Serialize)]
 pub struct GroundTruthFigures {
     pub name: &'static str,
     pub meaning: &'static str,
     /// The file, below the report's folder.
     pub file: String,
-    /// Its picture, below the report's folder.
+    /// Its image, below the report's folder.
     pub rendering: String,
     pub spp: u64,
     /// Whether an earlier run traced it.
     pub reused: bool,
-    /// Seconds that tracing took; 0 where the truth was reused.
+    /// Seconds that tracing took; 0 where the ground truth was reused.
     pub seconds: f64,
     /// Samples that were not finite and count as black: not zero is a fault.
     pub dropped: u64,
@@ -280,15 +280,15 @@ pub struct GroundTruthFigures {
     pub noise_relative_mse: f64,
     /// Standard deviation of an energy ratio by its own noise, at most.
     pub noise_energy: f64,
-    /// Mean LDR-FLIP between the pictures of its first and its second half of samples, each twice as noisy in variance.
+    /// Mean LDR-FLIP between the images of its first and its second half of samples, each twice as noisy in variance.
     pub noise_flip: f64,
-    /// Mean HDR-FLIP between its two halves. An exact picture is about half as far from the truth as they are from one another.
+    /// Mean HDR-FLIP between its two halves. An exact image is about half as far from the ground truth as they are from one another.
     pub noise_hdr_flip: f64,
-    /// Energy of [`GroundTruth::without_indirect`], as a share of its own; `None` where that names no truths.
+    /// Energy of [`GroundTruth::without_indirect`], as a share of its own; `None` where that names no ground truths.
     pub energy_without_indirect: Option<f64>,
 }
 
-/// The view of a scene that truths are traced of.
+/// The view of a scene that ground truths are traced of.
 pub struct Subject<'s> {
     pub name: &'s str,
     /// The scene as [`GroundTruth::scene`] prepared it.
@@ -296,11 +296,11 @@ pub struct Subject<'s> {
     pub camera: &'s Camera,
     pub size: Size,
     pub settings: &'s Settings,
-    /// Samples a pixel that the command line asks for; [`GroundTruth::samples`] makes the truth's number from it.
+    /// Samples a pixel that the command line asks for; [`GroundTruth::samples`] makes the ground truth's number from it.
     pub spp: u64,
 }
 
-/// Reads the truth from `folder`/truths, or traces it and leaves it there.
+/// Reads the ground truth from `folder`/truths, or traces it and leaves it there.
 pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -> Result<Traced, CliError> {
     let Subject { name, scene, camera, size, settings, spp } = *subject;
     let spp = ground_truth.samples(spp);
@@ -311,12 +311,12 @@ pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -
     let started = Instant::now();
     let (layers, seconds, reused) = match path.is_file().then(|| Layers::read(&path)) {
         Some(Ok(layers)) if layers.is_of(size) => {
-            eprintln!("  truth {ground_truth}: reused, {file}");
+            eprintln!("  ground truth {ground_truth}: reused, {file}");
             (layers, 0.0, true)
         }
         // What cannot be read is made again, whatever the reason.
         _ => {
-            eprintln!("  truth {ground_truth}: tracing {spp} samples a pixel");
+            eprintln!("  ground truth {ground_truth}: tracing {spp} samples a pixel");
             let tracer = Tracer::new(scene, tracer_settings)?;
             let layers = Layers::trace(&tracer, camera, size, spp)?;
             fs::create_dir_all(folder.join("ground_truths"))
@@ -345,8 +345,8 @@ pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -
     Ok(Traced { mean: layers.mean, figures })
 }
 
-/// Share of a truth's energy that is not indirect light: that of [`GroundTruth::without_indirect`]. `whole`: the truth's picture; `scene`: makes the scene of
-/// each part; `subject`: the truth's. Parts have as many samples as the truth: their random numbers, and so much of their noise, are the same.
+/// Share of a ground truth's energy that is not indirect light: that of [`GroundTruth::without_indirect`]. `whole`: the ground truth's image; `scene`: makes the scene of
+/// each part; `subject`: the ground truth's. Parts have as many samples as the ground truth: their random numbers, and so much of their noise, are the same.
 pub fn energy_without_indirect(
     folder: &Path,
     ground_truth: GroundTruth,

@@ -56,7 +56,7 @@ enum Bench {
     /// Tables 5.1 and 5.2, heat maps (fig. 5.2) and normals from depth (fig. 5.3) of Elagabani 2025.
     ///
     /// Renders one view under every configuration of the thesis and ours. Exits with an error when configurations that must show the
-    /// same picture do not.
+    /// same image do not.
     #[command(mut_arg("runs", |runs| runs.default_value("5")))]
     #[command(mut_arg("size", |size| size.default_value("1280x720")))]
     ForwardPlus(Box<forward_plus::ForwardPlusArgs>),
@@ -79,7 +79,7 @@ enum Bench {
     /// Virtual point lights with ranges: Archer 2019, tables 1 and 3 and fig. 7; Van Gelderen 2020, app. B.
     ///
     /// One view by every kind of virtual lights, and by rays from every pixel: the device's milliseconds by his steps, how many lights
-    /// there are, and how far the picture is from the path tracer's: the energy of indirect light alone, and FLIP. Rays that find ranges,
+    /// there are, and how far the image is from the path tracer's: the energy of indirect light alone, and FLIP. Rays that find ranges,
     /// by structure and number, beside random ranges. Along a shot's track: how much the light of what does not move flickers.
     ///
     /// The path tracer's images are kept in the folder.
@@ -89,7 +89,7 @@ enum Bench {
     /// Photon differentials, split and splatted: Aalund 2015, figs 8 to 11.
     ///
     /// One view by photons of every kind, by rays from every pixel and by virtual lights: the device's milliseconds of tracing and of
-    /// splatting, photons a second, how many are kept, and how far the picture is from the path tracer's: the energy of indirect light
+    /// splatting, photons a second, how many are kept, and how far the image is from the path tracer's: the energy of indirect light
     /// alone, and FLIP; means of 1, 16 and 64 frames. Along a shot's track: how much the light of what does not move flickers.
     ///
     /// The path tracer's images are kept in the folder.
@@ -98,8 +98,8 @@ enum Bench {
     Photons(Box<OneBounceArgs>),
     /// Indirect light while the camera walks and after a light changes, with `--history on` and off.
     ///
-    /// Along a shot's track: how far the last frame is from the path tracer's picture, and how much the light of what does not move
-    /// flickers. Then a light goes out: how far the frames after that are from the picture without it.
+    /// Along a shot's track: how far the last frame is from the path tracer's image, and how much the light of what does not move
+    /// flickers. Then a light goes out: how far the frames after that are from the image without it.
     ///
     /// The path tracer's images are kept in the folder.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
@@ -109,7 +109,7 @@ enum Bench {
     ///
     /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
     /// stands for, as Markdown, JSON and plots. Exits with an
-    /// error when configurations that must show the same picture do not.
+    /// error when configurations that must show the same image do not.
     #[command(mut_arg("runs", |runs| runs.default_value("1")))]
     Clustered(Box<clustered::ClusteredArgs>),
     /// Bringing what has moved to the device, beside uploading it afresh, and rays through the tree that was refit.
@@ -118,8 +118,8 @@ enum Bench {
     Attenuation(attenuation::AttenuationArgs),
     /// Every technique on a fixed list of shots, against a path tracer.
     ///
-    /// Writes FLIP, relMSE, energy, milliseconds and rays of each technique, with pictures, as Markdown, JSON and HTML. The path
-    /// tracer's pictures are kept in the folder: the first run takes minutes.
+    /// Writes FLIP, relMSE, energy, milliseconds and rays of each technique, with images, as Markdown, JSON and HTML. The path
+    /// tracer's images are kept in the folder: the first run takes minutes.
     Quality(Box<quality::QualityArgs>),
     /// Prints this, or the help of a bench.
     Help(HelpArgs),

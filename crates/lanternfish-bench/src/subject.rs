@@ -44,7 +44,7 @@ pub struct Subject {
     pub scene: Scene,
     /// The views: one, or those along a shot's track.
     pub cameras: Vec<Camera>,
-    /// Direct light as it is asked for, through the BVH, so that it is the same work on every adapter.
+    /// Direct light as it is requested, through the BVH, so that it is the same work on every adapter.
     pub look: Settings,
 }
 
@@ -65,7 +65,7 @@ impl Subject {
             shadows: Shadows::BVH,
             attenuation: lights.attenuation,
             range_threshold: lights.range_threshold,
-            // One for all pictures, which are compared with each other.
+            // One for all images, which are compared with each other.
             exposure: Exposure::Ev(0.0),
             ..Settings::direct_light()
         };

@@ -34,7 +34,7 @@ Examples:
   lanternfish render demo:atrium --lights rain:1000 -o atrium.png
   lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --sun 0.3,-1,-0.6,3 --exposure 1
 
-Units: metres, degrees, candela, lux. +y is up. The last line of output is the picture's path.
+Units: metres, degrees, candela, lux. +y is up. The last line of output is the image's path.
 `lanternfish help render --all` shows every flag, and what each value means.";
 
 /// What the long help of `render` ends with.
@@ -57,7 +57,7 @@ Examples:
     lanternfish render shot.toml --exposure 1
 
 Units: metres, degrees, candela, lux. +y is up.
-The last line of standard output is the picture's path.";
+The last line of standard output is the image's path.";
 
 /// What a run may read and take. For every subcommand, and for the command line alone: no shot decides it.
 #[derive(Clone, Copy, Debug, Args)]
@@ -155,19 +155,19 @@ impl FromArgMatches for ShotArgs {
 /// Flags of the image.
 #[derive(Debug, Args)]
 pub struct OutputArgs {
-    /// The picture: .png (tone-mapped) or .exr (linear).
+    /// The image: .png (tone-mapped) or .exr (linear).
     ///
     /// Its ending chooses the format: .png (tone-mapped) or .exr (linear, scene-referred, half floats). Without it: the scene's
     /// (or shot's) name with .png, in the current folder.
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Width and height of the picture, pixels.
+    /// Width and height of the image, pixels.
     ///
     /// Each is from 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
-    /// Shows the picture in a window once it is there; of a sequence, the last one.
+    /// Shows the image in a window once it is there; of a sequence, the last one.
     #[arg(long)]
     pub open: bool,
 }
@@ -205,7 +205,7 @@ pub struct ViewArgs {
     pub camera: Option<String>,
     /// Looks at the whole scene from one side, in place of the file's cameras.
     ///
-    /// What is placed takes 80 % of the tighter side of the picture.
+    /// What is placed takes 80 % of the tighter side of the image.
     #[arg(long, value_name = "SIDE", value_parser = choice::<Viewpoint>())]
     #[arg(conflicts_with_all = ["eye", "target", "camera"])]
     pub view: Option<Viewpoint>,
@@ -221,7 +221,7 @@ pub struct StereoArgs {
     #[arg(long, value_name = "EYES", value_parser = crate::stereo::eyes, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub stereo: Option<Eyes>,
-    /// How the two eyes' pictures become one file.
+    /// How the two eyes' images become one file.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = StereoLayout::default(), hide_short_help = true)]
     pub stereo_layout: StereoLayout,
 }
@@ -234,7 +234,7 @@ pub struct RunArgs {
     /// gpu is a graphics card, cpu a software adapter. Without it: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
-    /// Where the rain of --lights falls: another seed, other places and colours; the same seed, the same picture.
+    /// Where the rain of --lights falls: another seed, other places and colours; the same seed, the same image.
     /// Nothing else is random.
     #[arg(long, value_name = "N", default_value_t = 0, allow_hyphen_values = true, hide_short_help = true)]
     pub seed: u32,
@@ -244,7 +244,7 @@ pub struct RunArgs {
     /// Writes passes, counters, adapter, settings, seconds and peak memory as JSON.
     #[arg(long, value_name = "FILE.json", hide_short_help = true)]
     pub report: Option<PathBuf>,
-    /// Says nothing but errors and the picture's path.
+    /// Says nothing but errors and the image's path.
     #[arg(short, long)]
     pub quiet: bool,
     /// Tells a farm how far a sequence is, on standard output, frame by frame.
@@ -278,7 +278,7 @@ impl RenderArgs {
         self.settings_of(self.technique.accumulate)
     }
 
-    /// The same where a picture is the mean of so many frames, whatever `--accumulate` says.
+    /// The same where an image is the mean of so many frames, whatever `--accumulate` says.
     pub fn settings_of(&self, frames: u32) -> Settings {
         let technique = &self.technique;
         Settings {

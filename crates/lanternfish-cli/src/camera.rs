@@ -33,7 +33,7 @@ pub(crate) const INSIDE: &str = "a closed interior, looked at from inside; --eye
 /// What `flags` take at another time, where all else that they choose by is as it was: a camera of the file that has moved in
 /// `scene` since it was `chosen`, which stays what it is otherwise.
 ///
-/// What frames a scene frames it as it was chosen, so that a picture does not sway with what moves in it.
+/// What frames a scene frames it as it was chosen, so that an image does not sway with what moves in it.
 pub(crate) fn follow(
     scene: &Scene,
     bounds: &Bounds,

@@ -65,7 +65,7 @@ pub enum Command {
     Shot(Box<ShotArgs>),
     /// Says which frames of a sequence are there and whole, and names the others.
     ///
-    /// Every pixel is decoded, and sizes are compared with what is asked for. Exits with 0 if all are whole, else with 1.
+    /// Every pixel is decoded, and sizes are compared with what is requested. Exits with 0 if all are whole, else with 1.
     #[command(after_help = frames::HELP, args_override_self = true)]
     Frames(Box<FramesArgs>),
     /// Writes a job that renders a sequence on many machines, for Open Job Description.
@@ -73,7 +73,7 @@ pub enum Command {
     /// The job renders chunks of frames, in any order and at once, and verifies them with `lanternfish frames`.
     #[command(after_help = farm::HELP)]
     Farm(FarmArgs),
-    /// Traces every path light takes, on the processor: the ground truth of a picture.
+    /// Traces every path light takes, on the processor: the ground truth of an image.
     ///
     /// Takes what `render` takes. What a shot says of culling, shadows and the like has no meaning here and is left aside, as
     /// is the shot's output.
@@ -90,14 +90,14 @@ pub enum Command {
     Doctor(DoctorArgs),
     /// Prints what a scene holds, or which adapters can render it.
     Info(InfoArgs),
-    /// Says how two pictures differ: in numbers, in a picture, and by its exit code.
+    /// Says how two images differ: in numbers, in an image, and by its exit code.
     ///
-    /// A is the picture under test, B the reference.
+    /// A is the image under test, B the reference.
     #[command(after_help = compare::HELP)]
     Compare(Box<CompareArgs>),
     /// Plays a camera track frame by frame: what every pass takes, what every frame counts, and what became slower.
     ///
-    /// Takes the flags of `render`. Times are of --runs equal runs, in which nothing is read back; counts and pictures' hashes are of
+    /// Takes the flags of `render`. Times are of --runs equal runs, in which nothing is read back; counts and images' hashes are of
     /// one run of their own. Writes report.html with plots, report.json, passes.csv and counts.csv.
     #[command(after_help = replay::HELP, args_override_self = true)]
     Replay(Box<ReplayArgs>),

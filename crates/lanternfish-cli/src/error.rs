@@ -118,7 +118,7 @@ impl From<GpuError> for CliError {
             }
             GpuError::Device { .. } => "choose another adapter with --adapter; --adapter cpu is the safest",
             GpuError::TooLarge { .. } => {
-                "the scene or the picture is larger than this adapter can hold: choose a smaller --size, fewer lights \
+                "the scene or the image is larger than this adapter can hold: choose a smaller --size, fewer lights \
                  or a simpler scene, or another adapter with --adapter"
             }
             GpuError::TextureSize { .. } => "scale the image down, or choose another adapter with --adapter",
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn a_hint_does_not_blame_what_is_not_at_fault() {
         let hint = |error: GpuError| CliError::from(error).to_string().split_once("hint: ").unwrap().1.to_owned();
-        // Buffers grow with the scene's geometry, its lights, or the picture: the label alone does not tell which.
+        // Buffers grow with the scene's geometry, its lights, or the image: the label alone does not tell which.
         let buffer = hint(GpuError::TooLarge { what: "scene/positions".to_owned(), needed: 2, limit: 1 });
         for word in ["--size", "lights", "simpler scene", "--adapter"] {
             assert!(buffer.contains(word), "{buffer}");

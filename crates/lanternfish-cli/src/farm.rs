@@ -23,7 +23,7 @@ Examples:
     openjd run job.yaml
 
 The job has parameters: Shot, Image, Frames, Chunk, and Lanternfish, the program as the machines
-find it. Everything else about the pictures is said by the shot; `lanternfish shot SCENE FLAGS` writes
+find it. Everything else about the images is said by the shot; `lanternfish shot SCENE FLAGS` writes
 one.";
 
 #[derive(Debug, Args)]
@@ -39,11 +39,11 @@ pub struct FarmArgs {
     /// Frames a second, where the shot does not say.
     #[arg(id = "rate", long = "fps", value_name = "N", value_parser = parse::fps)]
     pub fps: Option<f32>,
-    /// The pictures, frame numbers put before the ending: what `render` calls --output. Without it: as the shot says, or its name with
+    /// The images, frame numbers put before the ending: what `render` calls --output. Without it: as the shot says, or its name with
     /// .png.
     #[arg(long = "image", alias = "picture", value_name = "FILE")]
     pub rendering: Option<PathBuf>,
-    /// The job's file. Shot and pictures must lie in its folder, or below. Without it: standard output, for a file in the
+    /// The job's file. Shot and images must lie in its folder, or below. Without it: standard output, for a file in the
     /// current folder.
     #[arg(id = "job", short = 'o', long = "output", value_name = "FILE.yaml")]
     pub output: Option<PathBuf>,
@@ -66,7 +66,7 @@ pub fn run(args: &FarmArgs) -> Result<(), CliError> {
     let rendering = Output::named(said.as_deref(), scene)?.path;
     if let Some(job) = &args.output {
         output::check_writable(job)?;
-        output::refuse_same(&[(job, "the job")], &[(scene.path(), "the shot"), (&rendering, "the picture")])?;
+        output::refuse_same(&[(job, "the job")], &[(scene.path(), "the shot"), (&rendering, "the image")])?;
     }
     let folder = args.output.as_deref().map_or(Path::new(""), |job| job.parent().unwrap_or(Path::new("")));
     let shot = match is_file {
@@ -96,7 +96,7 @@ fn below(folder: &Path, path: &Path) -> Result<String, CliError> {
     inner.ok_or_else(|| {
         CliError::new(
             format_args!("{}: not in the job's folder, {}", path.display(), base.display()),
-            "put the job into a folder that holds both the shot and its pictures: -o FOLDER/job.yaml",
+            "put the job into a folder that holds both the shot and its images: -o FOLDER/job.yaml",
         )
     })
 }
@@ -127,7 +127,7 @@ parameterDefinitions:
     type: {kind}
     default: {shot}
   - name: Image
-    description: The pictures. A frame's number goes before the ending.
+    description: The images. A frame's number goes before the ending.
     type: PATH
     objectType: FILE
     dataFlow: OUT

@@ -34,8 +34,8 @@ pub struct FramesArgs {
     pub shared: PictureArgs,
 }
 
-/// The flags of `render` that say which file a picture is, and how large. Their values come through the shot, which reads
-/// them once more.
+/// The flags of `render` that say which file an image is, and how large. Their values come through the shot, which reads
+/// them again.
 #[derive(Debug)]
 pub struct PictureArgs;
 

@@ -31,7 +31,7 @@ pub fn flag(program: &str) -> Arg {
         .help(format!("Prints this; `{program} help COMMAND --all` prints all there is"))
 }
 
-/// Prints the help of a program that was asked for.
+/// Prints the help of a program that was requested.
 pub fn run<C: CommandFactory>(args: &HelpArgs) -> Result<(), CliError> {
     let mut root = C::command();
     root.build();

@@ -1,4 +1,4 @@
-//! The scale of a debug view, drawn below its picture.
+//! The scale of a debug view, drawn below its image.
 
 use font8x8::legacy::BASIC_LEGACY;
 use lanternfish::{RenderedImage, debug_views::Scale};
@@ -11,7 +11,7 @@ const TICK_HEIGHT: usize = 3;
 /// Between two lines.
 const GAP: usize = 4;
 const HEIGHT: usize = MARGIN + BAR_HEIGHT + TICK_HEIGHT + GAP + GLYPH + GAP + GLYPH + MARGIN;
-/// A picture that is narrower gets a strip at its right.
+/// An image that is narrower gets a strip at its right.
 const LEAST_WIDTH: usize = 288;
 /// Images from this width on have letters of twice the size, and so on.
 const LETTERS_WIDTH: usize = 1000;
@@ -19,7 +19,7 @@ const LETTERS_WIDTH: usize = 1000;
 const PAPER: [u8; 4] = [24, 24, 24, 255];
 const INK: [u8; 4] = [230, 230, 230, 255];
 
-/// The picture, untouched, and below it a bar of the scale's colours with numbers and with what they are of.
+/// The image, untouched, and below it a bar of the scale's colours with numbers and with what they are of.
 pub fn below(rendering: RenderedImage, scale: &Scale) -> RenderedImage {
     let (width, height) = (rendering.width as usize, rendering.height as usize);
     let (wide, high) = size_with(width, height);
@@ -31,7 +31,7 @@ pub fn below(rendering: RenderedImage, scale: &Scale) -> RenderedImage {
     RenderedImage { width: sheet.width as u32, height: sheet.height as u32, display: sheet.pixels, ..rendering }
 }
 
-/// Width and height, pixels, of a picture of this size with its legend below it.
+/// Width and height, pixels, of an image of this size with its legend below it.
 pub fn size_with(width: usize, height: usize) -> (usize, usize) {
     let wide = width.max(LEAST_WIDTH);
     (wide, height + letters(wide) * HEIGHT)

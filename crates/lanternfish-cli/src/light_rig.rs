@@ -9,12 +9,12 @@ use lanternfish_scene::{
 
 use crate::{args::LightArgs, error::CliError};
 
-/// What a picture makes of light.
+/// What an image makes of light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lighting {
     /// Whether light is what it shows.
     pub is_seen: bool,
-    /// Whether surroundings light surfaces.
+    /// Whether environment lights surfaces.
     pub reaches_surfaces: bool,
 }
 
@@ -29,7 +29,7 @@ pub(crate) fn light(
 ) -> Result<(), CliError> {
     add(scene, flags, camera)?;
     if scene.bounds().is_empty() {
-        say("the scene has no geometry: nothing but its surroundings is seen");
+        say("the scene has no geometry: nothing but its environment is seen");
         return Ok(());
     }
     if !lighting.is_seen || !rig::is_dark(scene) {
@@ -48,7 +48,7 @@ pub(crate) fn light(
             LightRig::Studio.add(scene, camera);
             say("the scene has no light of its own: lit by the built-in studio (--light-rig studio|sun|none)");
         }
-        // The studio's light comes from its surroundings.
+        // The studio's light comes from its environment.
         false => {
             LightRig::Sun.add(scene, camera);
             say("the scene has no light of its own: lit by a built-in sun (--light-rig studio|sun|none)");
@@ -57,14 +57,14 @@ pub(crate) fn light(
     Ok(())
 }
 
-/// Luminance below which next to nothing is made out, as a share of white at the picture's exposure.
+/// Luminance below which next to nothing is made out, as a share of white at the image's exposure.
 const NEARLY_BLACK: f32 = 0.02;
-/// Share of the surfaces in a picture that may be nearly black.
+/// Share of the surfaces in an image that may be nearly black.
 const MOST_NEARLY_BLACK: f32 = 0.6;
 /// The sky that is added then, as a share of white.
 const FAINT_SKY: Vec3 = Vec3::new(0.08, 0.11, 0.16);
 
-/// Whether a scene may be given a faint sky: it has no surroundings, and no flag says what light there is.
+/// Whether a scene may be given a faint sky: it has no environment, and no flag says what light there is.
 pub(crate) fn may_have_faint_sky(scene: &Scene, flags: &LightArgs) -> bool {
     let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
     !has_environment && flags.light_rig.is_none() && !has_light(flags)
@@ -94,8 +94,8 @@ pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<(), 
     };
     if let Some(flag) = surroundings.filter(|_| rig == LightRig::Studio) {
         return Err(CliError::new(
-            format_args!("both --light-rig studio and {flag}: the studio is surroundings"),
-            "choose one of them, or --light-rig sun, whose sun shines beside other surroundings",
+            format_args!("both --light-rig studio and {flag}: the studio is environment"),
+            "choose one of them, or --light-rig sun, whose sun shines beside other environment",
         ));
     }
     rig.add(scene, camera);

@@ -1,4 +1,4 @@
-//! The command line of Lanternfish: a glTF file in, a picture out.
+//! The command line of Lanternfish: a glTF file in, an image out.
 
 use std::process::ExitCode;
 

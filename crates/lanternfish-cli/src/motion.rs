@@ -4,9 +4,9 @@ use lanternfish_scene::{Scene, generate::Rain};
 
 use crate::{args::TrackArgs, error::CliError};
 
-/// What is said where a time is asked for and nothing moves.
+/// What is said where a time is requested and nothing moves.
 pub const NOTHING_MOVES: &str =
-    "neither the camera nor anything in the scene moves: at every time it is the same picture";
+    "neither the camera nor anything in the scene moves: at every time it is the same image";
 
 /// What moves in a scene.
 #[derive(Debug)]
@@ -17,7 +17,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// What these flags and the scene say; none where nothing moves. Where a time is asked for, and no animation, the file's first is
+    /// What these flags and the scene say; none where nothing moves. Where a time is requested, and no animation, the file's first is
     /// played.
     pub fn of(scene: &Scene, flags: &TrackArgs, rain: Option<Rain>) -> Result<Option<Self>, CliError> {
         let has_time = flags.time.is_some() || flags.frames.is_some();

@@ -10,7 +10,7 @@ use lanternfish_metrics::{ColorType, RgbImage, destination, write_aside, write_e
 
 use crate::{error::CliError, scene::SceneName};
 
-/// A picture's file, in a format that is known and a folder that can be written to.
+/// An image's file, in a format that is known and a folder that can be written to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Output {
     /// Its path.
@@ -50,7 +50,7 @@ impl Output {
         Ok(Self { path, format })
     }
 
-    /// The file of a sequence's picture: `name.0001.png`.
+    /// The file of a sequence's image: `name.0001.png`.
     pub fn numbered(&self, number: u32) -> Self {
         let mut name = self.path.file_stem().unwrap_or_default().to_owned();
         name.push(format!(".{number:04}."));
@@ -71,7 +71,7 @@ impl Output {
         Ok(write_exr_layers(&self.path, &layers, &[])?)
     }
 
-    /// Writes a picture, as its ending chooses.
+    /// Writes an image, as its ending chooses.
     pub fn write(&self, rendering: &RenderedImage) -> Result<(), CliError> {
         match self.format {
             Format::Png => {

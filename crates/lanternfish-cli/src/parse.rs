@@ -15,7 +15,7 @@ pub use self::{
     range::{Frames, Span, fps, frames, samples, span},
 };
 
-/// Widths and heights of pictures that are accepted, pixels.
+/// Widths and heights of images that are accepted, pixels.
 pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
 
 /// Most lights made by rule: at 64 bytes each they fill 128 MiB, which every adapter can bind at once.
@@ -24,7 +24,7 @@ const MOST_LIGHTS: u32 = (128 << 20) / 64;
 /// Farthest that anything may be or reach, m.
 const FARTHEST: f32 = Scene::FARTHEST;
 
-/// Greatest number that a half float holds, in which pictures are kept.
+/// Greatest number that a half float holds, in which images are kept.
 const BRIGHTEST: f32 = 65504.0;
 
 /// A number of bytes: `500000000`, `500M`, `0.5G`.
@@ -265,7 +265,7 @@ pub fn time(text: &str) -> Result<f32, String> {
     number(text).filter(|s| s.abs() <= 1e6).ok_or_else(|| "expected seconds from -1e6 to 1e6".to_owned())
 }
 
-/// Parses an exposure in stops, −64 to 64: 2^±64 is far beyond any picture and far inside `f32`.
+/// Parses an exposure in stops, −64 to 64: 2^±64 is far beyond any image and far inside `f32`.
 pub fn exposure(text: &str) -> Result<f32, String> {
     number(text)
         .filter(|ev| ev.abs() <= 64.0)

@@ -1,4 +1,4 @@
-//! `lanternfish view a.exr b.exr`, and `render --open`: pictures of files in a window.
+//! `lanternfish view a.exr b.exr`, and `render --open`: images of files in a window.
 
 use std::path::{Path, PathBuf};
 
@@ -16,10 +16,10 @@ use crate::{
     window,
 };
 
-/// Flags that mean something where pictures are shown.
+/// Flags that mean something where images are shown.
 const KNOWN: [&str; 5] = ["size", "exposure", "tone-map", "adapter", "quiet"];
 
-/// Whether what is named is a picture, and no scene.
+/// Whether what is named is an image, and no scene.
 pub fn is_image(name: &SceneName) -> bool {
     name.demo().is_none() && is_of_image(name.path())
 }
@@ -33,8 +33,8 @@ pub fn run(shot: &Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     let own = [("record", window.record.is_some()), ("shaders", window.shaders.is_some())];
     let own = own.into_iter().filter_map(|(name, is_said)| is_said.then_some(name.to_owned()));
     if let Some(flag) = shot.names().into_iter().chain(own).find(|name| !KNOWN.contains(&name.as_str())) {
-        let what = format_args!("--{flag}: {} is a picture, and is shown as it is", shot.args.scene);
-        return Err(CliError::new(what, format!("leave the flag out; pictures take --{}", KNOWN.join(", --"))));
+        let what = format_args!("--{flag}: {} is an image, and is shown as it is", shot.args.scene);
+        return Err(CliError::new(what, format!("leave the flag out; images take --{}", KNOWN.join(", --"))));
     }
     let paths: Vec<_> =
         [shot.args.scene.path()].into_iter().chain(window.renderings.iter().map(PathBuf::as_path)).collect();
@@ -43,7 +43,7 @@ pub fn run(shot: &Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     show(&shot.args, &paths)
 }
 
-/// Opens a window on pictures, and returns when it is closed.
+/// Opens a window on images, and returns when it is closed.
 pub fn show(args: &RenderArgs, paths: &[&Path]) -> Result<(), CliError> {
     let renderings = paths.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     open(RenderedImages {
@@ -60,7 +60,7 @@ fn open(renderings: RenderedImages) -> Result<(), CliError> {
     lanternfish_viewer::compare(renderings).map_err(window::failed)
 }
 
-/// The picture of a file, or all its layers where it has no other.
+/// The image of a file, or all its layers where it has no other.
 fn read(path: &Path) -> Result<Vec<ImageOfFile>, CliError> {
     let name = path.file_name().unwrap_or(path.as_os_str()).display();
     if has_ending(path, "png") {
@@ -68,7 +68,7 @@ fn read(path: &Path) -> Result<Vec<ImageOfFile>, CliError> {
         return Ok(vec![ImageOfFile { name: name.to_string(), image, is_radiance: false }]);
     }
     if !has_ending(path, "exr") {
-        let what = format_args!("{}: the ending names no picture that is shown", path.display());
+        let what = format_args!("{}: the ending names no image that is shown", path.display());
         return Err(CliError::new(what, "name .exr files (linear radiance) or .png files"));
     }
     let layers = exr_layers(path).map_err(failed)?;

@@ -22,17 +22,17 @@ struct RunReport<'r> {
     /// Lanternfish's version.
     version: &'static str,
     scene: &'r SceneName,
-    /// The picture's path.
+    /// The image's path.
     output: String,
     adapter: &'r str,
     backend: &'r str,
     driver: &'r str,
     width: u32,
     height: u32,
-    /// Number of pictures in a sequence, whose costs are added up; `None` for a single picture.
+    /// Number of images in a sequence, whose costs are added up; `None` for a single image.
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<u32>,
-    /// Exposure at which the picture is shown, EV; `None` where it is not exposed.
+    /// Exposure at which the image is shown, EV; `None` where it is not exposed.
     #[serde(skip_serializing_if = "Option::is_none")]
     exposure_ev: Option<f32>,
     /// Values of settings, by their names on the command line.
@@ -58,15 +58,15 @@ struct Pass<'r> {
 pub(crate) struct Run<'r> {
     /// What was rendered.
     pub scene: &'r SceneName,
-    /// The picture's path.
+    /// The image's path.
     pub output: &'r Path,
     /// What rendered it.
     pub adapter: &'r AdapterDescription,
-    /// The picture's.
+    /// The image's.
     pub size: Size,
-    /// Number of pictures in a sequence; `None` for a single picture.
+    /// Number of images in a sequence; `None` for a single image.
     pub frames: Option<u32>,
-    /// Exposure at which the picture is shown, EV; `None` where it is not exposed.
+    /// Exposure at which the image is shown, EV; `None` where it is not exposed.
     pub exposure: Option<f32>,
     /// How it was rendered.
     pub settings: &'r Settings,
@@ -116,7 +116,7 @@ impl Run<'_> {
     }
 }
 
-/// Adds the cost of another picture to what came before.
+/// Adds the cost of another image to what came before.
 pub(crate) fn add(total: &mut Report, rendering: Report) {
     for pass in rendering.passes {
         match total.passes.iter_mut().find(|known| known.name == pass.name) {

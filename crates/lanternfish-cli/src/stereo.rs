@@ -6,10 +6,10 @@ use lanternfish_scene::{Camera, Eyes};
 
 use crate::{error::CliError, parse};
 
-/// How two pictures become one file.
+/// How two images become one file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum StereoLayout {
-    /// The left eye's picture beside the right eye's: twice as wide as --size
+    /// The left eye's image beside the right eye's: twice as wide as --size
     #[default]
     SideBySide,
     /// Two layers of one file, called left and right. EXR only
@@ -60,7 +60,7 @@ pub fn cameras(eyes: Eyes, head: &Camera, aspect: f32) -> Result<[Camera; 2], Cl
     })
 }
 
-/// Two pictures of one height as one, the first on the left. Times and counts are the first's and, where only the second has
+/// Two images of one height as one, the first on the left. Times and counts are the first's and, where only the second has
 /// them, its own; counts of both are added.
 pub fn side_by_side(left: RenderedImage, right: RenderedImage) -> RenderedImage {
     let width = left.width + right.width;

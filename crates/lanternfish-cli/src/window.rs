@@ -51,7 +51,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     }
     if let Some(more) = window.renderings.first() {
         let what = format_args!("{}: the window shows one scene, and this is another file", more.display());
-        return Err(CliError::new(what, "name one scene, or pictures alone: .exr and .png files"));
+        return Err(CliError::new(what, "name one scene, or images alone: .exr and .png files"));
     }
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);

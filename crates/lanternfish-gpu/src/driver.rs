@@ -23,7 +23,7 @@ pub fn driver_warning(adapter: &wgpu::AdapterInfo) -> Option<String> {
     faulty_software(adapter).then(|| {
         format!(
             "{} is an old software driver: it is slow, has no ray query and no usable anisotropic filtering, ends loops after \
-             {FAULTY_LOOP_STEPS} steps (with thousands of lights at a pixel, pictures are too dark; deep images are built in a single pass, with holes), \
+             {FAULTY_LOOP_STEPS} steps (with thousands of lights at a pixel, images are too dark; deep images are built in a single pass, with holes), \
              and crashes on shadows through deep images and on indirect light in an environment image, which are refused; install Mesa 25 or later (Debian 12 has it in bookworm-backports)",
             adapter.driver_info
         )

@@ -13,12 +13,12 @@ pub enum GpuError {
     /// No adapter of that name.
     #[error("no adapter called {name:?}; there are: {known}")]
     UnknownAdapter {
-        /// What was asked for.
+        /// What was requested.
         name: String,
         /// What there is.
         known: String,
     },
-    /// A graphics card was asked for, and there is none.
+    /// A graphics card was requested, and there is none.
     #[error("no graphics card found; there are: {known}")]
     NoHardware {
         /// What there is.

@@ -1,4 +1,4 @@
-//! What files from outside may cost: [`memory`], which is asked for before it is taken, and [panics](caught) of the
+//! What files from outside may cost: [`memory`], which is requested before it is taken, and [panics](caught) of the
 //! decoders of others, which become errors.
 
 mod caught;

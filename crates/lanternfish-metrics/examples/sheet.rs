@@ -1,6 +1,6 @@
-//! Many pictures on one sheet, each made smaller by a whole factor: the picture of `docs/any-file.md`.
+//! Many images on one sheet, each made smaller by a whole factor: the image of `docs/any-file.md`.
 //!
-//! `cargo run --release -p lanternfish-metrics --example sheet -- COLUMNS FACTOR SHEET.jpg IMAGE.png…`: pictures of one
+//! `cargo run --release -p lanternfish-metrics --example sheet -- COLUMNS FACTOR SHEET.jpg IMAGE.png…`: images of one
 //! size, row by row.
 
 use std::{error::Error, path::Path};
@@ -8,7 +8,7 @@ use std::{error::Error, path::Path};
 use image::{ExtendedColorType, ImageEncoder, codecs::jpeg::JpegEncoder};
 use lanternfish_metrics::{read_png, write_aside};
 
-/// Pixels between pictures.
+/// Pixels between images.
 const GAP: usize = 4;
 /// Quality of the JPEG file, 1 to 100.
 const QUALITY: u8 = 88;
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (columns, factor): (usize, usize) = (columns.parse()?, factor.parse()?);
     let cells = renderings.iter().map(|path| Ok(read_png(Path::new(path))?.box_downsampled(factor)?));
     let cells = cells.collect::<Result<Vec<_>, Box<dyn Error>>>()?;
-    let first = cells.first().ok_or("no pictures")?;
+    let first = cells.first().ok_or("no images")?;
     let (across, down) = (first.width + GAP, first.height + GAP);
     let (width, height) = (columns * across - GAP, cells.len().div_ceil(columns) * down - GAP);
     let mut pixels = vec![255u8; 3 * width * height];

@@ -35,7 +35,7 @@ pub enum MetricsError {
     MissingChannels {
         /// The file.
         path: PathBuf,
-        /// The layer that was asked for; empty for the picture itself.
+        /// The layer that was requested; empty for the image itself.
         layer: String,
         /// The channels that are there.
         found: String,

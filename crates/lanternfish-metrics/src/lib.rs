@@ -3,7 +3,7 @@
 //! [`RgbImage`] is linear and scene-referred; it is read from and written to OpenEXR. What a display shows is 8 bits
 //! and goes to PNG with [`write_png`]. [`Pair`] is two images to be compared by any measure there is, pixels that are
 //! not finite left out. [`RelativeError`] compares with a ground truth where that is lit, [`fraction_differing`] two
-//! pictures that should be the same, [`flip_ldr`] and [`flip_hdr`] how different two look to an observer.
+//! images that should be the same, [`flip_ldr`] and [`flip_hdr`] how different two look to an observer.
 
 mod compare;
 mod error;

@@ -133,7 +133,7 @@ mod tests {
         assert!(matches!(read_png(&path), Err(MetricsError::Io { .. })));
         write_png(&path, 40, 40, ColorType::Rgb, &[77; 4800]).unwrap();
         let whole = std::fs::read(&path).unwrap();
-        for broken in [&b"this is no picture"[..], b"", &whole[..whole.len() / 2]] {
+        for broken in [&b"this is no image"[..], b"", &whole[..whole.len() / 2]] {
             std::fs::write(&path, broken).unwrap();
             let error = read_png(&path).unwrap_err();
             assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");

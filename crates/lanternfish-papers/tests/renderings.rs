@@ -15,7 +15,7 @@ mod identical;
 #[path = "renderings/passes.rs"]
 mod passes;
 #[path = "../../lanternfish/tests/renderings/support.rs"]
-#[allow(dead_code, reason = "the library's own pictures have it too")]
+#[allow(dead_code, reason = "the library's own images have it too")]
 mod support;
 
 /// The adapter, once the techniques are registered; none where the test is left out.

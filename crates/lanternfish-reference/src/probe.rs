@@ -1,4 +1,4 @@
-//! What a single ray meets, and the lights that reach it there: for who points at a picture and asks.
+//! What a single ray hits, and the lights that reach it there: for who points at an image and asks.
 
 use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::Camera;
@@ -74,7 +74,7 @@ fn luminance(color: Vec3) -> f32 {
 }
 
 impl Tracer<'_> {
-    /// The nearest surface that is seen at (x, y), in pixels from the top left of a picture of this size. Backs of single-sided surfaces are
+    /// The nearest surface that is seen at (x, y), in pixels from the top left of an image of this size. Backs of single-sided surfaces are
     /// not seen, nor holes of masks; of blended surfaces, those whose alpha is above a number that is the same each time.
     pub fn probe(&self, camera: &Camera, [x, y]: [f64; 2], [width, height]: [usize; 2]) -> Option<Probed> {
         let (origin, direction) = camera::ray(camera, x, y, width, height);
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(tracer.probe(&away, [32.0, 32.0], size), None);
     }
 
-    /// From the floor of a closed room every ray meets something, more of them near the normal; from the top of the box some leave it.
+    /// From the floor of a closed room every ray hits something, more of them near the normal; from the top of the box some leave it.
     #[test]
     fn rays_from_a_place_go_by_the_cosine() {
         let scene = demo("cornell").unwrap();

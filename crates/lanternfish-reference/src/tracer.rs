@@ -129,7 +129,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Which pixels of a picture show a surface at their centre: 1, or 0 for the surroundings. Rows from the top.
+    /// Which pixels of an image show a surface at their centre: 1, or 0 for the environment. Rows from the top.
     pub fn coverage(&self, camera: &Camera, width: usize, height: usize) -> Vec<f32> {
         let covered = |i: usize| {
             let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);

@@ -1,4 +1,4 @@
-//! The scene as rays meet it.
+//! The scene as rays hit it.
 
 use glam::{Affine3A, DVec2, Vec3, Vec3A};
 use lanternfish_scene::{
@@ -88,7 +88,7 @@ impl<'a> World<'a> {
         }
         let mut tree = CwBvh::default();
         if !triangles.is_empty() {
-            // Large triangles stay whole: a ray meets each triangle once, as half-covered ones need.
+            // Large triangles stay whole: a ray hits each triangle once, as half-covered ones need.
             tree = bvh::build(&padded_boxes(&triangles), Effort::Medium);
             triangles = tree.primitive_indices.par_iter().map(|i| triangles[*i as usize]).collect();
             sources = tree.primitive_indices.par_iter().map(|i| sources[*i as usize]).collect();
@@ -159,7 +159,7 @@ impl<'a> World<'a> {
         if open { passes } else { Vec3::ZERO }
     }
 
-    /// Where the ray meets a triangle, if it does and may.
+    /// Where the ray hits a triangle, if it does and may.
     ///
     /// Corners are projected along the ray, each by itself, and the edge functions of the projections have the right sign:
     /// products of 32 bits are exact in 64. So what is whole is whole in the projection, and no ray slips between triangles

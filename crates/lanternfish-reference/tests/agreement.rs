@@ -1,7 +1,7 @@
 //! Agreement with an independent renderer: the images of Mitsuba 3 among the shared references.
 //!
 //! Each reference's noise is that of its own number of samples, a light chosen evenly for each, which is how we trace here:
-//! our samples' variance tells that of both images. Where a reference is the sum of pictures of each light by itself, it has as
+//! our samples' variance tells that of both images. Where a reference is the sum of images of each light by itself, it has as
 //! many samples as all of them, and less noise than that: choosing a light adds some. Blocks of 10 × 10 pixels are compared,
 //! over which the noise is near a normal distribution: z = difference / standard deviation of both.
 
@@ -88,7 +88,7 @@ impl Reference {
         let projection = Projection::Perspective { fov_y, near: 0.01 };
         let depth = entry["max_depth"].as_i64().expect("a number");
         Self {
-            image: read_exr(image).expect("the picture loads"),
+            image: read_exr(image).expect("the image loads"),
             samples: entry["spp"].as_f64().expect("a number") * renderings as f64,
             scene,
             camera: Camera::look_at(vec3(&camera["eye"]), vec3(&camera["target"]), projection),

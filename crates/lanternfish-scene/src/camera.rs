@@ -27,7 +27,7 @@ pub enum Projection {
         /// Distance of the near plane, m, > 0.
         near: f32,
     },
-    /// Perspective projection that may be off the view axis: an eye of a head-mounted display, a part of a larger picture. Pixels
+    /// Perspective projection that may be off the view axis: an eye of a head-mounted display, a part of a larger image. Pixels
     /// need not be square. The far plane is at infinity.
     Frustum {
         /// Slope of the left side, view space: x over distance along the view axis.
@@ -53,7 +53,7 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// Slopes of the sides, left, right, bottom, top, in a picture `aspect` times as wide as high; `None` where lines are
+    /// Slopes of the sides, left, right, bottom, top, in an image `aspect` times as wide as high; `None` where lines are
     /// parallel.
     pub fn slopes(&self, aspect: f32) -> Option<[f32; 4]> {
         match *self {

@@ -30,7 +30,7 @@ pub struct Environment {
     pub height: usize,
     /// Radiance, nits, linear Rec. 709: finite and not negative; rows from the top (+y), `width * height` of them.
     pub pixels: Vec<Vec3>,
-    /// Turns the surroundings about +y, counter-clockwise seen from above, radians. Finite.
+    /// Turns the environment about +y, counter-clockwise seen from above, radians. Finite.
     pub rotation: f32,
 }
 

@@ -61,7 +61,7 @@ pub enum SceneError {
     NoSuchScene {
         /// The file.
         path: PathBuf,
-        /// What was asked for.
+        /// What was requested.
         scene: String,
         /// What there is: indices and names.
         known: String,
@@ -69,7 +69,7 @@ pub enum SceneError {
     /// No generated scene has that name.
     #[error("demo:{name}: no such scene; there are {known}")]
     UnknownDemo {
-        /// What was asked for.
+        /// What was requested.
         name: String,
         /// What there is.
         known: String,

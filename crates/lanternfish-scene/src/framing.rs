@@ -4,7 +4,7 @@ use glam::{Affine3A, Mat3, Vec2, Vec3, Vec3A};
 
 use crate::{Bounds, Camera, Projection, Scene, named_enum, near_plane};
 
-/// Share of the picture's tighter side that a framed object takes.
+/// Share of the image's tighter side that a framed object takes.
 const FILL: f32 = 0.8;
 
 /// Default direction towards the eye, any length: from the front, a little from the right and above.
@@ -22,7 +22,7 @@ named_enum! {
         Left = "left": "From -x, to the left of who looks at the front",
         /// From +x.
         Right = "right": "From +x",
-        /// From +y; the front is at the bottom of the picture.
+        /// From +y; the front is at the bottom of the image.
         Top = "top": "From +y, the front at the bottom",
         /// From +x, +y and +z alike: the direction of an isometric drawing, in perspective.
         Iso = "iso": "From +x, +y and +z alike, in perspective",
@@ -45,7 +45,7 @@ impl Viewpoint {
 
 impl Camera {
     /// A perspective camera that sees the whole of `bounds`, from the front, a little to the right and above: its
-    /// corners take 80 % of the tighter side of the picture. `aspect` is width / height. An empty box is taken for a
+    /// corners take 80 % of the tighter side of the image. `aspect` is width / height. An empty box is taken for a
     /// cube of 2 m around the origin.
     pub fn framing(bounds: &Bounds, fov_y: f32, aspect: f32) -> Self {
         let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
@@ -56,7 +56,7 @@ impl Camera {
     }
 
     /// A perspective camera that sees all of a scene's surfaces from `side`; without one, from the front, a little to
-    /// the right and above. What is placed takes 80 % of the tighter side of the picture, by its vertices, not its
+    /// the right and above. What is placed takes 80 % of the tighter side of the image, by its vertices, not its
     /// box. `aspect` is width / height. Takes time linear in the vertices placed, less those of instances that cannot
     /// stick out. A scene without geometry is taken for a cube of 2 m around the origin.
     pub fn framing_scene(scene: &Scene, side: Option<Viewpoint>, fov_y: f32, aspect: f32) -> Self {
@@ -81,13 +81,13 @@ impl Camera {
     }
 }
 
-/// The four planes through an eye that hold what is framed: a picture of which a border is left free. Whatever the eye,
+/// The four planes through an eye that hold what is framed: an image of which a border is left free. Whatever the eye,
 /// their slopes are known, and so is how far out each of them is.
 struct Frame {
     /// Point that coordinates are relative to, so that a float holds them far from the origin; world space, m.
     center: Vec3,
     world_from_turned: Mat3,
-    /// Slopes of the planes, x and y over distance along the view axis: those of the picture's sides times [`FILL`].
+    /// Slopes of the planes, x and y over distance along the view axis: those of the image's sides times [`FILL`].
     slope: Vec2,
     /// How far out the points are, m: max(x + slope z) and so on, for the planes to the right, top, left and bottom, where z points
     /// towards the eye; then max(z).
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
     use crate::{Instance, Mesh, Primitive};
 
-    /// Least and greatest x and y of what a camera sees of these points, in halves of the picture; all before the eye.
+    /// Least and greatest x and y of what a camera sees of these points, in halves of the image; all before the eye.
     fn extent(camera: &Camera, aspect: f32, points: impl Iterator<Item = Vec3>) -> [f32; 4] {
         let Projection::Perspective { fov_y, near } = camera.projection else { panic!("{camera:?}") };
         let camera_from_world = camera.world_from_camera.inverse();

@@ -50,7 +50,7 @@ impl Camera {
     }
 }
 
-/// What some rays meet.
+/// What some rays hit.
 struct Seen {
     /// Share of the rays that meet a surface.
     surfaces: f32,

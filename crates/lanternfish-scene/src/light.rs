@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-/// A light, in world space. It is no surface: no picture shows it, and it hides nothing.
+/// A light, in world space. It is no surface: no image shows it, and it hides nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     /// The file's name for it, or empty.

@@ -23,7 +23,7 @@ named_enum! {
 }
 
 impl LightRig {
-    /// Adds its light to the scene, for `camera`; surroundings that the scene has stay.
+    /// Adds its light to the scene, for `camera`; environment that the scene has stay.
     pub fn add(self, scene: &mut Scene, camera: &Camera) {
         let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
         match self {
@@ -50,7 +50,7 @@ const LIT_BY_EMISSION: f64 = 0.03;
 /// displays are not.
 const LAMP: f32 = 1.0;
 
-/// Whether nothing lights the scene: it has no lights and no surroundings, and what glows is no lamp, or sends little.
+/// Whether nothing lights the scene: it has no lights and no environment, and what glows is no lamp, or sends little.
 pub fn is_dark(scene: &Scene) -> bool {
     let has_light = scene.lights.iter().any(|light| light.intensity != Vec3::ZERO);
     let surroundings = scene
@@ -130,9 +130,9 @@ const BOXES: [SoftBox; 4] = [
 /// Width of the edge of a soft box, as a share of its half width.
 const EDGE: f32 = 0.45;
 
-/// Surroundings for a thing before this camera: soft boxes around it, and behind it a backdrop of grey that darkens
-/// away from the middle of the picture. A white sheet that faces the camera is about 0.9 nits bright, a grey one of
-/// 18 % 0.2: a picture without exposure shows them as they are. An image of 512 × 256 pixels.
+/// Environment for a thing before this camera: soft boxes around it, and behind it a backdrop of grey that darkens
+/// away from the middle of the image. A white sheet that faces the camera is about 0.9 nits bright, a grey one of
+/// 18 % 0.2: an image without exposure shows them as they are. An image of 512 × 256 pixels.
 pub fn studio(camera: &Camera) -> Environment {
     let (width, height) = (512, 256);
     let mut environment = Environment { width, height, pixels: Vec::new(), rotation: 0.0 };
@@ -147,7 +147,7 @@ pub fn studio(camera: &Camera) -> Environment {
 
 /// Radiance of the studio in a direction of the camera's frame, nits.
 fn studio_radiance(direction: Vec3) -> Vec3 {
-    // The backdrop: 0.34 in the middle of the picture, falling to 0.1 beside and behind the camera; darker below.
+    // The backdrop: 0.34 in the middle of the image, falling to 0.1 beside and behind the camera; darker below.
     let middle = (0.5 - 0.5 * direction.z).powi(6);
     let below = smoothstep(-1.0, 0.4, direction.y);
     let grey = (0.1 + 0.24 * middle) * (0.45 + 0.55 * below);
@@ -174,7 +174,7 @@ fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
 /// A sun of 3 lx that shines from over the left shoulder of who looks through the camera, 45° high.
 pub fn sun(camera: &Camera) -> Light {
     let axis = |a: Vec3| camera.world_from_camera.transform_vector3(a);
-    // Looking straight up or down, what is up in the picture says where behind is.
+    // Looking straight up or down, what is up in the image says where behind is.
     let back = axis(Vec3::Z);
     let level = Vec3::new(back.x, 0.0, back.z);
     let upright = -axis(Vec3::Y) * back.y.signum();

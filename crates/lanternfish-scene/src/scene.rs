@@ -75,7 +75,7 @@ impl Scene {
     }
 
     /// The first of its cameras; where it has none, one that sees the whole of it ([`Camera::framing`]) at an angle of 45°.
-    /// `aspect` is the picture's width / height.
+    /// `aspect` is the image's width / height.
     pub fn default_camera(&self, aspect: f32) -> Camera {
         const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
         self.cameras.first().cloned().unwrap_or_else(|| Camera::framing(&self.bounds(), FOV_Y, aspect))

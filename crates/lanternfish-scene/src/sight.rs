@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::Scene;
 
-/// A picture of few pixels: rays through the middles of a square of cells.
+/// An image of few pixels: rays through the middles of a square of cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Face {
     /// Rays go along −z of this frame.
@@ -25,7 +25,7 @@ impl Face {
     }
 }
 
-/// A surface that a ray meets.
+/// A surface that a ray hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hit {
     /// Along the face's axis, m.

@@ -40,7 +40,7 @@ impl StereoRig {
         Self::new(0.063, [-1.3905, 1.2468, -1.4721, 1.4619], 0.0)
     }
 
-    /// Both eyes see the same as `camera`, a perspective one whose picture is `aspect` times as wide as high. `None` for
+    /// Both eyes see the same as `camera`, a perspective one whose image is `aspect` times as wide as high. `None` for
     /// orthographic cameras.
     pub fn parallel(camera: &Camera, aspect: f32, distance: f32) -> Option<Self> {
         let slopes = camera.projection.slopes(aspect)?;
@@ -63,7 +63,7 @@ impl StereoRig {
     }
 }
 
-/// Which eyes see a picture for two.
+/// Which eyes see an image for two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eyes {
     /// The HTC Vive's.
@@ -78,7 +78,7 @@ impl Eyes {
     /// Distance of human eyes, m.
     pub const HUMAN: f32 = 0.063;
 
-    /// The two cameras of a head where `head` is; a picture is `aspect` times as wide as high. `None` for parallel eyes of an orthographic
+    /// The two cameras of a head where `head` is; an image is `aspect` times as wide as high. `None` for parallel eyes of an orthographic
     /// camera.
     pub fn cameras(self, head: &Camera, aspect: f32) -> Option<[Camera; 2]> {
         let rig = match self {
@@ -89,7 +89,7 @@ impl Eyes {
         Some(rig.cameras(head, head.projection.near().max(1e-5)))
     }
 
-    /// How many times as wide as high a picture is in which nothing is stretched. `None`: any is.
+    /// How many times as wide as high an image is in which nothing is stretched. `None`: any is.
     pub fn aspect(self) -> Option<f32> {
         let of = |[left, right, bottom, top]: [f32; 4]| (right - left) / (top - bottom);
         match self {

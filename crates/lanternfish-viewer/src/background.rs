@@ -19,9 +19,9 @@ use lanternfish::{
 use lanternfish_reference::{Film, LightAt, Probed, RayFrom, Settings as Transport, Tracer};
 use lanternfish_scene::{Camera, Scene};
 
-/// Samples of a pixel after which the picture is left as it is.
+/// Samples of a pixel after which the image is left as it is.
 const MOST_SAMPLES: u64 = 1 << 16;
-/// How often a picture in the making is told of, at most.
+/// How often an image in the making is told of, at most.
 const TELL_AGAIN: Duration = Duration::from_millis(100);
 /// Lights that are told of at a place.
 const MOST_LIGHTS: usize = 64;
@@ -62,7 +62,7 @@ pub struct Look {
     pub tone_map: ToneMap,
 }
 
-/// The path tracer's picture.
+/// The path tracer's image.
 #[derive(Clone, Debug)]
 pub struct Traced {
     number: u64,
@@ -77,7 +77,7 @@ pub struct Traced {
 /// What lies under a pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// The surface; none where the surroundings are seen.
+    /// The surface; none where the environment is seen.
     pub place: Option<Probed>,
     /// Lights that reach it, those first that would bring most.
     pub lights: Vec<LightAt>,
@@ -90,7 +90,7 @@ pub struct Found {
 /// What the thread has to say.
 #[derive(Debug)]
 pub enum Told {
-    /// The picture, as far as it is.
+    /// The image, as far as it is.
     RenderedImage(Traced),
     /// What is under the pixel that was asked about.
     Pixel(Found),
@@ -119,7 +119,7 @@ enum Order {
 /// What both threads look at while one of them traces.
 #[derive(Debug, Default)]
 struct Shared {
-    /// The number of the picture that is wanted; 0: none.
+    /// The number of the image that is wanted; 0: none.
     wanted: AtomicU64,
     /// Orders that have not been taken.
     waiting: AtomicUsize,
@@ -131,9 +131,9 @@ pub struct Background {
     orders: Sender<Order>,
     told: Receiver<Told>,
     shared: Arc<Shared>,
-    /// The number of the last picture that was asked for.
+    /// The number of the last image that was requested.
     last: u64,
-    /// Whether the picture has all its samples.
+    /// Whether the image has all its samples.
     is_done: bool,
     /// Answers that have not come.
     pixels: usize,
@@ -150,7 +150,7 @@ impl Background {
         Self { orders, told, shared, last: 0, is_done: false, pixels: 0, has_ended: false }
     }
 
-    /// Begins a picture; the one before is given up.
+    /// Begins an image; the one before is given up.
     pub fn trace(&mut self, subject: Subject, camera: &Camera, size: UVec2) {
         self.last += 1;
         self.is_done = false;
@@ -158,17 +158,17 @@ impl Background {
         self.order(Order::RenderedImage { number: self.last, subject, camera: camera.clone(), size });
     }
 
-    /// Gives the picture up.
+    /// Gives the image up.
     pub fn stop(&mut self) {
         self.shared.wanted.store(0, Relaxed);
     }
 
-    /// Shows the picture so from now on.
+    /// Shows the image so from now on.
     pub fn show_as(&mut self, look: Look) {
         self.order(Order::Look(look));
     }
 
-    /// Asks what is seen at a place of a picture: pixels from its top left. The picture in the making waits.
+    /// Asks what is seen at a place of an image: pixels from its top left. The image in the making waits.
     pub fn probe(&mut self, subject: Subject, camera: &Camera, at: [f64; 2], size: UVec2) {
         self.pixels += 1;
         self.order(Order::Pixel { subject, camera: camera.clone(), at, size });
@@ -236,7 +236,7 @@ struct Worker {
     look: Option<Look>,
 }
 
-/// A picture in the making.
+/// An image in the making.
 struct RenderedImage {
     number: u64,
     camera: Camera,
@@ -322,7 +322,7 @@ impl Worker {
         }
     }
 
-    /// Tells of the picture, if it is a whole one, and not too soon.
+    /// Tells of the image, if it is a whole one, and not too soon.
     fn tell(&self, rendering: &mut RenderedImage) {
         let (Some(look), samples) = (self.look, rendering.film.samples()) else { return };
         let is_soon = rendering.told.is_some_and(|told| told.elapsed() < TELL_AGAIN) && samples < MOST_SAMPLES;

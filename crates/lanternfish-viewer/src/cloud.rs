@@ -16,7 +16,7 @@ use lanternfish_scene::{Camera, Scene};
 
 use crate::viewport::Viewport;
 
-/// Deep images of a scene, and the last picture of them.
+/// Deep images of a scene, and the last image of them.
 #[derive(Debug)]
 pub struct Cloud {
     scene: Arc<Scene>,
@@ -53,7 +53,7 @@ impl Cloud {
         Arc::ptr_eq(&self.scene, &first.scene) && self.settings == DeepImageSettings::of(&first.settings().structure)
     }
 
-    /// Whether the picture is what this camera sees.
+    /// Whether the image is what this camera sees.
     pub fn is_drawn(&self, camera: &Camera, size: UVec2) -> bool {
         self.rendering.as_ref().is_some_and(|(_, of, at)| of == camera && *at == size)
     }
@@ -72,7 +72,7 @@ impl Cloud {
         Ok(())
     }
 
-    /// The last picture.
+    /// The last image.
     pub fn rendering(&self) -> Option<&wgpu::TextureView> {
         self.rendering.as_ref().map(|(rendering, ..)| rendering)
     }

@@ -1,4 +1,4 @@
-//! What is on the other side of the line: the scene by other settings, or the path tracer's picture of it; and how far the two sides differ.
+//! What is on the other side of the line: the scene by other settings, or the path tracer's image of it; and how far the two sides differ.
 
 use std::sync::Arc;
 
@@ -27,12 +27,12 @@ pub struct Comparison {
     /// The scene has become another since the second rendering was made or brought up to date.
     is_behind: bool,
     background: Option<Background>,
-    /// What the path tracer's picture is of.
+    /// What the path tracer's image is of.
     tracing: Option<(Arc<Scene>, Settings, Camera, UVec2)>,
     look: Option<(Look, u64)>,
     traced: Option<(wgpu::TextureView, Traced)>,
     difference: Difference,
-    /// Which two pictures were compared last.
+    /// Which two images were compared last.
     compared: Option<(u64, u64)>,
     map: Option<wgpu::TextureView>,
     mean: Option<f32>,
@@ -72,8 +72,8 @@ impl Comparison {
         self.rendered.as_mut().map_or(Ok(()), |viewport| viewport.edit_shaders(texts, camera))
     }
 
-    /// Draws the other side, where it is asked for, as large as the first, or lets the path tracer go on with it. To be called while neither
-    /// is busy. `rests`: nothing moves, and the picture is whole.
+    /// Draws the other side, where it is requested, as large as the first, or lets the path tracer go on with it. To be called while neither
+    /// is busy. `rests`: nothing moves, and the image is whole.
     pub fn draw(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
         if wipe.other != Other::Settings {
             self.rendered = None;
@@ -182,7 +182,7 @@ impl Comparison {
         Ok(())
     }
 
-    /// Which two pictures there are.
+    /// Which two images there are.
     fn pair(&self, first: &Viewport) -> (u64, u64) {
         let other = match &self.rendered {
             Some(viewport) => viewport.drawn(),
@@ -191,7 +191,7 @@ impl Comparison {
         (first.drawn(), other)
     }
 
-    /// Whether there are two pictures that have not been compared, and nothing is being compared.
+    /// Whether there are two images that have not been compared, and nothing is being compared.
     fn can_be_compared(&self, first: &Viewport) -> bool {
         let are_there = first.averaged() > 0 && self.progress() > 0;
         are_there && self.compared != Some(self.pair(first)) && !self.difference.is_working()
@@ -202,7 +202,7 @@ impl Comparison {
         (self.compared, self.map, self.mean) = (None, None, None);
     }
 
-    /// Asks what is seen at a place of the first side's picture: shares of its sides.
+    /// Asks what is seen at a place of the first side's image: shares of its sides.
     pub fn probe(&mut self, first: &Viewport, camera: &Camera, at: [f32; 2]) {
         let background = self.background.get_or_insert_with(Background::start);
         let size = first.size();
@@ -245,7 +245,7 @@ impl Comparison {
         self.traced = Some((texture, traced));
     }
 
-    /// The other side's picture, where there is one.
+    /// The other side's image, where there is one.
     pub fn rendering(&self) -> Option<&wgpu::TextureView> {
         match (&self.rendered, &self.cloud) {
             (Some(viewport), _) => Some(viewport.rendering()),
@@ -303,7 +303,7 @@ impl Comparison {
     }
 }
 
-/// Whether the path tracer's picture is the same under both.
+/// Whether the path tracer's image is the same under both.
 fn lit_alike(a: &Settings, b: &Settings) -> bool {
     let of = |settings: &Settings| {
         (settings.materials, settings.attenuation, settings.range_threshold, settings.light_radius)

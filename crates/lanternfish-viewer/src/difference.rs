@@ -13,7 +13,7 @@ use lanternfish_metrics::{PIXELS_PER_DEGREE, RgbImage, flip_ldr};
 pub struct Compared {
     /// The mean over all pixels, 0 (none is to be told from the other) to 1.
     pub mean: f32,
-    /// The map as a picture: RGBA, black 0 to pale yellow 1, rows from the top.
+    /// The map as an image: RGBA, black 0 to pale yellow 1, rows from the top.
     pub map: Vec<u8>,
     /// Pixels across and down.
     pub size: UVec2,
@@ -26,12 +26,12 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Begins to compare two pictures: bytes of a display, RGBA, of `size` pixels each. Another that is on its way is not heard of any more.
+    /// Begins to compare two images: bytes of a display, RGBA, of `size` pixels each. Another that is on its way is not heard of any more.
     pub fn compare(&mut self, a: Vec<[u8; 4]>, b: Vec<[u8; 4]>, size: UVec2) {
         let (says, told) = channel();
         self.on_its_way = Some(told);
         thread::spawn(move || {
-            // Who does not listen any more has other pictures.
+            // Who does not listen any more has other images.
             let _ = says.send(compared(&a, &b, size));
         });
     }

@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum ViewerError {
     /// The system has no display, or none that this program knows.
-    #[error("no window can be opened: {0}. Without a display, `lanternfish render` makes pictures")]
+    #[error("no window can be opened: {0}. Without a display, `lanternfish render` makes images")]
     Display(String),
     /// The device, or the window's surface on it.
     #[error(transparent)]

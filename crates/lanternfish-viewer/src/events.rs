@@ -41,7 +41,7 @@ pub trait Program: Sized {
     /// Does what is next where it is not painted.
     fn go_on(&mut self) {}
 
-    /// How long it is until it is asked for news again; none: until something happens.
+    /// How long it is until it is requested news again; none: until something happens.
     fn look_again(&self) -> Option<Duration>;
 
     /// Ends it.

@@ -5,7 +5,7 @@
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 //!
-//! `renderings/` is a window of pictures of files; `events.rs` is the loop around either.
+//! `renderings/` is a window of images of files; `events.rs` is the loop around either.
 
 mod background;
 mod cloud;
@@ -54,7 +54,7 @@ pub type Writer = Box<dyn Fn(&Shown<'_>, Form) -> Result<Written, String>>;
 /// What is seen: the first side, at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown<'a> {
-    /// How it is rendered. `accumulate` is the number of frames that the picture is the mean of once no more come.
+    /// How it is rendered. `accumulate` is the number of frames that the image is the mean of once no more come.
     pub settings: &'a Settings,
     /// The scene, with the lights of now.
     pub scene: &'a Scene,
@@ -155,7 +155,7 @@ pub fn run(start: Start) -> Result<(), ViewerError> {
     window::run(start)
 }
 
-/// Opens a window on pictures of files, one at least, and returns when it is closed.
+/// Opens a window on images of files, one at least, and returns when it is closed.
 pub fn compare(renderings: RenderedImages) -> Result<(), ViewerError> {
     renderings::run(renderings)
 }

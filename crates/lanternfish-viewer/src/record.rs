@@ -54,7 +54,7 @@ impl Recording {
 }
 
 impl Controls {
-    /// Does once more what was done.
+    /// Does again what was done.
     pub fn make(&mut self, one: &Move) {
         match one {
             Move::Look(right, down) => self.look(*right, *down),

@@ -1,4 +1,4 @@
-//! When the window is painted while a picture at rest gets better, and what its own work takes. No clock: it is told.
+//! When the window is painted while an image at rest gets better, and what its own work takes. No clock: it is told.
 
 /// Share of the time that painting may take while nothing but the mean of frames changes. More: each frame is seen sooner, and there are
 /// fewer of them.
@@ -11,13 +11,13 @@ const LONGEST: f64 = 2000.0;
 pub struct RepaintLimiter {
     /// Of the last paints by themselves; none before the first.
     takes: Option<f64>,
-    /// Since the last frame of the picture ended: how often it was painted.
+    /// Since the last frame of the image ended: how often it was painted.
     count: u32,
     /// When the last frame ended, where the next one followed at once.
     last_end: Option<f64>,
 }
 
-/// What lies between the ends of two frames of a picture at rest that follow each other.
+/// What lies between the ends of two frames of an image at rest that follow each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Period {
     /// How long it is.
@@ -48,7 +48,7 @@ impl RepaintLimiter {
         since >= self.takes.map_or(0.0, |takes| (takes / FRACTION).min(LONGEST))
     }
 
-    /// A frame of the picture has ended at this time. `goes_on`: the next one follows at once. What lies behind it, where the last one did so.
+    /// A frame of the image has ended at this time. `goes_on`: the next one follows at once. What lies behind it, where the last one did so.
     pub fn ended(&mut self, now: f64, goes_on: bool) -> Option<Period> {
         let before = std::mem::replace(&mut self.last_end, goes_on.then_some(now));
         let repaint_limiter = std::mem::take(&mut self.count);

@@ -1,4 +1,4 @@
-//! How large the picture is drawn: whole where nothing moves, smaller where a frame would take too long. No clock: it is told.
+//! How large the image is drawn: whole where nothing moves, smaller where a frame would take too long. No clock: it is told.
 
 /// Milliseconds that a frame may take while the camera moves.
 const BUDGET: f64 = 60.0;
@@ -6,7 +6,7 @@ const BUDGET: f64 = 60.0;
 const FIRST: f32 = 0.3;
 /// Least share of the window's sides.
 const LEAST: f32 = 0.2;
-/// Sides go by steps of so many parts of the whole, so that lists and textures are not made anew for each frame.
+/// Sides go by steps of so many parts of the whole, so that lists and textures are not made again for each frame.
 const STEPS: f32 = 10.0;
 
 /// What frames have taken.
@@ -24,7 +24,7 @@ impl ResolutionScaling {
         self.ms_per_megapixel = Some(self.ms_per_megapixel.map_or(now, |before| 0.5 * (before + now)));
     }
 
-    /// Share of the sides of a picture of so many pixels.
+    /// Share of the sides of an image of so many pixels.
     pub fn scale(&self, pixels: u64, is_moving: bool) -> f32 {
         if !is_moving {
             return 1.0;

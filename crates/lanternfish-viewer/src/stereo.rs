@@ -1,4 +1,4 @@
-//! Two eyes: which they are, and where their pictures stand beside each other. No window.
+//! Two eyes: which they are, and where their images stand beside each other. No window.
 
 use egui::{Rect, Vec2};
 use lanternfish_scene::{Camera, Eyes};
@@ -13,7 +13,7 @@ pub struct Stereo {
 }
 
 impl Stereo {
-    /// What is shown first: none is one picture.
+    /// What is shown first: none is one image.
     pub fn new(eyes: Option<Eyes>) -> Self {
         Self { is_shown: eyes.is_some(), eyes: eyes.unwrap_or(Eyes::Parallel(Eyes::HUMAN)) }
     }
@@ -29,13 +29,13 @@ impl Stereo {
     }
 }
 
-/// The camera of each eye, the left one first; without eyes the camera itself. A picture is `aspect` times as wide as high.
+/// The camera of each eye, the left one first; without eyes the camera itself. An image is `aspect` times as wide as high.
 pub fn cameras(eyes: Option<Eyes>, camera: &Camera, aspect: f32) -> Vec<Camera> {
     let of_eyes = eyes.and_then(|eyes| eyes.cameras(camera, aspect));
     of_eyes.map_or_else(|| vec![camera.clone()], Vec::from)
 }
 
-/// Where each eye's picture is in the window's room, the left one first; without eyes the one picture. All are of one size.
+/// Where each eye's image is in the window's room, the left one first; without eyes the one image. All are of one size.
 pub fn places(room: Rect, eyes: Option<Eyes>) -> Vec<Rect> {
     let Some(eyes) = eyes else { return vec![room] };
     let half = Vec2::new(0.5 * room.width(), room.height());

@@ -1,4 +1,4 @@
-//! The window's surface, what is typed into it, what egui is painted onto it with and when, and the pictures that egui knows.
+//! The window's surface, what is typed into it, what egui is painted onto it with and when, and the images that egui knows.
 
 use std::{sync::Arc, time::Instant};
 
@@ -45,7 +45,7 @@ pub fn open(
     let surface = instance.create_surface(Arc::clone(&window)).map_err(|error| said(&error))?;
     let (gpu, adapter) = Gpu::open_for(&instance, &surface, adapter)?;
     let context = egui::Context::default();
-    // A frame of the window may take as long as one of the picture: nothing unfolds step by step.
+    // A frame of the window may take as long as one of the image: nothing unfolds step by step.
     context.all_styles_mut(|style| style.animation_time = 0.0);
     let most = gpu.device.limits().max_texture_dimension_2d as usize;
     let scale = Some(window.scale_factor() as f32);
@@ -77,7 +77,7 @@ impl Surface {
         self.window.request_redraw();
     }
 
-    /// The same, and nothing is asked for: whether it has another size now.
+    /// The same, and nothing is requested: whether it has another size now.
     fn fit(&mut self, device: &wgpu::Device) -> bool {
         let size = self.window.inner_size();
         let most = device.limits().max_texture_dimension_2d;

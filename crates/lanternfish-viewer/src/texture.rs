@@ -1,11 +1,11 @@
-//! Textures that pictures of a window are kept in.
+//! Textures that images of a window are kept in.
 
 use glam::UVec2;
 
-/// Format of pictures: the picture is encoded for a display, not the texture.
+/// Format of images: the image is encoded for a display, not the texture.
 pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// A texture that pictures of the window are kept in, of so many pixels.
+/// A texture that images of the window are kept in, of so many pixels.
 pub fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
         | wgpu::TextureUsages::TEXTURE_BINDING

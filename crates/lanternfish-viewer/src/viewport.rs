@@ -1,4 +1,4 @@
-//! What is seen: a scene on the device, and its picture in a texture that the window shows.
+//! What is seen: a scene on the device, and its image in a texture that the window shows.
 
 use std::{sync::Arc, time::Instant};
 
@@ -15,12 +15,12 @@ use crate::{
     texture::{FORMAT, texture},
 };
 
-/// Pixels across and down of the picture that edited shaders are tried on.
+/// Pixels across and down of the image that edited shaders are tried on.
 const TRIED: UVec2 = UVec2::new(32, 32);
-/// Frames whose mean a picture at rest is.
+/// Frames whose mean an image at rest is.
 pub const AT_REST: u32 = 64;
 
-/// A scene, how it is rendered, and where the picture is.
+/// A scene, how it is rendered, and where the image is.
 #[derive(Debug)]
 pub struct Viewport {
     /// The device.
@@ -34,11 +34,11 @@ pub struct Viewport {
     renderer: Renderer,
     uploaded: GpuScene,
     settings: Settings,
-    /// The picture, or that of each of two eyes.
+    /// The image, or that of each of two eyes.
     renderings: Vec<wgpu::TextureView>,
     eyes: Option<Eyes>,
     size: UVec2,
-    /// Frames that the picture is the mean of, and where the camera was.
+    /// Frames that the image is the mean of, and where the camera was.
     averaged: (u32, Option<Camera>),
     /// All frames that were ever handed over.
     drawn: u64,
@@ -163,7 +163,7 @@ impl Viewport {
         self.renderer.exposure()
     }
 
-    /// The picture's pixels, RGBA, rows from the top: those of both eyes side by side. Waits for the device.
+    /// The image's pixels, RGBA, rows from the top: those of both eyes side by side. Waits for the device.
     pub fn pixels(&self) -> Result<Vec<[u8; 4]>, GpuError> {
         let read = |rendering: &wgpu::TextureView| read_texture(&self.gpu.device, &self.gpu.queue, rendering.texture());
         let mut renderings = self.renderings.iter().map(read).collect::<Result<Vec<_>, _>>()?;
@@ -178,7 +178,7 @@ impl Viewport {
 
     /// Renders with texts in the place of the library's own shaders. After an error those of before stay.
     pub fn edit_shaders(&mut self, texts: ShaderTexts, camera: &Camera) -> Result<(), RenderError> {
-        // What they compile to is tried on a small picture.
+        // What they compile to is tried on a small image.
         let tried = texture(&self.gpu.device, TRIED);
         let request = ViewRequest::of_camera(0, camera, TRIED.into(), Target::Display(&tried, FORMAT));
         self.renderer.edit_shaders(texts, &self.uploaded, &[request])?;
@@ -216,7 +216,7 @@ impl Viewport {
         &self.settings
     }
 
-    /// Makes the picture so large, pixels; whether it is another texture now. A side of 0 is one of 1.
+    /// Makes the image so large, pixels; whether it is another texture now. A side of 0 is one of 1.
     pub fn resize(&mut self, size: UVec2) -> bool {
         let most = self.gpu.device.limits().max_texture_dimension_2d;
         let size = size.clamp(UVec2::ONE, UVec2::splat(most));
@@ -252,7 +252,7 @@ impl Viewport {
         stereo::cameras(self.eyes, camera, self.size.x as f32 / self.size.y as f32)
     }
 
-    /// The picture, that of the left eye: encoded for a display.
+    /// The image, that of the left eye: encoded for a display.
     pub fn rendering(&self) -> &wgpu::TextureView {
         &self.renderings[0]
     }
@@ -262,27 +262,27 @@ impl Viewport {
         self.renderings.get(1)
     }
 
-    /// Pixels across and down of one eye's picture.
+    /// Pixels across and down of one eye's image.
     pub fn size(&self) -> UVec2 {
         self.size
     }
 
-    /// How many frames the picture is the mean of.
+    /// How many frames the image is the mean of.
     pub fn averaged(&self) -> u32 {
         self.averaged.0
     }
 
-    /// Which mean of frames the picture is: each has a number of its own. None while it is none.
+    /// Which mean of frames the image is: each has a number of its own. None while it is none.
     pub fn mean(&self) -> Option<u64> {
         (self.averaged.0 > 0).then(|| self.drawn - u64::from(self.averaged.0))
     }
 
-    /// How many frames were ever drawn: a picture that is another has another number.
+    /// How many frames were ever drawn: an image that is another has another number.
     pub fn drawn(&self) -> u64 {
         self.drawn
     }
 
-    /// Whether another frame would change the picture of this camera.
+    /// Whether another frame would change the image of this camera.
     pub fn has_more(&self, camera: &Camera) -> bool {
         self.averaged.1.as_ref() != Some(camera) || (self.settings.accumulate > 1 && self.averaged.0 < AT_REST)
     }
@@ -333,13 +333,13 @@ impl Viewport {
     }
 }
 
-/// What renders the picture that is seen once no more frames come.
+/// What renders the image that is seen once no more frames come.
 pub fn at_rest(settings: &Settings) -> Settings {
     let accumulate = if settings.debug_view.is_some() { 1 } else { AT_REST };
     Settings { accumulate, ..settings.clone() }
 }
 
-/// As settings are rendered here: pictures at rest are means, but for debug views.
+/// As settings are rendered here: images at rest are means, but for debug views.
 fn shown(settings: &Settings) -> Settings {
     let accumulate = if settings.debug_view.is_some() { 1 } else { 2 };
     Settings { accumulate, ..settings.clone() }

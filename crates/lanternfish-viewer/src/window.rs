@@ -34,7 +34,7 @@ use crate::{
     wipe::Wipe,
 };
 
-/// How long the camera rests before the picture is drawn whole.
+/// How long the camera rests before the image is drawn whole.
 const REST: Duration = Duration::from_millis(250);
 /// How often it is asked whether the device is done, where nothing else happens: at most and at least, and of how many times in a frame.
 const LOOK_AGAIN: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(8)];
@@ -50,7 +50,7 @@ struct Viewer {
     comparison: Comparison,
     name: String,
     resolution_scaling: ResolutionScaling,
-    /// Pixels of the window that the picture has.
+    /// Pixels of the window that the image has.
     room: UVec2,
     /// The moment of animations and rain that is on the device.
     moment: Option<Moment>,
@@ -149,7 +149,7 @@ impl Program for Viewer {
             memory: Memory::default(),
             repaint_limiter: RepaintLimiter::default(),
             painted: (last, None),
-            // The first picture is a small one: how long a frame takes is not known.
+            // The first image is a small one: how long a frame takes is not known.
             moved: Some(last),
             wants_screenshot: false,
             open,
@@ -223,7 +223,7 @@ impl Viewer {
         Duration::from_secs_f64(1e-3 * self.frame_ms / LOOKS_IN_A_FRAME).clamp(least, most)
     }
 
-    /// Whether the device has not yet done what it was told of one of the pictures.
+    /// Whether the device has not yet done what it was told of one of the images.
     fn is_busy(&self) -> bool {
         self.viewport.is_busy() || self.comparison.is_busy()
     }
@@ -234,7 +234,7 @@ impl Viewer {
         plays || self.recorder.is_some() || self.moved.is_some()
     }
 
-    /// Asks what has become of the last frame of the pictures: whether anything is there that was not, and nothing better comes at once.
+    /// Asks what has become of the last frame of the images: whether anything is there that was not, and nothing better comes at once.
     fn poll(&mut self) -> bool {
         let of_first = self.viewport.poll();
         let news = self.comparison.poll(&self.viewport);

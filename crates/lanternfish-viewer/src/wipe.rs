@@ -1,4 +1,4 @@
-//! Two pictures of one scene in one place: what is on either side of a line, and the line.
+//! Two images of one scene in one place: what is on either side of a line, and the line.
 
 use egui::{Rect, Ui, pos2};
 use lanternfish::Settings;
@@ -11,13 +11,13 @@ pub enum Other {
     Nothing,
     /// The scene by other settings.
     Settings,
-    /// The path tracer's picture.
+    /// The path tracer's image.
     PathTracer,
     /// The scene's deep images, as points.
     DeepImages,
 }
 
-/// The two sides. The left one, A, is the picture by the settings of the panel.
+/// The two sides. The left one, A, is the image by the settings of the panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wipe {
     /// The right side, B.
@@ -26,7 +26,7 @@ pub struct Wipe {
     pub settings: Settings,
     /// Whether the panel of settings is B's.
     pub edits_b: bool,
-    /// Where the line is: a share of the picture's width.
+    /// Where the line is: a share of the image's width.
     pub line: f32,
     /// Whether the map of what differs is shown in the place of both.
     pub shows_map: bool,
@@ -76,7 +76,7 @@ impl Wipe {
     }
 }
 
-/// RepaintLimiter both sides into a place; `whole` is where all of a picture would be, which may be more or less than the place. The line is
+/// RepaintLimiter both sides into a place; `whole` is where all of an image would be, which may be more or less than the place. The line is
 /// moved by [`line`], which comes after what else takes hold of the place.
 pub fn paint(ui: &Ui, place: Rect, whole: Rect, painted: Painted, textures: &Textures) {
     let image = |texture: Option<egui::TextureId>, from: f32, to: f32| {
@@ -96,7 +96,7 @@ pub fn paint(ui: &Ui, place: Rect, whole: Rect, painted: Painted, textures: &Tex
     }
 }
 
-/// The line over the picture, and the hand that drags it. `fraction`: where it is, of the place's width.
+/// The line over the image, and the hand that drags it. `fraction`: where it is, of the place's width.
 pub fn line(ui: &mut Ui, place: Rect, fraction: &mut f32) {
     let x = egui::lerp(place.x_range(), *fraction);
     let grip = Rect::from_x_y_ranges(x - GRIP..=x + GRIP, place.y_range());

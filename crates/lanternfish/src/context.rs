@@ -12,7 +12,7 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-/// What a frame is asked for.
+/// What a frame is requested.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameContext<'a> {
     /// The scene that all views are of.
@@ -27,7 +27,7 @@ pub struct FrameContext<'a> {
 }
 
 impl<'a> FrameContext<'a> {
-    /// Where the picture of a view goes, if it is not kept.
+    /// Where the image of a view goes, if it is not kept.
     pub(crate) fn target(&self, slot: usize) -> Option<(u64, Target<'a>)> {
         let request = self.requests.get(slot)?;
         (!matches!(request.target, Target::Own)).then_some((request.key, request.target))

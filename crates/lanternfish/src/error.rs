@@ -46,7 +46,7 @@ pub enum RenderError {
         instead: &'static str,
     },
     /// [`crate::settings::Settings::accumulate`] is 0: a mean of no frames.
-    #[error("`accumulate 0`: a picture is the mean of 1 frame or more")]
+    #[error("`accumulate 0`: an image is the mean of 1 frame or more")]
     NoFrames,
     /// A setting needs another one beside it, or a value within other bounds.
     #[error("{setting} needs {needed}")]
@@ -93,7 +93,7 @@ pub enum RenderError {
         /// What is wrong with it, and how it is put right.
         what: String,
     },
-    /// The picture of a view cannot go where it is wanted.
+    /// The image of a view cannot go where it is wanted.
     #[error("the target of view {key}: {what}")]
     Target {
         /// [`crate::ViewRequest::key`].
@@ -118,7 +118,7 @@ pub enum RenderError {
     /// The scene has no such animation.
     #[error("there is no animation {number}: the scene has {count}, from 0 on (`Scene::motion`)")]
     NoAnimation {
-        /// The index that was asked for.
+        /// The index that was requested.
         number: usize,
         /// Animations that there are.
         count: usize,
@@ -138,12 +138,12 @@ pub enum RenderError {
         #[source]
         fault: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// An image or a layer of deep images was asked for that does not exist.
+    /// An image or a layer of deep images was requested that does not exist.
     #[error("deep images: there is no {what} {number}: {known}")]
     NoSuch {
         /// An image, or a layer of one.
         what: &'static str,
-        /// The number that was asked for.
+        /// The number that was requested.
         number: i64,
         /// The numbers there are.
         known: String,

@@ -30,7 +30,7 @@ use crate::{
 #[derive(Debug)]
 pub(crate) struct Passes {
     pub prepass: Prepass,
-    /// Where motion is asked for: the prepass finds it then.
+    /// Where motion is requested: the prepass finds it then.
     pub shown: Option<ShownViews>,
     /// Where pixels have several samples, and a pass wants the surface at their middle.
     pub one_sample: Option<Prepass>,
@@ -45,7 +45,7 @@ pub(crate) struct Passes {
     /// Mixes the share of light that reaches each pixel with that of the frames before, where there is a history.
     pub visibility_ratios: Option<VisibilityRatios>,
     pub forward: Forward,
-    /// Where sums are wanted in the place of a picture.
+    /// Where sums are wanted in the place of an image.
     pub irradiance: DemodulatedLight,
     pub sky: Sky,
     pub progressive: Progressive,
@@ -246,7 +246,7 @@ impl Passes {
         Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structure: None })
     }
 
-    /// What arrives from other surfaces and the surroundings in every view, for the surface at each pixel's middle, as far as it is
+    /// What arrives from other surfaces and the environment in every view, for the surface at each pixel's middle, as far as it is
     /// asked for.
     fn arriving(&mut self, frame: &mut Frame<'_>, views: &[ViewContext<'_>]) -> Result<Vec<Arriving>, RenderError> {
         let mut of_view = |view: &ViewContext<'_>| {
@@ -355,7 +355,7 @@ impl Passes {
         Ok(())
     }
 
-    /// Transparent surfaces, over the picture so far; gives the indirect light at the nearest of them.
+    /// Transparent surfaces, over the image so far; gives the indirect light at the nearest of them.
     fn blend(
         &mut self,
         frame: &mut Frame<'_>,
@@ -371,7 +371,7 @@ impl Passes {
         Ok(nearest.and_then(|nearest| nearest.indirect))
     }
 
-    /// Brings a view's picture where it is wanted; gives what is shown of it.
+    /// Brings a view's image where it is wanted; gives what is shown of it.
     fn finish(
         &mut self,
         frame: &mut Frame<'_>,
@@ -405,7 +405,7 @@ impl Passes {
         }
     }
 
-    /// What a display shows of a view: its picture, exposed, or the debug view.
+    /// What a display shows of a view: its image, exposed, or the debug view.
     fn show_image(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, shaded: &Shaded, display: &wgpu::TextureView) {
         match &self.debug_views {
             None => self.output.record(frame, shaded.rendering(), display),

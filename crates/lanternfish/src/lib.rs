@@ -1,6 +1,6 @@
 //! Lanternfish: thousands of lights, with ray-traced shadows, on any GPU that wgpu reaches, or on none.
 //!
-//! A [`Renderer`] compiles the passes that its [`Settings`] need, puts a scene on the device, and makes pictures of it:
+//! A [`Renderer`] compiles the passes that its [`Settings`] need, puts a scene on the device, and makes images of it:
 //! linear radiance, an image for a display, and a report of what each pass cost and counted. It takes the caller's
 //! `wgpu::Device` and `wgpu::Queue`; it opens nothing, logs through `tracing`, never prints and never exits.
 //!
@@ -24,11 +24,11 @@
 //!
 //! let mut renderer = Renderer::new(&device, &queue, Settings::default())?;
 //! let uploaded = renderer.upload(&scene)?;
-//! let picture = renderer.render(&uploaded, &camera, 64, 48)?;
+//! let image = renderer.render(&uploaded, &camera, 64, 48)?;
 //!
 //! // Rows from the top: `display` is sRGB, 8 bits; `radiance` is linear, nits.
-//! assert_eq!(picture.display.len(), 64 * 48);
-//! assert!(picture.radiance.iter().any(|texel| texel[1] > 0.1));
+//! assert_eq!(image.display.len(), 64 * 48);
+//! assert!(image.radiance.iter().any(|texel| texel[1] > 0.1));
 //! # Ok(())
 //! # }
 //! ```
@@ -39,7 +39,7 @@
 //!
 //! WebGPU's default limits and no optional feature are enough. What the device was opened with is used:
 //! `Gpu::WANTED_FEATURES` of `lanternfish-gpu` lists what is looked for, and `Gpu::open` there opens a device with all of
-//! it that the adapter has. Larger limits let larger scenes and pictures through; without them such a scene is an error
+//! it that the adapter has. Larger limits let larger scenes and images through; without them such a scene is an error
 //! ([`RenderError`]), never a part of it.
 //!
 //! # How it is built
@@ -51,7 +51,7 @@
 //!                                                                                 └▶ debug_views
 //! ```
 //!
-//! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (disks, rectangles, emission, sky, pictures);
+//! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (disks, rectangles, emission, sky, images);
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit,
 //! as long as the radiance cache has room for its cells (`Sampled::cache_cells`).
 

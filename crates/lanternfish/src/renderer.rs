@@ -1,4 +1,4 @@
-//! From a scene and a camera to a picture.
+//! From a scene and a camera to an image.
 
 mod build;
 mod change;
@@ -57,13 +57,13 @@ pub struct Renderer {
     pub(crate) pool: Mutex<Pool>,
     pub(crate) passes: Passes,
     flight: Flight,
-    /// When lists of frames get more room that are rendered into pictures.
+    /// When lists of frames get more room that are rendered into images.
     image_growth: Growth,
     /// The number of the last of those frames.
     last_frame: u64,
 }
 
-/// A finished picture. Rows from the top.
+/// A finished image. Rows from the top.
 #[derive(Clone, Debug)]
 pub struct RenderedImage {
     /// Pixels across.
@@ -74,13 +74,13 @@ pub struct RenderedImage {
     pub radiance: Vec<[f32; 4]>,
     /// As a display shows it: exposed, tone-mapped, sRGB-encoded; or the debug view.
     pub display: Vec<[u8; 4]>,
-    /// What `display` is exposed by, EV: that of [`Exposure::Auto`], where it was asked for. None: a debug view.
+    /// What `display` is exposed by, EV: that of [`Exposure::Auto`], where it was requested. None: a debug view.
     pub exposure: Option<f32>,
     /// What it cost.
     pub report: Report,
 }
 
-/// What a picture cost.
+/// What an image cost.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     /// Device time of each pass, in order, over all frames that were made; empty where the device has no timestamp queries.
@@ -140,14 +140,14 @@ impl Renderer {
         &self.settings
     }
 
-    /// Shows the pictures from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.
+    /// Shows the images from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.
     pub fn set_exposure(&mut self, exposure: Exposure) -> Result<(), RenderError> {
         self.passes.output.set_exposure(&self.device, exposure)?;
         (self.settings.exposure, self.effective.exposure) = (exposure, exposure);
         Ok(())
     }
 
-    /// What the last frame is shown at, EV: that of [`Exposure::Auto`], where it was asked for. Waits for the device. None: a debug view.
+    /// What the last frame is shown at, EV: that of [`Exposure::Auto`], where it was requested. Waits for the device. None: a debug view.
     pub fn exposure(&self) -> Result<Option<f32>, RenderError> {
         match &self.passes.debug_views {
             None => Ok(Some(self.passes.output.exposure(&self.device, &self.queue)?)),
@@ -177,9 +177,9 @@ impl Renderer {
         Ok(self.render_views(scene, &[(camera, width, height)])?.remove(0))
     }
 
-    /// Renders several views of a scene at once: cameras with their pictures' width and height. Views may share the work
+    /// Renders several views of a scene at once: cameras with their images' width and height. Views may share the work
     /// of finding lights ([`crate::light_culling::clustered::Grouping`]); the passes' times, and what is shared, are in the first report.
-    /// Each picture is the mean of [`Settings::accumulate`] frames.
+    /// Each image is the mean of [`Settings::accumulate`] frames.
     pub fn render_views(
         &mut self,
         scene: &GpuScene,
@@ -197,7 +197,7 @@ impl Renderer {
                 return Err(RenderError::Size { width, height, limit });
             }
             camera.validate().map_err(|what| RenderError::Camera { what })?;
-            // An image of the surroundings stands in the sky's place.
+            // An image of the environment stands in the sky's place.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             let view = View::new(camera, UVec2::new(width, height), sky, &scene.bounds);
             Ok(View { samples: self.effective.samples.count(), ..view })
@@ -226,7 +226,7 @@ impl Renderer {
         self.flight.forget();
     }
 
-    /// When lists of pictures' frames get more room: in the frame that needs it, which waits for the device, unless something else is said
+    /// When lists of images' frames get more room: in the frame that needs it, which waits for the device, unless something else is said
     /// here. What [`Self::render`] gives of a frame that may not wait is not whole where there is not room enough.
     #[cfg(any(test, feature = "testing"))]
     pub fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
@@ -263,7 +263,7 @@ impl Renderer {
         Ok(renderings)
     }
 
-    /// The same, without times; `counters` are the scene's. A view of which nothing was shown has no picture.
+    /// The same, without times; `counters` are the scene's. A view of which nothing was shown has no image.
     fn images_of(
         &mut self,
         counters: &[(String, u64)],

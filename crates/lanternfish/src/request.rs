@@ -1,11 +1,11 @@
-//! What a program of its own asks of a frame: views as plain arrays, and where their pictures go.
+//! What a program of its own asks of a frame: views as plain arrays, and where their images go.
 
 use glam::{Mat4, UVec2};
 use lanternfish_scene::Camera;
 
 use crate::{error::RenderError, view};
 
-/// A view, and where its picture goes.
+/// A view, and where its image goes.
 #[derive(Clone, Copy, Debug)]
 pub struct ViewRequest<'a> {
     /// Which view it is, from frame to frame: a number of the caller's, another for each view of a frame.
@@ -19,7 +19,7 @@ pub struct ViewRequest<'a> {
     pub size: [u32; 2],
     /// Which surfaces are lit.
     pub surface: SurfaceSource<'a>,
-    /// Where the picture goes.
+    /// Where the image goes.
     pub target: Target<'a>,
 }
 
@@ -41,14 +41,14 @@ pub enum SurfaceSource<'a> {
     },
 }
 
-/// Where the picture of a view goes. Textures are of the size of the view, and may be drawn to (`RENDER_ATTACHMENT`).
+/// Where the image of a view goes. Textures are of the size of the view, and may be drawn to (`RENDER_ATTACHMENT`).
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub enum Target<'a> {
     /// It is kept until the next frame, for [`crate::Renderer::read`].
     #[default]
     Own,
-    /// As a display shows it, into a texture of any format of colours: the picture is exposed, tone-mapped and sRGB-encoded, by the
+    /// As a display shows it, into a texture of any format of colours: the image is exposed, tone-mapped and sRGB-encoded, by the
     /// texture where its format is such. The format is that of the view of the texture. What is written is always the last frame of this
     /// key that was whole, rounded to 8 bits; black before the first.
     Display(&'a wgpu::TextureView, wgpu::TextureFormat),
@@ -61,7 +61,7 @@ pub enum Target<'a> {
     Sums {
         /// Of light straight from the listed lights, shadowed.
         direct: &'a wgpu::TextureView,
-        /// Of light from other surfaces and from the surroundings, as far as [`crate::indirect::Indirect`] and
+        /// Of light from other surfaces and from the environment, as far as [`crate::indirect::Indirect`] and
         /// [`crate::occlusion::Occlusion`] find it.
         indirect: &'a wgpu::TextureView,
     },

@@ -39,7 +39,7 @@ pub struct Settings {
     pub range_threshold: f32,
     /// Which surfaces are shaded.
     pub materials: Materials,
-    /// How much of the surroundings surfaces see, and are lit by: the scene's environment, or its constant sky. They light only
+    /// How much of the environment surfaces see, and are lit by: the scene's environment, or its constant sky. They light only
     /// where this is found, or where rays of [`Self::indirect`] see them: beside [`Sampled`](crate::techniques::Sampled) it does nothing but its debug
     /// view. Transparent surfaces have what the nearest one of the pixel sees.
     pub occlusion: Occlusion,
@@ -51,7 +51,7 @@ pub struct Settings {
     pub tone_map: ToneMap,
     /// Shows a quantity of the frame instead of its radiance.
     pub debug_view: Option<DebugView>,
-    /// How material textures reach the shader. The picture is the same.
+    /// How material textures reach the shader. The image is the same.
     pub textures: TextureBinding,
     /// Samples along the long axis of a pixel's footprint in a texture, at most, where all its filters are linear. More:
     /// textures seen at an angle are sharper, and cost more.
@@ -65,14 +65,14 @@ pub struct Settings {
     /// once, where it covers the pixel. Debug views take one. In a mean of 8 frames or more one is better: the frames smooth edges by themselves,
     /// and four samples smear them by three eighths of a pixel to each side. What is set here is taken, also in a mean.
     pub samples: Samples,
-    /// Frames whose mean a picture is, each through other points of the pixels; at least 1. More: smoother edges, less noise,
+    /// Frames whose mean an image is, each through other points of the pixels; at least 1. More: smoother edges, less noise,
     /// slower in proportion.
     pub accumulate: u32,
 }
 
 impl Settings {
     /// Light straight from the listed lights alone, with their shadows: for programs that pay for every millisecond. What no
-    /// light shines on is black, emission and surroundings are seen and light nothing.
+    /// light shines on is black, emission and environment is seen and light nothing.
     pub fn direct_light() -> Self {
         Self {
             culling: Culling::default(),
@@ -117,7 +117,7 @@ impl Settings {
         self.history == History::On && is_noisy
     }
 
-    /// Whether openness is looked for: rays of indirect light may see the surroundings themselves.
+    /// Whether ambient visibility is looked for: rays of indirect light may see the environment themselves.
     pub(crate) fn finds_ambient_visibility(&self) -> bool {
         let is_used = !self.indirect.sees_environment() || self.debug_view == Some(DebugView::Occlusion);
         self.occlusion != Occlusion::NONE && is_used
@@ -127,7 +127,7 @@ impl Settings {
 /// How bright an image is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// So that it can be seen, whatever the unit of its lights: found from the radiance of the picture itself, one for all views of
+    /// So that it can be seen, whatever the unit of its lights: found from the radiance of the image itself, one for all views of
     /// a frame ([`crate::output`]).
     Auto,
     /// Stops, EV: the image is multiplied by two to this power before tone mapping. Higher: brighter.
@@ -190,7 +190,7 @@ named_type_impls!(Shadows);
 named_enum! {
     /// Which shadow rays are not traced because the surface faces away from the light [Elagabani2025, §4.3.1].
     RayCulling {
-        /// Every listed light gets a ray, even from beyond its range: the yardstick.
+        /// Every listed light gets a ray, even from beyond its range: the baseline.
         None = "none": "Every listed light gets a ray, even from beyond its range",
         /// Normals from depth, two samples an axis: wrong at edges.
         Naive = "naive": "Normals from depth, two samples an axis: wrong at edges",
@@ -209,7 +209,7 @@ named_enum! {
         #[default]
         Off = "off": "Each frame is by itself",
         /// What a pixel's surface got in the frames before is mixed with what it gets now, wherever the view has gone since. Frames of a view that
-        /// one renderer makes one after the other depend on each other then, pictures too; the first is as without.
+        /// one renderer makes one after the other depend on each other then, images too; the first is as without.
         On = "on": "Mixed with what each pixel's surface got in the frames before, wherever the view has gone",
     }
 }
@@ -262,9 +262,9 @@ named_enum! {
         Visibility = "visibility": "Share of a pixel's listed lights that reach it",
         /// How far what a pixel shows has come since the frame before: the hue is the direction, the brightness the distance.
         Motion = "motion": "How far things move from frame to frame: hue is direction, brightness distance",
-        /// How open a surface is to its surroundings: white where nothing occludes.
-        Occlusion = "occlusion": "How open a surface is to its surroundings; needs `occlusion`",
-        /// Light from other surfaces, and from the surroundings where rays see them, on surfaces without colours; half of white is 1 nit.
+        /// How open a surface is to its environment: white where nothing occludes.
+        Occlusion = "occlusion": "How open a surface is to its environment; needs `occlusion`",
+        /// Light from other surfaces, and from the environment where rays see them, on surfaces without colours; half of white is 1 nit.
         Indirect = "indirect": "Light from other surfaces on white ones, half of white is 1 nit; needs `indirect`",
         /// Magenta where the radiance is not finite, grey elsewhere.
         Nan = "nan": "Magenta where the result is not a number",

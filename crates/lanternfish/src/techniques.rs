@@ -23,10 +23,10 @@ pub use crate::{
 
 impl Kind for dyn CullingTechnique {
     const FLAG: &'static str = "culling";
-    const HELP: &'static str = "How the lights of a pixel are found. The picture is the same.";
+    const HELP: &'static str = "How the lights of a pixel are found. The image is the same.";
     const IS_EVERYDAY: bool = false;
     const NONE_NAME: &'static str = "all";
-    const NONE_SUMMARY: &'static str = "Every light for every pixel: the yardstick for the others";
+    const NONE_SUMMARY: &'static str = "Every light for every pixel: the baseline for the others";
 
     fn usual() -> Choice<Self> {
         Clustered::default().into()
@@ -42,7 +42,7 @@ impl Kind for dyn CullingTechnique {
 impl Kind for dyn IndirectTechnique {
     const FLAG: &'static str = "indirect";
     const HELP: &'static str = "Indirect light.\n\nWhere light comes from that is not straight from the lights: other surfaces, \
-                                emission, the surroundings.";
+                                emission, the environment.";
     const IS_EVERYDAY: bool = true;
     const NONE_NAME: &'static str = "none";
     const NONE_SUMMARY: &'static str = "Nowhere: direct light alone";
@@ -59,11 +59,11 @@ impl Kind for dyn IndirectTechnique {
 
 impl Kind for dyn OcclusionTechnique {
     const FLAG: &'static str = "occlusion";
-    const HELP: &'static str = "How it is found how much of the surroundings (`sky`, `environment`) surfaces see, which then light \
+    const HELP: &'static str = "How it is found how much of the environment (`sky`, `environment`) surfaces see, which then light \
                                 them; with `indirect none`.";
     const IS_EVERYDAY: bool = false;
     const NONE_NAME: &'static str = "none";
-    const NONE_SUMMARY: &'static str = "It is not: the surroundings light nothing";
+    const NONE_SUMMARY: &'static str = "It is not: the environment lights nothing";
 
     fn usual() -> Choice<Self> {
         Choice::NONE

@@ -6,7 +6,7 @@ use lanternfish_gpu::{Frame, texture_of};
 /// Linear radiance, nits. Half floats: the widest format that every adapter can blend.
 pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// The picture so far: linear, scene-referred.
+/// The image so far: linear, scene-referred.
 #[derive(Clone, Debug)]
 pub struct Radiance {
     /// RGB: nits; A: 1 where a surface is. One sample a pixel: the mean, where more are drawn.

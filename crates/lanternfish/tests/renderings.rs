@@ -16,7 +16,7 @@ mod regressions;
 #[path = "renderings/sky.rs"]
 mod sky;
 #[path = "renderings/support.rs"]
-#[allow(dead_code, reason = "pictures of the papers' techniques have it too")]
+#[allow(dead_code, reason = "images of the papers' techniques have it too")]
 mod support;
 #[path = "renderings/surfaces.rs"]
 mod surfaces;

@@ -19,12 +19,12 @@ pub const BRUTE_FORCE_TESTS: u64 = 300_000_000;
 
 /// How far from the eye clusters reach in the thesis, whose units are taken as m [VanGelderen2020, §6.1.3].
 pub const DEPTH: u32 = 100;
-/// Rows of the thesis' pictures, in whose pixels its clusters are [VanGelderen2020, §6.1.5].
+/// Rows of the thesis' images, in whose pixels its clusters are [VanGelderen2020, §6.1.5].
 const ROWS: f32 = 720.0;
 /// Width of a cluster at least, pixels.
 const LEAST_PIXELS: u32 = 4;
 
-/// One picture, or two, and how two share clusters.
+/// One image, or two, and how two share clusters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Views {
@@ -52,7 +52,7 @@ impl std::fmt::Display for Views {
     }
 }
 
-/// The shapes of [VanGelderen2020, §6.2] and those around them, in pixels that fit a picture of so many `rows`, and in m.
+/// The shapes of [VanGelderen2020, §6.2] and those around them, in pixels that fit an image of so many `rows`, and in m.
 pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
     let pixels = |pixels: f32| ((pixels * rows as f32 / ROWS).round() as u32).max(LEAST_PIXELS);
     let perspective = |width| ClusterShape::Perspective { pixels: pixels(width) };
@@ -64,7 +64,7 @@ pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
     let mut shapes: Vec<_> = [16.0, 32.0, 64.0, 128.0].map(perspective).into();
     shapes.extend([1.0, 2.0, 4.0, 8.0].map(orthographic));
     shapes.extend([displaced(64.0, 8.0), displaced(64.0, 32.0)]);
-    // In a small picture two may be one.
+    // In a small image two may be one.
     shapes.dedup();
     shapes
 }

@@ -103,7 +103,7 @@ struct Lit {
     scene: GpuScene,
 }
 
-/// Each view's first pictures, by the number of lights and of views.
+/// Each view's first images, by the number of lights and of views.
 type RenderedImages = BTreeMap<(usize, usize), Vec<RenderedImage>>;
 
 impl Bench<'_> {

@@ -89,7 +89,7 @@ impl Bench {
     }
 }
 
-/// How far distances are from the truth; the median and the 95th percentile of relative errors where both rays hit, and the ratios of rays that miss what
+/// How far distances are from the ground truth; the median and the 95th percentile of relative errors where both rays hit, and the ratios of rays that miss what
 /// the exact ray hits, and hit something where it hits nothing. Zero where there is nothing to judge.
 #[derive(Debug, PartialEq)]
 struct Errors {

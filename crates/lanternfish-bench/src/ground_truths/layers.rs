@@ -1,4 +1,4 @@
-//! A truth as a file keeps it: the mean, its variance, and the mean of half of the samples.
+//! A ground truth as a file keeps it: the mean, its variance, and the mean of half of the samples.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ const VARIANCE: &str = "variance";
 const FIRST_HALF: &str = "first_half";
 const DROPPED: &str = "lanternfish.dropped";
 
-/// What a truth's file holds.
+/// What a ground truth's file holds.
 pub struct Layers {
     pub mean: RgbImage,
     /// Variance of each value of `mean`.
@@ -68,7 +68,7 @@ impl Layers {
         Ok(Film::resume(*width, &vec![spp; *height], pixels, &self.variance.pixels)?.noise().relative)
     }
 
-    /// Expected `ImageErrors::relative_mse` of an exact picture against this one.
+    /// Expected `ImageErrors::relative_mse` of an exact image against this one.
     pub fn relative_mse(&self) -> f64 {
         let values = self.mean.pixels.iter().flatten().zip(self.variance.pixels.iter().flatten());
         let errors =
@@ -76,7 +76,7 @@ impl Layers {
         errors.sum::<f64>() / (3 * self.mean.pixels.len()) as f64
     }
 
-    /// Standard deviation of the picture's energy, as a share of the energy. Pixels are independent; the channels of one pixel, which
+    /// Standard deviation of the image's energy, as a share of the energy. Pixels are independent; the channels of one pixel, which
     /// share their paths, are taken to err together.
     pub fn energy_deviation(&self) -> f64 {
         let deviation = |pixel: &[f32; 3]| pixel.iter().map(|variance| f64::from(*variance).sqrt()).sum::<f64>();

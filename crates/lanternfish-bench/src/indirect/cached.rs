@@ -87,7 +87,7 @@ impl Bench<'_> {
         Ok(rows)
     }
 
-    /// A picture of one frame, after one whose times do not count.
+    /// An image of one frame, after one whose times do not count.
     fn rendering(&self, settings: Settings) -> Result<RenderedImage, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         let mut render = || renderer.render(self.scene(Brdf::Diffuse), self.camera, self.size.width, self.size.height);

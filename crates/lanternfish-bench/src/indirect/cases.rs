@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::technique;
 
-/// Frames of a picture where they are averaged.
+/// Frames of an image where they are averaged.
 const FRAMES: u32 = 4;
 
 /// What all surfaces of the scene are made of.
@@ -116,7 +116,7 @@ impl ImageSet {
     }
 }
 
-/// How a picture is made.
+/// How an image is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Case {
     pub brdf: Brdf,

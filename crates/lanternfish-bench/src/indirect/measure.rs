@@ -194,7 +194,7 @@ impl Bench<'_> {
         let mut renderer = self.renderer(case.settings(self.look, None))?;
         let rendering = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
         if energy(&rendering) <= 0.0 {
-            return Err(CliError::new("the picture is black", "add lights, e.g. --lights rain:10, or look elsewhere"));
+            return Err(CliError::new("the image is black", "add lights, e.g. --lights rain:10, or look elsewhere"));
         }
         image::write(&self.run.folder.join(format!("{}.png", brdf.name())), &rendering)?;
         Ok(rendering)

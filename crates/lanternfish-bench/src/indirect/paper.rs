@@ -3,7 +3,7 @@
 use super::cases::Brdf;
 
 /// What they were measured on.
-pub const MACHINE: &str = "Sibenik, pictures of 512 x 512, DirectX 10 on an NVIDIA GTX 285 with 1024 MB";
+pub const MACHINE: &str = "Sibenik, images of 512 x 512, DirectX 10 on an NVIDIA GTX 285 with 1024 MB";
 
 /// Million secondary rays a second, shading and its look into a shadow map included, by BRDF, texels of an image and their
 /// number [Niessner2010, table 1]. His third row is soft shadows: 79–103 and 283–377 with 384 images.

@@ -12,7 +12,7 @@ const SHADE: &str = "indirect/shade";
 /// Rays from what was shaded to the lights that were chosen for it.
 const SHADOW: &str = "indirect/shadow";
 
-/// Device time of one picture, all its frames, milliseconds.
+/// Device time of one image, all its frames, milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Times {
     /// Tracing all rounds of rays.
@@ -30,7 +30,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// Times of a picture, from the passes of its frames. Each frame traces `rounds` rounds of one ray a pixel, many in one pass, and shades each
+    /// Times of an image, from the passes of its frames. Each frame traces `rounds` rounds of one ray a pixel, many in one pass, and shades each
     /// by itself; the first `skipped` of them do not count for `counted_trace_ms`, where all rounds are taken to last as long, and
     /// `counted_shade_ms`.
     pub fn of(frames: &[Vec<PassTime>], rounds: u32, skipped: u32) -> Self {
@@ -72,7 +72,7 @@ impl Times {
 
 /// How many rays that count were traced, at most: those that would go into their own surface are not.
 ///
-/// `covered`: what a picture of `frames` says of each pixel, the share that surfaces cover. A frame's pixel that shows any
+/// `covered`: what an image of `frames` says of each pixel, the share that surfaces cover. A frame's pixel that shows any
 /// surface sends `rays`.
 pub fn rays(covered: impl Iterator<Item = f32>, frames: u32, rays: u32) -> u64 {
     // A mean of few frames is off in its last bits.

@@ -7,12 +7,12 @@ use lanternfish_scene::Scene;
 use super::Bench;
 
 impl Bench {
-    /// Frames of the walk to the place of the truth.
+    /// Frames of the walk to the place of the ground truth.
     pub fn steps(&self) -> usize {
         self.cameras.len() / 2 + 1
     }
 
-    /// Walks to the place of the truth, a frame a step: the last.
+    /// Walks to the place of the ground truth, a frame a step: the last.
     pub fn walked(&self, settings: &Settings) -> Result<RenderedImage, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let uploaded = renderer.upload(&self.scene)?;

@@ -44,7 +44,7 @@ pub struct OneBounceArgs {
 }
 
 impl OneBounceArgs {
-    /// Whether a case, or a table, is asked for.
+    /// Whether a case, or a table, is requested.
     pub fn requests(&self, name: &str) -> bool {
         self.only.is_empty() || name == "none" || self.only.iter().any(|words| name.contains(words))
     }
@@ -90,7 +90,7 @@ pub struct Bench {
     /// The scene, without light but that of its lights.
     pub scene: Scene,
     cameras: Vec<Camera>,
-    /// Direct light as it is asked for.
+    /// Direct light as it is requested.
     pub look: Settings,
     pub size: Size,
     spp: u64,

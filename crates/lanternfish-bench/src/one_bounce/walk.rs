@@ -1,6 +1,6 @@
 //! How much light flickers along a walk on what does not move.
 //!
-//! Surfaces are grey and diffuse, so that a place looks the same from everywhere. Of every picture the one without indirect light is taken
+//! Surfaces are grey and diffuse, so that a place looks the same from everywhere. Of every image the one without indirect light is taken
 //! away, with the edges of its shadows: whatever changes at a place from frame to frame is flicker of indirect light.
 
 use glam::{Vec3, Vec3A};
@@ -15,7 +15,7 @@ use lanternfish_scene::{Camera, Scene};
 
 use crate::table::Row;
 
-/// Places that are looked at, across and down the picture in the middle of the walk.
+/// Places that are looked at, across and down the image in the middle of the walk.
 const PLACES: [u32; 2] = [48, 27];
 /// Frames in which a place must be seen to count.
 const LEAST_FRAMES: usize = 8;
@@ -68,7 +68,7 @@ pub struct Walk<'a> {
     scene: &'a Scene,
     cameras: &'a [Camera],
     size: Size,
-    /// Where each place is seen in each frame, pixels; world-space points that a picture in the middle of the walk shows.
+    /// Where each place is seen in each frame, pixels; world-space points that an image in the middle of the walk shows.
     seen: Vec<Vec<Option<[f32; 2]>>>,
     /// Luminances of each frame without indirect light.
     direct: Vec<Vec<f32>>,
@@ -157,7 +157,7 @@ fn of(found: &[Vec<Option<f64>>]) -> Flicker {
     }
 }
 
-/// The ray through a point of the picture, pixels; none of a view with parallel rays.
+/// The ray through a point of the image, pixels; none of a view with parallel rays.
 fn ray(camera: &Camera, size: Size, [x, y]: [f32; 2]) -> Option<(Vec3A, Vec3A)> {
     let [left, right, bottom, top] = camera.projection.slopes(size.width as f32 / size.height as f32)?;
     let slopes =
@@ -165,7 +165,7 @@ fn ray(camera: &Camera, size: Size, [x, y]: [f32; 2]) -> Option<(Vec3A, Vec3A)> 
     Some((camera.eye().into(), camera.world_from_camera.transform_vector3a(slopes).normalize()))
 }
 
-/// Where a point is seen, pixels; none beside the picture.
+/// Where a point is seen, pixels; none beside the image.
 fn pixel(camera: &Camera, size: Size, p: Vec3A) -> Option<[f32; 2]> {
     let [left, right, bottom, top] = camera.projection.slopes(size.width as f32 / size.height as f32)?;
     let p = camera.world_from_camera.inverse().transform_point3a(p);

@@ -1,4 +1,4 @@
-//! One technique on one shot: its picture, and how far that is from its truth.
+//! One technique on one shot: its image, and how far that is from its ground truth.
 
 use std::time::{Duration, Instant};
 
@@ -30,22 +30,22 @@ pub struct Row {
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
     pub errors: Errors,
-    /// Frames that the picture is the mean of.
+    /// Frames that the image is the mean of.
     pub frames: u32,
-    /// Pixels of the larger picture whose radiance differs from the default's in any bit.
+    /// Pixels of the larger image whose radiance differs from the default's in any bit.
     pub differing_pixels: usize,
     /// Sum of all passes, median over the runs, ms; of the wall clock where the adapter has no timestamps.
     pub frame_ms: f64,
     /// Shadow rays of opaque surfaces.
     pub rays: u64,
     pub listed_lights: u64,
-    /// Below the report's folder; the default's where the picture is the same.
+    /// Below the report's folder; the default's where the image is the same.
     pub rendering: String,
     /// The FLIP map, likewise.
     pub map: String,
 }
 
-/// Against the truth.
+/// Against the ground truth.
 #[derive(Clone, Debug, Serialize)]
 pub struct Errors {
     /// Mean LDR-FLIP of what a display shows.
@@ -65,10 +65,10 @@ pub struct Bench<'b> {
     pub camera: &'b Camera,
 }
 
-/// A picture that others are compared with.
+/// An image that others are compared with.
 pub struct First {
     rendering: RenderedImage,
-    /// Under the truth of this name.
+    /// Under the ground truth of this name.
     ground_truth: &'static str,
     figures: Figures,
 }
@@ -119,7 +119,7 @@ impl Bench<'_> {
         Ok(row(None, Some(figures)))
     }
 
-    /// The picture, and how long it takes, ms: the median of the frames after it; of a mean, all of its own frames.
+    /// The image, and how long it takes, ms: the median of the frames after it; of a mean, all of its own frames.
     fn render(&self, technique: &Technique, scene: &Scene) -> Result<(RenderedImage, f64), RenderError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, technique.settings.clone())?;
         let uploaded = renderer.upload(scene)?;
@@ -171,7 +171,7 @@ impl Bench<'_> {
         Ok((errors, files))
     }
 
-    /// A picture of the report, of the shot's size.
+    /// An image of the report, of the shot's size.
     pub fn write(&self, file: &str, rgb: &[u8]) -> Result<(), CliError> {
         let size = self.shot.size;
         Ok(write_png(&self.run.folder.join(file), size.width, size.height, ColorType::Rgb, rgb)?)

@@ -1,8 +1,8 @@
 //! Every technique of the renderer on a fixed list of shots, against the path tracer.
 //!
-//! 1. For each shot ([`shots`]) and each truth that a technique names (`techniques`), read the truth or trace it ([`ground_truths`]), and what of it is not
+//! 1. For each shot ([`shots`]) and each ground truth that a technique names (`techniques`), read the ground truth or trace it ([`ground_truths`]), and what of it is not
 //!    indirect light.
-//! 2. Render each technique larger than its truth, box-average it, and compare ([`measure`]).
+//! 2. Render each technique larger than its ground truth, box-average it, and compare ([`measure`]).
 //! 3. Write the report ([`report`]).
 
 mod measure;
@@ -43,13 +43,13 @@ pub struct QualityArgs {
     /// One shot alone. Repeatable.
     #[arg(long, value_name = "SHOT", value_parser = PossibleValuesParser::new(SHOTS.iter().map(|shot| shot.name)))]
     only: Vec<String>,
-    /// What is judged by one truth alone. Repeatable.
+    /// What is judged by one ground truth alone. Repeatable.
     #[arg(long = "ground-truth", alias = "truth", value_name = "IMAGE", value_parser = ground_truth())]
     ground_truths: Vec<GroundTruth>,
     /// Only techniques whose name holds one of these words. Repeatable.
     #[arg(long = "technique", value_name = "WORDS")]
     techniques: Vec<String>,
-    /// Samples a pixel of the truths with all light; eight times as many of those with direct light. More: less noise, slower.
+    /// Samples a pixel of the ground truths with all light; eight times as many of those with direct light. More: less noise, slower.
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u64).range(2..=1 << 20))]
     spp: u64,
     /// Another size for every shot, to try the bench itself. Figures are then not those of the list.
@@ -65,7 +65,7 @@ pub struct QualityArgs {
 }
 
 impl QualityArgs {
-    /// Whether a technique is asked for.
+    /// Whether a technique is requested.
     fn requests(&self, name: &str) -> bool {
         self.techniques.is_empty() || self.techniques.iter().any(|words| name.contains(words))
     }
@@ -81,7 +81,7 @@ fn ground_truth() -> impl TypedValueParser<Value = GroundTruth> {
         .map(|name| name.parse().expect("clap lets only known names through"))
 }
 
-/// Truths that techniques are judged by.
+/// Ground truths that techniques are judged by.
 fn judges() -> impl Iterator<Item = GroundTruth> {
     GroundTruth::ALL.iter().copied().filter(|ground_truth| ground_truth.judges())
 }

@@ -33,16 +33,16 @@ pub struct LeftOut {
 #[derive(Debug, Serialize)]
 pub struct ShotReport {
     pub name: &'static str,
-    /// Width of the truths, pixels.
+    /// Width of the ground truths, pixels.
     pub width: u32,
     pub height: u32,
-    /// How many times wider and higher than the truths the renderer's picture is.
+    /// How many times wider and higher than the ground truths the renderer's image is.
     pub factor: u32,
     pub triangles: usize,
     pub lights: usize,
     pub attenuation: String,
     pub range_threshold: f64,
-    /// Exposure at which pictures are compared, stops.
+    /// Exposure at which images are compared, stops.
     pub exposure: f32,
     pub tone_map: String,
     pub ground_truths: Vec<GroundTruthFigures>,
@@ -172,7 +172,7 @@ fn renderings(shot: &ShotReport) -> String {
     let ground_truths = shot
         .ground_truths
         .iter()
-        .map(|ground_truth| figure(&[&ground_truth.rendering], &format!("truth: {}", ground_truth.name)));
+        .map(|ground_truth| figure(&[&ground_truth.rendering], &format!("ground truth: {}", ground_truth.name)));
     let mut text = ground_truths.collect::<String>();
     let shows =
         |row: &Measured, rendering: &str| row.figures.as_ref().is_some_and(|figures| figures.rendering == rendering);
@@ -184,14 +184,14 @@ fn renderings(shot: &ShotReport) -> String {
         let caption = format!("{}; FLIP {:.4} against {}", names.join(" = "), figures.errors.flip, row.ground_truth);
         text += &figure(&[&figures.rendering, &figures.map], &caption);
     }
-    format!("<div class=\"pictures\">\n{text}</div>")
+    format!("<div class=\"images\">\n{text}</div>")
 }
 
-/// Rows without indirect light whose truth has some.
+/// Rows without indirect light whose ground truth has some.
 const WITHOUT_INDIRECT: [&str; 4] =
     ["indirect none", "indirect none, 64 frames", "one-bounce none", "one-bounce-file none"];
 
-/// Names of the columns after the name and the truth.
+/// Names of the columns after the name and the ground truth.
 const COLUMNS: [&str; 10] =
     ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "of indirect", "pixels", "ms", "rays", "lights"];
 
@@ -223,7 +223,7 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
     ]
 }
 
-/// Energy of a picture's indirect light over the truth's, which is `indirect` of all its energy. The picture's is what it has beyond the row of as
+/// Energy of an image's indirect light over the ground truth's, which is `indirect` of all its energy. The image's is what it has beyond the row of as
 /// many frames without any: direct light that is a few parts in a thousand too bright would count several times as much of indirect light. `None`
 /// where there is no such row, or this row is it.
 fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f64> {
@@ -238,16 +238,16 @@ fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f6
     (!WITHOUT_INDIRECT.contains(&&*row.name)).then(|| (figures.errors.energy_ratio - direct) / indirect)
 }
 
-/// How many times the truth's noise its indirect light must exceed, for the report to say how much of it a picture has.
+/// How many times the ground truth's noise its indirect light must exceed, for the report to say how much of it an image has.
 const MOST_NOISE: f64 = 4.0;
 
-/// Energy of a truth's indirect light, as a share of all of it; `None` where it has none, or that is lost in its noise.
+/// Energy of a ground truth's indirect light, as a share of all of it; `None` where it has none, or that is lost in its noise.
 fn indirect_energy(ground_truth: &GroundTruthFigures) -> Option<f64> {
     let indirect = 1.0 - ground_truth.energy_without_indirect?;
     (indirect > MOST_NOISE * ground_truth.noise_energy).then_some(indirect)
 }
 
-/// The cells of [`COLUMNS`] for a truth: its own noise.
+/// The cells of [`COLUMNS`] for a ground truth: its own noise.
 fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
     let mut cells = [const { String::new() }; 10];
     cells[0] = format!("{:.4}", ground_truth.noise_flip);
@@ -259,7 +259,7 @@ fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
     cells
 }
 
-/// Where a truth comes from and what it is.
+/// Where a ground truth comes from and what it is.
 fn ground_truth_line(ground_truth: &GroundTruthFigures) -> String {
     let made =
         if ground_truth.reused { "reused".to_owned() } else { format!("traced in {:.1} s", ground_truth.seconds) };

@@ -22,9 +22,9 @@ pub struct Shot {
     /// `demo:NAME`, or a file below the shared assets.
     scene: &'static str,
     view: View,
-    /// Size of the truth, pixels.
+    /// Size of the ground truth, pixels.
     pub size: Size,
-    /// How many times wider and higher than the truth the renderer's picture is, before it is box-averaged.
+    /// How many times wider and higher than the ground truth the renderer's image is, before it is box-averaged.
     pub factor: u32,
     /// Point lights beside those of the scene: position, m, and intensity, cd.
     points: &'static [([f32; 3], [f32; 3])],
@@ -119,7 +119,7 @@ pub const SHOTS: &[Shot] = &[
         ..CORNELL
     },
     // A street at night: 94 point lights and a moon, instances, blended surfaces. Its file's intensities are not photometric.
-    // Its beams are blended: they shade the ground in the truth, and cast no shadow in the renderer, which is thus brighter.
+    // Its beams are blended: they shade the ground in the ground truth, and cast no shadow in the renderer, which is thus brighter.
     Shot {
         name: "candela-city",
         scene: "candela-city/candela_city.glb",

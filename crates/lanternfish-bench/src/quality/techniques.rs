@@ -22,13 +22,13 @@ use crate::{
     technique,
 };
 
-/// One way to make the picture.
+/// One way to make the image.
 #[derive(Clone, Debug)]
 pub struct Technique {
     /// What it changes, by the names of the command line.
     pub name: String,
     pub settings: Settings,
-    /// What its picture should be.
+    /// What its image should be.
     pub ground_truth: GroundTruth,
 }
 
@@ -47,24 +47,24 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         culling,
         shadows: _,
         ray_culling: _,
-        // Rows under a truth of their own, below.
+        // Rows under a ground truth of their own, below.
         light_radius: _,
         shadow_rays: _,
         materials,
         textures: _,
         samples: _,
         anisotropy: _,
-        // Rows under truths of their own, below.
+        // Rows under ground truths of their own, below.
         indirect: _,
         occlusion: _,
         structure: _,
         accumulate: _,
-        // Of one picture it changes nothing: `lanternfish-bench history`.
+        // Of one image it changes nothing: `lanternfish-bench history`.
         history: _,
-        // The shot's, and the truth's as well.
+        // The shot's, and the ground truth's as well.
         attenuation: _,
         range_threshold: _,
-        // How a picture is shown, not how it is made.
+        // How an image is shown, not how it is made.
         exposure: _,
         tone_map: _,
         debug_view: _,
@@ -244,7 +244,7 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows
 }
 
-/// Light from the surroundings: none, by every way to find occlusion, and by rays.
+/// Light from the environment: none, by every way to find occlusion, and by rays.
 fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let of = |name: String, settings| Technique {
         name: format!("environment {name}"),

@@ -50,7 +50,7 @@ fn gpu_two_runs_count_the_same() {
             assert_eq!(count("light_tests"), count("visible_clusters") * row["lights"].as_u64().unwrap());
         }
     }
-    // Every scheme beside each other, of the same picture.
+    // Every scheme beside each other, of the same image.
     let [schemes, again] = [&first, &second].map(|report| report["schemes"].as_array().unwrap());
     assert_eq!(schemes.len(), 3 * 2, "{schemes:?}");
     for (row, again) in schemes.iter().zip(again) {

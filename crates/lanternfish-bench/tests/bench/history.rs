@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::program;
 
-/// A walk and a change of light, with what pixels keep and without: nearer to the truth and steadier with it.
+/// A walk and a change of light, with what pixels keep and without: nearer to the ground truth and steadier with it.
 #[test]
 fn gpu_a_walk_is_steadier_with_a_history() {
     let folder = tempfile::tempdir().unwrap();

@@ -57,7 +57,7 @@ fn gpu_every_speed_has_its_error() {
         if row["tracer"] == "bvh" {
             assert_eq!((energies, figure("flip")), ([1.0; 2], 0.0), "{row}");
         } else {
-            // Images of 16 and 32 texels are not seen through without an error; of a lamp that few rays meet it is a large one.
+            // Images of 16 and 32 texels are not seen through without an error; of a lamp that few rays hit it is a large one.
             assert!(figure("flip") > 1e-4 && figure("flip") < 0.5, "{row}");
             assert!(energies.iter().all(|energy| *energy != 1.0) && (0.5..2.0).contains(&energies[0]), "{row}");
         }
@@ -102,7 +102,7 @@ fn gpu_what_has_no_light_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("dark.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let (success, said, stderr) = bench(folder.path(), "dark.obj -o report");
-    assert!(!success && said.is_empty() && stderr.contains("the picture is black"), "{stderr}");
+    assert!(!success && said.is_empty() && stderr.contains("the image is black"), "{stderr}");
     assert!(!folder.path().join("report/report.json").exists());
 }
 

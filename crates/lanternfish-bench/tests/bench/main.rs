@@ -14,7 +14,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-/// The program in a folder, without input, whatever the tests' own surroundings say of logs.
+/// The program in a folder, without input, whatever the tests' own environment say of logs.
 fn program(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish-bench"));
     command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());

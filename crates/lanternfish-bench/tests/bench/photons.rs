@@ -28,7 +28,7 @@ fn gpu_photons_stand_beside_the_truth() {
         let row = rows.iter().find(|known| known["name"] == row).unwrap_or_else(|| panic!("no {row}"));
         row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"))
     };
-    // A small picture of few samples: the truth is known to some parts in a hundred.
+    // A small image of few samples: the ground truth is known to some parts in a hundred.
     assert!((figure("photon-splatting", "indirect_energy") - 1.0).abs() < 0.15, "{rows:?}");
     assert!(figure("none", "indirect_energy") == 0.0 && figure("photon-splatting", "flip") < figure("none", "flip"));
     let counts = ["splatted", "off_screen", "hidden", "landed"].map(|name| figure("photon-splatting", name));
@@ -41,7 +41,7 @@ fn gpu_photons_stand_beside_the_truth() {
     for rendering in ["none", "photon-splatting", "photon-splatting-4-frames", "ground_truth-one-bounce"] {
         assert!(folder.path().join(format!("first/{rendering}.png")).is_file(), "{rendering}");
     }
-    // Again, of photons alone, and beside the truths that are there.
+    // Again, of photons alone, and beside the ground truths that are there.
     let (second, _) = report("first", &["--only", "photon-splatting"]);
     let mut compared = 0;
     for table in ["rows", "means", "flicker"] {

@@ -1,4 +1,4 @@
-//! `lanternfish-bench quality`, end to end on the software adapter: a test a promise, each of the truths that it is about.
+//! `lanternfish-bench quality`, end to end on the software adapter: a test a promise, each of the ground truths that it is about.
 
 use std::{fs, path::Path};
 
@@ -14,7 +14,7 @@ struct Quality {
     said: String,
 }
 
-/// Runs the bench on the smallest shot, with these truths alone.
+/// Runs the bench on the smallest shot, with these ground truths alone.
 #[track_caller]
 fn bench(folder: &Path, ground_truths: &[&str]) -> Quality {
     bench_of(folder, ground_truths, &[])
@@ -76,8 +76,8 @@ impl Quality {
 #[test]
 fn gpu_direct_light_is_its_truth_by_every_way_to_find_it() {
     let found = judged(&["direct", "direct-lambert"]);
-    // The default is the truth up to the truth's noise, and to 16 samples a pixel. The light is 5 cm below the ceiling's lamp,
-    // where few paths carry much: noise of more than one per cent in so small a picture.
+    // The default is the ground truth up to the ground truth's noise, and to 16 samples a pixel. The light is 5 cm below the ceiling's lamp,
+    // where few paths carry much: noise of more than one per cent in so small an image.
     let noise = found.shot["ground_truths"][0]["noise_energy"].as_f64().unwrap();
     assert!(noise > 0.0 && noise < 0.03, "{noise}");
     for name in ["default", "culling all", "culling tiled 32, aabb off", "shadows bvh", "materials lambert"] {
@@ -88,7 +88,7 @@ fn gpu_direct_light_is_its_truth_by_every_way_to_find_it() {
     assert_eq!((&bvh["differing_pixels"], &bvh["rendering"]), (&0.into(), &default["rendering"]));
     assert!(default["rays"].as_u64().unwrap() > 1000);
 
-    // The harness can fail: without shadows a picture is another.
+    // The harness can fail: without shadows an image is another.
     let none = &found.row("shadows none")["figures"];
     assert_eq!(none["rays"], 0);
     for figure in ["flip", "hdr_flip", "relative_mse"] {
@@ -127,7 +127,7 @@ fn gpu_light_that_is_reflected_more_than_once_is_missed_without_indirect_light()
         let [one, every] = [", one bounce", way].map(|way| found.energy(&format!("indirect sampled{way}")));
         assert!(one < 0.9 * every, "{way}: {one} {every}");
     }
-    // What the path tracer takes for direct light is what a picture without indirect light has: both are shares of one truth's energy.
+    // What the path tracer takes for direct light is what an image without indirect light has: both are shares of one ground truth's energy.
     let [direct, noise] = ["energy_without_indirect", "noise_energy"]
         .map(|figure| found.shot["ground_truths"][0][figure].as_f64().unwrap());
     for way in ["none", "none, 64 frames"] {
@@ -145,7 +145,7 @@ fn gpu_one_bounce_is_there_by_whatever_its_rays_are_traced_through() {
     let energy = |technique| found.energy(&format!("one-bounce {technique}"));
     assert!(energy("none") < 0.9, "{}", energy("none"));
     assert!((energy("bvh, not clamped") - 1.0).abs() < 0.05, "{}", energy("bvh, not clamped"));
-    // The clamp takes what few rays find: much, where the light is 5 cm below the lamp and the picture so small.
+    // The clamp takes what few rays find: much, where the light is 5 cm below the lamp and the image so small.
     for technique in ["bvh", "across-texels 128", "within-texel 128"] {
         assert!((0.85..1.05).contains(&energy(technique)), "{technique}: {}", energy(technique));
     }
@@ -213,16 +213,19 @@ fn gpu_truths_are_kept_and_a_broken_one_is_traced_to_the_same_bytes() {
     };
     let requested = ["direct-lambert", "direct-soft"];
     let first = bench(folder.path(), &requested);
-    // Twice as many as were asked for: short paths are cheap.
-    assert!(first.said.contains("truth direct-lambert: tracing 128 samples"), "{}", first.said);
+    // Twice as many as were requested: short paths are cheap.
+    assert!(first.said.contains("ground truth direct-lambert: tracing 128 samples"), "{}", first.said);
     let traced = ground_truths();
     let (broken, _) = traced.iter().find(|(path, _)| path.to_string_lossy().contains("cornell-direct-soft-")).unwrap();
     fs::write(broken, "broken").unwrap();
 
     let second = bench(folder.path(), &requested);
     let said = &second.said;
-    assert!(said.contains("truth direct-lambert: reused") && said.contains("truth direct-soft: tracing"), "{said}");
-    assert!(ground_truths() == traced, "the same truths, byte for byte");
+    assert!(
+        said.contains("ground truth direct-lambert: reused") && said.contains("ground truth direct-soft: tracing"),
+        "{said}"
+    );
+    assert!(ground_truths() == traced, "the same ground truths, byte for byte");
     for ground_truth in second.shot["ground_truths"].as_array().unwrap() {
         assert_eq!(ground_truth["reused"], ground_truth["name"] != "direct-soft", "{ground_truth}");
     }

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::program;
 
-/// Counts and errors are the same from run to run; what is measured along a track is there where a shot has one; pictures lie beside.
+/// Counts and errors are the same from run to run; what is measured along a track is there where a shot has one; images lie beside.
 #[test]
 fn gpu_virtual_lights_stand_beside_the_truth() {
     let folder = tempfile::tempdir().unwrap();
@@ -27,7 +27,7 @@ fn gpu_virtual_lights_stand_beside_the_truth() {
         let row = rows.iter().find(|known| known["name"] == row).unwrap_or_else(|| panic!("no {row}"));
         row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"))
     };
-    // A small picture of few samples: the truth is known to some parts in a hundred.
+    // A small image of few samples: the ground truth is known to some parts in a hundred.
     assert!((figure("virtual-lights", "indirect_energy") - 1.0).abs() < 0.15, "{rows:?}");
     assert!(figure("as in the paper", "indirect_energy") < 0.5 && figure("none", "indirect_energy") == 0.0);
     assert!(figure("virtual-lights", "flip") < figure("none", "flip"));

@@ -40,7 +40,7 @@ pub struct IndirectArgs {
     #[arg(long, value_name = "SET", value_parser = parse::direction_set, default_value = "zonal:169")]
     #[arg(hide_short_help = true)]
     pub deep_directions: DirectionSet,
-    /// Frames over which deep images are built anew once something has moved, where frames do not wait: in a window and in replays. More: less time
+    /// Frames over which deep images are built again once something has moved, where frames do not wait: in a window and in replays. More: less time
     /// in each frame, and some directions are so many frames late.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), default_value_t = 1)]
     #[arg(hide_short_help = true)]

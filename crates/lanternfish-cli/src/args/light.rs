@@ -1,4 +1,4 @@
-//! Flags of lights and surroundings.
+//! Flags of lights and environment.
 
 use std::path::PathBuf;
 
@@ -40,7 +40,7 @@ pub struct LightArgs {
     /// `dx,dy,dz,lux[,r,g,b]`: the direction in which it travels, illuminance (lx), colour that scales it.
     #[arg(long, value_name = "dx,dy,dz,lux[,...]", value_parser = parse::sun, allow_hyphen_values = true)]
     pub sun: Option<Light>,
-    /// The surroundings: an equirectangular image (.hdr, .exr).
+    /// The environment: an equirectangular image (.hdr, .exr).
     ///
     /// Linear radiance (nits), in place of --sky. Its centre is seen looking along -z, its right half towards +x. It is seen,
     /// and lights by --indirect sampled or --occlusion.
@@ -61,8 +61,8 @@ pub struct LightArgs {
     pub sky: Option<Vec3>,
     /// Light about the camera.
     ///
-    /// It is made, and is there beside the other flags'. Surroundings that the scene has, or flags say, stay. Without it: studio where nothing else lights the scene, or sun
-    /// where surroundings light nothing.
+    /// It is made, and is there beside the other flags'. Environment that the scene has, or flags say, stay. Without it: studio where nothing else lights the scene, or sun
+    /// where environment lights nothing.
     #[arg(long, value_name = "NAME", value_parser = choice::<LightRig>())]
     pub light_rig: Option<LightRig>,
     /// Many coloured point lights: rain:N.

@@ -12,9 +12,9 @@ pub struct LookArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<Materials>())]
     #[arg(default_value_t = Settings::default().materials, hide_short_help = true)]
     pub materials: Materials,
-    /// Exposure in stops: 1 doubles, -1 halves; auto: as much as shows most of the picture.
+    /// Exposure in stops: 1 doubles, -1 halves; auto: as much as shows most of the image.
     ///
-    /// 0 leaves the image as it is. What auto finds, from the image itself, is printed; of a track, the first picture is metered,
+    /// 0 leaves the image as it is. What auto finds, from the image itself, is printed; of a track, the first image is metered,
     /// and all are shown as it is. PNG only.
     #[arg(long, value_name = "auto|EV", value_parser = parse::exposure_or_auto, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().exposure)]
@@ -30,7 +30,7 @@ pub struct LookArgs {
     #[arg(long, value_name = "N", value_parser = choice::<Anisotropy>())]
     #[arg(default_value_t = Settings::default().anisotropy, hide_short_help = true)]
     pub anisotropy: Anisotropy,
-    /// Shows a quantity of the frame instead of the picture, and below it what its colours stand for. PNG only.
+    /// Shows a quantity of the frame instead of the image, and below it what its colours stand for. PNG only.
     #[arg(long, value_name = "NAME", value_parser = choice::<DebugView>(), hide_short_help = true)]
     pub debug_view: Option<DebugView>,
 }

@@ -1,4 +1,4 @@
-//! Flags of how the picture is found.
+//! Flags of how the image is found.
 
 use clap::Args;
 use lanternfish::{
@@ -14,7 +14,7 @@ use crate::choices::choice;
 pub struct TechniqueArgs {
     /// How shadows are found.
     ///
-    /// The picture is the same but for a few pixels at silhouettes; through deep images, for a texel around them.
+    /// The image is the same but for a few pixels at silhouettes; through deep images, for a texel around them.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), hide_short_help = true)]
     #[arg(default_value_t = Settings::default().shadows)]
     pub shadows: Shadows,
@@ -30,7 +30,7 @@ pub struct TechniqueArgs {
     pub shadow_rays: u32,
     /// Whether indirect light and soft shadows are mixed with those of the frames before, along surfaces.
     ///
-    /// On: less noise while the view moves, and light that changes is followed late. The first picture, and its mean, are the same with
+    /// On: less noise while the view moves, and light that changes is followed late. The first image, and its mean, are the same with
     /// either. In a window: on.
     #[arg(long, value_name = "ON|OFF", value_parser = choice::<History>(), hide_short_help = true)]
     #[arg(default_value_t = Settings::default().history)]
@@ -42,7 +42,7 @@ pub struct TechniqueArgs {
     /// Samples a pixel at edges.
     ///
     /// The edges are those of triangles. More: smoother edges. 4 is on every adapter. Without it: 4, where they are a small part
-    /// of the frame; 1 with --quality draft, --indirect none, debug views, and in pictures of --accumulate 8 or more, whose edges are smooth without.
+    /// of the frame; 1 with --quality draft, --indirect none, debug views, and in images of --accumulate 8 or more, whose edges are smooth without.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     pub samples: Option<Samples>,
     /// The mean of N frames: smooth edges, less noise.
@@ -51,7 +51,7 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().accumulate)]
     pub accumulate: u32,
-    /// How textures reach the shader. The picture is the same.
+    /// How textures reach the shader. The image is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
     #[arg(default_value_t = Settings::default().textures, hide_short_help = true)]
     pub textures: TextureBinding,

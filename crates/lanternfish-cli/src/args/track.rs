@@ -12,8 +12,8 @@ pub struct TrackArgs {
     #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub time: Option<f32>,
-    /// Renders a sequence, name.0001.png and so on: N pictures, from the track's first keyframe to its last; or A-B, the
-    /// frames of these numbers, frame I at I / --fps seconds. A frame is the same picture whichever others are asked for.
+    /// Renders a sequence, name.0001.png and so on: N images, from the track's first keyframe to its last; or A-B, the
+    /// frames of these numbers, frame I at I / --fps seconds. A frame is the same image whichever others are requested.
     #[arg(long, value_name = "N|A-B", value_parser = parse::frames)]
     #[arg(allow_hyphen_values = true, hide_short_help = true)]
     pub frames: Option<Frames>,
@@ -22,10 +22,10 @@ pub struct TrackArgs {
     #[arg(hide_short_help = true)]
     pub fps: f32,
     /// The animation of the file that is played, by name or by number: after its end it starts again. Without it, where a time or
-    /// frames are asked for, the first.
+    /// frames are requested, the first.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true, hide_short_help = true)]
     pub animation: Option<String>,
-    /// Leaves out frames of the sequence whose files are there and whole, of the size that is asked for.
+    /// Leaves out frames of the sequence whose files are there and whole, of the size that is requested.
     #[arg(long, hide_short_help = true)]
     pub skip_existing: bool,
 }

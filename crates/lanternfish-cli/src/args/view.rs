@@ -21,14 +21,14 @@ pub struct WindowArgs {
 /// Flags of `view` alone.
 #[derive(Debug, Args)]
 pub struct OnlyWindowArgs {
-    /// More pictures, where the first file is one (.exr, .png): they are compared.
+    /// More images, where the first file is one (.exr, .png): they are compared.
     #[arg(value_name = "IMAGE", index = 2)]
     pub renderings: Vec<PathBuf>,
     /// Keeps what is done to the camera, step by step, for `lanternfish replay`. The file is written when the window is closed.
     #[arg(long, value_name = "TRACK.toml")]
     pub record: Option<PathBuf>,
     /// Renders with the shaders below this folder, the library's `src`, and reads them again when they are saved. One that does not
-    /// compile changes nothing but the line below the picture.
+    /// compile changes nothing but the line below the image.
     #[arg(long, value_name = "FOLDER")]
     pub shaders: Option<PathBuf>,
 }

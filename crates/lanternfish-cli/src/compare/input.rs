@@ -1,4 +1,4 @@
-//! What is compared: two pictures of one kind and size, and their variances.
+//! What is compared: two images of one kind and size, and their variances.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use crate::{
 /// The layer of an EXR file that holds the variances of its pixel values.
 pub const VARIANCE: &str = "variance";
 
-/// Most memory that all measures take at one time, bytes a pixel: FLIP's maps of both pictures.
+/// Most memory that all measures take at one time, bytes a pixel: FLIP's maps of both images.
 const BYTES_PER_PIXEL: u64 = 100;
 
 /// What the numbers of a file stand for.
@@ -26,15 +26,15 @@ pub enum Kind {
     Display,
 }
 
-/// Everything that was read: the two pictures, A and B, and their variances.
+/// Everything that was read: the two images, A and B, and their variances.
 pub struct Inputs {
     pub kind: Kind,
     pub pair: Pair,
-    /// Variances of A's and of B's pixel values; `None` where a picture has none.
+    /// Variances of A's and of B's pixel values; `None` where an image has none.
     pub variances: [Option<Variance>; 2],
 }
 
-/// Variances of a picture's pixel values, and the file and layer that they come from.
+/// Variances of an image's pixel values, and the file and layer that they come from.
 pub struct Variance {
     pub source: String,
     pub image: RgbImage,
@@ -56,7 +56,7 @@ impl Inputs {
         let image = read(&args.image, kind)?;
         let reference = read(&args.reference, kind)?;
         Budget::of_process()
-            .check(BYTES_PER_PIXEL * image.pixels.len() as u64, || "comparing the pictures needs".to_owned())
+            .check(BYTES_PER_PIXEL * image.pixels.len() as u64, || "comparing the images needs".to_owned())
             .map_err(|need| CliError::new(&need, memory_hint(&need)))?;
         let variances = match kind {
             Kind::Linear => [
@@ -88,7 +88,7 @@ fn refuse_for_png(args: &CompareArgs) -> Result<(), CliError> {
 }
 
 impl Variance {
-    /// Reads a picture's variances from the file that a flag names, or else from the picture's own layer; `None` where it has none.
+    /// Reads an image's variances from the file that a flag names, or else from the image's own layer; `None` where it has none.
     fn read(rendering: &Path, named: Option<&PathBuf>, image: &RgbImage) -> Result<Option<Self>, CliError> {
         let path = named.map_or(rendering, PathBuf::as_path);
         if !has_ending(path, "exr") {
@@ -110,14 +110,14 @@ impl Variance {
         if size != expected {
             return Err(CliError::new(
                 format_args!(
-                    "{}: variances of {}×{} pixels for a picture of {}×{}",
+                    "{}: variances of {}×{} pixels for an image of {}×{}",
                     path.display(),
                     size.0,
                     size.1,
                     expected.0,
                     expected.1
                 ),
-                "name the variances of this picture",
+                "name the variances of this image",
             ));
         }
         Ok(Some(variance))
@@ -152,8 +152,8 @@ pub fn failed(error: MetricsError) -> CliError {
         MetricsError::Io { .. } => "check that the file can be read",
         MetricsError::TooMuch { need, .. } => memory_hint(need),
         MetricsError::Invalid { .. } => "write the file again; `lanternfish render` writes both formats",
-        MetricsError::MissingChannels { .. } => "write the picture as R, G and B, or as Y",
-        MetricsError::NothingFinite => "render the pictures again, or look at them: no pixel is left",
+        MetricsError::MissingChannels { .. } => "write the image as R, G and B, or as Y",
+        MetricsError::NothingFinite => "render the images again, or look at them: no pixel is left",
         // These messages say what to do themselves.
         _ => "",
     };

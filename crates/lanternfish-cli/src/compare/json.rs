@@ -10,7 +10,7 @@ use super::{
     table::conclusion,
 };
 
-/// Figures that are not finite (PSNR of equal pictures, energy over a black reference) are null.
+/// Figures that are not finite (PSNR of equal images, energy over a black reference) are null.
 #[derive(Serialize)]
 struct Json<'r> {
     /// Lanternfish's version.

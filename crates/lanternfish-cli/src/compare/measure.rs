@@ -9,24 +9,24 @@ use super::{
 use crate::error::CliError;
 
 pub struct Measures {
-    /// Errors of linear radiance; `None` where the pictures are what a display shows.
+    /// Errors of linear radiance; `None` where the images are what a display shows.
     pub linear: Option<ImageErrors>,
     /// Errors of what a display shows.
     pub display: ImageErrors,
-    /// Peak signal-to-noise ratio of what a display shows, dB; infinite where both pictures show the same.
+    /// Peak signal-to-noise ratio of what a display shows, dB; infinite where both images show the same.
     pub psnr: f64,
     /// Structural similarity of what a display shows; `None` where no window of it is whole.
     pub ssim: Option<f64>,
     /// LDR-FLIP of what a display shows.
     pub flip_ldr: Spread,
-    /// HDR-FLIP where the pictures are linear radiance, else LDR-FLIP.
+    /// HDR-FLIP where the images are linear radiance, else LDR-FLIP.
     pub flip: Spread,
     /// The map of errors that `flip` sums up.
     pub map: FlipMap,
     /// Tone mapper and exposures of HDR-FLIP; `None` where `flip` is LDR-FLIP.
     pub hdr: Option<(FlipToneMapper, Exposures)>,
     pub z_test: Option<ZTest>,
-    /// The two pictures as a display shows them.
+    /// The two images as a display shows them.
     pub shown: Pair,
 }
 

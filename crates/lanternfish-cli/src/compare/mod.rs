@@ -1,4 +1,4 @@
-//! `lanternfish compare`: how two pictures differ, in numbers, in a picture, and as an exit code.
+//! `lanternfish compare`: how two images differ, in numbers, in an image, and as an exit code.
 
 mod input;
 mod json;
@@ -27,24 +27,24 @@ const BAD_INPUT: u8 = 2;
 
 pub const HELP: &str = "\
 Examples:
-  How far a picture is from its reference:
+  How far an image is from its reference:
     lanternfish compare fast.exr reference.exr
   Where they differ, to look at:
     lanternfish compare fast.exr reference.exr --map error.png --side-by-side both.png --exposure 1
-  Whether the difference of two noisy pictures is more than noise, of their layers `variance`:
+  Whether the difference of two noisy images is more than noise, of their layers `variance`:
     lanternfish compare a.exr b.exr
-  In a script, which stops if a picture got worse:
+  In a script, which stops if an image got worse:
     lanternfish compare new.png old.png --max-flip 0.02 --json - > differences.json
 
 EXR files hold linear radiance: errors of values, HDR-FLIP, and display measures at --exposure.
 PNG files hold what a display shows: display measures only.
-A pixel that is not finite in one of the pictures is counted, and left out of both.
+A pixel that is not finite in one of the images is counted, and left out of both.
 
-Exits with 0; 1 if a limit is exceeded; 2 if the pictures cannot be compared.";
+Exits with 0; 1 if a limit is exceeded; 2 if the images cannot be compared.";
 
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// The picture under test, .exr or .png.
+    /// The image under test, .exr or .png.
     #[arg(value_name = "A")]
     pub image: PathBuf,
     /// The reference, of the same kind and size.
@@ -63,7 +63,7 @@ pub struct CompareArgs {
     #[arg(allow_hyphen_values = true)]
     pub pixels_per_degree: f32,
 
-    /// Variances of A's pixel values, for the z-test: an EXR file, its layer `variance` or its picture. Without it: the
+    /// Variances of A's pixel values, for the z-test: an EXR file, its layer `variance` or its image. Without it: the
     /// layer `variance` of A, if there is one.
     #[arg(long, value_name = "FILE.exr")]
     pub variance_a: Option<PathBuf>,
@@ -155,7 +155,7 @@ fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
             .and_then(|()| print(&table::to_table(args, &inputs, &measures))),
         None => print(&table::to_table(args, &inputs, &measures)),
     };
-    // A reader that has seen enough does not make a picture better.
+    // A reader that has seen enough does not make an image better.
     match told {
         Ok(()) | Err(CliError::ReaderGone) => Ok(exceeded(args, &inputs, &measures)),
         Err(error) => Err(error),
@@ -182,7 +182,7 @@ fn check(args: &CompareArgs) -> Result<(), CliError> {
         if others.into_iter().any(|other| same_file(path, other)) {
             return Err(CliError::new(
                 format_args!("{flag} {}: this file is named twice", path.display()),
-                "choose another name: no picture that is compared is replaced",
+                "choose another name: no image that is compared is replaced",
             ));
         }
     }

@@ -9,7 +9,7 @@ use crate::error::CliError;
 /// What no colour of the map is: a pixel that was left out.
 const LEFT_OUT: [u8; 3] = [0, 255, 255];
 
-/// Between the pictures, pixels of a grey that neither is likely to end with.
+/// Between the images, pixels of a grey that neither is likely to end with.
 const GAP: usize = 8;
 const GAP_COLOR: [u8; 3] = [96, 96, 96];
 
@@ -47,6 +47,6 @@ fn image_panel(shown: &Pair, rendering: &RgbImage) -> Vec<[u8; 3]> {
 
 fn write(path: &Path, width: usize, height: usize, bytes: &[u8]) -> Result<(), CliError> {
     // What was read has sides of at most 31 bits, by its formats.
-    let side = |pixels: usize| u32::try_from(pixels).expect("three pictures fit");
+    let side = |pixels: usize| u32::try_from(pixels).expect("three images fit");
     Ok(write_png(path, side(width), side(height), ColorType::Rgb, bytes)?)
 }

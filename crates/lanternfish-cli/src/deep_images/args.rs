@@ -32,7 +32,7 @@ Examples:
     lanternfish deep-images scene.glb --view count --directions cube:4 --resolution 128 -o counts.png
 
 Points: red faces ±x, green ±y, blue ±z. Layers: lighter is nearer, dark blue is where there is no fragment.
-The last line of standard output is the picture's path.";
+The last line of standard output is the image's path.";
 
 // `--view` says here what of the images is shown.
 #[derive(Debug, Args)]
@@ -59,14 +59,14 @@ pub struct DeepImagesArgs {
 
 #[derive(Debug, Args)]
 pub struct OutputArgs {
-    /// The picture, a .png file. Without it: the scene's (or shot's) name with .deep-images.png, in the current folder.
+    /// The image, a .png file. Without it: the scene's (or shot's) name with .deep-images.png, in the current folder.
     #[arg(id = "deep_images_output", short = 'o', long = "output", value_name = "FILE.png")]
     pub output: Option<PathBuf>,
-    /// Width and height of a picture of points, pixels, each from 1 to 16384.
+    /// Width and height of an image of points, pixels, each from 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
-    /// Pixels of a texel, across and down, in pictures of texels. Without it: as many as make the picture about 1280 wide.
+    /// Pixels of a texel, across and down, in images of texels. Without it: as many as make the image about 1280 wide.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), allow_hyphen_values = true)]
     pub upscale: Option<u32>,
 }

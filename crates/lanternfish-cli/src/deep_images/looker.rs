@@ -1,4 +1,4 @@
-//! From a scene to a picture of its deep images, and what is said beside it.
+//! From a scene to an image of its deep images, and what is said beside it.
 
 use std::{fmt::Display, time::Instant};
 
@@ -23,12 +23,12 @@ use super::{
 };
 use crate::{error::CliError, parse::direction_set_text, progress::Progress, report::grouped};
 
-/// Greatest width of pictures of texels without --upscale, pixels, unless one pixel a texel is wider.
+/// Greatest width of images of texels without --upscale, pixels, unless one pixel a texel is wider.
 const WIDTH: u32 = 1280;
 /// Steps of the heat map from black to red.
 const HEAT: [&str; 6] = ["black", "blue", "cyan", "green", "yellow", "red"];
 
-/// The picture, and the lines to print.
+/// The image, and the lines to print.
 pub fn look(
     args: &DeepImagesArgs,
     gpu: &Gpu,
@@ -123,7 +123,7 @@ impl Looker<'_> {
         Ok(Sheet::new(view.size.x, pixels))
     }
 
-    /// Layers of one image, on one scale of greys. Where several are asked for, those beyond the longest list's end are left out.
+    /// Layers of one image, on one scale of greys. Where several are requested, those beyond the longest list's end are left out.
     fn layers(&mut self, images: &DeepImages, layers: &[i32]) -> Result<Sheet, CliError> {
         let texels = TexelViews::new(&self.gpu.device, &images.settings)?;
         let image = self.args.shown.image.unwrap_or(0);

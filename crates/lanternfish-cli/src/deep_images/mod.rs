@@ -1,8 +1,8 @@
-//! `lanternfish deep-images`: pictures of deep images, to look at.
+//! `lanternfish deep-images`: images of deep images, to look at.
 //!
 //! 1. Read the scene and the camera as `render` does.
 //! 2. Build the images ([`looker`]).
-//! 3. Draw points, or read texels and paint them; put several pictures side by side ([`sheet`]).
+//! 3. Draw points, or read texels and paint them; put several images side by side ([`sheet`]).
 
 mod args;
 mod looker;
@@ -28,7 +28,7 @@ pub fn run(args: &DeepImagesArgs, said: &ArgMatches) -> Result<(), CliError> {
     let path = path.unwrap_or_else(|| output::default_path(&args.scene).with_extension("deep-images.png"));
     let output = Output::choose(Some(&path), &args.scene)?;
     if output.is_radiance() {
-        let what = format!("{}: pictures of deep images hold no radiance", path.display());
+        let what = format!("{}: images of deep images hold no radiance", path.display());
         return Err(CliError::new(what, "end the name with .png"));
     }
     let flags = &shot.args;

@@ -4,11 +4,11 @@ use lanternfish::{RenderError, RenderedImage, Report};
 
 use crate::parse::SIDES;
 
-/// Between two pictures.
+/// Between two images.
 const GAP: u32 = 8;
 const GAP_COLOR: [u8; 4] = [255; 4];
 
-/// A picture for a display, by rows from the top.
+/// An image for a display, by rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sheet {
     width: u32,
@@ -26,19 +26,19 @@ impl Sheet {
         self.pixels.len() as u32 / self.width
     }
 
-    /// Columns that so many pictures stand in: rows are filled, three pictures at most.
+    /// Columns that so many images stand in: rows are filled, three images at most.
     pub fn columns(count: u32) -> u32 {
         count.clamp(1, 3)
     }
 
-    /// Width and height of so many pictures of one size side by side.
+    /// Width and height of so many images of one size side by side.
     fn size(count: u32, width: u32, height: u32) -> (u32, u32) {
         let columns = Self::columns(count);
         let whole = |count: u32, edge: u32| count.saturating_mul(edge.saturating_add(GAP)).saturating_sub(GAP);
         (whole(columns, width), whole(count.div_ceil(columns), height))
     }
 
-    /// An error where so many squares of `edge` pixels make too large a picture.
+    /// An error where so many squares of `edge` pixels make too large an image.
     pub fn check(count: u32, edge: u32) -> Result<(), RenderError> {
         let (width, height) = Self::size(count, edge, edge);
         match width.max(height) > *SIDES.end() {
@@ -63,7 +63,7 @@ impl Sheet {
         Self { width: whole, pixels }
     }
 
-    /// As a picture without radiance.
+    /// As an image without radiance.
     pub fn into_image(self) -> RenderedImage {
         let (width, height) = (self.width, self.height());
         RenderedImage {

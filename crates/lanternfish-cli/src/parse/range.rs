@@ -1,4 +1,4 @@
-//! Ranges of numbers: frames of a sequence, samples of a truth.
+//! Ranges of numbers: frames of a sequence, samples of a ground truth.
 
 use std::{fmt, ops::RangeInclusive, str::FromStr};
 
@@ -23,7 +23,7 @@ impl<N: fmt::Display> fmt::Display for Span<N> {
     }
 }
 
-/// Which pictures a sequence has.
+/// Which images a sequence has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frames {
     /// So many, numbered from 1: the first where the camera track starts, the last where it ends.

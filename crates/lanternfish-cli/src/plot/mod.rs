@@ -114,7 +114,7 @@ pub fn bars(title: &str, unit: &str, parts: &[(&str, &'static str)], rows: &[(St
     svg.finish()
 }
 
-/// Where values of the axes are in the picture, pixels.
+/// Where values of the axes are in the image, pixels.
 fn places<'p>(x: &'p Axis<'_>, y: &'p Axis<'_>) -> [Box<dyn Fn(f64) -> f64 + 'p>; 2] {
     let [left, top, right, bottom] = FRAME;
     [

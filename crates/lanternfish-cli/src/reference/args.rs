@@ -19,16 +19,16 @@ use crate::{
 pub const HELP: &str = "\
 Examples:
   What a shot looks like with all the light there is, 1024 samples a pixel:
-    lanternfish reference shot.toml --spp 1024 -o truth.exr
+    lanternfish reference shot.toml --spp 1024 -o reference.exr
   The same later, with four times as many, from where it was left:
-    lanternfish reference shot.toml --spp 4096 --resume -o truth.exr
-  Until the expected error is 1 %, and whether a fast picture agrees:
-    lanternfish reference demo:cornell --until-error 0.01 -o truth.exr
-    lanternfish compare fast.exr truth.exr
+    lanternfish reference shot.toml --spp 4096 --resume -o reference.exr
+  Until the expected error is 1 %, and whether a fast image agrees:
+    lanternfish reference demo:cornell --until-error 0.01 -o reference.exr
+    lanternfish compare fast.exr reference.exr
   On two machines, and put together:
     lanternfish reference shot.toml --samples 1-512 -o a.exr
     lanternfish reference shot.toml --samples 513-1024 -o b.exr
-    lanternfish merge a.exr b.exr -o truth.exr
+    lanternfish merge a.exr b.exr -o reference.exr
   Direct light only; one bounce:
     lanternfish reference demo:cornell --max-depth 2 -o direct.exr
     lanternfish reference demo:cornell --max-depth 3 -o one-bounce.exr
@@ -39,8 +39,8 @@ The EXR holds R, G, B (the mean), the layer `variance` (of that mean, by its own
 how it was made, as text attributes `lanternfish.…`. It is written once a minute while it grows, or
 less often where that takes long.
 
-Ctrl-C stops, writes what there is, and exits with 130; once more, and it stops at once.
-The last line of standard output is the picture's path.";
+Ctrl-C stops, writes what there is, and exits with 130; again, and it stops at once.
+The last line of standard output is the image's path.";
 
 /// Samples a pixel where nothing else says when to stop.
 pub const SPP: u64 = 256;
@@ -64,12 +64,12 @@ pub struct ReferenceArgs {
 
 #[derive(Debug, Args)]
 pub struct OutputArgs {
-    /// The picture. Its ending chooses the format: .exr (linear, 32 bits, with the variance, resumable) or .png
+    /// The image. Its ending chooses the format: .exr (linear, 32 bits, with the variance, resumable) or .png
     /// (tone-mapped). Without it: the scene's (or shot's) name with .reference.exr, in the current folder; with
     /// .reference.A-B.exr where --samples A-B says which.
     #[arg(id = "reference_output", short = 'o', long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Writes the variance of every value as a picture of its own, too.
+    /// Writes the variance of every value as an image of its own, too.
     #[arg(long, value_name = "FILE.exr")]
     pub variance: Option<PathBuf>,
     /// Goes on from the output, if it is there: it must be of the same scene, view and settings. The result is that of an
@@ -89,11 +89,11 @@ pub struct TransportArgs {
     /// Distance from which on nothing occludes, m: needed with --integrator obscurance.
     #[arg(long, value_name = "M", value_parser = parse::positive, allow_hyphen_values = true)]
     pub max_distance: Option<f32>,
-    /// How one of many lights is chosen at a surface. The picture is the same, its noise is not.
+    /// How one of many lights is chosen at a surface. The image is the same, its noise is not.
     #[arg(long, value_name = "NAME", value_parser = choice::<LightChoice>())]
     #[arg(default_value_t = Settings::default().light_choice)]
     pub light_choice: LightChoice,
-    /// Whether paths start at point and spot lights, too, where those have no radius. The picture is the same, its noise is not.
+    /// Whether paths start at point and spot lights, too, where those have no radius. The image is the same, its noise is not.
     #[arg(long, value_name = "on|off", value_parser = choice::<LightPaths>())]
     #[arg(default_value_t = Settings::default().light_paths)]
     pub light_paths: LightPaths,
@@ -106,20 +106,20 @@ pub struct SampleArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
     #[arg(allow_hyphen_values = true)]
     pub spp: Option<u64>,
-    /// Only samples A to B of a truth, as a part that `lanternfish merge` adds to others: the whole is the same to the last bit as
+    /// Only samples A to B of a ground truth, as a part that `lanternfish merge` adds to others: the whole is the same to the last bit as
     /// traced at once, wherever it is cut.
     #[arg(id = "sample_range", long = "samples", value_name = "A-B", value_parser = parse::samples)]
     #[arg(allow_hyphen_values = true, conflicts_with_all = ["spp", "until_error", "time_limit"])]
     pub range: Option<Span<u64>>,
-    /// Stops where the expected relative error of the picture, by its own variance, is this or less: 0.01 is 1 %. Looked at
+    /// Stops where the expected relative error of the image, by its own variance, is this or less: 0.01 is 1 %. Looked at
     /// from 16 samples on, each time there are an eighth more.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     pub until_error: Option<f32>,
-    /// Stops after so many seconds of tracing, wherever it is by then: some rows of the picture may have more samples than
+    /// Stops after so many seconds of tracing, wherever it is by then: some rows of the image may have more samples than
     /// others, or none.
     #[arg(long, value_name = "SECONDS", value_parser = parse::positive, allow_hyphen_values = true)]
     pub time_limit: Option<f32>,
-    /// Another seed, other noise around the same picture; the same seed, the same picture to the last bit. Where the rain
+    /// Another seed, other noise around the same image; the same seed, the same image to the last bit. Where the rain
     /// of --lights falls is said by --rain-seed.
     #[arg(id = "noise_seed", long = "seed", value_name = "N", allow_hyphen_values = true)]
     pub seed: Option<u64>,
@@ -127,7 +127,7 @@ pub struct SampleArgs {
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Processor threads that trace. Without it: all. The picture is the same.
+    /// Processor threads that trace. Without it: all. The image is the same.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_hyphen_values = true)]
     pub threads: Option<u16>,
 }
@@ -146,7 +146,7 @@ pub enum IntegratorName {
 }
 
 /// The flags of `render` that say the same here: all that choose a scene, its lights and the view, and some more. Their
-/// values come through the shot, which reads them once more.
+/// values come through the shot, which reads them again.
 #[derive(Debug)]
 pub struct SharedArgs;
 

@@ -1,4 +1,4 @@
-//! The picture on disk: what it holds, and how a run resumes from it.
+//! The image on disk: what it holds, and how a run resumes from it.
 
 use std::{
     collections::BTreeMap,
@@ -36,19 +36,19 @@ pub const PART: &str = "lanternfish.part";
 /// Name of the layer that holds the variance.
 const VARIANCE: &str = "variance";
 
-/// The files that the picture is written to.
+/// The files that the image is written to.
 #[derive(Debug)]
 pub struct Target {
     pub path: PathBuf,
-    /// Whether the picture is written as PNG, which holds the mean as a display shows it; else it is EXR.
+    /// Whether the image is written as PNG, which holds the mean as a display shows it; else it is EXR.
     is_png: bool,
-    /// EXR file for the variance as a picture of its own.
+    /// EXR file for the variance as an image of its own.
     variance: Option<PathBuf>,
     /// Whether files that are written can be replaced; what is in a pipe cannot.
     is_replaceable: bool,
 }
 
-/// How the picture is made; stands in the file.
+/// How the image is made; stands in the file.
 #[derive(Debug)]
 pub struct Making {
     /// [`super::fingerprint::of`] all that its mean depends on.
@@ -89,19 +89,19 @@ impl Target {
             }
             check_writable(variance)?;
             if same_file(variance, &path) {
-                return Err(failed(variance, "both the picture and --variance", "give them different names"));
+                return Err(failed(variance, "both the image and --variance", "give them different names"));
             }
         }
         let is_replaceable = !std::iter::once(&path).chain(&variance).any(|path| is_stream(path));
         Ok(Self { path, is_png, variance, is_replaceable })
     }
 
-    /// Whether the picture is written as a display shows it.
+    /// Whether the image is written as a display shows it.
     pub fn is_png(&self) -> bool {
         self.is_png
     }
 
-    /// Whether what there is so far may be written: whoever reads a pipe goes after the first whole picture.
+    /// Whether what there is so far may be written: whoever reads a pipe goes after the first whole image.
     pub fn takes_checkpoints(&self) -> bool {
         self.is_replaceable
     }
@@ -158,13 +158,13 @@ impl Target {
     }
 
     /// What the file holds, to resume from; `None` where there is no file. An error where it was not made as `making` says, or where its
-    /// seed is another than `seed`, if one was asked for.
+    /// seed is another than `seed`, if one was requested.
     pub fn before(&self, making: &Making, size: Size, seed: Option<u64>) -> Result<Option<Before>, CliError> {
         if !self.path.exists() {
             return Ok(None);
         }
         let failed = |what: &str, hint: &str| CliError::new(format!("{}: {what}", self.path.display()), hint);
-        let unreadable = |error: MetricsError| CliError::new(error, "leave --resume out to start anew in its place");
+        let unreadable = |error: MetricsError| CliError::new(error, "leave --resume out to start again in its place");
         let attributes = read_exr_attributes(&self.path).map_err(unreadable)?;
         let number = |name: &str| attributes.get(name).and_then(|text| text.parse::<u64>().ok());
         let height = size.height as usize;
@@ -173,12 +173,12 @@ impl Target {
             None => number(SAMPLES).map(|samples| vec![samples; height]),
         };
         let (Some(rows), Some(its_seed), Some(fingerprint)) = (rows, number(SEED), attributes.get(FINGERPRINT)) else {
-            let hint = "choose another name, or leave --resume out to start anew in its place";
-            return Err(failed("not a picture of `lanternfish reference`, so there is nothing to go on from", hint));
+            let hint = "choose another name, or leave --resume out to start again in its place";
+            return Err(failed("not an image of `lanternfish reference`, so there is nothing to go on from", hint));
         };
         if *fingerprint != making.fingerprint {
             let why = differences(&attributes, &making.facts, "here");
-            let hint = "repeat the command that made it, choose another name, or leave --resume out to start anew";
+            let hint = "repeat the command that made it, choose another name, or leave --resume out to start again";
             return Err(failed(&format!("cannot be gone on from: {why}"), hint));
         }
         if let Some(seed) = seed.filter(|seed| *seed != its_seed) {
@@ -248,7 +248,7 @@ pub struct Look {
 }
 
 impl Look {
-    /// That of pictures that are written as they are.
+    /// That of images that are written as they are.
     pub fn plain(integrator: Integrator) -> Self {
         Self { integrator, exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, coverage: Vec::new() }
     }

@@ -1,4 +1,4 @@
-//! A number that two runs share if their samples may be put into one picture.
+//! A number that two runs share if their samples may be put into one image.
 
 use std::fmt::{self, Debug, Write as _};
 
@@ -9,7 +9,7 @@ use lanternfish_scene::{Camera, Environment, Image, Instance, Mesh, Primitive, S
 use crate::parse::Size;
 
 /// Hash, 16 hexadecimal digits, of everything that the mean of a pixel depends on: geometry, surfaces, images, lights,
-/// surroundings, camera, size and settings, by value, and the version of this program. Names and the seed do not enter into it.
+/// environment, camera, size and settings, by value, and the version of this program. Names and the seed do not enter into it.
 pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> String {
     let mut hash = Fnv::new();
     hash.text(&env!("CARGO_PKG_VERSION"));

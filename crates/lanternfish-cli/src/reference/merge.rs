@@ -1,6 +1,6 @@
-//! `lanternfish merge`: parts of one truth, added up.
+//! `lanternfish merge`: parts of one ground truth, added up.
 //!
-//! Each part has its sums in whole steps (`lanternfish_reference::Film`), so adding is exact: the picture is the same to the bit as traced at
+//! Each part has its sums in whole steps (`lanternfish_reference::Film`), so adding is exact: the image is the same to the bit as traced at
 //! once, however it was cut. What must be the same in all parts is told by the fingerprint and the seed.
 
 use std::{
@@ -24,16 +24,16 @@ use crate::{
 
 pub const HELP: &str = "\
 Examples:
-  A truth of 1024 samples a pixel, traced on two machines:
+  A ground truth of 1024 samples a pixel, traced on two machines:
     lanternfish reference shot.toml --samples 1-512 -o a.exr
     lanternfish reference shot.toml --samples 513-1024 -o b.exr
-    lanternfish merge a.exr b.exr -o truth.exr
+    lanternfish merge a.exr b.exr -o reference.exr
   is the same file as
-    lanternfish reference shot.toml --spp 1024 -o truth.exr
+    lanternfish reference shot.toml --spp 1024 -o reference.exr
 
 Parts may be cut anywhere and given in any order, but nothing may be missing between them. Parts that
 do not begin with sample 1 make a part of their own, which can be merged again.
-The last line of standard output is the picture's path.";
+The last line of standard output is the image's path.";
 
 #[derive(Debug, Args)]
 pub struct MergeArgs {
@@ -55,7 +55,7 @@ struct Part<'a> {
 pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let target = Target::choose(args.output.clone(), None, false)?;
     if target.is_png() {
-        let what = format!("{}: a truth is written as EXR", target.path.display());
+        let what = format!("{}: a ground truth is written as EXR", target.path.display());
         return Err(CliError::new(what, "end the name with .exr"));
     }
     let parts: Vec<_> = args.parts.iter().map(|part| (part.as_path(), "a part")).collect();
@@ -95,7 +95,7 @@ impl<'a> Part<'a> {
         let attributes = read_exr_attributes(path).map_err(unreadable)?;
         let range = attributes.get(PART).and_then(|text| parse::samples(text).ok());
         let Some(range) = range.filter(|_| attributes.contains_key(FINGERPRINT)) else {
-            let what = format!("{}: no part of a truth", path.display());
+            let what = format!("{}: no part of a ground truth", path.display());
             return Err(CliError::new(what, "name files that `lanternfish reference --samples A-B` wrote"));
         };
         let part = Self { path, attributes, range };
@@ -125,7 +125,8 @@ impl<'a> Part<'a> {
 
     fn check_same(&self, other: &Self) -> Result<(), CliError> {
         let failed = |why: &str| {
-            let what = format!("{}: not of the same truth as {}: {why}", other.path.display(), self.path.display());
+            let what =
+                format!("{}: not of the same ground truth as {}: {why}", other.path.display(), self.path.display());
             Err(CliError::new(what, "trace the parts by the same command, but for --samples and -o"))
         };
         if self.attributes[FINGERPRINT] != other.attributes[FINGERPRINT] {

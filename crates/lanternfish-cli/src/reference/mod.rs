@@ -1,7 +1,7 @@
 //! `lanternfish reference`: what a shot looks like with all the light there is, by path tracing on the processor.
 //!
 //! 1. Read the scene as `render` does ([`crate::shot`], [`crate::scene`], [`crate::camera`]).
-//! 2. Go on from the output, if that is asked for and it is of the same making ([`fingerprint`], [`mod@file`]).
+//! 2. Go on from the output, if that is requested and it is of the same making ([`fingerprint`], [`mod@file`]).
 //! 3. Add samples pass by pass until there are enough, or somebody asks to end ([`trace`], [`crate::signals`]).
 //! 4. Write mean and variance.
 
@@ -67,7 +67,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     let read = [args.scene.path(), flags.scene.path()].into_iter().chain(environment);
     if let Some(other) = target.overlap(read) {
         let what = format!("{}: both read and written", other.display());
-        return Err(CliError::new(what, "give the picture another name"));
+        return Err(CliError::new(what, "give the image another name"));
     }
     if let Some(threads) = args.run.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
@@ -75,7 +75,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     }
     let mut progress = Progress::start(flags.run.quiet);
     if is_track {
-        progress.note("a reference is one picture: the first of the track; --time chooses another moment");
+        progress.note("a reference is one image: the first of the track; --time chooses another moment");
     }
     if flags.lights.lights.is_some() && args.samples.seed.is_some() && flags.run.seed == 0 {
         progress.note("--seed chooses the noise; where the rain of --lights falls is said by --rain-seed");
@@ -112,7 +112,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
         false => None,
     };
     if args.output.resume && before.is_none() {
-        progress.note(&format!("{}: not there yet, so this starts anew", target.path.display()));
+        progress.note(&format!("{}: not there yet, so this starts again", target.path.display()));
     }
     let Before { mut film, seed, dropped } = match before {
         Some(before) => before,

@@ -28,7 +28,7 @@ pub struct Goal {
     /// Samples a pixel.
     pub spp: Option<u64>,
     /// [`lanternfish_reference::Noise::relative`]. Looked at where the number of samples is one of a fixed row, so that the
-    /// picture depends on no clock.
+    /// image depends on no clock.
     pub until_error: Option<f64>,
     /// Seconds of this run; binds within a row.
     pub time_limit: Option<f64>,

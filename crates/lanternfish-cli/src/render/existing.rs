@@ -5,7 +5,7 @@ use lanternfish_metrics::{RgbImage, read_exr_layer, read_png};
 
 use crate::{args::RenderArgs, legend, output::Output, stereo::StereoLayout};
 
-/// Size and layers of the pictures that flags ask for.
+/// Size and layers of the images that flags ask for.
 #[derive(Debug)]
 pub struct Expected {
     width: usize,
@@ -50,7 +50,7 @@ impl Expected {
     }
 }
 
-/// Why a picture is not there.
+/// Why an image is not there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
     Missing,

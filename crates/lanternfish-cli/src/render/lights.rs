@@ -16,7 +16,7 @@ use crate::{
     scene,
 };
 
-/// Adds the lights of the flags to those of the file, and puts their surroundings in the place of the file's. Gives the rain,
+/// Adds the lights of the flags to those of the file, and puts their environment in the place of the file's. Gives the rain,
 /// which is there as it is at 0 s.
 pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<Option<Rain>, CliError> {
     let mut rain = None;

@@ -1,8 +1,8 @@
-//! From a scene's file to a picture's, or to those of a sequence.
+//! From a scene's file to an image's, or to those of a sequence.
 //!
-//! 1. Refuse what can be refused without work; leave out frames that are there, where that is asked for ([`existing`]).
+//! 1. Refuse what can be refused without work; leave out frames that are there, where that is requested ([`existing`]).
 //! 2. Read the scene, choose cameras and light ([`lights`], [`crate::camera`], [`crate::light_rig`]): as things are at 0 s,
-//!    whichever frames are asked for.
+//!    whichever frames are requested.
 //! 3. Upload it so, too, and render frame after frame ([`renderings`]).
 
 pub mod existing;
@@ -36,11 +36,11 @@ use crate::{
     stereo::StereoLayout,
 };
 
-/// A picture that is made, or is there.
+/// An image that is made, or is there.
 #[derive(Debug)]
 struct Planned {
     frame: ShotFrame,
-    /// What is rendered first, where the picture is of what has changed since.
+    /// What is rendered first, where the image is of what has changed since.
     before: Option<ShotFrame>,
     output: Output,
     is_there: bool,
@@ -55,7 +55,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let mut progress = Progress::start(args.run.quiet);
     let there = planned.iter().filter(|planned| planned.is_there).count();
     if there > 0 {
-        progress.note(&format!("{there} of {} pictures are there and whole", planned.len()));
+        progress.note(&format!("{there} of {} images are there and whole", planned.len()));
     }
     if there == planned.len() {
         if args.run.report.is_some() {
@@ -83,7 +83,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if is_inside {
         progress.note(camera::INSIDE);
     }
-    // A picture of a quantity wants no light.
+    // An image of a quantity wants no light.
     let lights = Lighting {
         is_seen: settings.debug_view.is_none(),
         reaches_surfaces: settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE,
@@ -124,7 +124,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
             renderings.make(&planned.frame, camera, &planned.output, &mut progress)?;
         }
         last = told.done(index, &planned.output);
-        // The last line of all is a picture's path.
+        // The last line of all is an image's path.
         if told.is_sequence && index + 1 < told.all {
             output::print(&last)?;
         }
@@ -153,7 +153,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     open(args, &planned)
 }
 
-/// Shows the last picture, where that is asked for, and a farm has not asked for it.
+/// Shows the last image, where that is requested, and a farm has not asked for it.
 fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
     match planned.last().filter(|_| args.output.open && args.run.progress.is_none()) {
         Some(last) => crate::renderings::show(args, &[&last.output.path]),
@@ -161,7 +161,7 @@ fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
     }
 }
 
-/// The pictures and their files. Everything that can be refused without work is refused here.
+/// The images and their files. Everything that can be refused without work is refused here.
 fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let args = &shot.args;
     let output = Output::choose(args.output.output.as_deref(), &args.scene)?;
@@ -171,14 +171,14 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     outputs.iter().try_for_each(|output| output::check_writable(&output.path))?;
     let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
     let read: Vec<_> = [(args.scene.path(), "the scene")].into_iter().chain(environment).collect();
-    let renderings: Vec<_> = outputs.iter().map(|output| (output.path.as_path(), "the picture")).collect();
+    let renderings: Vec<_> = outputs.iter().map(|output| (output.path.as_path(), "the image")).collect();
     output::refuse_same(&renderings, &read)?;
     if let Some(path) = &args.run.report {
         output::check_writable(path)?;
         output::refuse_same(&[(path, "--report")], &[read, renderings].concat())?;
     }
     if let Some(view) = args.look.debug_view.filter(|_| output.is_radiance()) {
-        let what = format!("{}: --debug-view {view} is a picture, .exr holds radiance", output.path.display());
+        let what = format!("{}: --debug-view {view} is an image, .exr holds radiance", output.path.display());
         return Err(CliError::new(what, "end the name with .png, or leave --debug-view out"));
     }
     let layers = args.stereo.stereo.is_some() && args.stereo.stereo_layout == StereoLayout::Layers;
@@ -195,16 +195,16 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     Ok(planned.map(|((frame, output), is_there)| Planned { before: before(&frame), frame, output, is_there }).collect())
 }
 
-/// What standard output says of pictures.
+/// What standard output says of images.
 struct Told<'a> {
     args: &'a RenderArgs,
     is_sequence: bool,
-    /// How many pictures there are.
+    /// How many images there are.
     all: usize,
 }
 
 impl Told<'_> {
-    /// What is said once the picture of this index is there, and all before it.
+    /// What is said once the image of this index is there, and all before it.
     fn done(&self, index: usize, output: &Output) -> String {
         let status = || format!("{} of {} frames", index + 1, self.all);
         let progress = self.args.run.progress.filter(|_| self.is_sequence);
@@ -219,7 +219,7 @@ fn lost_cells(counters: &[(String, u64)]) -> Option<String> {
         *count > 0 && ["indirect/lost_cells", "radiance_cache/lost"].contains(&name.as_str())
     };
     counters.iter().find(lost).map(|_| {
-        "the radiance cache had no room for all cells: some light of later bounces is a guess, and the picture may be another one next time. \
+        "the radiance cache had no room for all cells: some light of later bounces is a guess, and the image may be another one next time. \
          Raise --cache-cells, or choose --hit-light shaded"
             .to_owned()
     })
@@ -233,7 +233,7 @@ fn lost_cells_are_warned_of() {
     assert!(lost_cells(&counters(1)).is_some_and(|text| text.contains("--cache-cells")));
 }
 
-/// Says which light has no part in the picture.
+/// Says which light has no part in the image.
 fn note_what_lights_nothing(progress: &Progress, scene: &Scene, settings: &Settings) {
     if settings.debug_view.is_some() {
         return;
@@ -242,7 +242,7 @@ fn note_what_lights_nothing(progress: &Progress, scene: &Scene, settings: &Setti
         (settings.occlusion != Occlusion::NONE, settings.indirect.sees_environment());
     if has_occlusion && sees_environment {
         progress.note(
-            "--occlusion has no part in this picture: rays of --indirect sampled see the surroundings themselves; \
+            "--occlusion has no part in this image: rays of --indirect sampled see the environment themselves; \
              with --indirect none they light what --occlusion finds open",
         );
     }
@@ -250,9 +250,9 @@ fn note_what_lights_nothing(progress: &Progress, scene: &Scene, settings: &Setti
     let has_sky = scene.sky != Vec3::ZERO || scene.environment.is_some();
     if misses_sky && !has_occlusion && has_sky {
         progress
-            .note("the surroundings light nothing: --indirect virtual-lights does not see them, --occlusion deep does");
+            .note("the environment lights nothing: --indirect virtual-lights does not see them, --occlusion deep does");
     }
     if has_occlusion && !sees_environment && !has_sky {
-        progress.note("--occlusion shades the light of the surroundings, and there are none; try --sky 0.5,0.5,0.5 or --environment FILE");
+        progress.note("--occlusion shades the light of the environment, and there are none; try --sky 0.5,0.5,0.5 or --environment FILE");
     }
 }

@@ -22,7 +22,7 @@ use crate::{
     stereo::{self, StereoLayout},
 };
 
-/// What pictures are made with.
+/// What images are made with.
 pub struct RenderedImages<'a> {
     args: &'a RenderArgs,
     renderer: Renderer,
@@ -37,13 +37,13 @@ pub struct RenderedImages<'a> {
     may_have_faint_sky: bool,
     /// What was metered as the frame that is next.
     metered: Option<Vec<RenderedImage>>,
-    /// What all pictures cost that were made.
+    /// What all images cost that were made.
     pub cost: Report,
-    /// Exposure at which pictures are shown, EV, once one is.
+    /// Exposure at which images are shown, EV, once one is.
     pub exposure: Option<f32>,
 }
 
-/// Whether one of the pictures decides how all are shown.
+/// Whether one of the images decides how all are shown.
 pub fn are_metered(settings: &Settings, output: &Output) -> bool {
     settings.exposure == Exposure::Auto && settings.debug_view.is_none() && !output.is_radiance()
 }
@@ -80,7 +80,7 @@ impl<'a> RenderedImages<'a> {
         }
     }
 
-    /// Decides by the first frame of the sequence how all are shown, whether it is asked for or not: each by itself would
+    /// Decides by the first frame of the sequence how all are shown, whether it is requested or not: each by itself would
     /// flicker. A scene at night may be given a faint sky besides. Where it `is_next`, it is not drawn a second time.
     pub fn meter(
         &mut self,
@@ -98,7 +98,7 @@ impl<'a> RenderedImages<'a> {
             renderings = self.drawn(first, camera, progress)?;
             let sky = sky.to_array().map(|x| x.to_string()).join(",");
             progress.note(&format!(
-                "the scene's lights leave most of the picture black, and it has no surroundings: a faint sky was added \
+                "the scene's lights leave most of the image black, and it has no environment: a faint sky was added \
                  (--sky {sky} repeats that, --light-rig none leaves it out)"
             ));
         }
@@ -106,7 +106,7 @@ impl<'a> RenderedImages<'a> {
             self.renderer.set_exposure(Exposure::Ev(ev))?;
             let all = match self.args.track.frames {
                 Some(Frames::Span(_)) => ", metered at 0 s",
-                Some(Frames::Count(count)) if count > 1 => ", metered in the first picture",
+                Some(Frames::Count(count)) if count > 1 => ", metered in the first image",
                 _ => "",
             };
             progress.note(&format!("shown at {ev:+} EV{all}; --exposure {ev} repeats that, more is brighter"));
@@ -155,7 +155,7 @@ impl<'a> RenderedImages<'a> {
         Ok(())
     }
 
-    /// What is seen at a frame's time, a picture an eye. It depends on the frame alone, not on those before it; motion
+    /// What is seen at a frame's time, an image an eye. It depends on the frame alone, not on those before it; motion
     /// is from what was drawn last.
     fn drawn(
         &mut self,

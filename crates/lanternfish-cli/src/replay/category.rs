@@ -19,7 +19,7 @@ pub enum Category {
     ClusteringRest,
     /// Rays to lights.
     Shadows,
-    /// What arrives from other surfaces and from the surroundings.
+    /// What arrives from other surfaces and from the environment.
     ArrivingLight,
     /// Shading, of blended surfaces too.
     Shading,

@@ -35,13 +35,13 @@ pub struct Change {
     pub is_slower: bool,
 }
 
-/// What has become of all that takes time, in the order of the report, and whether pictures and counts are what they were.
+/// What has become of all that takes time, in the order of the report, and whether images and counts are what they were.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     pub changes: Vec<Change>,
     /// Passes that only one of the two has.
     pub unmatched: Vec<String>,
-    /// Frames whose picture is another.
+    /// Frames whose image is another.
     pub other_images: usize,
     /// Frames whose counters or clusters are others.
     pub other_counts: usize,

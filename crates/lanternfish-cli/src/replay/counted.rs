@@ -6,10 +6,10 @@ use bytemuck::cast_slice;
 use lanternfish::{RenderedImage, light_culling::clustered::GridContents};
 use serde::{Deserialize, Serialize};
 
-/// A frame's counts and pictures.
+/// A frame's counts and images.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counted {
-    /// A hash of every bit of its pictures, radiance and display, of all eyes.
+    /// A hash of every bit of its images, radiance and display, of all eyes.
     #[serde(rename = "image", alias = "picture")]
     pub rendering: String,
     /// Counters of all eyes, by name.
@@ -38,7 +38,7 @@ pub struct Clusters {
 }
 
 impl Counted {
-    /// What a frame's pictures and grids say.
+    /// What a frame's images and grids say.
     pub fn of(renderings: &[RenderedImage], grids: &[GridContents]) -> Self {
         let mut counters = BTreeMap::new();
         for (eye, rendering) in renderings.iter().enumerate() {
@@ -79,7 +79,7 @@ pub fn histogram(values: impl Iterator<Item = (u32, u64)>) -> Vec<u64> {
     bins
 }
 
-/// FNV-1a of 64 bits, over words of 64 bits: every bit of the pictures changes it.
+/// FNV-1a of 64 bits, over words of 64 bits: every bit of the images changes it.
 fn hash(renderings: &[RenderedImage]) -> String {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut add = |word: u64| hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);

@@ -1,6 +1,6 @@
 //! Plays the frames: once to count, then again and again to time.
 //!
-//! Counting reads pictures and lists back, which takes time of its own; so nothing is timed while it is done, and nothing is read back
+//! Counting reads images and lists back, which takes time of its own; so nothing is timed while it is done, and nothing is read back
 //! while times are taken [VanGelderen2020, §6.1.1]. What a timed frame does read is a few words: how long its lists were, by which the
 //! renderer makes room.
 

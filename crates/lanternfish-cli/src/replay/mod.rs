@@ -1,7 +1,7 @@
 //! `lanternfish replay`: the frames of a track, timed and counted [VanGelderen2020, §6.1].
 //!
 //! 1. Say what is played ([`plan`]): a shot's frames, or what a hand did to the camera, at fixed times.
-//! 2. Count: one run that reads back counters, what clusters hold, and pictures ([`counted`]).
+//! 2. Count: one run that reads back counters, what clusters hold, and images ([`counted`]).
 //! 3. Time: runs that are the same, in which nothing is read back ([`measure`], [`series`]).
 //! 4. Write what was found ([`report`], [`page`]), and compare it with what was found before (`compare`).
 

@@ -20,7 +20,7 @@ pub struct Report {
     pub adapter: String,
     /// Its driver.
     pub driver: String,
-    /// Columns of an eye's picture.
+    /// Columns of an eye's image.
     pub width: u32,
     /// Its rows.
     pub height: u32,

@@ -7,10 +7,10 @@ use crate::{
     parse::{Frames, LightSet},
 };
 
-/// A picture of a shot.
+/// An image of a shot.
 #[derive(Clone, Debug)]
 pub struct ShotFrame {
-    /// What stands in its file's name; none where the shot is one picture.
+    /// What stands in its file's name; none where the shot is one image.
     pub number: Option<u32>,
     /// Seconds; none where nothing says a time: all is as the file has it.
     pub time: Option<f32>,
@@ -29,7 +29,7 @@ impl Shot {
             return Err(CliError::new(
                 format!("--frames: {} has no camera track to divide into as many", self.args.scene),
                 "say which frames: --frames 1-48; or render a shot (.toml) that has a [track]; `lanternfish shot SCENE` writes \
-                 one to fill in (--accumulate N averages N frames of one picture)",
+                 one to fill in (--accumulate N averages N frames of one image)",
             ));
         }
         match (&self.track, when.time) {
@@ -49,13 +49,13 @@ impl Shot {
         self.args.track.animation.is_some() || matches!(self.args.lights.lights, Some(LightSet::Rain { .. }))
     }
 
-    /// Whether a time is asked for, though the camera has no track: where nothing in the scene moves, it changes nothing.
+    /// Whether a time is requested, though the camera has no track: where nothing in the scene moves, it changes nothing.
     pub fn has_only_a_time(&self) -> bool {
         let when = &self.args.track;
         self.track.is_none() && (when.time.is_some() || when.frames.is_some())
     }
 
-    /// The pictures, in the order of their numbers.
+    /// The images, in the order of their numbers.
     pub fn frames(&self) -> Vec<ShotFrame> {
         match self.args.track.frames {
             None => vec![self.at(None, self.time())],
@@ -70,8 +70,8 @@ impl Shot {
         }
     }
 
-    /// The moment by which light and exposure are chosen for all pictures: the first one; of frames by their numbers what is
-    /// at 0 s, whichever of them are asked for.
+    /// The moment by which light and exposure are chosen for all images: the first one; of frames by their numbers what is
+    /// at 0 s, whichever of them are requested.
     pub fn first(&self) -> ShotFrame {
         match self.args.track.frames {
             Some(Frames::Span(_)) => self.at(None, Some(0.0)),
@@ -79,7 +79,7 @@ impl Shot {
         }
     }
 
-    /// What the motion of a frame is compared with: the moment a frame's time before it, whichever other frames are asked for. None where
+    /// What the motion of a frame is compared with: the moment a frame's time before it, whichever other frames are requested. None where
     /// nothing says when the frame is.
     pub fn before(&self, frame: &ShotFrame) -> Option<ShotFrame> {
         let apart = match (self.args.track.frames, &self.track) {
@@ -89,12 +89,12 @@ impl Shot {
         frame.time.map(|time| self.at(None, Some(time - apart)))
     }
 
-    /// One view a picture.
+    /// One view an image.
     pub fn views(&self) -> Vec<ViewArgs> {
         self.frames().into_iter().map(|frame| frame.view).collect()
     }
 
-    /// When a single picture is. An animation that is asked for starts at 0 s.
+    /// When a single image is. An animation that is requested starts at 0 s.
     fn time(&self) -> Option<f32> {
         let when = &self.args.track;
         let start = || when.animation.as_ref().map(|_| 0.0);

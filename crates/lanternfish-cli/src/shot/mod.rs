@@ -1,4 +1,4 @@
-//! Shots: everything a picture or a sequence is made from, in one TOML file.
+//! Shots: everything an image or a sequence is made from, in one TOML file.
 //!
 //! `lanternfish help shot` has an example.
 //!

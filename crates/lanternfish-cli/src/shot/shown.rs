@@ -123,7 +123,7 @@ impl Opened {
                 None if shown.scene.motion.animations.is_empty() => {}
                 None => {
                     let what = "flags cannot say that rain falls while the file's animations rest";
-                    return Err(CliError::new(what, "choose an animation below the picture"));
+                    return Err(CliError::new(what, "choose an animation below the image"));
                 }
             }
             say("time", time.to_string());
@@ -185,7 +185,7 @@ impl Opened {
         if scene.environment.is_none() && scene.sky != sky {
             say("sky", numbers(&scene.sky.to_array()));
         }
-        // What a rig would add is there by name; the studio is surroundings, which only the rig makes.
+        // What a rig would add is there by name; the studio is environment, which only the rig makes.
         say("light-rig", if self.is_studio { LightRig::Studio } else { LightRig::None }.to_string());
         Ok(())
     }

@@ -209,7 +209,7 @@ fn names_are_relative_to_the_shot() {
     let word = |id: &str| &file.words.iter().find(|(known, _)| known == id).unwrap().1;
     assert_eq!(Path::new(word("output")), folder.join("a.png"));
     assert_eq!((word("report"), word("adapter")), (&"/r.json".into(), &"cpu".into()));
-    // Without a name, the picture is called as the shot, in the current folder.
+    // Without a name, the image is called as the shot, in the current folder.
     assert_eq!(shot("scene = \"a.glb\"", "").unwrap().args.output.output, Some("shot.png".into()));
 }
 
@@ -294,7 +294,7 @@ fn views_follow_the_track_unless_flags_say_otherwise() {
         (TRACK, "--time 2.5", "from 0 to 2 s"),
         (TRACK, "--time 1 --frames 2", "both --time and --frames"),
         ("scene = \"demo:atrium\"", "--frames 2", "demo:atrium has no camera track"),
-        ("scene = \"demo:atrium\"", "--frames 2", "--accumulate N averages N frames of one picture"),
+        ("scene = \"demo:atrium\"", "--frames 2", "--accumulate N averages N frames of one image"),
     ] {
         let error = shot(text, flags).unwrap_err();
         assert!(error.contains(word), "{error}");
@@ -323,7 +323,7 @@ fn frames_are_at_their_numbers_over_the_rate() {
     assert_eq!(times(&frames(still, "--frames 24-24")), [1.0]);
     assert_eq!((frames(still, "--time 3")[0].time, frames(still, "")[0].time), (Some(3.0), None));
     assert_eq!(frames(TRACK, "")[0].time, Some(0.0));
-    // What all frames are lit and exposed by does not depend on which of them are asked for.
+    // What all frames are lit and exposed by does not depend on which of them are requested.
     let first = |flags: &str| shot(TRACK, flags).unwrap().first();
     assert_eq!((first("--frames 7-9").time, first("--frames 7-9").view), (Some(0.0), first("--frames 0-3").view));
     assert_eq!(first("--time 1").time, Some(1.0));

@@ -1,4 +1,4 @@
-//! What `lanternfish compare` says about pictures, and what it promises about mistakes.
+//! What `lanternfish compare` says about images, and what it promises about mistakes.
 
 use std::{fs, path::Path};
 
@@ -78,7 +78,7 @@ fn radiance_is_compared_by_every_measure() {
     assert_eq!(json["linear"]["hdr_flip_exposure_count"], 15);
     assert_eq!((&json["pixels_compared"], &json["faults"]["nan"]), (&6144.into(), &0.into()));
     assert!(json["z_test"].is_null());
-    // Nothing but what was asked for.
+    // Nothing but what was requested.
     assert!(names(folder.path()).is_empty());
 }
 
@@ -149,7 +149,7 @@ fn pixels_that_are_not_finite_are_told_and_meet_no_limit() {
     assert_eq!(outcome.code, Some(1), "{outcome:?}");
     assert!(outcome.stderr.contains("1 NaN, 1 +inf"), "{outcome:?}");
 
-    // Cyan in the map; three pictures and two gaps beside one another.
+    // Cyan in the map; three images and two gaps beside one another.
     let map = read_png(&folder.path().join("map.png")).unwrap();
     assert_eq!((map.pixels[100], map.pixels[200]), ([0.0, 1.0, 1.0], [0.0, 1.0, 1.0]));
     assert_eq!(map.pixels[101].map(|v| (255.0 * v) as u8), [0, 0, 4]);
@@ -160,7 +160,7 @@ fn pixels_that_are_not_finite_are_told_and_meet_no_limit() {
     assert_eq!(names(folder.path()), ["both.png", "broken.exr", "map.png"]);
 }
 
-/// A picture with normal noise of a tenth, and its variances as a layer.
+/// An image with normal noise of a tenth, and its variances as a layer.
 fn write_noisy(path: &Path, seed: u64, factor: f32) -> RgbImage {
     let mut state = seed;
     let mut uniform = move || {
@@ -200,7 +200,7 @@ fn noise_is_told_from_a_change_of_1_per_cent() {
     let json = compare(folder.path(), &["brighter.exr", "b.exr", "--json", "-"]).json();
     assert_eq!((&json["z_test"]["verdict"], &json["z_test"]["values"]), (&"offset".into(), &12288.into()));
 
-    // Variances from files of their own; a picture without any is exact.
+    // Variances from files of their own; an image without any is exact.
     let a = read_exr(&path("a.exr")).unwrap();
     write_exr_layers(&path("plain.exr"), &[("", &a)], &[]).unwrap();
     compare(folder.path(), &["plain.exr", "b.exr", "--variance-a", "variance-of-a.exr"])
@@ -229,8 +229,8 @@ fn json_goes_to_a_file_beside_the_table() {
 #[test]
 fn what_cannot_be_compared_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("text.exr"), "this is no picture").unwrap();
-    fs::write(folder.path().join("text.png"), "this is no picture").unwrap();
+    fs::write(folder.path().join("text.exr"), "this is no image").unwrap();
+    fs::write(folder.path().join("text.png"), "this is no image").unwrap();
     let small = RgbImage::new(4, 4, vec![[f32::NAN; 3]; 16]).unwrap();
     write_exr(&folder.path().join("nan.exr"), &small).unwrap();
     write_exr_layers(&folder.path().join("layer.exr"), &[("albedo", &small)], &[]).unwrap();

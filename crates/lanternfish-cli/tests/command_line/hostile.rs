@@ -1,4 +1,4 @@
-//! Files made to break whoever reads them: each is one error that names what is wrong, or a picture.
+//! Files made to break whoever reads them: each is one error that names what is wrong, or an image.
 
 use std::{fmt::Write as _, fs, path::Path, process::Command};
 
@@ -84,7 +84,7 @@ fn images_are_as_large_as_memory_allows() {
     // Two that can be read, but not compared: 331 MB and 1.2 GB.
     let path = folder.path().join("both.png");
     write_png(&path, 3500, 3500, ColorType::Rgb, &vec![0; 3 * 3500 * 3500]).unwrap();
-    assert_refused(&mut run(&["both.png", "both.png"]), &["comparing the pictures needs 1.2 GB", "--memory-limit"]);
+    assert_refused(&mut run(&["both.png", "both.png"]), &["comparing the images needs 1.2 GB", "--memory-limit"]);
 
     fs::write(folder.path().join("wide.hdr"), "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4096 +X 8192\n").unwrap();
     let mut reference = lanternfish(folder.path());
@@ -179,7 +179,7 @@ fn gpu_an_upload_is_counted_before_it_is_made() {
     assert_refused(&mut render, &["100000000 placed triangles, 1000 draws", "the limit is 3.0 GB"]);
 }
 
-/// A million instances in one place are one, and that is said; a picture comes of it.
+/// A million instances in one place are one, and that is said; an image comes of it.
 #[test]
 fn a_crowd_in_one_place_is_drawn_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -196,7 +196,7 @@ fn a_crowd_in_one_place_is_drawn_once() {
     assert!(folder.path().join("crowd.exr").is_file());
 }
 
-/// One mesh of many triangles on one spot, which no tree can tell apart: a picture of one of them comes of it.
+/// One mesh of many triangles on one spot, which no tree can tell apart: an image of one of them comes of it.
 #[test]
 fn a_pile_of_triangles_is_traced() {
     let folder = tempfile::tempdir().unwrap();

@@ -80,17 +80,17 @@ fn an_environment_that_cannot_be_read() {
     let folder = tempfile::tempdir().unwrap();
     let render = |words: &[&str]| run(folder.path(), &[&["render", "demo:cornell", "-o", "a.png"], words].concat());
     render(&["--environment", "nowhere.hdr"]).assert_refused(&["nowhere.hdr", "No such file", "hint"], &[]);
-    fs::write(folder.path().join("sky.hdr"), "this is no picture").unwrap();
+    fs::write(folder.path().join("sky.hdr"), "this is no image").unwrap();
     render(&["--environment", "sky.hdr"])
         .assert_refused(&["sky.hdr: not a Radiance image", "--environment"], &["sky.hdr"]);
     render(&["--environment", "sky.png"]).assert_refused(&["sky.png", ".hdr or .exr", "--sky"], &["sky.hdr"]);
     render(&["--environment", "sky.hdr", "--report", "sky.hdr"])
         .assert_refused(&["both --environment and --report"], &["sky.hdr"]);
-    // Once: replaced by the picture, without a word.
+    // Once: replaced by the image, without a word.
     let sky = fs::read(folder.path().join("sky.hdr")).unwrap();
     fs::rename(folder.path().join("sky.hdr"), folder.path().join("sky.exr")).unwrap();
     run(folder.path(), &["render", "demo:cornell", "--environment", "sky.exr", "-o", "./sky.exr"])
-        .assert_refused(&["./sky.exr: both --environment and the picture"], &["sky.exr"]);
+        .assert_refused(&["./sky.exr: both --environment and the image"], &["sky.exr"]);
     assert_eq!(fs::read(folder.path().join("sky.exr")).unwrap(), sky);
     fs::rename(folder.path().join("sky.exr"), folder.path().join("sky.hdr")).unwrap();
     // The largest number of the format, and more.
@@ -217,7 +217,7 @@ fn outputs_are_refused_before_any_work() {
         .assert_refused(&["a.png", "--report"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.png", "--report", "./a.png"])
         .assert_refused(&["a.png", "--report"], &[]);
-    // Once: a file with the radiance, which is not what was asked for.
+    // Once: a file with the radiance, which is not what was requested.
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.exr", "--debug-view", "normal"])
         .assert_refused(&["a.exr", "--debug-view normal", ".png"], &[]);
 }
@@ -330,7 +330,7 @@ const TRIANGLE: &str = r#"{
 #[test]
 fn images_and_scenes_are_not_shown_together() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("a.png"), "no picture").unwrap();
+    fs::write(folder.path().join("a.png"), "no image").unwrap();
     let files = ["a.png"];
     run(folder.path(), &["view", "demo:cornell", "a.png"]).assert_refused(&["a.png", "one scene", "hint"], &files);
     run(folder.path(), &["view", "a.png", "b.png", "--shadows", "bvh"]).assert_refused(&["--shadows", "hint"], &files);

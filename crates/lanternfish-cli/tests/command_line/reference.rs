@@ -168,8 +168,8 @@ fn another_making_is_not_gone_on_from() {
 
     lanternfish_metrics::write_exr(&folder.path().join("b.exr"), &read_exr(&folder.path().join("a.exr")).unwrap())
         .unwrap();
-    assert!(refused("demo:cornell -o b.exr").contains("not a picture of `lanternfish reference`"));
-    fs::write(folder.path().join("c.exr"), "no picture").unwrap();
+    assert!(refused("demo:cornell -o b.exr").contains("not an image of `lanternfish reference`"));
+    fs::write(folder.path().join("c.exr"), "no image").unwrap();
     assert!(refused("demo:cornell -o c.exr").contains("c.exr"));
     assert!(refused("demo:cornell -o d.png").contains("end the name with .exr"));
 }
@@ -183,7 +183,7 @@ fn mistakes_are_told_before_any_work() {
         ("demo:cornell -o a.jpg", ".exr (linear"),
         ("demo:cornell -o missing/a.exr", "no folder"),
         ("demo:cornell -o a.exr --variance a.png", "EXR only"),
-        ("demo:cornell -o a.exr --variance ./a.exr", "both the picture and --variance"),
+        ("demo:cornell -o a.exr --variance ./a.exr", "both the image and --variance"),
         ("demo:cornell --environment a.exr -o a.exr", "both read and written"),
         ("demo:cornell --shadows none", "--shadows"),
         ("demo:cornell --spp 0", "--spp"),

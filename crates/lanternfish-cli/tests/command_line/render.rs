@@ -1,4 +1,4 @@
-//! From the command line to a picture, on the software adapter.
+//! From the command line to an image, on the software adapter.
 
 use std::{fs, path::Path};
 
@@ -34,7 +34,7 @@ fn render(folder: &Path, words: &str) -> String {
 #[test]
 fn gpu_a_png_a_table_and_a_report() {
     let folder = tempfile::tempdir().unwrap();
-    let stdout = render(folder.path(), "--lights rain:20 --timings --report run.json -o picture.png");
+    let stdout = render(folder.path(), "--lights rain:20 --timings --report run.json -o image.png");
     assert_eq!(stdout.lines().last(), Some("rendering.png"));
     assert!(stdout.lines().any(|line| line.starts_with("counter")), "{stdout}");
     assert_eq!(names(folder.path()), ["rendering.png", "run.json"]);
@@ -73,7 +73,7 @@ fn gpu_an_exr_is_linear_and_the_same_every_time() {
     let (bytes, image) = exr("a.exr", "");
     assert_eq!((image.width, image.height), (48, 32));
     let brightest = image.pixels.iter().flatten().copied().fold(0.0, f32::max);
-    assert!(brightest.is_finite() && brightest > 0.0, "a picture of something: brightest {brightest}");
+    assert!(brightest.is_finite() && brightest > 0.0, "an image of something: brightest {brightest}");
     assert!(image.pixels.iter().any(|pixel| *pixel != image.pixels[0]));
     assert_eq!(exr("b.exr", "").0, bytes, "same command, same bytes");
 
@@ -127,7 +127,7 @@ fn gpu_images_are_exposed_so_that_they_can_be_seen() {
         evs.push(ev.parse::<f32>().unwrap());
     }
     assert!(evs[0] - evs[3] > 10.0 && evs[0] - evs[4] > 10.0, "{evs:?}");
-    // It can fail: as it is, all that a lamp of 100,000 cd lights is white, which is more than half of the picture.
+    // It can fail: as it is, all that a lamp of 100,000 cd lights is white, which is more than half of the image.
     assert!(mean(&png("a.png", "--point 0,1,0,100000 --exposure 0 --indirect sampled").0) > 0.5);
 }
 
@@ -142,13 +142,13 @@ fn gpu_a_track_and_two_eyes_have_one_exposure() {
     assert_eq!(said.matches("shown at").count(), 1, "{said}");
     let report: Value = serde_json::from_slice(&fs::read(folder.path().join("a.json")).unwrap()).unwrap();
     let ev = report["exposure_ev"].as_f64().unwrap();
-    assert!(said.contains(&format!("--exposure {ev} ")) && said.contains("metered in the first picture"), "{said}");
+    assert!(said.contains(&format!("--exposure {ev} ")) && said.contains("metered in the first image"), "{said}");
     assert_eq!(report["settings"]["exposure"], "auto");
     let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
     let last = bytes("a.0002.png");
     render_scene(folder.path(), "track.toml", &format!("--exposure {ev}"));
     assert!(bytes("a.0002.png") == last);
-    // It can fail: the second picture by itself is metered otherwise.
+    // It can fail: the second image by itself is metered otherwise.
     let alone = render_scene(folder.path(), "track.toml", "--time 1").1;
     assert!(!alone.contains(&format!("--exposure {ev} ")), "{alone}");
     // Two eyes are metered together.
@@ -181,7 +181,7 @@ fn gpu_occlusion_beside_rays_says_that_it_does_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let exr = |name: &str, words: &str| {
         let said = render_scene(folder.path(), "demo:cornell", &format!("--sky 1,1,1 -o {name} {words}")).1;
-        (read_exr(&folder.path().join(name)).unwrap().pixels, said.contains("--occlusion has no part in this picture"))
+        (read_exr(&folder.path().join(name)).unwrap().pixels, said.contains("--occlusion has no part in this image"))
     };
     let (rays, said) = exr("rays.exr", "");
     assert!(!said);
@@ -196,7 +196,7 @@ fn gpu_occlusion_beside_rays_says_that_it_does_nothing() {
 #[test]
 fn gpu_the_default_name_is_the_scenes_and_replaces_what_was_there() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("cornell.png"), "not a picture").unwrap();
+    fs::write(folder.path().join("cornell.png"), "not an image").unwrap();
     assert_eq!(render(folder.path(), "--quiet"), "cornell.png\n");
     assert_eq!(names(folder.path()), ["cornell.png"]);
     assert!(fs::read(folder.path().join("cornell.png")).unwrap().starts_with(b"\x89PNG"));
@@ -209,7 +209,7 @@ fn gpu_scenes_without_lights_or_anything_render() {
     let (stdout, stderr) = render_scene(folder.path(), "empty.gltf", "--sky 0.25,0.5,1 -o sky.exr");
     assert_eq!(stdout, "sky.exr\n");
     // Once: that nothing shines, though the sky does.
-    assert_eq!(stderr, "note: the scene has no geometry: nothing but its surroundings is seen\n");
+    assert_eq!(stderr, "note: the scene has no geometry: nothing but its environment is seen\n");
     let sky = read_exr(&folder.path().join("sky.exr")).unwrap();
     assert!(sky.pixels.iter().all(|pixel| *pixel == [0.25, 0.5, 1.0]), "{:?}", sky.pixels[0]);
 
@@ -245,7 +245,7 @@ fn cube(inwards: bool) -> String {
     corners.chain(faces.map(face)).collect()
 }
 
-/// Mean of all channels in the middle of the picture, and in its upper right corner.
+/// Mean of all channels in the middle of the image, and in its upper right corner.
 fn middle_and_corner(path: &Path) -> (f32, f32) {
     let rendering = read_exr(path).unwrap();
     let mean = |x: usize, y: usize| {
@@ -274,7 +274,7 @@ fn gpu_a_file_without_light_is_lit() {
         let ((cube, backdrop), _) = seen("cube.obj", &format!("--view {side}"));
         assert!((0.2..1.2).contains(&cube) && (0.1..0.4).contains(&backdrop), "{side}: {cube} before {backdrop}");
     }
-    // Surroundings that light no surface are no light.
+    // Environment that light no surface are no light.
     let ((cube, sky), stderr) = seen("cube.obj", "--indirect none");
     assert!(stderr.contains("built-in sun") && (0.2..1.2).contains(&cube) && sky > 0.2, "{stderr}{cube} {sky}");
 
@@ -314,7 +314,7 @@ fn gpu_a_night_gets_a_faint_sky() {
     };
     fs::write(folder.path().join("night.gltf"), text(0.1)).unwrap();
     fs::write(folder.path().join("lit.gltf"), text(1.2)).unwrap();
-    // Share of the picture that is black, and what was said of a sky.
+    // Share of the image that is black, and what was said of a sky.
     let seen = |scene: &str, words: &str| {
         let (_, stderr) = render_scene(folder.path(), scene, &format!("{words} -o a.png"));
         let rendering = read_png(&folder.path().join("a.png")).unwrap();
@@ -328,14 +328,14 @@ fn gpu_a_night_gets_a_faint_sky() {
     let first = fs::read(folder.path().join("a.png")).unwrap();
     let sky = said.split_whitespace().skip_while(|word| !word.ends_with("--sky")).nth(1).expect("the sky is named");
     assert_eq!(seen("night.gltf", &format!("--sky {sky}")).1, None);
-    assert_eq!(fs::read(folder.path().join("a.png")).unwrap(), first, "--sky {sky} repeats the picture");
+    assert_eq!(fs::read(folder.path().join("a.png")).unwrap(), first, "--sky {sky} repeats the image");
     // Who says what light there is gets no other.
     for words in ["--light-rig none", "--exposure 0"] {
         let (black, said) = seen("night.gltf", words);
         assert!(black > 0.8 && said.is_none(), "{words}: {black} {said:?}");
     }
     let (_, said) = seen("lit.gltf", "");
-    assert_eq!(said, None, "half of the picture is lit");
+    assert_eq!(said, None, "half of the image is lit");
 }
 
 #[test]

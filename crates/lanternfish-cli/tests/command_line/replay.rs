@@ -162,7 +162,7 @@ fn gpu_what_was_recorded_is_played_again() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let part = report(folder.path(), "part");
     assert_eq!((part["moments"].as_array().unwrap().len(), rain(&whole) - rain(&part)), (2, 1));
-    // The same camera as a shot says it, at the same time, is the same picture.
+    // The same camera as a shot says it, at the same time, is the same image.
     let shot = SHOT
         .replace("frames = 4", "")
         .replace("0, 1, 3.4]", "0, 1, 3.2]")

@@ -15,7 +15,7 @@ fn output(folder: &Path, words: &[&str]) -> Output {
     lanternfish(folder).args(words).output().unwrap()
 }
 
-/// A run that writes a picture of 4 × 4 pixels.
+/// A run that writes an image of 4 × 4 pixels.
 #[track_caller]
 fn trace(folder: &Path, file: &str) {
     let output = output(folder, &["reference", "demo:cornell", "--size", "4x4", "--spp", "2", "-o", file]);

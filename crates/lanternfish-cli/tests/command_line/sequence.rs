@@ -25,7 +25,7 @@ fn run(folder: &Path, words: &str) -> (String, String) {
     (String::from_utf8(output.stdout).unwrap(), stderr)
 }
 
-/// A camera that moves through rain for a second; metered, so that each picture by itself would be shown otherwise.
+/// A camera that moves through rain for a second; metered, so that each image by itself would be shown otherwise.
 /// Few rays, and few samples of each cell of the radiance cache.
 const WALK: &str = "scene = \"demo:cornell\"
 [output]
@@ -49,7 +49,7 @@ cache-samples = 2
 adapter = \"cpu\"
 ";
 
-/// A folder with the shot, and its folder of pictures.
+/// A folder with the shot, and its folder of images.
 fn walk() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("walk.toml"), WALK).unwrap();
@@ -57,7 +57,7 @@ fn walk() -> tempfile::TempDir {
     folder
 }
 
-/// The pictures of a folder by name.
+/// The images of a folder by name.
 fn renderings(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let folder = folder.join("out");
     names(&folder).into_iter().map(|name| (name.clone(), fs::read(folder.join(name)).unwrap())).collect()
@@ -159,7 +159,7 @@ fn gpu_what_is_there_and_whole_is_left_out() {
     fs::write(path(2), &fs::read(path(2)).unwrap()[..900]).unwrap();
     run(folder.path(), "render walk.toml --size 32x18 --frames 3-3");
     let (again, stderr) = render("");
-    assert!(stderr.contains("1 of 4 pictures are there and whole"), "{stderr}");
+    assert!(stderr.contains("1 of 4 images are there and whole"), "{stderr}");
     assert_eq!(again, stdout, "all paths are told");
     assert!(renderings(folder.path()) == whole);
     assert_eq!(fs::metadata(path(4)).unwrap().modified().unwrap(), marked);
@@ -179,13 +179,13 @@ fn gpu_scenes_without_a_track_have_frames() {
         run(folder.path(), &format!("render demo:cornell --adapter cpu --size 32x18 --indirect none {words}"))
     };
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    // Nothing moves: the same picture, twice.
+    // Nothing moves: the same image, twice.
     render("--frames 3-4 -o still.png");
     assert!(read("still.0003.png") == read("still.0004.png"));
     render("--frames 0-1 --lights rain:20 -o rain.exr");
     assert!(read("rain.0000.exr") != read("rain.0001.exr"));
     render("--lights rain:20 -o now.exr");
-    assert!(read("rain.0000.exr") == read("now.exr"), "frame 0 is at 0 s, as a picture without a time is");
+    assert!(read("rain.0000.exr") == read("now.exr"), "frame 0 is at 0 s, as an image without a time is");
     render("--lights rain:20 --time 0.041666668 -o then.exr");
     assert!(read("rain.0001.exr") == read("then.exr"));
 }
@@ -218,7 +218,7 @@ fn gpu_a_killed_chunk_is_gone_on_with() {
     assert!(said.lines().last().unwrap().contains(" of 12 frames are whole; not 2, "), "{said}");
 
     let (_, stderr) = run(parts.path(), "render walk.toml --fps 12 --frames 1-12 --skip-existing");
-    assert!(stderr.contains("of 12 pictures are there and whole"), "{stderr}");
+    assert!(stderr.contains("of 12 images are there and whole"), "{stderr}");
     assert_eq!(run(parts.path(), "frames walk.toml 1-12").0, "12 of 12 frames are whole\n");
     let (whole, mut parts) = (renderings(whole.path()), renderings(parts.path()));
     // What was being written when it was killed.

@@ -1,4 +1,4 @@
-//! Shots from file to picture, on the software adapter.
+//! Shots from file to image, on the software adapter.
 
 use std::{fs, path::Path, process::Output};
 
@@ -80,7 +80,7 @@ fn gpu_a_track_becomes_numbered_images_beside_the_shot() {
     let report: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
     assert_eq!(report["frames"], 3);
 
-    // A still is the sequence's picture of that moment, at an exposure that is said: each run would meter its first picture.
+    // A still is the sequence's image of that moment, at an exposure that is said: each run would meter its first image.
     let still = |time: &str| {
         run(&inner, &format!("render walk.toml --time {time} -o still.png"));
         fs::read(inner.join("still.png")).unwrap()
@@ -110,7 +110,7 @@ fn mistakes_leave_nothing() {
     assert!(refused(folder.path(), "render a.toml").contains("both the shot and --report"));
     write(TRACK);
     assert!(refused(folder.path(), "render a.toml --time 7").contains("from 0 to 1 s"));
-    assert!(refused(folder.path(), "render a.toml --report walk.0003.png").contains("both the picture and --report"));
+    assert!(refused(folder.path(), "render a.toml --report walk.0003.png").contains("both the image and --report"));
     fs::create_dir(folder.path().join("walk.0002.png")).unwrap();
     assert!(refused(folder.path(), "render a.toml").contains("walk.0002.png: this is a folder"));
     fs::remove_dir(folder.path().join("walk.0002.png")).unwrap();

@@ -6,7 +6,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-/// The program in a folder, without input, whatever the tests' own surroundings say of logs.
+/// The program in a folder, without input, whatever the tests' own environment say of logs.
 pub fn lanternfish(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
     command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());

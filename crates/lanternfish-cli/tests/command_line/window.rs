@@ -36,7 +36,7 @@ impl Drop for Running {
     }
 }
 
-/// A display without a screen, and the folder of its picture.
+/// A display without a screen, and the folder of its image.
 struct Display {
     _server: Running,
     name: String,
@@ -121,7 +121,7 @@ fn wait_for<T>(what: &str, mut evaluate: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// A picture, not a panel: it has many colours.
+/// An image, not a panel: it has many colours.
 fn is_image(screen: &[[u8; 3]]) -> bool {
     let colors: std::collections::BTreeSet<_> = screen.iter().collect();
     colors.len() > 300
@@ -137,11 +137,11 @@ fn is_other(a: [u8; 3], b: [u8; 3]) -> bool {
     a.iter().zip(b).any(|(a, b)| a.abs_diff(b) > 24)
 }
 
-/// The screenshot of a picture at rest: asked for again until another one is the same.
+/// The screenshot of an image at rest: asked for again until another one is the same.
 fn screenshot(display: &Display, folder: &Path) -> PathBuf {
     let mut number = 0;
     let mut before = Vec::new();
-    wait_for("a picture at rest", || {
+    wait_for("an image at rest", || {
         number += 1;
         let path = folder.join(format!("lanternfish-{number}.png"));
         display.act("key F2");
@@ -153,7 +153,7 @@ fn screenshot(display: &Display, folder: &Path) -> PathBuf {
     })
 }
 
-/// Saves a shot of a picture at rest, closes the window, and renders the shot: it is the picture, to the bit. Gives the shot's text.
+/// Saves a shot of an image at rest, closes the window, and renders the shot: it is the image, to the bit. Gives the shot's text.
 fn saved_as_seen(display: &Display, folder: &Path, mut view: Running) -> String {
     display.act("key F4");
     let shot = folder.join("lanternfish-1.toml");
@@ -202,9 +202,9 @@ fn gpu_a_flight_is_recorded_and_played_again() {
     let mut view = open(&display, folder.path(), "--size 400x300 --record flight.toml");
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("key F3");
-    let first = display.settled("the picture without panels", is_image);
+    let first = display.settled("the image without panels", is_image);
     display.act("keydown w");
-    wait_for("another picture", || (!are_alike(&display.screen(), &first)).then_some(()));
+    wait_for("another image", || (!are_alike(&display.screen(), &first)).then_some(()));
     display.act("keyup w");
     display.act("key Escape");
     assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
@@ -241,7 +241,7 @@ fn gpu_shaders_are_read_again_when_they_are_saved() {
     let mut view = open(&display, folder.path(), "--size 400x300 --shaders src");
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("key F3");
-    let first = display.settled("the picture without panels", is_image);
+    let first = display.settled("the image without panels", is_image);
     let file = folder.path().join("src/materials/brdf.wesl");
     let text = fs::read_to_string(&file).unwrap();
     let piece = "let diffuse = surface.albedo * ";
@@ -250,11 +250,11 @@ fn gpu_shaders_are_read_again_when_they_are_saved() {
     fs::write(&file, text.replace(piece, "let diffuse = surface.albedo ** ")).unwrap();
     sleep(Duration::from_secs(3));
     assert!(are_alike(&display.screen(), &first), "a broken shader changes nothing");
-    // What is wrong stands below the picture.
+    // What is wrong stands below the image.
     display.act("key F3");
     let told = display.settled("the panels with what is wrong", |screen| !are_alike(screen, &first));
     display.act("key F3");
-    display.settled("the picture again", |screen| are_alike(screen, &first));
+    display.settled("the image again", |screen| are_alike(screen, &first));
 
     fs::write(&file, text.replace(piece, "let diffuse = surface.albedo.bgr * ")).unwrap();
     let saved = Instant::now();
@@ -279,16 +279,16 @@ fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
 
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("key F3");
-    let first = display.settled("the picture without panels", is_image);
+    let first = display.settled("the image without panels", is_image);
     display.act("keydown w");
     sleep(Duration::from_millis(500));
     display.act("keyup w");
-    let flown = display.settled("another picture", |screen| is_image(screen) && !are_alike(screen, &first));
+    let flown = display.settled("another image", |screen| is_image(screen) && !are_alike(screen, &first));
 
     display.act("key F1");
     display.settled("the page of keys", |screen| !are_alike(screen, &flown));
     display.act("key F1");
-    display.settled("the picture behind it, as it was", |screen| are_alike(screen, &flown));
+    display.settled("the image behind it, as it was", |screen| are_alike(screen, &flown));
 
     // The same on both sides: but for the line and its letters, nothing is other than before.
     let differs = |screen: &[[u8; 3]], x: usize| {
@@ -339,7 +339,7 @@ fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
     assert_eq!((seen.width, seen.height), (SIZE[0], SIZE[1]));
     let others = seen.pixels.iter().zip(&rendered.pixels).filter(|(seen, rendered)| seen != rendered).count();
     assert_eq!(others, 0, "pixels differ between the window and the rendered shot");
-    // And between the window and its file: a display's bytes are rounded once more at most.
+    // And between the window and its file: a display's bytes are rounded again at most.
     let bytes = seen.pixels.iter().map(|pixel| pixel.map(|value| (255.0 * value).round() as i32));
     let shown = shown.iter().map(|[blue, green, red]| [red, green, blue].map(|byte| i32::from(*byte)));
     let farthest = bytes.zip(shown).flat_map(|(a, b)| [0, 1, 2].map(|channel| (a[channel] - b[channel]).abs())).max();

@@ -2,7 +2,7 @@
 //!
 //! - [`Growth::Blocking`]: a list is counted, the host reads how long it is, makes room, and it is written. Every frame is whole.
 //! - [`Growth::Deferred`]: no frame waits. Lists have the room that earlier frames have shown to be enough, and half as much again; what
-//!   this frame counts is read when it arrives. A frame that lacks room notes that it is not whole, and is not shown.
+//!   this frame counts is read when it arrives. A frame that is full notes that it is not whole, and is not shown.
 
 mod capacity;
 mod staging;
@@ -87,7 +87,7 @@ pub struct Outcome {
     pub resized: Vec<&'static str>,
 }
 
-/// Words a list in the ledger, and those before the first: `note.wesl`.
+/// Words a list in the capacity policy, and those before the first: `note.wesl`.
 pub(crate) const LIST_WORDS: usize = 4;
 const FIRST_LIST: usize = 8;
 /// Where the number of frames of a mean lies.
@@ -133,7 +133,7 @@ impl Frame<'_> {
         match self.growth() {
             Growth::Blocking => {
                 let words: [u32; LIST_WORDS] =
-                    self.read_now(counted.words, LIST_WORDS)?.try_into().expect("as many as were asked for");
+                    self.read_now(counted.words, LIST_WORDS)?.try_into().expect("as many as were requested");
                 let (starts, count) = counted.starts;
                 let elements = match (counted.may_wrap)(&words) {
                     false => u64::from(words[0]),
@@ -186,7 +186,7 @@ impl Frame<'_> {
         self.pool.capacity_policy.whole()
     }
 
-    /// Where frames do not wait, counts this one among the frames of a mean if it is whole; the first of a mean begins anew.
+    /// Where frames do not wait, counts this one among the frames of a mean if it is whole; the first of a mean begins again.
     pub fn count_frame(&mut self, is_first: bool) {
         if self.growth() == Growth::Blocking {
             return;

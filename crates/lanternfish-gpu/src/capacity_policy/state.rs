@@ -96,7 +96,7 @@ impl CapacityPolicy {
         self.collect(device);
         let Some(later) = self.deferred_mut() else { return };
         later.noted.clear();
-        // Three vertices, one instance: as long as nothing is noted, the picture is drawn.
+        // Three vertices, one instance: as long as nothing is noted, the image is drawn.
         queue.write_buffer(&later.words, 0, bytemuck::bytes_of(&[3u32, 1, 0, 0]));
     }
 
@@ -129,7 +129,7 @@ fn outcome(histories: &mut HashMap<&'static str, History>, received: Received) -
     let mut counted: Vec<(&'static str, u64)> = Vec::new();
     for (name, words) in lists.iter().zip(words[FIRST_LIST..].chunks_exact(LIST_WORDS)) {
         let words: [u32; LIST_WORDS] = words.try_into().expect("a chunk has as many");
-        histories.get_mut(name).expect("it was asked for").arrives(words);
+        histories.get_mut(name).expect("it was requested").arrives(words);
         match counted.iter_mut().find(|(known, _)| known == name) {
             Some((_, elements)) => *elements += u64::from(words[0]),
             None => counted.push((*name, words[0].into())),

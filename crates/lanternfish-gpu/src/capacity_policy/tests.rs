@@ -73,7 +73,7 @@ fn gpu_a_frame_that_does_not_wait_says_whether_it_had_room() {
         assert_eq!((lists[0].elements, &lists[0].words[1..]), (most, &[5, 6, 7][..]));
         assert_eq!(lists[0].capacity, most * 3 / 2);
     }
-    // What saturated lacks room, whatever the limit.
+    // What saturated is full, whatever the limit.
     assert_eq!(frames.next([u32::MAX, 0]).1, Some(false));
     // It is told once, even where the frame that is told of it is given up; the next one finds out whether it is so still.
     let (lists, _) = frames.next([1, 1]);

@@ -38,7 +38,7 @@ fn gpu_an_engine_drops_what_was_not_used_for_long() {
     let spare = SPARE_KERNELS / 2;
     for number in 0..3 * spare {
         scan(&number.to_string());
-        // What is asked for now and then stays.
+        // What is requested now and then stays.
         assert_eq!(compiles("asked for"), number == 0);
         assert!(engine.kept().kernels <= SPARE_KERNELS + 4, "{:?}", engine.kept());
     }

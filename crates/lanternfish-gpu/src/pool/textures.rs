@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::texture_of;
 
-/// What was asked for, its label too.
+/// What was requested, its label too.
 type Key = wgpu::wgt::TextureDescriptor<Option<String>, Vec<wgpu::TextureFormat>>;
 
 #[derive(Debug)]

@@ -53,7 +53,7 @@ impl Uniforms {
         BufferPart { buffer: page.buffer.clone(), offset, bytes: content.len() as u64 }
     }
 
-    /// Writes what was asked for since the last time. What submissions of the same frame have read stays as it is.
+    /// Writes what was requested since the last time. What submissions of the same frame have read stays as it is.
     pub fn write(&mut self, queue: &wgpu::Queue) {
         for page in self.pages.iter_mut().filter(|page| page.written < page.staged.len()) {
             let end = page.staged.len().min(PAGE_BYTES as usize);

@@ -24,7 +24,7 @@ pub fn read_exr(path: &Path) -> Result<RgbImage, MetricsError> {
 
 /// Reads the layer `name`: its channels `name.R`, `name.G` and `name.B`, or R, G and B of the part that is called so.
 ///
-/// The empty name is the picture itself, as [`read_exr`] has it. A layer that has only Y is grey. Which layers a file
+/// The empty name is the image itself, as [`read_exr`] has it. A layer that has only Y is grey. Which layers a file
 /// has is told by [`exr_layers`].
 pub fn read_exr_layer(path: &Path, name: &str) -> Result<RgbImage, MetricsError> {
     let headers = headers(path)?;
@@ -48,7 +48,7 @@ pub fn read_exr_layer(path: &Path, name: &str) -> Result<RgbImage, MetricsError>
 }
 
 /// The names of the layers that [`read_exr_layer`] could be asked for, sorted: everything that stands before the last
-/// dot of a channel's name, and the names of parts. The picture itself is the empty name.
+/// dot of a channel's name, and the names of parts. The image itself is the empty name.
 ///
 /// A layer need not be whole: reading one that lacks a channel is an error that says so.
 pub fn exr_layers(path: &Path) -> Result<Vec<String>, MetricsError> {
@@ -111,7 +111,7 @@ impl Selection {
         Some(Self::new(header, Channels::Rgb([red?, green?, blue?])))
     }
 
-    /// The selection of Y alone. `None` where colour differences (RY, BY) stand beside it: such a picture is not grey.
+    /// The selection of Y alone. `None` where colour differences (RY, BY) stand beside it: such an image is not grey.
     fn grey(header: &Header, prefix: &str) -> Option<Self> {
         let [y, ry, by] = ["Y", "RY", "BY"].map(|name| channel(header, &format!("{prefix}{name}")));
         if ry.or(by).is_some() { None } else { Some(Self::new(header, Channels::Grey(y?))) }

@@ -46,7 +46,7 @@ fn missing_and_broken_files_are_errors_that_name_the_file() {
     let path = folder.path().join("rendering.exr");
     assert!(matches!(read_exr(&path), Err(MetricsError::Io { .. })));
 
-    std::fs::write(&path, "this is no picture").unwrap();
+    std::fs::write(&path, "this is no image").unwrap();
     let error = read_exr(&path).unwrap_err();
     assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");
     assert!(error.to_string().contains("rendering.exr"));
@@ -93,7 +93,7 @@ fn layers_come_back_bit_for_bit_with_their_attributes() {
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 
-    // Without a picture: only the layer.
+    // Without an image: only the layer.
     write_exr_layers(&path, &[("variance", &variance)], &[]).unwrap();
     let error = read_exr(&path).unwrap_err().to_string();
     assert!(error.contains("layers.exr") && error.contains("variance.R"), "{error}");

@@ -36,7 +36,7 @@ pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
 /// whole or not at all. The same content is the same bytes.
 ///
 /// A layer called `variance` becomes the channels `variance.R`, `variance.G` and `variance.B`; the empty name is the
-/// picture itself, R, G and B, which is what other programs show. Names of layers and attributes are ASCII, at most
+/// image itself, R, G and B, which is what other programs show. Names of layers and attributes are ASCII, at most
 /// 250 letters long, and each is there once; attributes must not have the names that OpenEXR itself uses
 /// (`compression`, `comments`): put `lanternfish.` before them. Values are any text.
 pub fn write_exr_layers(

@@ -19,7 +19,7 @@ const RGB_FROM_XYZ: [[f32; 3]; 3] = [
     [0.052_881_293, -0.204_011_2, 1.151_13],
 ];
 
-/// A picture in YCxCz, a plane each: the opponent colours that the eye's contrast sensitivity is known for.
+/// An image in YCxCz, a plane each: the opponent colours that the eye's contrast sensitivity is known for.
 pub(super) struct Opponent {
     pub(super) width: usize,
     /// Y: 1 for white, 0 for black.

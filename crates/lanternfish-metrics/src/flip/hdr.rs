@@ -1,4 +1,4 @@
-//! HDR-ꟻLIP: the largest error over all exposures at which an observer would look at the pictures [Andersson2021, algorithm].
+//! HDR-ꟻLIP: the largest error over all exposures at which an observer would look at the images [Andersson2021, algorithm].
 
 use super::{FlipMap, FlipToneMapper, Observer, PIXELS_PER_DEGREE, check_finite};
 use crate::{MetricsError, RgbImage, compare::check_sizes, image::luminance};
@@ -13,7 +13,7 @@ const DARKEST: f32 = f32::EPSILON;
 /// More exposures than the range of a float has stops are of no use.
 const MOST_EXPOSURES: u32 = 300;
 
-/// The exposures at which two pictures are compared, stops: `count` of them from `start` to `stop`, evenly.
+/// The exposures at which two images are compared, stops: `count` of them from `start` to `stop`, evenly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
     /// First and darkest exposure, stops: log₂ of the factor of radiance.
@@ -91,7 +91,7 @@ pub struct HdrFlipMap {
 
 /// HDR-ꟻLIP of `test` against `reference`, both linear Rec. 709 [Andersson2021, algorithm].
 ///
-/// The pictures are exposed, tone-mapped, clamped to what a display shows, and compared as
+/// The images are exposed, tone-mapped, clamped to what a display shows, and compared as
 /// [`flip_ldr`](crate::flip_ldr) compares; the largest error of each pixel over all exposures counts. They must not be
 /// exchanged: the reference chooses the exposures. Radiance below 0 counts as 0.
 ///

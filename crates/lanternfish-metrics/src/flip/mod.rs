@@ -1,9 +1,9 @@
-//! What an eye notices of the difference between two pictures: LDR-ꟻLIP [Andersson2020, algorithm], and HDR-ꟻLIP
+//! What an eye notices of the difference between two images: LDR-ꟻLIP [Andersson2020, algorithm], and HDR-ꟻLIP
 //! [Andersson2021, algorithm], which is its maximum over exposures (`hdr`).
 //!
-//! The measure models an observer who flips between two pictures on one display. Colour: each picture is blurred as
+//! The measure models an observer who flips between two images on one display. Colour: each image is blurred as
 //! far as the eye cannot resolve it (`filters`), and the distance of what is left is taken in a space where equal
-//! distances look equally different (`color`). Features: edges and points of either picture that the other lacks make
+//! distances look equally different (`color`). Features: edges and points of either image that the other lacks make
 //! a difference of colour count for more.
 
 mod color;
@@ -33,7 +33,7 @@ pub const PIXELS_PER_DEGREE: f32 = 3840.0 * std::f32::consts::PI / 180.0;
 /// Exponent of the difference of features [Andersson2020, feature pipeline].
 const FEATURE_EXPONENT: f32 = 0.5;
 
-/// The noticeable difference of every pixel of two pictures, and of the pictures as wholes.
+/// The noticeable difference of every pixel of two images, and of the images as wholes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlipMap {
     /// Pixels across.
@@ -51,9 +51,9 @@ impl FlipMap {
         (sum / self.errors.len().max(1) as f64) as f32
     }
 
-    /// The map as an sRGB-encoded picture, three bytes a pixel: black 0, through purple and orange, pale yellow 1.
+    /// The map as an sRGB-encoded image, three bytes a pixel: black 0, through purple and orange, pale yellow 1.
     ///
-    /// The colour map is *magma*, as in the authors' pictures. For [`write_png`](crate::write_png).
+    /// The colour map is *magma*, as in the authors' images. For [`write_png`](crate::write_png).
     pub fn magma(&self) -> Vec<u8> {
         self.errors.iter().flat_map(|error| magma::srgb(*error)).collect()
     }
@@ -62,7 +62,7 @@ impl FlipMap {
 /// LDR-ꟻLIP of `test` against `reference` [Andersson2020, algorithm].
 ///
 /// Both hold **sRGB-encoded** values, not linear ones: what a display gets, bytes over 255. They are clamped to 0..=1.
-/// The two may be exchanged; the result is the same. Beyond its borders, a picture goes on with the pixels there.
+/// The two may be exchanged; the result is the same. Beyond its borders, an image goes on with the pixels there.
 ///
 /// `pixels_per_degree` (2..=1000) of the visual angle, [`PIXELS_PER_DEGREE`] by default. Higher: the observer stands
 /// further off, fine differences blur and the errors fall. Lower: single pixels are seen; below 2, all detail that
@@ -131,7 +131,7 @@ fn check_finite(image: &RgbImage) -> Result<(), MetricsError> {
     }
 }
 
-/// What an observer sees of a row of a picture.
+/// What an observer sees of a row of an image.
 struct SeenRow {
     /// Colour of each pixel as far as the eye resolves it, in the space of [`lab_from_opponent`].
     lab: Vec<[f32; 3]>,

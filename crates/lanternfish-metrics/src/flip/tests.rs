@@ -1,4 +1,4 @@
-//! Against the authors' evaluator, on pictures that are made here: `flip-evaluator` 1.7 of PyPI,
+//! Against the authors' evaluator, on images that are made here: `flip-evaluator` 1.7 of PyPI,
 //! `evaluate(reference, test, "LDR", applyMagma=False, parameters={"ppd": …})`.
 
 use super::*;
@@ -64,7 +64,7 @@ fn blurred_squares(x: usize, y: usize, channel: usize) -> usize {
     (0..9).map(|i| squares(column(i % 3), row(i / 3), channel)).sum::<usize>() / 9
 }
 
-/// Two pictures, pixels a degree, and what the evaluator says: mean, and errors at (0, 0), (30, 20) and (60, 46).
+/// Two images, pixels a degree, and what the evaluator says: mean, and errors at (0, 0), (30, 20) and (60, 46).
 type Case = (Pattern, Pattern, f32, f32, [f32; 3]);
 
 const CASES: [Case; 7] = [
@@ -84,9 +84,9 @@ fn deviation(map: &FlipMap, (_, _, _, mean, pixels): &Case) -> (f32, f32) {
     ((map.mean() - mean).abs(), pixel)
 }
 
-/// The evaluator adds millions of numbers up in 32 bits, and so do its filters: 8e-6 on pictures of half a million pixels.
+/// The evaluator adds millions of numbers up in 32 bits, and so do its filters: 8e-6 on images of half a million pixels.
 const MEAN_TOLERANCE: f32 = 2e-5;
-/// In pixels with almost no error, rounding is raised to the powers 0.5 and 0.7: 4e-4 on pictures with flat surfaces.
+/// In pixels with almost no error, rounding is raised to the powers 0.5 and 0.7: 4e-4 on images with flat surfaces.
 const PIXEL_TOLERANCE: f32 = 5e-4;
 
 #[test]
@@ -113,7 +113,7 @@ fn the_comparison_with_the_authors_sees_an_observer_who_is_5_per_cent_off() {
     }
 }
 
-/// A uniform picture is the same everywhere, and has no features. Greys are grey up to rounding, which the power 0.7 raises
+/// A uniform image is the same everywhere, and has no features. Greys are grey up to rounding, which the power 0.7 raises
 /// to 1e-5.
 #[test]
 fn uniform_images_differ_as_the_authors_say() {

@@ -2,7 +2,7 @@
 
 use crate::image::luminance;
 
-/// The curve that takes an exposed picture to a display in HDR-ꟻLIP [Andersson2021, tone mapping].
+/// The curve that takes an exposed image to a display in HDR-ꟻLIP [Andersson2021, tone mapping].
 ///
 /// Each is (k₀x² + k₁x + k₂) / (k₃x² + k₄x + k₅). What comes out is linear; it is clamped to 0..=1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

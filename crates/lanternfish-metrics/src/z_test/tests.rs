@@ -21,7 +21,7 @@ impl Random {
     }
 }
 
-/// The picture without noise: 0.2 to 2.
+/// The image without noise: 0.2 to 2.
 fn expected(i: usize) -> [f64; 3] {
     let (x, y) = ((i % WIDTH) as f64 / WIDTH as f64, (i / WIDTH) as f64 / HEIGHT as f64);
     [0.2 + 1.8 * x, 0.2 + y, 1.0 - 0.5 * x * y]

@@ -1,4 +1,4 @@
-//! Against what others measured, and pictures that others made.
+//! Against what others measured, and images that others made.
 
 mod pairs;
 mod references;

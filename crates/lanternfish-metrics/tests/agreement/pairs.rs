@@ -1,6 +1,6 @@
-//! Against the authors' evaluator of FLIP and scikit-image, on the pictures of `tests/pairs`.
+//! Against the authors' evaluator of FLIP and scikit-image, on the images of `tests/pairs`.
 //!
-//! `tests/pairs/make.py` draws the pictures and writes `expected.csv`; its head says with which versions.
+//! `tests/pairs/make.py` draws the images and writes `expected.csv`; its head says with which versions.
 
 use std::path::PathBuf;
 

@@ -34,10 +34,10 @@ fn a_reference_is_read_and_agrees_with_itself() {
     assert_eq!((image.width, image.height), (256, 256));
     let error = RelativeError::measure(&image, &image, 1e-3).unwrap();
     assert_eq!((error.median(), error.energy_ratio()), (0.0, 1.0));
-    // The box fills the picture and the lamp reaches most of it.
+    // The box fills the image and the lamp reaches most of it.
     assert!(error.lit_count() > 256 * 256 / 2, "only {} pixels are lit", error.lit_count());
 
-    // The comparison notices a picture that is upside down.
+    // The comparison notices an image that is upside down.
     let mut flipped = image.clone();
     flipped.pixels.reverse();
     assert!(RelativeError::measure(&flipped, &image, 1e-3).unwrap().median() > 0.02);

@@ -113,7 +113,7 @@ impl Directions {
         Ok(Self { set, rotation: Quat::IDENTITY, axes_in_set: axes.clone().into(), axes, cells })
     }
 
-    /// The set as it was asked for.
+    /// The set as it was requested.
     pub fn set(&self) -> DirectionSet {
         self.set
     }

@@ -6,17 +6,17 @@ use lanternfish_gpu::read_back;
 
 use super::{DeepGrid, DeepImages, Fragment};
 
-/// Surfaces of images against those of a yardstick: images of the same scene, directions and resolution, built by a draw for each
+/// Surfaces of images against those of a baseline: images of the same scene, directions and resolution, built by a draw for each
 /// direction. Two fragments of one texel are the same surface where their depths differ by a texel at most. Shares, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Holes {
-    /// Share of the yardstick's fragments that have no partner in the images.
+    /// Share of the baseline's fragments that have no partner in the images.
     pub missing: f64,
-    /// Share of the images' fragments that have no partner in the yardstick.
+    /// Share of the images' fragments that have no partner in the baseline.
     pub spurious: f64,
     /// `missing` among the fragments whose surface's normal and the image's axis have a cosine of up to 1/4, 1/2, 3/4 and 1.
     pub missing_by_cosine: [f64; 4],
-    /// The images' fragments over the yardstick's.
+    /// The images' fragments over the baseline's.
     pub fragments: f64,
 }
 
@@ -61,7 +61,7 @@ impl DeepImages {
     /// Compares with `baseline`, images of the same scene. Both are read back.
     ///
     /// An error where a list is broken, where the two differ in directions, resolution, chunks or the scene's bounds, or where the
-    /// yardstick has no triangles.
+    /// baseline has no triangles.
     pub fn holes(
         &self,
         device: &wgpu::Device,

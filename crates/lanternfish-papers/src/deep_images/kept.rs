@@ -63,7 +63,7 @@ impl KeptDeepImages {
     /// this frame where the last ones are of another scene, of triangles that have moved since, or turned differently; else
     /// the last ones. A frame that they were built in must be submitted before they are read in another. Where frames do not wait,
     /// images for which there was no room are built again as soon as that is known; until then frames that read them are not whole;
-    /// and with [`DeepImageSettings::slices`] of those that things have moved in the oldest slice is built anew, one in each frame.
+    /// and with [`DeepImageSettings::slices`] of those that things have moved in the oldest slice is built again, one in each frame.
     pub fn get(
         &mut self,
         frame: &mut Frame<'_>,
@@ -105,7 +105,7 @@ impl KeptDeepImages {
         Ok(&kept.images)
     }
 
-    /// Builds the oldest slice anew, once a frame, where it is of a scene as it is no longer, and notes whether there was room for the others.
+    /// Builds the oldest slice again, once a frame, where it is of a scene as it is no longer, and notes whether there was room for the others.
     /// False: it no longer fits one binding.
     fn renew(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, now: Built) -> Result<bool, RenderError> {
         let Some(kept) = self.kept.as_mut().filter(|kept| kept.noted_in != frame.number()) else { return Ok(true) };

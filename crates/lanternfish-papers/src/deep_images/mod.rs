@@ -3,7 +3,7 @@
 //!
 //! 1. Grid: a sphere around the scene; images of one size around it; as many images a chunk as fit one binding.
 //! 2. Build (`build/`): every triangle is put into every texel, of every image, whose axis meets it (or the scene is drawn once, and its
-//!    samples are put there; or drawn once a direction, as a yardstick).
+//!    samples are put there; or drawn once a direction, as a baseline).
 //! 3. Store (`store/`): fragments go to the lists of their texels: into an array (scan, fill, sort, merge, compact), or into linked lists.
 //! 4. Trace (`rays/within_texel/`, `rays/across_texels/`): rays read lists through one interface, `fragments.wesl`.
 

@@ -21,9 +21,9 @@ pub struct DeepImageSettings {
     /// Fragments that a texel's list is expected to have in the mean. A chunk takes as many images as fit one binding with so many; rays go through
     /// one chunk after the other. More: more chunks, slower rays. Fewer: a chunk that does not fit is built in vain once, then divided.
     pub fragments_a_texel: u64,
-    /// Frames, 1 to 64, over which images are built anew once something has moved, where frames do not wait ([`lanternfish::Renderer::record`]): each builds
+    /// Frames, 1 to 64, over which images are built again once something has moved, where frames do not wait ([`lanternfish::Renderer::record`]): each builds
     /// those of as many directions, the oldest first. More: less time in each frame, and rays in some directions meet things where they
-    /// were so many frames ago. Images always have all of them anew.
+    /// were so many frames ago. Images always have all of them again.
     pub slices: u32,
     /// How lists lie in memory.
     pub store: DeepStore,
@@ -60,10 +60,10 @@ named_enum! {
         SinglePass = "single_pass": "All images from one draw of the scene",
         /// Every triangle is put into each image's texels by arithmetic: what a draw for each direction finds, without one.
         PerTriangle = "per_triangle": "By arithmetic from every triangle: exact",
-        /// A draw for each direction: the yardstick.
+        /// A draw for each direction: the baseline.
         PerDirection = "per_direction": "A draw for each direction: exact, and slow",
-        /// A draw for each layer of surfaces of all images at once [Niessner2010, §3.1]: another yardstick, which is the slowest.
-        DepthPeeling = "depth_peeling": "A draw for each layer of surfaces: the yardstick, slowest",
+        /// A draw for each layer of surfaces of all images at once [Niessner2010, §3.1]: another baseline, which is the slowest.
+        DepthPeeling = "depth_peeling": "A draw for each layer of surfaces: the baseline, slowest",
     }
 }
 

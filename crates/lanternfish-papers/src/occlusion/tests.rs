@@ -78,7 +78,7 @@ fn floor() -> Scene {
 }
 
 /// Ground truth: rays through exact triangles, 128 a pixel, whose own mean distance from the exact value is 0.035 at most (half a
-/// square root of 1/128, times the mean distance of a normal distribution). Pixels at edges show several surfaces to the truth
+/// square root of 1/128, times the mean distance of a normal distribution). Pixels at edges show several surfaces to the ground truth
 /// and one to the renderer. Bounds are a quarter above what was measured.
 #[test]
 fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {

@@ -145,7 +145,7 @@ fn gpu_a_shared_scene_is_the_same_image_or_is_refused() {
     assert!(matches!(built, Err(RenderError::OtherSettings { .. })), "{built:?}");
 }
 
-/// A single picture and a mean of frames know of nothing before, whether there is a history or not.
+/// A single image and a mean of frames know of nothing before, whether there is a history or not.
 #[test]
 fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
     let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_know_of_nothing_before") else { return };
@@ -186,7 +186,7 @@ fn halves(gpu: &Gpu, view: &wgpu::TextureView) -> Vec<[f32; 4]> {
     texels.into_iter().map(|texel| texel.map(|bits| half::f16::from_bits(bits).to_f32())).collect()
 }
 
-/// What a white surface sends is direct light and that of the surroundings together; surfaces are the scene's.
+/// What a white surface sends is direct light and that of the environment together; surfaces are the scene's.
 #[test]
 fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion() {
     let Some(gpu) = testing::gpu("gpu_sums_of_white_surfaces_are_the_image_with_occlusion") else { return };

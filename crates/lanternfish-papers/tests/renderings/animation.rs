@@ -1,4 +1,4 @@
-//! Scenes that move: the pictures of posed scenes against the path tracer's, and what is brought to the device against what is uploaded.
+//! Scenes that move: the images of posed scenes against the path tracer's, and what is brought to the device against what is uploaded.
 
 use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
@@ -23,7 +23,7 @@ use lanternfish_scene::{
 use crate::support::{differing, linear, quad, scene_of};
 
 const SIZE: (u32, u32) = (64, 48);
-/// Of pictures of the samples.
+/// Of images of the samples.
 const POSED: (u32, u32) = (64, 48);
 /// Every animated sample.
 const SAMPLES: [&str; 12] = [
@@ -42,7 +42,7 @@ const SAMPLES: [&str; 12] = [
 ];
 /// Shares of the animation's duration.
 const TIMES: [f32; 5] = [0.0, 0.21, 0.45, 0.7, 0.93];
-/// Those of [`TIMES`] at which pictures are compared with the truth.
+/// Those of [`TIMES`] at which images are compared with the ground truth.
 const TRACED: [f32; 2] = [0.21, 0.45];
 
 /// A camera that sees the scene at all times, and lights around it. Surfaces have no textures, which do not move and are filtered by
@@ -82,7 +82,7 @@ fn settings() -> Settings {
     Settings { accumulate: 64, shadows: Shadows::BVH, attenuation: Attenuation::Physical, ..Settings::direct_light() }
 }
 
-/// Each animated sample at two times: brought to the device that has the scene at rest, uploaded anew, and traced.
+/// Each animated sample at two times: brought to the device that has the scene at rest, uploaded again, and traced.
 #[test]
 fn gpu_posed_scenes_are_the_path_tracers() {
     let name = "gpu_posed_scenes_are_the_path_tracers";
@@ -101,7 +101,7 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             scene.pose(0, time * duration);
             assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
             renderer.update(&mut uploaded, &scene).unwrap();
-            // A frame is enough to tell what was brought from what is uploaded, and the mean of many is compared with the truth.
+            // A frame is enough to tell what was brought from what is uploaded, and the mean of many is compared with the ground truth.
             let brought = once.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
             let fresh = once.upload(&scene).unwrap();
             let fresh = once.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
@@ -134,7 +134,7 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             assert!(error.fraction_within(0.1) > 0.7, "{sample} at {time}: {} within 10 %", error.fraction_within(0.1));
             assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{sample} at {time}: energy {}", error.energy_ratio());
         }
-        // It can fail: another moment is another picture. The truck's wheels turn alone, and are round.
+        // It can fail: another moment is another image. The truck's wheels turn alone, and are round.
         let other = RelativeError::measure(&renderings[1].0, &renderings[0].1, 1e-3).unwrap().fraction_within(0.1);
         let own = renderings[1].2.fraction_within(0.1);
         assert!(other < own - 0.02 || sample.contains("Truck"), "{sample}: blind to what moves: {other} and {own}");
@@ -147,7 +147,7 @@ fn otherwise_rounded(gpu: &Gpu, pixels: usize) -> usize {
     if gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu { 0 } else { pixels / 200 }
 }
 
-/// Each animated sample at five times: what the device bends and moves looks as what is uploaded anew.
+/// Each animated sample at five times: what the device bends and moves looks as what is uploaded again.
 #[test]
 fn gpu_what_the_device_animates_is_what_is_uploaded() {
     let name = "gpu_what_the_device_animates_is_what_is_uploaded";
@@ -172,10 +172,10 @@ fn gpu_what_the_device_animates_is_what_is_uploaded() {
             wrong += differing(&found, &fresh);
             changed += last.replace(found).map_or(0, |last| differing(&last, &fresh));
         }
-        println!("{sample}: {wrong} pixels differ from a fresh upload, {changed} from the picture before");
+        println!("{sample}: {wrong} pixels differ from a fresh upload, {changed} from the image before");
         let pixels = TIMES.len() * (POSED.0 * POSED.1) as usize;
         assert!(wrong <= otherwise_rounded(gpu, pixels), "{sample}: {wrong} of {pixels} pixels");
-        // It can fail: another moment is another picture. The truck's wheels turn alone, and are round.
+        // It can fail: another moment is another image. The truck's wheels turn alone, and are round.
         assert!(changed > pixels / 200 || sample.contains("Truck"), "{sample}: {changed} of {pixels} pixels");
     }
 }
@@ -217,7 +217,7 @@ fn folding() -> (Scene, Camera) {
 }
 
 /// What bends changes shadows, occlusion and indirect light in the frame in which it does, through every structure that is traced; and what
-/// is brought to the device is what would be uploaded anew.
+/// is brought to the device is what would be uploaded again.
 #[test]
 fn gpu_what_bends_is_seen_by_everything() {
     let Some(gpu) = crate::gpu("gpu_what_bends_is_seen_by_everything") else { return };

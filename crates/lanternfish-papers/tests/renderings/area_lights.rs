@@ -111,7 +111,7 @@ fn gpu_area_lights_are_the_path_tracers() {
     assert!(error.fraction_within(0.05) < 0.9, "blind to the lights' size");
 }
 
-/// Without what could cast a shadow, `shadows none` is the truth too: the whole of the light, and not that of its middle.
+/// Without what could cast a shadow, `shadows none` is the ground truth too: the whole of the light, and not that of its middle.
 #[test]
 fn gpu_area_lights_without_shadows_are_whole() {
     let Some(gpu) = crate::gpu("gpu_area_lights_without_shadows_are_whole") else { return };

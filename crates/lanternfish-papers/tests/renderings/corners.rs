@@ -113,11 +113,11 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
         }
         seen.push(rendering.display);
     }
-    // No two are one picture, but that on these flat walls all normals agree up to the few edges.
+    // No two are one image, but that on these flat walls all normals agree up to the few edges.
     seen.sort();
     let all = seen.len();
     seen.dedup();
-    assert!(seen.len() + 1 >= all, "{} of {all} pictures are different", seen.len());
+    assert!(seen.len() + 1 >= all, "{} of {all} images are different", seen.len());
 }
 
 #[test]

@@ -79,7 +79,7 @@ fn gpu_tiles_and_clusters_change_no_pixel() {
         listed.push((counter(&tiled, "light_culling/listed_lights"), tests));
     }
     println!("listed lights, all, then 8, 16, 32 px without and with boxes, and in 1, 7, 32 layers: {listed:?}");
-    // It can fail: other rain is another picture, and so is a light whose range is a tenth shorter.
+    // It can fail: other rain is another image, and so is a light whose range is a tenth shorter.
     assert!(differing(&rendering(&cornell_in_rain(2).0, Culling::NONE), &all) > 1000);
     let mut shorter = scene.clone();
     shorter.lights.iter_mut().for_each(|light| light.range = light.range.map(|range| 0.9 * range));
@@ -143,7 +143,7 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
     }
 }
 
-/// Edges are smoother with more samples: closer to what a much larger picture shows, averaged.
+/// Edges are smoother with more samples: closer to what a much larger image shows, averaged.
 #[test]
 fn gpu_more_samples_are_closer_to_the_truth_at_edges() {
     let Some(gpu) = crate::gpu("gpu_more_samples_are_closer_to_the_truth_at_edges") else { return };
@@ -158,7 +158,7 @@ fn gpu_more_samples_are_closer_to_the_truth_at_edges() {
     }
 }
 
-/// Root mean square errors with one and with four samples a pixel, against a picture `fine` times as wide and high.
+/// Root mean square errors with one and with four samples a pixel, against an image `fine` times as wide and high.
 fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64, f64) {
     let rendering = |samples, scale: u32| {
         let settings = Settings { samples, ..Settings::direct_light() };
@@ -193,7 +193,7 @@ fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
     let first = render(gpu, scene, camera, SIZE, settings());
     assert_eq!(differing(&render(gpu, scene, camera, SIZE, settings()), &first), 0, "a new renderer");
 
-    // A renderer that has made other pictures keeps lists and targets; none of it may show.
+    // A renderer that has made other images keeps lists and targets; none of it may show.
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings()).unwrap();
     let other = cornell_in_rain(4);
     let (scene, other_scene) = (renderer.upload(scene).unwrap(), renderer.upload(&other.0).unwrap());
@@ -247,7 +247,7 @@ fn gpu_a_thousand_lights_over_one_tile() {
     };
     let all = rendering(Culling::NONE, 1000);
     let tiled = rendering(Culling::default(), 1000);
-    // One tile of 16 pixels is the whole picture.
+    // One tile of 16 pixels is the whole image.
     let listed = counter(&tiled, "light_culling/listed_lights");
     println!("{listed} lights over one tile, {} rays", counter(&tiled, "shadows/rays"));
     assert!(listed > 900, "{listed} lights over one tile");

@@ -1,4 +1,4 @@
-//! Everything that shines: lights, emissive triangles, the surroundings.
+//! Everything that shines: lights, emissive triangles, the environment.
 
 mod area;
 mod choice;
@@ -30,7 +30,7 @@ use crate::{
 pub(crate) struct Arriving {
     /// Towards the emitter, unit.
     pub wi: DVec3,
-    /// To the emitter, m; infinite for the surroundings.
+    /// To the emitter, m; infinite for the environment.
     pub distance: f32,
     /// What it sends, over the density of the sample: lx on a surface that faces it, unshadowed.
     pub weight: Vec3,

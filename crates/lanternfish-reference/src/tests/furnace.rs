@@ -22,7 +22,7 @@ fn cube(half: f32) -> Vec<Primitive> {
     faces.collect()
 }
 
-/// A picture that shows nothing but the middle of the body, so that no pixel is sky alone.
+/// An image that shows nothing but the middle of the body, so that no pixel is sky alone.
 fn middle(scene: &Scene, materials: Materials, samples: u64) -> Film {
     let mut camera = front(4.0, 0.6);
     // Askew, so that a cube shows three faces.

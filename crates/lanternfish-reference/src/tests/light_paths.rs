@@ -21,7 +21,7 @@ fn matt() -> Material {
     material(Vec3::splat(0.8), 0.0, 1.0)
 }
 
-/// Mean over the picture, and its standard error, of light that comes by at least one surface more: longer paths than of two segments.
+/// Mean over the image, and its standard error, of light that comes by at least one surface more: longer paths than of two segments.
 fn found(scene: &Scene, light_paths: LightPaths, max_depth: u32) -> (f64, f64) {
     let of = |max_depth, samples| {
         let settings = Settings { light_paths, max_depth, ..Settings::default() };

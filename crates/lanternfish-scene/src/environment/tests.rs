@@ -181,7 +181,7 @@ fn broken_files_are_errors_that_name_the_file() {
         let fault = folder.fault("cut.exr", &whole_exr[..length]);
         assert!(fault.contains("cut.exr: not an OpenEXR image"), "{length}: {fault}");
     }
-    for garbage in [&b"this is no picture"[..], &[0; 1000], &[0xff; 1000], b"#?RADIANCE\n\n-Y two +X 2\n"] {
+    for garbage in [&b"this is no image"[..], &[0; 1000], &[0xff; 1000], b"#?RADIANCE\n\n-Y two +X 2\n"] {
         assert!(folder.fault("a.hdr", garbage).contains("not a Radiance image"));
         assert!(folder.fault("a.exr", garbage).contains("not an OpenEXR image"));
     }

@@ -141,7 +141,7 @@ fn the_mean_of_what_is_chosen_is_the_sum_over_all() {
     let mut lit = 0;
     for receiver in receivers(12) {
         let truth: f64 = lights.iter().map(|light| sent(light, &receiver)).sum();
-        // Even numbers: each chance is met to within one of them.
+        // Even numbers: each chance is hit to within one of them.
         let of = |i: usize| {
             let chosen = tree.choose(&receiver, (i as f64 + 0.5) / f64::from(count))?;
             assert!((tree.chance(&receiver, chosen.0) / chosen.1 - 1.0).abs() < 1e-9);

@@ -161,7 +161,7 @@ fn all_that_hangs_on_a_node_goes_with_it() {
 
 #[test]
 fn normals_follow_what_bends_them() {
-    // A plane that is turned and stretched: its normal is that of its triangle, and a flat one is found anew.
+    // A plane that is turned and stretched: its normal is that of its triangle, and a flat one is found again.
     let turn = Affine3A::from_rotation_x(0.7) * Affine3A::from_scale(Vec3::new(1.0, 5.0, 0.5));
     let rest = triangle();
     for has_flat_normals in [false, true] {

@@ -24,7 +24,7 @@ fn rendering(background: &mut Background, samples: u64) -> Traced {
     }
 }
 
-/// The picture is that of the tracer by itself, whatever is asked in between; and what is given up is not heard of.
+/// The image is that of the tracer by itself, whatever is asked in between; and what is given up is not heard of.
 #[test]
 fn a_image_grows_pixels_are_answered_and_what_is_stopped_stays_silent() {
     let scene = Arc::new(demo("cornell").unwrap());

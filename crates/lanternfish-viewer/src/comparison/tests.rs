@@ -10,7 +10,7 @@ use super::*;
 
 const SIZE: UVec2 = UVec2::new(48, 32);
 
-/// A window without a window: the first picture at rest, and the other side.
+/// A window without a window: the first image at rest, and the other side.
 struct Both {
     first: Viewport,
     comparison: Comparison,
@@ -31,7 +31,7 @@ impl Both {
         Some(Self { first, comparison: Comparison::default(), wipe, camera, found: None })
     }
 
-    /// Goes on as the window does, until `done`. The first picture is that of so many frames.
+    /// Goes on as the window does, until `done`. The first image is that of so many frames.
     fn until(&mut self, frames: u32, done: impl Fn(&Self) -> bool) {
         let started = Instant::now();
         while !done(self) {
@@ -105,7 +105,7 @@ fn gpu_the_other_side_is_rendered_and_compared() {
     assert!(both.comparison.rendering().is_none() && both.comparison.mean().is_none());
 }
 
-/// The path tracer's picture is shown as the first side is, and has light that this one does not look for; a camera that moves ends it.
+/// The path tracer's image is shown as the first side is, and has light that this one does not look for; a camera that moves ends it.
 #[test]
 fn gpu_the_path_tracer_works_while_the_camera_rests() {
     let settings = Settings { tone_map: ToneMap::Reinhard, ..Settings::direct_light() };
@@ -115,7 +115,7 @@ fn gpu_the_path_tracer_works_while_the_camera_rests() {
     let ev = both.first.exposure().unwrap().unwrap();
     both.until(3, |both| both.comparison.look.is_some_and(|(look, _)| look.ev == ev));
     let (_, traced) = both.comparison.traced.as_ref().unwrap();
-    assert!(both.pixels_of_b().as_flattened() == traced.bytes, "the texture is the picture");
+    assert!(both.pixels_of_b().as_flattened() == traced.bytes, "the texture is the image");
     let light = |bytes: &[u8]| bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>();
     let (all, direct) = (light(&traced.bytes), light(both.first.pixels().unwrap().as_flattened()));
     assert!(all > 1.05 * direct, "what comes from other surfaces is there: {all} and {direct}");
@@ -157,7 +157,7 @@ fn gpu_deep_images_are_points_on_the_other_side() {
     let points = both.pixels_of_b();
     let covered = points.iter().filter(|[r, g, b, _]| *r > 0 || *g > 0 || *b > 0).count();
     assert!(2 * covered > points.len(), "{covered} of {} pixels show a point", points.len());
-    assert!(both.comparison.mean().is_none(), "they are no picture of the same thing");
+    assert!(both.comparison.mean().is_none(), "they are no image of the same thing");
     both.camera.world_from_camera.translation.x += 0.3;
     assert!(both.comparison.has_more(&both.first, &both.wipe, &both.camera));
     both.until(1, at_rest);

@@ -12,7 +12,7 @@ use crate::controls::Controls;
 pub struct BirdsEye {
     /// The first camera, and how it is moved.
     pub first: Controls,
-    /// Width over height of its picture.
+    /// Width over height of its image.
     pub aspect: f32,
     /// Corners of its visible clusters, and how many lights they list.
     pub clusters: Vec<([Vec3; 8], u32)>,

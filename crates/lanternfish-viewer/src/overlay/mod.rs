@@ -1,4 +1,4 @@
-//! What is drawn over the picture: lines of the scene's space, projected on the host.
+//! What is drawn over the image: lines of the scene's space, projected on the host.
 //!
 //! Nothing hides these lines: they are over the scene.
 
@@ -38,16 +38,16 @@ pub const INDIRECT_RAYS: &str = "64 directions by the cosine, through the scene 
 const HIT: Color32 = Color32::from_rgb(110, 190, 255);
 const LEAVES: Color32 = Color32::from_rgba_premultiplied(120, 120, 120, 160);
 
-/// What is drawn over the picture.
+/// What is drawn over the image.
 #[derive(Debug)]
 pub struct Overlays {
-    /// Whether the bird's-eye view is asked for.
+    /// Whether the bird's-eye view is requested.
     pub wants_birds_eye: bool,
     /// The view from above, while it is shown.
     pub birds_eye: Option<BirdsEye>,
     /// Whether the view from above shows visible clusters.
     pub clusters: bool,
-    /// Whether tiles, or columns of clusters, are drawn over the picture.
+    /// Whether tiles, or columns of clusters, are drawn over the image.
     pub grid: bool,
     /// Whether ranges of lights are drawn.
     pub ranges: bool,
@@ -82,11 +82,11 @@ pub struct Drawn<'a> {
     pub camera: &'a Camera,
     /// What lies under the pixel that was clicked.
     pub found: Option<&'a Found>,
-    /// Pixels of the picture.
+    /// Pixels of the image.
     pub size: [u32; 2],
 }
 
-/// Draws what is asked for over the picture, which is at `place`.
+/// Draws what is requested over the image, which is at `place`.
 pub fn paint(ui: &Ui, place: Rect, overlays: &Overlays, drawn: &Drawn<'_>) {
     let painter = ui.painter().with_clip_rect(place.intersect(ui.clip_rect()));
     let wire = Wire { painter: &painter, projector: Projector::new(drawn.camera, place) };
@@ -136,7 +136,7 @@ impl Wire<'_> {
     }
 }
 
-/// Points of the window between lines that divide the picture; none where it is not divided so.
+/// Points of the window between lines that divide the image; none where it is not divided so.
 fn spacing(settings: &Settings) -> Option<u32> {
     let culling = &settings.culling;
     let tiles = culling.get::<Tiled>().map(|tiled| tiled.tile_size);
@@ -148,7 +148,7 @@ fn spacing(settings: &Settings) -> Option<u32> {
     tiles.map(TileSize::pixels).or(clusters)
 }
 
-/// Whether something divides the picture that could be drawn over it.
+/// Whether something divides the image that could be drawn over it.
 pub fn has_grid(settings: &Settings) -> bool {
     spacing(settings).is_some()
 }
@@ -274,8 +274,8 @@ pub fn switches(ui: &mut Ui, overlays: &mut Overlays, settings: &Settings) {
             (_, all) => format!("{all} visible clusters"),
         });
     }
-    ui.add_enabled(has_grid(settings), egui::Checkbox::new(&mut overlays.grid, "Tiles or clusters on the picture"))
-        .on_hover_text("Where the picture is divided into lists of lights");
+    ui.add_enabled(has_grid(settings), egui::Checkbox::new(&mut overlays.grid, "Tiles or clusters on the image"))
+        .on_hover_text("Where the image is divided into lists of lights");
     ui.checkbox(&mut overlays.ranges, "Ranges of lights")
         .on_hover_text(format!("Spheres of the {MOST_LIGHTS} nearest lights, as far as they reach"));
     ui.checkbox(&mut overlays.rays, "Rays to the lights of the clicked pixel").on_hover_text(RAYS);

@@ -1,10 +1,10 @@
-//! From places of the world to places of the picture, on the host: lines are cut where the camera does not see.
+//! From places of the world to places of the image, on the host: lines are cut where the camera does not see.
 
 use egui::{Pos2, Rect, pos2};
 use glam::{Affine3A, Vec2, Vec3};
 use lanternfish_scene::{Camera, Projection};
 
-/// A camera and the picture of it.
+/// A camera and the image of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Projector {
     view_from_world: Affine3A,
@@ -23,13 +23,13 @@ impl Projector {
         Self { view_from_world: camera.world_from_camera.inverse(), sides, near, rendering }
     }
 
-    /// Where a place of the world is in the picture or beside it; none behind the camera.
+    /// Where a place of the world is in the image or beside it; none behind the camera.
     pub fn point(&self, p_world: Vec3) -> Option<Pos2> {
         let p_view = self.view_from_world.transform_point3(p_world);
         self.near.is_none_or(|near| -p_view.z >= near).then(|| self.place(p_view))
     }
 
-    /// The part of a line that is in the picture.
+    /// The part of a line that is in the image.
     pub fn segment(&self, a: Vec3, b: Vec3) -> Option<[Pos2; 2]> {
         let [mut a, mut b] = [a, b].map(|p| self.view_from_world.transform_point3(p));
         if let Some(near) = self.near {
@@ -125,7 +125,7 @@ mod tests {
     fn places_are_where_the_camera_sees_them() {
         let (camera, projector) = projector();
         assert_eq!(projector.point(Vec3::ZERO), Some(pos2(300.0, 150.0)));
-        // 5 m ahead the picture is 10 m high: 20 points a metre. Up is up.
+        // 5 m ahead the image is 10 m high: 20 points a metre. Up is up.
         let up = projector.point(Vec3::new(1.0, 2.0, 0.0)).unwrap();
         assert!((up - pos2(320.0, 110.0)).length() < 1e-3, "{up}");
         assert_eq!(projector.point(Vec3::new(0.0, 0.0, 6.0)), None, "behind");
@@ -146,7 +146,7 @@ mod tests {
         let [a, b] = projector.segment(Vec3::new(1.0, 0.0, 0.0), Vec3::new(1.0, 0.0, 20.0)).unwrap();
         assert!((a - pos2(320.0, 150.0)).length() < 1e-3 && (b - pos2(500.0, 150.0)).length() < 1e-2, "{a} {b}");
         assert_eq!(projector.segment(Vec3::new(0.0, 0.0, 6.0), Vec3::new(1.0, 0.0, 9.0)), None);
-        assert_eq!(projector.segment(Vec3::new(20.0, 0.0, 0.0), Vec3::new(20.0, 1.0, 0.0)), None, "beside the picture");
+        assert_eq!(projector.segment(Vec3::new(20.0, 0.0, 0.0), Vec3::new(20.0, 1.0, 0.0)), None, "beside the image");
         assert_eq!(projector.segment(Vec3::NAN, Vec3::ONE), None);
     }
 }

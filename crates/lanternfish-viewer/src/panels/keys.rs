@@ -14,7 +14,7 @@ const KEYS: [(&str, &str); 19] = [
     ("Wheel", "Fly faster, slower"),
     ("Click", "What lies under the pixel (\u{201c}Pixel\u{201d} on the right)"),
     ("F", "Look at what was clicked, and go round it"),
-    ("B", "Another picture on the right of a line, or none"),
+    ("B", "Another image on the right of a line, or none"),
     ("T", "Two eyes: stereo, side by side; or one"),
     ("V", "The view from above: a second camera looks at the first one and its clusters"),
     ("Space", "Play and pause animations and light rain"),

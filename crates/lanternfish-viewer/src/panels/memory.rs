@@ -27,7 +27,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Asks once more, unless it has just been asked.
+    /// Asks again, unless it has just been asked.
     pub fn ask_again(&mut self, viewport: &Viewport) {
         if self.requested.is_some_and(|requested| requested.elapsed() < PERIOD) {
             return;

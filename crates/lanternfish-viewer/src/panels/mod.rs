@@ -1,4 +1,4 @@
-//! What stands about the picture: settings, passes and their times, the scene's animation, keys.
+//! What stands about the image: settings, passes and their times, the scene's animation, keys.
 
 mod keys;
 mod lights;
@@ -37,7 +37,7 @@ use crate::{
 /// What the panels change.
 #[derive(Debug)]
 pub struct State {
-    /// What is asked for.
+    /// What is requested.
     pub settings: Settings,
     /// What is on the other side of the line, and where that is.
     pub wipe: Wipe,
@@ -51,7 +51,7 @@ pub struct State {
     pub usual: Settings,
     /// The camera and how it moves.
     pub controls: Controls,
-    /// What is drawn over the picture.
+    /// What is drawn over the image.
     pub overlays: Overlays,
     /// The pass whose writing is shown.
     pub written: Option<Written>,
@@ -70,7 +70,7 @@ pub struct State {
 }
 
 impl State {
-    /// The eyes that the picture is for; none: one.
+    /// The eyes that the image is for; none: one.
     pub fn eyes(&self) -> Option<Eyes> {
         self.stereo.of(&self.controls.camera)
     }
@@ -92,9 +92,9 @@ pub struct Clip {
     pub names: Vec<String>,
     /// Which of them is played, by its index. None: light rain alone.
     pub animation: Option<usize>,
-    /// Seconds until the animation begins anew; of light rain alone, as many as can be chosen.
+    /// Seconds until the animation begins again; of light rain alone, as many as can be chosen.
     pub duration: f32,
-    /// Whether there is light rain. It falls on where an animation begins anew.
+    /// Whether there is light rain. It falls on where an animation begins again.
     pub has_rain: bool,
     /// When, s.
     pub time: f32,
@@ -103,7 +103,7 @@ pub struct Clip {
 }
 
 impl Clip {
-    /// Lets `seconds` pass. An animation begins anew after its end by itself; time does so where nothing else needs it.
+    /// Lets `seconds` pass. An animation begins again after its end by itself; time does so where nothing else needs it.
     pub fn go_on(&mut self, seconds: f32) {
         self.time += seconds;
         if !self.has_rain {
@@ -128,7 +128,7 @@ pub struct Facts<'a> {
     pub triangle_count: usize,
     /// What renders.
     pub adapter: &'a AdapterDescription,
-    /// Pixels of the picture, or of each eye's.
+    /// Pixels of the image, or of each eye's.
     pub size: [u32; 2],
     /// The eyes that it is for; none: one.
     pub eyes: Option<Eyes>,
@@ -144,9 +144,9 @@ pub struct Facts<'a> {
     pub frame_ms: f64,
     /// Milliseconds that panels and painting take, once that is known.
     pub window_ms: Option<f64>,
-    /// The pictures.
+    /// The images.
     pub textures: Textures,
-    /// Frames that the other side's picture is the mean of, or samples of each of its pixels.
+    /// Frames that the other side's image is the mean of, or samples of each of its pixels.
     pub progress_of_b: u64,
     /// How different the two sides look, 0 to 1, once that is known.
     pub mean_difference: Option<f32>,
@@ -155,17 +155,17 @@ pub struct Facts<'a> {
 /// What is asked of the window.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Requested {
-    /// A file with the picture.
+    /// A file with the image.
     pub screenshot: bool,
     /// What is seen, in a form that renders it.
     pub write: Option<Form>,
-    /// What lies under a pixel: shares of a picture's sides, and which eye's it is.
+    /// What lies under a pixel: shares of an image's sides, and which eye's it is.
     pub pixel: Option<(Vec2, usize)>,
     /// Another light.
     pub edit: Option<Edit>,
     /// To be closed.
     pub close: bool,
-    /// Points that are left for the picture, or each eye's, across and down.
+    /// Points that are left for the image, or each eye's, across and down.
     pub room: Vec2,
     /// Whether the camera was moved by hand.
     pub is_moving: bool,
@@ -212,7 +212,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     requested
 }
 
-/// What is wider than its panel is scrolled: a wider panel would leave another room for the picture, whose mean would begin anew.
+/// What is wider than its panel is scrolled: a wider panel would leave another room for the image, whose mean would begin again.
 fn scrolled(name: &str) -> egui::ScrollArea {
     egui::ScrollArea::both().id_salt(name).auto_shrink([false, true])
 }

@@ -26,7 +26,7 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, requested: &mut Requested) {
             (
                 Form::File,
                 "Save as a shot (F4)",
-                "A file in the current folder that `lanternfish render` makes this picture of",
+                "A file in the current folder that `lanternfish render` makes this image of",
             ),
             (Form::CommandLine, "Copy as a command line (F5)", "The same as a line for a shell"),
         ] {
@@ -37,7 +37,7 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, requested: &mut Requested) {
     });
 }
 
-/// Device time of each pass, and counters. A click on a pass shows what it has written; another one, the picture again.
+/// Device time of each pass, and counters. A click on a pass shows what it has written; another one, the image again.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     let written = state.written.clone();
     let passes = written.as_ref().map_or(facts.passes, |written| &written.passes);
@@ -71,7 +71,7 @@ fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_
     };
     let names: Vec<_> = views.iter().map(|view| view.name()).collect();
     let words = match is_shown {
-        true => "A click shows the picture again".to_owned(),
+        true => "A click shows the image again".to_owned(),
         false => format!("A click shows what it writes: debug views {}", names.join(", ")),
     };
     ui.vertical(|ui| {

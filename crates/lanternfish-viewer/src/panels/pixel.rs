@@ -11,9 +11,9 @@ use crate::{background::Found, clusters::ClusterAt, overlay};
 /// A pixel that was asked about.
 #[derive(Clone, Debug)]
 pub struct Pointed {
-    /// Where it is in the picture: shares of its sides.
+    /// Where it is in the image: shares of its sides.
     pub at: Vec2,
-    /// Which eye's picture that is: 0 is the left one, or the only one.
+    /// Which eye's image that is: 0 is the left one, or the only one.
     pub eye: usize,
     /// Where it was seen from: the camera between the eyes, where there are two.
     pub camera: Camera,
@@ -37,7 +37,7 @@ impl Pointed {
 /// Whether the camera is to look there.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
     let Some(pointed) = state.pointed.clone() else {
-        ui.label("Click on the picture.");
+        ui.label("Click on the image.");
         return false;
     };
     let Some(found) = &pointed.found else {
@@ -45,7 +45,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
         return false;
     };
     let Some(place) = &found.place else {
-        ui.label("The surroundings: there is no surface.");
+        ui.label("The environment: there is no surface.");
         return false;
     };
     let is_requested = ui.button("Focus (F)").on_hover_text("Look there, and go round it").clicked();

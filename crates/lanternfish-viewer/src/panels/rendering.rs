@@ -1,4 +1,4 @@
-//! The picture, what is drawn over it, and the hand on it.
+//! The image, what is drawn over it, and the hand on it.
 
 use egui::{Key, PointerButton, Ui};
 use glam::Vec2;
@@ -11,7 +11,7 @@ use crate::{
     wipe::{self, Other, Painted, Textures},
 };
 
-/// The picture, and the hand that moves the camera over it.
+/// The image, and the hand that moves the camera over it.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, requested: &mut Requested) {
     let rect = ui.available_rect_before_wrap();
     let eyes = state.eyes();

@@ -14,7 +14,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     ui.horizontal_wrapped(|ui| {
         ui.label("B:");
         for (other, name, words) in [
-            (Other::Nothing, "nothing", "One picture: A"),
+            (Other::Nothing, "nothing", "One image: A"),
             (Other::Settings, "other settings", "The same scene by settings of its own"),
             (
                 Other::DeepImages,

@@ -11,7 +11,7 @@ pub const ALONE: &str = "Both eyes are shown: there is no B beside them";
 pub fn show(ui: &mut Ui, state: &mut State) {
     let mut is_shown = state.stereo.is_shown;
     let switch = ui.checkbox(&mut is_shown, "Stereo, side by side (T)");
-    if switch.on_hover_text("The left eye's picture beside the right eye's; one frame for both").changed() {
+    if switch.on_hover_text("The left eye's image beside the right eye's; one frame for both").changed() {
         state.show_stereo(is_shown);
     }
     let eyes = &mut state.stereo.eyes;

@@ -20,9 +20,9 @@ use crate::{background::Found, wipe::Other};
 
 struct Shown {
     scene: Scene,
-    /// The last pixel that was asked for.
+    /// The last pixel that was requested.
     pixel: Option<(Vec2, usize)>,
-    /// The last form that was asked for.
+    /// The last form that was requested.
     write: Option<Form>,
     passes: Vec<PassTime>,
     memory: Memory,
@@ -280,7 +280,7 @@ fn the_two_sides_are_chosen_edited_apart_and_the_line_is_dragged() {
     assert_eq!(harness.state().state.wipe.other, Other::Nothing);
 }
 
-/// What the middle of the picture shows, as the window would have found it.
+/// What the middle of the image shows, as the window would have found it.
 fn pointed(harness: &Harness<'_, Shown>) -> Pointed {
     let Shown { scene, state, .. } = harness.state();
     let tracer = Tracer::new(scene, Transport::default()).unwrap();
@@ -313,7 +313,7 @@ fn a_click_asks_for_a_pixel_and_a_drag_does_not() {
     harness.step();
     harness.drop_at(place);
     harness.step();
-    let (at, eye) = harness.state().pixel.expect("a pixel is asked for");
+    let (at, eye) = harness.state().pixel.expect("a pixel is requested");
     let room = harness.state().requested.room;
     assert!(eye == 0 && (0.0..1.0).contains(&at.x) && (at.y - 500.0 / room.y).abs() < 0.01, "{at} of {room}");
 }
@@ -322,7 +322,7 @@ fn a_click_asks_for_a_pixel_and_a_drag_does_not() {
 fn what_was_clicked_is_told_and_looked_at() {
     let mut harness = shown();
     unfold(&mut harness, "Pixel");
-    assert!(harness.query_by_label("Click on the picture.").is_some());
+    assert!(harness.query_by_label("Click on the image.").is_some());
     let pointed = pointed(&harness);
     let place = *pointed.place().unwrap();
     harness.state_mut().state.pointed = Some(Pointed { found: None, ..pointed.clone() });
@@ -453,7 +453,7 @@ fn overlays_are_switched_and_the_view_from_above_is_asked_for() {
     harness.run();
     assert!(!harness.state().state.overlays.wants_birds_eye, "asked for twice is not asked for");
     harness.get_by_label("Ranges of lights").click();
-    harness.get_by_label("Tiles or clusters on the picture").click();
+    harness.get_by_label("Tiles or clusters on the image").click();
     harness.run();
     harness.get_by_label("Rays of its indirect light").click();
     harness.run();
@@ -492,7 +492,7 @@ fn a_sun_stands_where_place_and_hour_say() {
 #[test]
 fn everything_is_unfolded_and_folded_at_once() {
     let mut harness = shown();
-    let behind = ["Click on the picture.", "B := A now", "Add a sun", "Ranges of lights", "indirect-resolution"];
+    let behind = ["Click on the image.", "B := A now", "Add a sun", "Ranges of lights", "indirect-resolution"];
     let told = |harness: &Harness<'_, Shown>| behind.map(|words| harness.query_by_label(words).is_some());
     assert_eq!(told(&harness), [false; 5]);
     harness.key_press(Key::F6);
@@ -503,7 +503,7 @@ fn everything_is_unfolded_and_folded_at_once() {
     assert_eq!(told(&harness), [false; 5]);
 }
 
-/// The picture's room is another only if a hand drags a panel, or hides it: its mean goes on.
+/// The image's room is another only if a hand drags a panel, or hides it: its mean goes on.
 #[test]
 fn what_panels_tell_takes_no_room_from_the_image() {
     let mut harness = shown();

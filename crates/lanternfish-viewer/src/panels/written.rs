@@ -6,7 +6,7 @@ use lanternfish::{
 };
 use lanternfish_gpu::PassTime;
 
-/// A pass whose writing is shown in the place of the picture.
+/// A pass whose writing is shown in the place of the image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
     /// Its name.

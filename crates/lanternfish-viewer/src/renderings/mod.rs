@@ -19,7 +19,7 @@ use lanternfish_metrics::RgbImage;
 
 pub use window::run;
 
-/// A picture of a file.
+/// An image of a file.
 #[derive(Clone, Debug)]
 pub struct ImageOfFile {
     /// What it is called.
@@ -30,14 +30,14 @@ pub struct ImageOfFile {
     pub is_radiance: bool,
 }
 
-/// Reads the pictures of a file that was dropped on the window, or says why it cannot.
+/// Reads the images of a file that was dropped on the window, or says why it cannot.
 pub type ImageReader = Box<dyn Fn(&Path) -> Result<Vec<ImageOfFile>, String>>;
 
-/// What a window of pictures shows first.
+/// What a window of images shows first.
 pub struct RenderedImages {
-    /// The pictures. The first two are compared.
+    /// The images. The first two are compared.
     pub renderings: Vec<ImageOfFile>,
-    /// How bright radiance is shown; from the first picture of radiance where nobody says it.
+    /// How bright radiance is shown; from the first image of radiance where nobody says it.
     pub exposure: Exposure,
     /// The curve that it is shown by.
     pub tone_map: ToneMap,

@@ -1,4 +1,4 @@
-//! What stands beside pictures of files, and the hand on them.
+//! What stands beside images of files, and the hand on them.
 
 use egui::{Key, Rect, Ui, Vec2};
 use lanternfish::{
@@ -12,7 +12,7 @@ use crate::wipe::{self, Painted, Textures};
 /// What the panel changes.
 #[derive(Debug)]
 pub struct State {
-    /// All pictures there are; one at least.
+    /// All images there are; one at least.
     pub renderings: Vec<ImageOfFile>,
     /// Which of them is on the left.
     pub a: usize,
@@ -35,7 +35,7 @@ pub struct State {
 /// What is known of the difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Difference {
-    /// There are no two pictures.
+    /// There are no two images.
     OfOne,
     /// They have other sizes.
     Sizes,
@@ -53,7 +53,7 @@ pub struct Requested {
 }
 
 impl State {
-    /// The first two pictures; radiance as bright as is said, or as shows the first of it well.
+    /// The first two images; radiance as bright as is said, or as shows the first of it well.
     pub fn new(renderings: Vec<ImageOfFile>, exposure: Exposure, tone_map: ToneMap) -> Self {
         let ev = match exposure {
             Exposure::Ev(ev) => ev,
@@ -77,7 +77,7 @@ impl State {
         }
     }
 
-    /// Takes more pictures; the first of them is compared with A.
+    /// Takes more images; the first of them is compared with A.
     pub fn add(&mut self, renderings: Vec<ImageOfFile>) {
         if !renderings.is_empty() {
             self.b = Some(self.renderings.len());
@@ -141,7 +141,7 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
     ui.separator();
     if state.renderings.iter().any(|rendering| rendering.is_radiance) {
         ui.horizontal(|ui| {
-            let label = ui.label("exposure").on_hover_text("Stops: 1 doubles, of pictures of radiance (EXR)");
+            let label = ui.label("exposure").on_hover_text("Stops: 1 doubles, of images of radiance (EXR)");
             ui.add(egui::DragValue::new(&mut state.look.ev).speed(0.02).suffix(" EV")).labelled_by(label.id);
         });
         ui.horizontal(|ui| {
@@ -158,7 +158,7 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
     }
     match difference {
         Difference::OfOne => {
-            ui.label("Drop another picture on the window to compare the two.");
+            ui.label("Drop another image on the window to compare the two.");
         }
         difference => {
             ui.add(egui::Slider::new(&mut state.line, 0.0..=1.0).show_value(false).text("line"));
@@ -186,7 +186,7 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
     ui.label(&state.message);
 }
 
-/// A row a picture: its name, and which side it is on.
+/// A row an image: its name, and which side it is on.
 fn which(ui: &mut Ui, state: &mut State) {
     let State { renderings, a, b, .. } = state;
     egui::Grid::new("which").striped(true).show(ui, |ui| {
@@ -202,7 +202,7 @@ fn which(ui: &mut Ui, state: &mut State) {
     });
 }
 
-/// The pictures, and the hand that enlarges and moves them.
+/// The images, and the hand that enlarges and moves them.
 fn rendering(ui: &mut Ui, state: &mut State, textures: &Textures) {
     let room = ui.available_rect_before_wrap();
     let response = ui.interact(room, ui.scope_id().with("renderings"), egui::Sense::click_and_drag());

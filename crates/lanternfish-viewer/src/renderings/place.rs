@@ -1,14 +1,14 @@
-//! Where a picture is in its window: zoom and pan. No window.
+//! Where an image is in its window: zoom and pan. No window.
 
 use egui::{Pos2, Rect, Vec2};
 
 /// Times that a pixel is enlarged and made smaller, at most.
 const ZOOMS: std::ops::RangeInclusive<f32> = 0.02..=256.0;
 
-/// Where the picture is, whatever the size of the window.
+/// Where the image is, whatever the size of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Place {
-    /// Points of the window a pixel, and which place of the picture, in pixels, is in the window's middle. None: all of it is seen.
+    /// Points of the window a pixel, and which place of the image, in pixels, is in the window's middle. None: all of it is seen.
     chosen: Option<(f32, Vec2)>,
 }
 
@@ -23,13 +23,13 @@ impl Place {
         self.chosen.map_or(size / 2.0, |(_, middle)| middle)
     }
 
-    /// Where all of the picture is: `room` is the window's part for it, `size` its pixels across and down.
+    /// Where all of the image is: `room` is the window's part for it, `size` its pixels across and down.
     pub fn whole(&self, room: Rect, size: Vec2) -> Rect {
         let zoom = self.zoom(room, size);
         Rect::from_min_size(room.center() - zoom * self.middle(size), zoom * size)
     }
 
-    /// The place of the picture, in pixels, that is at a place of the window.
+    /// The place of the image, in pixels, that is at a place of the window.
     pub fn pixel(&self, room: Rect, size: Vec2, at: Pos2) -> Vec2 {
         (at - self.whole(room, size).min) / self.zoom(room, size)
     }
@@ -51,13 +51,13 @@ impl Place {
         self.chosen = Some((zoom.clamp(*ZOOMS.start(), *ZOOMS.end()), self.middle(size)));
     }
 
-    /// Moves the picture by points of the window.
+    /// Moves the image by points of the window.
     pub fn pan(&mut self, room: Rect, size: Vec2, by: Vec2) {
         let at = room.center() + by;
         self.hold(room, size, self.middle(size), at, self.zoom(room, size));
     }
 
-    /// A place of the picture comes to be at a place of the window. The middle of the window stays on the picture.
+    /// A place of the image comes to be at a place of the window. The middle of the window stays on the image.
     fn hold(&mut self, room: Rect, size: Vec2, pixel: Vec2, at: Pos2, zoom: f32) {
         let middle = pixel + (room.center() - at) / zoom;
         self.chosen = Some((zoom, middle.clamp(Vec2::ZERO, size)));

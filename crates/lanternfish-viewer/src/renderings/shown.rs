@@ -1,11 +1,11 @@
-//! What a display shows of pictures of files, and how two of them differ.
+//! What a display shows of images of files, and how two of them differ.
 
 use glam::UVec2;
 use lanternfish::{output::display, settings::ToneMap};
 
 use super::ImageOfFile;
 
-/// What no picture of light has: a pixel that is not a number.
+/// What no image of light has: a pixel that is not a number.
 const NOT_A_NUMBER: [u8; 4] = [0, 255, 255, 255];
 
 /// How radiance is shown.
@@ -42,7 +42,7 @@ impl ImageOfFile {
         encoded.as_chunks::<3>().0.iter().zip(pixels).map(shown).collect()
     }
 
-    /// The value of a pixel; none outside of the picture.
+    /// The value of a pixel; none outside of the image.
     pub fn value(&self, [x, y]: [i64; 2]) -> Option<[f32; 3]> {
         let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
         (x < self.image.width && y < self.image.height).then(|| self.image.pixels[y * self.image.width + x])

@@ -1,4 +1,4 @@
-//! The window of pictures of files.
+//! The window of images of files.
 
 use std::{path::Path, time::Duration};
 
@@ -25,7 +25,7 @@ use crate::{
 /// How often it is asked whether the comparison is done.
 const LOOK_AGAIN: Duration = Duration::from_millis(30);
 
-/// Opens a window on pictures, one at least, and returns when it is closed.
+/// Opens a window on images, one at least, and returns when it is closed.
 pub fn run(start: RenderedImages) -> Result<(), ViewerError> {
     events::run::<Shown>(start)
 }
@@ -114,7 +114,7 @@ impl Shown {
         true
     }
 
-    /// Which pictures are on either side, and how they are shown.
+    /// Which images are on either side, and how they are shown.
     fn wanted(&self) -> [Option<(usize, Look)>; 2] {
         let State { renderings, a, b, look, .. } = &self.state;
         // What is no radiance looks the same under every exposure.
@@ -135,7 +135,7 @@ impl Shown {
             let rendering = &self.state.renderings[index];
             if rendering.size().max_element() > most {
                 self.state.message =
-                    format!("{}: this adapter shows pictures of {most} pixels a side at most", rendering.name);
+                    format!("{}: this adapter shows images of {most} pixels a side at most", rendering.name);
                 continue;
             }
             let view = texture(&self.gpu.device, rendering.size());

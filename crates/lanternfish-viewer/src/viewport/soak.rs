@@ -131,7 +131,7 @@ fn gpu_settings_change_at_random() {
                 requested = usual.clone();
             }
             change(&mut requested, &mut random);
-            // As the window does: the picture stays, and the panels say why.
+            // As the window does: the image stays, and the panels say why.
             if let Err(error) = viewport.set(&requested) {
                 assert!(is_refusal(&error), "{requested:?}: {error}");
                 (refused, requested) = (refused + 1, viewport.settings().clone());

@@ -85,7 +85,7 @@ fn gpu_settings_that_come_again_take_no_more_memory() {
         assert_eq!((now.allocations, now.compiled, compiled_now), (second.allocations, second.compiled, compiled));
         assert!(now.bytes.abs_diff(second.bytes) < ROUNDED, "{} bytes, {} before", now.bytes, second.bytes);
     }
-    // It can fail: larger pictures take more.
+    // It can fail: larger images take more.
     let (larger, _) = round(200);
     assert!(larger == Alive::default() || larger.bytes > second.bytes + ROUNDED, "{larger:?}");
 }

@@ -139,7 +139,7 @@ fn gpu_an_image_follows_sizes_settings_and_scenes() {
     assert!(viewport.pixels().unwrap() != first);
 }
 
-/// The visible clusters of a picture are where its surfaces are: what a pixel shows is in one of them, and each is in the frustum.
+/// The visible clusters of an image are where its surfaces are: what a pixel shows is in one of them, and each is in the frustum.
 #[test]
 fn gpu_visible_clusters_hold_what_pixels_show() {
     let Some(gpu) = testing::gpu("gpu_visible_clusters_hold_what_pixels_show") else { return };
@@ -166,7 +166,7 @@ fn gpu_visible_clusters_hold_what_pixels_show() {
     assert!(view.all == all && view.clusters.len() == all && all > 1 && view.outlines.len() == 1, "{all}");
 }
 
-/// The pictures of two eyes in one frame are those that each eye would see alone, whether they share lists of lights or not.
+/// The images of two eyes in one frame are those that each eye would see alone, whether they share lists of lights or not.
 #[test]
 fn gpu_two_eyes_see_what_each_sees_alone() {
     let Some(gpu) = testing::gpu("gpu_two_eyes_see_what_each_sees_alone") else { return };

@@ -1,4 +1,4 @@
-//! A frame of the window: what is shown, what was asked for, and when it is painted.
+//! A frame of the window: what is shown, what was requested, and when it is painted.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ use crate::{
 };
 
 impl Viewer {
-    /// One frame of the window; now and then one of the picture.
+    /// One frame of the window; now and then one of the image.
     pub(super) fn show(&mut self) -> Requested {
         if let Some(recorder) = &self.recorder {
             // A step takes no less than it lasts, however fast the display is.
@@ -73,7 +73,7 @@ impl Viewer {
         requested
     }
 
-    /// What egui makes of the panels; the room that is left for the picture is in pixels.
+    /// What egui makes of the panels; the room that is left for the image is in pixels.
     fn panels(&mut self, seconds: f32) -> (Requested, egui::FullOutput) {
         let Self { surface, state, viewport, comparison, name, renderings, frame_ms, memory, repaint_limiter, .. } =
             self;

@@ -1,4 +1,4 @@
-//! What a frame of the window does about its pictures: it draws the next frame of each, changes the scene, and keeps screenshots.
+//! What a frame of the window does about its images: it draws the next frame of each, changes the scene, and keeps screenshots.
 
 use std::{sync::Arc, time::Instant};
 
@@ -23,13 +23,13 @@ impl Viewer {
         self.draw_beside();
         if let Err(error) = self.draw(seconds) {
             self.state.message = error.to_string();
-            // What was asked for cannot be: what is shown can.
+            // What was requested cannot be: what is shown can.
             self.state.settings = self.viewport.settings().clone();
             self.state.written = None;
         }
     }
 
-    /// The next frame of the picture, where there is one.
+    /// The next frame of the image, where there is one.
     fn draw(&mut self, seconds: f32) -> Result<(), lanternfish::RenderError> {
         self.viewport.set(&self.state.settings)?;
         if let Some(clip) = &mut self.state.clip
@@ -71,7 +71,7 @@ impl Viewer {
         }
     }
 
-    /// Goes over to the view from above, once the first camera's picture is whole, or back from it.
+    /// Goes over to the view from above, once the first camera's image is whole, or back from it.
     pub(super) fn look_from_above(&mut self) {
         let rests = self.viewport.size() == self.room && !self.moves();
         let State { overlays, controls, message, clip, .. } = &mut self.state;
@@ -103,7 +103,7 @@ impl Viewer {
         self.moved = Some(Instant::now());
     }
 
-    /// Asks what lies under a pixel of an eye's picture.
+    /// Asks what lies under a pixel of an eye's image.
     pub(super) fn point(&mut self, at: glam::Vec2, eye: usize) {
         self.probe(at, eye, self.state.controls.camera.clone(), None);
     }
@@ -124,7 +124,7 @@ impl Viewer {
             Ok(()) => self.mind_the_rain(changed),
             Err(error) => self.state.message = error.to_string(),
         }
-        // While it is dragged, pictures are small ones.
+        // While it is dragged, images are small ones.
         self.moved = Some(Instant::now());
     }
 
@@ -175,7 +175,7 @@ impl Viewer {
         }
     }
 
-    /// Writes a screenshot, if one is asked for and the whole picture is there.
+    /// Writes a screenshot, if one is requested and the whole image is there.
     pub(super) fn keep_image(&mut self) {
         let size = self.viewport.size();
         if !self.wants_screenshot || size != self.room || self.viewport.averaged() == 0 {

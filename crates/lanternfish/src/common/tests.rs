@@ -5,7 +5,7 @@ use lanternfish_gpu::testing;
 
 use crate::testing::evaluate;
 
-/// Every tile of a picture is gone through once, whatever its size, and those that follow each other are neighbours.
+/// Every tile of an image is gone through once, whatever its size, and those that follow each other are neighbours.
 #[test]
 fn gpu_strips_of_tiles_cover_the_image() {
     let Some(gpu) = testing::gpu("gpu_strips_of_tiles_cover_the_image") else { return };

@@ -1,4 +1,4 @@
-//! Quantities of a frame as pictures.
+//! Quantities of a frame as images.
 
 mod scale;
 
@@ -45,7 +45,7 @@ pub(crate) const DECLARED: Shaders =
 const HOTTEST: f32 = 10.0;
 /// Doublings that the hottest colour of a logarithmic heat map stands for: 2¹⁰ − 1 = 1,023; every colour is a factor of four.
 const DOUBLINGS: f32 = 10.0;
-/// Pixels from the frame before to this one that the brightest colour stands for: a sixtieth of a picture of 1,000 pixels.
+/// Pixels from the frame before to this one that the brightest colour stands for: a sixtieth of an image of 1,000 pixels.
 const FASTEST: f32 = 16.0;
 
 /// The pass that draws a debug view.

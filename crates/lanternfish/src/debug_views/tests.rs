@@ -46,7 +46,7 @@ fn views_of_clusters_need_clusters() {
     }
 }
 
-/// Every pixel of a view that fills the picture with one surface is of the colour that the scale has for what is there.
+/// Every pixel of a view that fills the image with one surface is of the colour that the scale has for what is there.
 #[test]
 fn gpu_colours_are_those_of_the_scale() {
     let Some(gpu) = testing::gpu("gpu_colours_are_those_of_the_scale") else { return };
@@ -118,7 +118,7 @@ const SHAPES: [ClusterShape; 4] = [
     ClusterShape::Displaced { pixels: 24, distance: 3.0 },
 ];
 
-/// The passes up to a picture of `cluster-fragments`.
+/// The passes up to an image of `cluster-fragments`.
 struct Harness<'g> {
     gpu: &'g Gpu,
     renderer: Renderer,

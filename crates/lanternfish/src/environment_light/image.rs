@@ -1,4 +1,4 @@
-//! The image of the surroundings on the device.
+//! The image of the environment on the device.
 
 use lanternfish_gpu::{Bindings, GpuError, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Environment;
@@ -7,7 +7,7 @@ use lanternfish_scene::Environment;
 const BATCH_BYTES: usize = 64 << 20;
 
 gpu_struct! {
-    /// How the image of the surroundings hangs.
+    /// How the image of the environment hangs.
     pub struct EnvironmentParameters {
         /// Whole turns about +y, counter-clockwise seen from above, −0.5..0.5.
         turn: f32,

@@ -1,4 +1,4 @@
-//! A cube of the surroundings whose levels are filtered as surfaces of rising roughness reflect them [Karis2013].
+//! A cube of the environment whose levels are filtered as surfaces of rising roughness reflect them [Karis2013].
 
 use super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, gpu_struct};
@@ -16,7 +16,7 @@ gpu_struct! {
         size: u32,
         /// Points of a texel's edge at which the image is read.
         points: u32,
-        /// Perceptual roughness of the surface that reflects the surroundings as this level shows them.
+        /// Perceptual roughness of the surface that reflects the environment as this level shows them.
         perceptual_roughness: f32,
         /// Texels of a face's edge of the cube that it is filtered from.
         source_size: u32,

@@ -1,4 +1,4 @@
-//! Light that arrives from the surroundings: an image of them, or one radiance everywhere.
+//! Light that arrives from the environment: an image of them, or one radiance everywhere.
 //!
 //! What a scene's image is made into once, when it is uploaded:
 //!
@@ -35,7 +35,7 @@ use crate::{
     texture::frame_layers,
 };
 
-/// The surroundings are an image.
+/// The environment is an image.
 pub const ENVIRONMENT: Feature = Feature::new("environment");
 
 /// The shaders of this folder.
@@ -49,7 +49,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 );
 
 gpu_struct! {
-    /// What shaders know of the image of the surroundings.
+    /// What shaders know of the image of the environment.
     pub struct EnvironmentLightParameters {
         /// Factors of the polynomials in the normal that sum to irradiance over π, nits: `samples.rs`.
         harmonics: [Vec4; 9],
@@ -62,7 +62,7 @@ gpu_struct! {
     }
 }
 
-/// A scene's surroundings as light. Without an image all of it is black: one radiance everywhere is the view's.
+/// A scene's environment as light. Without an image all of it is black: one radiance everywhere is the view's.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLight {
     /// Pieces of the image with their mean radiance; `None` without an image.
@@ -115,7 +115,7 @@ impl EnvironmentLight {
     }
 }
 
-/// A texture of two layers for what arrives at every pixel from the surroundings.
+/// A texture of two layers for what arrives at every pixel from the environment.
 pub fn irradiance_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_layers(frame, "environment_irradiance", size, wgpu::TextureFormat::Rgba16Float, 2)
 }

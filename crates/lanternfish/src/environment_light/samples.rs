@@ -1,4 +1,4 @@
-//! An image of the surroundings in pieces small enough to be one direction each, and what is summed over them.
+//! An image of the environment in pieces small enough to be one direction each, and what is summed over them.
 
 use std::{f64::consts::PI, ops::Range};
 
@@ -75,7 +75,7 @@ pub(super) fn sun_of(samples: &[EnvironmentSample]) -> Option<Vec3> {
 }
 
 /// Irradiance over π of a surface that nothing occludes, by its normal, nits: the sum of these numbers times 1, y, z, x, xy, yz,
-/// 3z² − 1, xz, x² − y², within about 1 % of the mean for any surroundings [Ramamoorthi2001, eq. 7–13]; w unused.
+/// 3z² − 1, xz, x² − y², within about 1 % of the mean for any environment [Ramamoorthi2001, eq. 7–13]; w unused.
 pub fn harmonics(samples: &[EnvironmentSample]) -> [Vec4; 9] {
     let mut irradiance = [DVec3::ZERO; 9];
     let mut sphere = 0.0;

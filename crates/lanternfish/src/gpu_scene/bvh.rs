@@ -113,7 +113,7 @@ impl Bvh {
         self.update_light_leaves(queue, triangles, light_leaves);
     }
 
-    /// Says anew which of the triangles shine, which are those of before.
+    /// Says again which of the triangles shine, which are those of before.
     pub fn update_light_leaves(&self, queue: &wgpu::Queue, triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
         queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&packed(triangles, light_leaves)));
     }

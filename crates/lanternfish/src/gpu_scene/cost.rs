@@ -10,13 +10,13 @@ use crate::gpu_scene::BvhTriangle;
 const BYTES_PER_VERTEX: u64 = 160;
 /// Copies of each texel and its mip levels: as they are made, on their way, and in the texture.
 const COPIES_OF_TEXELS: u64 = 4;
-/// Bytes of a triangle that rays meet: gathered by part and together, sorted, packed, in its buffers.
+/// Bytes of a triangle that rays hit: gathered by part and together, sorted, packed, in its buffers.
 const BYTES_PER_TRACED: u64 = bvh::BYTES_PER_BOX
     + (3 * size_of::<TracedTriangle>() + 2 * size_of::<BvhTriangle>() + 2 * size_of::<HitTriangle>()) as u64;
 /// Bytes of a primitive that is placed: its draw, and twice what the shader knows of it.
 const BYTES_PER_DRAW: u64 = 2 * size_of::<DrawInstance>() as u64 + 96;
 
-/// An error where this process may not take what uploading `scene` needs. `traces`: rays meet its triangles.
+/// An error where this process may not take what uploading `scene` needs. `traces`: rays hit its triangles.
 pub fn check(scene: &Scene, shading: Shading, traces: bool) -> Result<(), TooMuch> {
     let (mut vertices, mut draws, mut triangles) = (0u64, 0u64, 0u64);
     let of_mesh: Vec<(u64, u64)> = scene

@@ -164,7 +164,7 @@ impl Geometry {
         }
         let (draws, instances) = place(&templates, standing(scene));
 
-        // Read back, and kept where motion is asked for.
+        // Read back, and kept where motion is requested.
         let copied = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE | copied;
         Ok(Self {
@@ -234,7 +234,7 @@ impl Geometry {
         }
     }
 
-    /// Says where the vertices of primitives are, by their place among all: boxes in object space. What is drawn of them is placed anew by
+    /// Says where the vertices of primitives are, by their place among all: boxes in object space. What is drawn of them is placed again by
     /// [`Self::place`].
     pub(super) fn set_bounds(&mut self, bounds: &[(usize, Bounds)]) {
         bounds.iter().for_each(|(primitive, bounds)| self.templates[*primitive].bounds = *bounds);

@@ -125,18 +125,18 @@ impl Hits {
         })
     }
 
-    /// Writes the triangles anew, where they stand now.
+    /// Writes the triangles again, where they stand now.
     pub fn update(&self, queue: &wgpu::Queue, scene: &Scene, parts: &[Part], sources: &[Source]) {
         queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&triangles(scene, parts, sources)));
     }
 
-    /// Writes the materials anew: the textures are those of before.
+    /// Writes the materials again: the textures are those of before.
     pub fn update_materials(&self, queue: &wgpu::Queue, scene: &Scene, shading: Shading) {
         let materials = packed(scene, &self.read, shading);
         queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&materials));
     }
 
-    /// Writes one material anew, whose textures are those of before; returns how many bytes that is.
+    /// Writes one material again, whose textures are those of before; returns how many bytes that is.
     pub fn set_material(&self, queue: &wgpu::Queue, index: usize, material: &Material, shading: Shading) -> u64 {
         let packed = pack(material, &self.read[index], shading);
         queue.write_buffer(&self.materials, (index * size_of::<HitMaterial>()) as u64, bytemuck::bytes_of(&packed));

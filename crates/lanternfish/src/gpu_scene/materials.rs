@@ -113,12 +113,12 @@ impl Materials {
         Ok(Self { buffer, stride })
     }
 
-    /// Writes them anew: as many, which read the textures they did.
+    /// Writes them again: as many, which read the textures they did.
     pub fn update(&self, queue: &wgpu::Queue, scene: &Scene, shading: Shading, textures: &Textures) {
         queue.write_buffer(&self.buffer, 0, &packed(scene, shading, textures, self.stride));
     }
 
-    /// Writes one anew, which reads the textures it did; returns how many bytes that is.
+    /// Writes one again, which reads the textures it did; returns how many bytes that is.
     pub fn set(
         &self,
         queue: &wgpu::Queue,

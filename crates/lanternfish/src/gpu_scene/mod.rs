@@ -5,7 +5,7 @@
 //!        ├─ materials.rs  materials ── textures.rs  textures with mip levels, samplers
 //!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH ── refit.rs
 //!        │                                                       └─ tlas.rs  the adapter's own structure
-//!        ├─ environment   the image of the surroundings, and the light made of it (environment_light/)
+//!        ├─ environment   the image of the environment, and the light made of it (environment_light/)
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
 //!
@@ -110,7 +110,7 @@ pub struct GpuScene {
     pub(crate) sky: Vec3,
     /// The same as an image, where the scene has one.
     pub(crate) environment: Option<EnvironmentImage>,
-    /// The surroundings as light, where the settings ask for it.
+    /// The environment as light, where the settings ask for it.
     environment_light: Option<EnvironmentLight>,
     /// World-space box of everything.
     pub(crate) bounds: Bounds,
@@ -277,7 +277,7 @@ impl GpuScene {
         self.traced_triangles
     }
 
-    /// The surroundings as light.
+    /// The environment as light.
     ///
     /// Panics where the scene was uploaded under settings that do not ask for it: a renderer checks that before it records a frame.
     pub fn environment_light(&self) -> &EnvironmentLight {

@@ -9,9 +9,9 @@ pub struct Parts {
     pub bvh: bool,
     /// The adapter's own acceleration structure.
     pub ray_query: bool,
-    /// What the ends of rays are shaded with.
+    /// What the hit points are shaded with.
     pub hits: bool,
-    /// What arrives from the surroundings where nothing occludes them.
+    /// What arrives from the environment where nothing occludes them.
     pub environment_visibility: bool,
 }
 
@@ -40,7 +40,7 @@ impl Parts {
             (needed.hits && !self.hits, "it has nothing to shade the ends of indirect rays with"),
             (
                 needed.environment_visibility && !self.environment_visibility,
-                "it has no surroundings to light by occlusion",
+                "it has no environment to light by occlusion",
             ),
         ];
         faults.iter().find(|(is_missing, _)| *is_missing).map(|(_, what)| *what)

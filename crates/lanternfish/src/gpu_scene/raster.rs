@@ -44,7 +44,7 @@ pub struct PassState {
     pub targets: Vec<wgpu::ColorTargetState>,
     /// Samples a pixel.
     pub samples: u32,
-    /// Whether backs are drawn whose materials have one side, as rays meet them.
+    /// Whether backs are drawn whose materials have one side, as rays hit them.
     pub draws_backs: bool,
 }
 

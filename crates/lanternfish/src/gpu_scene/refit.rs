@@ -115,7 +115,7 @@ fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
     ]
 }
 
-/// Triangles that are not inside all boxes above them, and triangles that were met.
+/// Triangles that are not inside all boxes above them, and triangles that were hit.
 #[cfg(test)]
 pub(super) fn outside(nodes: &[CwBvhNode], triangles: &[TracedTriangle]) -> (usize, usize) {
     let (mut found, mut met) = (0, 0);

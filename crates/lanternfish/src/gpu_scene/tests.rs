@@ -162,7 +162,7 @@ fn gpu_cameras_without_a_view_are_refused() {
         let error = renderer.render(&uploaded, sound, width, height).unwrap_err();
         assert!(matches!(error, RenderError::Size { .. }), "{error}");
     }
-    // What is only odd is a picture.
+    // What is only odd is an image.
     let close_up = Camera::look_at(Vec3::Y, Vec3::ZERO, PERSPECTIVE);
     let far_off = Camera::look_at(Vec3::splat(1e9), Vec3::ZERO, PERSPECTIVE);
     for camera in [perspective(3.1, 0.01), perspective(1e-4, 0.01), perspective(0.9, 1e-20), close_up, far_off] {

@@ -12,7 +12,7 @@ use super::{Shading, mips};
 const BATCH: usize = 16;
 /// What [`Anisotropy::Auto`] is on hardware: what every adapter has.
 const HARDWARE_ANISOTROPY: u16 = 16;
-/// What [`Anisotropy::Auto`] is on a software adapter: the README has what each value costs there, and how far it is from the truth.
+/// What [`Anisotropy::Auto`] is on a software adapter: the README has what each value costs there, and how far it is from the ground truth.
 const SOFTWARE_ANISOTROPY: u16 = 4;
 /// Mesa's software rasteriser from which anisotropic filtering is usable. 22.3.6 takes minutes for a frame that takes a
 /// second without; 25.0.7 is fine; those between are untested.

@@ -1,7 +1,7 @@
 //! The scene in the adapter's own acceleration structure, walked by `rays/ray_query/query.wesl`.
 //!
 //! One bottom level of world-space triangles in BVH leaf order (some drivers split in input order), under one instance.
-//! Opaque and masked triangles are two geometries: the first is met without asking the shader, the second asks it.
+//! Opaque and masked triangles are two geometries: the first is hit without asking the shader, the second asks it.
 
 use glam::Vec3;
 use lanternfish_gpu::storage_buffer_of;
@@ -95,7 +95,7 @@ impl Tlas {
         Ok(made)
     }
 
-    /// Names the triangles anew, which are those of before in another order. The caller puts `vertices` into that order, and builds.
+    /// Names the triangles again, which are those of before in another order. The caller puts `vertices` into that order, and builds.
     pub fn reorder(&self, queue: &wgpu::Queue, sources: &[Source]) {
         let Lists { numbers, indices } = Lists::of(sources.iter());
         queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&numbers));

@@ -1,10 +1,10 @@
 //! Bringing what has changed to the device.
 //!
 //! 1. What is dear is compared with what was uploaded: `outline.rs`. Where other things are there (meshes, instances, textures, kinds of
-//!    materials, surroundings), the scene is uploaded again, less the images and the surroundings that are as they were. Else:
+//!    materials, environment), the scene is uploaded again, less the images and the environment that are as they were. Else:
 //! 2. Lights, the sky and materials are written; where other triangles shine, or otherwise, the tree over them.
 //! 3. Unless all instances and vertices are where they were: draw instances are written, and the vertices of meshes that have bent; the
-//!    traced triangles are posed anew, in the order of the tree's leaves; the BVH is refit, or the adapter's own structure built again.
+//!    traced triangles are posed again, in the order of the tree's leaves; the BVH is refit, or the adapter's own structure built again.
 
 mod one;
 mod outline;
@@ -84,7 +84,7 @@ impl Placed {
 pub(super) struct Unchanged {
     /// Images that are as they were.
     pub images: Images,
-    /// The surroundings, as they were.
+    /// The environment, as they were.
     pub environment: Option<EnvironmentImage>,
     /// Their light.
     pub environment_light: Option<EnvironmentLight>,

@@ -1,6 +1,6 @@
-//! Light that arrives from other surfaces, and from the surroundings.
+//! Light that arrives from other surfaces, and from the environment.
 //!
-//! Every technique ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. The library's own technique is
+//! Every technique ends in one structure, read through `indirect_light.wesl`: four layers of the size of the image. The library's own technique is
 //! [`sampled`].
 
 mod counters;
@@ -66,7 +66,7 @@ pub trait IndirectTechnique: AnyTechnique {
         Vec::new()
     }
 
-    /// Whether it finds the light of the surroundings too: if it does not, occlusion may.
+    /// Whether it finds the light of the environment too: if it does not, occlusion may.
     fn sees_environment(&self) -> bool {
         true
     }
@@ -92,11 +92,11 @@ named_enum! {
     Quality {
         /// 4 and 1 rays from every fourth pixel, through the BVH.
         Draft = "draft": "4 and 1 rays from every fourth pixel, through the BVH",
-        /// 8 and 4 rays from every pixel, through the BVH; 16 and 4 in a picture's first frame where the radiance cache lights their ends.
+        /// 8 and 4 rays from every pixel, through the BVH; 16 and 4 in an image's first frame where the radiance cache lights their ends.
         #[default]
-        Good = "good": "8 and 4 rays from every pixel, 16 and 4 in a picture's first frame, through the BVH",
-        /// 64 and 16 rays from every pixel, through the BVH; 128 first samples of a cell of the radiance cache.
-        Best = "best": "64 and 16 rays from every pixel, through the BVH, and 128 samples of a cell",
+        Good = "good": "8 and 4 rays from every pixel, 16 and 4 in an image's first frame, through the BVH",
+        /// 64 and 16 rays from every pixel, through the BVH; 128 first samples of an entry of the radiance cache.
+        Best = "best": "64 and 16 rays from every pixel, through the BVH, and 128 samples of an entry",
     }
 }
 
@@ -119,7 +119,7 @@ impl Indirect {
         self
     }
 
-    /// Whether the technique finds the light of the surroundings.
+    /// Whether the technique finds the light of the environment.
     pub fn sees_environment(&self) -> bool {
         self.technique().is_some_and(|technique| technique.sees_environment())
     }

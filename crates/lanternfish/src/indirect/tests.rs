@@ -118,7 +118,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let scene = cornell();
     let camera = scene.cameras[0].clone();
     let (direct, one_bounce) = (traced_of(LARGE, &scene, &camera, 2, 192), traced_of(LARGE, &scene, &camera, 3, 192));
-    // Edges are drawn with one sample in one picture and many in the other, with or without the bounce: it is what is compared.
+    // Edges are drawn with one sample in one image and many in the other, with or without the bounce: it is what is compared.
     let alone = image_of(
         gpu,
         LARGE,
@@ -143,7 +143,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     assert!(off(&found, &ground_truth) > 0.5, "{}", off(&found, &ground_truth));
 }
 
-/// What rays meet sends back the light of the surroundings too, whether they are a constant or an image, alone or beside a lamp: as
+/// What rays hit sends back the light of the environment too, whether they are a constant or an image, alone or beside a lamp: as
 /// much as paths of up to three segments.
 #[test]
 fn gpu_hits_are_lit_by_the_surroundings() {

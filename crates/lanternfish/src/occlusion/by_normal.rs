@@ -1,4 +1,4 @@
-//! What arrives from the surroundings where openness is a number.
+//! What arrives from the environment where ambient visibility is a number.
 
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame};
@@ -6,7 +6,7 @@ use lanternfish_gpu::{ComputeKernel, Frame};
 use super::AmbientVisibility;
 use crate::{context::ViewContext, error::RenderError, prepass::Surface};
 
-/// Light by the normal alone, times the openness: for openness that knows no directions.
+/// Light by the normal alone, times the ambient visibility: for ambient visibility that knows no directions.
 #[derive(Debug)]
 pub struct LightByNormal {
     kernel: ComputeKernel,
@@ -19,7 +19,7 @@ impl LightByNormal {
         Ok(Self { kernel: ComputeKernel::new(device, &shader, "by_normal", "occlusion/by_normal") })
     }
 
-    /// Fills the openness' `environment_irradiance`.
+    /// Fills the ambient visibility' `environment_irradiance`.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

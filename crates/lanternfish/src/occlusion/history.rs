@@ -1,4 +1,4 @@
-//! Ambient visibility, and the light that arrives from the surroundings, of this frame and of the frames before.
+//! Ambient visibility, and the light that arrives from the environment, of this frame and of the frames before.
 
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, Growth};
@@ -34,7 +34,7 @@ impl AccumulatedOcclusion {
     ) -> Result<Self, RenderError> {
         let shader = DECLARED.link("occlusion/history", &[])?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("occlusion/{entry}"));
-        // What occludes is in its new place at once, but in images of before that are asked for some frames.
+        // What occludes is in its new place at once, but in images of before that are requested some frames.
         let lasts = settings.occlusion.update_frames(settings);
         let histories = Histories::new(device, HistoryReset { lasts, counts: 0.0 })?;
         Ok(Self { found, gather: kernel("gather"), spread: kernel("spread"), histories })

@@ -1,4 +1,4 @@
-//! How much of the surroundings each visible surface sees, and what light arrives from them: ambient occlusion and obscurance,
+//! How much of the environment each visible surface sees, and what light arrives from them: ambient occlusion and obscurance,
 //! [`crate::environment_light`].
 //!
 //! The library has no technique of this kind of its own: `lanternfish-papers` has two. What asks for the answer imports `ambient_visibility.wesl`.
@@ -76,7 +76,7 @@ pub trait OcclusionTechnique: AnyTechnique {
         false
     }
 
-    /// What it reads of a scene, beside what that looks like and its surroundings.
+    /// What it reads of a scene, beside what that looks like and its environment.
     fn parts(&self) -> Parts {
         Parts::NONE
     }
@@ -87,7 +87,7 @@ pub trait OcclusionTechnique: AnyTechnique {
 
 /// The passes of a technique.
 pub trait OcclusionPasses: fmt::Debug {
-    /// Finds the openness of a surface that a view shows, one sample a pixel, with normals.
+    /// Finds the ambient visibility of a surface that a view shows, one sample a pixel, with normals.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -110,9 +110,9 @@ pub struct AmbientVisibility {
     /// 32-bit floats, the one format of one channel that every device lets a compute pass write. 1 where nothing occludes,
     /// and where no surface is.
     pub texture: wgpu::TextureView,
-    /// What arrives from the surroundings: `shading/environment_light.wesl`.
+    /// What arrives from the environment: `shading/environment_light.wesl`.
     pub environment_irradiance: wgpu::TextureView,
-    /// Exact counts, by name, of what the openness was found by.
+    /// Exact counts, by name, of what the ambient visibility was found by.
     pub counters: Vec<(&'static str, u64)>,
 }
 
@@ -126,7 +126,7 @@ impl AmbientVisibility {
 }
 
 /// Compiles the passes that these settings want, if any; an error where the distance is not above 0 and finite. Where rays of indirect
-/// light see the surroundings themselves, openness is found for its debug view alone.
+/// light see the environment themselves, ambient visibility is found for its debug view alone.
 pub(crate) fn passes(
     device: &wgpu::Device,
     settings: &Settings,
@@ -154,7 +154,7 @@ pub(crate) fn feature(setting: &Occlusion) -> Option<Feature> {
     setting.is_some().then_some(OCCLUSION)
 }
 
-/// A texture for the openness of each pixel, for compute passes to write: one 32-bit float.
+/// A texture for the ambient visibility of each pixel, for compute passes to write: one 32-bit float.
 pub fn ambient_visibility_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
     frame_target(frame, "ambient_visibility", size, wgpu::TextureFormat::R32Float, usage, 1)

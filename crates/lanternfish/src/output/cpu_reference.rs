@@ -23,7 +23,7 @@ pub(super) const CONSTANTS: [(&str, f64); 7] = [
 ];
 
 impl Exposure {
-    /// What a picture is shown at, EV: linear radiance, nits, and the share of the pixel that surfaces cover.
+    /// What an image is shown at, EV: linear radiance, nits, and the share of the pixel that surfaces cover.
     pub fn of(self, pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
         match self {
             Self::Auto => metered_exposure(pixels),
@@ -32,7 +32,7 @@ impl Exposure {
     }
 }
 
-/// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives pictures that are shown together: linear radiance, nits, and
+/// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives images that are shown together: linear radiance, nits, and
 /// the share of the pixel that surfaces cover (0 to 1). Pixels may come in any order.
 ///
 /// A multiple of an eighth between −34 and 30; 0 where everything is black.

@@ -1,4 +1,4 @@
-//! Finds how bright pictures are to be shown: `meter.wesl` numbers the steps.
+//! Finds how bright images are to be shown: `meter.wesl` numbers the steps.
 
 use super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
@@ -28,7 +28,7 @@ impl Meter {
         Ok(Self { count: kernel("count"), expose: kernel("expose") })
     }
 
-    /// Writes the exposure of some pictures (linear radiance, nits; alpha is the share that surfaces cover), one for all of
+    /// Writes the exposure of some images (linear radiance, nits; alpha is the share that surfaces cover), one for all of
     /// them, into a buffer: EV, 32-bit float. Nothing is read back.
     pub fn record(
         &self,

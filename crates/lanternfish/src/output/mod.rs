@@ -24,7 +24,7 @@ use crate::{
 pub use cpu_reference::metered_exposure;
 
 gpu_struct! {
-    /// How the picture is shown.
+    /// How the image is shown.
     pub struct OutputParameters {
         /// Index of the [`ToneMap`].
         curve: u32,
@@ -48,7 +48,7 @@ pub struct Output {
     /// Compiled when something is metered first.
     meter: Option<Meter>,
     exposure: Exposure,
-    /// The exposure that pictures are shown at, EV: it is on the device alone, where the meter puts it.
+    /// The exposure that images are shown at, EV: it is on the device alone, where the meter puts it.
     level: wgpu::Buffer,
 }
 
@@ -72,7 +72,7 @@ impl Output {
         Ok(())
     }
 
-    /// Finds the exposure of a frame's pictures, one for all of them, where nobody has said it.
+    /// Finds the exposure of a frame's images, one for all of them, where nobody has said it.
     pub fn meter(&mut self, frame: &mut Frame<'_>, renderings: &[&wgpu::TextureView]) -> Result<(), RenderError> {
         if self.exposure == Exposure::Auto {
             let meter = match &self.meter {
@@ -84,7 +84,7 @@ impl Output {
         Ok(())
     }
 
-    /// Waits for the exposure that the last frame's pictures are shown at, EV.
+    /// Waits for the exposure that the last frame's images are shown at, EV.
     pub fn exposure(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f32, GpuError> {
         match self.exposure {
             Exposure::Ev(ev) => Ok(ev),
@@ -93,7 +93,7 @@ impl Output {
         }
     }
 
-    /// Draws the picture as a display shows it, of linear radiance (nits), into a texture of [`DISPLAY_FORMAT`].
+    /// Draws the image as a display shows it, of linear radiance (nits), into a texture of [`DISPLAY_FORMAT`].
     pub fn record(&self, frame: &mut Frame<'_>, radiance: &wgpu::TextureView, display: &wgpu::TextureView) {
         let bindings = Bindings::new()
             .buffer("output_parameters", &self.parameters)

@@ -9,7 +9,7 @@ use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState};
 use super::{DISPLAY_FORMAT, cover, show};
 use crate::{error::RenderError, shaders::Root, texture::target};
 
-/// The picture is sRGB-encoded, and the texture encodes what is written to it.
+/// The image is sRGB-encoded, and the texture encodes what is written to it.
 const DECODED: Feature = Feature::new("decoded");
 
 pub(super) const ROOT: Root = Root::of("output/present", &[&[&[], &[DECODED]]]);
@@ -17,7 +17,7 @@ pub(super) const ROOT: Root = Root::of("output/present", &[&[&[], &[DECODED]]]);
 /// Frames that a display is kept for while no frame has a view of its key.
 const KEPT_FRAMES: u64 = 64;
 
-/// Copies pictures, and keeps what each view has shown last.
+/// Copies images, and keeps what each view has shown last.
 #[derive(Debug, Default)]
 pub(crate) struct Present {
     pipelines: HashMap<(wgpu::TextureFormat, bool), RasterPipeline>,

@@ -6,7 +6,7 @@ use lanternfish_scene::{Camera, generate};
 use super::*;
 use crate::{Renderer, Settings, shaders::constant, testing::Random, texture::target};
 
-/// A picture of `count` pixels, each a surface of one luminance.
+/// An image of `count` pixels, each a surface of one luminance.
 fn surfaces(luminance: f32, count: usize) -> Vec<[f32; 4]> {
     vec![[luminance, luminance, luminance, 1.0]; count]
 }
@@ -16,7 +16,7 @@ fn with(mut pixels: Vec<[f32; 4]>, more: Vec<[f32; 4]>) -> Vec<[f32; 4]> {
     pixels
 }
 
-/// A room: luminances over eight stops around `middle`, some of them surroundings.
+/// A room: luminances over eight stops around `middle`, some of them environment.
 fn room(middle: f32, seed: u64) -> Vec<[f32; 4]> {
     let mut random = Random::new(seed);
     let mut pixel = || {
@@ -60,7 +60,7 @@ fn what_is_not_the_subject_says_little() {
     }
     // It can fail: a wall that is as large and as bright is not passed over.
     assert!(moved_by(surfaces(1e3, 400)) < -8.0);
-    // A sky eight times as bright, over a half of the picture, takes less than a stop; a surface takes more than two.
+    // A sky eight times as bright, over a half of the image, takes less than a stop; a surface takes more than two.
     let (sky, wall) = (moved_by(surroundings(2.0, 1000)), moved_by(surfaces(2.0, 1000)));
     assert!((-1.125..0.0).contains(&sky) && wall <= -2.0, "{sky} {wall}");
 }
@@ -87,7 +87,7 @@ fn constants_are_the_shaders() {
     }
 }
 
-/// What the device finds for some pictures together.
+/// What the device finds for some images together.
 fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
     let mut output = Output::new(&gpu.device, ToneMap::Neutral, Exposure::Auto).unwrap();
     let texture = |(size, pixels): &(UVec2, Vec<[f32; 4]>)| {
@@ -130,7 +130,7 @@ fn gpu_the_meter_is_its_twin() {
     }
     assert!(seen.iter().any(|ev| *ev > 20.0) && seen.iter().any(|ev| *ev < -25.0), "{seen:?}");
     assert_eq!(metered(gpu, &[(UVec2::ONE, surfaces(0.0, 1))]), 0.0);
-    // Two pictures are metered as if they were one, in either order.
+    // Two images are metered as if they were one, in either order.
     let (left, right) = (rendering(UVec2::new(90, 90), 0.1, 8), rendering(UVec2::new(80, 70), 5.0, 9));
     let both = metered_exposure(left.1.iter().chain(&right.1).copied());
     assert_eq!([metered(gpu, &[left.clone(), right.clone()]), metered(gpu, &[right, left.clone()])], [both; 2]);
@@ -154,7 +154,7 @@ fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
     let alone = [0, 1].map(|eye| auto.render_views(&uploaded, &views[eye..=eye]).unwrap().remove(0).exposure.unwrap());
     assert!(alone[0] != alone[1], "two views of one brightness show nothing: {alone:?}");
     assert_eq!(renderings[1].exposure, Some(ev));
-    // What is found is the twin's, and said it makes the same pictures; radiance knows nothing of it.
+    // What is found equals the CPU reference's, and said it makes the same images; radiance knows nothing of it.
     let all = renderings.iter().flat_map(|rendering| rendering.radiance.iter().copied());
     assert_eq!(Exposure::Auto.of(all), ev);
     let said = new(Exposure::Ev(ev)).render_views(&uploaded, &views).unwrap();

@@ -71,7 +71,7 @@ pub struct Surface {
     pub target: Option<wgpu::TextureView>,
     /// How far what it shows has come since the frame before; where a later pass asks for it.
     pub motion: Option<Motion>,
-    /// Size of the picture, pixels.
+    /// Size of the image, pixels.
     pub size: UVec2,
     /// Samples a pixel.
     pub samples: u32,

@@ -34,7 +34,7 @@ gpu_struct! {
 pub(crate) enum ViewKey {
     /// That of a [`crate::ViewRequest`].
     Key(u64),
-    /// Its place among the views of a frame that is rendered into pictures.
+    /// Its place among the views of a frame that is rendered into images.
     Slot(usize),
 }
 

@@ -123,7 +123,7 @@ fn triangles(before: &Scene, now: &Scene) -> Vec<Triangle> {
     triangles
 }
 
-/// What a ray meets first.
+/// What a ray hits first.
 struct Hit {
     triangle: usize,
     weights: [f64; 3],
@@ -157,7 +157,7 @@ fn eye(view: &View) -> DVec3 {
     view.eye.as_dvec3()
 }
 
-/// The direction of a place in the picture, pixels; as long as one along the axis.
+/// The direction of a place in the image, pixels; as long as one along the axis.
 fn direction(view: &View, pixel: DVec2) -> DVec3 {
     let ndc = pixel / SIZE.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
     let world_from_clip = (view.clip_from_view.as_dmat4() * view.view_from_world.as_dmat4()).inverse();
@@ -179,7 +179,7 @@ struct Frames<'a> {
 
 impl Frames<'_> {
     /// Where what is seen through a place of the frame of now was, world space, and its motion, uv. None at edges: where less than a pixel
-    /// beside something else is seen. The picture is seen through `through`.
+    /// beside something else is seen. The image is seen through `through`.
     fn at(&self, through: &View, pixel: DVec2) -> Option<(Option<DVec3>, DVec2)> {
         let seen = |pixel| cast(&self.triangles, 1, eye(through), direction(through, pixel));
         let middle = seen(pixel);
@@ -364,7 +364,7 @@ fn check_reprojection(name: &str, frames: &Frames<'_>, through: &View, found: &[
     assert!(same_in_place < same, "{name}: blind to motion");
 }
 
-/// What was behind the viewer has come from outside of any picture, and parallel rays have motion as well.
+/// What was behind the viewer has come from outside of any image, and parallel rays have motion as well.
 #[test]
 fn gpu_motion_from_behind_and_of_parallel_rays() {
     let Some(gpu) = testing::gpu("gpu_motion_from_behind_and_of_parallel_rays") else { return };

@@ -45,7 +45,7 @@ fn assert_same(a: &RenderedImage, b: &RenderedImage) {
     assert!(bits(a) == bits(b) && a.display == b.display);
 }
 
-/// Largest difference of a value from the mean of some pictures, in units of what rounding may do: each frame rounds its
+/// Largest difference of a value from the mean of some images, in units of what rounding may do: each frame rounds its
 /// difference, its share and their sum, by half a unit in the last place (2⁻²⁴) of the largest value there is, or twice that for
 /// the division; the first frames' errors shrink with the share.
 fn off_by(rendering: &RenderedImage, singles: &[RenderedImage]) -> f64 {
@@ -188,7 +188,7 @@ fn square() -> (Scene, Camera) {
     (scene, Camera::look_at(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, projection))
 }
 
-/// Red of each pixel of a square picture, from one that is `scale` times as fine: the mean of the pixels that lie in it.
+/// Red of each pixel of a square image, from one that is `scale` times as fine: the mean of the pixels that lie in it.
 fn covered(fine: &RenderedImage, scale: u32) -> Vec<f32> {
     let edge = fine.width / scale;
     let pixel = |x: u32, y: u32| {
@@ -312,7 +312,7 @@ fn gpu_what_has_no_mean_is_refused() {
         let settings = Settings { accumulate, debug_view, ..Settings::direct_light() };
         Renderer::with_engine(&testing::engine(gpu), settings).map(|_| ()).map_err(|error| error.to_string())
     };
-    assert_eq!(refused(0, None).unwrap_err(), "`accumulate 0`: a picture is the mean of 1 frame or more");
+    assert_eq!(refused(0, None).unwrap_err(), "`accumulate 0`: an image is the mean of 1 frame or more");
     assert_eq!(refused(2, Some(DebugView::Depth)).unwrap_err(), "`debug-view` needs `accumulate 1`");
     assert_eq!((refused(1, Some(DebugView::Depth)), refused(2, Some(DebugView::BaseColor))), (Ok(()), Ok(())));
     let settings = Settings { debug_view: Some(DebugView::Depth), ..Settings::direct_light() };

@@ -1,4 +1,4 @@
-//! What rays meet: several structures behind the questions of `tracer.wesl`.
+//! What rays hit: several structures behind the questions of `tracer.wesl`.
 //!
 //! - `any_hit`: is a segment closed? Requested by shadows, and by rays to lights.
 //! - `closest_hit`: which triangle does a ray from a surface meet first? Requested by indirect light.

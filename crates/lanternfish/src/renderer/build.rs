@@ -68,13 +68,13 @@ pub(super) fn build(engine: &Engine, settings: &Settings) -> Result<Built, Rende
 
 fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, RenderError> {
     if settings.debug_view == Some(DebugView::BaseColor) {
-        // A colour is shown as it is, and no light is asked for.
+        // A colour is shown as it is, and no light is requested.
         (settings.exposure, settings.tone_map, settings.shadows) =
             (Exposure::Ev(0.0), ToneMap::None, ShadowSetting::None);
         settings.occlusion = Occlusion::NONE;
     }
     if let Some(view) = settings.debug_view.filter(|view| *view != DebugView::Nan) {
-        // What is shown is of the surface at each pixel's middle, and is not what arrives, unless that is asked for.
+        // What is shown is of the surface at each pixel's middle, and is not what arrives, unless that is requested.
         settings.samples = Samples::One;
         if view != DebugView::Indirect {
             settings.indirect = Indirect::NONE;

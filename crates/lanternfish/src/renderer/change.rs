@@ -29,7 +29,7 @@ impl Renderer {
     /// Renders by other settings from now on, and says what that costs. After an error it renders by those that it had.
     ///
     /// Where exposure, tone map and the number of frames of a mean alone are others, everything that frames have kept stays. Otherwise
-    /// means begin anew, and deep images are built again. The last frame can no longer be read. An error while the caller has the commands
+    /// means begin again, and deep images are built again. The last frame can no longer be read. An error while the caller has the commands
     /// of a frame ([`RenderError::NotSubmitted`]).
     pub fn set(&mut self, settings: Settings) -> Result<Change, RenderError> {
         self.check_device()?;

@@ -19,7 +19,7 @@ impl Renderer {
     /// its own, before this returns.
     ///
     /// An error that says what is wrong, and all stays as it was, for texts that do not link, or that make another interface than the
-    /// library binds: other entry points, resources that are not there, other types. Means begin anew, and deep images are built again.
+    /// library binds: other entry points, resources that are not there, other types. Means begin again, and deep images are built again.
     /// What an upload runs, and what moves things that have moved already, is compiled with the next upload. Further renderers of the same engine compile the texts, too. An error while the caller has the commands of a frame
     /// ([`RenderError::NotSubmitted`]).
     pub fn edit_shaders(

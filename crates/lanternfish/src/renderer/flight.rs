@@ -126,7 +126,7 @@ impl Renderer {
     /// drop them.
     ///
     /// Images may be rendered in between ([`Self::render`]). They wait, and what frames of the one kind keep is not used by the other: deep
-    /// images are built again, means begin anew.
+    /// images are built again, means begin again.
     ///
     /// With [`crate::Settings::accumulate`] above 1 each frame is added to the mean of those before it, as long as views and scene stay the
     /// same.
@@ -206,7 +206,7 @@ impl Renderer {
         })
     }
 
-    /// Waits for the last frame that was recorded and submitted, and reads the pictures of those of its views whose target is
+    /// Waits for the last frame that was recorded and submitted, and reads the images of those of its views whose target is
     /// [`Target::Own`]. Of a frame that is not whole they are what there was room for.
     pub fn read(&mut self, frame: FrameId) -> Result<Vec<RenderedImage>, RenderError> {
         self.check_device()?;
@@ -216,7 +216,7 @@ impl Renderer {
         renderings
     }
 
-    /// The views that are asked for.
+    /// The views that are requested.
     fn requested(&self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<Vec<View>, RenderError> {
         scene.check(&self.device, &self.needs)?;
         let view = |request: &ViewRequest<'_>| {
@@ -225,7 +225,7 @@ impl Renderer {
             }
             request.check(&self.device)?;
             let [clip_from_view, world_from_view] = request.matrices();
-            // An image of the surroundings stands in the sky's place.
+            // An image of the environment stands in the sky's place.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             let size = UVec2::from(request.size);
             let eye = Affine3A::from_mat4(world_from_view);
@@ -251,7 +251,7 @@ pub(super) fn check_lost(device: &wgpu::Device) -> Result<(), RenderError> {
 
 /// An error unless sums can be asked for under these settings.
 fn check_sums(settings: &Settings) -> Result<(), RenderError> {
-    let needed = "pictures of its own (`Target::Sums` takes one sample a pixel, `accumulate 1` and no debug view)";
+    let needed = "images of its own (`Target::Sums` takes one sample a pixel, `accumulate 1` and no debug view)";
     let faults = [
         (settings.samples != Samples::One, "`samples`"),
         (settings.accumulate > 1, "`accumulate`"),

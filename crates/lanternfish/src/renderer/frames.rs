@@ -54,7 +54,7 @@ impl Renderer {
         })
     }
 
-    /// Adds one frame to the mean of these views, and gives the mean: called again and again, a picture that gets better. The
+    /// Adds one frame to the mean of these views, and gives the mean: called again and again, an image that gets better. The
     /// counter `progressive/frames` of the first report says how many it is of.
     ///
     /// The mean is kept on the device while cameras, sizes and scene are those of the call before; else this frame is the
@@ -75,7 +75,7 @@ impl Renderer {
         })
     }
 
-    /// Runs `work`, which renders pictures: its frames wait where they need to.
+    /// Runs `work`, which renders images: its frames wait where they need to.
     pub(super) fn image_frames<R>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<R, RenderError>,
@@ -98,7 +98,7 @@ impl Renderer {
         result
     }
 
-    /// Lets the next [`Self::refine`] start anew: for a change that it does not see.
+    /// Lets the next [`Self::refine`] start again: for a change that it does not see.
     pub fn reset(&mut self) {
         self.passes.progressive.reset();
         self.passes.forget_shown();

@@ -19,7 +19,7 @@ impl Renderer {
     ///
     /// The BVH keeps its tree until that has become costly. Then a thread builds another, of where things stood, which takes its place in a
     /// later call: [`Sent::has_rebuilt`]. Call with nothing moved to have it where things rest; when it comes,
-    /// means begin anew and deep images are built again, as after a move. Rays find the same distances through
+    /// means begin again and deep images are built again, as after a move. Rays find the same distances through
     /// either; of surfaces in one place either may be found first.
     ///
     /// An error, and nothing is done, for an instance that is not there, a transform that

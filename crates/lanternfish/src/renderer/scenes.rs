@@ -32,7 +32,7 @@ impl Renderer {
     /// factors of materials: colour, metallic, roughness, normal scale, emission, index of refraction, specular, clear coat, unlit. Where all
     /// instances and vertices are where they were, the geometry is not touched. The BVH keeps its tree and gets new boxes: things that move
     /// far apart make its rays slower. ([`Self::move_instances`] builds another tree then; `update` does not, so that frames of sequences are
-    /// the same in any order.) (The adapter's own structure is always built anew.)
+    /// the same in any order.) (The adapter's own structure is always built again.)
     ///
     /// Where anything else is other than before (more, fewer or other meshes, instances, materials, textures; an alpha mode, a mask's
     /// alpha; the environment), the scene is uploaded again, less the images and the environment that are as they were: the tree is then a

@@ -25,7 +25,7 @@ impl Setting for Exposure {
 impl Settings {
     /// The settings that belong to no room, in the order in which panels show them. Their names are those of the command line's flags.
     pub const PARAMETERS: &[Parameter<Self>] = &[
-        Parameter::new("exposure", "auto|EV", Range::Text, "Stops: 1 doubles, -1 halves; auto: as much as shows most of the picture.", |s: &mut Self| &mut s.exposure)
+        Parameter::new("exposure", "auto|EV", Range::Text, "Stops: 1 doubles, -1 halves; auto: as much as shows most of the image.", |s: &mut Self| &mut s.exposure)
         .with_default(),
         Parameter::new("tone-map", "NAME", Range::Names, "From radiance to what a display shows.", |s: &mut Self| &mut s.tone_map).with_default(),
         Parameter::new("materials", "NAME", Range::Names, "Which surfaces are shaded.", |s: &mut Self| &mut s.materials).with_default(),
@@ -56,7 +56,7 @@ impl Settings {
         .with_default(),
         Parameter::new("anisotropy", "N", Range::Names, "Samples along the long side of a pixel's footprint in a texture, at most.", |s: &mut Self| &mut s.anisotropy)
         .with_default(),
-        Parameter::new("debug-view", "NAME", Range::Names, "Shows a quantity of the frame instead of the picture.", |s: &mut Self| &mut s.debug_view),
+        Parameter::new("debug-view", "NAME", Range::Names, "Shows a quantity of the frame instead of the image.", |s: &mut Self| &mut s.debug_view),
     ];
 
     /// [`crate::technique::AnyTechnique::get`], of [`Self::PARAMETERS`].

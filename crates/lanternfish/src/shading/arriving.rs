@@ -9,7 +9,7 @@ use crate::{indirect::DemodulatedIrradiance, occlusion::AmbientVisibility, prepa
 pub struct Arriving {
     /// That surface: one sample a pixel.
     pub surface: Surface,
-    /// How much of the surroundings it sees.
+    /// How much of the environment it sees.
     pub ambient_visibility: Option<AmbientVisibility>,
     /// What it gets from other surfaces.
     pub indirect: Option<DemodulatedIrradiance>,

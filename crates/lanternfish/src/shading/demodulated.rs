@@ -16,7 +16,7 @@ use crate::{
     texture::{RADIANCE_FORMAT, frame_target},
 };
 
-/// The pass, and what finds the surfaces that it lights. Compiled when the first sums are asked for.
+/// The pass, and what finds the surfaces that it lights. Compiled when the first sums are requested.
 #[derive(Debug)]
 pub(crate) struct DemodulatedLight {
     /// Of a view whose surfaces are the scene's.
@@ -33,7 +33,7 @@ pub(crate) struct DemodulatedLight {
 pub(crate) struct Sums {
     /// Of light straight from the listed lights.
     pub direct: wgpu::TextureView,
-    /// Of light from other surfaces and the surroundings.
+    /// Of light from other surfaces and the environment.
     pub indirect: wgpu::TextureView,
 }
 

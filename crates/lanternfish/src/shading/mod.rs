@@ -57,7 +57,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 #[derive(Debug)]
 pub(crate) struct Forward {
     opaque: SceneRaster,
-    /// Multiplies the picture by what surfaces let through.
+    /// Multiplies the image by what surfaces let through.
     dim: SceneRaster,
     transparent: SceneRaster,
     samples: u32,
@@ -138,7 +138,7 @@ impl Forward {
         }
     }
 
-    /// The target of one view's picture.
+    /// The target of one view's image.
     pub fn target(&self, frame: &mut Frame<'_>, size: UVec2) -> Radiance {
         let mut target = |label, more, samples| frame_target(frame, label, size, RADIANCE_FORMAT, more, samples);
         let drawn = (self.samples > 1).then(|| target("radiance/samples", wgpu::TextureUsages::empty(), self.samples));
@@ -179,7 +179,7 @@ impl Forward {
         Ok(())
     }
 
-    /// Blends the transparent surfaces over the picture, each lit and shadowed where it is. `arriving` is found for the nearest of
+    /// Blends the transparent surfaces over the image, each lit and shadowed where it is. `arriving` is found for the nearest of
     /// them.
     pub fn record_transparent(
         &mut self,
@@ -214,7 +214,7 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
     let samples = settings.samples.count();
     let mut opaque = vec![culling];
     let mut transparent = vec![culling, TRANSPARENT];
-    // Rays of indirect light may see the surroundings themselves.
+    // Rays of indirect light may see the environment themselves.
     let ambient_visibility = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_environment());
     let indirect = (settings.indirect != Indirect::NONE).then_some(INDIRECT);
     for features in [&mut opaque, &mut transparent] {

@@ -1,4 +1,4 @@
-//! What arrives at the nearest blended surface of every pixel: what is found for opaque surfaces, found once more. Those behind it take
+//! What arrives at the nearest blended surface of every pixel: what is found for opaque surfaces, found again. Those behind it take
 //! the same; at the rim of a vase, where both of its walls mirror most, both mirror the same.
 
 use lanternfish_gpu::Frame;
@@ -45,7 +45,7 @@ impl NearestTransparent {
             Some(passes) => passes,
             none => none.insert(Passes {
                 prepass: Prepass::of_transparent(),
-                // Rays of indirect light may see the surroundings themselves.
+                // Rays of indirect light may see the environment themselves.
                 occlusion: match self.settings.indirect.sees_environment() {
                     false => occlusion::passes(frame.device, &self.settings)?,
                     true => None,

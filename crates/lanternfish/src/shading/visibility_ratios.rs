@@ -57,7 +57,7 @@ impl VisibilityRatios {
         if settings.history == History::Off || settings.shadows == Shadows::None {
             return Ok(None);
         }
-        // Shadows are all in their new places at once, but where images of before are asked for some frames.
+        // Shadows are all in their new places at once, but where images of before are requested some frames.
         let lasts = match settings.shadows {
             Shadows::Traced(tracer) => tracer.update_frames(&settings.structure),
             _ => 1,

@@ -117,7 +117,7 @@ pub struct VisibilityPlan {
 pub struct Visibility<'p> {
     plan: &'p VisibilityPlan,
     grid: BufferPart,
-    /// Rows of the picture that the band covers, pixels.
+    /// Rows of the image that the band covers, pixels.
     pub rows: Range<u32>,
 }
 
@@ -139,14 +139,14 @@ impl VisibilityPlan {
         self.bands.iter().cloned().enumerate()
     }
 
-    /// The bits of one band, of a picture of so many rows, once they are there.
+    /// The bits of one band, of an image of so many rows, once they are there.
     pub fn band(&self, frame: &mut Frame<'_>, height: u32, band: &Range<u32>) -> Visibility<'_> {
         let grid = VisibilityGrid { first_row: band.start, end_row: band.end, ..self.grid };
         let rows = BLOCK_EDGE * band.start..(BLOCK_EDGE * band.end).min(height);
         Visibility { plan: self, grid: frame.uniform(&grid), rows }
     }
 
-    /// Rays (low 16 bits) and open rays (high 16 bits) of every pixel, where they were asked for.
+    /// Rays (low 16 bits) and open rays (high 16 bits) of every pixel, where they were requested.
     pub fn ray_counts(&self) -> Option<&wgpu::TextureView> {
         self.ray_counts.as_ref()
     }

@@ -39,7 +39,7 @@ fn gpu_one_band_or_many_give_the_same_image() {
         let many = rendering(samples, Some(9 * 64 * 3), 0);
         println!("{samples} samples: {} bands, {} rays", many.0, many.1);
         assert!(one.0 == 1 && many.0 >= 4, "{} and {} bands", one.0, many.0);
-        assert!(one.1 == many.1 && one.2 == many.2, "bands change the picture");
+        assert!(one.1 == many.1 && one.2 == many.2, "bands change the image");
         assert!(rendering(samples, None, 1).2 != one.2, "blind to a light less");
     }
 }

@@ -1,4 +1,4 @@
-//! The surroundings, seen where no surface is.
+//! The environment, seen where no surface is.
 
 #[cfg(test)]
 mod tests;
@@ -29,7 +29,7 @@ impl Sky {
     }
 
     /// Draws the scene's environment where the prepass found nothing. Without one there is no pass: what shading cleared
-    /// the picture to is the sky.
+    /// the image to is the sky.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -49,7 +49,7 @@ pub struct Outcome {
     pub most_in_a_row: usize,
     /// Those that were held although they have as many lights as each of the four before.
     pub held_in_steady_state: usize,
-    /// Frames that were held and would have shown another picture than the last one that was whole.
+    /// Frames that were held and would have shown another image than the last one that was whole.
     pub hidden: usize,
     /// Waits inside frames.
     pub waits: u64,

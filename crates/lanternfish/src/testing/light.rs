@@ -1,4 +1,4 @@
-//! Scenes and pictures for tests of indirect light, and the path tracer's.
+//! Scenes and images for tests of indirect light, and the path tracer's.
 
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
@@ -17,7 +17,7 @@ use crate::{
 
 /// Not a multiple of a workgroup.
 pub const SIZE: UVec2 = UVec2::new(31, 23);
-/// Of pictures whose edges, blocks or shares of cells are what is looked at; neither.
+/// Of images whose edges, blocks or shares of cells are what is looked at; neither.
 pub const LARGE: UVec2 = UVec2::new(61, 45);
 
 /// Many rays through a tracer, their ends lit by the lights alone, nothing filtered.
@@ -43,7 +43,7 @@ pub fn settings(sampled: Sampled) -> Settings {
     }
 }
 
-/// Radiance of a picture, nits.
+/// Radiance of an image, nits.
 pub fn rendering(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
     image_of(gpu, SIZE, settings, scene, camera)
 }
@@ -107,7 +107,7 @@ pub fn cornell() -> Scene {
     scene
 }
 
-/// The same picture by the path tracer: paths of up to so many segments, so many samples a pixel.
+/// The same image by the path tracer: paths of up to so many segments, so many samples a pixel.
 pub fn traced(scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<Vec3> {
     traced_of(SIZE, scene, camera, max_depth, samples)
 }

@@ -1,4 +1,4 @@
-//! A check that whoever renders a scene that another renderer uploaded gets the picture of an upload of its own, or is told.
+//! A check that whoever renders a scene that another renderer uploaded gets the image of an upload of its own, or is told.
 
 use glam::Vec3;
 use lanternfish_gpu::{Gpu, testing};
@@ -41,10 +41,10 @@ pub fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
 }
 
-/// Renders, under each of these settings, the uploads of all of them: how many pictures are those of an upload of its own, and how many are
+/// Renders, under each of these settings, the uploads of all of them: how many images are those of an upload of its own, and how many are
 /// refused.
 ///
-/// Panics where a picture is another one.
+/// Panics where an image is another one.
 pub fn shared_and_refused(gpu: &Gpu, choices: Vec<(&'static str, Settings)>) -> (usize, usize) {
     let (scene, camera) = (scene(), camera());
     let mut renderers: Vec<_> = choices.into_iter().map(|(name, s)| (name, renderer(gpu, s))).collect();

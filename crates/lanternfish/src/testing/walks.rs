@@ -7,7 +7,7 @@ use lanternfish_scene::{Camera, Scene};
 use super::looking;
 use crate::{RenderedImage, Renderer, Settings};
 
-/// Pixels of the pictures.
+/// Pixels of the images.
 pub const SIZE: (u32, u32) = (64, 48);
 
 /// A renderer that shares what tests have compiled.
@@ -20,7 +20,7 @@ pub fn pixels(rendering: &RenderedImage) -> Vec<Vec3> {
     rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
-/// The last of the pictures along a walk.
+/// The last of the images along a walk.
 pub fn walked(gpu: &Gpu, settings: Settings, scene: &Scene, cameras: &[Camera]) -> Vec<Vec3> {
     let mut renderer = renderer(gpu, settings);
     let uploaded = renderer.upload(scene).unwrap();
@@ -36,7 +36,7 @@ pub fn mean(rendering: &[Vec3]) -> f32 {
     rendering.iter().map(|pixel| pixel.element_sum()).sum::<f32>() / rendering.len() as f32
 }
 
-/// Mean distance from the truth, over its mean.
+/// Mean distance from the ground truth, over its mean.
 pub fn off(rendering: &[Vec3], ground_truth: &[Vec3]) -> f32 {
     let apart: f32 = rendering.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
     apart / (mean(ground_truth) * ground_truth.len() as f32)

@@ -17,7 +17,7 @@ pub struct ViewFrustum {
     pub far: f32,
     /// Rays are parallel.
     pub parallel: bool,
-    /// Pixels of its picture.
+    /// Pixels of its image.
     pub size: UVec2,
 }
 
@@ -112,7 +112,7 @@ fn rounded_up(value: f64) -> f32 {
 ///
 /// One view is its own. Of several, the frustum has the mean orientation and stands on the axis through their mean
 /// origin, as far back as the supporting lines between near and far corners demand. It contains every corner of every
-/// view, rounded outwards; its picture has the most pixels of any across and down. All parallel: the box around them.
+/// view, rounded outwards; its image has the most pixels of any across and down. All parallel: the box around them.
 ///
 /// Where the thesis' construction ends, this goes on: slopes and distances are over *all* corners, which canted displays
 /// need, rather than slopes over the far ones and distances moved along; near and far corners need not be apart in

@@ -35,11 +35,11 @@ gpu_struct! {
         samples: u32,
         /// Radiance of everything that no surface covers, nits.
         sky: Vec3,
-        /// Which of the frames that are averaged into one picture this is, from 0.
+        /// Which of the frames that are averaged into one image this is, from 0.
         frame_index: u32,
         /// Which of the frames this is whose noise is to differ, from 0: random numbers are drawn with it.
         random_index: u32,
-        /// The same for what a change of the scene makes pixels forget (shadows, openness): while it changes in every frame, and nothing is known of frames
+        /// The same for what a change of the scene makes pixels forget (shadows, ambient visibility): while it changes in every frame, and nothing is known of frames
         /// before, it stays, and so does the noise.
         forgetful_index: u32,
         /// Unused.
@@ -87,7 +87,7 @@ impl View {
         }
     }
 
-    /// The same as frame `frame_index` of those that are averaged sees it: the picture is moved by
+    /// The same as frame `frame_index` of those that are averaged sees it: the image is moved by
     /// [`jitter_of_frame`], which frame 0 has none of.
     pub fn of_frame(&self, frame_index: u32) -> Self {
         let mut view = Self { frame_index, random_index: frame_index, forgetful_index: frame_index, ..*self };
@@ -102,7 +102,7 @@ impl View {
         view
     }
 
-    /// Moves the picture, pixels, x right and y down.
+    /// Moves the image, pixels, x right and y down.
     fn shift(&mut self, pixels: Vec2) {
         // Pixels to ndc, where y is up. In perspective w = -z, so that a shift of ndc is one of the column of z.
         let shift = pixels * Vec2::new(2.0, -2.0) / self.size.as_vec2();

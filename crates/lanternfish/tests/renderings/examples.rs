@@ -26,7 +26,7 @@ fn bvh(settings: Settings) -> Settings {
 #[test]
 fn gpu_a_texture_of_the_programs_shows_the_image_to_the_bit() {
     let Some(gpu) = testing::gpu("gpu_a_texture_of_the_programs_shows_the_image_to_the_bit") else { return };
-    // Light that is kept from frame to frame makes another picture of a later one.
+    // Light that is kept from frame to frame makes another image of a later one.
     let indirect = Indirect::from(Sampled::default().one_bounce());
     let settings = bvh(Settings { indirect, ..Settings::default() });
     let found = own_texture::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();

@@ -1,5 +1,5 @@
 //! Direct light against an independent path tracer (Mitsuba 3). The references are linear, box-filtered over many
-//! samples a pixel, so our pictures are rendered larger and box-averaged.
+//! samples a pixel, so our images are rendered larger and box-averaged.
 
 use glam::Vec3;
 use lanternfish::{
@@ -12,7 +12,7 @@ use lanternfish_scene::{Camera, Light, Projection, Scene};
 
 use crate::support::{left_out_on_old_software, linear, render};
 
-/// A reference: its picture, and the scene, camera and lights it was made of.
+/// A reference: its image, and the scene, camera and lights it was made of.
 struct Reference {
     image: RgbImage,
     scene: Scene,
@@ -40,11 +40,11 @@ impl Reference {
         let fov_y = (camera["fov_y_deg"].as_f64()? as f32).to_radians();
         let projection = Projection::Perspective { fov_y, near: 0.01 };
         let camera = Camera::look_at(vec3(&camera["eye"]), vec3(&camera["target"]), projection);
-        let image = read_exr(&testing::shared(test, &format!("{folder}/{name}.exr"))?).expect("the picture loads");
+        let image = read_exr(&testing::shared(test, &format!("{folder}/{name}.exr"))?).expect("the image loads");
         Some(Self { image, scene, camera })
     }
 
-    /// Our picture, rendered `scale` times larger and box-averaged, every intensity multiplied by `brightness`, against
+    /// Our image, rendered `scale` times larger and box-averaged, every intensity multiplied by `brightness`, against
     /// the reference.
     fn compare(&self, gpu: &Gpu, scale: u32, brightness: f32) -> RelativeError {
         let mut scene = self.scene.clone();

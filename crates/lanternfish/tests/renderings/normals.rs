@@ -72,7 +72,7 @@ const CASES: [Case; 3] = [
     // Two walls and two blocks: two samples are wrong along every edge, five nowhere but in corners. Cards that move vertices to a grid of
     // 256 points a pixel have half as much again.
     Case { demo: "cornell", size: (160, 160), naive: 3.1..5.2, improved: 0.12..0.33 },
-    // Full of mouldings and leaves a pixel or two wide, where no number of samples helps: the larger the picture, the
+    // Full of mouldings and leaves a pixel or two wide, where no number of samples helps: the larger the image, the
     // fewer of them.
     Case { demo: "atrium", size: (320, 180), naive: 14.7..24.5, improved: 8.9..14.8 },
     Case { demo: "atrium", size: (1280, 720), naive: 5.8..9.7, improved: 2.2..3.7 },

@@ -1,4 +1,4 @@
-//! The image of the surroundings: where it is seen, and what covers it.
+//! The image of the environment: where it is seen, and what covers it.
 
 use glam::{EulerRot, Mat3A, Vec2, Vec3, Vec4};
 use lanternfish::{RenderedImage, Settings, settings::Shadows};
@@ -16,7 +16,7 @@ fn environment() -> Environment {
     Environment { width, height, pixels: pixels.collect(), rotation: 0.0 }
 }
 
-/// Nothing but surroundings.
+/// Nothing but environment.
 fn empty(environment: Environment) -> Scene {
     Scene { environment: Some(environment), sky: Vec3::new(9.0, 0.0, 0.0), ..Scene::default() }
 }

@@ -27,27 +27,27 @@ pub fn render(
     let mut renderer =
         Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).expect("the settings fit the device");
     let scene = renderer.upload(scene).expect("the scene fits the device");
-    renderer.render(&scene, camera, width, height).expect("the picture fits the device")
+    renderer.render(&scene, camera, width, height).expect("the image fits the device")
 }
 
-/// The linear picture without alpha.
+/// The linear image without alpha.
 pub fn linear(rendering: &RenderedImage) -> RgbImage {
     let pixels = rendering.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-    RgbImage::new(rendering.width as usize, rendering.height as usize, pixels).expect("a picture is whole")
+    RgbImage::new(rendering.width as usize, rendering.height as usize, pixels).expect("an image is whole")
 }
 
-/// Everything of a picture that a scene and its light decide, bit for bit.
+/// Everything of an image that a scene and its light decide, bit for bit.
 pub fn bits(rendering: &RenderedImage) -> Vec<[u32; 4]> {
     rendering.radiance.iter().map(|texel| texel.map(f32::to_bits)).collect()
 }
 
-/// Pixels in which two pictures of one size differ.
+/// Pixels in which two images of one size differ.
 pub fn differing(a: &RenderedImage, b: &RenderedImage) -> usize {
     assert_eq!((a.width, a.height), (b.width, b.height));
     bits(a).iter().zip(bits(b)).filter(|(a, b)| *a != b).count()
 }
 
-/// A number of the picture's report.
+/// A number of the image's report.
 pub fn counter(rendering: &RenderedImage, name: &str) -> u64 {
     let found = rendering.report.counters.iter().find(|(known, _)| known == name);
     found.unwrap_or_else(|| panic!("no counter {name}: {:?}", rendering.report.counters)).1
@@ -84,7 +84,7 @@ pub fn thin_dielectric(material: usize, z: f32, half: f32) -> Primitive {
     quad(material, Vec3::new(0.0, 0.0, z), Vec3::X * half, Vec3::Y * half)
 }
 
-/// Edge of the pictures of [`Front`], pixels.
+/// Edge of the images of [`Front`], pixels.
 pub const EDGE: u32 = 64;
 
 /// Looks down −z from z = 10 along parallel lines, at x and y from −2 to 2: a pixel is 1/16 m wide.

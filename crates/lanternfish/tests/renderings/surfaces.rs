@@ -1,4 +1,4 @@
-//! What materials, alpha, sides and instances do to a picture.
+//! What materials, alpha, sides and instances do to an image.
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lanternfish::{
@@ -293,7 +293,7 @@ fn gpu_a_mirrored_instance_is_the_image_in_a_mirror() {
         assert!(differ <= pixels / 200, "{materials}: {differ} of {pixels}");
         // It can fail: unflipped, most do.
         let unflipped = plain.radiance.iter().zip(&other.radiance).filter(|(a, b)| a != b).count();
-        assert!(unflipped > pixels / 2, "the picture is its own mirror");
+        assert!(unflipped > pixels / 2, "the image is its own mirror");
         let lit = plain.radiance.iter().filter(|texel| texel[1] > 0.05).count();
         assert!(lit > pixels / 4, "{lit} pixels are lit");
     }

@@ -73,7 +73,7 @@ pub fn claims(figures: &Figures) -> Vec<Row> {
     claims
 }
 
-/// The three that the thesis tuned: Persp 64, Ortho 4, Displ 64 32, as they fit the picture.
+/// The three that the thesis tuned: Persp 64, Ortho 4, Displ 64 32, as they fit the image.
 pub fn tuned(figures: &Figures, lights: u32) -> Vec<&Played> {
     let best = shapes(figures.size[1], true);
     let find = |name: String| {

@@ -1,4 +1,4 @@
-//! A truth in parts: the same bytes as in one run.
+//! A ground truth in parts: the same bytes as in one run.
 
 use std::fs;
 
@@ -78,10 +78,10 @@ fn what_is_not_of_one_truth_is_not_merged() {
         ("a.exr b.exr c.exr -o o.exr", "b.exr and c.exr: both have samples 4-4"),
         ("a.exr a.exr -o o.exr", "both have samples 1-2"),
         ("d.exr a.exr -o o.exr", "samples 3-5 are in none of the parts"),
-        ("a.exr seed.exr -o o.exr", "seed.exr: not of the same truth as a.exr: its seed is 9, not 0"),
+        ("a.exr seed.exr -o o.exr", "seed.exr: not of the same ground truth as a.exr: its seed is 9, not 0"),
         ("a.exr depth.exr -o o.exr", "max-depth is 2 there and unlimited in the other"),
         ("a.exr light.exr -o o.exr", "the scene's content is another"),
-        ("a.exr whole.exr -o o.exr", "whole.exr: no part of a truth"),
+        ("a.exr whole.exr -o o.exr", "whole.exr: no part of a ground truth"),
         ("a.exr gone.exr -o o.exr", "gone.exr"),
         ("a.exr cut.exr -o o.exr", "cut.exr"),
         ("a.exr b.exr -o a.exr", "both a part and the whole"),

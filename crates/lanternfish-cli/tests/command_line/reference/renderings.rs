@@ -1,4 +1,4 @@
-//! What the pictures show, and that `render` shows the same.
+//! What the images show, and that `render` shows the same.
 
 use lanternfish_metrics::read_png;
 
@@ -16,7 +16,7 @@ fn integrators_show_what_they_say() {
         let n = p.map(|v| 2.0 * v - 1.0);
         (n.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 1e-3
     };
-    assert!(normal.pixels.iter().filter(|p| is_normal(p)).count() > 700, "most of the picture is inside a face");
+    assert!(normal.pixels.iter().filter(|p| is_normal(p)).count() > 700, "most of the image is inside a face");
     let occlusion = mean("--integrator occlusion");
     assert!(values(&occlusion).all(|value| (0.0..=1.0).contains(&value)));
     // What is far occludes less, and nothing as near as a millimetre is in the way but beside edges.
@@ -120,7 +120,7 @@ fn a_file_without_light_is_lit_as_render_lights_it() {
     };
     let (studio, stderr) = run("--view front");
     assert!(stderr.contains("studio") && !stderr.contains("shines"), "{stderr}");
-    // A white sheet before the backdrop, 80 % of the picture wide.
+    // A white sheet before the backdrop, 80 % of the image wide.
     let (sheet, backdrop) = (studio.pixels[16 * 32 + 16][1], studio.pixels[16 * 32 + 1][1]);
     assert!(sheet > 0.5 && (0.1..0.4).contains(&backdrop), "{sheet}, {backdrop}");
     let wide = (0..32).filter(|x| studio.pixels[16 * 32 + x][1] > 0.5).count();
@@ -132,7 +132,7 @@ fn a_file_without_light_is_lit_as_render_lights_it() {
 #[test]
 fn rain_is_where_it_is_at_the_time() {
     let folder = tempfile::tempdir().unwrap();
-    // What the picture depends on.
+    // What the image depends on.
     let fingerprint = |words: &str| {
         cornell(folder.path(), &format!("--lights rain:5 --spp 1 -o a.exr {words}"));
         let attributes = read_exr_attributes(&folder.path().join("a.exr")).unwrap();

@@ -80,7 +80,7 @@ impl Source {
         let copy = self.atom("XdndActionCopy");
         self.tell("XdndPosition", [self.window, 0, place, x11rb::CURRENT_TIME, copy]);
         self.answer("XdndStatus", path);
-        // What was asked for arrives after the first answer, as it does where a hand moves on.
+        // What was requested arrives after the first answer, as it does where a hand moves on.
         self.tell("XdndPosition", [self.window, 0, place + 1, x11rb::CURRENT_TIME, copy]);
         self.answer("XdndStatus", path);
         self.tell("XdndDrop", [self.window, 0, x11rb::CURRENT_TIME, 0, 0]);
@@ -107,7 +107,7 @@ fn write_card(folder: &Path) -> PathBuf {
     path
 }
 
-/// A scene that is dropped is opened; what is no scene says why below the picture, which stays.
+/// A scene that is dropped is opened; what is no scene says why below the image, which stays.
 #[test]
 fn gpu_a_dropped_file_is_opened() {
     let Some(display) = Display::open("gpu_a_dropped_file_is_opened") else { return };
@@ -130,14 +130,14 @@ fn gpu_a_dropped_file_is_opened() {
     let text = folder.path().join("text.gltf");
     fs::write(&text, "no scene").unwrap();
     source.drop(&text);
-    // A line of text below the picture.
+    // A line of text below the image.
     let differing = |screen: &[[u8; 3]]| screen.iter().zip(&panels).filter(|(a, b)| is_other(**a, **b)).count();
     let told = wait_for("what is wrong", || {
         let screen = display.screen();
         (differing(&screen) > 100).then_some(screen)
     });
     let top = SIZE[0] * SIZE[1] * 2 / 3;
-    assert!(are_alike(&told[..top], &panels[..top]), "the picture stays");
+    assert!(are_alike(&told[..top], &panels[..top]), "the image stays");
     assert_eq!(display.act("search --name card.gltf").lines().count(), 1, "and the window's name");
     display.act("key Escape");
     assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());

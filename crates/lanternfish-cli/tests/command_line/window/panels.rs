@@ -10,7 +10,7 @@ fn gpu_every_panel_is_opened() {
     let folder = tempfile::tempdir().unwrap();
     let mut view = open(&display, folder.path(), "--size 1240x900");
     let mut is_there = || view.0.try_wait().unwrap().is_none();
-    let first = display.settled("the panels beside the picture", is_image);
+    let first = display.settled("the panels beside the image", is_image);
     display.act("key F6");
     display.act("mousemove 1120 700");
     let unfolded = display.settled("everything unfolded", |screen| !are_alike(screen, &first));
@@ -48,7 +48,7 @@ fn gpu_every_panel_is_opened() {
     let window = display.act("search --name Lanternfish");
     let geometry = display.act(&format!("getwindowgeometry {}", window.lines().next().unwrap()));
     assert!(geometry.contains("500x320"), "{geometry}");
-    display.settled("the picture", is_image);
+    display.settled("the image", is_image);
     display.act("key Escape");
     assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
 }

@@ -11,12 +11,12 @@ fn gpu_rain_falls_while_it_is_played() {
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("mousemove 600 460");
     display.act("key F3");
-    let first = display.settled("the picture without panels", is_image);
+    let first = display.settled("the image without panels", is_image);
     display.act("key space");
     wait_for("other lights", || (!are_alike(&display.screen(), &first)).then_some(()));
     sleep(Duration::from_millis(500));
     display.act("key space");
-    display.settled("the picture where it was stopped", |screen| is_image(screen) && !are_alike(screen, &first));
+    display.settled("the image where it was stopped", |screen| is_image(screen) && !are_alike(screen, &first));
     let text = saved_as_seen(&display, folder.path(), view);
     let says = |name: &str| text.lines().any(|line| line.starts_with(name));
     assert!(says("time = ") && !says("animation = "), "{text}");

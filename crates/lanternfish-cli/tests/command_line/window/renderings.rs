@@ -31,7 +31,7 @@ fn gpu_two_images_are_compared() {
     display.act("mousemove 600 460");
     display.act("key F3");
     let whole = display
-        .settled("both pictures", |screen| at(screen, 100, 150) == [60; 3] && at(screen, 300, 150) == [140, 140, 220]);
+        .settled("both images", |screen| at(screen, 100, 150) == [60; 3] && at(screen, 300, 150) == [140, 140, 220]);
     assert_eq!([at(&whole, 107, 150), at(&whole, 304, 150)], [[140; 3], [60, 60, 140]], "to the pixel");
 
     display.act("key m");
@@ -55,7 +55,7 @@ fn gpu_two_images_are_compared() {
     display.act("mousemove 600 460");
     let row = |screen: &[[u8; 3]]| (20..180).map(|x| at(screen, x, 40)[0]).collect::<Vec<_>>();
     let edges = |screen: &[[u8; 3]]| row(screen).windows(2).filter(|two| two[0] != two[1]).count();
-    let enlarged = display.settled("an enlarged picture", |screen| (1..15).contains(&edges(screen)));
+    let enlarged = display.settled("an enlarged image", |screen| (1..15).contains(&edges(screen)));
     assert!(row(&enlarged).iter().all(|value| [60, 140].contains(value)), "{:?}", row(&enlarged));
     display.act("key f");
     display.settled("all of it", |screen| *screen == whole);
@@ -63,7 +63,7 @@ fn gpu_two_images_are_compared() {
     assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
 }
 
-/// The picture that was rendered is what the window shows.
+/// The image that was rendered is what the window shows.
 #[test]
 fn gpu_a_rendered_image_is_opened() {
     let Some(display) = Display::open("gpu_a_rendered_image_is_opened") else { return };
@@ -76,7 +76,7 @@ fn gpu_a_rendered_image_is_opened() {
     let rendering = read_png(&folder.path().join("box.png")).unwrap();
     let bytes = rendering.pixels.iter().map(|[r, g, b]| [*b, *g, *r].map(|value| (255.0 * value).round() as u8));
     let expected: Vec<_> = bytes.collect();
-    display.settled("the picture, to the bit", |screen| *screen == expected);
+    display.settled("the image, to the bit", |screen| *screen == expected);
     display.act("key Escape");
     assert!(wait_for("the end", || render.0.try_wait().unwrap()).success());
     let said = fs::read_to_string(folder.path().join("log")).unwrap();

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Both eyes' pictures stand beside each other, the shot that is saved is what was seen, to the bit, and a key shows one picture again.
+/// Both eyes' images stand beside each other, the shot that is saved is what was seen, to the bit, and a key shows one image again.
 #[test]
 fn gpu_two_eyes_are_shown_and_saved() {
     let Some(display) = Display::open("gpu_two_eyes_are_shown_and_saved") else { return };
@@ -11,7 +11,7 @@ fn gpu_two_eyes_are_shown_and_saved() {
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("mousemove 600 460");
     display.act("key F3");
-    let both = display.settled("both pictures", is_image);
+    let both = display.settled("both images", is_image);
     let half = SIZE[0] / 2;
     let row = |y: usize| &both[y * SIZE[0]..][..SIZE[0]];
     let differing = (0..SIZE[1]).flat_map(|y| (0..half).map(move |x| (x, y)));
@@ -21,7 +21,7 @@ fn gpu_two_eyes_are_shown_and_saved() {
     assert!((all / 100..all * 3 / 4).contains(&differing), "{differing} of {all} pixels differ between the eyes");
 
     display.act("key t");
-    let one = display.settled("one picture", |screen| is_image(screen) && !are_alike(screen, &both));
+    let one = display.settled("one image", |screen| is_image(screen) && !are_alike(screen, &both));
     display.act("key t");
     display.settled("both again", |screen| are_alike(screen, &both) && !are_alike(screen, &one));
     let text = saved_as_seen(&display, folder.path(), view);

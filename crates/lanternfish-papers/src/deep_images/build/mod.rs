@@ -98,7 +98,7 @@ pub struct DeepImageBuilder {
     directions: Directions,
     rotation: Quat,
     direction_cells: wgpu::Buffer,
-    /// Images of a chunk at most: fewer, once more of them were too many for a binding; and of which scene, by [`GpuScene::triangle_order`]: while
+    /// Images of a chunk at most: fewer, again of them were too many for a binding; and of which scene, by [`GpuScene::triangle_order`]: while
     /// it moves they stay too many.
     most_images: (u64, u32),
 }
@@ -187,7 +187,7 @@ impl DeepImageBuilder {
         Ok(images)
     }
 
-    /// Builds the images of one chunk anew: those of the scene as it is, whose triangles are still in the order in which they were when
+    /// Builds the images of one chunk again: those of the scene as it is, whose triangles are still in the order in which they were when
     /// the others were built.
     pub fn renew(
         &mut self,
@@ -252,7 +252,7 @@ impl DeepImageBuilder {
     }
 }
 
-/// The builder that is used for the one that was asked for: on a driver that ends loops early, which would leave triangles out
+/// The builder that is used for the one that was requested: on a driver that ends loops early, which would leave triangles out
 /// without a word, the single pass stands in for the arithmetic.
 pub(super) fn sound_builder(requested: DeepBuilder, adapter: &wgpu::AdapterInfo) -> DeepBuilder {
     if requested == DeepBuilder::PerTriangle && faulty_software(adapter) {

@@ -47,7 +47,7 @@ pub(super) fn build(axes: &[Vec3]) -> Vec<u32> {
     std::iter::once(edge).chain((0..=cells).map(start)).chain(candidates).collect()
 }
 
-/// The cell of a direction of any length; twin of `direction_cell` in `nearest_image.wesl`.
+/// The cell of a direction of any length; CPU reference of `direction_cell` in `nearest_image.wesl`.
 pub(super) fn cell_of(direction: Vec3, edge: u32) -> u32 {
     let size = direction.abs();
     let (face, p) = if size.x >= size.y.max(size.z) {
@@ -66,7 +66,7 @@ pub(super) fn range(table: &[u32], cell: u32) -> std::ops::Range<usize> {
     table[1 + cell as usize] as usize..table[2 + cell as usize] as usize
 }
 
-/// The image nearest to ±direction, and whether it is −axis that is near; twin of `nearest_direction`.
+/// The image nearest to ±direction, and whether it is −axis that is near; CPU reference of `nearest_direction`.
 pub(super) fn nearest(axes: &[Vec3], table: &[u32], direction: Vec3) -> (u32, bool) {
     let cell = cell_of(direction, table[0]);
     let mut image = 0;

@@ -58,7 +58,7 @@ impl LinearArray {
         let triangles_of =
             |label, count: u64| self.payload.then(|| storage_buffer(device, label, 4 * count)).transpose();
 
-        // Gather and scan; where the frame waits, once more where there was no room.
+        // Gather and scan; where the frame waits, again where there was no room.
         // How many were put, and of how many images.
         let counted = [0, grid.image_count, 0, 0];
         let counted = storage_buffer_of(device, "deep_images/counted", &counted, wgpu::BufferUsages::empty())?;

@@ -76,7 +76,7 @@ fn differing(found: &[Vec<Fragment>], expected: &[Vec<Fragment>], images: &DeepI
     found.iter().zip(expected).filter(|pair| !same(pair)).count()
 }
 
-/// Distance, depth and triangle of what each ray meets, from the function that other passes call.
+/// Distance, depth and triangle of what each ray hits, from the function that other passes call.
 fn hits(gpu: &Gpu, images: &DeepImages, entry: &str, rays: &[TracedRay]) -> Vec<[f32; 4]> {
     let kernel = probe(gpu, "testing/deep_hits", &images.settings.fragment_features(), entry);
     let queries = storage_buffer_of(&gpu.device, "queries", rays, wgpu::BufferUsages::empty()).unwrap();

@@ -45,7 +45,7 @@ fn block(scene: &Scene) -> usize {
     scene.instances.iter().position(is_inside).expect("the box has blocks")
 }
 
-/// The picture and the report of a frame that is whole; one that is not for want of room comes again.
+/// The image and the report of a frame that is whole; one that is not for want of room comes again.
 fn whole(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> (Vec<Vec3>, FrameReport) {
     let request = ViewRequest::of_camera(0, &scene.cameras[0], SIZE, Target::Own);
     for _ in 0..8 {
@@ -114,7 +114,7 @@ fn gpu_slices_of_deep_images_are_built_in_turn() {
         rested[0].0 != ground_truth && rested[2].0 == ground_truth,
         "the images are not those of the scene as it is"
     );
-    // Images that no longer hold all of the scene are built anew at once.
+    // Images that no longer hold all of the scene are built again at once.
     let outside = [(inside, Affine3A::from_translation(3.0 * Vec3::Y) * rest)];
     at_once.move_instances(&mut all, &outside).unwrap();
     in_turn.move_instances(&mut sliced, &outside).unwrap();

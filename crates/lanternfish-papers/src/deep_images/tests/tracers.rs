@@ -34,11 +34,11 @@ fn gpu_the_bvh_finds_the_closest_surface() {
         other += usize::from(!same);
         hits += usize::from(expected.is_some());
     }
-    // Edges, and blended surfaces, which only the path tracer's rays meet.
+    // Edges, and blended surfaces, which only the path tracer's rays hit.
     assert!(hits > 2000 && other <= 20, "{other} of {hits}");
 }
 
-/// Rays that are followed from texel to texel end closer to the truth than those that stay in one.
+/// Rays that are followed from texel to texel end closer to the ground truth than those that stay in one.
 #[test]
 fn gpu_rays_across_texels_are_closer_to_the_truth() {
     let Some(gpu) = testing::gpu("gpu_rays_across_texels_are_closer_to_the_truth") else { return };

@@ -1,6 +1,6 @@
-//! Deep images to look at: their fragments as points in the scene, and one image's texels as pictures.
+//! Deep images to look at: their fragments as points in the scene, and one image's texels as images.
 //!
-//! Fragments are read in one place, `fragments.wesl`, from the lists that tracers read: a picture shows what a tracer gets.
+//! Fragments are read in one place, `fragments.wesl`, from the lists that tracers read: an image shows what a tracer gets.
 
 mod points;
 #[cfg(test)]
@@ -21,7 +21,7 @@ fn check_store(settings: &DeepImageSettings) -> Result<(), RenderError> {
     match settings.store {
         DeepStore::LinearArray => Ok(()),
         DeepStore::LinkedList | DeepStore::SortedLinkedList => {
-            Err(RenderError::Together { setting: "a picture of deep images", needed: "linear arrays" })
+            Err(RenderError::Together { setting: "an image of deep images", needed: "linear arrays" })
         }
     }
 }

@@ -91,7 +91,7 @@ impl PointCloud {
     /// Draws the fragments of all images, or of one, as round points tinted by where their triangles face: red is ±x,
     /// green ±y, blue ±z; lit from the eye, darker with distance. `scene` is what the images were built of.
     ///
-    /// An error where there is no such image, or the device cannot draw as large a picture or as many points.
+    /// An error where there is no such image, or the device cannot draw as large an image or as many points.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

@@ -34,7 +34,7 @@ fn view_of(scene: &Scene) -> View {
     View::new(&scene.cameras[0], SIZE, Vec3::ZERO, &scene.bounds())
 }
 
-/// Depths of the points' picture, by rows.
+/// Depths of the points' image, by rows.
 fn points(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, image: Option<u32>, view: &View) -> Vec<f32> {
     let cloud = PointCloud::new(&gpu.device, &images.settings).unwrap();
     let size = PointSize { texels: 0.02, least_pixels: 2.0 };
@@ -102,7 +102,7 @@ fn lists_of(gpu: &Gpu, images: &DeepImages, image: u32) -> Vec<Vec<Fragment>> {
     lists(gpu, images, chunk).into_iter().skip(image as usize * 48 * 48).take(48 * 48).collect()
 }
 
-/// How many of an image's fragments within the picture are neither seen nor hidden by a nearer point, and how many lie within it.
+/// How many of an image's fragments within the image are neither seen nor hidden by a nearer point, and how many lie within it.
 fn fragments_without_point(gpu: &Gpu, images: &DeepImages, image: u32, view: &View, depths: &[f32]) -> (usize, usize) {
     let grid = images.chunks[0].grid;
     let axes = images.directions.frame(image);

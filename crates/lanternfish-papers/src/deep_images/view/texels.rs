@@ -1,4 +1,4 @@
-//! One image's texels as numbers and as pictures: how many fragments, or one layer's depth.
+//! One image's texels as numbers and as images: how many fragments, or one layer's depth.
 
 use glam::UVec2;
 use lanternfish::{
@@ -21,7 +21,7 @@ gpu_struct! {
     pub struct TexelQuery {
         /// Index of the image, counted from the chunk's first.
         image: u32,
-        /// Which fragment of a list is asked for: 0 is the first, -1 the last.
+        /// Which fragment of a list is requested: 0 is the first, -1 the last.
         layer: i32,
     }
 }
@@ -37,7 +37,7 @@ gpu_struct! {
         resolution: u32,
         /// Pixels of a texel across and down.
         upscale: u32,
-        /// 1: the picture is turned by half a turn.
+        /// 1: the image is turned by half a turn.
         turned: u32,
         /// 0: grey; 1: heat.
         colors: u32,
@@ -65,7 +65,7 @@ pub struct TexelValues {
     pub resolution: u32,
     /// By rows of texels, as the lists are; `None` where a list ends before the layer.
     pub values: Vec<Option<f32>>,
-    /// Whether pictures are turned by half a turn so that +y of the world is upwards.
+    /// Whether images are turned by half a turn so that +y of the world is upwards.
     turned: bool,
     buffer: wgpu::Buffer,
 }
@@ -164,10 +164,10 @@ impl TexelViews {
         Ok(TexelValues { resolution, values, turned, buffer })
     }
 
-    /// A square picture of the numbers, as seen by one who looks along the image's axis, turned by half a turn where that brings
+    /// A square image of the numbers, as seen by one who looks along the image's axis, turned by half a turn where that brings
     /// +y of the world upwards. Each texel is `upscale` pixels across and down, at least 1.
     ///
-    /// An error where the device cannot draw as large a picture.
+    /// An error where the device cannot draw as large an image.
     pub fn paint(
         &self,
         frame: &mut Frame<'_>,

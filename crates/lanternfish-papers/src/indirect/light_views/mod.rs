@@ -23,7 +23,7 @@ gpu_struct! {
     pub struct LightViewSet {
         /// How many views there are.
         count: u32,
-        /// Which of the frames that are averaged into one picture this is.
+        /// Which of the frames that are averaged into one image this is.
         frame_index: u32,
         /// Radius of a sphere about the scene's middle that holds everything, m.
         scene_radius: f32,
@@ -143,7 +143,7 @@ impl LightViewBuffers {
 const WIDE_SPOT: f32 = 2.0;
 
 impl LightViews {
-    /// Shares out `texels` texels, 2 at least. Views that would get less than one have their chance in every frame anew. `triangles`: those
+    /// Shares out `texels` texels, 2 at least. Views that would get less than one have their chance in every frame again. `triangles`: those
     /// that shine, by their brightest channel.
     pub fn new(
         lights: &[Light],

@@ -6,7 +6,7 @@
 //! 4. Light culling finds which of them reach which pixels; there their light is added up (`gather.wesl`);
 //!    or they are drawn (`splat.wesl`, `add.wesl`).
 //! 5. One of those that a photon was split into may be split in turn (`next.wesl`): steps 2 to 4 again.
-//! 6. The sums are made the picture's (`smoothing/`).
+//! 6. The sums are made the image's (`smoothing/`).
 
 mod directions;
 mod parameters;

@@ -17,7 +17,7 @@ gpu_struct! {
         chunk_directions: u32,
         /// Photons of the chunk at most: a slot for each of its directions and each photon that is split.
         slot_count: u32,
-        /// Which of the frames that are averaged into one picture this is.
+        /// Which of the frames that are averaged into one image this is.
         frame_index: u32,
         /// How often light has been scattered before.
         bounce: u32,
@@ -29,9 +29,9 @@ gpu_struct! {
         glossy: u32,
         /// Luminous flux that is counted as one, lm.
         flux_unit: f32,
-        /// Tiles of the picture across.
+        /// Tiles of the image across.
         columns: u32,
-        /// Tiles of the picture down.
+        /// Tiles of the image down.
         rows: u32,
         /// Least width of a footprint beside a pixel's, m: that of a texel, where deep images say where photons land.
         least_width: f32,

@@ -63,7 +63,7 @@ gpu_constants! {
 pub struct PhotonPasses {
     settings: PhotonSplatting,
     materials: Materials,
-    /// Frames that a picture is the mean of, at least.
+    /// Frames that an image is the mean of, at least.
     frames: u32,
     directions: PhotonDirections,
     views: KeptLightViews,

@@ -170,7 +170,7 @@ fn gpu_all_of_the_light_that_lands_is_seen() {
     }
 }
 
-/// Every scheme of light culling, chunks of any size and every run give the same picture to the bit; drawing gives the same but for the
+/// Every scheme of light culling, chunks of any size and every run give the same image to the bit; drawing gives the same but for the
 /// order of sums.
 #[test]
 fn gpu_photons_are_the_same_however_they_come_to_pixels() {
@@ -299,7 +299,7 @@ fn gpu_no_lights_are_no_photons() {
     }
 }
 
-/// Photons that light nothing that is seen are left out, and the picture has no less light for it.
+/// Photons that light nothing that is seen are left out, and the image has no less light for it.
 #[test]
 fn gpu_photons_that_light_nothing_in_view_are_left_out() {
     let Some(gpu) = testing::gpu("gpu_photons_that_light_nothing_in_view_are_left_out") else { return };
@@ -310,7 +310,7 @@ fn gpu_photons_that_light_nothing_in_view_are_left_out() {
     let [landed, off, hidden, splatted] =
         ["landed", "off_screen", "hidden", "splatted"].map(|name| counter(&rendering, name));
     assert!(off > 0.2 * landed && off + hidden + splatted == landed, "{off}, {hidden}, {splatted} of {landed}");
-    // The middle of the picture is that of a wider view, which leaves out fewer.
+    // The middle of the image is that of a wider view, which leaves out fewer.
     let wide = Camera::look_at(
         Vec3::new(0.0, 0.0, 0.9),
         Vec3::NEG_Z,

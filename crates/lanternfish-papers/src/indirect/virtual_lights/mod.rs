@@ -6,7 +6,7 @@
 //!    (`ranges.wesl`); the others are put in order (`scatter.wesl`).
 //! 3. Lists: light culling finds which of them reach which pixels, through whatever scheme the settings name.
 //! 4. Gather: their light is added up (`gather.wesl`), or some are chosen for each pixel and looked for (`shadow.wesl`).
-//! 5. What is found is made the picture's, bounded and filtered (`smoothing/`).
+//! 5. What is found is made the image's, bounded and filtered (`smoothing/`).
 
 mod builder;
 mod choices;
@@ -68,7 +68,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
 #[derive(Debug)]
 pub struct VirtualLightPasses {
     settings: VirtualLights,
-    /// Frames that a picture is the mean of, at least.
+    /// Frames that an image is the mean of, at least.
     frames: u32,
     builder: LightBuilder,
     culling: LightCulling,
@@ -157,7 +157,7 @@ impl IndirectPasses for VirtualLightPasses {
                 let words = pixels * (u64::from(self.settings.shadow_rays) + 1);
                 let limit = frame.device.limits().max_storage_buffer_binding_size / 4;
                 if words > limit {
-                    let remedy = "choose fewer `vpl-shadow-rays`, `indirect-resolution half`, or a smaller picture";
+                    let remedy = "choose fewer `vpl-shadow-rays`, `indirect-resolution half`, or a smaller image";
                     return Err(RenderError::Overflow { list: "rays to virtual lights", needed: words, limit, remedy });
                 }
                 let chosen = frame.scratch("indirect/virtual_lights/chosen", 4 * words)?;

@@ -12,7 +12,7 @@ gpu_struct! {
         texel_count: u32,
         /// Texels before this one are rendered, those from it on are traced.
         first_traced: u32,
-        /// Which of the frames that are averaged into one picture this is.
+        /// Which of the frames that are averaged into one image this is.
         frame_index: u32,
         /// Blocks of 4^level texels are merged.
         level: u32,
@@ -84,7 +84,7 @@ gpu_struct! {
         within: f32,
         /// Share that would arrive beyond it.
         beyond: f32,
-        /// What makes up for the latter, where that is asked for: a factor for this light.
+        /// What makes up for the latter, where that is requested: a factor for this light.
         factor: f32,
     }
 }

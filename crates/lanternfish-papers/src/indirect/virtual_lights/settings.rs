@@ -64,7 +64,7 @@ pub struct VirtualLights {
     pub shadow_rays: u32,
     /// Which pixels look for virtual lights.
     pub resolution: IndirectResolution,
-    /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none.
+    /// Pixels to each side that the filter reaches in an image of one frame, up to 64; 0: none.
     pub filter_radius: u32,
     /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do.
     pub clamp: IndirectClamp,

@@ -13,7 +13,7 @@ use crate::testing::{self, quad, scene_of};
 /// Not a multiple of a workgroup.
 const SIZE: UVec2 = UVec2::new(53, 39);
 
-/// Without noise that a filter would spread, as far as that goes in a small picture.
+/// Without noise that a filter would spread, as far as that goes in a small image.
 fn room() -> VirtualLights {
     VirtualLights { stride: 1, filter_radius: 0, clamp: IndirectClamp::Off, ..VirtualLights::default() }
 }
@@ -84,7 +84,7 @@ fn cornell() -> (Scene, Camera) {
     (scene, looking([0.0, 1.0, 4.2], [0.0, 1.0, 0.0]))
 }
 
-/// Every scheme of light culling lists the lights that reach a pixel, in the same order: the picture is the same to the bit, and so is
+/// Every scheme of light culling lists the lights that reach a pixel, in the same order: the image is the same to the bit, and so is
 /// that of another renderer.
 #[test]
 fn gpu_virtual_lights_are_the_same_by_every_scheme_of_culling() {
@@ -206,7 +206,7 @@ fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
     let half = of(VirtualLights { far_lights: 1024, resolution: IndirectResolution::Half, ..exact });
     assert!((half / far - 1.0).abs() < 0.05, "at half resolution {half}, at full {far}");
     let unshadowed = of(VirtualLights { shadows: Shadows::None, ..exact });
-    assert!(unshadowed > far + 0.05, "blocks cast no shadow in the truth: {unshadowed}");
+    assert!(unshadowed > far + 0.05, "blocks cast no shadow in the ground truth: {unshadowed}");
 }
 
 /// A closed room beside a lit one stays dark, behind every tracer that is exact; without shadows it does not.
@@ -292,7 +292,7 @@ fn gpu_a_mean_of_frames_has_the_light_of_every_light() {
     assert!((found - 1.0).abs() < 0.08, "{found}");
 }
 
-/// Two views of one frame have the lights of one: each picture is the same to the bit as by itself. What moves in the scene moves them.
+/// Two views of one frame have the lights of one: each image is the same to the bit as by itself. What moves in the scene moves them.
 #[test]
 fn gpu_views_share_virtual_lights_and_an_update_moves_them() {
     let Some(gpu) = testing::gpu("gpu_views_share_virtual_lights_and_an_update_moves_them") else { return };

@@ -1,4 +1,4 @@
-//! Lists for the cells of a grid over the picture, found by drawing the lights: the hybrid light grid [Archer2019, §3.2].
+//! Lists for the cells of a grid over the image, found by drawing the lights: the hybrid light grid [Archer2019, §3.2].
 //!
 //! 1. Mask: the layers of every tile in which a surface is seen.
 //! 2. Outlines: the tiles that every light may touch.
@@ -197,7 +197,7 @@ impl RasterGridCulling {
         })
     }
 
-    /// The grid of a picture of `size` pixels, with no room for lists yet.
+    /// The grid of an image of `size` pixels, with no room for lists yet.
     fn grid(&self, size: UVec2, frustum: &ViewFrustum, unmasked: bool) -> RasterCells {
         let tile_size = self.settings.tile_size.pixels();
         let layers = self.settings.layers.clamp(1, MOST_LAYERS);

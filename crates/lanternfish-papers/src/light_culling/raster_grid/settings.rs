@@ -35,7 +35,7 @@ impl Technique for RasterGrid {
             "tile-size",
             "PIXELS",
             Range::Numbers,
-            "Edge of a tile, pixels, with `culling tiled` or `culling raster-grid`. The picture is the same",
+            "Edge of a tile, pixels, with `culling tiled` or `culling raster-grid`. The image is the same",
             |grid: &mut Self| &mut grid.tile_size,
         )
         .with_default(),
@@ -43,7 +43,7 @@ impl Technique for RasterGrid {
             "grid-layers",
             "N",
             Range::Count(1, super::MOST_LAYERS),
-            "Layers that a tile is divided into by the distance, with `culling raster-grid`. The picture is the same",
+            "Layers that a tile is divided into by the distance, with `culling raster-grid`. The image is the same",
             |grid: &mut Self| &mut grid.layers,
         )
         .with_default(),

@@ -1,4 +1,4 @@
-//! The radiance of the surroundings about each direction of a set, kept while neither changes.
+//! The radiance of the environment about each direction of a set, kept while neither changes.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use lanternfish_gpu::storage_buffer_of;
 
 use crate::deep_images::directions::Directions;
 
-/// Mean radiance of one image of the surroundings about each direction of one set. The set must be the same whenever the buffer is asked
+/// Mean radiance of one image of the environment about each direction of one set. The set must be the same whenever the buffer is asked
 /// for, but for its rotation.
 #[derive(Debug, Default)]
 pub(super) struct CellRadiances {
@@ -23,12 +23,12 @@ struct Kept {
 }
 
 impl CellRadiances {
-    /// Lets the next frame fill the buffer anew.
+    /// Lets the next frame fill the buffer again.
     pub fn forget(&mut self) {
         self.kept = None;
     }
 
-    /// The radiances, bound as `cell_radiances`; made anew where the image or the rotation is not that of before.
+    /// The radiances, bound as `cell_radiances`; made again where the image or the rotation is not that of before.
     pub fn get(
         &mut self,
         device: &wgpu::Device,

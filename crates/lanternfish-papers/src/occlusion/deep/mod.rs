@@ -108,7 +108,7 @@ struct DeepOcclusion {
     directions: Directions,
     images: KeptDeepImages,
     constant: Kernels,
-    /// Under an image of the surroundings.
+    /// Under an image of the environment.
     environment: Kernels,
     cells: CellRadiances,
     max_distance: f32,
@@ -143,7 +143,7 @@ impl DeepOcclusion {
     /// Compiles the passes.
     fn new(device: &wgpu::Device, settings: &Settings, max_distance: Option<f32>) -> Result<Self, RenderError> {
         let history = settings.history;
-        // Near fragments are asked for their triangles.
+        // Near fragments are requested their triangles.
         let settings = DeepImageSettings { payload: true, ..DeepImageSettings::of(&settings.structure) };
         let features = settings.fragment_features();
         let with_image: Vec<Feature> = features.iter().copied().chain([ENVIRONMENT]).collect();

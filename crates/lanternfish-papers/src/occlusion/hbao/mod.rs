@@ -46,7 +46,7 @@ impl Default for Hbao {
 
 impl Technique for Hbao {
     const NAME: &'static str = "hbao";
-    const SUMMARY: &'static str = "By horizons in the picture's depth, which knows what is seen: for comparison";
+    const SUMMARY: &'static str = "By horizons in the image's depth, which knows what is seen: for comparison";
     const PARAMETERS: &'static [Parameter<Self>] = &[Parameter { info: DISTANCE, of: |hbao| &mut hbao.radius }];
     const SHADERS: Shaders = DECLARED;
 }
@@ -87,7 +87,7 @@ impl HbaoOcclusion {
 }
 
 impl OcclusionPasses for HbaoOcclusion {
-    /// How open every pixel's surface is to what the view shows around it, and that share of the surroundings' light.
+    /// How open every pixel's surface is to what the view shows around it, and that share of the environment' light.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,

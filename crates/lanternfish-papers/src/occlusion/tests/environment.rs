@@ -89,7 +89,7 @@ fn gpu_an_even_image_is_a_constant_sky() {
     for occlusion in [by_deep_images(), by_horizons()] {
         let [a, b] = [&constant, &imaged].map(|scene| rendering(gpu, &settings(occlusion.clone()), scene, &camera));
         let apart = a.iter().zip(&b).map(|(a, b)| ((*a - *b) / sky).abs().max_element()).fold(0.0, f32::max);
-        // Half floats of the sums, of a few levels, and of the picture.
+        // Half floats of the sums, of a few levels, and of the image.
         assert!(apart < 4e-3, "{occlusion:?}: {apart}");
         assert!(mean(&a) > 0.3, "{occlusion:?}: black");
     }
@@ -223,13 +223,13 @@ fn gpu_light_is_the_path_tracers() {
     assert!(deep.0 < 0.09 && (deep.1 - 1.0).abs() < 0.03, "{deep:?}");
     assert!(frames.0 < deep.0 && (frames.1 - 1.0).abs() < 0.03, "{frames:?}");
     assert!(hbao.0 < 0.25 && hbao.0 > 1.5 * deep.0, "{hbao:?}");
-    // It can fail: surroundings that are turned are others.
+    // It can fail: environment that are turned are others.
     scene.environment.as_mut().unwrap().rotation = 0.5;
     let turned = found(by_deep_images(), 1, &scene);
     assert!(turned.0 > 1.25 * deep.0, "{turned:?}");
 }
 
-/// Each sample takes what was found for the pixel like it: away from edges the pictures are one.
+/// Each sample takes what was found for the pixel like it: away from edges the images are one.
 #[test]
 fn gpu_several_samples_are_lit_as_one() {
     let Some(gpu) = testing::gpu("gpu_several_samples_are_lit_as_one") else { return };

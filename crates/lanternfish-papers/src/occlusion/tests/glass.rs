@@ -1,4 +1,4 @@
-//! What blended surfaces get from other surfaces and the surroundings, and what those that let light through leave of the picture.
+//! What blended surfaces get from other surfaces and the environment, and what those that let light through leave of the image.
 
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish::{
@@ -26,7 +26,7 @@ fn occlusion(occlusion: Occlusion) -> Settings {
     Settings { indirect: Indirect::NONE, occlusion, ..Settings::direct_light() }
 }
 
-/// The mean of 16 x 16 pixels in the middle of a picture from 3 m in front of the origin: one pixel's few rays are noise.
+/// The mean of 16 x 16 pixels in the middle of an image from 3 m in front of the origin: one pixel's few rays are noise.
 fn middle(gpu: &Gpu, settings: Settings, scene: &Scene) -> Vec3 {
     let camera = Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.1, near: 0.02 });
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();

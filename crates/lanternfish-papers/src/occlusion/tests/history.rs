@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-/// Lit by the surroundings alone.
+/// Lit by the environment alone.
 fn settings(history: History) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 40 };
     Settings {
@@ -36,7 +36,7 @@ fn under_sky() -> Scene {
     scene
 }
 
-/// The first picture of a renderer, and a mean, are what they are without a history, to the bit.
+/// The first image of a renderer, and a mean, are what they are without a history, to the bit.
 #[test]
 fn gpu_first_images_under_a_sky_are_the_same_with_a_history() {
     let Some(gpu) = testing::gpu("gpu_first_images_under_a_sky_are_the_same_with_a_history") else { return };
@@ -46,7 +46,7 @@ fn gpu_first_images_under_a_sky_are_the_same_with_a_history() {
     }
 }
 
-/// While the camera moves, texels that each frame draws anew average out: less noise, as much light.
+/// While the camera moves, texels that each frame draws again average out: less noise, as much light.
 #[test]
 fn gpu_a_camera_that_moves_takes_the_noise_of_openness_away() {
     let Some(gpu) = testing::gpu("gpu_a_camera_that_moves_takes_the_noise_of_openness_away") else { return };
@@ -65,7 +65,7 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_openness_away() {
     assert!(kept < 0.8 * noise && (light - 1.0).abs() < 0.01, "{noise} {kept} {light}");
 }
 
-/// In the frame in which something has moved nothing is known: the picture is that of a frame by itself, to the bit.
+/// In the frame in which something has moved nothing is known: the image is that of a frame by itself, to the bit.
 #[test]
 fn gpu_what_moves_takes_its_occlusion_along() {
     let Some(gpu) = testing::gpu("gpu_what_moves_takes_its_occlusion_along") else { return };

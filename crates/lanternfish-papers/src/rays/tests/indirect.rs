@@ -204,10 +204,10 @@ fn gpu_rays_through_deep_images_are_the_same_in_any_grouping() {
         let cached = Sampled { diffuse_rays: 4, hit_light: HitLight::Cached, bounces, first_rays, ..rays };
         let expected = of(16, 1 << 17, cached);
         for first_entries in [64, 1 << 12, 1 << 14] {
-            assert!(of(16, first_entries, cached) == expected, "{bounces}, {first_entries}: another picture");
+            assert!(of(16, first_entries, cached) == expected, "{bounces}, {first_entries}: another image");
         }
     }
-    // It can fail: other rays are another picture.
+    // It can fail: other rays are another image.
     assert!(of(16, 1 << 17, Sampled { diffuse_rays: 4, ..rays }) != all);
 }
 

@@ -42,7 +42,7 @@ fn sound_gpu(test: &str) -> Option<&'static Gpu> {
     (!crashes).then_some(gpu)
 }
 
-/// Share of the pixels that are lit in any of two pictures whose values are more than a hundredth apart.
+/// Share of the pixels that are lit in any of two images whose values are more than a hundredth apart.
 fn differing(a: &[f32], b: &[f32]) -> f64 {
     let lit = a.iter().zip(b).filter(|(a, b)| a.max(**b) > 1e-3);
     let (lit, other) =
@@ -105,7 +105,7 @@ fn gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are() {
     // 60 images of 64 x 64 texels of 1000 fragments, 4 bytes each: several bindings' worth.
     assert!(
         one == of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().fragments_a_texel = 1000),
-        "chunks change the picture"
+        "chunks change the image"
     );
     assert!(
         one.1 != of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().resolution = 63).1,

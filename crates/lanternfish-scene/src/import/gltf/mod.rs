@@ -1,7 +1,7 @@
 //! glTF 2.0. The steps, each a module:
 //!
 //! 1. `container`: JSON and BIN chunk; `schema`: the JSON as structs; `extensions`: what is required
-//! 2. `buffers`, `uri`: the bytes; `meshopt`: compressed ones, when they are asked for
+//! 2. `buffers`, `uri`: the bytes; `meshopt`: compressed ones, when they are requested
 //! 3. `scenes`: the one asked for; `hierarchy`: its nodes in world space; `meshes::Used`: what they use
 //! 4. `materials` (`surface`: their extensions), `textures`
 //! 5. `images` are decoded while `meshes` are read: `primitive` (`accessor`, `topology`, `normals`, `tangents`)

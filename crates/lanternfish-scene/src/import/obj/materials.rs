@@ -64,7 +64,7 @@ pub(super) fn clean(text: &str, name: &str, notes: &mut Notes) -> String {
     out
 }
 
-/// The scene's materials as they are asked for.
+/// The scene's materials as they are requested.
 pub(super) struct Materials {
     pub list: Vec<Material>,
     /// By name in the library; the default material's is `None`.

@@ -34,9 +34,9 @@ fn two_eyes_are_switched_set_apart_and_clicked() {
         harness.step();
         harness.drop_at(egui::pos2(x, 500.0));
         harness.step();
-        harness.state().pixel.expect("a pixel is asked for")
+        harness.state().pixel.expect("a pixel is requested")
     };
-    // The panel on the left and half of the picture lie before the middle between the panels.
+    // The panel on the left and half of the image lie before the middle between the panels.
     let [(left, eye), (right, other)] = [500.0, 500.0 + 0.5 * whole.x].map(&mut clicked);
     assert!((eye, other) == (0, 1) && left.abs_diff_eq(right, 1e-3), "{left} of {eye}, {right} of {other}");
     harness.get_by_label("Stereo, side by side (T)").click();

@@ -1,4 +1,4 @@
-//! A tree that is built anew, in the background, where moves have made the one on the device costly.
+//! A tree that is built again, in the background, where moves have made the one on the device costly.
 //!
 //! 1. `refit.wesl` leaves beside each node's box what rays spend on its children; `cost.wesl` adds that up, and the sums come to the host.
 //! 2. Where they are more than [`LIMIT`] times what the tree cost when it was built, the triangles come to the host, and a thread builds a
@@ -30,7 +30,7 @@ use crate::{
     error::RenderError,
 };
 
-/// A tree that is so many times as costly as when it was built is built anew. Sponza's parts, a thousand of them moved by a hundredth of
+/// A tree that is so many times as costly as when it was built is built again. Sponza's parts, a thousand of them moved by a hundredth of
 /// its size, make rays cost 1.4 times as much by the heuristic, and 1.3 to 1.6 times by the clock.
 pub const LIMIT: f64 = 1.2;
 /// Sums of costs: the shader's `SUMS`.

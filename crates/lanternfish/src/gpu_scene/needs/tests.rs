@@ -1,4 +1,4 @@
-//! Whoever renders a scene that another renderer uploaded gets the picture of an upload of its own, or is told.
+//! Whoever renders a scene that another renderer uploaded gets the image of an upload of its own, or is told.
 
 use glam::Vec3;
 use lanternfish_gpu::{AdapterChoice, Frame, Gpu, Profiler, testing};

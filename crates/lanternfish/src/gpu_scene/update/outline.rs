@@ -94,7 +94,7 @@ impl Outline {
         self.images.get(index).is_some_and(|image| now.images.get(index) == Some(image))
     }
 
-    /// Whether the surroundings are the same in `now`.
+    /// Whether the environment is the same in `now`.
     pub fn has_environment_of(&self, now: &Self) -> bool {
         self.environment == now.environment
     }

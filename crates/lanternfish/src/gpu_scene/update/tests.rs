@@ -103,7 +103,7 @@ fn moves(before: &Scene, after: &Scene) -> Vec<(usize, Affine3A)> {
     moved.map(|(i, (_, is))| (i, is.world_from_object)).collect()
 }
 
-/// What the device moves is where the host puts it: pictures, triangles, and boxes that hold them; by every structure, and where hits are
+/// What the device moves is where the host puts it: images, triangles, and boxes that hold them; by every structure, and where hits are
 /// shaded.
 #[test]
 fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
@@ -179,7 +179,7 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
     }
 }
 
-/// One light of many: its 64 bytes are sent, and the picture is that of a fresh upload.
+/// One light of many: its 64 bytes are sent, and the image is that of a fresh upload.
 #[test]
 fn gpu_one_light_is_put_in_the_place_of_another() {
     let Some(gpu) = testing::gpu("gpu_one_light_is_put_in_the_place_of_another") else { return };

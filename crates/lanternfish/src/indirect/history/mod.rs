@@ -27,7 +27,7 @@ const DEFERRED: Feature = Feature::new("later");
 gpu_struct! {
     /// What the pass is told.
     pub struct HistoryParameters {
-        /// Pixels of the picture before.
+        /// Pixels of the image before.
         size_before: UVec2,
         /// Whether there was one, of this scene.
         is_known: u32,
@@ -45,7 +45,7 @@ gpu_struct! {
         frames_after_reset: f32,
         /// Frames whose mean the sums were bounded for; 0: they are not bounded.
         clamped_frames: f32,
-        /// Of these, the ones that the picture is the mean of in any case.
+        /// Of these, the ones that the image is the mean of in any case.
         requested_frames: f32,
         /// Unused.
         _pad: u32,
@@ -54,7 +54,7 @@ gpu_struct! {
 
 /// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.
 const MOST: f32 = 32.0;
-/// Frames for which what pixels know is doubted after a change of the scene, and cells of the radiance cache get samples in each.
+/// Frames for which what pixels know is doubted after a change of the scene, and entries of the radiance cache get samples in each.
 pub(super) const RESET_FRAMES: u32 = 8;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where nothing is.
@@ -127,7 +127,7 @@ impl Histories {
         self.views.clear();
     }
 
-    /// Mixes the sums of a view, `found`, with those of its frames before, into `mixed`. The picture is the mean of so many frames
+    /// Mixes the sums of a view, `found`, with those of its frames before, into `mixed`. The image is the mean of so many frames
     /// in any case; they were bounded as for a mean of so many, and where fewer are known they are bounded again.
     pub fn record(
         &mut self,

@@ -11,9 +11,9 @@ use super::parameters::CacheSweep;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounces {
     /// So many times at most, 1 to [`Bounces::MOST`]: paths of two more segments than that. More than 1: by way of the radiance cache, whose
-    /// cells keep what they send of light of each number of bounces.
+    /// entries keep what they send of light of each number of bounces.
     UpTo(u32),
-    /// As often as it is: cells of the radiance cache send what other cells have sent them.
+    /// As often as it is: entries of the radiance cache send what other entries have sent them.
     All,
 }
 
@@ -23,12 +23,12 @@ impl Bounces {
     /// Most bounces that are counted.
     pub const MOST: u32 = 8;
 
-    /// Whether cells look for what other cells send.
+    /// Whether entries look for what other entries send.
     pub(super) fn needs_rays(self) -> bool {
         self != Self::ONE
     }
 
-    /// Levels of radiance that entries keep beside all that is asked for (`level_at` of `table.wesl`): numbers of bounces below it, or two of every bounce.
+    /// Levels of radiance that entries keep beside all that is requested (`level_at` of `table.wesl`): numbers of bounces below it, or two of every bounce.
     pub(super) fn levels(self) -> u32 {
         match self {
             Self::UpTo(bounces) => bounces.saturating_sub(1),
@@ -41,7 +41,7 @@ impl Bounces {
         u32::from(matches!(self, Self::UpTo(2..)))
     }
 
-    /// The sweeps by which all that is asked for comes by way of the entries' hits. `sweeps`, where every bounce is asked for: each half of the entries
+    /// The sweeps by which all that is requested comes by way of the entries' hits. `sweeps`, where every bounce is requested: each half of the entries
     /// reads in so many.
     pub(super) fn steps(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
@@ -56,7 +56,7 @@ impl Bounces {
         }
     }
 
-    /// The same for some of the entries, while the others stay as they are. Where every bounce is asked for, what is written is then put back.
+    /// The same for some of the entries, while the others stay as they are. Where every bounce is requested, what is written is then put back.
     pub(super) fn steps_of_some(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(_) => self.steps(1),
@@ -78,7 +78,7 @@ gpu_constants! {
     const ALL_ENTRIES: u32 = 2;
 }
 
-/// The sweep over some of the entries, where every bounce is asked for.
+/// The sweep over some of the entries, where every bounce is requested.
 const ALL_READ: CacheSweep = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: ALL_ENTRIES };
 
 impl fmt::Display for Bounces {
@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Entries start from what lights send them, or from all that they sent before, and end in all that is asked for.
+    /// Entries start from what lights send them, or from all that they sent before, and end in all that is requested.
     #[test]
     fn steps_lead_from_part_to_part() {
         for bounces in (1..=Bounces::MOST).map(Bounces::UpTo).chain([Bounces::All]) {
@@ -169,7 +169,7 @@ mod tests {
                         assert_eq!(steps.len(), n as usize - 1);
                         assert!(steps.iter().all(|step| step.turn == ALL_ENTRIES));
                     }
-                    // Each cell takes as many, in whichever half it is.
+                    // Each entry takes as many, in whichever half it is.
                     Bounces::All => {
                         // What is written is put back where it is read.
                         assert_eq!(of_some, vec![ALL_READ; sweeps as usize]);

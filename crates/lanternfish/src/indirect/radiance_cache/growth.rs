@@ -1,11 +1,11 @@
-//! How many cells the table has room for: it grows.
+//! How many entries the table has room for: it grows.
 
 use lanternfish_gpu::{Counted, Frame};
 
 use super::{CacheOfFrame, RadianceCache};
 use crate::{context::ViewContext, error::RenderError};
 
-/// Slots of a table at least: those that a cell may be in, and that one workgroup looks at.
+/// Slots of a table at least: those that an entry may be in, and that one workgroup looks at.
 const LEAST_SLOTS: u32 = 64;
 /// Entries that a table has room for at first.
 const FIRST_ENTRIES: u32 = 1 << 17;
@@ -28,16 +28,16 @@ pub(super) fn first_entries() -> u32 {
 pub(super) const COUNTERS: &[&str] =
     &["radiance_cache/entries", "radiance_cache/samples", "radiance_cache/lost", "indirect/lost_entries"];
 /// Name of that list.
-pub(super) const CELLS: &str = "cells of the radiance cache";
+pub(super) const CELLS: &str = "entries of the radiance cache";
 
-/// Slots of a table for so many cells. Half of them stay empty: a table that is nearly full loses cells.
+/// Slots of a table for so many entries. Half of them stay empty: a table that is nearly full loses entries.
 pub(super) fn slots_for(entries: u32) -> u32 {
     (2 * entries).next_power_of_two().max(LEAST_SLOTS)
 }
 
 impl RadianceCache {
-    /// Whether in a picture's first frame there was no room for a cell so far, and may be: the table is another one then, larger and without cells,
-    /// and the view's rays have to look up their cells again. `round`: the one behind which it is asked, of so many rounds. Before the last one it is
+    /// Whether in an image's first frame there was no room for an entry so far, and may be: the table is another one then, larger and without entries,
+    /// and the view's rays have to look up their entries again. `round`: the one behind which it is asked, of so many rounds. Before the last one it is
     /// asked as long as no frame has ended with this table, since each time the frame waits; and in the first quarter of them a table that is half
     /// full already is too small: later is dearer.
     pub fn starts_over(

@@ -76,26 +76,26 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     ],
 );
 
-/// Smallest cells' edges up to which cells are as small.
+/// Smallest entries' edges up to which entries are as small.
 const NEAR_EDGES: f32 = 128.0;
-/// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do. In pictures that are waited for, so do
+/// One of so many entries gets another sample in a frame, but while what pixels know is doubted: then all do. In images that are waited for, so do
 /// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them. Those of which much is
 /// known get one in every second or fourth frame then: `schedule.wesl`.
 const FRACTION: u32 = 8;
 const _: () = assert!(FRACTION.is_power_of_two());
-/// Samples that a cell of generation 0 gets at least in the frame that it is new in.
+/// Samples that an entry of generation 0 gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
 /// From this sample on each counts as much as that one.
 const MOST: f32 = 128.0;
-/// Samples that what is known counts for while the scene changes again and again: a cell is the mean of three or four.
+/// Samples that what is known counts for while the scene changes again and again: an entry is the mean of three or four.
 const REMEMBERED: f32 = 3.0;
 /// Where nothing changes it counts for as many as there were.
 const ALL: f32 = f32::MAX;
 /// After a change that comes alone it counts for nothing.
 const NONE: f32 = 0.0;
-/// Frames that a cell is kept for which nothing asks: in every eighth rays ask for it, one of each pixel.
+/// Frames that an entry is kept for which nothing asks: in every eighth rays ask for it, one of each pixel.
 const KEPT: u32 = 128;
-/// The cells, and the passes that update them.
+/// The entries, and the passes that update them.
 #[derive(Debug)]
 pub(crate) struct RadianceCache {
     bounces: Bounces,
@@ -105,7 +105,7 @@ pub(crate) struct RadianceCache {
     most_entries: u32,
     /// A frame has ended with a table of so many.
     was_large_enough: bool,
-    /// Samples of an entry of rank 0 in a picture's first frame.
+    /// Samples of an entry of rank 0 in an image's first frame.
     first_samples: u32,
     /// See [`CacheSettings::blur`].
     blur: f32,
@@ -147,7 +147,7 @@ pub(crate) struct CacheSettings {
     pub bounces: Bounces,
     /// Entries that there is room for at most.
     pub most_entries: u32,
-    /// Samples of an entry of rank 0 in a picture's first frame.
+    /// Samples of an entry of rank 0 in an image's first frame.
     pub first_samples: u32,
     /// Of entries' rays.
     pub tracer: Tracer,
@@ -161,9 +161,9 @@ pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
     /// The next update.
     update: CacheUpdate,
-    /// All cells are.
+    /// All entries are.
     is_new: bool,
-    /// Nothing has changed for long: what cells have kept so far is as good as what a frame adds.
+    /// Nothing has changed for long: what entries have kept so far is as good as what a frame adds.
     is_steady: bool,
     /// The frame may start over with a larger table: it waits, and nothing has read the table before.
     may_start_over: bool,
@@ -172,19 +172,19 @@ pub(crate) struct CacheOfFrame {
     uniforms: [BufferPart; 2],
     slots: Slots,
     planes: wgpu::Buffer,
-    /// Of an update: which cells are due, and were before; what is found of each, workgroups for all of them.
+    /// Of an update: which entries are due, and were before; what is found of each, workgroups for all of them.
     scratch: [wgpu::Buffer; 4],
     /// What is counted.
     pub counters: Counters,
 }
 
 impl CacheOfFrame {
-    /// Samples that a cell of generation 0 gets in the frame that all cells are new in; `None` in others.
+    /// Samples that an entry of generation 0 gets in the frame that all entries are new in; `None` in others.
     pub fn first_samples(&self) -> Option<u32> {
         self.is_new.then_some(self.parameters.fewest)
     }
 
-    /// One of so many cells gets another sample in the frame's first update, whatever it has; 0: none.
+    /// One of so many entries gets another sample in the frame's first update, whatever it has; 0: none.
     pub fn fraction(&self) -> u32 {
         self.update.fraction
     }
@@ -194,7 +194,7 @@ impl CacheOfFrame {
         self.slots.count
     }
 
-    /// Whether what cells have kept so far may be read before the frame's update: nothing has changed for long.
+    /// Whether what entries have kept so far may be read before the frame's update: nothing has changed for long.
     pub fn is_steady(&self) -> bool {
         self.is_steady
     }
@@ -204,7 +204,7 @@ impl CacheOfFrame {
         self.slots.bindings().part("radiance_cache", &self.uniforms[0])
     }
 
-    /// Bindings by which cells are looked up, put in, asked for, counted and read.
+    /// Bindings by which entries are looked up, put in, asked for, counted and read.
     pub fn bindings(&self) -> Bindings<'_> {
         self.told()
             .part("cache_update", &self.uniforms[1])
@@ -214,7 +214,7 @@ impl CacheOfFrame {
 }
 
 /// Updates that are counted before the rounds of a view, of which there are [`FEWEST`], an even number, in each of its parts. So that all views of a
-/// frame, however many, count for an odd number of updates: the number of the update, modulo 2, 4 or 8, says which cells get a sample without being
+/// frame, however many, count for an odd number of updates: the number of the update, modulo 2, 4 or 8, says which entries get a sample without being
 /// new, in the first round of each view, by 2 and 4 of the first view alone, and moves through all of these from frame to frame.
 fn first_updates(is_first_view: bool) -> u32 {
     if is_first_view { 1 } else { 2 }
@@ -288,14 +288,14 @@ impl RadianceCache {
         })
     }
 
-    /// Forgets all cells.
+    /// Forgets all entries.
     pub fn forget(&mut self) {
         self.table = None;
         self.planes.forget();
         self.was_large_enough = false;
     }
 
-    /// The cells as this view's rays find them. A picture for which frames wait starts without any, so that it is the same whatever was
+    /// The entries as this view's rays find them. An image for which frames wait starts without any, so that it is the same whatever was
     /// rendered before it.
     pub fn begin(
         &mut self,

@@ -41,7 +41,7 @@ impl Planes {
         self.made = None;
     }
 
-    /// The planes, made anew where triangles have moved.
+    /// The planes, made again where triangles have moved.
     pub fn of(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<wgpu::Buffer, RenderError> {
         let generation = scene.generation();
         if let Some((planes, of)) = &self.made

@@ -5,21 +5,21 @@ use lanternfish_gpu::Frame;
 use super::{Bounces, CacheOfFrame, RadianceCache, table::Change};
 use crate::common::workgroups;
 
-/// Bounces that each half of the cells takes, by turns, where every one is asked for: in a frame that all cells are new in, and in those after a change.
+/// Bounces that each half of the entries takes, by turns, where every one is requested: in a frame that all entries are new in, and in those after a change.
 const SWEEPS_OF_NEW: u32 = 18;
 const SWEEPS_OF_CHANGED: u32 = 12;
-/// While the scene changes again and again: what comes by more bounces is of the frames before, as most of a cell's samples are.
+/// While the scene changes again and again: what comes by more bounces is of the frames before, as most of an entry's samples are.
 const SWEEPS_OF_CHANGING: u32 = 2;
-/// Entries that take bounces with their samples take one with the first sample of an update, and so many with each of up to three more: cells that get
+/// Entries that take bounces with their samples take one with the first sample of an update, and so many with each of up to three more: entries that get
 /// those are new, and so may be what they read.
 const SWEEPS_OF_FEW: u32 = 6;
 
-/// Which cells read what others send in an update.
+/// Which entries read what others send in an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Readers {
-    /// All cells, each half of them so often where every bounce is asked for.
+    /// All entries, each half of them so often where every bounce is requested.
     All(u32),
-    /// All of them, and new cells with each further sample, too.
+    /// All of them, and new entries with each further sample, too.
     AllAndNew(u32),
     /// Entries that get a sample, with it.
     Sampled,
@@ -36,7 +36,7 @@ impl Readers {
         }
     }
 
-    /// How often each half of all cells reads; none where not all do.
+    /// How often each half of all entries reads; none where not all do.
     fn sweeps_of_all(self) -> Option<u32> {
         match self {
             Self::All(sweeps) | Self::AllAndNew(sweeps) => Some(sweeps),
@@ -44,7 +44,7 @@ impl Readers {
         }
     }
 
-    /// Whether cells read when they have got a sample: `is_first` of the update.
+    /// Whether entries read when they have got a sample: `is_first` of the update.
     pub fn include_sampled(self, is_first: bool) -> bool {
         match self {
             Self::All(_) => false,
@@ -75,7 +75,7 @@ fn all_cells_read_after_changes_and_sampled_ones_else() {
 }
 
 impl RadianceCache {
-    /// Where all cells are [`Readers`]: brings what they send of light from other cells up to date, by way of the rays that they have sent.
+    /// Where all entries are [`Readers`]: brings what they send of light from other entries up to date, by way of the rays that they have sent.
     pub fn propagate(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
         let Some(sweeps) = cache.readers.sweeps_of_all() else { return };
         for sweep in self.bounces.steps(sweeps) {
@@ -85,7 +85,7 @@ impl RadianceCache {
         }
     }
 
-    /// Where [`Readers::include_sampled`]: what those cells send that have got another sample, with the first round of samples or a further one. `scheduled`:
+    /// Where [`Readers::include_sampled`]: what those entries send that have got another sample, with the first round of samples or a further one. `scheduled`:
     /// which they are, and workgroups for all of them.
     pub(super) fn propagate_scheduled(
         &self,

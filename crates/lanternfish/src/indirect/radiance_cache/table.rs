@@ -1,4 +1,4 @@
-//! The cells of one scene, as they are kept from frame to frame.
+//! The entries of one scene, as they are kept from frame to frame.
 
 use super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, gpu_constants, storage_buffer};
@@ -22,7 +22,7 @@ gpu_constants! {
 pub(super) struct Slots {
     /// A power of two.
     pub count: u32,
-    /// Keys, and what cells send, packed: `table.wesl`. Bound as atomic numbers, as numbers, and as four each.
+    /// Keys, and what entries send, packed: `table.wesl`. Bound as atomic numbers, as numbers, and as four each.
     words: wgpu::Buffer,
     hashes: wgpu::Buffer,
     winners: wgpu::Buffer,
@@ -54,14 +54,14 @@ impl Slots {
         })
     }
 
-    /// No cells.
+    /// No entries.
     fn clear(&self, frame: &mut Frame<'_>) {
         for buffer in [&self.words, &self.winners, &self.samples, &self.light] {
             frame.encoder().clear_buffer(buffer, 0, None);
         }
     }
 
-    /// Bindings by which cells are looked up, put in, asked for and read.
+    /// Bindings by which entries are looked up, put in, asked for and read.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new()
             .buffer("entry_words", &self.words)
@@ -77,18 +77,18 @@ impl Slots {
     }
 }
 
-/// The cells of a scene: one table in use, and one of the same size that cells move to now and then.
+/// The entries of a scene: one table in use, and one of the same size that entries move to now and then.
 #[derive(Debug)]
 pub(super) struct Table {
     /// [`GpuScene::triangle_order`] of the scene.
     order: u64,
     /// The last frame that has used it: its number.
     pub used_in: u64,
-    /// Numbers of where things are, and of all that an update brings, when cells were last looked up.
+    /// Numbers of where things are, and of all that an update brings, when entries were last looked up.
     state: [u64; 2],
     /// Frames since that has changed; `u32::MAX`: it has not.
     since_change: u32,
-    /// Edge of the smallest cells, m.
+    /// Edge of the smallest entries, m.
     pub edge: f32,
     pub slots: Slots,
     /// What each of them sends is packed (`rgbe.wesl`), as it is.
@@ -96,11 +96,11 @@ pub(super) struct Table {
     /// Once they have moved.
     other: Option<Slots>,
     bounces: Bounces,
-    /// The frame before which cells moved.
+    /// The frame before which entries moved.
     moved_at: u32,
 }
 
-/// What has become of a scene since its cells were last looked up.
+/// What has become of a scene since its entries were last looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
     /// Nothing, for longer than pixels doubt what they know.
@@ -114,7 +114,7 @@ pub(super) enum Change {
 }
 
 impl Table {
-    /// No cells, and so many slots.
+    /// No entries, and so many slots.
     pub fn new(frame: &Frame<'_>, scene: &GpuScene, slots: u32, bounces: Bounces) -> Result<Self, RenderError> {
         Ok(Self {
             order: scene.triangle_order(),
@@ -130,7 +130,7 @@ impl Table {
         })
     }
 
-    /// Whether its cells are of this scene as it is.
+    /// Whether its entries are of this scene as it is.
     pub fn is_of(&self, scene: &GpuScene) -> bool {
         self.order == scene.triangle_order()
     }
@@ -148,7 +148,7 @@ impl Table {
         if self.since_change < RESET_FRAMES { Change::Recent } else { Change::Long }
     }
 
-    /// No cells, for a picture of this scene.
+    /// No entries, for an image of this scene.
     pub fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) {
         self.slots.clear(frame);
         self.order = scene.triangle_order();
@@ -160,12 +160,12 @@ impl Table {
     }
 }
 
-/// Edge of the smallest cells, m.
+/// Edge of the smallest entries, m.
 fn edge_in(scene: &GpuScene) -> f32 {
     (scene.bounds.size().length() / ENTRIES_ALONG).max(1e-6)
 }
 
-/// The passes that put cells into another table.
+/// The passes that put entries into another table.
 #[derive(Debug)]
 pub(super) struct Rehash {
     rehash: ComputeKernel,
@@ -182,7 +182,7 @@ impl Rehash {
         Ok(Self { rehash: kernel("rehash"), migrate: kernel("migrate"), migrate_hits: kernel("migrate_hits") })
     }
 
-    /// Puts the cells into a table of as many slots as `parameters` say, if that is larger than theirs; or, once so many frames have passed as cells
+    /// Puts the entries into a table of as many slots as `parameters` say, if that is larger than theirs; or, once so many frames have passed as entries
     /// are kept for, into another one of the same size, without those for which nothing has asked for so long.
     pub fn record(
         &self,

@@ -6,7 +6,7 @@ use super::{ALL, CacheOfFrame, Kernels, RadianceCache, parameters::CacheUpdate};
 use crate::{common::workgroups, context::ViewContext};
 
 impl RadianceCache {
-    /// Takes more samples of cells that rays have asked for: up to so many of each that has few.
+    /// Takes more samples of entries that rays have asked for: up to so many of each that has few.
     pub fn update(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, cache: &mut CacheOfFrame, most: u32) {
         let ViewContext { scene, buffer, .. } = view;
         let [mut scheduled, mut scheduled_before, sampled, workgroups_scheduled] = cache.scratch.clone();
@@ -31,7 +31,7 @@ impl RadianceCache {
         let light = if environment.is_some() { light_environment } else { light };
         let rounds = most.min(cache.parameters.fewest);
         for round in 0..rounds {
-            // New cells get one sample after the other, and those that their rays meet; the others one in the first round.
+            // New entries get one sample after the other, and those that their rays hit; the others one in the first round.
             let is_first = round == 0;
             // Rays have voted for entries whose turn it is by that number.
             debug_assert!(!is_first || cache.update.fraction == 0 || self.update == cache.update.update);

@@ -1,4 +1,4 @@
-//! Rays whose ends are cells of the radiance cache.
+//! Rays whose ends are entries of the radiance cache.
 
 use super::DECLARED;
 use std::ops::Range;
@@ -23,13 +23,13 @@ use crate::{
     rays::Tracer,
 };
 
-/// Bytes of a list of rays' cells at most: rounds whose rays are more are gone through in parts.
+/// Bytes of a list of rays' entries at most: rounds whose rays are more are gone through in parts.
 const MOST_BYTES: u64 = 96 << 20;
 
 /// Bytes of `SampleHits` of `sample_hits.wesl` before its list.
 const ENDS_BYTES: u64 = 24;
 
-/// The cache, and the passes by which a pixel's rays find its cells and read them.
+/// The cache, and the passes by which a pixel's rays find its entries and read them.
 #[derive(Debug)]
 pub(super) struct Entries {
     cache: RadianceCache,
@@ -77,12 +77,12 @@ impl Entries {
         })
     }
 
-    /// Forgets what the cells have kept.
+    /// Forgets what the entries have kept.
     pub fn forget(&mut self) {
         self.cache.forget();
     }
 
-    /// The cells for the rays of a frame, from so many pixels across and down: `rounds` of them, or `first_samples` where all cells are new.
+    /// The entries for the rays of a frame, from so many pixels across and down: `rounds` of them, or `first_samples` where all entries are new.
     pub fn begin<'a>(
         &'a mut self,
         frame: &mut Frame<'_>,
@@ -124,7 +124,7 @@ impl Entries {
     }
 }
 
-/// Which cells rays ask for that are there.
+/// Which entries rays ask for that are there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Voting {
     /// One of so many, less 1.
@@ -136,10 +136,10 @@ struct Voting {
 impl Voting {
     /// All of them.
     const EACH: Self = Self { mask: 0, step: 0 };
-    /// One cell in so many is asked for, at most: as many rays may ask as one round has, or an eighth of all. Of a pixel's one does.
+    /// One entry in so many is requested, at most: as many rays may ask as one round has, or an eighth of all. Of a pixel's one does.
     const SAMPLES: u32 = 8;
 
-    /// Where one of `fraction` cells gets another sample in this frame, rays ask for those whose turn it is; where more of them do, for each cell in a
+    /// Where one of `fraction` entries gets another sample in this frame, rays ask for those whose turn it is; where more of them do, for each entry in a
     /// share of the rounds.
     fn of(fraction: u32, rounds: u32) -> Self {
         let one_of = 1 << rounds.clamp(1, Self::SAMPLES).ilog2();
@@ -157,15 +157,15 @@ fn cells_are_asked_for_before_it_is_their_turn() {
     assert_eq!([Voting::of(8, 1), Voting::of(1, 1), Voting::of(1, 0)], [Voting::EACH; 3]);
 }
 
-/// The cells of one frame's rays.
+/// The entries of one frame's rays.
 pub(super) struct FrameEntries<'a> {
     entries: &'a mut Entries,
     of_frame: CacheOfFrame,
     /// Pixels that rays go from, across and down.
     size: UVec2,
-    /// Slots of rays' cells: `ray_slots.wesl`.
+    /// Slots of rays' entries: `ray_slots.wesl`.
     slots: wgpu::Buffer,
-    /// What became of them in all, and which cells are missing: `sample_hits.wesl`.
+    /// What became of them in all, and which entries are missing: `sample_hits.wesl`.
     ends: wgpu::Buffer,
     /// Workgroups of passes for which rays may have left something: insert, shade, shadow.
     dispatches: [wgpu::Buffer; 3],
@@ -173,12 +173,12 @@ pub(super) struct FrameEntries<'a> {
     together: u32,
     rounds: u32,
     sky_is_dark: u32,
-    /// One of so many cells gets another sample in this frame.
+    /// One of so many entries gets another sample in this frame.
     fraction: u32,
 }
 
 impl FrameEntries<'_> {
-    /// Whether all cells are new.
+    /// Whether all entries are new.
     pub fn is_first(&self) -> bool {
         self.of_frame.first_samples().is_some()
     }
@@ -194,7 +194,7 @@ impl FrameEntries<'_> {
         first..(first + self.together).min(self.rounds)
     }
 
-    /// The parameters of the frame, as they are with cells.
+    /// The parameters of the frame, as they are with entries.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
         let voting = if self.is_first() { Voting::EACH } else { Voting::of(self.fraction, self.rounds) };
         SampledParameters {
@@ -217,13 +217,13 @@ impl FrameEntries<'_> {
         self.is_first() || rounds.round == rounds.traced_first
     }
 
-    /// The workgroups by which what is not in cells is shaded, and by which lights are looked for from there.
+    /// The workgroups by which what is not in entries is shaded, and by which lights are looked for from there.
     pub fn left_over(&self) -> [&wgpu::Buffer; 2] {
         let [_, shade, shadow] = &self.dispatches;
         [shade, shadow]
     }
 
-    /// Looks up the cells of the rays of some rounds. Where nothing changes, adds what they send to the pixels' sums, if they have samples. `rays`:
+    /// Looks up the entries of the rays of some rounds. Where nothing changes, adds what they send to the pixels' sums, if they have samples. `rays`:
     /// bindings of the first of the rounds, of what their rays met, of the sums and counters.
     pub fn find(&mut self, frame: &mut Frame<'_>, rays: &Bindings<'_>) {
         let of_frame = self.of_frame.bindings();
@@ -244,11 +244,11 @@ impl FrameEntries<'_> {
         frame.dispatch(&self.entries.before_shade, &finding, [1; 3]);
     }
 
-    /// In the frame that all cells are new in: takes a share of the samples behind this round, whose rays have asked, so that samples of one cell
+    /// In the frame that all entries are new in: takes a share of the samples behind this round, whose rays have asked, so that samples of one entry
     /// are not all in one place.
     pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, round: u32) {
         let Some(samples) = self.of_frame.first_samples() else { return };
-        // Behind the first round some: cells are counted then, too.
+        // Behind the first round some: entries are counted then, too.
         let until = |round: u32| {
             (u64::from(samples) * u64::from(round.min(self.rounds))).div_ceil(u64::from(self.rounds)) as u32
         };
@@ -261,8 +261,8 @@ impl FrameEntries<'_> {
         }
     }
 
-    /// Whether the frame has to start over from its first round, with a larger table that has no cells yet. Requested behind each round; behind the last
-    /// one the number of cells is noted, so that there is room for them in the next frame.
+    /// Whether the frame has to start over from its first round, with a larger table that has no entries yet. Requested behind each round; behind the last
+    /// one the number of entries is noted, so that there is room for them in the next frame.
     pub fn starts_over(
         &mut self,
         frame: &mut Frame<'_>,
@@ -273,7 +273,7 @@ impl FrameEntries<'_> {
         Ok(evaluates && self.entries.cache.starts_over(frame, view, &mut self.of_frame, round, self.rounds)?)
     }
 
-    /// Brings the cells up to date, and adds what they send to the pixels' sums, if it was not added where they were found. `summing`: bindings of the
+    /// Brings the entries up to date, and adds what they send to the pixels' sums, if it was not added where they were found. `summing`: bindings of the
     /// round, the sums and counters.
     pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
         self.entries.cache.update(frame, view, &mut self.of_frame, u32::MAX);

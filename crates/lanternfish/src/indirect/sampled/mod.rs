@@ -3,7 +3,7 @@
 //! 1. Rounds: one ray a pixel each, traced (`trace.wesl`, many rounds at once); its end shaded (`shade.wesl`); and the light that was
 //!    chosen for it looked for (`shadow.wesl`). Three passes, since what they read together is more than one may bind. Where triangles shine, a ray
 //!    from the pixel to one of them (`emitters.wesl`).
-//! 2. What rays have brought is made the picture's, bounded and filtered (`smoothing/`).
+//! 2. What rays have brought is made the image's, bounded and filtered (`smoothing/`).
 
 mod entries;
 pub(super) mod sample_order;
@@ -114,7 +114,7 @@ gpu_struct! {
     /// What a ray met.
     pub struct SampledHit {
         /// Index of the triangle, in the order of the BVH's leaves; else `NOTHING` of `rays/hit.wesl`, or `NO_RAY` of
-        /// `hit.wesl`; with `NO_CAPACITY` of that where its end is shaded since its cell has no room.
+        /// `hit.wesl`; with `NO_CAPACITY` of that where its end is shaded since its entry has no room.
         triangle: u32,
         /// Distance from the ray's start, m.
         distance: f32,
@@ -147,7 +147,7 @@ gpu_struct! {
 #[derive(Debug)]
 pub struct SampledLight {
     settings: Sampled,
-    /// Frames that a picture is the mean of, at least.
+    /// Frames that an image is the mean of, at least.
     frames: u32,
     trace: TracePass,
     sample_order: wgpu::Buffer,
@@ -352,11 +352,11 @@ fn diffuse_blur(rays: u32, frames: u32) -> f32 {
     alpha.sqrt()
 }
 
-/// Glossy rays of a picture up to which each reads the surroundings as blurred as the whole lobe: so few of them would find a lamp of a dark
+/// Glossy rays of an image up to which each reads the environment as blurred as the whole lobe: so few of them would find a lamp of a dark
 /// studio here and miss it there.
 const RAYS_OF_A_WHOLE_LOBE: f32 = 4.0;
 
-/// Roughness by whose lobe the surroundings that a glossy ray sees are blurred, over its surface's own: squares of alphas are
+/// Roughness by whose lobe the environment that a glossy ray sees are blurred, over its surface's own: squares of alphas are
 /// shared out by the number of rays.
 fn glossy_blur(rays: u32, frames: u32) -> f32 {
     (RAYS_OF_A_WHOLE_LOBE / (rays as f32 * frames as f32)).min(1.0).powf(0.25)

@@ -16,7 +16,7 @@ gpu_constants! {
 /// Of a block's pixels in order, and of the places of its pixels: two in a word.
 const WORDS: usize = (BLOCK * BLOCK) as usize;
 
-/// Workgroups for a picture of this size, in whole blocks.
+/// Workgroups for an image of this size, in whole blocks.
 pub(crate) fn workgroups(size: UVec2) -> [u32; 3] {
     let blocks = BLOCK_GROUPS * size.map(|side| side.div_ceil(BLOCK));
     [blocks.x, blocks.y, 1]
@@ -28,12 +28,12 @@ pub(crate) fn workgroups_in_rows(size: UVec2) -> [u32; 3] {
     [BLOCK_GROUPS * BLOCK_GROUPS * blocks.x, blocks.y, 1]
 }
 
-/// How many places a picture of this size has: the shader's `place_count`.
+/// How many places an image of this size has: the shader's `place_count`.
 pub(crate) fn place_count(size: UVec2) -> u32 {
     size.map(|side| side.div_ceil(BLOCK)).element_product() * BLOCK * BLOCK
 }
 
-/// What `sample_order` is bound to. Shifts of the blocks of a picture differ by one amount each: one order is all blocks'.
+/// What `sample_order` is bound to. Shifts of the blocks of an image differ by one amount each: one order is all blocks'.
 pub(crate) fn words() -> [u32; WORDS] {
     let mut pixels: Vec<u32> = (0..BLOCK * BLOCK).collect();
     pixels.sort_by_key(|pixel| {

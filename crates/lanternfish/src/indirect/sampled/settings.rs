@@ -17,11 +17,11 @@ use crate::{
     technique::{Parameter, Range, Technique},
 };
 
-/// Entries that the radiance cache may have room for, and samples of each in a picture's first frame.
+/// Entries that the radiance cache may have room for, and samples of each in an image's first frame.
 pub(super) const LEAST_ENTRIES: u32 = 64;
 pub(super) const MOST_ENTRIES: u32 = 1 << 19;
 pub(super) const MOST_SAMPLES: u32 = 128;
-/// How many times as many rays a picture's first frame may have.
+/// How many times as many rays an image's first frame may have.
 pub(super) const MOST_FIRST_RAYS: u32 = 8;
 
 /// How rays of indirect light are taken.
@@ -29,8 +29,8 @@ pub(super) const MOST_FIRST_RAYS: u32 = 8;
 pub struct Sampled {
     /// Rays a pixel by the cosine, 1 to 128. More: less noise, slower.
     pub diffuse_rays: u32,
-    /// How many times as many rays by the cosine a picture's first frame has, 1 to 8, where the radiance cache lights their ends: that frame has
-    /// nothing from before. More: less noise in a picture of one frame, slower.
+    /// How many times as many rays by the cosine an image's first frame has, 1 to 8, where the radiance cache lights their ends: that frame has
+    /// nothing from before. More: less noise in an image of one frame, slower.
     pub first_rays: u32,
     /// Rays a pixel about the mirror direction. More: less noise on glossy surfaces, slower; 0: none shine.
     pub glossy_rays: u32,
@@ -38,35 +38,35 @@ pub struct Sampled {
     pub tracer: TracerChoice,
     /// Where rays start.
     pub resolution: IndirectResolution,
-    /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none. More: less noise, softer detail.
+    /// Pixels to each side that the filter reaches in an image of one frame, up to 64; 0: none. More: less noise, softer detail.
     /// Over n frames it shrinks with the root of n, and with it what it leaves wrong.
     pub filter_radius: u32,
     /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do. On: no bright spots, and where few rays find
     /// light, it is spread over more pixels, or less where there is no filter.
     pub clamp: IndirectClamp,
-    /// Where the light comes from that the ends of rays send.
+    /// Where the light comes from that the hit points send.
     pub hit_light: HitLight,
     /// How often light is reflected before it comes to the surface that is seen; all: as often as `hit_light` knows, once where ends are shaded.
     pub bounces: Bounces,
     /// Entries that the radiance cache has room for at most, 64 to 524,288, rounded up to a power of two; at first for 131,072, and it grows. More: fewer
-    /// ends of rays are shaded because there is no room, and some 300 bytes for each that there is room for, with every bounce 660 and with eight 1,000;
+    /// hit points are shaded because there is no room, and some 300 bytes for each that there is room for, with every bounce 660 and with eight 1,000;
     /// after 128 frames, with a second table, 410, 1,100 and 1,800.
     pub cache_entries: u32,
-    /// Samples that a cell of the radiance cache gets in a picture's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
-    /// less noise in a picture of one frame, and more of the bounces, slower.
+    /// Samples that an entry of the radiance cache gets in an image's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
+    /// less noise in an image of one frame, and more of the bounces, slower.
     pub cache_samples: u32,
 }
 
 named_enum! {
-    /// Where the light comes from that the end of a ray sends back along it.
+    /// Where the light comes from that the hit point of a ray sends back along it.
     #[derive(Default)]
     HitLight {
         /// Each end is shaded: its material is read, and a light is chosen for it and looked for. One bounce.
         Shaded = "shaded": "Each end is shaded: a light is chosen for it and looked for. One bounce",
-        /// From the radiance cache: cells in space keep what the surfaces in them send, and a share of them is brought up to date in each
+        /// From the radiance cache: entries in space keep what the surfaces in them send, and a share of them is brought up to date in each
         /// frame, and all of them for some frames after a change of the scene.
         #[default]
-        Cached = "cached": "From the radiance cache: cells in space keep what their surfaces send",
+        Cached = "cached": "From the radiance cache: entries in space keep what their surfaces send",
     }
 }
 
@@ -117,14 +117,14 @@ impl Technique for Sampled {
             "indirect-rays",
             "N",
             Range::Count(1, 4096),
-            "Diffuse rays a pixel; in a picture's first frame `first-rays` times as many. More: less noise, slower",
+            "Diffuse rays a pixel; in an image's first frame `first-rays` times as many. More: less noise, slower",
             |sampled| &mut sampled.diffuse_rays,
         ),
         Parameter::new(
             "first-rays",
             "N",
             Range::Count(1, MOST_FIRST_RAYS),
-            "How many times as many diffuse rays a picture's first frame has, with `hit-light cached`. More: less noise, slower",
+            "How many times as many diffuse rays an image's first frame has, with `hit-light cached`. More: less noise, slower",
             |sampled| &mut sampled.first_rays,
         ),
         Parameter::new(
@@ -159,14 +159,14 @@ impl Technique for Sampled {
             "cache-entries",
             "N",
             Range::Count(LEAST_ENTRIES, MOST_ENTRIES),
-            "Entries that the radiance cache has room for at most. More: fewer ends of rays are shaded for want of room",
+            "Entries that the radiance cache has room for at most. More: fewer hit points are shaded for want of room",
             |sampled| &mut sampled.cache_entries,
         ),
         Parameter::new(
             "cache-samples",
             "N",
             Range::Count(1, MOST_SAMPLES),
-            "Samples of each cell of the radiance cache in a picture's first frame. More: less noise, slower",
+            "Samples of each entry of the radiance cache in an image's first frame. More: less noise, slower",
             |sampled| &mut sampled.cache_samples,
         ),
     ];

@@ -1,6 +1,6 @@
 //! From the noisy sums of what reaches each pixel to the layers that shading reads.
 //!
-//! 1. Resolve: sums of the pixels that were looked at become the picture's ([`IndirectResolution`]).
+//! 1. Resolve: sums of the pixels that were looked at become the image's ([`IndirectResolution`]).
 //! 2. Bound: what a pixel has beyond those around it is cut off ([`IndirectClamp`]), and how noisy it is found (`firefly_clamp.wesl`); what was cut off is
 //!    spread over the pixels around (`redistribution.wesl`).
 //! 3. Mix with what the frames before have found, where that is kept ([`History`]).
@@ -36,13 +36,13 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 gpu_struct! {
     /// What the passes that work on pixels' sums are told.
     pub struct SmoothingParameters {
-        /// Pixels of the picture over samples' own, along an edge: 1 or 2.
+        /// Pixels of the image over samples' own, along an edge: 1 or 2.
         scale: u32,
         /// Radius of the filter: pixels to each side.
         radius: u32,
         /// Axis of the filter: 0 is x, 1 is y.
         axis: u32,
-        /// Frames whose mean the picture is, where a pixel's sums are bounded by those around it; 0: they are not.
+        /// Frames whose mean the image is, where a pixel's sums are bounded by those around it; 0: they are not.
         clamp_frames: f32,
         /// How far what is above that is spread, tiles of `redistribution.wesl`.
         redistribution: u32,
@@ -90,7 +90,7 @@ named_enum! {
 }
 
 impl IndirectResolution {
-    /// Pixels of the picture over those that are looked at, along an edge.
+    /// Pixels of the image over those that are looked at, along an edge.
     pub(crate) const fn scale(self) -> u32 {
         match self {
             Self::Full => 1,
@@ -106,7 +106,7 @@ named_enum! {
         /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right. Where there is a filter, what is beyond that is
         /// spread over the pixels around, but for what smooth surfaces mirror.
         On = "on": "At most the mean of the pixels around whose surfaces are alike, and five standard deviations",
-        /// It is not: the mean of all pictures is right.
+        /// It is not: the mean of all images is right.
         Off = "off": "It is not: for the mean of many frames",
     }
 }
@@ -155,7 +155,7 @@ pub struct PixelIrradiance {
     pub irradiance: wgpu::Buffer,
     /// How many pixels are looked at, across and down.
     pub size: UVec2,
-    /// Size of the picture.
+    /// Size of the image.
     rendering: UVec2,
     parameters: SmoothingParameters,
     /// Those of resolve, as a uniform: what looks for light reads the scale.
@@ -163,7 +163,7 @@ pub struct PixelIrradiance {
 }
 
 impl PixelIrradiance {
-    /// Capacity for the sums of a picture of this size. `radius`: of the filter, pixels, in a picture of `frames` frames.
+    /// Capacity for the sums of an image of this size. `radius`: of the filter, pixels, in an image of `frames` frames.
     pub fn new(
         frame: &mut Frame<'_>,
         rendering: UVec2,

@@ -1,4 +1,4 @@
-//! Light that the ends of rays send by way of the radiance cache.
+//! Light that the hit points send by way of the radiance cache.
 
 use crate::{
     indirect::radiance_cache::FIRST_ENTRIES_IN_TESTS,
@@ -19,7 +19,7 @@ pub(super) fn over_frames(rays: Sampled, accumulate: u32) -> Settings {
 
 const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
 
-/// The light that comes from other surfaces is that of hits which are shaded each, but for what is blurred over a cell.
+/// The light that comes from other surfaces is that of hits which are shaded each, but for what is blurred over an entry.
 #[test]
 fn gpu_cells_send_what_the_surfaces_in_them_send() {
     let Some(gpu) = testing::gpu("gpu_cells_send_what_the_surfaces_in_them_send") else { return };
@@ -51,7 +51,7 @@ fn gpu_a_closed_box_that_shines_sends_every_bounce() {
     }
 }
 
-/// However many samples cells get in the first frame, and however few rays ask for them: of rays that have left a cell's list, what every bounce
+/// However many samples entries get in the first frame, and however few rays ask for them: of rays that have left an entry's list, what every bounce
 /// brought along them is kept.
 #[test]
 fn gpu_many_first_samples_know_every_bounce() {
@@ -134,7 +134,7 @@ fn gpu_counted_bounces_stay_when_cells_move() {
     assert!((after / before - 1.0).abs() < 0.004, "{before} {after}");
 }
 
-/// A picture is the same whatever was rendered before it, and from run to run, though cells come to their slots in any order.
+/// An image is the same whatever was rendered before it, and from run to run, though entries come to their slots in any order.
 #[test]
 fn gpu_cached_light_is_the_same_again() {
     let Some(gpu) = testing::gpu("gpu_cached_light_is_the_same_again") else { return };
@@ -150,7 +150,7 @@ fn gpu_cached_light_is_the_same_again() {
     assert_eq!(first, again);
 }
 
-/// Ends of rays for whose cells there is no room are shaded: of one bounce nothing is lost; of every bounce what cells without room send is
+/// Ends of rays for whose entries there is no room are shaded: of one bounce nothing is lost; of every bounce what entries without room send is
 /// guessed. Both are counted.
 #[test]
 fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
@@ -174,15 +174,15 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     assert_eq!(counts, [rays, hits, 0, 0]);
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
     let (found, counts) = rendered(Sampled { cache_entries: 64, ..one });
-    println!("{} rays' cells had no room; {:.4} of the light", counts[2], found / expected);
+    println!("{} rays' entries had no room; {:.4} of the light", counts[2], found / expected);
     assert!(counts[..2] == [rays, hits] && counts[2] > rays / 4 && counts[3] == 0, "{counts:?}");
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
-    // A first frame that starts over, with a table that is full again: cells that had room before have none then.
+    // A first frame that starts over, with a table that is full again: entries that had room before have none then.
     let first = Sampled { first_rays: 1, ..one };
     let (_, [rays, hits, ..]) = rendered_over(1, Sampled { hit_light: HitLight::Shaded, ..first });
     FIRST_ENTRIES_IN_TESTS.set(256);
     let (found, counts) = rendered_over(1, Sampled { cache_entries: 512, ..first });
-    println!("{} rays' cells had no room after starting over; {:.4} of the light", counts[2], found / expected);
+    println!("{} rays' entries had no room after starting over; {:.4} of the light", counts[2], found / expected);
     assert!(counts[..2] == [rays, hits] && counts[2] > rays / 4, "{counts:?}, {rays} rays, {hits} hits");
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
     FIRST_ENTRIES_IN_TESTS.set(1 << 17);
@@ -219,20 +219,20 @@ fn gpu_cells_that_move_keep_their_light() {
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let rays = Sampled { diffuse_rays: 2, cache_samples: 16, ..cached(Tracer::BVH, Bounces::All) };
-    // More frames than cells are kept for.
+    // More frames than entries are kept for.
     let rendered = || {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 140)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap()
     };
     let rendering = rendered();
-    assert!(rendering.radiance == rendered().radiance, "another picture from the same cells");
+    assert!(rendering.radiance == rendered().radiance, "another image from the same entries");
     let moved = rendering.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
     let found =
         rendering.radiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / rendering.radiance.len() as f64;
     println!("{found:.4} of 2");
     assert!((found / 2.0 - 1.0).abs() < 0.02, "{found}");
-    assert!(moved > 0 || rendering.report.passes.is_empty(), "no cell has moved");
+    assert!(moved > 0 || rendering.report.passes.is_empty(), "no entry has moved");
 }
 
 /// A card that is unlit sends its colour, and nothing of what comes to it.
@@ -254,7 +254,7 @@ fn gpu_unlit_surfaces_send_their_colour_alone() {
     assert!((all / one - 1.0).abs() < 0.01, "{all} {one}");
 }
 
-/// Light of a wall's lit side does not come to the other by way of cells that both would share.
+/// Light of a wall's lit side does not come to the other by way of entries that both would share.
 #[test]
 fn gpu_cells_do_not_leak_through_walls() {
     let Some(gpu) = testing::gpu("gpu_cells_do_not_leak_through_walls") else { return };
@@ -271,7 +271,7 @@ fn gpu_cells_do_not_leak_through_walls() {
 }
 
 /// A dark room that light comes to by the door alone, after two reflections at least. Entries of a floor that goes on under the wall lie on both
-/// sides of it, and a few rays slip into the hollow wall: where a cell is sampled is said by those who are nearest to what is seen.
+/// sides of it, and a few rays slip into the hollow wall: where an entry is sampled is said by those who are nearest to what is seen.
 #[test]
 fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
     let Some(gpu) = testing::gpu("gpu_light_comes_by_the_door_and_not_under_the_wall") else { return };
@@ -291,18 +291,18 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         let found = mean(&rendering(gpu, over_frames(entries, 8), &scene, &dark));
         let ground_truth = mean(&traced(&scene, &dark, u32::MAX, 192));
         println!("a wall of {thickness} edges: {:.4} of the light", found / ground_truth);
-        // Light of so many bounces comes late. While all cells had the same say, it was 0.64.
+        // Light of so many bounces comes late. While all entries had the same say, it was 0.64.
         assert!((0.8..1.02).contains(&(found / ground_truth)), "{thickness}: {found} of {ground_truth}");
     }
 }
 
-/// A table that is too small at first grows, and the picture is the one of a table that was large enough: by starting over in a first frame, by
+/// A table that is too small at first grows, and the image is the one of a table that was large enough: by starting over in a first frame, by
 /// moving between frames.
 #[test]
 fn gpu_tables_that_grow_change_no_image() {
     let Some(gpu) = testing::gpu("gpu_tables_that_grow_change_no_image") else { return };
     let (mut scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    // What is shaded although its cell sends it, since there was no room for the cell before the frame started over, is seen: unlit surfaces send
+    // What is shaded although its entry sends it, since there was no room for the entry before the frame started over, is seen: unlit surfaces send
     // something, and shading runs for the sky.
     scene.materials[0].unlit = true;
     scene.sky = Vec3::splat(0.2);
@@ -316,15 +316,15 @@ fn gpu_tables_that_grow_change_no_image() {
         let counts = ["radiance_cache/entries", "radiance_cache/lost", "indirect/lost_entries"];
         let counts = counts.map(|name| counted(name).unwrap());
         let moved = rendering.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
-        println!("{first_entries} cells at first: {counts:?}, moved {moved} times");
+        println!("{first_entries} entries at first: {counts:?}, moved {moved} times");
         assert!(
             counts[1] > 0 || rendering.radiance == again.radiance,
-            "{first_entries}: another picture the second time"
+            "{first_entries}: another image the second time"
         );
         (rendering.radiance, counts, moved)
     };
     let mut moved_between_frames = 0;
-    // The last ones have more rounds of rays in the first frame than samples of a cell.
+    // The last ones have more rounds of rays in the first frame than samples of an entry.
     for (tracer, bounces, first_rays) in [(Tracer::BVH, Bounces::All, 1), (Tracer::BVH, Bounces::UpTo(3), 4)] {
         let rays = Sampled { tracer: tracer.into(), bounces, first_rays, ..rays };
         let (expected, [entries, ..], _) = rendered(1 << 17, rays);
@@ -333,9 +333,9 @@ fn gpu_tables_that_grow_change_no_image() {
             let (found, counts, moved) = rendered(first_entries, rays);
             moved_between_frames += moved;
             assert_eq!(counts, [entries, 0, 0], "{tracer}, {first_entries}");
-            assert!(found == expected, "{tracer}, {first_entries}: another picture");
+            assert!(found == expected, "{tracer}, {first_entries}: another image");
         }
-        // Without room to grow, cells are lost.
+        // Without room to grow, entries are lost.
         let (found, [.., lost, lost_of_pixels], _) = rendered(64, Sampled { cache_entries: 64, ..rays });
         assert!(lost > 0 && lost_of_pixels > 0 && found != expected, "{tracer}");
     }

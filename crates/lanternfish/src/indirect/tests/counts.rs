@@ -4,7 +4,7 @@ use crate::techniques::{Bounces, HitLight};
 
 use super::{cached::over_frames, *};
 
-/// Every pixel traces its rays; those that leave the scene meet nothing, and what is met in the dark asks for no light.
+/// Every pixel traces its rays; those that leave the scene meet nothing, and what is hit in the dark asks for no light.
 #[test]
 fn gpu_rays_are_counted() {
     let Some(gpu) = testing::gpu("gpu_rays_are_counted") else { return };
@@ -85,7 +85,7 @@ fn gpu_rays_left_out_change_no_mean() {
     assert!(traced < open / 2 && (brought / of_all - 1.0).abs() < 0.01, "{traced} of {open}: {brought} of {of_all}");
 }
 
-/// A picture's first frame has so many times the diffuse rays where cells light their ends: it is the picture of so many rays. Later frames have
+/// An image's first frame has so many times the diffuse rays where entries light their ends: it is the image of so many rays. Later frames have
 /// the usual number, and so have those whose ends are shaded.
 #[test]
 fn gpu_first_frames_have_more_rays() {
@@ -103,7 +103,7 @@ fn gpu_first_frames_have_more_rays() {
     let (rays, twice) = rendered(1, HitLight::Cached, 4, 2);
     let (as_many, same) = rendered(1, HitLight::Cached, 8, 1);
     assert!(rays == as_many && rays.iter().all(|rays| *rays > 0), "{rays:?}, {as_many:?}");
-    assert!(twice == same, "another picture");
+    assert!(twice == same, "another image");
     let (usual, rendering) = rendered(1, HitLight::Cached, 4, 1);
     assert!(rendering != twice && usual[0] < rays[0] && usual[1] < rays[1], "{usual:?}, {rays:?}");
     // Counted in the last frame.
@@ -112,7 +112,7 @@ fn gpu_first_frames_have_more_rays() {
     }
 }
 
-/// In a mean every cell that pixels' rays ask for gets a sample in each frame; those of which much is known, half or a quarter of them.
+/// In a mean every entry that pixels' rays ask for gets a sample in each frame; those of which much is known, half or a quarter of them.
 #[test]
 fn gpu_well_known_cells_get_fewer_samples() {
     let Some(gpu) = testing::gpu("gpu_well_known_cells_get_fewer_samples") else { return };

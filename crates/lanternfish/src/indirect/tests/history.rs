@@ -24,7 +24,7 @@ fn pixels(rendering: &crate::RenderedImage) -> Vec<Vec3> {
     rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
-/// The first picture of a renderer, and a mean, are what they are without a history, to the bit.
+/// The first image of a renderer, and a mean, are what they are without a history, to the bit.
 #[test]
 fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
     let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_know_of_nothing_before") else { return };
@@ -48,7 +48,7 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
 }
 
 /// While the camera moves what surfaces have got before is theirs still: less noise, and as much light. Once it rests, the mean is of
-/// all that is known, and goes on to the same picture.
+/// all that is known, and goes on to the same image.
 #[test]
 fn gpu_a_camera_that_moves_takes_its_noise_away() {
     let Some(gpu) = testing::gpu("gpu_a_camera_that_moves_takes_its_noise_away") else { return };
@@ -140,7 +140,7 @@ fn gpu_light_that_changes_is_followed() {
 }
 
 /// A bright lamp goes out while a dim one of another colour stays, and comes on again: its indirect light is gone at once, and there at once,
-/// from what pixels know and from cells, with every bounce, too.
+/// from what pixels know and from entries, with every bounce, too.
 #[test]
 fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
     let Some(gpu) = testing::gpu("gpu_a_bright_lamp_that_goes_out_leaves_no_glow") else { return };

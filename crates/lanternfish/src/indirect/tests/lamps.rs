@@ -1,11 +1,11 @@
-//! What cells of the radiance cache send of lamps: close ones, and many.
+//! What entries of the radiance cache send of lamps: close ones, and many.
 
 use lanternfish_scene::LightKind;
 
 use super::{cached::over_frames, *};
 use crate::techniques::HitLight;
 
-/// A lamp above the matt floor of a scene whose ceiling is a mirror, which shows what the floor's cells send.
+/// A lamp above the matt floor of a scene whose ceiling is a mirror, which shows what the floor's entries send.
 fn under_a_mirror(lamp: Light) -> Scene {
     let floor = quad(0, Vec3::ZERO, Vec3::X, -Vec3::Z);
     let ceiling = quad(1, 0.2 * Vec3::Y, Vec3::X, Vec3::Z);
@@ -18,8 +18,8 @@ fn into_a_mirror(hit_light: HitLight, cache_samples: u32) -> Sampled {
     Sampled { diffuse_rays: 1, glossy_rays: 15, hit_light, cache_samples, ..sampled(Tracer::BVH) }
 }
 
-/// A lamp five millimetres above a floor, a quarter of a cell's edge: of the few samples of a cell none need be where it is bright. A mirror shows what
-/// the cells send.
+/// A lamp five millimetres above a floor, a quarter of an entry's edge: of the few samples of an entry none need be where it is bright. A mirror shows what
+/// the entries send.
 #[test]
 fn gpu_cells_close_to_a_lamp_send_what_it_does() {
     let Some(gpu) = testing::gpu("gpu_cells_close_to_a_lamp_send_what_it_does") else { return };
@@ -42,7 +42,7 @@ fn gpu_cells_close_to_a_lamp_send_what_it_does() {
     assert!(rms < 0.1, "{rms}");
 }
 
-/// Close lamps of other kinds than points, and those that do not fall off by the inverse square, lose and gain nothing. A cell has few samples of a spot's
+/// Close lamps of other kinds than points, and those that do not fall off by the inverse square, lose and gain nothing. An entry has few samples of a spot's
 /// edge: the mean of many lamps.
 #[test]
 fn gpu_cells_close_to_other_lamps_send_what_they_do() {
@@ -68,8 +68,8 @@ fn gpu_cells_close_to_other_lamps_send_what_they_do() {
     }
 }
 
-/// Of many lamps a cell's few samples try each in its turn: what the cells send is off by 0.063 (software
-/// adapter), of lamps drawn at random by 0.088. A mirror shows what they send; blocks of pixels are as large as a cell.
+/// Of many lamps an entry's few samples try each in its turn: what the entries send is off by 0.063 (software
+/// adapter), of lamps drawn at random by 0.088. A mirror shows what they send; blocks of pixels are as large as an entry.
 #[test]
 fn gpu_few_samples_know_many_lamps() {
     const MOST: f64 = 0.073;

@@ -70,13 +70,13 @@ fn cached(bounces: Bounces) -> Sampled {
     Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::BVH) }
 }
 
-/// Mean radiance of 16 pictures from within the second box.
+/// Mean radiance of 16 images from within the second box.
 fn settled(gpu: &Gpu, indirect: Indirect, fractions: [f32; 2]) -> f64 {
     let settings = Settings { accumulate: 16, indirect, ..settings(cached(Bounces::ONE)) };
     mean(&image_of(gpu, LARGE, settings, &two_boxes(fractions), &within(4.0)))
 }
 
-/// Mean radiance of frames in the second box after twelve in the first one, over that of pictures.
+/// Mean radiance of frames in the second box after twelve in the first one, over that of images.
 fn seen(gpu: &Gpu, bounces: Bounces, fractions: [f32; 2], frames: usize, changes: bool) -> Vec<f64> {
     let rays = cached(bounces);
     let settled = settled(gpu, Indirect::from(rays), fractions);
@@ -87,7 +87,7 @@ fn seen(gpu: &Gpu, bounces: Bounces, fractions: [f32; 2], frames: usize, changes
     (0..frames).map(|_| walk.next(&within(4.0)) / settled).collect()
 }
 
-/// Entries that are new read those that are, too: nearly all light is there at once, and stays. While each cell took one bounce in a frame, every bounce
+/// Entries that are new read those that are, too: nearly all light is there at once, and stays. While each entry took one bounce in a frame, every bounce
 /// had 0.53 of it in the first frame and 0.95 in the 41st where all walls reflect four fifths, 0.89 and 0.99 where three reflect a fifth. Found:
 /// off by 0.014 at most in the first case, since not every bounce is there, and by 0.003 in the second. Entries that take themselves for what they read
 /// are off by 0.21 in the second case, and by 0.039 of three bounces.
@@ -102,7 +102,7 @@ fn gpu_cells_that_come_into_view_have_every_bounce() {
     }
 }
 
-/// While the scene changes in every frame all cells together take few bounces in each, and have the others of the frames before; those that are new take
+/// While the scene changes in every frame all entries together take few bounces in each, and have the others of the frames before; those that are new take
 /// more. With 3 turns for all and none more for new ones, the first frame had 0.74 of the light; found, with 2 for all: 0.992.
 #[test]
 fn gpu_cells_have_every_bounce_while_the_scene_changes() {
@@ -112,7 +112,7 @@ fn gpu_cells_have_every_bounce_while_the_scene_changes() {
     assert!(seen.iter().all(|fraction| (fraction - 1.0).abs() < 0.02), "{seen:?}");
 }
 
-/// A lamp is dimmed to a tenth while the scene changes in every frame. What cells know of it counts for three samples beside a new one, so that three
+/// A lamp is dimmed to a tenth while the scene changes in every frame. What entries know of it counts for three samples beside a new one, so that three
 /// quarters of one bounce are left in each frame; every bounce follows it, no more than two frames later. Found: 0.764, 0.323, 0.103 and 0.011 of the
 /// light that goes are left of one bounce after 1, 4, 8 and 16 frames, and 0.896, 0.481, 0.167 and 0.018 of every one. With one turn in a frame for two
 /// it was 0.944, 0.637, 0.300 and 0.050, with twelve as of one bounce.

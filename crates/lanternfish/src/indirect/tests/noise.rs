@@ -76,12 +76,12 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
     assert!(self::off(&even(IndirectClamp::On), &even(IndirectClamp::Off)) < 1e-3);
 }
 
-/// Where the picture is filtered, what the clamp cuts off goes to the pixels around: the light is there, with less noise than without. So it is of
+/// Where the image is filtered, what the clamp cuts off goes to the pixels around: the light is there, with less noise than without. So it is of
 /// what a rough metal reflects.
 #[test]
 fn gpu_what_the_clamp_cuts_off_is_spread() {
     let Some(gpu) = testing::gpu("gpu_what_the_clamp_cuts_off_is_spread") else { return };
-    // All of the picture is floor.
+    // All of the image is floor.
     let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
     let metal = Material { metallic: 1.0, ..matt(0.9) };
     for (name, material, glossy_rays) in [("matt", matt(0.5), 0), ("metal", metal, 4)] {
@@ -146,7 +146,7 @@ fn gpu_the_filter_keeps_the_light_of_lone_bright_pixels() {
     let mut scene = floor(matt(0.5));
     scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
     scene.meshes[0].primitives.push(quad(1, 2.0 * Vec3::Y, 0.1 * Vec3::X, 0.1 * Vec3::Z));
-    // All of the picture is floor.
+    // All of the image is floor.
     let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
     for sky in [0.0, 1e-4, 1e-2] {
         scene.sky = Vec3::splat(sky);
@@ -158,7 +158,7 @@ fn gpu_the_filter_keeps_the_light_of_lone_bright_pixels() {
         let lone = without.iter().filter(|pixel| f64::from(pixel.x) > 2.0 * floor).count();
         let kept = (mean(&with) - floor) / (mean(&without) - floor);
         println!("sky of {sky}: {lone} lone bright pixels, of whose light {kept:.4} is kept");
-        // What of it falls beyond the picture's edge, or stays this side of it, is known to a tenth.
+        // What of it falls beyond the image's edge, or stays this side of it, is known to a tenth.
         assert!(lone > 10 && (kept - 1.0).abs() < 0.1, "sky of {sky}: {kept} of {lone} pixels' light");
     }
 }
@@ -200,7 +200,7 @@ fn gpu_a_mirror_of_many_lights_is_not_speckled() {
     scene.meshes[0].primitives[2].material = 1;
     scene.meshes[0].primitives[4].material = 2;
     scene.meshes[0].primitives[0].material = 2;
-    // All of the picture is mirror.
+    // All of the image is mirror.
     let camera = looking([0.0, -0.2, 0.1], [0.0, -1.0, 0.0]);
     let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(Tracer::BVH) };
     let many = Sampled { glossy_rays: 512, ..few };
@@ -218,12 +218,12 @@ fn gpu_a_mirror_of_many_lights_is_not_speckled() {
     assert!(edges < 0.05, "{edges}");
 }
 
-/// Four glossy rays of a rough metal find the studio's lamps here and miss them there: the surroundings that they see are blurred for the
+/// Four glossy rays of a rough metal find the studio's lamps here and miss them there: the environment that they see are blurred for the
 /// rest of the lobe, no more than the lobe is wide, and the less, the more rays there are.
 #[test]
 fn gpu_rough_metal_in_the_studio_is_not_speckled() {
     let Some(gpu) = testing::gpu("gpu_rough_metal_in_the_studio_is_not_speckled") else { return };
-    // All of the picture is floor.
+    // All of the image is floor.
     let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
     let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(Tracer::BVH) };
     let unclamped = IndirectClamp::Off;

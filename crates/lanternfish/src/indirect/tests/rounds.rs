@@ -27,11 +27,11 @@ fn gpu_rounds_are_the_same_however_many_are_traced_together() {
     let rays = Sampled { diffuse_rays: 5, glossy_rays: 2, ..sampled(Tracer::BVH) };
     let [one, three, all] = [1, 3, 16].map(|most| traced_together(gpu, most, rays));
     assert!(one == all && three == all);
-    // It can fail: other rays are another picture.
+    // It can fail: other rays are another image.
     assert!(traced_together(gpu, 16, Sampled { diffuse_rays: 4, ..rays }) != all);
 }
 
-/// With cells, the rays of all rounds that are looked up together ask for one that is new; else those of the first that ends there: it is sampled
+/// With entries, the rays of all rounds that are looked up together ask for one that is new; else those of the first that ends there: it is sampled
 /// elsewhere. The light is the same but for noise, of less than half of what rays make that are a quarter as many.
 #[test]
 fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {
@@ -48,7 +48,7 @@ fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {
     assert!(off(&fewer, &all) > 0.06, "{}", off(&fewer, &all));
 }
 
-/// Every pixel of a picture is gone through once, block by block, and those that follow each other have shifts that are alike: the order that the
+/// Every pixel of an image is gone through once, block by block, and those that follow each other have shifts that are alike: the order that the
 /// host makes is that of the shaders' shifts.
 #[test]
 fn gpu_pixels_in_order_cover_the_image_and_go_the_same_way() {

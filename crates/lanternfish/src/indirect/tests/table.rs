@@ -1,4 +1,4 @@
-//! The table of the radiance cache, levels of its cells, who has asked for them, and what they send in four bytes.
+//! The table of the radiance cache, levels of its entries, who has asked for them, and what they send in four bytes.
 
 use std::collections::HashSet;
 
@@ -14,7 +14,7 @@ use crate::{
 
 const SLOTS: u32 = 4096;
 
-/// Slots of cells of these numbers that are put into an empty table, slots of the same cells when they are looked up, and of as many others. -1: none.
+/// Slots of entries of these numbers that are put into an empty table, slots of the same entries when they are looked up, and of as many others. -1: none.
 fn slots_of(gpu: &Gpu, entries: u32) -> [Vec<i32>; 3] {
     let buffer = |name| storage_buffer(&gpu.device, name, 8 * u64::from(SLOTS)).unwrap();
     let [words, hashes] = ["words", "hashes"].map(buffer);
@@ -33,7 +33,7 @@ fn slots_of(gpu: &Gpu, entries: u32) -> [Vec<i32>; 3] {
     [evaluate("put", 0), evaluate("look_up", 0), evaluate("look_up", entries)]
 }
 
-/// Three quarters of the slots can be taken without losing a cell; what is put in is found there, and nothing else is found.
+/// Three quarters of the slots can be taken without losing an entry; what is put in is found there, and nothing else is found.
 #[test]
 fn gpu_cells_are_found_where_they_were_put() {
     let Some(gpu) = testing::gpu("gpu_cells_are_found_where_they_were_put") else { return };
@@ -42,7 +42,7 @@ fn gpu_cells_are_found_where_they_were_put() {
     assert_eq!(put.iter().collect::<HashSet<_>>().len(), put.len());
     assert_eq!(put, found);
     assert!(others.iter().all(|slot| *slot == -1));
-    // It can fail: of more cells than there are slots some have none, and those are not found.
+    // It can fail: of more entries than there are slots some have none, and those are not found.
     let [put, found, _] = slots_of(gpu, SLOTS + 64);
     assert!(put.iter().filter(|slot| **slot == -1).count() >= 64);
     assert_eq!(put, found);
@@ -72,7 +72,7 @@ fn gpu_levels_are_those_of_the_distance() {
     assert_eq!(seen, (0..=15).collect());
 }
 
-/// Who has asked for a cell is known by the lot that has won, and lots are spread evenly.
+/// Who has asked for an entry is known by the lot that has won, and lots are spread evenly.
 #[test]
 fn gpu_lots_say_whose_they_are() {
     let Some(gpu) = testing::gpu("gpu_lots_say_whose_they_are") else { return };

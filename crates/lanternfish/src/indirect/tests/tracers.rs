@@ -32,7 +32,7 @@ fn gpu_light_leaks_are_small() {
     );
 }
 
-/// The adapter's own structure meets the triangles that the BVH does: pictures differ where rays graze an edge alone. Masked triangles
+/// The adapter's own structure meets the triangles that the BVH does: images differ where rays graze an edge alone. Masked triangles
 /// and solid ones, and each without the other.
 #[test]
 fn gpu_ray_query_meets_the_triangles_of_the_bvh() {

@@ -21,7 +21,7 @@ pub struct GridContents {
 pub struct VisibleCluster {
     /// Its place in the grid: x fastest, then y, then z.
     pub index: u32,
-    /// Fragments that its grid's views show in it; above 0. Those of blended surfaces and of multisampled pictures are counted as they are
+    /// Fragments that its grid's views show in it; above 0. Those of blended surfaces and of multisampled images are counted as they are
     /// drawn, hidden ones too where the adapter tests depth late.
     pub fragments: u32,
     /// Lights of its list.

@@ -165,7 +165,7 @@ impl GridGeometry {
     }
 
     /// As [`GridGeometry::new`], with clusters of twice as many pixels, and twice that, where those asked for are more than
-    /// [`MOST_CLUSTERS`]: in a large picture, or one of a telescope. Then also the pixels that were taken.
+    /// [`MOST_CLUSTERS`]: in a large image, or one of a telescope. Then also the pixels that were taken.
     pub fn fitting(views: &[ViewFrustum], shape: ClusterShape) -> Result<(Self, Option<u32>), GridError> {
         let (requested, with): (_, &dyn Fn(u32) -> ClusterShape) = match shape {
             ClusterShape::Orthographic { .. } => return Ok((Self::new(views, shape)?, None)),

@@ -21,7 +21,7 @@ pub struct Clustered {
     pub grouping: Grouping,
     /// How the lights of a cluster are found. The lists are the same.
     pub assignment: Assignment,
-    /// How close to a cluster a light must come. The picture is the same.
+    /// How close to a cluster a light must come. The image is the same.
     pub test: ClusterTest,
     /// How far from the eye clusters reach at least, m, whatever there is to see: 100 in the thesis [VanGelderen2020, §6.1.3]. Without it
     /// they end with the scene; so they do where that is farther. More: more clusters, of which none is visible; displaced ones are others.
@@ -79,7 +79,7 @@ impl Technique for Clustered {
             "SHAPE",
             Range::Text,
             "Shape of the clusters, with `culling clustered`: persp:P (P pixels wide, as deep as wide), ortho:S (cubes of S m) or \
-             displ:P:D (as persp, from D m behind the camera). The picture is the same",
+             displ:P:D (as persp, from D m behind the camera). The image is the same",
             |clustered: &mut Self| &mut clustered.shape,
         )
         .with_default(),
@@ -87,7 +87,7 @@ impl Technique for Clustered {
             "cluster-views",
             "NAME",
             Range::Names,
-            "Whether several views share one grid of clusters. The picture is the same",
+            "Whether several views share one grid of clusters. The image is the same",
             |clustered: &mut Self| &mut clustered.grouping,
         )
         .with_default(),
@@ -95,7 +95,7 @@ impl Technique for Clustered {
             "light-assignment",
             "NAME",
             Range::Names,
-            "How the lights of a cluster are found. The picture is the same",
+            "How the lights of a cluster are found. The image is the same",
             |clustered: &mut Self| &mut clustered.assignment,
         )
         .with_default(),
@@ -103,7 +103,7 @@ impl Technique for Clustered {
             "cluster-test",
             "NAME",
             Range::Names,
-            "How close to a cluster a light must come to be listed. The picture is the same",
+            "How close to a cluster a light must come to be listed. The image is the same",
             |clustered: &mut Self| &mut clustered.test,
         )
         .with_default(),
@@ -111,7 +111,7 @@ impl Technique for Clustered {
             "cluster-depth",
             "METRES",
             Range::Count(0, 1_000_000),
-            "How far from the eye clusters reach at least, where the scene ends before. The picture is the same",
+            "How far from the eye clusters reach at least, where the scene ends before. The image is the same",
             |clustered: &mut Self| &mut clustered.depth,
         )
         .with_default(),

@@ -18,7 +18,7 @@ pub struct TileContents {
 }
 
 impl TileContents {
-    /// The tile of a pixel and how many lights it lists; none where the picture has no such pixel.
+    /// The tile of a pixel and how many lights it lists; none where the image has no such pixel.
     pub fn at(&self, pixel: UVec2) -> Option<(UVec2, u32)> {
         let tile = pixel / self.tile_size.max(1);
         let index = tile.x + tile.y * self.dimensions.x;

@@ -101,7 +101,7 @@ impl TiledCulling {
         })
     }
 
-    /// Tiles across and down of a picture.
+    /// Tiles across and down of an image.
     fn dimensions(&self, size: UVec2) -> UVec2 {
         let tile_size = self.settings.tile_size.pixels();
         UVec2::new(size.x.div_ceil(tile_size), size.y.div_ceil(tile_size))

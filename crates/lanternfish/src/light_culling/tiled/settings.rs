@@ -35,7 +35,7 @@ impl Technique for Tiled {
             "tile-size",
             "PIXELS",
             Range::Numbers,
-            "Edge of a tile, pixels, with `culling tiled` or `culling raster-grid`. The picture is the same",
+            "Edge of a tile, pixels, with `culling tiled` or `culling raster-grid`. The image is the same",
             |tiled: &mut Self| &mut tiled.tile_size,
         )
         .with_default(),
@@ -43,7 +43,7 @@ impl Technique for Tiled {
             "aabb",
             "on|off",
             Range::Switch("Fewer lights a tile, slightly more work to find them", "Leaves the test out"),
-            "Also tests lights against a box around the tile, with `culling tiled`. The picture is the same",
+            "Also tests lights against a box around the tile, with `culling tiled`. The image is the same",
             |tiled: &mut Self| &mut tiled.aabb_test,
         )
         .with_default(),

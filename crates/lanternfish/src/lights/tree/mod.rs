@@ -93,7 +93,7 @@ impl SceneLightTrees {
         Ok(Self { triangles, tree, nodes, trees })
     }
 
-    /// Builds anew what depends on the lights: they may have moved, and be more or fewer.
+    /// Builds again what depends on the lights: they may have moved, and be more or fewer.
     pub fn update_lights(
         &mut self,
         device: &wgpu::Device,

@@ -13,7 +13,7 @@ fn bvh() -> Settings {
     Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(0.0), ..Settings::direct_light() }
 }
 
-/// What two pictures of the same settings have in common.
+/// What two images of the same settings have in common.
 fn shown(rendering: RenderedImage) -> (Vec<[f32; 4]>, Vec<[u8; 4]>, Option<f32>) {
     (rendering.radiance, rendering.display, rendering.exposure)
 }
@@ -63,13 +63,13 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
         let mut fresh = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
         let its_own = fresh.upload(&scene).unwrap();
         let rendering = shown(fresh.render(&its_own, camera, 32, 24).unwrap());
-        assert!(found == rendering, "{name}: another picture");
+        assert!(found == rendering, "{name}: another image");
         assert_eq!(renderer.settings(), &settings);
         // A renderer of the same settings compiles nothing, and what is compiled for others only once.
         let compiled = engine.compilations();
         let mut second = Renderer::with_engine(&engine, settings).unwrap();
         let uploaded = second.upload(&scene).unwrap();
-        assert!(shown(second.render(&uploaded, camera, 32, 24).unwrap()) == rendering, "{name}: another picture");
+        assert!(shown(second.render(&uploaded, camera, 32, 24).unwrap()) == rendering, "{name}: another image");
         assert_eq!(engine.compilations(), compiled, "{name}: compiled again");
         // It can fail: an engine of its own compiles more than what the change alone asked for.
         assert!(compiled.pipelines - before.pipelines < fresh.engine().compilations().pipelines, "{name}");

@@ -1,4 +1,4 @@
-//! Frames in the caller's commands: what they show is what pictures show, and nobody waits for them.
+//! Frames in the caller's commands: what they show is what images show, and nobody waits for them.
 
 mod answers;
 
@@ -22,7 +22,7 @@ fn bvh(settings: Settings) -> Settings {
     Settings { shadows: Shadows::BVH, ..settings }
 }
 
-/// Indirect light that keeps nothing from frame to frame, as the radiance cache does: each frame is a picture by itself.
+/// Indirect light that keeps nothing from frame to frame, as the radiance cache does: each frame is an image by itself.
 fn one_bounce() -> Settings {
     bvh(Settings { indirect: Indirect::from(Sampled::default().one_bounce()), ..Settings::default() })
 }
@@ -137,7 +137,7 @@ fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit() {
             assert!(wide == expected.radiance, "{name}: another radiance");
             assert!(expected.radiance.iter().any(|texel| texel[1] > 0.0));
         }
-        // It can fail: another camera has another picture.
+        // It can fail: another camera has another image.
         let other = waiting.render(&uploaded, &camera(&scene, 7), SIZE[0], SIZE[1]).unwrap();
         assert!(bytes(gpu, &shown[0]) != other.display);
         assert_eq!(renderer.engine().compilations(), waiting.engine().compilations());
@@ -291,7 +291,7 @@ fn gpu_ten_frames_are_on_their_way() {
         let listed = report.counters.iter().find(|(name, _)| name == "light_culling/indices");
         assert!(listed.is_some_and(|(_, count)| *count > 1000), "{:?}", report.counters);
         assert_eq!(report.passes.iter().any(|pass| pass.name == "prepass"), has_timestamps, "frame {i}");
-        assert!(bytes(gpu, &textures[i]) == expected[i], "frame {i} shows another picture");
+        assert!(bytes(gpu, &textures[i]) == expected[i], "frame {i} shows another image");
     }
     assert!(expected[0] != expected[9]);
     assert!(renderer.poll().is_none());
@@ -345,7 +345,7 @@ fn gpu_a_frame_that_lacks_room_shows_what_was_there_before() {
     ];
     renderer.ready(&scenes[0], &requests).unwrap();
     let mut next = |scene: &GpuScene| {
-        // What is shown is drawn anew each time, whatever was in the texture.
+        // What is shown is drawn again each time, whatever was in the texture.
         let clear = texture(gpu, format, SIZE);
         let shown = [ViewRequest { target: Target::Display(&clear, format), ..requests[0] }, requests[1]];
         let id = frame(gpu, &mut renderer, scene, &shown).unwrap();

@@ -47,7 +47,7 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
             rendering.radiance
         };
         let mut last = Vec::new();
-        // `refine` reads the picture, and so waits between frames: room that is lacking is there for the next.
+        // `refine` reads the image, and so waits between frames: room that is lacking is there for the next.
         let lacking = if growth == Growth::Deferred { 1 } else { 0 };
         for i in 0..frames + lacking {
             last = refine(&mut renderer);

@@ -33,7 +33,7 @@ fn camera(right: f32, down: f32) -> Camera {
     Camera { world_from_camera: pixels(right, down) * camera.world_from_camera, ..camera }
 }
 
-/// The one colour of a picture.
+/// The one colour of an image.
 fn color(display: &[[u8; 4]]) -> [u8; 3] {
     let [first @ .., _] = display[0];
     assert!(display.iter().all(|texel| *texel == display[0]), "{display:?}");

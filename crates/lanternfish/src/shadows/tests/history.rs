@@ -41,7 +41,7 @@ fn with_rectangle() -> Scene {
     scene
 }
 
-/// The first picture of a renderer, and a mean, are what they are without a history, to the bit; hard shadows always.
+/// The first image of a renderer, and a mean, are what they are without a history, to the bit; hard shadows always.
 #[test]
 fn gpu_first_images_and_hard_shadows_are_the_same_with_a_history() {
     let name = "gpu_first_images_and_hard_shadows_are_the_same_with_a_history";
@@ -162,7 +162,7 @@ fn gpu_a_soft_shadow_follows_its_lamp() {
     assert!(frames[0] < 1.1 * alone && frames[3] < 0.8 * alone && frames[15] < 0.5 * alone, "{frames:?}");
 }
 
-/// With one band the bits that were traced for the shares are shaded from, with several they are traced again: the picture is the same.
+/// With one band the bits that were traced for the shares are shaded from, with several they are traced again: the image is the same.
 #[test]
 fn gpu_shares_of_bands_are_those_of_the_whole() {
     let Some(gpu) = testing::gpu("gpu_shares_of_bands_are_those_of_the_whole") else { return };
@@ -187,5 +187,5 @@ fn gpu_shares_of_bands_are_those_of_the_whole() {
     };
     let [whole, parts] = [None, Some(8 * 64 * 2)].map(rendering);
     assert!(whole.0 == 1 && parts.0 > 1, "{} and {} bands", whole.0, parts.0);
-    assert!(whole.1 == parts.1, "bands change the picture");
+    assert!(whole.1 == parts.1, "bands change the image");
 }

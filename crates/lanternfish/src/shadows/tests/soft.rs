@@ -117,7 +117,7 @@ fn gpu_soft_shadows_are_the_same_again_and_in_bands() {
     // Seven blocks of 64 pixels with up to eight words each: one row at a time.
     let many = rendering(Some(7 * 64 * 8), soft(5));
     assert!(one.0 == 1 && many.0 > 1, "{} and {} bands", one.0, many.0);
-    assert!(one.1 == many.1 && one.2 == many.2, "bands change the picture");
+    assert!(one.1 == many.1 && one.2 == many.2, "bands change the image");
     // Five rays where there was one.
     assert_eq!(one.1, 5 * rendering(None, Settings { light_radius: 0.0, ..soft(5) }).1);
     assert!(one.2 != rendering(None, soft(6)).2, "blind to a ray more");

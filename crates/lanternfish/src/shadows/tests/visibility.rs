@@ -260,7 +260,7 @@ fn gpu_visibility_in_random_soups() {
     for (seed, count, size) in [(1, 1, 1.0), (2, 7, 0.5), (3, 300, 0.2), (4, 3000, 0.05), (5, 64, 2.0)] {
         let mut random = Random::new(seed);
         let mut scene = scene_of(vec![soup(&mut random, count, size)], vec![Material::default()]);
-        // Once more elsewhere: turned, stretched and mirrored.
+        // Again elsewhere: turned, stretched and mirrored.
         let turn = Affine3A::from_rotation_y(0.7) * Affine3A::from_scale(Vec3::new(-0.5, 1.2, 0.9));
         scene.instances.push(Instance { name: String::new(), mesh: 0, world_from_object: turn });
         let segments = random_segments(&mut random, 4000);
@@ -424,7 +424,7 @@ fn gpu_visibility_through_masks() {
     scene.meshes = vec![Mesh { name: String::new(), primitives }];
     scene.instances = vec![Instance { name: String::new(), mesh: 0, world_from_object: Affine3A::IDENTITY }];
     let segments = random_segments(&mut random, 6000);
-    // A segment meets about three masks of some ten texels each way, whose borders are 4e-3 texels wide.
+    // A segment hits about three masks of some ten texels each way, whose borders are 4e-3 texels wide.
     check(test, gpu, &scene, &segments, 0.03);
 
     // It can fail: without their holes, the same triangles block more.

@@ -206,7 +206,7 @@ fn corrupt_images_are_refused_by_name() {
         let view = file.view(bytes);
         file.json["images"][0] = json!({ "bufferView": view, "name": "picture" });
         let fault = file.fault();
-        assert_contains(&fault, "images[0] (picture): ");
+        assert_contains(&fault, "images[0] (image): ");
         assert_contains(&fault, message);
     }
 }

@@ -41,7 +41,7 @@ const CHANGES: [(&str, Change); 18] = [
     ("no environment", |s| s.environment = None),
 ];
 
-/// With two textures, and surroundings.
+/// With two textures, and environment.
 fn textured() -> Scene {
     let mut scene = scene();
     let plain = |value| Image { name: String::new(), width: 1, height: 1, rgba: vec![value; 4] };
@@ -135,7 +135,7 @@ fn gpu_what_is_scaled_to_nothing_comes_by_a_move() {
     }
 }
 
-/// One material in the place of another: its bytes are sent, and the picture is that of a fresh upload; what a material alone cannot bring
+/// One material in the place of another: its bytes are sent, and the image is that of a fresh upload; what a material alone cannot bring
 /// is refused.
 #[test]
 fn gpu_one_material_is_put_in_the_place_of_another() {
@@ -208,7 +208,7 @@ fn gpu_what_is_distrusted_is_uploaded_again() {
     renderer.update(&mut uploaded, &scene).unwrap();
     assert!(is_another(&uploaded));
     assert_eq!(differing(&small(&mut renderer, &uploaded, &scene), &rendering), 0);
-    // A refusal of what was asked for is none of the device's.
+    // A refusal of what was requested is none of the device's.
     renderer.move_instances(&mut uploaded, &[(99, Affine3A::IDENTITY)]).unwrap_err();
     let (generation, images) = (uploaded.generation(), uploaded.textures.images(|_| true));
     renderer.update(&mut uploaded, &scene).unwrap();

@@ -26,7 +26,7 @@ pub(in super::super) fn unpack(bits: u32) -> Vec3 {
     Vec3::new(r.into(), g.into(), b.into()) * power(u32::from(exponent).max(EXPONENTS[0]) - 7)
 }
 
-/// Packs what these entries send, as all that is asked for: `pack`, `pack_scheduled`.
+/// Packs what these entries send, as all that is requested: `pack`, `pack_scheduled`.
 pub(in super::super) fn pack_slots(table: &mut Table, slots: impl IntoIterator<Item = usize>) {
     for slot in slots {
         let light = table.light[0][slot];

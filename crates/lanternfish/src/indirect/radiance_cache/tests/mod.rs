@@ -151,7 +151,7 @@ fn random_entries(random: &mut Random, count: usize, homes: u32) -> Vec<Entry> {
     entries
 }
 
-/// What passes are told of a frame, by a cache of which every bounce is asked for.
+/// What passes are told of a frame, by a cache of which every bounce is requested.
 fn parameters(slots: u32) -> RadianceCacheParameters {
     RadianceCacheParameters {
         slot_mask: slots - 1,

@@ -1,4 +1,4 @@
-//! Grids contain their views, in clusters of the size that was asked for.
+//! Grids contain their views, in clusters of the size that was requested.
 
 use std::{cell::Cell, f32::consts::PI};
 
@@ -213,7 +213,7 @@ fn extreme_views_have_finite_grids() {
     }
 }
 
-/// A cluster's corners are where the twin of the shader has its sides, and all clusters together are the frustum.
+/// A cluster's corners are where the CPU reference of the shader has its sides, and all clusters together are the frustum.
 #[test]
 fn corners_of_clusters_tile_the_frustum() {
     for shape in [ClusterShape::Perspective { pixels: 60 }, ClusterShape::Orthographic { side: 7.0 }] {
@@ -230,7 +230,7 @@ fn corners_of_clusters_tile_the_frustum() {
             assert!((0..8).filter(|corner| corner & axis == 0).all(|i| near(first[i | axis], second[i])), "{shape}");
         }
         if let ClusterShape::Perspective { .. } = shape {
-            // Rows of whole clusters may end below the picture.
+            // Rows of whole clusters may end below the image.
             assert!(near(outline[6], eye.corners()[6]), "{outline:?} {:?}", eye.corners());
         }
     }
