@@ -139,13 +139,13 @@ impl GroundTruth {
         }
     }
 
-    /// The scene both images are made of. `surroundings` stand around it where the ground truth is light from such.
-    pub fn scene(self, scene: &Scene, surroundings: &Environment) -> Scene {
+    /// The scene both images are made of. `environment_light` stand around it where the ground truth is light from such.
+    pub fn scene(self, scene: &Scene, environment_light: &Environment) -> Scene {
         let mut scene = scene.clone();
         match self.making().light {
             Light::Lights => scene = of_lights_alone(scene),
             Light::Environment => {
-                (scene.sky, scene.environment) = (Vec3::ZERO, Some(surroundings.clone()));
+                (scene.sky, scene.environment) = (Vec3::ZERO, Some(environment_light.clone()));
                 scene.lights.clear();
                 darken(&mut scene);
             }

@@ -87,12 +87,12 @@ pub(crate) fn faint_sky(rendering: &RenderedImage) -> Option<Vec3> {
 /// Adds the rig of `--light-rig`, if there is one.
 pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<(), CliError> {
     let Some(rig) = flags.light_rig else { return Ok(()) };
-    let surroundings = match (&flags.environment, flags.sky) {
+    let environment_light = match (&flags.environment, flags.sky) {
         (Some(_), _) => Some("--environment"),
         (None, Some(_)) => Some("--sky"),
         (None, None) => None,
     };
-    if let Some(flag) = surroundings.filter(|_| rig == LightRig::Studio) {
+    if let Some(flag) = environment_light.filter(|_| rig == LightRig::Studio) {
         return Err(CliError::new(
             format_args!("both --light-rig studio and {flag}: the studio is environment"),
             "choose one of them, or --light-rig sun, whose sun shines beside other environment",

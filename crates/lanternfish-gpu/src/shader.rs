@@ -167,16 +167,16 @@ impl ShaderLibrary {
         features: &[Feature],
         texts: &ShaderTexts,
     ) -> Result<LinkedShader, GpuError> {
-        let linked = self.link_anew(module, features, texts)?;
+        let linked = self.link_again(module, features, texts)?;
         if !texts.is_empty() {
-            let known = self.link_anew(module, features, &ShaderTexts::new())?;
+            let known = self.link_again(module, features, &ShaderTexts::new())?;
             let fail = |what| GpuError::Shader { shader: linked.label.clone(), what };
             edited::check(&known, &linked).map_err(fail)?;
         }
         Ok(linked)
     }
 
-    fn link_anew(&self, module: &str, features: &[Feature], texts: &ShaderTexts) -> Result<LinkedShader, GpuError> {
+    fn link_again(&self, module: &str, features: &[Feature], texts: &ShaderTexts) -> Result<LinkedShader, GpuError> {
         let label = label(module, features);
         let fail = |what: String| GpuError::Shader { shader: label.clone(), what };
 

@@ -53,11 +53,11 @@ const LAMP: f32 = 1.0;
 /// Whether nothing lights the scene: it has no lights and no environment, and what glows is no lamp, or sends little.
 pub fn is_dark(scene: &Scene) -> bool {
     let has_light = scene.lights.iter().any(|light| light.intensity != Vec3::ZERO);
-    let surroundings = scene
+    let environment_light = scene
         .environment
         .as_ref()
         .map_or(scene.sky != Vec3::ZERO, |image| image.pixels.iter().any(|pixel| *pixel != Vec3::ZERO));
-    !has_light && !surroundings && mean_luminance(scene) < LIT_BY_EMISSION
+    !has_light && !environment_light && mean_luminance(scene) < LIT_BY_EMISSION
 }
 
 /// Mean luminance that a scene's surfaces emit, over all their area, nits. Materials of at most 1 nit count as dark, and a

@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn time_passes_and_begins_anew() {
+    fn time_passes_and_begins_again() {
         assert_eq!(clip_of(&generate::demo("cornell").unwrap(), false), None);
         let scene = animated();
         let at = |moment| clip_at(&scene, false, moment).map(|clip| (clip.animation, clip.time, clip.is_playing));

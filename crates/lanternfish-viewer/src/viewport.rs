@@ -88,7 +88,7 @@ impl Viewport {
     pub fn open(&mut self, scene: Scene) -> Result<(), RenderError> {
         self.uploaded = self.renderer.upload(&scene)?;
         self.scene = Arc::new(scene);
-        self.begin_anew();
+        self.begin_again();
         Ok(())
     }
 
@@ -96,7 +96,7 @@ impl Viewport {
     pub fn follow(&mut self, other: &Self) -> Result<(), RenderError> {
         self.renderer.update(&mut self.uploaded, &other.scene)?;
         self.scene = Arc::clone(&other.scene);
-        self.begin_anew();
+        self.begin_again();
         Ok(())
     }
 
@@ -106,7 +106,7 @@ impl Viewport {
         let before = std::mem::replace(&mut Arc::make_mut(&mut self.scene).lights, lights);
         let done = self.bring_lights(&before);
         match done {
-            Ok(()) => self.begin_anew(),
+            Ok(()) => self.begin_again(),
             Err(_) => {
                 Arc::make_mut(&mut self.scene).lights = before;
                 // Some of them may be there by now.
@@ -133,7 +133,7 @@ impl Viewport {
     /// Brings what has changed in the scene to the device.
     pub fn update(&mut self) -> Result<(), RenderError> {
         self.renderer.update(&mut self.uploaded, &self.scene)?;
-        self.begin_anew();
+        self.begin_again();
         Ok(())
     }
 
@@ -154,7 +154,7 @@ impl Viewport {
             }
         }
         (self.settings, self.change) = (settings, Some(change));
-        self.begin_anew();
+        self.begin_again();
         Ok(())
     }
 
@@ -182,7 +182,7 @@ impl Viewport {
         let tried = texture(&self.gpu.device, TRIED);
         let request = ViewRequest::of_camera(0, camera, TRIED.into(), Target::Display(&tried, FORMAT));
         self.renderer.edit_shaders(texts, &self.uploaded, &[request])?;
-        self.begin_anew();
+        self.begin_again();
         Ok(())
     }
 
@@ -327,7 +327,7 @@ impl Viewport {
         took
     }
 
-    fn begin_anew(&mut self) {
+    fn begin_again(&mut self) {
         self.averaged = (0, None);
         self.on_their_way = None;
     }

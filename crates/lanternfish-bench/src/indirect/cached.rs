@@ -73,7 +73,7 @@ impl Bench<'_> {
                             .fixed("rate_traced", "traced, M/s", 2, traced)
                             .fixed("rate_with_light", "with light, M/s", 2, with_light)
                             .shown("ratio", format_args!("{:.2}", with_light / traced))
-                            .count("cells", "cells", counter(&warm.report, "radiance_cache/cells"))
+                            .count("cells", "cells", counter(&warm.report, "radiance_cache/entries"))
                             .count("samples", "samples a frame", counter(&warm.report, "radiance_cache/samples"))
                             .fixed("energy", "energy", 3, fraction(&first))
                             .fixed("warmed_energy", "warmed", 3, fraction(&warmed))
@@ -120,7 +120,7 @@ fn is_trace(pass: &PassTime) -> bool {
 fn is_light(pass: &PassTime) -> bool {
     let shading = ["indirect/shade", "indirect/shadow", "indirect/emitters"];
     shading.contains(&pass.name.as_str())
-        || ["indirect/cells/", "radiance_cache/"].iter().any(|room| pass.name.starts_with(room))
+        || ["indirect/entries/", "radiance_cache/"].iter().any(|room| pass.name.starts_with(room))
 }
 
 /// What the table says.
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn what_light_takes_is_all_between_tracing_and_smoothing() {
         let of = |name: &str| PassTime { name: name.to_owned(), ms: 1.0 };
-        for name in ["indirect/shade", "indirect/shadow", "indirect/cells/find", "radiance_cache/light"] {
+        for name in ["indirect/shade", "indirect/shadow", "indirect/entries/find", "radiance_cache/light"] {
             assert!(is_light(&of(name)) && !is_trace(&of(name)), "{name}");
         }
         for name in ["indirect/trace", "indirect/filter", "indirect/resolve", "shadows/trace"] {

@@ -92,7 +92,7 @@ pub fn run(args: &QualityArgs) -> Result<(), CliError> {
     make_folder(&run.folder.join("renderings"))?;
     let (mut shots, mut left_out) = (Vec::new(), Vec::new());
     let assets = args.assets();
-    let surroundings = shots::surroundings(&assets)?;
+    let environment_light = shots::environment_light(&assets)?;
     for shot in SHOTS.iter().filter(|shot| args.only.is_empty() || args.only.iter().any(|name| name == shot.name)) {
         eprintln!("{}", shot.name);
         if let Some(reason) = shot.missing(&assets) {
@@ -102,12 +102,12 @@ pub fn run(args: &QualityArgs) -> Result<(), CliError> {
         }
         let mut shot = *shot;
         shot.size = args.size.unwrap_or(shot.size);
-        shots.push(run_shot(args, &run, &shot, &surroundings)?);
+        shots.push(run_shot(args, &run, &shot, &environment_light)?);
     }
     report::write(&run, args.spp, args.commit.as_deref(), &shots, &left_out)
 }
 
-fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, surroundings: &Environment) -> Result<ShotReport, CliError> {
+fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, environment_light: &Environment) -> Result<ShotReport, CliError> {
     let (whole, camera) = shot.load(&args.assets())?;
     let settings = shot.settings();
     let bench = Bench { run, shot, camera: &camera };
@@ -118,11 +118,11 @@ fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, surroundings: &Environme
     for ground_truth in
         judges().filter(|ground_truth| args.ground_truths.is_empty() || args.ground_truths.contains(ground_truth))
     {
-        let (scene, settings) = (&ground_truth.scene(&whole, surroundings), ground_truth.seen(&settings));
+        let (scene, settings) = (&ground_truth.scene(&whole, environment_light), ground_truth.seen(&settings));
         let subject =
             Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
         let mut traced = ground_truths::obtain(&run.folder, ground_truth, &subject)?;
-        let scene_of = |ground_truth: GroundTruth| ground_truth.scene(&whole, surroundings);
+        let scene_of = |ground_truth: GroundTruth| ground_truth.scene(&whole, environment_light);
         traced.figures.energy_without_indirect =
             ground_truths::energy_without_indirect(&run.folder, ground_truth, &traced.mean, scene_of, &subject)?;
         bench.write(&traced.figures.rendering, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;

@@ -176,7 +176,7 @@ impl Shot {
 }
 
 /// What stands around the scenes that are lit by it: an overcast field among the shared assets, else [`sky`].
-pub fn surroundings(assets: &Path) -> Result<Environment, CliError> {
+pub fn environment_light(assets: &Path) -> Result<Environment, CliError> {
     let file = assets.join("env/kloppenheim_05_1k.hdr");
     Ok(if file.is_file() { Environment::load(&file)? } else { sky() })
 }
@@ -199,9 +199,9 @@ mod tests {
     }
 
     #[test]
-    fn surroundings_are_there_without_any_assets() {
+    fn environment_are_there_without_any_assets() {
         let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
-        scene.environment = Some(surroundings(Path::new("no such folder")).unwrap());
+        scene.environment = Some(environment_light(Path::new("no such folder")).unwrap());
         scene.validate().unwrap();
         let brightest = sky().pixels.into_iter().fold(Vec3::ZERO, Vec3::max);
         assert!(brightest.min_element() > 10.0, "no patch: {brightest}");

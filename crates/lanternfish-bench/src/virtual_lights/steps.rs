@@ -30,7 +30,7 @@ pub struct Steps {
 
 /// Passes from sums to layers.
 const SMOOTHING: [&str; 6] =
-    ["indirect/resolve", "indirect/bound", "indirect/collect", "indirect/spread", "indirect/add", "indirect/filter"];
+    ["indirect/resolve", "indirect/firefly_clamp", "indirect/collect", "indirect/redistribution", "indirect/add", "indirect/filter"];
 
 impl Steps {
     pub fn of(passes: &[PassTime]) -> Self {
@@ -83,7 +83,7 @@ mod tests {
             ("light_culling/clustered/mark", 8.0),
             ("indirect/virtual_lights/gather", 9.0),
             ("indirect/virtual_lights/shadow", 10.0),
-            ("indirect/spread", 5.0),
+            ("indirect/redistribution", 5.0),
             ("indirect/filter", 6.0),
             ("shading/forward", 1000.0),
         ];

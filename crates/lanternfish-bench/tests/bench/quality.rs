@@ -167,7 +167,7 @@ fn gpu_deep_images_know_what_occludes_from_afar() {
 }
 
 #[test]
-fn gpu_deep_images_know_which_light_of_the_surroundings_arrives() {
+fn gpu_deep_images_know_which_light_of_the_environment_arrives() {
     // Under whichever of the two skies.
     let found = judged(&["environment"]);
     let [deep, hbao, none] =

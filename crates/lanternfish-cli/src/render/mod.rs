@@ -216,7 +216,7 @@ impl Told<'_> {
 /// A warning where the radiance cache had no room for all of its cells.
 fn lost_cells(counters: &[(String, u64)]) -> Option<String> {
     let lost = |(name, count): &&(String, u64)| {
-        *count > 0 && ["indirect/lost_cells", "radiance_cache/lost"].contains(&name.as_str())
+        *count > 0 && ["indirect/lost_entries", "radiance_cache/lost"].contains(&name.as_str())
     };
     counters.iter().find(lost).map(|_| {
         "the radiance cache had no room for all cells: some light of later bounces is a guess, and the image may be another one next time. \

@@ -55,8 +55,8 @@ fn gpu_a_steady_frame_makes_nothing() {
 
 /// After an error nothing that a frame kept is used: the device may have refused to make it, or never have run what fills it.
 #[test]
-fn gpu_after_an_error_frames_begin_anew() {
-    let Some(gpu) = testing::gpu("gpu_after_an_error_frames_begin_anew") else { return };
+fn gpu_after_an_error_frames_begin_again() {
+    let Some(gpu) = testing::gpu("gpu_after_an_error_frames_begin_again") else { return };
     let scene = demo("cornell").unwrap();
     let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() }.into();
     let settings = Settings { shadows: Shadows::Traced(ACROSS_TEXELS), structure, ..Settings::direct_light() };

@@ -52,12 +52,12 @@ fn gpu_lights_by_hand_are_those_of_the_scene() {
             viewport.set_lights(changed.clone()).unwrap();
             assert!(viewport.scene.lights == changed && held.lights == lights, "who holds the scene sees it as it was");
             draw(&mut viewport, &camera, 2);
-            let mut anew = cornell(gpu, &settings);
-            let mut scene = Scene::clone(&anew.scene);
+            let mut again = cornell(gpu, &settings);
+            let mut scene = Scene::clone(&again.scene);
             scene.lights = changed;
-            anew.open(scene).unwrap();
-            draw(&mut anew, &camera, 2);
-            assert!(viewport.pixels().unwrap() == anew.pixels().unwrap() && viewport.pixels().unwrap() != first);
+            again.open(scene).unwrap();
+            draw(&mut again, &camera, 2);
+            assert!(viewport.pixels().unwrap() == again.pixels().unwrap() && viewport.pixels().unwrap() != first);
         }
         let mut wrong = viewport.scene.lights.clone();
         (wrong[0].intensity, wrong[1].position.x) = (Vec3::ONE, f32::NAN);

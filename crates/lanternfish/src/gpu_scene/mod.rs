@@ -186,10 +186,10 @@ impl GpuScene {
             (kept, _) => kept,
         };
 
-        let surroundings = scene.environment.as_ref().zip(environment.as_ref());
-        let needs_light = parts.environment_visibility || (parts.hits && surroundings.is_some());
+        let environment_light = scene.environment.as_ref().zip(environment.as_ref());
+        let needs_light = parts.environment_visibility || (parts.hits && environment_light.is_some());
         let environment_light = match unchanged.environment_light {
-            None if needs_light => Some(EnvironmentLight::new(device, queue, surroundings)?),
+            None if needs_light => Some(EnvironmentLight::new(device, queue, environment_light)?),
             kept => kept,
         };
 

@@ -35,8 +35,8 @@ fn tracers(gpu: &Gpu) -> impl Iterator<Item = Tracer> {
 }
 
 #[test]
-fn gpu_the_surroundings_light_an_open_floor() {
-    let Some(gpu) = testing::gpu("gpu_the_surroundings_light_an_open_floor") else { return };
+fn gpu_the_environment_light_an_open_floor() {
+    let Some(gpu) = testing::gpu("gpu_the_environment_light_an_open_floor") else { return };
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let sky = Vec3::new(1.0, 2.0, 4.0);
     let white = Environment { width: 4, height: 2, pixels: vec![sky; 8], rotation: 0.0 };
@@ -146,8 +146,8 @@ fn gpu_one_bounce_is_the_path_tracers() {
 /// What rays hit sends back the light of the environment too, whether they are a constant or an image, alone or beside a lamp: as
 /// much as paths of up to three segments.
 #[test]
-fn gpu_hits_are_lit_by_the_surroundings() {
-    let Some(gpu) = testing::gpu("gpu_hits_are_lit_by_the_surroundings") else { return };
+fn gpu_hits_are_lit_by_the_environment() {
+    let Some(gpu) = testing::gpu("gpu_hits_are_lit_by_the_environment") else { return };
     // A box without a lid.
     let mut scene = closed_box(matt(0.7));
     scene.meshes[0].primitives.remove(3);

@@ -49,19 +49,19 @@ fn what_is_not_the_subject_says_little() {
     let plain = surfaces(0.25, 1000);
     let ev = metered_exposure(plain.iter().copied());
     let moved_by = |more: Vec<[f32; 4]>| metered_exposure(with(plain.clone(), more)) - ev;
-    let surroundings = |luminance: f32, count| vec![[luminance, luminance, luminance, 0.0]; count];
+    let environment_light = |luminance: f32, count| vec![[luminance, luminance, luminance, 0.0]; count];
     // Black: nothing at all, however much there is.
     assert_eq!(moved_by(surfaces(0.0, 9000)), 0.0);
-    assert_eq!(moved_by(surroundings(0.0, 9000)), 0.0);
+    assert_eq!(moved_by(environment_light(0.0, 9000)), 0.0);
     // A lamp of less than the highlights' share, however bright.
     for bright in [1e3, 1e9, 1e30] {
         assert!(moved_by(surfaces(bright, 40)).abs() <= 0.125, "{bright}");
-        assert!(moved_by(surroundings(bright, 400)).abs() <= 0.125, "{bright}");
+        assert!(moved_by(environment_light(bright, 400)).abs() <= 0.125, "{bright}");
     }
     // It can fail: a wall that is as large and as bright is not passed over.
     assert!(moved_by(surfaces(1e3, 400)) < -8.0);
     // A sky eight times as bright, over a half of the image, takes less than a stop; a surface takes more than two.
-    let (sky, wall) = (moved_by(surroundings(2.0, 1000)), moved_by(surfaces(2.0, 1000)));
+    let (sky, wall) = (moved_by(environment_light(2.0, 1000)), moved_by(surfaces(2.0, 1000)));
     assert!((-1.125..0.0).contains(&sky) && wall <= -2.0, "{sky} {wall}");
 }
 
@@ -110,8 +110,8 @@ fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
 }
 
 #[test]
-fn gpu_the_meter_is_its_twin() {
-    let Some(gpu) = testing::gpu("gpu_the_meter_is_its_twin") else { return };
+fn gpu_the_meter_is_its_cpu_reference() {
+    let Some(gpu) = testing::gpu("gpu_the_meter_is_its_cpu_reference") else { return };
     let rendering = |size: UVec2, middle: f32, seed| {
         let mut pixels = room(middle, seed);
         pixels.resize((size.x * size.y) as usize, [f32::INFINITY, 0.0, 0.0, 1.0]);

@@ -142,8 +142,8 @@ fn gpu_a_moved_frame_is_that_of_a_moved_window() {
 }
 
 #[test]
-fn gpu_a_mean_starts_anew_when_anything_changes() {
-    let Some(gpu) = testing::gpu("gpu_a_mean_starts_anew_when_anything_changes") else { return };
+fn gpu_a_mean_starts_again_when_anything_changes() {
+    let Some(gpu) = testing::gpu("gpu_a_mean_starts_again_when_anything_changes") else { return };
     let mut scene = cornell();
     let camera = scene.cameras[0].clone();
     let mut renderer = renderer(gpu, 1);

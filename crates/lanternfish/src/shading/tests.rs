@@ -57,8 +57,8 @@ fn at(angle: f64) -> DVec3 {
 }
 
 #[test]
-fn gpu_brdf_is_its_twin() {
-    let Some(gpu) = testing::gpu("gpu_brdf_is_its_twin") else { return };
+fn gpu_brdf_is_its_cpu_reference() {
+    let Some(gpu) = testing::gpu("gpu_brdf_is_its_cpu_reference") else { return };
     let mut random = Random::new(11);
     let mut queries = Vec::new();
     let mut surfaces = Vec::new();
@@ -90,8 +90,8 @@ fn gpu_brdf_is_its_twin() {
 }
 
 #[test]
-fn gpu_coats_are_their_twins() {
-    let Some(gpu) = testing::gpu("gpu_coats_are_their_twins") else { return };
+fn gpu_coats_are_their_cpu_references() {
+    let Some(gpu) = testing::gpu("gpu_coats_are_their_cpu_references") else { return };
     let mut random = Random::new(13);
     let (mut queries, mut expected) = (Vec::new(), Vec::new());
     for _ in 0..2048 {

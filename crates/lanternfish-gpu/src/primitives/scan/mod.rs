@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn gpu_scan_is_its_twin_around_every_size() {
+    fn gpu_scan_is_its_cpu_reference_around_every_size() {
         let Some(gpu) = testing::gpu("scan") else { return };
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let scan = Scan::new(&gpu.device, "test").unwrap();

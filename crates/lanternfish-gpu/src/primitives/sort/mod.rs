@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn gpu_sort_is_its_twin_around_every_size() {
+    fn gpu_sort_is_its_cpu_reference_around_every_size() {
         let Some(gpu) = testing::gpu("sort") else { return };
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let sort = RadixSort::new(&gpu.device, "test").unwrap();

@@ -188,29 +188,29 @@ fn check_all(gpu: &Gpu, builder: DeepBuilder, most_wrong: f64) {
 }
 
 #[test]
-fn gpu_every_combination_with_a_single_pass_is_the_twins() {
-    let Some(gpu) = testing::gpu("gpu_every_combination_with_a_single_pass_is_the_twins") else { return };
+fn gpu_every_combination_with_a_single_pass_is_the_cpu_references() {
+    let Some(gpu) = testing::gpu("gpu_every_combination_with_a_single_pass_is_the_cpu_references") else { return };
     // Fewer than 5 % of the texels of this raster are wrong in each way: see `gpu_a_single_pass_leaves_few_holes`.
     check_all(gpu, DeepBuilder::SinglePass, 0.05);
 }
 
 #[test]
-fn gpu_every_combination_with_a_draw_for_each_direction_is_the_twins() {
-    let Some(gpu) = testing::gpu("gpu_every_combination_with_a_draw_for_each_direction_is_the_twins") else { return };
+fn gpu_every_combination_with_a_draw_for_each_direction_is_the_cpu_references() {
+    let Some(gpu) = testing::gpu("gpu_every_combination_with_a_draw_for_each_direction_is_the_cpu_references") else { return };
     // Texels whose middle lies on an edge.
     check_all(gpu, DeepBuilder::PerDirection, 0.01);
 }
 
 #[test]
-fn gpu_every_combination_by_triangle_is_the_twins() {
-    let Some(gpu) = testing::gpu("gpu_every_combination_by_triangle_is_the_twins") else { return };
+fn gpu_every_combination_by_triangle_is_the_cpu_references() {
+    let Some(gpu) = testing::gpu("gpu_every_combination_by_triangle_is_the_cpu_references") else { return };
     // As with a draw for each direction.
     check_all(gpu, DeepBuilder::PerTriangle, 0.01);
 }
 
 #[test]
-fn gpu_every_combination_with_depth_peeling_is_the_twins() {
-    let Some(gpu) = testing::gpu("gpu_every_combination_with_depth_peeling_is_the_twins") else { return };
+fn gpu_every_combination_with_depth_peeling_is_the_cpu_references() {
+    let Some(gpu) = testing::gpu("gpu_every_combination_with_depth_peeling_is_the_cpu_references") else { return };
     // As with a draw for each direction.
     check_all(gpu, DeepBuilder::DepthPeeling, 0.01);
 }

@@ -96,8 +96,8 @@ fn gpu_an_even_image_is_a_constant_sky() {
 }
 
 #[test]
-fn gpu_white_surfaces_under_white_surroundings_are_white() {
-    let Some(gpu) = testing::gpu("gpu_white_surfaces_under_white_surroundings_are_white") else { return };
+fn gpu_white_surfaces_under_white_environment_are_white() {
+    let Some(gpu) = testing::gpu("gpu_white_surfaces_under_white_environment_are_white") else { return };
     let camera = looking([0.0, 3.0, 0.1], [0.0, 0.0, 0.0]);
     let white = |material| Scene { environment: Some(even(Vec3::ONE)), ..floor(material) };
     for occlusion in [by_deep_images(), by_horizons()] {
@@ -143,8 +143,8 @@ fn gpu_tilted_planes_get_what_they_face() {
 }
 
 #[test]
-fn gpu_turned_surroundings_turn_their_light() {
-    let Some(gpu) = testing::gpu("gpu_turned_surroundings_turn_their_light") else { return };
+fn gpu_turned_environment_turn_their_light() {
+    let Some(gpu) = testing::gpu("gpu_turned_environment_turn_their_light") else { return };
     // White from +x.
     let wall = scene_of(vec![quad(0, Vec3::ZERO, -Vec3::Z, Vec3::Y)], vec![matt()]);
     let camera = looking([3.0, 0.0, 0.0], [0.0; 3]);

@@ -48,8 +48,8 @@ fn gpu_first_images_under_a_sky_are_the_same_with_a_history() {
 
 /// While the camera moves, texels that each frame draws again average out: less noise, as much light.
 #[test]
-fn gpu_a_camera_that_moves_takes_the_noise_of_openness_away() {
-    let Some(gpu) = testing::gpu("gpu_a_camera_that_moves_takes_the_noise_of_openness_away") else { return };
+fn gpu_a_camera_that_moves_takes_the_noise_of_ambient_visibility_away() {
+    let Some(gpu) = testing::gpu("gpu_a_camera_that_moves_takes_the_noise_of_ambient_visibility_away") else { return };
     let walk = steps(16);
     let last = &walk[walk.len() - 1..];
     let scene = under_sky();

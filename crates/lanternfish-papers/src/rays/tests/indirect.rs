@@ -29,8 +29,8 @@ fn deep(tracer: Tracer, resolution: u32) -> Settings {
 }
 
 #[test]
-fn gpu_deep_images_see_the_surroundings() {
-    let Some(gpu) = gpu("gpu_deep_images_see_the_surroundings") else { return };
+fn gpu_deep_images_see_the_environment() {
+    let Some(gpu) = gpu("gpu_deep_images_see_the_environment") else { return };
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let sky = Vec3::new(1.0, 2.0, 4.0);
     let white = Environment { width: 4, height: 2, pixels: vec![sky; 8], rotation: 0.0 };

@@ -85,7 +85,7 @@ fn enclosing_is_tight() {
 }
 
 #[test]
-fn one_view_encloses_itself_and_twins_enclose_no_more() {
+fn one_view_encloses_itself_and_cpu_references_enclose_no_more() {
     let one = vive().eyes()[0];
     assert_eq!(enclosing(&[one]), Some(one));
     let cpu_references = enclosing(&[one, one, one]).unwrap();
