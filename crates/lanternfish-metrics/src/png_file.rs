@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn pixels_come_back_as_they_were() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("rendering.png");
+        let path = folder.path().join("image.png");
         for color in [ColorType::Rgb, ColorType::Rgba] {
             let pixels: Vec<u8> = (0..7 * 5 * color.bytes()).map(|i| (i * 37) as u8).collect();
             write_png(&path, 7, 5, color, &pixels).unwrap();
@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn too_few_bytes_are_refused_and_nothing_is_written() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("rendering.png");
+        let path = folder.path().join("image.png");
         assert!(matches!(
             write_png(&path, 7, 5, ColorType::Rgba, &[0; 7 * 5 * 3]),
             Err(MetricsError::PixelCount { got: 105, expected: 140 })
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn bytes_are_read_as_what_they_encode() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("rendering.png");
+        let path = folder.path().join("image.png");
         for color in [ColorType::Rgb, ColorType::Rgba] {
             let pixels: Vec<u8> = (0..7 * 5 * color.bytes()).map(|i| (i * 37) as u8).collect();
             write_png(&path, 7, 5, color, &pixels).unwrap();
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn what_is_no_png_is_an_error_that_names_the_file() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("rendering.png");
+        let path = folder.path().join("image.png");
         assert!(matches!(read_png(&path), Err(MetricsError::Io { .. })));
         write_png(&path, 40, 40, ColorType::Rgb, &[77; 4800]).unwrap();
         let whole = std::fs::read(&path).unwrap();
@@ -137,7 +137,7 @@ mod tests {
             std::fs::write(&path, broken).unwrap();
             let error = read_png(&path).unwrap_err();
             assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");
-            assert!(error.to_string().contains("rendering.png"));
+            assert!(error.to_string().contains("image.png"));
         }
     }
 }

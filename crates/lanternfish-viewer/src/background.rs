@@ -191,7 +191,7 @@ impl Background {
             let told = match self.told.try_recv() {
                 Ok(told) => told,
                 Err(TryRecvError::Disconnected) if !std::mem::replace(&mut self.has_ended, true) => {
-                    Told::Failed("the path tracer has ended".to_owned())
+                    Told::Failed("the path tracer stopped".to_owned())
                 }
                 Err(_) => return None,
             };

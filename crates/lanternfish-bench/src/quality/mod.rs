@@ -107,7 +107,12 @@ pub fn run(args: &QualityArgs) -> Result<(), CliError> {
     report::write(&run, args.spp, args.commit.as_deref(), &shots, &left_out)
 }
 
-fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, environment_light: &Environment) -> Result<ShotReport, CliError> {
+fn run_shot(
+    args: &QualityArgs,
+    run: &Run,
+    shot: &Shot,
+    environment_light: &Environment,
+) -> Result<ShotReport, CliError> {
     let (whole, camera) = shot.load(&args.assets())?;
     let settings = shot.settings();
     let bench = Bench { run, shot, camera: &camera };

@@ -29,8 +29,14 @@ pub struct Steps {
 }
 
 /// Passes from sums to layers.
-const SMOOTHING: [&str; 6] =
-    ["indirect/resolve", "indirect/firefly_clamp", "indirect/collect", "indirect/redistribution", "indirect/add", "indirect/filter"];
+const SMOOTHING: [&str; 6] = [
+    "indirect/resolve",
+    "indirect/firefly_clamp",
+    "indirect/collect",
+    "indirect/redistribution",
+    "indirect/add",
+    "indirect/filter",
+];
 
 impl Steps {
     pub fn of(passes: &[PassTime]) -> Self {

@@ -35,11 +35,11 @@ fn render(folder: &Path, words: &str) -> String {
 fn gpu_a_png_a_table_and_a_report() {
     let folder = tempfile::tempdir().unwrap();
     let stdout = render(folder.path(), "--lights rain:20 --timings --report run.json -o image.png");
-    assert_eq!(stdout.lines().last(), Some("rendering.png"));
+    assert_eq!(stdout.lines().last(), Some("image.png"));
     assert!(stdout.lines().any(|line| line.starts_with("counter")), "{stdout}");
-    assert_eq!(names(folder.path()), ["rendering.png", "run.json"]);
+    assert_eq!(names(folder.path()), ["image.png", "run.json"]);
 
-    let png = fs::read(folder.path().join("rendering.png")).unwrap();
+    let png = fs::read(folder.path().join("image.png")).unwrap();
     assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
     // IHDR: width and height, big-endian.
     assert_eq!((&png[16..20], &png[20..24]), (&48u32.to_be_bytes()[..], &32u32.to_be_bytes()[..]));
@@ -47,7 +47,7 @@ fn gpu_a_png_a_table_and_a_report() {
     let report: Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
     assert_eq!((&report["width"], &report["height"]), (&48.into(), &32.into()));
     assert_eq!(report["settings"]["culling"], "clustered");
-    assert_eq!(report["output"], "rendering.png");
+    assert_eq!(report["output"], "image.png");
     for text in ["adapter", "driver", "scene"] {
         assert!(report[text].as_str().is_some_and(|text| !text.is_empty()), "{text}: {report}");
     }

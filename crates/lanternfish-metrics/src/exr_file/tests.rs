@@ -10,7 +10,7 @@ use crate::{MetricsError, RgbImage};
 #[test]
 fn halves_come_back_as_they_were_and_floats_within_half_precision() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("rendering.exr");
+    let path = folder.path().join("image.exr");
     // 37 × 29: neither a multiple of the 16 lines of a ZIP block nor of anything else.
     let pixels = (0..37 * 29).map(|i| [i as f32 / 8.0, 0.1 * i as f32, -1e-3 * i as f32]).collect();
     let image = RgbImage::new(37, 29, pixels).unwrap();
@@ -43,13 +43,13 @@ fn what_a_half_cannot_hold_stays_finite() {
 #[test]
 fn missing_and_broken_files_are_errors_that_name_the_file() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("rendering.exr");
+    let path = folder.path().join("image.exr");
     assert!(matches!(read_exr(&path), Err(MetricsError::Io { .. })));
 
     std::fs::write(&path, "this is no image").unwrap();
     let error = read_exr(&path).unwrap_err();
     assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");
-    assert!(error.to_string().contains("rendering.exr"));
+    assert!(error.to_string().contains("image.exr"));
 
     // Cut short.
     write_exr(&path, &RgbImage::new(40, 40, vec![[0.5; 3]; 1600]).unwrap()).unwrap();
@@ -61,7 +61,7 @@ fn missing_and_broken_files_are_errors_that_name_the_file() {
 #[test]
 fn writing_into_a_missing_folder_fails() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("missing").join("rendering.exr");
+    let path = folder.path().join("missing").join("image.exr");
     let error = write_exr(&path, &RgbImage::new(1, 1, vec![[0.0; 3]]).unwrap()).unwrap_err();
     assert!(matches!(error, MetricsError::Io { .. }), "{error:?}");
 }

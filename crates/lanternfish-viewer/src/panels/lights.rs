@@ -61,7 +61,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> Option<Edit> {
     let place = state.pointed.as_ref().and_then(|pointed| pointed.place().copied());
     ui.horizontal(|ui| {
         let at = ui.add_enabled(place.is_some(), egui::Button::new("Add a light there"));
-        let at = at.on_hover_text("A point light before the surface that was clicked");
+        let at = at.on_hover_text("A point light in front of the clicked surface");
         if let Some(place) = place.filter(|_| at.clicked()) {
             edit = Some(Edit::Add(before(place.p, place.geometric_normal, place.distance)));
         }

@@ -62,7 +62,7 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>) {
         table(ui, "memory", by_use.iter().map(|(word, bytes)| (word.as_str(), mib(*bytes))));
     }
     if !frames.lists.is_empty() {
-        ui.strong("Room of lists, entries");
+        ui.strong("List capacities, elements");
         table(ui, "rooms", frames.lists.iter().map(|(name, room)| (*name, room.to_string())));
     }
 }

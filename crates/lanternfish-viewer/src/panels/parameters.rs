@@ -30,7 +30,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         }
     }
     ui.separator();
-    if ui.button("All as they were").clicked() {
+    if ui.button("Reset all").clicked() {
         *settings = usual;
     }
 }
@@ -116,7 +116,7 @@ fn widget(ui: &mut Ui, words: &ParameterInfo, value: &Value) -> Option<String> {
         if value.now != value.usual
             && let Some(usual) = value.usual.clone().or_else(|| Some("none".to_owned()))
         {
-            let back = ui.small_button("reset").on_hover_text(format!("{} again: {usual}", words.name));
+            let back = ui.small_button("reset").on_hover_text(format!("Reset {} to {usual}", words.name));
             if back.clicked() {
                 changed = Some(usual);
             }

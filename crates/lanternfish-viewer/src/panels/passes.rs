@@ -15,20 +15,20 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, requested: &mut Requested) {
     ui.label(format!("{} triangles, {} lights", facts.triangle_count, facts.scene.lights.len()));
     ui.label(format!("{}, {}", facts.adapter.name, facts.adapter.driver));
     let [width, height] = facts.size;
-    let eyes = if facts.eyes.is_some() { " for each eye" } else { "" };
-    ui.label(format!("{width} × {height} pixels{eyes}, the mean of {} frames", facts.averaged));
+    let eyes = if facts.eyes.is_some() { " per eye" } else { "" };
+    ui.label(format!("{width} × {height} pixels{eyes}, mean of {} frames", facts.averaged));
     let window = facts.window_ms.map_or(String::new(), |ms| format!("; the window {ms:.1} ms"));
-    ui.label(format!("A frame {:.1} ms{window}", facts.frame_ms));
+    ui.label(format!("Frame {:.1} ms{window}", facts.frame_ms));
     ui.horizontal_wrapped(|ui| {
         requested.screenshot |=
             ui.button("Screenshot (F2)").on_hover_text("A PNG of A in the current folder").clicked();
         for (form, name, words) in [
             (
                 Form::File,
-                "Save as a shot (F4)",
+                "Save shot (F4)",
                 "A file in the current folder that `lanternfish render` makes this image of",
             ),
-            (Form::CommandLine, "Copy as a command line (F5)", "The same as a line for a shell"),
+            (Form::CommandLine, "Copy command line (F5)", "The same as a line for a shell"),
         ] {
             if ui.button(name).on_hover_text(words).clicked() {
                 requested.write = Some(form);
@@ -37,12 +37,12 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, requested: &mut Requested) {
     });
 }
 
-/// Device time of each pass, and counters. A click on a pass shows what it has written; another one, the image again.
+/// Device time of each pass, and counters. Click a pass to show its output; another one, the image again.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     let written = state.written.clone();
     let passes = written.as_ref().map_or(facts.passes, |written| &written.passes);
     let total: f64 = passes.iter().map(|pass| pass.ms).sum();
-    ui.strong(format!("{total:.1} ms of the device")).on_hover_text("A click on a pass shows what it has written");
+    ui.strong(format!("{total:.1} ms on the device")).on_hover_text("Click a pass to show its output");
     egui::Grid::new("passes").striped(true).show(ui, |ui| {
         for pass in passes {
             let is_shown = written.as_ref().is_some_and(|written| written.pass == pass.name);
@@ -52,7 +52,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
             ui.end_row();
         }
     });
-    ui.strong("Counted");
+    ui.strong("Counters");
     egui::Grid::new("counters").striped(true).show(ui, |ui| {
         for (name, count) in facts.counters {
             ui.label(name);
@@ -66,13 +66,13 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
 fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_shown: bool) {
     let views = views_of(&pass.name, &state.settings);
     let Some(first) = views.first() else {
-        ui.label(&pass.name).on_hover_text("No debug view shows what this pass writes");
+        ui.label(&pass.name).on_hover_text("No debug view shows the output of this pass");
         return;
     };
     let names: Vec<_> = views.iter().map(|view| view.name()).collect();
     let words = match is_shown {
-        true => "A click shows the image again".to_owned(),
-        false => format!("A click shows what it writes: debug views {}", names.join(", ")),
+        true => "Click to show the image again".to_owned(),
+        false => format!("Click to show its output: debug views {}", names.join(", ")),
     };
     ui.vertical(|ui| {
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);

@@ -41,14 +41,14 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
         return false;
     };
     let Some(found) = &pointed.found else {
-        ui.label("Looking for it…");
+        ui.label("Reading…");
         return false;
     };
     let Some(place) = &found.place else {
         ui.label("The environment: there is no surface.");
         return false;
     };
-    let is_requested = ui.button("Focus (F)").on_hover_text("Look there, and go round it").clicked();
+    let is_requested = ui.button("Focus (F)").on_hover_text("Point the camera there, and orbit around it").clicked();
     ui.checkbox(&mut state.overlays.rays, "Rays to its lights").on_hover_text(overlay::RAYS);
     ui.checkbox(&mut state.overlays.indirect_rays, "Rays of indirect light").on_hover_text(overlay::INDIRECT_RAYS);
     egui::Grid::new("pixel").show(ui, |ui| {
@@ -59,7 +59,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
         }
     });
     if pointed.is_of_before {
-        ui.weak("As it was before the last change:");
+        ui.weak("Before the last change:");
     }
     lights(ui, found, facts.scene);
     is_requested
@@ -78,13 +78,13 @@ fn facts_of(place: &Probed, pointed: &Pointed, scene: &Scene) -> Vec<(&'static s
     ];
     if let Some((tile, lights)) = pointed.tile {
         rows.push(("tile", format!("{}, {}", tile.x, tile.y)));
-        rows.push(("which lists", format!("{lights} lights")));
+        rows.push(("lists", format!("{lights} lights")));
     }
     if let Some(cluster) = &pointed.cluster {
         let place = cluster.place;
         rows.push(("cluster", format!("{}, {}, {}", place.x, place.y, place.z)));
         let lists = |lights| format!("{lights} lights, for {} fragments", cluster.fragments);
-        rows.push(("which lists", cluster.lights.map_or("nothing: no fragment is in it".to_owned(), lists)));
+        rows.push(("lists", cluster.lights.map_or("empty: no fragment lies in it".to_owned(), lists)));
     }
     if let Some(material) = scene.materials.get(place.material) {
         rows.push(("material", named(place.material, &material.name)));
@@ -110,7 +110,7 @@ fn of_material(material: &Material) -> Vec<(&'static str, String)> {
     match material.alpha_mode {
         AlphaMode::Opaque => {}
         AlphaMode::Mask { cutoff } => rows.push(("alpha", format!("{:.2}, cut at {cutoff:.2}", material.base_color.w))),
-        AlphaMode::Blend => rows.push(("alpha", format!("{:.2}, blended", material.base_color.w))),
+        AlphaMode::Blend => rows.push(("alpha", format!("{:.2}, alpha blend", material.base_color.w))),
     }
     if material.transmission > 0.0 {
         rows.push(("transmission", format!("{:.2}", material.transmission)));
@@ -140,7 +140,7 @@ fn lights(ui: &mut Ui, found: &Found, scene: &Scene) {
                 ui.label(if at.distance.is_finite() { format!("{:.2} m", at.distance) } else { "far".to_owned() });
                 ui.label(match at.open() {
                     0.0 => "in shadow".to_owned(),
-                    open if open < 0.995 => format!("{:.0} % open", 100.0 * open),
+                    open if open < 0.995 => format!("{:.0} % visible", 100.0 * open),
                     _ => "open".to_owned(),
                 });
                 ui.end_row();

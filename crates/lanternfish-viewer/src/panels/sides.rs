@@ -14,7 +14,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     ui.horizontal_wrapped(|ui| {
         ui.label("B:");
         for (other, name, words) in [
-            (Other::Nothing, "nothing", "One image: A"),
+            (Other::Nothing, "nothing", "A only"),
             (Other::Settings, "other settings", "The same scene by settings of its own"),
             (
                 Other::DeepImages,
@@ -26,7 +26,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
             ui.selectable_value(&mut wipe.other, other, name).on_hover_text(words);
         }
     });
-    if ui.button("B := A now").on_hover_text("B keeps the settings of now; the panel goes on with A").clicked() {
+    if ui.button("Copy A to B").on_hover_text("B takes the current settings; the panel edits A").clicked() {
         (wipe.settings, wipe.other, wipe.edits_b) = (state.settings.clone(), Other::Settings, false);
     }
     if wipe.other != Other::Settings {
@@ -38,7 +38,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     }
     if wipe.other == Other::Settings {
         ui.horizontal(|ui| {
-            ui.label("The panel of settings is that of");
+            ui.label("Settings panel edits");
             ui.selectable_value(&mut wipe.edits_b, false, "A");
             ui.selectable_value(&mut wipe.edits_b, true, "B");
         });
@@ -49,14 +49,14 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
         return;
     }
     let of_b = match wipe.other {
-        Other::PathTracer => format!("B: {} samples a pixel", facts.progress_of_b),
-        _ => format!("B: the mean of {} frames", facts.progress_of_b),
+        Other::PathTracer => format!("B: {} samples per pixel", facts.progress_of_b),
+        _ => format!("B: mean of {} frames", facts.progress_of_b),
     };
     ui.label(of_b);
     ui.add(egui::Slider::new(&mut wipe.line, 0.0..=1.0).show_value(false).text("line"));
-    ui.checkbox(&mut wipe.shows_map, "Map of what differs").on_hover_text(
-        "FLIP: black where nobody could tell the two from each other, pale yellow where they could not differ more",
-    );
-    let mean = facts.mean_difference.map_or("is found once both are at rest".to_owned(), |mean| format!("{mean:.4}"));
+    ui.checkbox(&mut wipe.shows_map, "Difference map")
+        .on_hover_text("FLIP: black is no visible difference, pale yellow the largest one");
+    let mean =
+        facts.mean_difference.map_or("appears once both images are at rest".to_owned(), |mean| format!("{mean:.4}"));
     ui.label(format!("Mean difference (FLIP): {mean}"));
 }

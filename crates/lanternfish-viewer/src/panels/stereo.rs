@@ -6,7 +6,7 @@ use lanternfish_scene::Eyes;
 use super::State;
 
 /// Why nothing else stands beside two eyes.
-pub const ALONE: &str = "Both eyes are shown: there is no B beside them";
+pub const ALONE: &str = "Stereo is on: B is not shown";
 
 pub fn show(ui: &mut Ui, state: &mut State) {
     let mut is_shown = state.stereo.is_shown;
@@ -19,7 +19,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         ui.label("stereo").on_hover_text("As --stereo of the command line");
         let is = |eyes: &Eyes, other: Eyes| std::mem::discriminant(eyes) == std::mem::discriminant(&other);
         for (other, name, words) in [
-            (Eyes::Parallel(Eyes::HUMAN), "parallel", "Both see what the camera sees"),
+            (Eyes::Parallel(Eyes::HUMAN), "parallel", "Both eyes look parallel to the camera"),
             (Eyes::Vive, "vive", "HTC Vive"),
         ] {
             if ui.selectable_label(is(eyes, other), name).on_hover_text(words).clicked() && !is(eyes, other) {
@@ -32,8 +32,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     });
     if let Eyes::Parallel(metres) | Eyes::Rig(_, metres, _) = eyes {
         ui.horizontal(|ui| {
-            let label =
-                ui.label("distance of the eyes").on_hover_text("More: depth is seen better, and things seem smaller");
+            let label = ui.label("eye separation").on_hover_text("Larger: stronger depth, and objects appear smaller");
             let value = egui::DragValue::new(metres).range(0.0..=1000.0).speed(0.0005).max_decimals(4).suffix(" m");
             ui.add(value).labelled_by(label.id);
         });

@@ -24,13 +24,13 @@ pub fn show(ui: &mut Ui, at: &mut PlaceAndHour) -> Option<Vec3> {
     is_other |= number(ui, "day", DragValue::new(&mut at.day).range(1..=31).speed(0.1));
     is_other |= number(ui, "hour", DragValue::new(&mut at.hour).range(0.0..=24.0).suffix(" h").speed(0.02));
     let ahead = DragValue::new(&mut at.ahead_of_utc).range(-12.0..=14.0).suffix(" h").speed(0.05);
-    is_other |= number(ui, "clock ahead of UTC", ahead);
+    is_other |= number(ui, "UTC offset", ahead);
     let sun = at.sun();
     let (azimuth, elevation) = (sun.azimuth.to_degrees(), sun.elevation.to_degrees());
     ui.weak(match elevation < 0.0 {
         true => "It is night there: the sun is below the horizon.".to_owned(),
         false => format!("{azimuth:.1}° from north by east, {elevation:.1}° high; north is −z"),
     });
-    is_other |= ui.button("Put the sun there").clicked();
+    is_other |= ui.button("Place the sun").clicked();
     is_other.then(|| sun.direction())
 }

@@ -133,7 +133,7 @@ fn every_named_setting_is_found_and_reaches_the_settings() {
     let settings = &harness.state().state.settings;
     assert!(settings.culling.name() == "tiled" && settings.indirect == Indirect::NONE);
     assert!(settings.tone_map != ToneMap::Neutral && settings.debug_view == Some(DebugView::Depth));
-    harness.get_by_label("All as they were").click();
+    harness.get_by_label("Reset all").click();
     harness.run();
     assert!(harness.state().state.settings == Settings::default());
 }
@@ -209,7 +209,7 @@ fn keys_fly_hide_the_panels_and_ask_for_a_screenshot() {
     harness.step();
     harness.step();
     for (key, button, form) in
-        [(Key::F4, "Save as a shot (F4)", Form::File), (Key::F5, "Copy as a command line (F5)", Form::CommandLine)]
+        [(Key::F4, "Save shot (F4)", Form::File), (Key::F5, "Copy command line (F5)", Form::CommandLine)]
     {
         harness.get_by_label(button).click();
         harness.run();
@@ -223,7 +223,7 @@ fn keys_fly_hide_the_panels_and_ask_for_a_screenshot() {
     assert!(!harness.state().state.shows_panels && harness.query_by_label("Settings").is_none());
     harness.key_press(Key::F1);
     harness.run();
-    assert!(harness.state().state.shows_keys && harness.query_by_label("Look about").is_some());
+    assert!(harness.state().state.shows_keys && harness.query_by_label("Look around").is_some());
     harness.key_press(Key::Escape);
     harness.run();
     assert!(!harness.state().state.shows_keys && !harness.state().requested.close);
@@ -241,7 +241,7 @@ fn the_two_sides_are_chosen_edited_apart_and_the_line_is_dragged() {
     assert!(harness.query_by_label("Line between A and B").is_none());
     unfold(&mut harness, "Two sides");
     choose(&mut harness, "tone-map", "aces");
-    harness.get_by_label("B := A now").click();
+    harness.get_by_label("Copy A to B").click();
     harness.run();
     let wipe = harness.state().state.wipe.clone();
     assert!(wipe.other == Other::Settings && wipe.settings.tone_map == ToneMap::Aces && !wipe.edits_b);
@@ -267,7 +267,7 @@ fn the_two_sides_are_chosen_edited_apart_and_the_line_is_dragged() {
     assert!((to.x - from.x - 60.0).abs() < 8.0, "{from:?} to {to:?}");
     assert_eq!(harness.state().state.controls.eye(), eye, "the camera does not go round meanwhile");
 
-    harness.get_by_label("Map of what differs").click();
+    harness.get_by_label("Difference map").click();
     harness.run();
     assert!(harness.state().state.wipe.shows_map);
     harness.get_by_label("path tracer").click();
@@ -327,7 +327,7 @@ fn what_was_clicked_is_told_and_looked_at() {
     let place = *pointed.place().unwrap();
     harness.state_mut().state.pointed = Some(Pointed { found: None, ..pointed.clone() });
     harness.run();
-    assert!(harness.query_by_label("Looking for it…").is_some());
+    assert!(harness.query_by_label("Reading…").is_some());
     harness.state_mut().state.pointed = Some(Pointed { tile: Some((glam::UVec2::new(20, 29), 17)), ..pointed });
     harness.run();
     let scene = &harness.state().scene;
@@ -479,7 +479,7 @@ fn a_sun_stands_where_place_and_hour_say() {
     harness.get_by_label(&format!("#{sun} (sun)")).click();
     harness.run();
     unfold(&mut harness, "By place and hour");
-    harness.get_by_label("Put the sun there").click();
+    harness.get_by_label("Place the sun").click();
     harness.run();
     let direction = |harness: &Harness<'_, Shown>| harness.state().scene.lights[sun].direction;
     // From the south, as high as the pole's height and the ecliptic's tilt have it: 90° − 51.48° + 23.44°.
@@ -492,7 +492,7 @@ fn a_sun_stands_where_place_and_hour_say() {
 #[test]
 fn everything_is_unfolded_and_folded_at_once() {
     let mut harness = shown();
-    let behind = ["Click on the image.", "B := A now", "Add a sun", "Ranges of lights", "indirect-resolution"];
+    let behind = ["Click on the image.", "Copy A to B", "Add a sun", "Ranges of lights", "indirect-resolution"];
     let told = |harness: &Harness<'_, Shown>| behind.map(|words| harness.query_by_label(words).is_some());
     assert_eq!(told(&harness), [false; 5]);
     harness.key_press(Key::F6);

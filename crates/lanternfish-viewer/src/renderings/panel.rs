@@ -141,7 +141,7 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
     ui.separator();
     if state.renderings.iter().any(|rendering| rendering.is_radiance) {
         ui.horizontal(|ui| {
-            let label = ui.label("exposure").on_hover_text("Stops: 1 doubles, of images of radiance (EXR)");
+            let label = ui.label("exposure").on_hover_text("Exposure in stops, for radiance images (EXR): +1 doubles");
             ui.add(egui::DragValue::new(&mut state.look.ev).speed(0.02).suffix(" EV")).labelled_by(label.id);
         });
         ui.horizontal(|ui| {
@@ -162,11 +162,10 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
         }
         difference => {
             ui.add(egui::Slider::new(&mut state.line, 0.0..=1.0).show_value(false).text("line"));
-            ui.checkbox(&mut state.shows_map, "Map of what differs (M)").on_hover_text(
-                "FLIP: black where nobody could tell the two from each other, pale yellow where they could not differ more",
-            );
+            ui.checkbox(&mut state.shows_map, "Difference map (M)")
+                .on_hover_text("FLIP: black is no visible difference, pale yellow the largest one");
             ui.label(match difference {
-                Difference::Sizes => "The two have other sizes: B is stretched, and they are not compared.".to_owned(),
+                Difference::Sizes => "The sizes differ: B is stretched, and no difference is computed.".to_owned(),
                 Difference::Mean(mean) => format!("Mean difference (FLIP): {mean:.4}"),
                 _ => "Mean difference (FLIP): …".to_owned(),
             });
@@ -174,10 +173,10 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
     }
     ui.separator();
     ui.horizontal(|ui| {
-        if ui.button("All of it (F)").clicked() {
+        if ui.button("Fit (F)").clicked() {
             state.place.fit();
         }
-        if ui.button("Pixel by pixel (1)").clicked() {
+        if ui.button("1:1 (1)").clicked() {
             let size = state.size();
             state.place.enlarge_to(size, 1.0 / ui.ctx().pixels_per_point());
         }
@@ -192,7 +191,7 @@ fn which(ui: &mut Ui, state: &mut State) {
     egui::Grid::new("which").striped(true).show(ui, |ui| {
         for (i, rendering) in renderings.iter().enumerate() {
             ui.selectable_value(a, i, "A");
-            if ui.selectable_label(*b == Some(i), "B").on_hover_text("A second click: A alone").clicked() {
+            if ui.selectable_label(*b == Some(i), "B").on_hover_text("Click again to show A only").clicked() {
                 *b = (*b != Some(i)).then_some(i);
             }
             let size = rendering.size();

@@ -91,7 +91,7 @@ fn the_wheel_enlarges_and_a_drag_moves() {
     harness.drop_at(pos2(730.0, 220.0));
     harness.run();
     assert!(harness.state().0.place != enlarged);
-    harness.get_by_label("All of it (F)").click();
+    harness.get_by_label("Fit (F)").click();
     harness.run();
     assert_eq!(harness.state().0.place, before);
 }

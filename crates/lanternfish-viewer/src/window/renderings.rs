@@ -79,7 +79,8 @@ impl Viewer {
             return;
         }
         if self.recorder.is_some() {
-            (overlays.wants_birds_eye, *message) = (false, "While a flight is recorded there is one camera".to_owned());
+            (overlays.wants_birds_eye, *message) =
+                (false, "Stereo and bird's-eye view are off while a flight is recorded".to_owned());
             return;
         }
         // What is looked at stands still.
@@ -133,7 +134,7 @@ impl Viewer {
         let (Some(rain), Some((index, is_gone))) = (&mut self.rain, changed) else { return };
         if rain.indices().contains(&index) {
             self.rain = None;
-            self.state.message = "The rain stands still: one of its lights was changed by hand".to_owned();
+            self.state.message = "Light rain is paused: one of its lights was edited".to_owned();
             self.state.clip = self.state.clip.take().and_then(Clip::without_rain);
         } else if is_gone && index < rain.indices().start {
             rain.moves_up();

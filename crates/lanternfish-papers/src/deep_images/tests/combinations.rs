@@ -196,7 +196,9 @@ fn gpu_every_combination_with_a_single_pass_is_the_cpu_references() {
 
 #[test]
 fn gpu_every_combination_with_a_draw_for_each_direction_is_the_cpu_references() {
-    let Some(gpu) = testing::gpu("gpu_every_combination_with_a_draw_for_each_direction_is_the_cpu_references") else { return };
+    let Some(gpu) = testing::gpu("gpu_every_combination_with_a_draw_for_each_direction_is_the_cpu_references") else {
+        return;
+    };
     // Texels whose middle lies on an edge.
     check_all(gpu, DeepBuilder::PerDirection, 0.01);
 }

@@ -20,7 +20,7 @@ fn two_eyes_are_switched_set_apart_and_clicked() {
     assert!(harness.state().state.wipe.other == Other::Nothing && harness.query_by_label(stereo::ALONE).is_some());
 
     unfold(&mut harness, "Two eyes");
-    type_into(&mut harness, "distance of the eyes", "0.1");
+    type_into(&mut harness, "eye separation", "0.1");
     assert_eq!(harness.state().state.eyes(), Some(Eyes::Parallel(0.1)));
     harness.get_by_label("vive").click();
     harness.run();
