@@ -31,18 +31,18 @@ pub struct FramesArgs {
     #[arg(value_name = "A-B", value_parser = parse::span)]
     pub wanted: Span<u32>,
     #[command(flatten)]
-    pub shared: PictureArgs,
+    pub shared: ImageArgs,
 }
 
 /// The flags of `render` that say which file an image is, and how large. Their values come through the shot, which reads
 /// them again.
 #[derive(Debug)]
-pub struct PictureArgs;
+pub struct ImageArgs;
 
 /// These flags, by id.
 const SHARED: [&str; 5] = ["output", "size", "stereo", "stereo_layout", "debug_view"];
 
-impl Args for PictureArgs {
+impl Args for ImageArgs {
     fn augment_args(command: Command) -> Command {
         let render = RenderArgs::augment_args(Command::new("render"));
         let is_shared = |flag: &&Arg| SHARED.contains(&flag.get_id().as_str());
@@ -54,7 +54,7 @@ impl Args for PictureArgs {
     }
 }
 
-impl FromArgMatches for PictureArgs {
+impl FromArgMatches for ImageArgs {
     fn from_arg_matches(_: &ArgMatches) -> Result<Self, clap::Error> {
         Ok(Self)
     }

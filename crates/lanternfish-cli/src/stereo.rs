@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn two_pictures_stand_beside_each_other() {
+    fn two_images_stand_beside_each_other() {
         let rendering = |value: u8, counters: &[(&str, u64)]| RenderedImage {
             width: 2,
             height: 2,

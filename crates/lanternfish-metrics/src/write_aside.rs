@@ -244,8 +244,8 @@ mod tests {
         for length in [240, 255] {
             let path = folder.path().join("n".repeat(length));
             check_writable(&path).unwrap();
-            write_aside(&path, |file| file.write_all(b"picture")).unwrap();
-            assert_eq!(fs::read_to_string(&path).unwrap(), "picture");
+            write_aside(&path, |file| file.write_all(b"image")).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), "image");
         }
         let error = check_writable(&folder.path().join("n".repeat(256))).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::InvalidFilename, "{error}");
@@ -358,12 +358,12 @@ mod tests {
             });
             let backwards = |file: &mut BufWriter<File>| {
                 // As the writer of EXR does.
-                file.write_all(b"--cture")?;
+                file.write_all(b"--age")?;
                 file.rewind()?;
-                file.write_all(b"pi")
+                file.write_all(b"im")
             };
             write_aside(&path, backwards).unwrap();
-            assert_eq!(reader.join().unwrap(), "picture");
+            assert_eq!(reader.join().unwrap(), "image");
             assert!(fs::symlink_metadata(&path).unwrap().file_type().is_fifo());
             assert_eq!(files_in(folder.path()), ["pipe"]);
         }

@@ -140,7 +140,7 @@ impl<'a> World<'a> {
     pub fn transmittance(&self, origin: Vec3A, direction: Vec3A, distance: f32) -> Vec3 {
         let (ray, across) = ray(origin, direction, distance);
         let mut passes = Vec3::ONE;
-        let open = self.tree.ray_traverse_miss(ray, |ray, index| {
+        let is_open = self.tree.ray_traverse_miss(ray, |ray, index| {
             let Some(hit) = self.intersect(ray, &across, index, Faces::All) else { return f32::INFINITY };
             let stops = match self.sources[index].kind {
                 Kind::Solid => true,
@@ -156,7 +156,7 @@ impl<'a> World<'a> {
             };
             if stops { hit.distance } else { f32::INFINITY }
         });
-        if open { passes } else { Vec3::ZERO }
+        if is_open { passes } else { Vec3::ZERO }
     }
 
     /// Where the ray hits a triangle, if it does and may.

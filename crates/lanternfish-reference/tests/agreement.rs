@@ -107,7 +107,7 @@ impl Reference {
         let mut film = Film::new(self.image.width, self.image.height).expect("a size");
         tracer.render(&self.camera, &mut film, samples);
         assert_eq!(film.dropped(), 0, "samples that are not finite");
-        if let Ok(folder) = std::env::var("LANTERNFISH_TEST_PICTURES") {
+        if let Ok(folder) = std::env::var("LANTERNFISH_TEST_IMAGES") {
             let ours = RgbImage::new(self.image.width, self.image.height, film.mean()).expect("whole");
             let path = Path::new(&folder).join(format!("{}-{}.exr", self.scene.name, self.settings.max_depth));
             lanternfish_metrics::write_exr(&path, &ours).expect("the folder can be written");

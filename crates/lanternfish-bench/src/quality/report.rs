@@ -90,7 +90,7 @@ th, td { padding: .2em .8em; text-align: right; border-bottom: 1px solid #34383c
 th:nth-child(-n+2), td.text { text-align: left }
 tr.noise { color: #8e959c; font-style: italic }
 td.marked { color: #ffb454 }
-.pictures { display: flex; flex-wrap: wrap; gap: 1em; margin: 1em 0 2.5em }
+.images { display: flex; flex-wrap: wrap; gap: 1em; margin: 1em 0 2.5em }
 figure { margin: 0 }
 img { display: inline-block; width: 288px; image-rendering: pixelated; vertical-align: top }
 figcaption { font-size: 13px; color: #a4abb2 }";

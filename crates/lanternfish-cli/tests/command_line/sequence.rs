@@ -266,7 +266,7 @@ fn a_job_names_what_lies_beside_it() {
     assert!(job("--fps 12.5").contains("            - --fps\n            - \"12.5\"\n"));
     assert_eq!(job("-o job.yaml --chunk 5"), "job.yaml\n");
     assert_eq!(fs::read_to_string(folder.path().join("job.yaml")).unwrap(), text);
-    assert!(job("--picture out/b.exr").contains("\"out/b.exr\""));
+    assert!(job("--image out/b.exr").contains("\"out/b.exr\""));
     assert!(
         run(folder.path(), "farm demo:cornell --frames 3").0.contains("type: STRING\n    default: \"demo:cornell\"")
     );

@@ -30,7 +30,7 @@ const FLAGS: &str = "--adapter cpu --size 48x32 --lights rain:20 --seed 3 --poin
                      --eye 0.1,1,3.3 --fov-y 41.7 --exposure -.3 --tone-map aces --aabb off --attenuation smooth --indirect none";
 
 #[test]
-fn gpu_a_written_shot_renders_the_same_picture() {
+fn gpu_a_written_shot_renders_the_same_image() {
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
     run(folder.path(), &format!("render demo:cornell {FLAGS} -o flags.png"));

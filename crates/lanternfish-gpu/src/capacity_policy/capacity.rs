@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_grows_slowly_never_lacks_room() {
+    fn a_list_that_grows_slowly_is_never_full() {
         // A twentieth more a frame, known three frames later.
         let mut capacity = after([4_000], 1 << 40);
         let mut on_the_way = VecDeque::from([4_000u32; 3]);

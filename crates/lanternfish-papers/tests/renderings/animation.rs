@@ -108,7 +108,7 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             assert_eq!(differing(&brought, &fresh), 0, "{sample} at {time}: what was brought is not what is uploaded");
             let found = renderer.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
             let (found, expected) = (linear(&found), ground_truth(&scene, &camera));
-            if let Ok(folder) = std::env::var("LANTERNFISH_TEST_PICTURES") {
+            if let Ok(folder) = std::env::var("LANTERNFISH_TEST_IMAGES") {
                 for (kind, image) in [("found", &found), ("ground_truth", &expected)] {
                     let file = format!("{}-{time}-{kind}.exr", sample.replace('/', "-"));
                     write_exr(&std::path::Path::new(&folder).join(file), image).expect("the folder can be written");

@@ -58,7 +58,7 @@ impl Reference {
         let size = (scale * self.image.width as u32, scale * self.image.height as u32);
         let ours = linear(&render(gpu, &scene, &self.camera, size, settings));
         let ours = ours.box_downsampled(scale as usize).expect("a whole factor");
-        if let Ok(folder) = std::env::var("LANTERNFISH_TEST_PICTURES") {
+        if let Ok(folder) = std::env::var("LANTERNFISH_TEST_IMAGES") {
             let path = std::path::Path::new(&folder).join(format!("{}.exr", self.scene.name));
             lanternfish_metrics::write_exr(&path, &ours).expect("the folder can be written");
         }

@@ -54,7 +54,7 @@ gpu_struct! {
 
 /// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.
 const MOST: f32 = 32.0;
-/// Frames for which what pixels know is doubted after a change of the scene, and entries of the radiance cache get samples in each.
+/// Length of the reset window, frames: after a change of the scene the history is clamped, and every cache entry gets a sample in each frame.
 pub(super) const RESET_FRAMES: u32 = 8;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where nothing is.

@@ -56,7 +56,7 @@ impl Bounces {
         }
     }
 
-    /// The same for some of the entries, while the others stay as they are. Where every bounce is requested, what is written is then put back.
+    /// The same for some of the entries, while the others stay as they are. Where every bounce is requested, the result is then copied back.
     pub(super) fn steps_of_some(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(_) => self.steps(1),
@@ -171,7 +171,7 @@ mod tests {
                     }
                     // Each entry takes as many, in whichever half it is.
                     Bounces::All => {
-                        // What is written is put back where it is read.
+                        // The result is copied back to where it is read.
                         assert_eq!(of_some, vec![ALL_READ; sweeps as usize]);
                         let taken = |turn| steps.iter().filter(|step| step.turn == turn).count();
                         assert_eq!([0, 1, ALL_ENTRIES].map(taken), [sweeps as usize, sweeps as usize, 0]);

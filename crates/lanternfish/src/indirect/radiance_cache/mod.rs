@@ -78,7 +78,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 
 /// Smallest entries' edges up to which entries are as small.
 const NEAR_EDGES: f32 = 128.0;
-/// One of so many entries gets another sample in a frame, but while what pixels know is doubted: then all do. In images that are waited for, so do
+/// One of so many entries gets another sample in a frame, but within the reset window all do. In images that are waited for, so do
 /// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them. Those of which much is
 /// known get one in every second or fourth frame then: `schedule.wesl`.
 const FRACTION: u32 = 8;

@@ -103,7 +103,7 @@ pub(super) struct Table {
 /// What has become of a scene since its entries were last looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
-    /// Nothing, for longer than pixels doubt what they know.
+    /// Nothing, for longer than the reset window.
     Long,
     /// Nothing, but a short time ago it has changed.
     Recent,

@@ -150,7 +150,7 @@ fn gpu_cached_light_is_the_same_again() {
     assert_eq!(first, again);
 }
 
-/// Ends of rays for whose entries there is no room are shaded: of one bounce nothing is lost; of every bounce what entries without room send is
+/// Hits without capacity for their entries are shaded: of one bounce nothing is lost; of every bounce what entries without room send is
 /// guessed. Both are counted.
 #[test]
 fn gpu_a_full_cache_loses_no_light_of_one_bounce() {

@@ -328,8 +328,8 @@ fn gpu_a_steady_frame_in_the_callers_commands_makes_nothing() {
 }
 
 #[test]
-fn gpu_a_frame_that_lacks_room_shows_what_was_there_before() {
-    let Some(gpu) = testing::gpu("gpu_a_frame_that_lacks_room_shows_what_was_there_before") else { return };
+fn gpu_a_frame_that_overflows_shows_what_was_there_before() {
+    let Some(gpu) = testing::gpu("gpu_a_frame_that_overflows_shows_what_was_there_before") else { return };
     let (few, many) = (demo("cornell").unwrap(), lit());
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let mut waiting = Renderer::with_engine(renderer.engine(), renderer.settings().clone()).unwrap();

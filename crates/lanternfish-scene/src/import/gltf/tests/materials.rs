@@ -189,9 +189,9 @@ fn images_are_told_apart_by_content_and_become_rgba8() {
     ] {
         let mut file = with_material(json!({ "emissiveTexture": { "index": 0 } }));
         let view = file.view(&bytes);
-        file.json["images"][0] = json!({ "bufferView": view, "mimeType": "image/png", "name": "picture" });
+        file.json["images"][0] = json!({ "bufferView": view, "mimeType": "image/png", "name": "image" });
         let image = file.scene().images.remove(0);
-        assert_eq!((image.width, image.height, image.name.as_str()), (2, 1, "picture"));
+        assert_eq!((image.width, image.height, image.name.as_str()), (2, 1, "image"));
         assert_eq!(image.rgba, expected.repeat(2));
     }
 }
@@ -204,7 +204,7 @@ fn corrupt_images_are_refused_by_name() {
     {
         let mut file = with_material(json!({ "emissiveTexture": { "index": 0 } }));
         let view = file.view(bytes);
-        file.json["images"][0] = json!({ "bufferView": view, "name": "picture" });
+        file.json["images"][0] = json!({ "bufferView": view, "name": "image" });
         let fault = file.fault();
         assert_contains(&fault, "images[0] (image): ");
         assert_contains(&fault, message);
