@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use crate::command::workspace;
 
 /// Words, or groups of words, that are not used: alone, and as a part of an identifier.
-const AVOIDED: [&str; 25] = [
+const AVOIDED: [&str; 24] = [
     "picture",
     "pictures",
     "surroundings",
@@ -26,7 +26,6 @@ const AVOIDED: [&str; 25] = [
     "lacks room",
     "keep link",
     "put back",
-    "open passes",
     "once more",
     "end of a ray",
     "ends of rays",

@@ -1,8 +1,8 @@
 //! Lanternfish: thousands of lights, with ray-traced shadows, on any GPU that wgpu reaches, or on none.
 //!
-//! A [`Renderer`] compiles the passes that its [`Settings`] need, puts a scene on the device, and makes images of it:
-//! linear radiance, an image for a display, and a report of what each pass cost and counted. It takes the caller's
-//! `wgpu::Device` and `wgpu::Queue`; it opens nothing, logs through `tracing`, never prints and never exits.
+//! A [`Renderer`] compiles the passes that its [`Settings`] need, uploads a scene, and renders images of it: linear
+//! radiance, a display image, and a report with the time of each pass and counters. It uses the caller's
+//! `wgpu::Device` and `wgpu::Queue`. It opens no device, logs through `tracing`, and never prints or exits.
 //!
 //! Scenes come from `lanternfish-scene`: a glTF 2.0 file, a generated scene, or lists of your own.
 //!
@@ -37,14 +37,13 @@
 //!
 //! # What the device needs
 //!
-//! WebGPU's default limits and no optional feature are enough. What the device was opened with is used:
-//! `Gpu::WANTED_FEATURES` of `lanternfish-gpu` lists what is looked for, and `Gpu::open` there opens a device with all of
-//! it that the adapter has. Larger limits let larger scenes and images through; without them such a scene is an error
-//! ([`RenderError`]), never a part of it.
+//! WebGPU's default limits, and no optional feature. Optional features that the device has are used:
+//! `Gpu::WANTED_FEATURES` of `lanternfish-gpu` lists them, and `Gpu::open` opens a device with all that the adapter
+//! has. Larger limits allow larger scenes and images; a scene that exceeds a limit is an error ([`RenderError`]).
 //!
 //! # How it is built
 //!
-//! Each folder holds host code and shaders side by side. Techniques of a kind stand behind one trait ([`technique`]): a program may add its own.
+//! A folder holds the host code and the shaders of a technique. Techniques of a kind share one trait ([`technique`]); a program may add its own.
 //!
 //! ```text
 //! gpu_scene ─▶ prepass ─▶ light_culling ─▶ occlusion ─▶ shadows ─▶ shading ─▶ sky ─▶ progressive ─▶ output
@@ -53,7 +52,7 @@
 //!
 //! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (disks, rectangles, emission, sky, images);
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit,
-//! as long as the radiance cache has room for its cells (`Sampled::cache_cells`).
+//! unless the radiance cache is full (`Sampled::cache_entries`).
 
 /// The code in the README compiles.
 #[cfg(doctest)]

@@ -1,4 +1,4 @@
-//! Everything that can be chosen. A setting says what a higher and a lower value do.
+//! Rendering settings, with their units, ranges and effects.
 
 mod parameters;
 mod presets;
@@ -16,63 +16,60 @@ pub use crate::{
     rays::{Structure, Tracer, TracerChoice},
 };
 
-/// How an image is made from a scene and a camera. `Default` is what the renderer recommends, and what `lanternfish render` uses
-/// without flags.
+/// Rendering settings. `Default` is the recommended configuration: all light, at [`Quality::Good`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// How the lights of a point are found.
+    /// Light culling: how the lights of a shaded point are listed. The image does not depend on it.
     pub culling: Culling,
-    /// How shadows are found.
+    /// Shadow technique for all lights.
     pub shadows: Shadows,
-    /// Which shadow rays are not worth tracing.
+    /// Which shadow rays are skipped because the surface faces away from the light.
     pub ray_culling: RayCulling,
-    /// Radius of point and spot lights, m; 0: they are points, and shadows are hard. Higher: shadows are softer the farther what casts
-    /// them is from what they fall on. It moves where shadow rays end and nothing else; directional lights have none.
+    /// Radius of point and spot lights for soft shadows, m. 0 gives hard shadows. Moves the end points of shadow rays only;
+    /// irradiance is that of a point. Directional lights have no radius.
     pub light_radius: f32,
-    /// Rays from a pixel to each light that has a radius, 1 to 255, and to each disk and rectangle, of which 32 at most. More: less noise,
-    /// slower in proportion.
+    /// Shadow rays per pixel to each light with a radius, 1 to 255, and to each disk or rectangle, at most 32. Noise falls with the
+    /// square root; time grows in proportion.
     pub shadow_rays: u32,
-    /// How light falls off with distance.
+    /// Distance attenuation of punctual lights.
     pub attenuation: Attenuation,
-    /// Intensity at which a light without a stated range ends, cd/m² of its own inverse-square law; > 0. Lower: larger
-    /// ranges, less light lost, more lights a pixel [Elagabani2025, eq. 4.1].
+    /// Illuminance at which a light without a stated range ends, lx, by its inverse-square law I / d²; > 0. Lower values give larger ranges,
+    /// less lost light and more lights per pixel [Elagabani2025, eq. 4.1].
     pub range_threshold: f32,
-    /// Which surfaces are shaded.
+    /// Material model: the file's materials, or a simplified one for comparisons.
     pub materials: Materials,
-    /// How much of the environment surfaces see, and are lit by: the scene's environment, or its constant sky. They light only
-    /// where this is found, or where rays of [`Self::indirect`] see them: beside [`Sampled`](crate::techniques::Sampled) it does nothing but its debug
-    /// view. Transparent surfaces have what the nearest one of the pixel sees.
+    /// Ambient visibility, and with it light from the environment or the constant sky. Without it the environment lights surfaces only if
+    /// rays of [`Self::indirect`] see it: next to [`Sampled`](crate::techniques::Sampled) it affects only its debug view. Transparent
+    /// surfaces use the value of the nearest one in the pixel.
     pub occlusion: Occlusion,
-    /// What tracers go through that are not exact: a structure with its parameters; none: the tracer's own, with its default parameters.
+    /// Structure for approximate tracers, with its parameters. Without one, a tracer builds its own with default parameters.
     pub structure: Structure,
-    /// How bright the image is shown; radiance stays as it is.
+    /// Exposure of [`RenderedImage::display`](crate::RenderedImage::display). Radiance is not affected.
     pub exposure: Exposure,
-    /// From scene-referred radiance to what a display shows.
+    /// Tone mapping operator from scene-referred radiance to display values.
     pub tone_map: ToneMap,
-    /// Shows a quantity of the frame instead of its radiance.
+    /// A quantity of the frame to show instead of radiance.
     pub debug_view: Option<DebugView>,
-    /// How material textures reach the shader. The image is the same.
+    /// How material textures are bound. The image does not depend on it.
     pub textures: TextureBinding,
-    /// Samples along the long axis of a pixel's footprint in a texture, at most, where all its filters are linear. More:
-    /// textures seen at an angle are sharper, and cost more.
+    /// Maximum anisotropy of texture filtering, for textures whose filters are all linear. Higher values keep textures at grazing angles
+    /// sharp, and cost more.
     pub anisotropy: Anisotropy,
-    /// Where light comes from that is not straight from the listed lights.
+    /// Indirect light technique.
     pub indirect: Indirect,
-    /// Whether what pixels saw in the frames before is mixed with what they see now: indirect light, and what of a light that has a size
-    /// reaches them.
+    /// Temporal accumulation of indirect light, area-light shadows and ambient visibility.
     pub history: History,
-    /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
-    /// once, where it covers the pixel. Debug views take one. In a mean of 8 frames or more one is better: the frames smooth edges by themselves,
-    /// and four samples smear them by three eighths of a pixel to each side. What is set here is taken, also in a mean.
+    /// Samples per pixel at triangle edges (MSAA). Every surface in a pixel is shaded once, at a point that it covers. Debug views use one
+    /// sample. For a mean of 8 frames or more, one sample is better: the frames smooth edges, and four samples widen them by 3/8 pixel.
     pub samples: Samples,
-    /// Frames whose mean an image is, each through other points of the pixels; at least 1. More: smoother edges, less noise,
-    /// slower in proportion.
+    /// Number of frames averaged into one image, at least 1, each through other points of the pixels. Smoother edges and less noise; time
+    /// grows in proportion.
     pub accumulate: u32,
 }
 
 impl Settings {
-    /// Light straight from the listed lights alone, with their shadows: for programs that pay for every millisecond. What no
-    /// light shines on is black, emission and environment is seen and light nothing.
+    /// Direct light with shadows, and nothing else: the cheapest configuration. Emission and environment are visible and light no other
+    /// surface.
     pub fn direct_light() -> Self {
         Self {
             culling: Culling::default(),
@@ -97,19 +94,19 @@ impl Settings {
         }
     }
 
-    /// What lights are packed with.
+    /// The settings that determine how lights are stored on the device.
     pub fn lights(&self) -> LightSettings {
         let Self { attenuation, range_threshold, light_radius, shadow_rays, .. } = *self;
         LightSettings { attenuation, range_threshold, radius: light_radius, shadow_rays }
     }
 
-    /// Whether any light may be seen in part.
+    /// True if point and spot lights have a radius.
     pub(crate) fn casts_soft_shadows(&self) -> bool {
         self.light_radius > 0.0
     }
 
-    /// Whether anything may be mixed with what the frames before have found: motion is looked for then. Whether lights have an area the scene
-    /// says, which comes later.
+    /// True if anything may be accumulated over frames; then motion vectors are written. Whether lights have an area is known only with the
+    /// scene.
     pub(crate) fn keeps_history(&self) -> bool {
         let has_accumulated_ambient_visibility = self.occlusion.is_noisy() && self.finds_ambient_visibility();
         let is_noisy =
@@ -117,20 +114,19 @@ impl Settings {
         self.history == History::On && is_noisy
     }
 
-    /// Whether ambient visibility is looked for: rays of indirect light may see the environment themselves.
+    /// True if ambient visibility is computed: not if rays of indirect light see the environment themselves.
     pub(crate) fn finds_ambient_visibility(&self) -> bool {
         let is_used = !self.indirect.sees_environment() || self.debug_view == Some(DebugView::Occlusion);
         self.occlusion != Occlusion::NONE && is_used
     }
 }
 
-/// How bright an image is shown.
+/// Exposure of the display image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// So that it can be seen, whatever the unit of its lights: found from the radiance of the image itself, one for all views of
-    /// a frame ([`crate::output`]).
+    /// Metered from the radiance of the image, one value for all views of a frame ([`crate::output`]).
     Auto,
-    /// Stops, EV: the image is multiplied by two to this power before tone mapping. Higher: brighter.
+    /// Fixed, in stops: radiance is multiplied by 2^EV before tone mapping.
     Ev(f32),
 }
 
@@ -143,25 +139,25 @@ impl fmt::Display for Exposure {
     }
 }
 
-/// How shadows are found.
+/// Shadow technique.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shadows {
-    /// By rays through the faster exact tracer of this adapter: `ray-query` on hardware that has it, else `bvh`.
+    /// Rays through the adapter's faster exact tracer: `ray-query` on hardware that has it, otherwise `bvh`.
     Auto,
     /// No shadows.
     None,
-    /// By rays through this tracer. Through deep images [Niessner2010, §4] they are as coarse as texels, and rays from blended surfaces, and of
-    /// further samples of a pixel, go through the BVH.
+    /// Rays through this tracer. Deep images [Niessner2010, §4] give shadows as coarse as their texels; rays from transparent surfaces and
+    /// from further samples of a pixel use the BVH.
     Traced(Tracer),
 }
 
 impl Shadows {
-    /// By rays through the BVH.
+    /// Rays through the BVH.
     pub const BVH: Self = Self::Traced(Tracer::BVH);
-    /// By rays through the adapter's own acceleration structure.
+    /// Rays through the adapter's own acceleration structure.
     pub const RAY_QUERY: Self = Self::Traced(Tracer::RAY_QUERY);
 
-    /// Every one, in the order in which help lists them.
+    /// All values, in the order of help.
     pub fn all() -> Vec<Self> {
         [Self::Auto, Self::None].into_iter().chain(Tracer::all().into_iter().map(Self::Traced)).collect()
     }
@@ -175,10 +171,10 @@ impl Shadows {
         }
     }
 
-    /// What it means, in a line of help.
+    /// One line of help.
     pub const fn words(self) -> &'static str {
         match self {
-            Self::Auto => "The faster exact one of this adapter",
+            Self::Auto => "The faster exact tracer of this adapter",
             Self::None => "No shadows",
             Self::Traced(tracer) => tracer.words(),
         }
@@ -192,30 +188,30 @@ named_enum! {
     RayCulling {
         /// Every listed light gets a ray, even from beyond its range: the baseline.
         None = "none": "Every listed light gets a ray, even from beyond its range",
-        /// Normals from depth, two samples an axis: wrong at edges.
-        Naive = "naive": "Normals from depth, two samples an axis: wrong at edges",
-        /// Normals from depth, five samples an axis: wrong only on triangles under three pixels.
-        Improved = "improved": "Normals from depth, five samples an axis: wrong only on tiny triangles",
+        /// Normals from depth, two samples per axis: wrong at edges.
+        Naive = "naive": "Normals from depth, two samples per axis: wrong at edges",
+        /// Normals from depth, five samples per axis: wrong only on triangles under three pixels.
+        Improved = "improved": "Normals from depth, five samples per axis: wrong only on tiny triangles",
         /// The surface target's own normal: exact.
         Surface = "surface": "The surface's own normal: exact",
     }
 }
 
 named_enum! {
-    /// Whether pixels keep what they saw in the frames before.
+    /// Temporal accumulation.
     #[derive(Default)]
     History {
-        /// Each frame is by itself.
+        /// Every frame is independent.
         #[default]
-        Off = "off": "Each frame is by itself",
-        /// What a pixel's surface got in the frames before is mixed with what it gets now, wherever the view has gone since. Frames of a view that
-        /// one renderer makes one after the other depend on each other then, images too; the first is as without.
-        On = "on": "Mixed with what each pixel's surface got in the frames before, wherever the view has gone",
+        Off = "off": "Every frame is independent",
+        /// Values of earlier frames are reprojected along motion vectors and averaged. Consecutive frames of a view then depend on each other;
+        /// the first one does not.
+        On = "on": "Reprojects and averages values of earlier frames",
     }
 }
 
 named_enum! {
-    /// From scene-referred radiance to what a display shows. All but `none` compress highlights.
+    /// Tone mapping operator from scene-referred radiance to display values. All but `none` compress highlights.
     ToneMap {
         /// Clamps to 0..1.
         None = "none": "Clamps to 0..1",
@@ -231,48 +227,48 @@ named_enum! {
 named_enum! {
     /// A quantity of the frame, shown instead of its radiance.
     DebugView {
-        /// Distance from the camera plane, brighter is nearer, logarithmic.
+        /// Distance from the camera plane, logarithmic; brighter is nearer.
         Depth = "depth": "Distance from the camera; brighter is nearer",
         /// The shading normal, world space, (n + 1) / 2.
         Normal = "normal": "Shading normal",
         /// The triangle's own normal, world space.
         GeometricNormal = "geometric-normal": "The triangle's own normal",
-        /// The normal rebuilt from depth with two samples an axis.
-        NormalNaive = "normal-naive": "Normal rebuilt from depth, two samples an axis",
-        /// The normal rebuilt from depth with five samples an axis.
-        NormalImproved = "normal-improved": "Normal rebuilt from depth, five samples an axis",
+        /// The normal rebuilt from depth with two samples per axis.
+        NormalNaive = "normal-naive": "Normal rebuilt from depth, two samples per axis",
+        /// The normal rebuilt from depth with five samples per axis.
+        NormalImproved = "normal-improved": "Normal rebuilt from depth, five samples per axis",
         /// Perceptual roughness.
         Roughness = "roughness": "Perceptual roughness",
         /// Base colour after textures and vertex colours.
         BaseColor = "base-color": "Base colour after textures",
-        /// Listed lights a pixel, as a heat map.
+        /// Listed lights per pixel, as a heat map.
         LightCount = "light-count": "Lights listed for a pixel, as a heat map",
         /// Listed lights that reach the pixel: those whose range is above their distance, as a logarithmic heat map.
         LightsPerPixel = "lights-per-pixel": "Of them, those whose range reaches the pixel, as a logarithmic heat map",
-        /// The cluster's place in the grid, each coordinate modulo 3; magenta where it has no visible fragment.
-        ClusterIndex = "cluster-index": "Places of clusters in their grid, modulo 3; magenta where none was marked",
+        /// The cluster's index in the grid, each coordinate modulo 3; magenta if it has no visible fragment.
+        ClusterIndex = "cluster-index": "Indices of clusters in their grid, modulo 3; magenta where none was marked",
         /// Lights of the pixel's cluster or tile, as a logarithmic heat map.
         ClusterLights = "cluster-lights": "Lights of a pixel's cluster or tile, as a logarithmic heat map",
         /// Visible fragments of the pixel's cluster, as a logarithmic heat map; magenta where there are none.
         ClusterFragments = "cluster-fragments":
             "Visible fragments of a pixel's cluster, as a logarithmic heat map; magenta where none",
-        /// Shadow rays a pixel, as a heat map.
+        /// Shadow rays per pixel, as a heat map.
         RayCount = "ray-count": "Shadow rays of a pixel, as a heat map",
-        /// Share of listed lights that reach the pixel.
-        Visibility = "visibility": "Share of a pixel's listed lights that reach it",
-        /// How far what a pixel shows has come since the frame before: the hue is the direction, the brightness the distance.
-        Motion = "motion": "How far things move from frame to frame: hue is direction, brightness distance",
-        /// How open a surface is to its environment: white where nothing occludes.
-        Occlusion = "occlusion": "How open a surface is to its environment; needs `occlusion`",
-        /// Light from other surfaces, and from the environment where rays see them, on surfaces without colours; half of white is 1 nit.
-        Indirect = "indirect": "Light from other surfaces on white ones, half of white is 1 nit; needs `indirect`",
+        /// Fraction of listed lights that reach the pixel.
+        Visibility = "visibility": "Fraction of a pixel's listed lights that reach it",
+        /// Motion vectors since the previous frame: hue is direction, brightness distance.
+        Motion = "motion": "Motion vectors: hue is direction, brightness distance",
+        /// Ambient visibility: white where nothing occludes.
+        Occlusion = "occlusion": "Ambient visibility; needs `occlusion`",
+        /// Indirect light on white surfaces, with the environment if rays see it; half of white is 1 nit.
+        Indirect = "indirect": "Indirect light on white surfaces, half of white is 1 nit; needs `indirect`",
         /// Magenta where the radiance is not finite, grey elsewhere.
         Nan = "nan": "Magenta where the result is not a number",
     }
 }
 
 named_enum! {
-    /// Samples a pixel at edges of triangles (multisample antialiasing).
+    /// Samples per pixel at triangle edges (multisample antialiasing).
     Samples {
         /// One.
         One = "1": "One",
