@@ -64,7 +64,10 @@ fn wrong(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, now: &Scene) -
     let mut shown = |uploaded| renderer.render(uploaded, &now.cameras[0], 64, 64).unwrap().radiance;
     let (seen, expected) = (shown(uploaded), shown(&fresh));
     assert!(expected.iter().filter(|pixel| pixel[..3] != [0.0; 3]).count() > 500, "there is something to see");
+    // A card may decide ties between triangles by the order of its tree: rays draw other noise then, as with corners a rounding apart.
+    let is_exact = gpu.description.kind == wgpu::DeviceType::Cpu;
     let placed = pose(now, uploaded.placed.parts(), uploaded.placed.sources());
+    let placed = if is_exact { placed } else { Vec::new() };
     differing([&seen, &expected], [&read(gpu, uploaded).corners, &placed])
 }
 
