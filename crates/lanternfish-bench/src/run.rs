@@ -1,4 +1,4 @@
-//! What every bench does: reads its flags, opens an adapter, makes its folder, and times cases.
+//! Common steps of all benches: flags, adapter, output folder, timed cases.
 
 use std::{
     fs,

@@ -1,4 +1,4 @@
-//! What a scene holds, and which adapters there are.
+//! Contents of a scene, and the list of adapters.
 
 use std::fmt::Write as _;
 

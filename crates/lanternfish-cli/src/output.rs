@@ -1,4 +1,4 @@
-//! Where results go. Checked before any work, written whole or not at all.
+//! Output files: checked before any work, written completely or not at all.
 
 use std::{
     io::{ErrorKind, Write},

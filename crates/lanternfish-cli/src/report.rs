@@ -1,4 +1,4 @@
-//! What a run cost: a table for people, JSON for scripts.
+//! Report of a run: a table for people, JSON for scripts.
 
 use std::{collections::BTreeMap, fmt::Write, path::Path};
 

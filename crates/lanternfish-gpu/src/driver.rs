@@ -1,4 +1,4 @@
-//! What is known to be wrong with drivers.
+//! Known driver faults.
 
 /// Mesa's software rasteriser from which on none of [`driver_warning`]'s faults is known. 22.3.6, Debian 12's own, has them all;
 /// those between are untested.

@@ -1,4 +1,4 @@
-//! What has been compiled for a device, so that it is compiled once.
+//! Compiled shaders and pipelines of a device, shared by its renderers.
 
 mod kept;
 #[cfg(all(test, feature = "testing"))]

@@ -1,4 +1,4 @@
-//! What can go wrong on the way to a device, a shader or a buffer.
+//! Errors of devices, shaders and buffers.
 
 /// Why the GPU cannot be used as asked. Messages name the thing and the remedy.
 #[derive(Debug, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! What the machine says of memory; `None` where it does not (systems other than Linux).
+//! Memory of the machine; `None` on systems other than Linux.
 
 use std::{fs, path::Path};
 

@@ -1,4 +1,4 @@
-//! How two images differ.
+//! Difference measures of two images.
 
 use crate::{MetricsError, RgbImage, image::luminance};
 

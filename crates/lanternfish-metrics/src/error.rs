@@ -1,4 +1,4 @@
-//! What can go wrong with images and comparisons.
+//! Errors of images and comparisons.
 
 use std::path::PathBuf;
 

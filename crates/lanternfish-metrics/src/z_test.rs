@@ -1,4 +1,4 @@
-//! Whether the difference of two images is noise.
+//! A test of whether the difference of two images is noise.
 
 use crate::{
     MetricsError, Pair, RgbImage,

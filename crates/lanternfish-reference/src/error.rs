@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! Errors of the path tracer.
 
 /// Why a ground truth could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

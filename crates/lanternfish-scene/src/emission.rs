@@ -1,4 +1,4 @@
-//! How bright a textured surface shines on average: an estimate, by which emitters are chosen.
+//! Mean emission of a textured surface: an estimate, by which emitters are selected.
 
 use glam::{Vec2, Vec3};
 

@@ -1,4 +1,4 @@
-//! What can go wrong while a scene is read.
+//! Errors of reading a scene.
 
 use std::path::PathBuf;
 

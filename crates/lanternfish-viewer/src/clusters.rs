@@ -1,4 +1,4 @@
-//! Which cluster a place is in, and what that holds.
+//! The cluster at a position, and its contents.
 
 use glam::{UVec3, Vec3};
 use lanternfish::light_culling::clustered::{GridContents, grid::GridGeometry};

@@ -1,4 +1,4 @@
-//! What keeps a window from opening.
+//! Errors of opening a window.
 
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! Where the sun stands, by place and hour.
+//! Position of the sun by place and hour.
 
 use glam::Vec3;
 

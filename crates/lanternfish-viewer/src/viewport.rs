@@ -1,4 +1,4 @@
-//! What is seen: a scene on the device, and its image in a texture that the window shows.
+//! The viewport: a scene on the device, and its image in a texture that the window shows.
 
 use std::{sync::Arc, time::Instant};
 

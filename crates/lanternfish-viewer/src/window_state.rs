@@ -1,4 +1,4 @@
-//! What the next window is told of this one: its size, its place, whether panels were shown.
+//! State that the next window takes over: size, position, visibility of panels.
 //!
 //! A small file of lines `name = value`. What cannot be read or written is said in the log, and changes nothing else.
 

@@ -1,4 +1,4 @@
-//! What can go wrong while a scene is uploaded or an image is made.
+//! Errors of uploading a scene or rendering an image.
 
 use lanternfish_gpu::GpuError;
 

@@ -1,4 +1,4 @@
-//! How far an image is from others of the same view.
+//! Error measures of an image against others of the same view.
 
 use lanternfish::RenderedImage;
 use lanternfish_metrics::MetricsError;

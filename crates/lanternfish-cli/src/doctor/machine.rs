@@ -1,4 +1,4 @@
-//! What is here: adapters, and what each can run.
+//! Adapters of this machine, and what each can run.
 
 use lanternfish::{
     RenderError, Renderer, Settings,

@@ -1,4 +1,4 @@
-//! How fast an adapter is: rays of every tracer, sorted keys, frames of a fixed scene.
+//! Rates of an adapter: rays of every tracer, sorted keys, frames of a fixed scene.
 
 use std::time::Instant;
 

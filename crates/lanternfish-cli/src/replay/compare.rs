@@ -1,4 +1,4 @@
-//! Which passes became slower, beyond noise.
+//! Passes that became slower, beyond noise.
 //!
 //! A run is one value: how fast it was, as the mean over the middle half of its frames of what the frame took to what it took on average in
 //! both replays ([`Series::speeds`]). So frames are compared with themselves, and what disturbs a few frames of a run does not count. Frames of one run

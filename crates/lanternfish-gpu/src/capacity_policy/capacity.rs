@@ -1,4 +1,4 @@
-//! How much room a list has, by what it needed in the last frames.
+//! Capacity of a list, from its needs in recent frames.
 
 use std::collections::VecDeque;
 

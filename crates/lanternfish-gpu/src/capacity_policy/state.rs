@@ -1,4 +1,4 @@
-//! What is kept from frame to frame: room, and what frames that do not wait have noted.
+//! State that lasts from frame to frame: capacities, and notes of frames with deferred readback.
 
 use std::collections::{HashMap, VecDeque};
 

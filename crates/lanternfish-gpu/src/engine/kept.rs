@@ -1,4 +1,4 @@
-//! What an engine has compiled: what somebody uses, and the last of what nobody uses any more.
+//! Compiled objects of an engine: those in use, and the most recent unused ones.
 
 use std::{
     collections::{HashMap, HashSet},

@@ -1,4 +1,4 @@
-//! What frames use again: buffers, textures, room for uniforms, bind groups.
+//! Transient resources that frames reuse: buffers, textures, uniform memory, bind groups.
 //!
 //! A frame asks for a thing by its label and size, and gets one that no other request of the same frame has. When the next frame
 //! begins all of them are free again: a steady frame asks for the same in the same order, gets the same, and makes nothing. What no

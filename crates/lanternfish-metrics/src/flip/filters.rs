@@ -1,4 +1,4 @@
-//! What the eye resolves, and how it finds edges and points. All are separable.
+//! Contrast sensitivity, edge and point filters of the eye. All are separable.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! From radiance to what a display shows, as the authors of HDR-ꟻLIP do it.
+//! Tone mapping from radiance to display values, as the authors of HDR-ꟻLIP do it.
 
 use crate::image::luminance;
 

@@ -1,4 +1,4 @@
-//! How many surfaces deep images miss, and how many they have that are not there.
+//! Surfaces that deep images miss, and spurious ones, counted.
 
 use glam::Vec3;
 use lanternfish::{RenderError, gpu_scene::GpuScene};

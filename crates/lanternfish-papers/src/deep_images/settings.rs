@@ -1,4 +1,4 @@
-//! What can be chosen of deep images.
+//! Settings of deep images.
 
 use lanternfish_scene::named_enum;
 

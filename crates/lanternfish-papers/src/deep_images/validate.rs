@@ -1,4 +1,4 @@
-//! What must hold of deep images, whatever built them: read back from the device and checked, every list and every fragment.
+//! Validation of deep images by any builder: every list and fragment, read back from the device.
 
 use lanternfish::RenderError;
 use lanternfish_gpu::read_back;

@@ -1,4 +1,4 @@
-//! How a scene file is read.
+//! Options of reading a scene file.
 
 use lanternfish_limits::memory::Budget;
 

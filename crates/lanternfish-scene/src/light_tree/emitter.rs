@@ -1,4 +1,4 @@
-//! What is known of an emitter, or of several together.
+//! Bounds of an emitter, or of several together.
 
 use std::f32::consts::PI;
 

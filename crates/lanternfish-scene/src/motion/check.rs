@@ -1,4 +1,4 @@
-//! Whether motion is as its types promise: posing a scene that is does not panic.
+//! Validation of motion: posing a valid scene does not panic.
 
 use super::{Animation, Motion, Property};
 use crate::{Primitive, Scene};

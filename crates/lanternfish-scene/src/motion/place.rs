@@ -1,4 +1,4 @@
-//! From a node's space to the world: lights and cameras.
+//! Transforms of lights and cameras from a node's space to the world.
 
 use glam::{Affine3A, Mat3, Vec3};
 

@@ -1,4 +1,4 @@
-//! What is drawn over the image: lines of the scene's space, projected on the host.
+//! Overlay: lines in the scene's space, projected on the host.
 //!
 //! Nothing hides these lines: they are over the scene.
 

@@ -1,4 +1,4 @@
-//! What keys do.
+//! The list of keys.
 
 use egui::{Key, Ui};
 

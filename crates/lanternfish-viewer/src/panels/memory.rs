@@ -1,4 +1,4 @@
-//! What the device holds: how much, for what, and the room of lists.
+//! Device memory: amounts by use, and capacities of lists.
 
 use std::{
     collections::BTreeMap,

@@ -1,4 +1,4 @@
-//! What stands about the image: settings, passes and their times, the scene's animation, keys.
+//! Panels around the image: settings, passes and their times, animation, keys.
 
 mod keys;
 mod lights;

@@ -1,4 +1,4 @@
-//! What a frame took, pass by pass, and what it counted.
+//! Pass times and counters of a frame.
 
 use egui::Ui;
 use lanternfish_gpu::PassTime;

@@ -1,4 +1,4 @@
-//! What lies under the pixel that was clicked, and the lights that reach it.
+//! The surface at the clicked pixel, and the lights that reach it.
 
 use egui::Ui;
 use glam::{UVec2, Vec2, Vec3};

@@ -1,4 +1,4 @@
-//! Which debug view shows what a pass has written.
+//! The debug view that shows a pass's output.
 
 use lanternfish::{
     Settings,

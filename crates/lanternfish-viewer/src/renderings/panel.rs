@@ -1,4 +1,4 @@
-//! What stands beside images of files, and the hand on them.
+//! Panel and input of the image viewer.
 
 use egui::{Key, Rect, Ui, Vec2};
 use lanternfish::{

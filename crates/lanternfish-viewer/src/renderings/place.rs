@@ -1,4 +1,4 @@
-//! Where an image is in its window: zoom and pan. No window.
+//! Zoom and pan of an image in its window. No window.
 
 use egui::{Pos2, Rect, Vec2};
 

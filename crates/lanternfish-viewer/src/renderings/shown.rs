@@ -1,4 +1,4 @@
-//! What a display shows of images of files, and how two of them differ.
+//! Display values of images of files, and the difference of two.
 
 use glam::UVec2;
 use lanternfish::{output::display, settings::ToneMap};

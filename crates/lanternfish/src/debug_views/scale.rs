@@ -1,4 +1,4 @@
-//! What the colours of a debug view stand for.
+//! Colour scales of debug views.
 
 use super::{DOUBLINGS, FASTEST, HOTTEST};
 use crate::settings::DebugView;

@@ -1,4 +1,4 @@
-//! What a surface reflects of light that is the same from all sides: a table, by the view's angle and the roughness.
+//! Directional albedo table of the specular layer, by view angle and roughness (split-sum).
 
 use std::{f64::consts::TAU, sync::LazyLock};
 

@@ -1,4 +1,4 @@
-//! What a renderer needs of a scene on the device, and what it says where a scene does not have it.
+//! Scene requirements of a renderer, and the error of a scene that lacks one.
 
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,4 @@
-//! What techniques read of a scene beside what it looks like: each says it of itself, and a scene is uploaded for all of them.
+//! Optional scene data for techniques: each states its own, and a scene is uploaded for all of them.
 
 use std::ops::BitOr;
 

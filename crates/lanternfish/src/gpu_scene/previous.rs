@@ -1,4 +1,4 @@
-//! Where things were in the frame before, for motion.
+//! Transforms and vertices of the previous frame, for motion vectors.
 //!
 //! A frame that asks for motion says that it shows the scene as it is ([`GpuScene::note_shown`]). The first change after it keeps that
 //! moment on the device; further changes before the next such frame keep nothing more. A scene of which no frame asks keeps nothing.

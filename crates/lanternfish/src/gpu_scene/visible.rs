@@ -1,4 +1,4 @@
-//! Which draws a view may show, and in which order.
+//! Draws that a view may show, and their order.
 
 use glam::Vec4;
 use lanternfish_scene::Bounds;

@@ -1,4 +1,4 @@
-//! What a room of indirect light counts on the device while it renders.
+//! Device counters of indirect light.
 
 use lanternfish_gpu::{Frame, GpuError, read_back};
 

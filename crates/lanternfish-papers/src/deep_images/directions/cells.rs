@@ -1,4 +1,4 @@
-//! Which axes can be nearest to a direction: a table over the cube's faces.
+//! Candidate axes per direction: a table over the cube's faces.
 //!
 //! A direction and its opposite go through the same cell: the face is the axis of its largest component, and u and v are
 //! the other two divided by it. The table is one array of words, as `nearest_image.wesl` walks it:

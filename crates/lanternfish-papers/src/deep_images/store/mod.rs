@@ -1,4 +1,4 @@
-//! Where the fragments of deep images are kept: what becomes of them once a builder has put them into lists.
+//! Storage of fragments, from a builder's output to sorted lists.
 
 mod linear_array;
 mod linked_list;

@@ -1,4 +1,4 @@
-//! What the host and the shaders of photon splatting share.
+//! Parameters that host and shaders of photon splatting share.
 
 use glam::Vec3;
 use lanternfish_gpu::gpu_struct;

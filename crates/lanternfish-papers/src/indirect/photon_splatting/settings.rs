@@ -1,4 +1,4 @@
-//! What can be chosen of photon splatting.
+//! Settings of photon splatting.
 
 use lanternfish::{
     RenderError,

@@ -1,4 +1,4 @@
-//! What the host and the shaders of virtual lights share.
+//! Parameters that host and shaders of virtual lights share.
 
 use glam::Vec3;
 use lanternfish_gpu::gpu_struct;

@@ -1,4 +1,4 @@
-//! What can be chosen of virtual lights.
+//! Settings of virtual lights.
 
 use lanternfish::{
     RenderError,

@@ -1,4 +1,4 @@
-//! What can be chosen of the grid.
+//! Settings of the raster grid.
 
 use lanternfish::{
     RenderError,

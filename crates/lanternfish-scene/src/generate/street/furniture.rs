@@ -1,4 +1,4 @@
-//! What stands in the street: lamp posts, trees, cars, bollards, strings of bulbs.
+//! Objects of the street: lamp posts, trees, cars, bollards, strings of bulbs.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 

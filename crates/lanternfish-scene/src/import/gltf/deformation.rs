@@ -1,4 +1,4 @@
-//! What moves vertices: morph targets, joints and their weights.
+//! Vertex deformation: morph targets, joints and their weights.
 
 use glam::{Vec3, Vec4};
 

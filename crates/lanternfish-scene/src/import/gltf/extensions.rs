@@ -1,4 +1,4 @@
-//! Which extensions are understood.
+//! Supported extensions.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What moves: the node tree, skins, animations, and what hangs on nodes.
+//! Motion: the node tree, skins, animations, and objects attached to nodes.
 //!
 //! A mesh that is deformed is of one node alone: a second node that places it gets a copy of its own.
 

@@ -1,4 +1,4 @@
-//! What was left out of a scene, said once for each kind.
+//! Warnings about ignored content, once per kind.
 
 use std::collections::BTreeMap;
 

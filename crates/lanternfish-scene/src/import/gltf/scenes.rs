@@ -1,4 +1,4 @@
-//! Which of a file's scenes is read.
+//! Selection of one of a file's scenes.
 
 use super::fault::{Fault, Result, item};
 use super::schema::Root;

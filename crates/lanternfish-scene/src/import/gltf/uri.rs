@@ -1,4 +1,4 @@
-//! What a URI refers to: bytes within it, or a file beside the scene.
+//! Resolution of URIs: embedded bytes, or a file next to the scene.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! How many reflections of light are followed.
+//! Number of bounces, and the sweeps that propagate them.
 
 use lanternfish_gpu::gpu_constants;
 use std::{fmt, str::FromStr};

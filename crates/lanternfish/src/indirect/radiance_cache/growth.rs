@@ -1,4 +1,4 @@
-//! How many entries the table has room for: it grows.
+//! Capacity of the table, which grows.
 
 use lanternfish_gpu::{Counted, Frame};
 

@@ -1,4 +1,4 @@
-//! What the passes share with the host.
+//! Parameters that the passes share with the host.
 
 use glam::Vec3;
 use lanternfish_gpu::gpu_struct;
