@@ -55,7 +55,7 @@ fn told(command: &mut Command, run: impl FnOnce(&mut Command) -> io::Result<Exit
     }
 }
 
-/// Whether a command succeeds, without a word of its own.
+/// True if a command succeeds, without a word of its own.
 pub fn succeeds(command: &mut Command) -> bool {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|s| s.success())
 }

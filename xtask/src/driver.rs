@@ -73,7 +73,7 @@ fn may_have_graphics_card() -> bool {
     render_nodes.next().is_some() || ["/dev/nvidiactl", "/dev/dxg"].iter().any(|path| Path::new(path).exists())
 }
 
-/// Whether `lanternfish info --adapters` lists anything but software.
+/// True if `lanternfish info --adapters` lists anything but software.
 fn has_graphics_card(adapters: &str) -> bool {
     let mut kinds = adapters.lines().filter_map(|line| line.trim_start().strip_prefix("kind"));
     kinds.any(|kind| !kind.trim_start().starts_with("Cpu,"))

@@ -181,7 +181,7 @@ fn cycles(imports: &Imports) -> Vec<BTreeSet<File>> {
     cycles
 }
 
-/// Whether a file lies in a folder.
+/// True if a file lies in a folder.
 fn is_in((_, module): &File, folder: &str) -> bool {
     module.strip_prefix(folder).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }

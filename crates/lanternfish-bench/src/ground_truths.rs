@@ -268,7 +268,7 @@ pub struct GroundTruthFigures {
     /// Its image, below the report's folder.
     pub rendering: String,
     pub spp: u64,
-    /// Whether an earlier run traced it.
+    /// True if an earlier run traced it.
     pub reused: bool,
     /// Seconds that tracing took; 0 where the ground truth was reused.
     pub seconds: f64,

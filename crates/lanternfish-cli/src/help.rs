@@ -72,7 +72,7 @@ mod tests {
         (command.clone(), short, long)
     }
 
-    /// Whether a flag is in the list, not just spoken of.
+    /// True if a flag is in the list, not just spoken of.
     fn lists(help: &str, flag: &str) -> bool {
         let is_flag = |line: &str| {
             let line = line.trim_start();

@@ -12,9 +12,9 @@ use crate::{args::LightArgs, error::CliError};
 /// What an image makes of light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lighting {
-    /// Whether light is what it shows.
+    /// True if light is what it shows.
     pub is_seen: bool,
-    /// Whether environment lights surfaces.
+    /// True if environment lights surfaces.
     pub reaches_surfaces: bool,
 }
 
@@ -102,7 +102,7 @@ pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<(), 
     Ok(())
 }
 
-/// Whether a flag says what light there is.
+/// True if a flag says what light there is.
 fn has_light(flags: &LightArgs) -> bool {
     [&flags.points, &flags.disks, &flags.rectangles].iter().any(|lights| !lights.is_empty())
         || flags.sun.is_some()

@@ -58,7 +58,7 @@ impl Output {
         Self { path: self.path.with_file_name(name), format: self.format }
     }
 
-    /// Whether the file holds the scene's radiance, not what a display shows.
+    /// True if the file holds the scene's radiance, not what a display shows.
     pub fn is_radiance(&self) -> bool {
         self.format == Format::Exr
     }
@@ -117,7 +117,7 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), CliError> {
     })
 }
 
-/// Whether two paths in folders that exist name one file, which need not exist.
+/// True if two paths in folders that exist name one file, which need not exist.
 pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     destination(a).is_some_and(|path| destination(b) == Some(path))
 }

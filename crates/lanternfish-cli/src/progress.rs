@@ -120,7 +120,7 @@ pub(crate) struct Bar {
 }
 
 impl Bar {
-    /// Whether anybody looks.
+    /// True if anybody looks.
     pub fn is_seen(&self) -> bool {
         !self.line.is_hidden()
     }

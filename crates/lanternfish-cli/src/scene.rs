@@ -68,7 +68,7 @@ impl ValueParserFactory for SceneName {
     }
 }
 
-/// Whether scenes are read from their folders alone, as the command line says.
+/// True if scenes are read from their folders alone, as the command line says.
 static CONFINES: AtomicBool = AtomicBool::new(false);
 
 /// Says once, before anything is read, whether this process reads scenes from their folders alone, and the most bytes that it takes.

@@ -18,7 +18,7 @@ use lanternfish_metrics::remove_unfinished;
 /// comes so soon after the first is the first again.
 const ECHO: Duration = Duration::from_millis(500);
 
-/// Whether the first signal waits for the run.
+/// True if the first signal waits for the run.
 static ENDS_WHEN_REQUESTED: AtomicBool = AtomicBool::new(false);
 /// When the first came, and its number.
 static REQUESTED: OnceLock<(Instant, i32)> = OnceLock::new();

@@ -27,11 +27,11 @@ pub struct AdapterDescription {
     pub driver: String,
     /// What kind of device it is, e.g. `Cpu`.
     pub device_type: String,
-    /// Whether it traces rays in hardware (or emulates that).
+    /// True if it traces rays in hardware (or emulates that).
     pub ray_query: bool,
-    /// Whether all textures can be bound at once.
+    /// True if all textures can be bound at once.
     pub texture_arrays: bool,
-    /// Whether passes can be timed.
+    /// True if passes can be timed.
     pub timestamps: bool,
     /// The same as [`Self::device_type`], to decide by.
     pub kind: wgpu::DeviceType,
@@ -61,7 +61,7 @@ impl AdapterDescription {
 }
 
 impl AdapterDescription {
-    /// Whether both are of one adapter, reached through one API by one driver.
+    /// True if both are of one adapter, reached through one API by one driver.
     pub fn is(&self, other: &Self) -> bool {
         (&self.name, &self.backend, &self.driver) == (&other.name, &other.backend, &other.driver)
     }

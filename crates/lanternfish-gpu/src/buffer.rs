@@ -162,7 +162,7 @@ pub fn checked<R, E: From<GpuError>>(
     }
 }
 
-/// Whether two handles are of one device.
+/// True if two handles are of one device.
 ///
 /// wgpu numbers the devices of every instance by themselves, so that handles of two instances' devices may compare equal. What
 /// tells them apart: an error on a device is found in the innermost error scope of that device. One that is lost finds none, and is

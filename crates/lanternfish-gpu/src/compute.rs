@@ -8,7 +8,7 @@ use crate::{
     reflect::{Layouts, layouts},
 };
 
-/// How many workgroups run.
+/// Number of workgroups.
 pub(crate) enum Workgroups<'a> {
     /// Along x, y and z.
     Are([u32; 3]),

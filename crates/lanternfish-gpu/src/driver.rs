@@ -13,7 +13,7 @@ pub fn software_mesa(adapter: &wgpu::AdapterInfo) -> Option<u32> {
     mesa_of_software(adapter.device_type, &adapter.driver_info)
 }
 
-/// Whether the adapter is a software one with the faults that [`driver_warning`] names.
+/// True if the adapter is a software one with the faults that [`driver_warning`] names.
 pub fn faulty_software(adapter: &wgpu::AdapterInfo) -> bool {
     software_mesa(adapter).is_some_and(|mesa| mesa < FIRST_SOUND_MESA)
 }

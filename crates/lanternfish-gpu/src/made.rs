@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-/// How many things this crate has made for a thread so far.
+/// Number of things this crate has made for a thread so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Made {
     /// Buffers.

@@ -91,7 +91,7 @@ impl Feature {
         Self { name, chosen: Some(Chosen { purpose, module, package: Package(package) }) }
     }
 
-    /// Whether it chooses a module.
+    /// True if it chooses a module.
     pub const fn is_choice(self) -> bool {
         self.chosen.is_some()
     }
@@ -234,7 +234,7 @@ impl LinkedShader {
         self.module.entry_points[self.entry_index(entry)].workgroup_size
     }
 
-    /// Whether it has an entry point of this name.
+    /// True if it has an entry point of this name.
     pub fn has_entry(&self, entry: &str) -> bool {
         self.module.entry_points.iter().any(|e| e.name == entry)
     }

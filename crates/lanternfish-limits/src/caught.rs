@@ -7,7 +7,7 @@ use std::{
 };
 
 thread_local! {
-    /// Whether a panic of this thread is caught and told as an error.
+    /// True if a panic of this thread is caught and told as an error.
     static CATCHES: Cell<bool> = const { Cell::new(false) };
 }
 

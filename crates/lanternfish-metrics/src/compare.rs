@@ -32,7 +32,7 @@ impl RelativeError {
         Ok(Self { sorted, energy_ratio: energy(image) / energy(reference) })
     }
 
-    /// How many pixels were compared.
+    /// Number of compared pixels.
     pub fn lit_count(&self) -> usize {
         self.sorted.len()
     }

@@ -7,7 +7,7 @@ use crate::{
     flip_ldr, ssim,
 };
 
-/// How many pixels of an image have a channel of each kind that no renderer should make. A pixel can count in several.
+/// Number of pixels of an image with a channel of each kind that no renderer should produce. A pixel can count in several.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelFaults {
     /// A channel that is not a number.
@@ -60,7 +60,7 @@ impl fmt::Display for PixelFaults {
 pub struct Pair {
     image: RgbImage,
     reference: RgbImage,
-    /// Whether each pixel is finite in both images, rows from the top.
+    /// True if each pixel is finite in both images, rows from the top.
     is_compared: Vec<bool>,
     compared_count: usize,
     faults: [PixelFaults; 2],
@@ -100,7 +100,7 @@ impl Pair {
         &self.is_compared
     }
 
-    /// How many pixels are compared.
+    /// Number of compared pixels.
     pub fn compared_count(&self) -> usize {
         self.compared_count
     }

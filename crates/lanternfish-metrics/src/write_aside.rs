@@ -134,7 +134,7 @@ fn links(path: &Path) -> impl Iterator<Item = PathBuf> {
     successors(Some(path.to_owned()), |path| Some(folder_of(path).join(fs::read_link(path).ok()?)))
 }
 
-/// Whether the path leads through the process's open files, as `/dev/stdout` does.
+/// True if the path leads through the process's open files, as `/dev/stdout` does.
 fn is_given_open(path: &Path) -> bool {
     links(path).any(|link| {
         folder_of(&link).canonicalize().is_ok_and(|folder| folder.starts_with("/proc") || folder.starts_with("/dev/fd"))

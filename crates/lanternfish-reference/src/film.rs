@@ -187,7 +187,7 @@ impl Film {
         &self.samples
     }
 
-    /// Whether all rows have had the same number of samples.
+    /// True if all rows have had the same number of samples.
     pub fn is_even(&self) -> bool {
         self.samples.iter().all(|samples| *samples == self.samples[0])
     }

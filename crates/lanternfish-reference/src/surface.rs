@@ -181,7 +181,7 @@ fn reflector_of(
 /// Below this roughness a thin surface lets light through straight.
 const THIN_DIELECTRIC_ROUGHNESS: f32 = 0.03;
 
-/// Whether light passes the surface without being scattered, apart from what it reflects.
+/// True if light passes the surface without being scattered, apart from what it reflects.
 pub(crate) fn is_thin_dielectric(material: &Material) -> bool {
     material.transmission > 0.0
         && material.metallic < 1.0

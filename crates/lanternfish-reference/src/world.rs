@@ -47,7 +47,7 @@ pub(crate) struct Hit {
     pub triangle: u32,
     /// Weights of the three corners.
     pub weights: [f32; 3],
-    /// Whether it was hit from the side from which it is wound counter-clockwise, in object space.
+    /// True if it was hit from the side from which it is wound counter-clockwise, in object space.
     pub front: bool,
 }
 
@@ -217,7 +217,7 @@ impl<'a> World<'a> {
         alpha
     }
 
-    /// Whether the triangle is seen from its front by who looks against `towards` (from the triangle to the viewer).
+    /// True if the triangle is seen from its front by who looks against `towards` (from the triangle to the viewer).
     pub fn is_front(&self, triangle: usize, towards: Vec3A) -> bool {
         let t = &self.triangles[triangle];
         let slope = (t.v1 - t.v0).cross(t.v2 - t.v0).dot(towards);

@@ -31,7 +31,7 @@ pub struct Material {
     pub emissive_texture: Option<TextureRef>,
     /// What alpha means.
     pub alpha_mode: AlphaMode,
-    /// Whether back faces are drawn, with the normal turned to the viewer.
+    /// True if back faces are drawn, with the normal turned to the viewer.
     pub double_sided: bool,
     /// Index of refraction of what is not metal: at least 1, or 0 for a mirror. At 1.5, the default, it reflects 0.04
     /// of the light that falls on it from the front.

@@ -73,7 +73,7 @@ impl Bounds {
         self.max = self.max.max(other.max);
     }
 
-    /// Whether it contains nothing.
+    /// True if it contains nothing.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }

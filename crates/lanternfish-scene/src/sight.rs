@@ -30,7 +30,7 @@ impl Face {
 pub(crate) struct Hit {
     /// Along the face's axis, m.
     pub depth: f32,
-    /// Whether the triangle turns counter-clockwise as seen, whatever its material.
+    /// True if the triangle turns counter-clockwise as seen, whatever its material.
     pub is_front: bool,
     /// Which triangle it is, of all that are placed: a number of its own.
     pub triangle: usize,
@@ -75,7 +75,7 @@ pub(crate) fn look(scene: &Scene, eye: Vec3, faces: &[Face], side: usize) -> Vec
 struct Triangle {
     corners: [Vec3; 3],
     index: usize,
-    /// Whether its transform turned it over.
+    /// True if its transform turned it over.
     is_mirrored: bool,
 }
 

@@ -152,7 +152,7 @@ fn area_fault(light: &Light) -> Option<&'static str> {
 }
 
 impl Primitive {
-    /// How many triangles turn against the mean of their vertex normals: clockwise where they should be
+    /// Number of triangles that face against the mean of their vertex normals: clockwise where they should be
     /// counter-clockwise. Importers cannot promise zero; generated scenes do.
     pub fn winding_faults(&self) -> usize {
         let turned = |t: &&[u32]| {

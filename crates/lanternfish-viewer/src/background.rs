@@ -133,7 +133,7 @@ pub struct Background {
     shared: Arc<Shared>,
     /// The number of the last image that was requested.
     last: u64,
-    /// Whether the image has all its samples.
+    /// True if the image has all its samples.
     is_done: bool,
     /// Answers that have not come.
     pixels: usize,
@@ -180,7 +180,7 @@ impl Background {
         self.order(Order::Forget);
     }
 
-    /// Whether more will be told.
+    /// True if more will be told.
     pub fn is_working(&self) -> bool {
         !self.has_ended && (self.pixels > 0 || (self.shared.wanted.load(Relaxed) != 0 && !self.is_done))
     }

@@ -48,12 +48,12 @@ impl Cloud {
         Ok(Self { scene: Arc::clone(&first.scene), settings, uploaded, images, points, profiler, rendering: None })
     }
 
-    /// Whether these are the images of what the first rendering shows now.
+    /// True if these are the images of what the first rendering shows now.
     pub fn is_of(&self, first: &Viewport) -> bool {
         Arc::ptr_eq(&self.scene, &first.scene) && self.settings == DeepImageSettings::of(&first.settings().structure)
     }
 
-    /// Whether the image is what this camera sees.
+    /// True if the image is what this camera sees.
     pub fn is_drawn(&self, camera: &Camera, size: UVec2) -> bool {
         self.rendering.as_ref().is_some_and(|(_, of, at)| of == camera && *at == size)
     }

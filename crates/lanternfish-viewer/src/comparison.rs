@@ -41,7 +41,7 @@ pub struct Comparison {
 /// What has come of the other side.
 #[derive(Debug, Default)]
 pub struct News {
-    /// Whether anything is other than before.
+    /// True if anything is other than before.
     pub is_new: bool,
     /// Milliseconds of a frame of the second rendering that has just ended, behind one of the first.
     pub ms: Option<f64>,
@@ -277,12 +277,12 @@ impl Comparison {
         }
     }
 
-    /// Whether the device has not yet done what it was told of the other side.
+    /// True if the device has not yet done what it was told of the other side.
     pub fn is_busy(&self) -> bool {
         self.rendered.as_ref().is_some_and(Viewport::is_busy)
     }
 
-    /// Whether a thread works on something that will be told.
+    /// True if a thread works on something that will be told.
     pub fn is_working(&self) -> bool {
         self.difference.is_working() || self.background.as_ref().is_some_and(Background::is_working)
     }
@@ -303,7 +303,7 @@ impl Comparison {
     }
 }
 
-/// Whether the path tracer's image is the same under both.
+/// True if the path tracer's image is the same under both.
 fn lit_alike(a: &Settings, b: &Settings) -> bool {
     let of = |settings: &Settings| {
         (settings.materials, settings.attenuation, settings.range_threshold, settings.light_radius)

@@ -36,7 +36,7 @@ impl Difference {
         });
     }
 
-    /// Whether one is on its way.
+    /// True if one is on its way.
     pub fn is_working(&self) -> bool {
         self.on_its_way.is_some()
     }

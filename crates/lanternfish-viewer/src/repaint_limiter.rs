@@ -43,7 +43,7 @@ impl RepaintLimiter {
         self.count += 1;
     }
 
-    /// Whether it is to be painted again, so long after the last time, though only the mean of frames has become another.
+    /// True if it is to be painted again, so long after the last time, though only the mean of frames has become another.
     pub fn is_due(&self, since: f64) -> bool {
         since >= self.takes.map_or(0.0, |takes| (takes / FRACTION).min(LONGEST))
     }

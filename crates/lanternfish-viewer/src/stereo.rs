@@ -6,7 +6,7 @@ use lanternfish_scene::{Camera, Eyes};
 /// Whether the scene is shown to two eyes, and to which.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stereo {
-    /// Whether it is.
+    /// True if it is.
     pub is_shown: bool,
     /// The eyes.
     pub eyes: Eyes,
@@ -18,7 +18,7 @@ impl Stereo {
         Self { is_shown: eyes.is_some(), eyes: eyes.unwrap_or(Eyes::Parallel(Eyes::HUMAN)) }
     }
 
-    /// Whether these eyes can see what the camera sees.
+    /// True if these eyes can see what the camera sees.
     pub fn is_possible(&self, camera: &Camera) -> bool {
         self.eyes.cameras(camera, 1.0).is_some()
     }

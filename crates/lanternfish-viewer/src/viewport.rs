@@ -191,7 +191,7 @@ impl Viewport {
         self.renderer.engine()
     }
 
-    /// Whether the last frame is of what this camera sees.
+    /// True if the last frame is of what this camera sees.
     pub fn shows(&self, camera: &Camera) -> bool {
         self.averaged.0 > 0 && self.averaged.1.as_ref() == Some(camera)
     }
@@ -267,7 +267,7 @@ impl Viewport {
         self.size
     }
 
-    /// How many frames the image is the mean of.
+    /// Number of frames the image is the mean of.
     pub fn averaged(&self) -> u32 {
         self.averaged.0
     }
@@ -277,17 +277,17 @@ impl Viewport {
         (self.averaged.0 > 0).then(|| self.drawn - u64::from(self.averaged.0))
     }
 
-    /// How many frames were ever drawn: an image that is another has another number.
+    /// Number of frames drawn so far: it differs for different images.
     pub fn drawn(&self) -> u64 {
         self.drawn
     }
 
-    /// Whether another frame would change the image of this camera.
+    /// True if another frame would change the image of this camera.
     pub fn has_more(&self, camera: &Camera) -> bool {
         self.averaged.1.as_ref() != Some(camera) || (self.settings.accumulate > 1 && self.averaged.0 < AT_REST)
     }
 
-    /// Whether the device has not yet done what it was told.
+    /// True if the device has not yet done what it was told.
     pub fn is_busy(&self) -> bool {
         self.on_their_way.is_some()
     }

@@ -223,7 +223,7 @@ impl Viewer {
         Duration::from_secs_f64(1e-3 * self.frame_ms / LOOKS_IN_A_FRAME).clamp(least, most)
     }
 
-    /// Whether the device has not yet done what it was told of one of the images.
+    /// True if the device has not yet done what it was told of one of the images.
     fn is_busy(&self) -> bool {
         self.viewport.is_busy() || self.comparison.is_busy()
     }
@@ -319,7 +319,7 @@ impl Viewer {
     }
 }
 
-/// Whether a window whose frame begins there can be taken hold of.
+/// True if a window whose frame begins there can be taken hold of.
 fn is_on_a_screen(events: &ActiveEventLoop, [x, y]: [i32; 2]) -> bool {
     events.available_monitors().any(|screen| {
         let (corner, size) = (screen.position(), screen.size());

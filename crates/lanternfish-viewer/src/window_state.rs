@@ -13,7 +13,7 @@ pub struct WindowState {
     pub size: Option<[u32; 2]>,
     /// Where its frame's left top corner is on the desktop, pixels.
     pub position: Option<[i32; 2]>,
-    /// Whether panels were shown.
+    /// True if panels were shown.
     pub shows_panels: bool,
 }
 

@@ -24,11 +24,11 @@ pub struct Wipe {
     pub other: Other,
     /// Settings of B.
     pub settings: Settings,
-    /// Whether the panel of settings is B's.
+    /// True if the panel of settings is B's.
     pub edits_b: bool,
     /// Where the line is: a share of the image's width.
     pub line: f32,
-    /// Whether the map of what differs is shown in the place of both.
+    /// True if the map of what differs is shown in the place of both.
     pub shows_map: bool,
 }
 

@@ -110,7 +110,7 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     fn get(&self, parameter: &str) -> Option<String>;
     /// Sets a parameter from text, or says what was expected. Does nothing where the technique has no such parameter.
     fn set(&mut self, parameter: &str, text: &str) -> Result<(), String>;
-    /// Whether the other is the same technique with the same parameters.
+    /// True if the other is the same technique with the same parameters.
     fn is_same(&self, other: &dyn Any) -> bool;
     /// For its type.
     fn as_any(&self) -> &dyn Any;
@@ -165,7 +165,7 @@ pub trait Kind: AnyTechnique {
     const FLAG: &'static str;
     /// What its flag chooses: a summary, and further paragraphs for long help.
     const HELP: &'static str;
-    /// Whether short help lists its flag.
+    /// True if short help lists its flag.
     const IS_EVERYDAY: bool;
     /// What its flag calls no technique.
     const NONE_NAME: &'static str;
@@ -207,12 +207,12 @@ impl<K: ?Sized> Choice<K> {
         Self(Some(Chosen { technique, clone }))
     }
 
-    /// Whether it is no technique.
+    /// True if it is no technique.
     pub const fn is_none(&self) -> bool {
         self.0.is_none()
     }
 
-    /// Whether it is a technique.
+    /// True if it is a technique.
     pub const fn is_some(&self) -> bool {
         self.0.is_some()
     }
@@ -234,7 +234,7 @@ impl<K: AnyTechnique + ?Sized> Choice<K> {
         self.technique()?.as_any().downcast_ref()
     }
 
-    /// Whether the technique is of this type.
+    /// True if the technique is of this type.
     pub fn is<T: Technique>(&self) -> bool {
         self.get::<T>().is_some()
     }

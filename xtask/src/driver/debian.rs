@@ -26,13 +26,13 @@ const BACKPORTS_FILE: &str = "/etc/apt/sources.list.d/lanternfish-bookworm-backp
 /// What decides.
 #[derive(Clone, Copy, Debug)]
 pub struct Machine {
-    /// Whether it is the release whose Mesa is too old.
+    /// True if it is the release whose Mesa is too old.
     pub is_old_release: bool,
     /// The first number of the installed Mesa's version.
     pub mesa: Option<u32>,
-    /// Whether the Vulkan loader is installed.
+    /// True if the Vulkan loader is installed.
     pub has_loader: bool,
-    /// Whether a graphics card's driver works.
+    /// True if a graphics card's driver works.
     pub has_graphics_card: bool,
     /// Whether there may be a card that this user's list of adapters does not show, e.g. outside the group `render`.
     pub may_have_graphics_card: bool,
@@ -147,7 +147,7 @@ fn installed_version(package: &str) -> Option<String> {
     text.lines().find_map(|line| line.strip_prefix("installed ")).map(str::to_owned)
 }
 
-/// Whether `/etc/os-release` is that of the release whose Mesa is too old.
+/// True if `/etc/os-release` is that of the release whose Mesa is too old.
 fn is_old_release(os_release: &str) -> bool {
     let is = |name: &str, value: &str| {
         let found = os_release.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix('='));

@@ -21,7 +21,7 @@ pub struct Source {
 const OPTIONS: [(&str, &str); 2] = [("arch", "Architectures"), ("trusted", "Trusted")];
 
 impl Source {
-    /// Whether it offers this release.
+    /// True if it offers this release.
     pub fn offers(&self, suite: &str) -> bool {
         self.suites.iter().any(|known| known == suite)
     }

@@ -18,7 +18,7 @@ pub struct Program {
     kind: &'static str,
     /// The target's name, where the package may have several of this kind.
     target: Option<&'static str>,
-    /// Whether it is built to run tests.
+    /// True if it is built to run tests.
     is_test: bool,
     /// Its name in the kit.
     pub name: &'static str,

@@ -25,7 +25,7 @@ const SKIP_ADAPTER: &str = "::gpu_";
 pub struct Selection {
     /// Part of the tests' names.
     filter: Option<String>,
-    /// Whether only unit tests are run that need no adapter and do not render.
+    /// True if only unit tests are run that need no adapter and do not render.
     pub is_quick: bool,
 }
 
@@ -113,7 +113,7 @@ impl Selection {
     }
 }
 
-/// Whether a test needs an adapter, by its name.
+/// True if a test needs an adapter, by its name.
 fn needs_adapter(name: &str) -> bool {
     name.rsplit("::").next().is_some_and(|last| last.starts_with(NEEDS_ADAPTER))
 }

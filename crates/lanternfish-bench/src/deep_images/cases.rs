@@ -8,9 +8,9 @@ use crate::table::Row;
 pub struct Group {
     pub title: &'static str,
     pub rows: Vec<DeepImageSettings>,
-    /// Whether the rays are traced through the exact structures as well.
+    /// True if the rays are traced through the exact structures as well.
     pub beside_exact: bool,
-    /// Whether holes are counted, against a draw for each direction.
+    /// True if holes are counted, against a draw for each direction.
     pub with_holes: bool,
 }
 

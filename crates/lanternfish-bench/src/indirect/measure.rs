@@ -47,14 +47,14 @@ fn row(case: Case, bytes: u64, rendering: &RenderedImage, times: Times, errors: 
         .and(errors)
 }
 
-/// Whether a row has the default filter and no antialiasing.
+/// True if a row has the default filter and no antialiasing.
 pub fn is_plain(row: &Row) -> bool {
     *row.get("filter_radius") == Sampled::default().filter_radius
         && *row.get("samples") == 1
         && *row.get("accumulate") == 1
 }
 
-/// Whether two rows differ in filter and antialiasing alone, if in anything.
+/// True if two rows differ in filter and antialiasing alone, if in anything.
 pub fn trace_alike(a: &Row, b: &Row) -> bool {
     ["brdf", "tracer", "directions", "resolution"].iter().all(|key| a.get(key) == b.get(key))
 }

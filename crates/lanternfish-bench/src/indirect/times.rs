@@ -70,7 +70,7 @@ impl Times {
     }
 }
 
-/// How many rays that count were traced, at most: those that would go into their own surface are not.
+/// Number of counted rays that were traced, at most: those that would go into their own surface are not.
 ///
 /// `covered`: what an image of `frames` says of each pixel, the share that surfaces cover. A frame's pixel that shows any
 /// surface sends `rays`.

@@ -65,7 +65,7 @@ pub struct QualityArgs {
 }
 
 impl QualityArgs {
-    /// Whether a technique is requested.
+    /// True if a technique is requested.
     fn requests(&self, name: &str) -> bool {
         self.techniques.is_empty() || self.techniques.iter().any(|words| name.contains(words))
     }

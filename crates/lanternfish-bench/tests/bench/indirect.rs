@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::program;
 
-/// Whether it succeeded, standard output, standard error.
+/// True if it succeeded, standard output, standard error.
 fn bench(folder: &Path, words: &str) -> (bool, String, String) {
     let mut command = program(folder);
     command.args(["indirect"]);

@@ -28,7 +28,7 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255), allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().shadow_rays, hide_short_help = true)]
     pub shadow_rays: u32,
-    /// Whether indirect light and soft shadows are mixed with those of the frames before, along surfaces.
+    /// True if indirect light and soft shadows are mixed with those of the frames before, along surfaces.
     ///
     /// On: less noise while the view moves, and light that changes is followed late. The first image, and its mean, are the same with
     /// either. In a window: on.

@@ -67,7 +67,7 @@ impl Measures {
         if self.hdr.is_some() { "HDR-FLIP" } else { "LDR-FLIP" }
     }
 
-    /// Whether every value that was compared is the same.
+    /// True if every value that was compared is the same.
     pub fn is_equal(&self) -> bool {
         self.linear.unwrap_or(self.display).absolute.max == 0.0
     }

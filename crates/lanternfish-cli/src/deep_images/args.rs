@@ -104,7 +104,7 @@ pub struct ShownArgs {
     /// Which fragment of each texel --view layer shows: 0 is the first along the image's axis, -1 the last.
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 0)]
     pub layer: i32,
-    /// How many layers --view layers shows, from the first on; fewer where the image has fewer.
+    /// Number of layers --view layers shows, from the first on; fewer where the image has fewer.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), allow_hyphen_values = true)]
     #[arg(default_value_t = 6)]
     pub layers: u32,

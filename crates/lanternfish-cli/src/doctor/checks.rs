@@ -19,7 +19,7 @@ pub struct Plan {
     pub group: Group,
     pub name: String,
     pub scene: Name,
-    /// Whether `--quick` makes it too.
+    /// True if `--quick` makes it too.
     pub is_quick: bool,
     pub kind: Kind,
 }

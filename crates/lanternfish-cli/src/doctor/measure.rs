@@ -125,7 +125,7 @@ impl Bench {
         }
     }
 
-    /// Whether nothing more can be asked of the device.
+    /// True if nothing more can be asked of the device.
     pub fn is_lost(&self) -> bool {
         is_lost(&self.gpu.device)
     }
@@ -238,7 +238,7 @@ fn render(renderer: &mut Renderer, scene: &GpuScene, subject: &Subject) -> Resul
     Ok(renderer.render(scene, &subject.camera, width, height)?)
 }
 
-/// How many pixels are not the same to the bit.
+/// Number of pixels that differ in any bit.
 fn differing(a: &RenderedImage, b: &RenderedImage) -> Vec<Figure> {
     let bits = |pixel: &[f32; 4]| pixel.map(f32::to_bits);
     let count = a.radiance.iter().zip(&b.radiance).filter(|(a, b)| bits(a) != bits(b)).count();

@@ -27,7 +27,7 @@ pub struct Report {
     pub complete: bool,
     /// What it was doing when the file was written, unless it is complete.
     pub doing: Option<String>,
-    /// How many steps were begun.
+    /// Number of steps begun.
     pub begun: usize,
     /// Seconds from start to end.
     pub seconds: f64,

@@ -207,7 +207,7 @@ fn sort(bench: &Bench, extent: &Extent) -> Result<Rate, CliError> {
     Ok(rate(format!("sort, {} pairs of 32 bits", extent.sorted_keys), "Mkeys/s", pairs.len(), &ms))
 }
 
-/// Whether the lists of rays, which have directions of deep images, are for it.
+/// True if the lists of rays, which have directions of deep images, are for it.
 fn goes_through_deep_images(tracer: Tracer) -> bool {
     tracer.structure(&Structure::NONE).is::<DeepImageSettings>()
 }

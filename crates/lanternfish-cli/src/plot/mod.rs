@@ -16,7 +16,7 @@ pub struct Axis<'a> {
     pub label: &'a str,
     /// Ends of what is shown, low < high; above 0 where logarithmic.
     pub ends: [f64; 2],
-    /// Whether equal ratios are equally long.
+    /// True if equal ratios are equally long.
     pub logarithmic: bool,
     /// Where a line is drawn across, and its name.
     pub ticks: Vec<(f64, String)>,
@@ -47,7 +47,7 @@ pub struct Curve {
     pub name: String,
     /// As CSS has it.
     pub color: &'static str,
-    /// Whether it is dashed.
+    /// True if it is dashed.
     pub dashed: bool,
     /// A mark at every point.
     pub marked: bool,

@@ -155,7 +155,7 @@ const HEADINGS: [&str; 2] = ["View", "Lights (beside those of the file)"];
 /// More flags that are, by id.
 const MORE: [&str; 9] = ["size", "time", "animation", "materials", "exposure", "tone_map", "seed", "timings", "quiet"];
 
-/// Whether a flag of `render` is one of `reference` as well.
+/// True if a flag of `render` is one of `reference` as well.
 fn is_shared(flag: &Arg) -> bool {
     flag.get_long().is_some()
         && (flag.get_help_heading().is_some_and(|heading| HEADINGS.contains(&heading))

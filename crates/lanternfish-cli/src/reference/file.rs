@@ -96,7 +96,7 @@ impl Target {
         Ok(Self { path, is_png, variance, is_replaceable })
     }
 
-    /// Whether the image is written as a display shows it.
+    /// True if the image is written as a display shows it.
     pub fn is_png(&self) -> bool {
         self.is_png
     }
@@ -106,7 +106,7 @@ impl Target {
         self.is_replaceable
     }
 
-    /// Whether another run can resume from the file.
+    /// True if another run can resume from the file.
     pub fn is_resumable(&self) -> bool {
         !self.is_png && self.is_replaceable
     }

@@ -199,7 +199,7 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
 struct Told<'a> {
     args: &'a RenderArgs,
     is_sequence: bool,
-    /// How many images there are.
+    /// Number of images.
     all: usize,
 }
 

@@ -43,7 +43,7 @@ pub struct RenderedImages<'a> {
     pub exposure: Option<f32>,
 }
 
-/// Whether one of the images decides how all are shown.
+/// True if one of the images decides how all are shown.
 pub fn are_metered(settings: &Settings, output: &Output) -> bool {
     settings.exposure == Exposure::Auto && settings.debug_view.is_none() && !output.is_radiance()
 }

@@ -182,7 +182,7 @@ fn judge(changes: &mut [Change], matters: f64) {
     }
 }
 
-/// How many runs each replay needs so that a chance of `needed` can be found.
+/// Number of runs each replay needs so that a chance of `needed` can be found.
 fn enough_runs(needed: f64) -> usize {
     (1..).find(|runs| rank_sum::least_chance(*runs, *runs) <= needed).expect("chances fall with every run")
 }

@@ -89,12 +89,12 @@ impl Plan {
         self.motion = Some(Motion::of_rain(Rain::add(&mut self.scene, count, None, seed)));
     }
 
-    /// How many frames there are.
+    /// Number of frames.
     pub fn frames(&self) -> usize {
         self.steps.len()
     }
 
-    /// Whether a frame may be another than the one before it.
+    /// True if a frame may be another than the one before it.
     pub fn moves(&self) -> bool {
         self.motion.is_some() || self.steps.windows(2).any(|pair| pair[0].camera != pair[1].camera)
     }

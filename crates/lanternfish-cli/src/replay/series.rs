@@ -44,7 +44,7 @@ impl Series {
         self.samples.resize(runs, vec![0.0; frames]);
     }
 
-    /// How many frames there are.
+    /// Number of frames.
     pub fn frames(&self) -> usize {
         self.samples.first().map_or(0, Vec::len)
     }
@@ -134,7 +134,7 @@ pub fn median_ranks(runs: usize) -> (usize, usize, f64) {
     (low, runs.saturating_sub(1 + low), if runs == 0 { 0.0 } else { level(low).max(0.0) })
 }
 
-/// How many standard errors either way hold 95 % of Student's t, by degrees of freedom. Above 30: by the first terms of its expansion
+/// Number of standard errors either way that hold 95 % of Student's t, by degrees of freedom. Above 30: by the first terms of its expansion
 /// at the normal's 1.96 [AbramowitzStegun1964, 26.7.5], right to four digits.
 fn student_95(freedom: usize) -> f64 {
     const TABLE: [f64; 30] = [

@@ -44,7 +44,7 @@ impl Shot {
         }
     }
 
-    /// Whether flags say that something moves beside the camera.
+    /// True if flags say that something moves beside the camera.
     fn moves(&self) -> bool {
         self.args.track.animation.is_some() || matches!(self.args.lights.lights, Some(LightSet::Rain { .. }))
     }

@@ -129,7 +129,7 @@ pub(crate) fn plain(scene: &SceneName) -> Shot {
     Shot { args: parsed(scene, &[], &keys::keys()), track: None, words: Vec::new() }
 }
 
-/// Whether a source is a shot, not a scene.
+/// True if a source is a shot, not a scene.
 pub fn is_shot(source: &SceneName) -> bool {
     source.demo().is_none() && output::has_ending(source.path(), "toml")
 }

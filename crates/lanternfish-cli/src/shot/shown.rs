@@ -190,7 +190,7 @@ impl Opened {
         Ok(())
     }
 
-    /// Whether the shot's light turns with its camera.
+    /// True if the shot's light turns with its camera.
     pub fn is_studio(&self) -> bool {
         self.is_studio
     }
@@ -300,7 +300,7 @@ fn numbers(values: &[f32]) -> String {
     values.iter().map(f32::to_string).collect::<Vec<_>>().join(",")
 }
 
-/// Whether two cameras show the same, but for rounding.
+/// True if two cameras show the same, but for rounding.
 fn is_alike(a: &Camera, b: &Camera, scene: &Scene) -> bool {
     let (x, y) = (a.world_from_camera, b.world_from_camera);
     let near = SAME_PLACE * scene.bounds().size().length().max(1.0);

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use crate::support::lanternfish;
 
-/// Whether it succeeded, standard output, standard error.
+/// True if it succeeded, standard output, standard error.
 fn deep_images(folder: &Path, words: &str) -> (bool, String, String) {
     let output = lanternfish(folder)
         .arg("deep-images")

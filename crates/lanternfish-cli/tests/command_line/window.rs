@@ -132,7 +132,7 @@ fn are_alike(a: &[[u8; 3]], b: &[[u8; 3]]) -> bool {
     50 * a.iter().zip(b).filter(|(a, b)| is_other(**a, **b)).count() < a.len()
 }
 
-/// Whether two colours are others, by more than noise.
+/// True if two colours are others, by more than noise.
 fn is_other(a: [u8; 3], b: [u8; 3]) -> bool {
     a.iter().zip(b).any(|(a, b)| a.abs_diff(b) > 24)
 }

@@ -21,7 +21,7 @@ pub(crate) trait Handed: Clone {
 #[derive(Debug)]
 pub(super) struct Kept<P> {
     pipelines: HashMap<PipelineKey, (P, u64)>,
-    /// How many that nobody uses are kept: those that were in use last.
+    /// Number of unused objects that are kept: the most recent ones.
     spare: usize,
     now: u64,
 }

@@ -33,7 +33,7 @@ struct Slot {
     used_for: Use,
     /// The frame that it was last given to.
     last_frame: u64,
-    /// Whether anything may have been written since it was zero.
+    /// True if anything may have been written since it was zero.
     is_written: bool,
 }
 

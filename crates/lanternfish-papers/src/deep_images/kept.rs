@@ -149,7 +149,7 @@ impl KeptDeepImages {
 }
 
 impl Kept {
-    /// Whether all of a scene within these bounds is in every image.
+    /// True if all of a scene within these bounds is in every image.
     fn hold(&self, bounds: &Bounds) -> bool {
         let grids = self.images.chunks.iter().map(|chunk| &chunk.grid);
         grids.into_iter().all(|grid| bounds.corners().iter().all(|corner| corner.distance(grid.center) <= grid.radius))

@@ -147,7 +147,7 @@ pub struct DeepImages {
     pub frames: wgpu::Buffer,
     /// The images' lists; every image is in one chunk.
     pub chunks: Vec<Chunk>,
-    /// How many fragments building drew and kept, and the bytes they take.
+    /// Number of fragments building drew and kept, and the bytes they take.
     pub counts: DeepCounts,
 }
 
@@ -166,15 +166,15 @@ pub struct Chunk {
     pub depths: wgpu::Buffer,
     /// Triangle of each fragment, in the order of the BVH's leaves, where there is a payload.
     pub triangles: Option<wgpu::Buffer>,
-    /// How many fragments all lists of the chunk hold; where frames do not wait, how many there is room for.
+    /// Number of fragments all lists of the chunk hold; where frames do not wait, how many there is room for.
     pub fragments: u64,
-    /// How many were drawn into them.
+    /// Number of fragments drawn into them.
     drawn: u64,
-    /// How many were put into lists before any were merged, in the first of four words: of linear arrays.
+    /// Number of fragments put into lists before merging, in the first of four words: of linear arrays.
     counted: Option<wgpu::Buffer>,
 }
 
-/// How many fragments building drew and kept, and the bytes they take. All but `bytes` of linked lists, which depends on what was built
+/// Number of fragments building drew and kept, and the bytes they take. All but `bytes` of linked lists, which depends on what was built
 /// before, is exact; where frames do not wait it is what there is room for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeepCounts {
@@ -247,7 +247,7 @@ impl Chunk {
         })
     }
 
-    /// How many lists the chunk has: a texel of an image each.
+    /// Number of lists the chunk has: a texel of an image each.
     pub fn list_count(&self) -> u32 {
         self.grid.list_count()
     }
@@ -260,7 +260,7 @@ impl Chunk {
 }
 
 impl DeepGrid {
-    /// How many lists the chunk has: a texel of an image each.
+    /// Number of lists the chunk has: a texel of an image each.
     fn list_count(&self) -> u32 {
         self.image_count * self.resolution * self.resolution
     }

@@ -84,7 +84,7 @@ pub fn depth(nodes: &[CwBvhNode]) -> usize {
     depth
 }
 
-/// How many boxes are in the same place as one, on average: of each box, the greatest ratio of the boxes' areas below a node
+/// Number of boxes that overlap one, on average: of each box, the greatest ratio of the boxes' areas below a node
 /// above it to the node's own.
 fn crowding(tree: &Bvh2) -> f64 {
     let area = |i: usize| f64::from(tree.nodes[i].aabb().half_area());

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::hash::{hash, unit};
 use crate::{Bounds, Light, Scene};
 
-/// How many lights reach a point, on average, when the radius is left to [`light_rain`].
+/// Number of lights that reach a point, on average, when the radius is left to [`light_rain`].
 const LIGHTS_PER_POINT: f32 = 12.0;
 
 /// Falling speeds, m/s.

@@ -12,7 +12,7 @@ pub(crate) struct Surface {
     pub material: usize,
     /// What one repeat of the texture covers, m.
     pub texture_size: f32,
-    /// Whether tangents are needed.
+    /// True if tangents are needed.
     pub normal_mapped: bool,
 }
 

@@ -77,7 +77,7 @@ fn a_confined_scene_reads_its_folder_alone() {
     {
         assert!(load_with(place.scene(uri), &CONFINED).is_err(), "{uri}");
     }
-    // Whether what is outside is there is not told.
+    // True if what is outside is there is not told.
     let missing = load_with(place.scene("../missing.bin"), &CONFINED);
     assert!(matches!(missing, Err(SceneError::Outside { .. })), "{missing:?}");
 }
@@ -97,7 +97,7 @@ fn links_do_not_lead_out() {
         let refused = load_with(&scene, &CONFINED);
         assert!(matches!(refused, Err(SceneError::Outside { .. })), "{uri}: {refused:?}");
     }
-    // Whether there is something behind a link is not told.
+    // True if there is something behind a link is not told.
     symlink(place.path("missing.bin"), place.path("scene/dangling.bin")).unwrap();
     for uri in ["dangling.bin", "inner/up/missing.bin", "inner/up/missing/secret.bin"] {
         let refused = load_with(place.scene(uri), &CONFINED);

@@ -44,7 +44,7 @@ pub struct Receiver {
     pub p: Vec3,
     /// Normal, world space, unit.
     pub normal: Vec3,
-    /// Whether light that arrives from behind counts too.
+    /// True if light that arrives from behind counts too.
     pub is_transmitting: bool,
 }
 

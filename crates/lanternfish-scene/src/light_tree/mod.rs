@@ -83,7 +83,7 @@ impl LightTree {
         self.depth
     }
 
-    /// Whether there are no emitters.
+    /// True if there are no emitters.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }

@@ -41,19 +41,19 @@ const LEAVES: Color32 = Color32::from_rgba_premultiplied(120, 120, 120, 160);
 /// What is drawn over the image.
 #[derive(Debug)]
 pub struct Overlays {
-    /// Whether the bird's-eye view is requested.
+    /// True if the bird's-eye view is requested.
     pub wants_birds_eye: bool,
     /// The view from above, while it is shown.
     pub birds_eye: Option<BirdsEye>,
-    /// Whether the view from above shows visible clusters.
+    /// True if the view from above shows visible clusters.
     pub clusters: bool,
     /// Whether tiles, or columns of clusters, are drawn over the image.
     pub grid: bool,
-    /// Whether ranges of lights are drawn.
+    /// True if ranges of lights are drawn.
     pub ranges: bool,
-    /// Whether lines to the lights of the clicked pixel are drawn.
+    /// True if lines to the lights of the clicked pixel are drawn.
     pub rays: bool,
-    /// Whether rays that look for indirect light from the clicked pixel are drawn.
+    /// True if rays that look for indirect light from the clicked pixel are drawn.
     pub indirect_rays: bool,
 }
 
@@ -148,7 +148,7 @@ fn spacing(settings: &Settings) -> Option<u32> {
     tiles.map(TileSize::pixels).or(clusters)
 }
 
-/// Whether something divides the image that could be drawn over it.
+/// True if something divides the image that could be drawn over it.
 pub fn has_grid(settings: &Settings) -> bool {
     spacing(settings).is_some()
 }

@@ -41,7 +41,7 @@ pub struct State {
     pub settings: Settings,
     /// What is on the other side of the line, and where that is.
     pub wipe: Wipe,
-    /// Whether two eyes see it.
+    /// True if two eyes see it.
     pub stereo: Stereo,
     /// The pixel that was clicked.
     pub pointed: Option<Pointed>,
@@ -59,9 +59,9 @@ pub struct State {
     pub clip: Option<Clip>,
     /// A line that tells of the last thing that went wrong, or was done.
     pub message: String,
-    /// Whether the page of keys is shown.
+    /// True if the page of keys is shown.
     pub shows_keys: bool,
-    /// Whether the panels are shown.
+    /// True if the panels are shown.
     pub shows_panels: bool,
     /// Whether everything behind headings was last unfolded at once, or folded.
     pub is_unfolded: bool,
@@ -98,7 +98,7 @@ pub struct Clip {
     pub has_rain: bool,
     /// When, s.
     pub time: f32,
-    /// Whether time passes.
+    /// True if time passes.
     pub is_playing: bool,
 }
 
@@ -167,7 +167,7 @@ pub struct Requested {
     pub close: bool,
     /// Points that are left for the image, or each eye's, across and down.
     pub room: Vec2,
-    /// Whether the camera was moved by hand.
+    /// True if the camera was moved by hand.
     pub is_moving: bool,
 }
 

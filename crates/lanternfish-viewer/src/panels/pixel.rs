@@ -23,7 +23,7 @@ pub struct Pointed {
     pub cluster: Option<ClusterAt>,
     /// The tile that it is in, and how many lights that lists, where there are tiles.
     pub tile: Option<(UVec2, u32)>,
-    /// Whether the scene has changed since.
+    /// True if the scene has changed since.
     pub is_of_before: bool,
 }
 
@@ -34,7 +34,7 @@ impl Pointed {
     }
 }
 
-/// Whether the camera is to look there.
+/// True if the camera is to look there.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
     let Some(pointed) = state.pointed.clone() else {
         ui.label("Click on the image.");

@@ -22,11 +22,11 @@ pub struct State {
     pub look: Look,
     /// Where the line is: a share of the window's width.
     pub line: f32,
-    /// Whether the map of what differs is shown in the place of both.
+    /// True if the map of what differs is shown in the place of both.
     pub shows_map: bool,
     /// Zoom and pan.
     pub place: Place,
-    /// Whether the panel is shown.
+    /// True if the panel is shown.
     pub shows_panel: bool,
     /// What went wrong last.
     pub message: String,

@@ -100,7 +100,7 @@ impl Program for Shown {
 }
 
 impl Shown {
-    /// Whether the comparison has come to something.
+    /// True if the comparison has come to something.
     fn poll(&mut self) -> bool {
         let Some(compared) = self.difference.poll() else { return false };
         match compared {

@@ -248,7 +248,7 @@ impl Geometry {
     }
 }
 
-/// Whether a transform turns counter-clockwise into clockwise.
+/// True if a transform turns counter-clockwise into clockwise.
 pub(super) fn mirrors(transform: &Affine3A) -> bool {
     transform.matrix3.determinant() < 0.0
 }

@@ -289,7 +289,7 @@ impl GpuScene {
         self.light_trees.as_ref().map_or(&[], SceneLightTrees::triangles)
     }
 
-    /// Whether any triangle that rays are traced through shines, where hits are shaded.
+    /// True if any triangle that rays are traced through shines, where hits are shaded.
     pub fn has_emissive_triangles(&self) -> bool {
         self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
     }

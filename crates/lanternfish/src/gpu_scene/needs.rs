@@ -18,7 +18,7 @@ pub(crate) struct SceneRequirements {
     renderer: u64,
     /// Which parts of materials were packed.
     pub shading: Shading,
-    /// Whether textures are one array, where they fit.
+    /// True if textures are one array, where they fit.
     pub texture_arrays: bool,
     /// Samples along a footprint's long axis.
     pub anisotropy: u16,

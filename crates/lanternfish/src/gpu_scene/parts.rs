@@ -27,7 +27,7 @@ impl Parts {
     /// Light of the environment.
     pub const ENVIRONMENT_VISIBILITY: Self = Self { environment_visibility: true, ..Self::NONE };
 
-    /// Whether something is traced.
+    /// True if something is traced.
     pub fn rays(self) -> bool {
         self.bvh || self.ray_query
     }

@@ -10,7 +10,7 @@ use super::GpuScene;
 /// The moment that was shown last before a change.
 #[derive(Debug, Default)]
 pub(super) struct Previous {
-    /// Whether a frame that asks for motion has shown the scene as it is.
+    /// True if a frame that asks for motion has shown the scene as it is.
     is_shown: AtomicBool,
     kept: Option<Kept>,
 }

@@ -26,9 +26,9 @@ pub struct SceneRaster {
     declared: Shaders,
     module: &'static str,
     features: Vec<Feature>,
-    /// Whether masked draws get the `masked` variant.
+    /// True if masked draws get the `masked` variant.
     distinguish_masked: bool,
-    /// Whether scenes with area lights get the `area_lights` variant.
+    /// True if scenes with area lights get the `area_lights` variant.
     distinguish_area_lights: bool,
     state: PassState,
     shaders: HashMap<Vec<Feature>, Arc<LinkedShader>>,
@@ -44,7 +44,7 @@ pub struct PassState {
     pub targets: Vec<wgpu::ColorTargetState>,
     /// Samples a pixel.
     pub samples: u32,
-    /// Whether backs are drawn whose materials have one side, as rays hit them.
+    /// True if backs are drawn whose materials have one side, as rays hit them.
     pub draws_backs: bool,
 }
 

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{Shading, mips};
 
-/// How many textures get their mip levels at a time: bounds the memory that waits to be copied.
+/// Number of textures that get their mip levels at a time: bounds the memory that waits to be copied.
 const BATCH: usize = 16;
 /// What [`Anisotropy::Auto`] is on hardware: what every adapter has.
 const HARDWARE_ANISOTROPY: u16 = 16;
@@ -38,7 +38,7 @@ pub(super) type Images = BTreeMap<(usize, bool), (wgpu::TextureView, u64)>;
 /// The textures of a scene on the device. Texture 0 is one white texel.
 #[derive(Debug)]
 pub struct Textures {
-    /// Whether shaders see them as one array.
+    /// True if shaders see them as one array.
     pub arrays: bool,
     /// Texels of all levels, bytes.
     pub bytes: u64,

@@ -131,7 +131,7 @@ impl Tlas {
 
 /// Which triangles are solid, and which have a mask.
 struct Lists {
-    /// How many are in the first geometry; the triangles of both.
+    /// Number of triangles in the first geometry; the triangles of both.
     numbers: Vec<u32>,
     /// Vertices of each geometry.
     indices: [Vec<u32>; 2],

@@ -46,9 +46,9 @@ pub(super) struct Placed {
     /// What traced triangles are: the scene's parts, and for each triangle, in leaf order, its source.
     parts: Vec<Part>,
     sources: Vec<Source>,
-    /// Whether the device may have failed to pose what has moved.
+    /// True if the device may have failed to pose what has moved.
     is_unsure: bool,
-    /// Whether the device has refused something.
+    /// True if the device has refused something.
     is_distrusted: bool,
     /// What each material emits.
     shining: Vec<emissive::Shining>,
@@ -91,7 +91,7 @@ pub(super) struct Unchanged {
 }
 
 impl Placed {
-    /// Whether an instance may stand elsewhere on the device than here.
+    /// True if an instance may stand elsewhere on the device than here.
     pub fn may_have_moved(&self, instance: usize, transform: &Affine3A) -> bool {
         self.is_unsure || self.transforms[instance] != *transform
     }
@@ -102,7 +102,7 @@ impl Placed {
         self.moved();
     }
 
-    /// Whether vertices of these meshes may be elsewhere than the device has last bent them to.
+    /// True if vertices of these meshes may be elsewhere than the device has last bent them to.
     pub fn may_have_bent(&self, mut meshes: impl Iterator<Item = usize>) -> bool {
         self.is_unsure || meshes.any(|mesh| self.vertices[mesh].is_some())
     }

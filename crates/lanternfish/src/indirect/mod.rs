@@ -119,7 +119,7 @@ impl Indirect {
         self
     }
 
-    /// Whether the technique finds the light of the environment.
+    /// True if the technique finds the light of the environment.
     pub fn sees_environment(&self) -> bool {
         self.technique().is_some_and(|technique| technique.sees_environment())
     }

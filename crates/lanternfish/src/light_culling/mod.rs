@@ -80,12 +80,12 @@ pub trait CullingTechnique: AnyTechnique {
     /// The feature that makes `light_list.wesl` read this technique's lists.
     fn feature(&self) -> Feature;
 
-    /// Whether it finds clusters, for debug views of them.
+    /// True if it finds clusters, for debug views of them.
     fn has_clusters(&self) -> bool {
         false
     }
 
-    /// Whether one invocation tests all lights.
+    /// True if one invocation tests all lights.
     fn tests_every_light(&self) -> bool {
         false
     }
@@ -222,7 +222,7 @@ fn check_driver(adapter: &wgpu::AdapterInfo, light_count: u32) -> Result<(), Ren
     Err(RenderError::Driver { setting: "a test of every light", driver, fault, instead: "the default `culling`" })
 }
 
-/// How many entries of that list one binding holds.
+/// Number of entries of that list one binding holds.
 pub fn most_indices(device: &wgpu::Device) -> u64 {
     // Buffers are whole 16 bytes.
     (device.limits().max_storage_buffer_binding_size / 16 * 4).min(u32::MAX.into())

@@ -8,7 +8,7 @@ use lanternfish_scene::Bounds;
 use super::Light;
 
 gpu_struct! {
-    /// How many lights a set has.
+    /// Number of lights a set has.
     pub struct LightCount {
         /// How many of `lights` there are; the buffer may be longer.
         count: u32,
@@ -52,7 +52,7 @@ impl LightSet {
         }
     }
 
-    /// How many lights there are at most: as many as there are, where the host knows.
+    /// Largest number of lights: exact if the host knows it.
     pub fn capacity(&self) -> u32 {
         self.capacity
     }

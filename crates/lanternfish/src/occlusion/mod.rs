@@ -50,7 +50,7 @@ impl Occlusion {
         self.technique().map_or(1, |technique| technique.update_frames(settings))
     }
 
-    /// Whether what the technique finds may be mixed with that of the frames before.
+    /// True if what the technique finds may be mixed with that of the frames before.
     pub(crate) fn is_noisy(&self) -> bool {
         self.technique().is_some_and(|technique| technique.is_noisy())
     }

@@ -78,7 +78,7 @@ pub(crate) struct FrameBefore<'s> {
 pub(crate) struct Before {
     /// Which of the frames of a mean it was.
     pub rested: u32,
-    /// Whether the view was elsewhere.
+    /// True if the view was elsewhere.
     pub has_moved: bool,
     /// Frames since the scene has changed: 0 where the frame in hand is the first after a change.
     pub since_change: u32,
@@ -146,7 +146,7 @@ impl ShownViews {
     }
 }
 
-/// Whether a view is where another was, but for the last bits that shifts of frames of a mean leave.
+/// True if a view is where another was, but for the last bits that shifts of frames of a mean leave.
 fn is_where(view: &View, other: &View) -> bool {
     let matrices = |view: &View| [view.clip_from_view, view.view_from_world];
     matrices(view).iter().zip(matrices(other)).all(|(now, before)| now.abs_diff_eq(before, 1e-5))
@@ -158,7 +158,7 @@ impl FrameBefore<'_> {
         Bindings::new().part("view_motion", &self.views).buffer("previous_instances", self.geometry.instances)
     }
 
-    /// Whether the scene has changed since then.
+    /// True if the scene has changed since then.
     pub fn has_just_changed(&self) -> bool {
         self.known.is_some_and(|before| before.since_change == 0)
     }

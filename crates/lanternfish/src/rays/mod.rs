@@ -243,7 +243,7 @@ impl Tracer {
         self.0.parts
     }
 
-    /// Whether it finds the triangle that a ray hits, through the structure that the settings choose.
+    /// True if it finds the triangle that a ray hits, through the structure that the settings choose.
     pub fn finds_triangles(self, chosen: &Structure) -> bool {
         self.structure(chosen).technique().is_none_or(|structure| structure.finds_triangles())
     }
@@ -258,7 +258,7 @@ impl Tracer {
         if self.is_exact() { self } else { Self::BVH }
     }
 
-    /// Whether the device has what it needs.
+    /// True if the device has what it needs.
     pub fn is_supported(self, device: &wgpu::Device) -> bool {
         device.features().contains(self.0.needs)
     }

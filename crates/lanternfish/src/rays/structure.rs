@@ -29,7 +29,7 @@ pub trait StructureTechnique: AnyTechnique {
     /// Those features under every choice of parameters.
     fn every_features(&self, with_triangles: bool) -> Vec<Vec<Feature>>;
 
-    /// Whether it knows the triangle that a ray hits.
+    /// True if it knows the triangle that a ray hits.
     fn finds_triangles(&self) -> bool;
 
     /// Frames after a change of the scene until it holds nothing older.

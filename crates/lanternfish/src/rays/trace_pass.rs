@@ -36,7 +36,7 @@ impl TracePass {
         self.for_each_part(view, bindings, &mut |bindings| frame.dispatch_indirect(&self.kernel, bindings, groups));
     }
 
-    /// Whether the pass may run several times, so that what it adds to has to be cleared before.
+    /// True if the pass may run several times, so that what it adds to has to be cleared before.
     pub fn runs_in_parts(&self) -> bool {
         !self.tracer.is_exact()
     }

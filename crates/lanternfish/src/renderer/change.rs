@@ -49,7 +49,7 @@ impl Renderer {
             self.passes.output = self.engine.within(output)?;
         } else {
             self.passes = passes;
-            // Whether these can do without waiting is asked before the next frame that may not wait.
+            // True if these can do without waiting is asked before the next frame that may not wait.
             self.use_growth(Growth::Blocking)?;
         }
         self.flight.forget();
@@ -59,7 +59,7 @@ impl Renderer {
     }
 }
 
-/// Whether frames find their own exposure, which is compiled with the first of them.
+/// True if frames find their own exposure, which is compiled with the first of them.
 fn meters(settings: &Settings) -> bool {
     settings.exposure == Exposure::Auto && settings.debug_view.is_none()
 }

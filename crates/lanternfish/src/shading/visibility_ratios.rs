@@ -66,7 +66,7 @@ impl VisibilityRatios {
         Ok(Some(Self { settings: settings.clone(), find: [None, None], histories }))
     }
 
-    /// Whether any light of the scene is seen in part.
+    /// True if any light of the scene is seen in part.
     pub fn are_of(&self, scene: &GpuScene) -> bool {
         scene.has_area_lights || self.settings.casts_soft_shadows()
     }

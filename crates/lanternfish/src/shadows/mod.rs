@@ -290,7 +290,7 @@ impl Shadows {
     }
 }
 
-/// Whether the debug view shows rays.
+/// True if the debug view shows rays.
 fn counts_rays(settings: &Settings) -> bool {
     matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility))
 }

@@ -36,7 +36,7 @@ pub struct Path<'p> {
     pub size: [u32; 2],
     /// The camera, and how many lights are added.
     pub step: &'p dyn Fn(usize) -> (Camera, u32),
-    /// How many frames.
+    /// Number of frames.
     pub frames: usize,
 }
 

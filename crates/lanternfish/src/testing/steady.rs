@@ -31,9 +31,9 @@ fn made_by_frame(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, is_
 pub struct Frames {
     /// What the check calls them.
     pub name: &'static str,
-    /// Whether they are of one mean.
+    /// True if they are of one mean.
     pub is_averaged: bool,
-    /// Whether they wait for the room of their lists.
+    /// True if they wait for the room of their lists.
     pub growth: Growth,
     /// The settings.
     pub settings: Settings,

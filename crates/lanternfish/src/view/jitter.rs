@@ -32,7 +32,7 @@ mod tests {
     use super::*;
     use crate::testing::Random;
 
-    /// Whether each box of 2⁻ᵃ × 2ᵃ⁻ⁿ has one of 2ⁿ points, for every a.
+    /// True if each box of 2⁻ᵃ × 2ᵃ⁻ⁿ has one of 2ⁿ points, for every a.
     fn fills_every_box(points: &[Vec2]) -> bool {
         let n = points.len().ilog2();
         (0..=n).all(|a| {

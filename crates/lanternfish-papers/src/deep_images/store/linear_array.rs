@@ -59,7 +59,7 @@ impl LinearArray {
             |label, count: u64| self.payload.then(|| storage_buffer(device, label, 4 * count)).transpose();
 
         // Gather and scan; where the frame waits, again where there was no room.
-        // How many were put, and of how many images.
+        // Number of fragments, and of images.
         let counted = [0, grid.image_count, 0, 0];
         let counted = storage_buffer_of(device, "deep_images/counted", &counted, wgpu::BufferUsages::empty())?;
         let limit = most_fragments(&device.limits());
@@ -71,7 +71,7 @@ impl LinearArray {
             let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
             let bindings = slots.bind(&source.bindings).buffer("deep_grid", &grid_buffer);
             (source.gather)(frame, &grid, &bindings.buffer("list_counters", &filled_starts))?;
-            // How many slots were taken becomes the end of the last list.
+            // The number of taken slots becomes the end of the last list.
             let taken = 4 * (u64::from(lists) + 1);
             frame.encoder().copy_buffer_to_buffer(&filled_starts, taken, &counted, 0, 4);
             self.scan.record(frame, &filled_starts, lists + 2)?;

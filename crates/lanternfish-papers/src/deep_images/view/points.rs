@@ -21,7 +21,7 @@ gpu_struct! {
     pub struct PointRange {
         /// The first list whose fragments are drawn, counted from the chunk's first.
         first_list: u32,
-        /// How many lists are drawn, from the first one on.
+        /// Number of lists that are drawn, from the first one on.
         list_count: u32,
         /// Radius of a point, m.
         radius: f32,

@@ -65,7 +65,7 @@ pub struct TexelValues {
     pub resolution: u32,
     /// By rows of texels, as the lists are; `None` where a list ends before the layer.
     pub values: Vec<Option<f32>>,
-    /// Whether images are turned by half a turn so that +y of the world is upwards.
+    /// True if images are turned by half a turn so that +y of the world is upwards.
     turned: bool,
     buffer: wgpu::Buffer,
 }

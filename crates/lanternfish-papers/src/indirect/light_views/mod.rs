@@ -21,7 +21,7 @@ pub(crate) const DECLARED: Shaders =
 gpu_struct! {
     /// What shaders are told of the views.
     pub struct LightViewSet {
-        /// How many views there are.
+        /// Number of views.
         count: u32,
         /// Which of the frames that are averaged into one image this is.
         frame_index: u32,
@@ -75,7 +75,7 @@ pub(crate) enum Source {
     Triangle,
 }
 
-/// How many texels a view may have along an edge.
+/// Number of texels a view may have along an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Squares {
     /// A power of two: blocks of texels are stretches.
@@ -226,7 +226,7 @@ impl LightViews {
         Self { views, flux, is_by_chance }
     }
 
-    /// How many texels all views have.
+    /// Number of texels all views have.
     pub fn texels(&self) -> u32 {
         self.views.last().map_or(0, |view| view.first + view.side * view.side)
     }

@@ -50,7 +50,7 @@ pub struct PhotonSplatting {
     pub resolution: IndirectResolution,
     /// Pixels to each side that the filter reaches in an image of one frame, up to 64; 0: none.
     pub filter_radius: u32,
-    /// Whether what a pixel gets is bounded by what the pixels around it do.
+    /// True if what a pixel gets is bounded by what the pixels around it do.
     pub clamp: IndirectClamp,
 }
 

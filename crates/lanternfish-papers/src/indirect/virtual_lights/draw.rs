@@ -48,7 +48,7 @@ impl MapRaster {
         })
     }
 
-    /// How many texels of these views are drawn: those of the first so many views.
+    /// Number of views that are drawn: the first ones.
     pub fn texels(views: &[LightView]) -> u32 {
         drawn(views).last().map_or(0, |view| view.first + view.side * view.side)
     }

@@ -22,12 +22,12 @@ pub struct VirtualLights {
     pub map: MapSize,
     /// How the map is made.
     pub source: MapSource,
-    /// Whether texels that lie close together become one light.
+    /// True if texels that lie close together become one light.
     pub unique: bool,
     /// Distance between virtual lights on a surface below which texels become one, as a share of the scene's radius, > 0. Larger: fewer
     /// lights, coarser light.
     pub spacing: f32,
-    /// How many lights are taken of all these, each with an equal share of their flux; 0: all. More: less coarse light, slower.
+    /// Number of lights selected from all, each with an equal fraction of the flux; 0: all. More: less coarse light, slower.
     pub count: u32,
     /// A pixel looks at every nth of the lights that reach it, pixels nearby at the others, 1 to 64. More: faster, noisier.
     pub stride: u32,
@@ -42,7 +42,7 @@ pub struct VirtualLights {
     /// Range above which only some lights are kept, as a share of the scene's radius, > 0; and up to which random ranges go. Smaller: fewer
     /// lights reach each pixel.
     pub most_range: f32,
-    /// How many lights with a range above that are kept, percent, up to 100. More: more lights reach each pixel.
+    /// Percentage of lights with a range above that which are kept, up to 100. More: more lights reach each pixel.
     pub large_kept: u32,
     /// How light ends at its range.
     pub falloff: Attenuation,
@@ -53,7 +53,7 @@ pub struct VirtualLights {
     pub least_distance: Option<f32>,
     /// What is done about the flux that ranges cut off.
     pub residual: Residual,
-    /// How many lights carry over the whole scene what ranges cut off, with [`Residual::FarLights`], 1 to 4096. More: smoother, slower.
+    /// Number of lights that carry flux beyond ranges over the whole scene, with [`Residual::FarLights`], 1 to 4096. More: smoother, slower.
     pub far_lights: u32,
     /// Where it is not 0, the light of the n virtual lights that reach a pixel is weighed by this number over n, so that pixels that
     /// many lights reach are no brighter than others. Larger: brighter.
@@ -66,7 +66,7 @@ pub struct VirtualLights {
     pub resolution: IndirectResolution,
     /// Pixels to each side that the filter reaches in an image of one frame, up to 64; 0: none.
     pub filter_radius: u32,
-    /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do.
+    /// True if what a pixel's rays bring is bounded by what those of the pixels around it do.
     pub clamp: IndirectClamp,
 }
 

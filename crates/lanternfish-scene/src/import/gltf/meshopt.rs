@@ -41,7 +41,7 @@ pub(super) fn decode(view: &CompressedView, compressed: &[u8], budget: &Budget) 
     Ok(words)
 }
 
-/// Whether mode, filter, stride and count go together as the extension says.
+/// True if mode, filter, stride and count go together as the extension says.
 fn is_sound(view: &CompressedView) -> bool {
     let stride = view.byte_stride;
     let mode = match view.mode.as_str() {

@@ -70,7 +70,7 @@ impl<'c, 'a> Collected<'c, 'a> {
         Ok(Self { accessors, nodes, place, budget, is_kept, motion, skins: HashMap::new(), uses: HashMap::new() })
     }
 
-    /// Whether anything moves.
+    /// True if anything moves.
     pub fn is_kept(&self) -> bool {
         self.is_kept
     }

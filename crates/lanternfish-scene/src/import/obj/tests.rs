@@ -174,7 +174,7 @@ fn broken_files_are_refused_with_the_line() {
     }
 }
 
-/// Whether `text` beside a library gives these notes, each a part of one.
+/// True if `text` beside a library gives these notes, each a part of one.
 #[test]
 fn what_a_material_says_wrongly_is_noted() {
     let mut notes = super::Notes::new();

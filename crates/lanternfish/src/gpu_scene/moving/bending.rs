@@ -122,7 +122,7 @@ fn bent_meshes(scene: &Scene) -> impl Iterator<Item = DeformedMesh> + '_ {
     last.map(|(_, one)| *one).filter(bends)
 }
 
-/// Whether any vertex bends.
+/// True if any vertex bends.
 pub fn bends(scene: &Scene) -> bool {
     bent_meshes(scene).next().is_some()
 }

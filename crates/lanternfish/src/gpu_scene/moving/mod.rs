@@ -309,6 +309,6 @@ pub struct Sent {
     pub bytes: u64,
     /// Dispatches of the device.
     pub dispatches: u32,
-    /// Whether a tree that was built in the background took the place of the one that rays were traced through.
+    /// True if a tree that was built in the background took the place of the one that rays were traced through.
     pub has_rebuilt: bool,
 }

@@ -121,7 +121,7 @@ pub struct Rebuild {
     permute: ComputeKernel,
     sums: wgpu::Buffer,
     stage: Stage,
-    /// Whether anything has moved since what rays spend was last found.
+    /// True if anything has moved since what rays spend was last found.
     is_behind: bool,
 }
 
@@ -130,13 +130,13 @@ pub struct Rebuild {
 pub struct Watched<'a> {
     /// Boxes of its nodes, as `refit.wesl` leaves them.
     pub boxes: &'a wgpu::Buffer,
-    /// How many nodes it has.
+    /// Number of nodes.
     pub node_count: u32,
     /// What it cost when it was built.
     pub cost_when_built: f64,
     /// [`BvhTriangle`]s.
     pub triangles: &'a wgpu::Buffer,
-    /// How many they are.
+    /// Their number.
     pub triangle_count: u32,
 }
 
@@ -156,7 +156,7 @@ impl Rebuild {
         })
     }
 
-    /// Whether a step is still to be taken, though nothing moves any more.
+    /// True if a step is still to be taken, though nothing moves any more.
     pub fn is_under_way(&self) -> bool {
         self.is_behind || !matches!(self.stage, Stage::Resting)
     }

@@ -89,12 +89,12 @@ impl Outline {
         self.materials.get(index).map(|known| *known == fixed(material))
     }
 
-    /// Whether image `index` is the same in `now`.
+    /// True if image `index` is the same in `now`.
     pub fn has_image_of(&self, now: &Self, index: usize) -> bool {
         self.images.get(index).is_some_and(|image| now.images.get(index) == Some(image))
     }
 
-    /// Whether the environment is the same in `now`.
+    /// True if the environment is the same in `now`.
     pub fn has_environment_of(&self, now: &Self) -> bool {
         self.environment == now.environment
     }

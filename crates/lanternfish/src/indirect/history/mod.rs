@@ -29,7 +29,7 @@ gpu_struct! {
     pub struct HistoryParameters {
         /// Pixels of the image before.
         size_before: UVec2,
-        /// Whether there was one, of this scene.
+        /// True if there was one, of this scene.
         is_known: u32,
         /// Frames of the mean that this frame is added to.
         mean_frames: f32,

@@ -23,7 +23,7 @@ impl Bounces {
     /// Most bounces that are counted.
     pub const MOST: u32 = 8;
 
-    /// Whether entries look for what other entries send.
+    /// True if entries look for what other entries send.
     pub(super) fn needs_rays(self) -> bool {
         self != Self::ONE
     }

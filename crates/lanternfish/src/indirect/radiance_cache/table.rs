@@ -130,7 +130,7 @@ impl Table {
         })
     }
 
-    /// Whether its entries are of this scene as it is.
+    /// True if its entries are of this scene as it is.
     pub fn is_of(&self, scene: &GpuScene) -> bool {
         self.order == scene.triangle_order()
     }

@@ -178,7 +178,7 @@ pub(super) struct FrameEntries<'a> {
 }
 
 impl FrameEntries<'_> {
-    /// Whether all entries are new.
+    /// True if all entries are new.
     pub fn is_first(&self) -> bool {
         self.of_frame.first_samples().is_some()
     }

@@ -63,9 +63,9 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 gpu_struct! {
     /// What the passes of a frame are told.
     pub struct SampledParameters {
-        /// How many diffuse rays a pixel has.
+        /// Number of diffuse rays a pixel has.
         diffuse_rays: u32,
-        /// How many glossy rays a pixel has.
+        /// Number of glossy rays a pixel has.
         glossy_rays: u32,
         /// Roughness of the surface that would see as much of the environment at once as a diffuse ray stands for.
         diffuse_blur: f32,

@@ -28,7 +28,7 @@ pub(crate) fn workgroups_in_rows(size: UVec2) -> [u32; 3] {
     [BLOCK_GROUPS * BLOCK_GROUPS * blocks.x, blocks.y, 1]
 }
 
-/// How many places an image of this size has: the shader's `place_count`.
+/// Number of places an image of this size has: the shader's `place_count`.
 pub(crate) fn place_count(size: UVec2) -> u32 {
     size.map(|side| side.div_ceil(BLOCK)).element_product() * BLOCK * BLOCK
 }

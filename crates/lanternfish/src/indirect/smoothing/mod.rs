@@ -54,7 +54,7 @@ gpu_struct! {
     pub struct Clamped {
         /// Of diffuse light at normal incidence.
         diffuse: Vec3,
-        /// How many pixels they are.
+        /// Number of pixels.
         count: f32,
         /// Of diffuse light at grazing incidence.
         diffuse_grazing: Vec3,
@@ -100,7 +100,7 @@ impl IndirectResolution {
 }
 
 named_enum! {
-    /// Whether what a pixel's rays bring is bounded by its neighbours.
+    /// True if what a pixel's rays bring is bounded by its neighbours.
     IndirectClamp {
         /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
         /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right. Where there is a filter, what is beyond that is
@@ -153,7 +153,7 @@ pub const MOST_RADIUS: u32 = 64;
 pub struct PixelIrradiance {
     /// One each, row by row, bound under the name that the shader gives it.
     pub irradiance: wgpu::Buffer,
-    /// How many pixels are looked at, across and down.
+    /// Number of pixels that are read, across and down.
     pub size: UVec2,
     /// Size of the image.
     rendering: UVec2,

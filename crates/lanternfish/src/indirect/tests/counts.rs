@@ -1,4 +1,4 @@
-//! How many rays are traced.
+//! Number of rays that are traced.
 
 use crate::techniques::{Bounces, HitLight};
 

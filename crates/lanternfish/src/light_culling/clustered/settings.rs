@@ -17,7 +17,7 @@ use crate::{
 pub struct Clustered {
     /// Which clusters there are. Smaller: fewer lights a pixel, more lists.
     pub shape: ClusterShape,
-    /// Whether several views share one grid [VanGelderen2020, §4.1].
+    /// True if several views share one grid [VanGelderen2020, §4.1].
     pub grouping: Grouping,
     /// How the lights of a cluster are found. The lists are the same.
     pub assignment: Assignment,
@@ -41,7 +41,7 @@ impl Default for Clustered {
 }
 
 named_enum! {
-    /// Whether several views share one grid of clusters.
+    /// True if several views share one grid of clusters.
     Grouping {
         /// A grid, lists and all for each view.
         Individual = "individual": "A grid for each view",

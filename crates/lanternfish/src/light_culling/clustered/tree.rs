@@ -24,7 +24,7 @@ gpu_struct! {
         levels: [UVec4; MOST_LEVELS],
         /// Least corner of the box around the centres of lights that have one, world space, m.
         low: Vec3,
-        /// How many levels the tree has.
+        /// Number of levels the tree has.
         level_count: u32,
         /// Size of that box, m.
         size: Vec3,
@@ -70,7 +70,7 @@ pub struct PlacedLights {
     order: wgpu::Buffer,
     placed: wgpu::Buffer,
     nodes: Option<wgpu::Buffer>,
-    /// How many bytes the lights and the tree take.
+    /// Number of bytes the lights and the tree take.
     pub bytes: u64,
 }
 

@@ -41,13 +41,13 @@ gpu_struct! {
         triangle_depth: u32,
         /// Root of the tree over lights with a place.
         first_light: u32,
-        /// How many lights with a place there are.
+        /// Number of lights with a position.
         light_count: u32,
         /// Levels of their tree below its root.
         light_depth: u32,
         /// Node of the first directional light; the others follow it.
         first_sun: u32,
-        /// How many directional lights there are.
+        /// Number of directional lights.
         sun_count: u32,
         /// Unused.
         _pad: u32,
@@ -118,7 +118,7 @@ impl SceneLightTrees {
         &self.triangles
     }
 
-    /// How many triangles shine.
+    /// Number of emissive triangles.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }

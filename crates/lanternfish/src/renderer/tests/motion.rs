@@ -40,7 +40,7 @@ fn color(display: &[[u8; 4]]) -> [u8; 3] {
     first
 }
 
-/// Whether a colour is one within a byte.
+/// True if a colour is one within a byte.
 fn is(found: [u8; 3], expected: [f32; 3]) -> bool {
     found.iter().zip(expected).all(|(found, expected)| (f32::from(*found) - expected).abs() <= 1.0)
 }

@@ -304,7 +304,7 @@ pub fn check_sees_a_tenth_of_range_missing(gpu: &Gpu, cases: &[Case]) {
     }
 }
 
-/// How many lights each technique lists for all pixels of a scene together, and how many of these reach their pixels.
+/// Number of lights each technique lists for all pixels of a scene together, and how many of these reach their pixels.
 pub fn listed(gpu: &Gpu, cases: &[Case]) -> (Vec<u32>, usize) {
     let mut bench = Bench::new(gpu, cases);
     let mut random = Random::new(5);

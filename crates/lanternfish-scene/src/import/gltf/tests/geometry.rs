@@ -23,7 +23,7 @@ fn zigzag(mode: u32, indices: Option<&[u16]>) -> File {
     })
 }
 
-/// Whether each triangle of a primitive in the plane z = 0 faces +z.
+/// True if each triangle of a primitive in the plane z = 0 faces +z.
 fn facings(primitive: &Primitive) -> Vec<bool> {
     let (triangles, _) = primitive.indices.as_chunks::<3>();
     let corner = |index: u32| primitive.positions[index as usize];

@@ -18,7 +18,7 @@ pub(in super::super) fn is_in_stride(key: u32, update: u32, stride: u32) -> bool
     (key / 256 % stride) == update % stride
 }
 
-/// Whether a sample's rays vote for an entry that is there, where one of `stride` entries is voted for, by `step` others in each sample.
+/// True if a sample's rays vote for an entry that is there, where one of `stride` entries is voted for, by `step` others in each sample.
 pub(in super::super) fn is_voted_for(key: u32, update: u32, sample: u32, stride: u32, step: u32) -> bool {
     is_in_stride(key, update ^ (step * sample), stride)
 }

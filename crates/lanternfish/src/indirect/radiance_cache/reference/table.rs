@@ -39,7 +39,7 @@ impl Table {
         (self.keys[slot] != 0).then_some(slot as u32)
     }
 
-    /// Whether all buckets of an entry are full.
+    /// True if all buckets of an entry are full.
     pub fn is_full_for(&self, entry: Entry) -> bool {
         self.probed(entry).all(|slot| self.keys[slot] != 0)
     }

@@ -56,7 +56,7 @@ impl Bench {
         matches!(self.runner, Runner::Gpu(_))
     }
 
-    /// Whether slots are those of the reference, which goes through everything in order.
+    /// True if slots are those of the reference, which goes through everything in order.
     fn is_in_order(&self) -> bool {
         matches!(self.runner, Runner::Interpreter(Order::Forward))
     }
