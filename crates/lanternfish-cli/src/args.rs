@@ -167,7 +167,7 @@ pub struct OutputArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
-    /// Shows the image in a window once it is there; of a sequence, the last one.
+    /// Shows the finished image in a window; of a sequence, the last one.
     #[arg(long)]
     pub open: bool,
 }
@@ -175,7 +175,7 @@ pub struct OutputArgs {
 /// The flag that chooses a scene of a file.
 #[derive(Debug, Args)]
 pub struct PartArgs {
-    /// A scene of the file, by name or by its number. Without it: the one that the file opens with.
+    /// A scene of the file, by name or number. Default: the file's default scene.
     #[arg(long = "scene", value_name = "NAME|INDEX", value_parser = NonEmptyStringValueParser::new())]
     #[arg(allow_hyphen_values = true, hide_short_help = true)]
     pub scene_of_file: Option<String>,
@@ -184,12 +184,12 @@ pub struct PartArgs {
 /// Flags of the camera.
 #[derive(Clone, Debug, PartialEq, Args)]
 pub struct ViewArgs {
-    /// Where the camera is, world space, m.
+    /// Camera position, world space, m.
     ///
     /// Without --target it looks the way it did.
     #[arg(long, value_name = "x,y,z", value_parser = parse::position, allow_hyphen_values = true)]
     pub eye: Option<Vec3>,
-    /// What the camera looks at, world space, m.
+    /// Point that the camera looks at, world space, m.
     #[arg(long, value_name = "x,y,z", value_parser = parse::position, allow_hyphen_values = true)]
     pub target: Option<Vec3>,
     /// Vertical angle of view, degrees.
@@ -203,9 +203,9 @@ pub struct ViewArgs {
     /// little from the right and above; a closed interior, from inside.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub camera: Option<String>,
-    /// Looks at the whole scene from one side, in place of the file's cameras.
+    /// Shows the whole scene from one side, instead of a camera of the file.
     ///
-    /// What is placed takes 80 % of the tighter side of the image.
+    /// The scene fills 80 % of the image along its tighter side.
     #[arg(long, value_name = "SIDE", value_parser = choice::<Viewpoint>())]
     #[arg(conflicts_with_all = ["eye", "target", "camera"])]
     pub view: Option<Viewpoint>,
@@ -214,7 +214,7 @@ pub struct ViewArgs {
 /// Flags of stereo images.
 #[derive(Debug, Args)]
 pub struct StereoArgs {
-    /// Renders for two eyes: vive (HTC Vive), parallel or parallel:METRES (both see what the camera sees), or
+    /// Stereo: vive (HTC Vive), parallel or parallel:METRES (both eyes look parallel to the camera), or
     /// l,r,b,t,METRES with ,DEGREES if they are turned:
     /// slopes of the left eye's sides, mirrored for the right one, the distance of the eyes, and how far each is turned out.
     /// --size is that of one eye.

@@ -44,7 +44,7 @@ pub struct Cli {
 pub enum Command {
     /// Renders a scene to a PNG or EXR file.
     ///
-    /// A flag that is repeated counts as it was said last; --point, --disk and --rectangle add a light each time.
+    /// The last use of a repeated flag counts; --point, --disk and --rectangle add a light each time.
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
     #[command(after_help = RENDER_SHORT_HELP, after_long_help = RENDER_HELP, args_override_self = true)]
     Render(Box<RenderArgs>),

@@ -59,7 +59,7 @@ impl Light {
         Self { name: String::new(), kind: LightKind::Point, position, direction: Vec3::NEG_Y, intensity, range: None }
     }
 
-    /// A light from infinitely far, travelling along `direction` (any length but zero).
+    /// A directional light. Repeatable, travelling along `direction` (any length but zero).
     pub fn directional(direction: Vec3, illuminance: Vec3) -> Self {
         Self {
             name: String::new(),

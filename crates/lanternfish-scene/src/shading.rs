@@ -30,7 +30,7 @@ named_enum! {
 }
 
 named_enum! {
-    /// Which surfaces are shaded.
+    /// Material model.
     Materials {
         /// The file's own: Cook–Torrance.
         File = "file": "The file's own metallic-roughness materials",

@@ -184,7 +184,7 @@ impl Shadows {
 named_type_impls!(Shadows);
 
 named_enum! {
-    /// Which shadow rays are not traced because the surface faces away from the light [Elagabani2025, §4.3.1].
+    /// Skips shadow rays where the surface faces away from the light [Elagabani2025, §4.3.1].
     RayCulling {
         /// Every listed light gets a ray, even from beyond its range: the baseline.
         None = "none": "Every listed light gets a ray, even from beyond its range",

@@ -23,7 +23,7 @@ pub use crate::{
 
 impl Kind for dyn CullingTechnique {
     const FLAG: &'static str = "culling";
-    const HELP: &'static str = "How the lights of a pixel are found. The image is the same.";
+    const HELP: &'static str = "Light culling. The image does not depend on it.";
     const IS_EVERYDAY: bool = false;
     const NONE_NAME: &'static str = "all";
     const NONE_SUMMARY: &'static str = "Every light for every pixel: the baseline for the others";
@@ -41,11 +41,10 @@ impl Kind for dyn CullingTechnique {
 
 impl Kind for dyn IndirectTechnique {
     const FLAG: &'static str = "indirect";
-    const HELP: &'static str = "Indirect light.\n\nWhere light comes from that is not straight from the lights: other surfaces, \
-                                emission, the environment.";
+    const HELP: &'static str = "Indirect light.\n\nLight from other surfaces, emission and the environment.";
     const IS_EVERYDAY: bool = true;
     const NONE_NAME: &'static str = "none";
-    const NONE_SUMMARY: &'static str = "Nowhere: direct light alone";
+    const NONE_SUMMARY: &'static str = "Direct light only";
 
     fn usual() -> Choice<Self> {
         Sampled::default().into()
@@ -63,7 +62,7 @@ impl Kind for dyn OcclusionTechnique {
                                 them; with `indirect none`.";
     const IS_EVERYDAY: bool = false;
     const NONE_NAME: &'static str = "none";
-    const NONE_SUMMARY: &'static str = "It is not: the environment lights nothing";
+    const NONE_SUMMARY: &'static str = "No ambient visibility: the environment lights nothing";
 
     fn usual() -> Choice<Self> {
         Choice::NONE

@@ -20,7 +20,7 @@ const SMOOTH_FRAMES: u32 = 8;
 pub struct IndirectArgs {
     #[command(flatten)]
     indirect: TechniqueFlag<dyn IndirectTechnique>,
-    /// What that may cost.
+    /// Cost of indirect light.
     ///
     /// What --indirect sampled spends: the flags below that are not given.
     #[arg(long, value_name = "NAME", value_parser = choice::<Quality>(), default_value_t = Quality::default())]
@@ -31,11 +31,11 @@ pub struct IndirectArgs {
     occlusion: TechniqueFlag<dyn OcclusionTechnique>,
     #[command(flatten)]
     occlusion_parameters: ParameterFlags<dyn OcclusionTechnique>,
-    /// Texels across and down a deep image. More: finer, more memory (by the square). Without it: 64, or what --quality says.
+    /// Texels along an edge of a deep image. More: finer; memory grows with the square. Without it: 64, or what --quality says.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=1024))]
     #[arg(hide_short_help = true)]
     pub deep_resolution: Option<u32>,
-    /// Directions that there are deep images of: zonal:N, stacks:AxB or cube:K, as in `lanternfish help deep-images`. Each serves
+    /// Directions of the deep images: zonal:N, stacks:AxB or cube:K, as in `lanternfish help deep-images`. Each serves
     /// its opposite too. More: smoother, slower.
     #[arg(long, value_name = "SET", value_parser = parse::direction_set, default_value = "zonal:169")]
     #[arg(hide_short_help = true)]

@@ -15,27 +15,27 @@ use crate::{
 /// Flags of lights and environment.
 #[derive(Debug, Args)]
 pub struct LightArgs {
-    /// A point light, and another each time.
+    /// A point light. Repeatable.
     ///
-    /// `x,y,z,cd[,r,g,b[,range]]`: position (m), intensity (cd), colour that scales it, and where it ends (m).
+    /// `x,y,z,cd[,r,g,b[,range]]`: position (m), intensity (cd), colour that scales it, and range (m).
     #[arg(long = "point", value_name = "x,y,z,cd[,...]")]
     #[arg(value_parser = parse::point_light, allow_hyphen_values = true)]
     pub points: Vec<Light>,
-    /// A disk that shines to one side, and another each time.
+    /// A disk light that emits to one side. Repeatable.
     ///
     /// `x,y,z,dx,dy,dz,radius,nits[,r,g,b[,range]]`: its middle (m), the way it faces, radius (m), radiance (nits), colour that
-    /// scales it, and where it ends (m). It is not seen itself.
+    /// scales it, and range (m). The disk itself is invisible.
     #[arg(long = "disk", value_name = "x,y,z,...", hide_short_help = true)]
     #[arg(value_parser = parse::disk, allow_hyphen_values = true)]
     pub disks: Vec<Light>,
-    /// A rectangle that shines to one side, and another each time.
+    /// A rectangle light that emits to one side. Repeatable.
     ///
     /// `x,y,z,dx,dy,dz,width,height,nits[,r,g,b[,range]]`: as a disk. Its width is level; along x where it faces straight up or
     /// down.
     #[arg(long = "rectangle", value_name = "x,y,z,...")]
     #[arg(value_parser = parse::rectangle, allow_hyphen_values = true)]
     pub rectangles: Vec<Light>,
-    /// A light from infinitely far.
+    /// A directional light. Repeatable.
     ///
     /// `dx,dy,dz,lux[,r,g,b]`: the direction in which it travels, illuminance (lx), colour that scales it.
     #[arg(long, value_name = "dx,dy,dz,lux[,...]", value_parser = parse::sun, allow_hyphen_values = true)]
@@ -59,7 +59,7 @@ pub struct LightArgs {
     /// It is seen, and lights by --indirect sampled or --occlusion.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
-    /// Light about the camera.
+    /// A light rig.
     ///
     /// It is made, and is there beside the other flags'. Environment that the scene has, or flags say, stay. Without it: studio where nothing else lights the scene, or sun
     /// where environment lights nothing.
@@ -72,11 +72,11 @@ pub struct LightArgs {
     /// random:N:radius:seed:x0,y0,z0,x1,y1,z1: at random places of a box, by a rule that other renderers can follow.
     #[arg(long, value_name = "SET", value_parser = parse::light_set, allow_hyphen_values = true)]
     pub lights: Option<LightSet>,
-    /// How light falls off with distance. R is the light's range.
+    /// Distance attenuation. R is the light's range.
     #[arg(long, value_name = "NAME", value_parser = choice::<Attenuation>())]
     #[arg(default_value_t = Settings::default().attenuation, hide_short_help = true)]
     pub attenuation: Attenuation,
-    /// Intensity at which a light without a stated range ends. Lower: larger ranges, less light lost, more work.
+    /// Illuminance at which a light without a stated range ends, lx. Lower: larger ranges, less lost light, slower.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().range_threshold, hide_short_help = true)]
     pub range_threshold: f32,

@@ -8,7 +8,7 @@ use crate::{choices::choice, parse};
 /// Flags of how radiance is shown.
 #[derive(Debug, Args)]
 pub struct LookArgs {
-    /// Which surfaces are shaded.
+    /// Material model.
     #[arg(long, value_name = "NAME", value_parser = choice::<Materials>())]
     #[arg(default_value_t = Settings::default().materials, hide_short_help = true)]
     pub materials: Materials,
@@ -25,12 +25,11 @@ pub struct LookArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<ToneMap>())]
     #[arg(default_value_t = Settings::default().tone_map)]
     pub tone_map: ToneMap,
-    /// Samples along the long side of a pixel's footprint in a texture, at most. More: sharper where textures are seen at an
-    /// angle, and slower.
+    /// Maximum anisotropy of texture filtering. Higher: sharper textures at grazing angles, slower.
     #[arg(long, value_name = "N", value_parser = choice::<Anisotropy>())]
     #[arg(default_value_t = Settings::default().anisotropy, hide_short_help = true)]
     pub anisotropy: Anisotropy,
-    /// Shows a quantity of the frame instead of the image, and below it what its colours stand for. PNG only.
+    /// Shows a quantity of the frame, with its colour scale below. PNG only.
     #[arg(long, value_name = "NAME", value_parser = choice::<DebugView>(), hide_short_help = true)]
     pub debug_view: Option<DebugView>,
 }

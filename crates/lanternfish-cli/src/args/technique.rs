@@ -12,13 +12,13 @@ use crate::choices::choice;
 /// Flags of light culling, shadows and antialiasing.
 #[derive(Debug, Args)]
 pub struct TechniqueArgs {
-    /// How shadows are found.
+    /// Shadow technique.
     ///
     /// The image is the same but for a few pixels at silhouettes; through deep images, for a texel around them.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), hide_short_help = true)]
     #[arg(default_value_t = Settings::default().shadows)]
     pub shadows: Shadows,
-    /// Which shadow rays are not traced because the surface faces away from the light.
+    /// Skips shadow rays where the surface faces away from the light.
     #[arg(long, value_name = "NAME", value_parser = choice::<RayCulling>())]
     #[arg(default_value_t = Settings::default().ray_culling, hide_short_help = true)]
     pub ray_culling: RayCulling,
@@ -39,19 +39,19 @@ pub struct TechniqueArgs {
     culling: TechniqueFlag<dyn CullingTechnique>,
     #[command(flatten)]
     culling_parameters: ParameterFlags<dyn CullingTechnique>,
-    /// Samples a pixel at edges.
+    /// Samples per pixel at triangle edges (MSAA).
     ///
     /// The edges are those of triangles. More: smoother edges. 4 is on every adapter. Without it: 4, where they are a small part
     /// of the frame; 1 with --quality draft, --indirect none, debug views, and in images of --accumulate 8 or more, whose edges are smooth without.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     pub samples: Option<Samples>,
-    /// The mean of N frames: smooth edges, less noise.
+    /// Averages N frames: smooth edges, less noise.
     ///
     /// Each is rendered through other points of its pixels. N times as slow.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().accumulate)]
     pub accumulate: u32,
-    /// How textures reach the shader. The image is the same.
+    /// Texture binding. The image does not depend on it.
     #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
     #[arg(default_value_t = Settings::default().textures, hide_short_help = true)]
     pub textures: TextureBinding,

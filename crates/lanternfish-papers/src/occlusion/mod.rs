@@ -12,6 +12,6 @@ const DISTANCE: ParameterInfo = ParameterInfo::new(
     "occlusion-distance",
     "METRES",
     Range::Positive,
-    "Distance from which on nothing occludes, m. Higher: darker. Without it: with `occlusion deep` everything occludes, \
+    "Largest distance of occluders, m. Higher: darker. Without it: with `occlusion deep` everything occludes, \
      however far; with hbao 1 m",
 );

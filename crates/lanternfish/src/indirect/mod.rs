@@ -101,7 +101,7 @@ named_enum! {
 }
 
 impl Quality {
-    /// Samples a pixel at edges: several, where they are a tenth of the frame; beside a draft's light they were a third of it.
+    /// Samples per pixel at triangle edges (MSAA): several, where they are a tenth of the frame; beside a draft's light they were a third of it.
     pub const fn samples(self) -> Samples {
         match self {
             Self::Draft => Samples::One,

@@ -115,7 +115,7 @@ impl TracerChoice {
     /// What it is, in a line of help.
     pub const fn words(self) -> &'static str {
         match self {
-            Self::Auto => "The fastest exact one of this adapter",
+            Self::Auto => "The fastest exact tracer of this adapter",
             Self::Fixed(tracer) => tracer.words(),
         }
     }

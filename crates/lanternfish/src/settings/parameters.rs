@@ -28,18 +28,17 @@ impl Settings {
         Parameter::new("exposure", "auto|EV", Range::Text, "Stops: 1 doubles, -1 halves; auto: as much as shows most of the image.", |s: &mut Self| &mut s.exposure)
         .with_default(),
         Parameter::new("tone-map", "NAME", Range::Names, "From radiance to what a display shows.", |s: &mut Self| &mut s.tone_map).with_default(),
-        Parameter::new("materials", "NAME", Range::Names, "Which surfaces are shaded.", |s: &mut Self| &mut s.materials).with_default(),
-        Parameter::new("samples", "N", Range::Names, "Samples a pixel at edges of triangles. More: smoother edges, slower.", |s: &mut Self| &mut s.samples)
+        Parameter::new("materials", "NAME", Range::Names, "Material model.", |s: &mut Self| &mut s.materials).with_default(),
+        Parameter::new("samples", "N", Range::Names, "Samples per pixel at triangle edges (MSAA) of triangles. More: smoother edges, slower.", |s: &mut Self| &mut s.samples)
         .with_default(),
-        Parameter::new("shadows", "NAME", Range::Names, "How shadows are found.", |s: &mut Self| &mut s.shadows).with_default(),
+        Parameter::new("shadows", "NAME", Range::Names, "Shadow technique.", |s: &mut Self| &mut s.shadows).with_default(),
         Parameter::new("shadow-rays", "N", Range::Count(1, 255), "Rays to each light that has a size. More: less noise, slower.", |s: &mut Self| &mut s.shadow_rays)
         .with_default(),
         Parameter::new(
             "history",
             "ON|OFF",
             Range::Names,
-            "Whether indirect light and soft shadows are mixed with those of the frames before, along surfaces. On: less noise while the view moves, and light \
-             that changes is followed late.",
+            "Temporal accumulation of indirect light and soft shadows. On: less noise while the view moves; changes of light lag.",
             |s: &mut Self| &mut s.history,
         )
         .with_default(),

@@ -86,7 +86,7 @@ pub struct PhotonPasses {
     most_slots: u32,
 }
 
-/// How photons come to pixels.
+/// Photon splatting method.
 #[derive(Debug)]
 enum Splatting {
     /// They are drawn.

@@ -17,7 +17,7 @@ use lanternfish_scene::named_enum;
 use super::{DECLARED, passes::PhotonPasses};
 
 named_enum! {
-    /// How photons come to pixels.
+    /// Photon splatting method.
     Splat {
         /// Light culling makes lists of them, and each pixel adds up those of its list.
         Gather = "gather": "Light culling makes lists of them, and each pixel adds up those of its list",
@@ -31,18 +31,18 @@ named_enum! {
 pub struct PhotonSplatting {
     /// Photons from all lights that are split where they meet a surface, 16 to 262,144. More: finer, slower.
     pub count: u32,
-    /// What split photons are traced through. Deep images: along their axes; others: along the same directions.
+    /// Tracer of split photons. Deep images: along their axes; others: along the same directions.
     pub tracer: TracerChoice,
     /// How often light is scattered on its way from a light to what the view shows, 1 to 16.
     pub bounces: u32,
     /// Radius of a footprint over that of the ellipse in the parallelogram of its differentials, > 0. Larger: smoother, more blurred.
     pub radius: f32,
-    /// Whether footprints are widened to the part of the sphere that their direction stands for: from a radius of 1 on those of one photon that
+    /// Widens footprints by the solid angle of their direction: from a radius of 1 on those of one photon that
     /// was split cover what they light.
     pub widened: bool,
     /// Whether what a footprint has beyond the edges of surfaces is shared out over the rest of it; else it is lost, as in the paper.
     pub conserved: bool,
-    /// How photons come to pixels.
+    /// Photon splatting method.
     pub splat: Splat,
     /// Photons in hand at a time, 1024 to 4,194,304. The light is the same; fewer take less memory, 100 bytes each, and more passes.
     pub chunk: u32,
@@ -81,23 +81,19 @@ impl Technique for PhotonSplatting {
             "photon-count",
             "N",
             Range::Count(16, 262_144),
-            "Photons from all lights that are split where they meet a surface. More: finer, slower",
+            "Photons emitted by all lights, split at their first surface. More: finer, slower",
             |room: &mut Self| &mut room.count,
         )
         .with_default(),
-        Parameter::new(
-            "photon-tracer",
-            "NAME",
-            Range::Names,
-            "What split photons are traced through",
-            |room: &mut Self| &mut room.tracer,
-        )
+        Parameter::new("photon-tracer", "NAME", Range::Names, "Tracer of split photons", |room: &mut Self| {
+            &mut room.tracer
+        })
         .with_default(),
         Parameter::new(
             "photon-bounces",
             "N",
             Range::Count(1, 16),
-            "How often light is scattered between a light and what the view shows",
+            "Bounces between light and visible surface",
             |room: &mut Self| &mut room.bounces,
         )
         .with_default(),
@@ -113,7 +109,7 @@ impl Technique for PhotonSplatting {
             "photon-widened",
             "on|off",
             Range::Switch("By the cell of the direction, too", "As in the paper: by the light's differentials alone"),
-            "Whether footprints are widened to the part of the sphere that their direction stands for",
+            "Widens footprints by the solid angle of their direction",
             |room: &mut Self| &mut room.widened,
         )
         .with_default(),
@@ -121,11 +117,11 @@ impl Technique for PhotonSplatting {
             "photon-conserve",
             "on|off",
             Range::Switch("No light is lost at edges", "As in the paper: it is"),
-            "Whether what footprints have beyond the edges of surfaces is shared out over the rest of them",
+            "Redistributes the parts of footprints beyond surface edges",
             |room: &mut Self| &mut room.conserved,
         )
         .with_default(),
-        Parameter::new("photon-splat", "NAME", Range::Names, "How photons come to pixels", |room: &mut Self| {
+        Parameter::new("photon-splat", "NAME", Range::Names, "Photon splatting method", |room: &mut Self| {
             &mut room.splat
         })
         .with_default(),

@@ -65,7 +65,7 @@ named_enum! {
 }
 
 named_enum! {
-    /// How a virtual light shines about its normal.
+    /// Angular emission of a virtual light.
     Emission {
         /// By the cosine, as a diffuse surface does.
         Cosine = "cosine": "By the cosine, as a diffuse surface does",

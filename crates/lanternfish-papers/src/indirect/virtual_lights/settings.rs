@@ -33,9 +33,9 @@ pub struct VirtualLights {
     pub stride: u32,
     /// Where a light's range comes from.
     pub ranges: Ranges,
-    /// What the rays that find ranges are cast about.
+    /// Axis of the rays that measure ranges.
     pub axis: RangeAxis,
-    /// What these rays are traced through.
+    /// Tracer of these rays.
     pub range_tracer: Tracer,
     /// Range below which a light is left out, as a share of the scene's radius, > 0. Larger: fewer lights, corners get darker.
     pub least_range: f32,
@@ -46,7 +46,7 @@ pub struct VirtualLights {
     pub large_kept: u32,
     /// How light ends at its range.
     pub falloff: Attenuation,
-    /// How a virtual light shines about its normal.
+    /// Angular emission of a virtual light.
     pub emission: Emission,
     /// Least distance to a virtual light that counts, m, > 0. Larger: darker corners, no spots. None: a light counts as a disk of the
     /// area that it stands for.
@@ -58,7 +58,7 @@ pub struct VirtualLights {
     /// Where it is not 0, the light of the n virtual lights that reach a pixel is weighed by this number over n, so that pixels that
     /// many lights reach are no brighter than others. Larger: brighter.
     pub weight_count: u32,
-    /// What shadows of virtual lights are traced through.
+    /// Tracer of shadow rays to virtual lights.
     pub shadows: Shadows,
     /// Rays from a pixel to virtual lights, 1 to 256. More: less noise, slower.
     pub shadow_rays: u32,
@@ -108,17 +108,17 @@ impl Technique for VirtualLights {
             "vpl-map",
             "TEXELS",
             Range::Numbers,
-            "Texels along an edge of the map of what lights see, of which virtual lights are made",
+            "Texels along an edge of the light map from which virtual lights are made",
             |room: &mut Self| &mut room.map,
         )
         .with_default(),
-        Parameter::new("vpl-source", "NAME", Range::Names, "How the map of what lights see is made", |room: &mut Self| &mut room.source)
+        Parameter::new("vpl-source", "NAME", Range::Names, "Source of the light map", |room: &mut Self| &mut room.source)
             .with_default(),
         Parameter::new(
             "vpl-unique",
             "on|off",
             Range::Switch("Fewer lights, evenly spread over surfaces", "A light a texel"),
-            "Whether texels of the map that lie close together become one light",
+            "Merges texels of the light map that lie close together",
             |room: &mut Self| &mut room.unique,
         )
         .with_default(),
@@ -135,8 +135,7 @@ impl Technique for VirtualLights {
             "vpl-count",
             "N",
             Range::Count(0, 4_194_304),
-            "How many virtual lights are taken of all that the map gives, each with an equal share of the flux; 0: all. More: less \
-             coarse, slower",
+            "Number of virtual lights, of equal flux, selected from the light map; 0: all. More: less coarse, slower",
             |room: &mut Self| &mut room.count,
         )
         .with_default(),
@@ -144,11 +143,11 @@ impl Technique for VirtualLights {
             "vpl-stride",
             "N",
             Range::Count(1, 64),
-            "A pixel looks at every Nth of the virtual lights that reach it, pixels nearby at the others. More: faster, noisier",
+            "A pixel evaluates every Nth listed virtual light, its neighbours the others. More: faster, noisier",
             |room: &mut Self| &mut room.stride,
         )
         .with_default(),
-        Parameter::new("vpl-ranges", "NAME", Range::Names, "Where a virtual light's range comes from", |room: &mut Self| {
+        Parameter::new("vpl-ranges", "NAME", Range::Names, "Ranges of virtual lights", |room: &mut Self| {
             &mut room.ranges
         })
         .with_default(),
@@ -156,11 +155,11 @@ impl Technique for VirtualLights {
             "vpl-axis",
             "NAME",
             Range::Names,
-            "What the rays that find ranges are cast about",
+            "Axis of the rays that measure ranges",
             |room: &mut Self| &mut room.axis,
         )
         .with_default(),
-        Parameter::new("vpl-range-tracer", "NAME", Range::Names, "What these rays are traced through", |room: &mut Self| {
+        Parameter::new("vpl-range-tracer", "NAME", Range::Names, "Tracer of these rays", |room: &mut Self| {
             &mut room.range_tracer
         })
         .with_default(),
@@ -168,7 +167,7 @@ impl Technique for VirtualLights {
             "vpl-least-range",
             "FRACTION",
             Range::Positive,
-            "Range below which a virtual light is left out, as a share of the scene's radius. Larger: fewer lights",
+            "Range below which a virtual light is dropped, as a fraction of the scene's radius. Larger: fewer lights",
             |room: &mut Self| &mut room.least_range,
         )
         .with_default(),
@@ -176,8 +175,7 @@ impl Technique for VirtualLights {
             "vpl-most-range",
             "FRACTION",
             Range::Positive,
-            "Range above which only some virtual lights are kept, as a share of the scene's radius; random ranges end there. Smaller: \
-             fewer lights a pixel",
+            "Range above which only some virtual lights are kept, as a fraction of the scene's radius; random ranges end there. Smaller: fewer lights per pixel",
             |room: &mut Self| &mut room.most_range,
         )
         .with_default(),
@@ -185,11 +183,11 @@ impl Technique for VirtualLights {
             "vpl-large-kept",
             "PERCENT",
             Range::Count(0, 100),
-            "How many virtual lights with a range above `vpl-most-range` are kept, percent. More: more lights a pixel",
+            "Percentage of virtual lights with a range above `vpl-most-range` that are kept. More: more lights per pixel",
             |room: &mut Self| &mut room.large_kept,
         )
         .with_default(),
-        Parameter::new("vpl-falloff", "NAME", Range::Names, "How virtual lights end at their range", |room: &mut Self| {
+        Parameter::new("vpl-falloff", "NAME", Range::Names, "Distance attenuation of virtual lights", |room: &mut Self| {
             &mut room.falloff
         })
         .with_default(),
@@ -197,7 +195,7 @@ impl Technique for VirtualLights {
             "vpl-emission",
             "NAME",
             Range::Names,
-            "How a virtual light shines about its normal",
+            "Angular emission of a virtual light",
             |room: &mut Self| &mut room.emission,
         )
         .with_default(),
@@ -213,7 +211,7 @@ impl Technique for VirtualLights {
             "vpl-residual",
             "NAME",
             Range::Names,
-            "What is done about light that ranges cut off",
+            "Flux beyond the ranges of virtual lights",
             |room: &mut Self| &mut room.residual,
         )
         .with_default(),
@@ -221,7 +219,7 @@ impl Technique for VirtualLights {
             "vpl-far-lights",
             "N",
             Range::Count(1, 4096),
-            "How many lights carry over the whole scene what ranges cut off, with `vpl-residual far-lights`. More: smoother, slower",
+            "Number of virtual lights without a range that carry the flux beyond ranges, with `vpl-residual far-lights`. More: smoother, slower",
             |room: &mut Self| &mut room.far_lights,
         )
         .with_default(),
@@ -237,7 +235,7 @@ impl Technique for VirtualLights {
             "vpl-shadows",
             "NAME",
             Range::Names,
-            "What shadows of virtual lights are traced through",
+            "Tracer of shadow rays to virtual lights",
             |room: &mut Self| &mut room.shadows,
         )
         .with_default(),
@@ -245,7 +243,7 @@ impl Technique for VirtualLights {
             "vpl-shadow-rays",
             "N",
             Range::Count(1, 256),
-            "Rays from a pixel to virtual lights. More: less noise, slower",
+            "Shadow rays per pixel to virtual lights. More: less noise, slower",
             |room: &mut Self| &mut room.shadow_rays,
         )
         .with_default(),

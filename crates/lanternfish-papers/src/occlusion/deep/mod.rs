@@ -64,7 +64,7 @@ pub struct Deep {
 
 impl Technique for Deep {
     const NAME: &'static str = "deep";
-    const SUMMARY: &'static str = "By the directions of deep images, which hold the whole scene";
+    const SUMMARY: &'static str = "Deep images: the whole scene";
     const PARAMETERS: &'static [Parameter<Self>] = &[Parameter { info: DISTANCE, of: |deep| &mut deep.max_distance }];
     const SHADERS: Shaders = DECLARED;
 }

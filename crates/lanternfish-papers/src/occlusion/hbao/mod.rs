@@ -46,7 +46,7 @@ impl Default for Hbao {
 
 impl Technique for Hbao {
     const NAME: &'static str = "hbao";
-    const SUMMARY: &'static str = "By horizons in the image's depth, which knows what is seen: for comparison";
+    const SUMMARY: &'static str = "Horizons in the depth buffer: the visible scene, for comparison";
     const PARAMETERS: &'static [Parameter<Self>] = &[Parameter { info: DISTANCE, of: |hbao| &mut hbao.radius }];
     const SHADERS: Shaders = DECLARED;
 }

@@ -113,14 +113,14 @@ impl Setting for Bounces {
     fn names(&self) -> Vec<(&'static str, &'static str)> {
         vec![
             ("1", "Once"),
-            ("2", "Twice at most, by way of the radiance cache"),
+            ("2", "At most two, through the radiance cache"),
             ("3", "Three times at most"),
             ("4", "Four times at most"),
             ("5", "Five times at most"),
             ("6", "Six times at most"),
             ("7", "Seven times at most"),
             ("8", "Eight times at most"),
-            ("all", "As often as it is, by way of the radiance cache"),
+            ("all", "All, through the radiance cache"),
         ]
     }
 }

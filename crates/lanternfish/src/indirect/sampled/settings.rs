@@ -62,11 +62,11 @@ named_enum! {
     #[derive(Default)]
     HitLight {
         /// Each end is shaded: its material is read, and a light is chosen for it and looked for. One bounce.
-        Shaded = "shaded": "Each end is shaded: a light is chosen for it and looked for. One bounce",
+        Shaded = "shaded": "One light and one shadow ray per hit. One bounce",
         /// From the radiance cache: entries in space keep what the surfaces in them send, and a share of them is brought up to date in each
         /// frame, and all of them for some frames after a change of the scene.
         #[default]
-        Cached = "cached": "From the radiance cache: entries in space keep what their surfaces send",
+        Cached = "cached": "The radiance cache: every bounce",
     }
 }
 
@@ -111,47 +111,39 @@ impl Quality {
 
 impl Technique for Sampled {
     const NAME: &'static str = "sampled";
-    const SUMMARY: &'static str = "Rays from every pixel, whose ends are lit by the scene's lights";
+    const SUMMARY: &'static str = "Rays from every pixel, lit by the radiance cache";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         Parameter::new(
             "indirect-rays",
             "N",
             Range::Count(1, 4096),
-            "Diffuse rays a pixel; in an image's first frame `first-rays` times as many. More: less noise, slower",
+            "Diffuse rays per pixel; in an image's first frame `first-rays` times as many. More: less noise, slower",
             |sampled| &mut sampled.diffuse_rays,
         ),
         Parameter::new(
             "first-rays",
             "N",
             Range::Count(1, MOST_FIRST_RAYS),
-            "How many times as many diffuse rays an image's first frame has, with `hit-light cached`. More: less noise, slower",
+            "Factor of diffuse rays in an image's first frame, with `hit-light cached`. More: less noise, slower",
             |sampled| &mut sampled.first_rays,
         ),
         Parameter::new(
             "glossy-rays",
             "N",
             Range::Count(0, 4096),
-            "Glossy rays a pixel. More: less noise on what shines, slower",
+            "Glossy rays per pixel. More: less noise in reflections, slower",
             |sampled| &mut sampled.glossy_rays,
         ),
-        Parameter::new("indirect-tracer", "NAME", Range::Names, "What these rays are traced through", |sampled| {
-            &mut sampled.tracer
-        }),
+        Parameter::new("indirect-tracer", "NAME", Range::Names, "Tracer of these rays", |sampled| &mut sampled.tracer),
         Parameter { info: RESOLUTION, of: |sampled| &mut sampled.resolution },
         Parameter { info: FILTER, of: |sampled| &mut sampled.filter_radius },
         Parameter { info: CLAMP, of: |sampled| &mut sampled.clamp },
-        Parameter::new(
-            "hit-light",
-            "NAME",
-            Range::Names,
-            "Where the light comes from that the ends of these rays send",
-            |sampled| &mut sampled.hit_light,
-        ),
+        Parameter::new("hit-light", "NAME", Range::Names, "Shading of ray hits", |sampled| &mut sampled.hit_light),
         Parameter::new(
             "bounces",
             "N|all",
             Range::Names,
-            "How often light is reflected at most on its way to the surface that is seen, 1 to 8; all: as often as it is, or once where ends are shaded. \
+            "Maximum number of bounces, 1 to 8, or all (one if hits are shaded). \
              2 to 8: with `hit-light cached`",
             |sampled| &mut sampled.bounces,
         ),
@@ -159,14 +151,14 @@ impl Technique for Sampled {
             "cache-entries",
             "N",
             Range::Count(LEAST_ENTRIES, MOST_ENTRIES),
-            "Entries that the radiance cache has room for at most. More: fewer hit points are shaded for want of room",
+            "Largest capacity of the radiance cache, entries. More: fewer hits without an entry",
             |sampled| &mut sampled.cache_entries,
         ),
         Parameter::new(
             "cache-samples",
             "N",
             Range::Count(1, MOST_SAMPLES),
-            "Samples of each entry of the radiance cache in an image's first frame. More: less noise, slower",
+            "Samples per cache entry in an image's first frame. More: less noise, slower",
             |sampled| &mut sampled.cache_samples,
         ),
     ];

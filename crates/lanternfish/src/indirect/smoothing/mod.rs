@@ -105,30 +105,28 @@ named_enum! {
         /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
         /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right. Where there is a filter, what is beyond that is
         /// spread over the pixels around, but for what smooth surfaces mirror.
-        On = "on": "At most the mean of the pixels around whose surfaces are alike, and five standard deviations",
+        On = "on": "Limit: mean of similar pixels around plus five standard deviations",
         /// It is not: the mean of all images is right.
-        Off = "off": "It is not: for the mean of many frames",
+        Off = "off": "No limit, for means of many frames",
     }
 }
 
 /// A parameter of every technique whose sums are smoothed: [`IndirectResolution`].
 pub const RESOLUTION: ParameterInfo =
-    ParameterInfo::new("indirect-resolution", "NAME", Range::Names, "Where these rays start");
+    ParameterInfo::new("indirect-resolution", "NAME", Range::Names, "Pixels from which these rays start");
 /// A parameter of every technique whose sums are smoothed: the filter's radius.
 pub const FILTER: ParameterInfo = ParameterInfo::new(
     "indirect-filter",
     "PIXELS",
     Range::Count(0, 64),
-    "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
-                       noise, less detail",
+    "Filter radius, pixels; 0: no filter. It stops at edges. More: less noise, less detail",
 );
 /// A parameter of every technique whose sums are smoothed: [`IndirectClamp`].
 pub const CLAMP: ParameterInfo = ParameterInfo::new(
     "indirect-clamp",
     "ON|OFF",
     Range::Names,
-    "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, but \
-                       off for virtual lights with `quality best`",
+    "Firefly clamp: limits a pixel by its neighbourhood. Default: on, but off for virtual lights with `quality best`",
 );
 
 /// What other surfaces send goes on changing for some frames.

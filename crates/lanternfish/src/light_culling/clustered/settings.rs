@@ -87,7 +87,7 @@ impl Technique for Clustered {
             "cluster-views",
             "NAME",
             Range::Names,
-            "Whether several views share one grid of clusters. The image is the same",
+            "Cluster grids of several views. The image does not depend on it",
             |clustered: &mut Self| &mut clustered.grouping,
         )
         .with_default(),
@@ -95,7 +95,7 @@ impl Technique for Clustered {
             "light-assignment",
             "NAME",
             Range::Names,
-            "How the lights of a cluster are found. The image is the same",
+            "Assignment of lights to clusters. The image does not depend on it",
             |clustered: &mut Self| &mut clustered.assignment,
         )
         .with_default(),
@@ -103,7 +103,7 @@ impl Technique for Clustered {
             "cluster-test",
             "NAME",
             Range::Names,
-            "How close to a cluster a light must come to be listed. The image is the same",
+            "Test of a light against a cluster. The image does not depend on it",
             |clustered: &mut Self| &mut clustered.test,
         )
         .with_default(),
@@ -111,7 +111,7 @@ impl Technique for Clustered {
             "cluster-depth",
             "METRES",
             Range::Count(0, 1_000_000),
-            "How far from the eye clusters reach at least, where the scene ends before. The image is the same",
+            "Least depth of the cluster grid, m. The image does not depend on it",
             |clustered: &mut Self| &mut clustered.depth,
         )
         .with_default(),
