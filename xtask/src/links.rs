@@ -18,12 +18,13 @@ fn anchor(heading: &str) -> String {
     kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect()
 }
 
-/// Whether a page has a heading with this anchor. Text between fences is code.
+/// Whether a page has this anchor: that of a heading, or one that HTML names. Text between fences is code.
 fn has_anchor(page: &str, wanted: &str) -> bool {
     let mut is_code = false;
     page.lines().any(|line| {
         is_code ^= line.trim_start().starts_with("```");
-        !is_code && line.starts_with('#') && anchor(line.trim_start_matches('#')) == wanted
+        let is_heading = line.starts_with('#') && anchor(line.trim_start_matches('#')) == wanted;
+        !is_code && (is_heading || line.contains(&format!("<a id=\"{wanted}\">")))
     })
 }
 
