@@ -1,6 +1,6 @@
 //! `docs/passes.md`: the passes of a frame, from their labels.
 
-use std::{env, fs, path::Path};
+use std::{collections::HashSet, env, fs, path::Path};
 
 use lanternfish::{
     Settings,
@@ -41,14 +41,14 @@ fn sections() -> Vec<(&'static str, Settings)> {
     ]
 }
 
-/// Labels of a frame's passes in their order; one that follows itself is named once.
+/// Labels of a frame's passes in their order; each is named where it first runs.
 fn passes(gpu: &Gpu, settings: Settings) -> Vec<String> {
     let mut scene = generate::demo("cornell").unwrap();
     scene.lights = generate::light_rain(&scene.bounds(), 8, Some(1.0), 1, 0.0);
     let rendering = render(gpu, &scene, &scene.cameras[0], (32, 32), settings);
-    let mut labels: Vec<_> = rendering.report.passes.into_iter().map(|pass| pass.name.to_string()).collect();
-    labels.dedup();
-    labels
+    let mut named = HashSet::new();
+    let labels = rendering.report.passes.into_iter().map(|pass| pass.name.to_string());
+    labels.filter(|label| named.insert(label.clone())).collect()
 }
 
 #[test]
@@ -59,7 +59,7 @@ fn gpu_the_page_of_passes_is_of_their_labels() {
         return;
     }
     let mut page = format!(
-        "# Passes of a frame\n\nThe labels of `--timings`, reports and the window, in the order of the frame, for the Cornell box. Generated \
+        "# Passes of a frame\n\nThe labels of `--timings`, reports and the window, in the order of the frame, each where it first runs, for the Cornell box. Generated \
          by a test;\ndo not edit. `{WRITE}=1 cargo xtask test page_of_passes` writes it.\n"
     );
     for (heading, settings) in sections() {

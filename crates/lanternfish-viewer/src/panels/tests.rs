@@ -254,7 +254,7 @@ fn the_two_sides_are_chosen_edited_apart_and_the_line_is_dragged() {
     let state = &harness.state().state;
     assert_eq!((state.settings.tone_map, state.wipe.settings.tone_map), (ToneMap::Reinhard, ToneMap::None));
     assert!(harness.query_by_label("Settings of B").is_some());
-    assert!(harness.query_by_label("B: the mean of 17 frames").is_some());
+    assert!(harness.query_by_label("B: mean of 17 frames").is_some());
     assert!(harness.query_by_label("Mean difference (FLIP): 0.1250").is_some());
 
     let (eye, from) = (state.controls.eye(), harness.get_by_label("Line between A and B").rect().center());
