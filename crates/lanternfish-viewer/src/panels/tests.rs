@@ -274,7 +274,7 @@ fn the_two_sides_are_chosen_edited_apart_and_the_line_is_dragged() {
     harness.run();
     let wipe = &harness.state().state.wipe;
     assert!(wipe.other == Other::PathTracer && !wipe.edits_b);
-    assert!(harness.query_by_label("B: 17 samples a pixel").is_some());
+    assert!(harness.query_by_label("B: 17 samples per pixel").is_some());
     harness.key_press(Key::B);
     harness.run();
     assert_eq!(harness.state().state.wipe.other, Other::Nothing);
