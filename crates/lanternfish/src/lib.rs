@@ -59,6 +59,11 @@
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
+/// The code in the guide compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/guide/6-in-your-program.md")]
+struct Guide;
+
 pub mod common;
 mod context;
 pub mod debug_views;
