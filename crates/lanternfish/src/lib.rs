@@ -1,8 +1,8 @@
 //! Lanternfish: thousands of lights, with ray-traced shadows, on any GPU that wgpu reaches, or on none.
 //!
-//! A [`Renderer`] compiles the passes that its [`Settings`] need, puts a scene on the device, and makes images of it:
-//! linear radiance, an image for a display, and a report of what each pass cost and counted. It takes the caller's
-//! `wgpu::Device` and `wgpu::Queue`; it opens nothing, logs through `tracing`, never prints and never exits.
+//! A [`Renderer`] compiles the passes that its [`Settings`] need, uploads a scene and renders images: linear radiance, a display image, and
+//! a report with the time and the counters of each pass. It uses the caller's `wgpu::Device` and `wgpu::Queue`. It opens no device, logs
+//! through `tracing`, never prints and never exits.
 //!
 //! Scenes come from `lanternfish-scene`: a glTF 2.0 file, a generated scene, or lists of your own.
 //!
@@ -12,7 +12,7 @@
 //! use lanternfish::{Renderer, Settings};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // As in any wgpu program; one that has a device already passes that one.
+//! // As in any wgpu program; a program with a device passes its own.
 //! let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
 //! let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
 //! # if adapter.is_err() { return Ok(()) }
@@ -33,18 +33,18 @@
 //! # }
 //! ```
 //!
-//! `examples/own_device.rs` is the same with a scene built from its parts, and writes a PNG.
+//! `examples/own_device.rs` does the same with a scene built in code, and writes a PNG.
 //!
 //! # What the device needs
 //!
-//! WebGPU's default limits and no optional feature are enough. What the device was opened with is used:
-//! `Gpu::WANTED_FEATURES` of `lanternfish-gpu` lists what is looked for, and `Gpu::open` there opens a device with all of
-//! it that the adapter has. Larger limits let larger scenes and images through; without them such a scene is an error
-//! ([`RenderError`]), never a part of it.
+//! WebGPU's default limits and no optional feature are enough. Optional features that the device was opened with are used:
+//! `Gpu::WANTED_FEATURES` of `lanternfish-gpu` lists them, and `Gpu::open` opens a device with all of them that the adapter supports.
+//! Larger limits allow larger scenes and images; a scene that exceeds the limits is an error ([`RenderError`]) and is never rendered in
+//! part.
 //!
-//! # How it is built
+//! # Architecture
 //!
-//! Each folder holds host code and shaders side by side. Techniques of a kind stand behind one trait ([`technique`]): a program may add its own.
+//! Each folder holds host code and shaders. Each kind of technique has one trait ([`technique`]); a program may add its own techniques.
 //!
 //! ```text
 //! gpu_scene ─▶ prepass ─▶ light_culling ─▶ occlusion ─▶ shadows ─▶ shading ─▶ sky ─▶ progressive ─▶ output
@@ -52,8 +52,8 @@
 //! ```
 //!
 //! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (disks, rectangles, emission, sky, images);
-//! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit,
-//! as long as the radiance cache has room for its cells (`Sampled::cache_cells`).
+//! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit, as long as the radiance
+//! cache is not full (`Sampled::cache_cells`).
 
 /// The code in the README compiles.
 #[cfg(doctest)]

@@ -1,4 +1,4 @@
-//! Everything that can be chosen. A setting says what a higher and a lower value do.
+//! All settings. The documentation of a setting states the effect of higher and lower values.
 
 mod parameters;
 mod presets;
@@ -16,63 +16,62 @@ pub use crate::{
     rays::{Structure, Tracer, TracerChoice},
 };
 
-/// How an image is made from a scene and a camera. `Default` is what the renderer recommends, and what `lanternfish render` uses
+/// How an image is rendered from a scene and a camera. `Default` is what the renderer recommends, and what `lanternfish render` uses
 /// without flags.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// How the lights of a point are found.
+    /// How lights are assigned to pixels.
     pub culling: Culling,
-    /// How shadows are found.
+    /// How visibility to lights is computed.
     pub shadows: Shadows,
-    /// Which shadow rays are not worth tracing.
+    /// Which shadow rays are skipped.
     pub ray_culling: RayCulling,
-    /// Radius of point and spot lights, m; 0: they are points, and shadows are hard. Higher: shadows are softer the farther what casts
-    /// them is from what they fall on. It moves where shadow rays end and nothing else; directional lights have none.
+    /// Radius of point and spot lights, m. At 0 they are points with hard shadows. Higher values widen penumbrae in proportion to the
+    /// distance between occluder and receiver. The radius only moves the end points of shadow rays; directional lights have none.
     pub light_radius: f32,
-    /// Rays from a pixel to each light that has a radius, 1 to 255, and to each disk and rectangle, of which 32 at most. More: less noise,
-    /// slower in proportion.
+    /// Shadow rays per pixel to each light that has a radius, 1 to 255, and to each disk and rectangle, at most 32. More rays: less noise,
+    /// time in proportion.
     pub shadow_rays: u32,
-    /// How light falls off with distance.
+    /// How intensity falls off with distance.
     pub attenuation: Attenuation,
-    /// Intensity at which a light without a stated range ends, cd/m² of its own inverse-square law; > 0. Lower: larger
-    /// ranges, less light lost, more lights a pixel [Elagabani2025, eq. 4.1].
+    /// Intensity at which a light without a stated range ends, cd/m² of its own inverse-square law; > 0. Lower: larger ranges, less light
+    /// lost, more lights per pixel [Elagabani2025, eq. 4.1].
     pub range_threshold: f32,
     /// Which surfaces are shaded.
     pub materials: Materials,
-    /// How much of the environment surfaces see, and are lit by: the scene's environment, or its constant sky. They light only
-    /// where this is found, or where rays of [`Self::indirect`] see them: beside [`Sampled`](crate::techniques::Sampled) it does nothing but its debug
-    /// view. Transparent surfaces have what the nearest one of the pixel sees.
+    /// How ambient visibility is computed: the fraction of the environment that surfaces see. The environment (the scene's, or its constant
+    /// sky) lights surfaces only through this setting or through rays of [`Self::indirect`]. With [`Sampled`](crate::techniques::Sampled)
+    /// it affects only its debug view. Transparent surfaces use the ambient visibility of the nearest one in the pixel.
     pub occlusion: Occlusion,
-    /// What tracers go through that are not exact: a structure with its parameters; none: the tracer's own, with its default parameters.
+    /// The acceleration structure of inexact tracers, with its parameters. None: the tracer's own structure with default parameters.
     pub structure: Structure,
-    /// How bright the image is shown; radiance stays as it is.
+    /// Exposure of the display image; radiance is not affected.
     pub exposure: Exposure,
-    /// From scene-referred radiance to what a display shows.
+    /// The tone mapping operator, from scene-referred radiance to the display image.
     pub tone_map: ToneMap,
     /// Shows a quantity of the frame instead of its radiance.
     pub debug_view: Option<DebugView>,
-    /// How material textures reach the shader. The image is the same.
+    /// How material textures are bound. The image does not change.
     pub textures: TextureBinding,
-    /// Samples along the long axis of a pixel's footprint in a texture, at most, where all its filters are linear. More:
-    /// textures seen at an angle are sharper, and cost more.
+    /// Maximum samples along the long axis of a pixel's footprint in a texture with linear filters only. Higher: sharper textures at
+    /// grazing angles, more time.
     pub anisotropy: Anisotropy,
-    /// Where light comes from that is not straight from the listed lights.
+    /// How indirect light is computed.
     pub indirect: Indirect,
-    /// Whether what pixels saw in the frames before is mixed with what they see now: indirect light, and what of a light that has a size
-    /// reaches them.
+    /// Temporal accumulation of indirect light and area-light shadows.
     pub history: History,
-    /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
-    /// once, where it covers the pixel. Debug views take one. In a mean of 8 frames or more one is better: the frames smooth edges by themselves,
-    /// and four samples smear them by three eighths of a pixel to each side. What is set here is taken, also in a mean.
+    /// Samples per pixel at triangle edges (MSAA). More: smoother edges, slower. Each surface in a pixel is shaded once and weighted by its
+    /// coverage. Debug views use one sample. For a mean of 8 frames or more, one sample is better: the jittered frames antialias edges, and
+    /// four samples blur them by three eighths of a pixel to each side. The value is never changed automatically.
     pub samples: Samples,
-    /// Frames whose mean an image is, each through other points of the pixels; at least 1. More: smoother edges, less noise,
-    /// slower in proportion.
+    /// Number of frames in the mean of an image, each with another subpixel jitter; at least 1. More: smoother edges, less noise, time in
+    /// proportion.
     pub accumulate: u32,
 }
 
 impl Settings {
-    /// Light straight from the listed lights alone, with their shadows: for programs that pay for every millisecond. What no
-    /// light shines on is black, emission and environment is seen and light nothing.
+    /// Direct light of the listed lights with shadows, and nothing else: for programs with a tight frame budget. Surfaces that no light
+    /// reaches are black. Emission and the environment are visible but light nothing.
     pub fn direct_light() -> Self {
         Self {
             culling: Culling::default(),
@@ -97,19 +96,18 @@ impl Settings {
         }
     }
 
-    /// What lights are packed with.
+    /// The settings with which lights are packed.
     pub fn lights(&self) -> LightSettings {
         let Self { attenuation, range_threshold, light_radius, shadow_rays, .. } = *self;
         LightSettings { attenuation, range_threshold, radius: light_radius, shadow_rays }
     }
 
-    /// Whether any light may be seen in part.
+    /// True if any light can be partially visible.
     pub(crate) fn casts_soft_shadows(&self) -> bool {
         self.light_radius > 0.0
     }
 
-    /// Whether anything may be mixed with what the frames before have found: motion is looked for then. Whether lights have an area the scene
-    /// says, which comes later.
+    /// True if temporal accumulation may run; motion is computed then. The scene decides later whether there are area lights.
     pub(crate) fn keeps_history(&self) -> bool {
         let has_accumulated_ambient_visibility = self.occlusion.is_noisy() && self.finds_ambient_visibility();
         let is_noisy =
@@ -117,20 +115,20 @@ impl Settings {
         self.history == History::On && is_noisy
     }
 
-    /// Whether ambient visibility is looked for: rays of indirect light may see the environment themselves.
+    /// True if ambient visibility is computed. It is not needed if rays of indirect light reach the environment themselves.
     pub(crate) fn finds_ambient_visibility(&self) -> bool {
         let is_used = !self.indirect.sees_environment() || self.debug_view == Some(DebugView::Occlusion);
         self.occlusion != Occlusion::NONE && is_used
     }
 }
 
-/// How bright an image is shown.
+/// Exposure of the display image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// So that it can be seen, whatever the unit of its lights: found from the radiance of the image itself, one for all views of
-    /// a frame ([`crate::output`]).
+    /// Automatic exposure from the radiance of the image, independent of light units; one value for all views of a frame
+    /// ([`crate::output`]).
     Auto,
-    /// Stops, EV: the image is multiplied by two to this power before tone mapping. Higher: brighter.
+    /// Stops, EV: the image is multiplied by 2^EV before tone mapping. Higher: brighter.
     Ev(f32),
 }
 
@@ -143,30 +141,30 @@ impl fmt::Display for Exposure {
     }
 }
 
-/// How shadows are found.
+/// How visibility to lights is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shadows {
-    /// By rays through the faster exact tracer of this adapter: `ray-query` on hardware that has it, else `bvh`.
+    /// Rays through the adapter's faster exact tracer: `ray-query` on hardware that supports it, otherwise `bvh`.
     Auto,
     /// No shadows.
     None,
-    /// By rays through this tracer. Through deep images [Niessner2010, §4] they are as coarse as texels, and rays from blended surfaces, and of
-    /// further samples of a pixel, go through the BVH.
+    /// Rays through this tracer. Deep images [Niessner2010, §4] limit shadows to their texel size; rays from transparent surfaces and from
+    /// further samples of a pixel use the BVH instead.
     Traced(Tracer),
 }
 
 impl Shadows {
-    /// By rays through the BVH.
+    /// Rays through the BVH.
     pub const BVH: Self = Self::Traced(Tracer::BVH);
-    /// By rays through the adapter's own acceleration structure.
+    /// Rays through the adapter's own acceleration structure.
     pub const RAY_QUERY: Self = Self::Traced(Tracer::RAY_QUERY);
 
-    /// Every one, in the order in which help lists them.
+    /// All values, in the order of the help text.
     pub fn all() -> Vec<Self> {
         [Self::Auto, Self::None].into_iter().chain(Tracer::all().into_iter().map(Self::Traced)).collect()
     }
 
-    /// The name that [`FromStr`](std::str::FromStr) reads.
+    /// The name that [`FromStr`](std::str::FromStr) parses.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -175,10 +173,10 @@ impl Shadows {
         }
     }
 
-    /// What it means, in a line of help.
+    /// The meaning in one line of help text.
     pub const fn words(self) -> &'static str {
         match self {
-            Self::Auto => "The faster exact one of this adapter",
+            Self::Auto => "The adapter's faster exact tracer",
             Self::None => "No shadows",
             Self::Traced(tracer) => tracer.words(),
         }
@@ -188,105 +186,105 @@ impl Shadows {
 named_type_impls!(Shadows);
 
 named_enum! {
-    /// Which shadow rays are not traced because the surface faces away from the light [Elagabani2025, §4.3.1].
+    /// Which shadow rays are skipped because the surface faces away from the light [Elagabani2025, §4.3.1].
     RayCulling {
-        /// Every listed light gets a ray, even from beyond its range: the baseline.
-        None = "none": "Every listed light gets a ray, even from beyond its range",
-        /// Normals from depth, two samples an axis: wrong at edges.
-        Naive = "naive": "Normals from depth, two samples an axis: wrong at edges",
-        /// Normals from depth, five samples an axis: wrong only on triangles under three pixels.
-        Improved = "improved": "Normals from depth, five samples an axis: wrong only on tiny triangles",
-        /// The surface target's own normal: exact.
+        /// Every listed light gets a ray, even beyond its range: the baseline.
+        None = "none": "Every listed light gets a ray, even beyond its range",
+        /// Normals from depth, two samples per axis: wrong at edges.
+        Naive = "naive": "Normals from depth, two samples per axis: wrong at edges",
+        /// Normals from depth, five samples per axis: wrong only on triangles under three pixels.
+        Improved = "improved": "Normals from depth, five samples per axis: wrong only on tiny triangles",
+        /// The surface's own normal from the G-buffer: exact.
         Surface = "surface": "The surface's own normal: exact",
     }
 }
 
 named_enum! {
-    /// Whether pixels keep what they saw in the frames before.
+    /// Temporal accumulation.
     #[derive(Default)]
     History {
-        /// Each frame is by itself.
+        /// Each frame is independent.
         #[default]
-        Off = "off": "Each frame is by itself",
-        /// What a pixel's surface got in the frames before is mixed with what it gets now, wherever the view has gone since. Frames of a view that
-        /// one renderer makes one after the other depend on each other then, images too; the first is as without.
-        On = "on": "Mixed with what each pixel's surface got in the frames before, wherever the view has gone",
+        Off = "off": "Each frame is independent",
+        /// Reprojects each pixel's surface into the previous frame and mixes its history with the estimate of this frame. Successive frames
+        /// of a view of one renderer then depend on each other; the first frame is as without history.
+        On = "on": "Accumulates each surface's light over frames, reprojected as the view moves",
     }
 }
 
 named_enum! {
-    /// From scene-referred radiance to what a display shows. All but `none` compress highlights.
+    /// The tone mapping operator, from scene-referred radiance to the display image. All but `none` compress highlights.
     ToneMap {
         /// Clamps to 0..1.
         None = "none": "Clamps to 0..1",
-        /// Khronos PBR Neutral: base colours stay as they are, only highlights are compressed.
+        /// Khronos PBR Neutral: keeps base colours and compresses only highlights.
         Neutral = "neutral": "Keeps colours, compresses highlights only (Khronos PBR Neutral)",
         /// x / (1 + x) on luminance.
         Reinhard = "reinhard": "x / (1 + x) on luminance: soft",
-        /// A fit of the ACES reference rendering and output transforms: contrasty, warm.
-        Aces = "aces": "A fit of the ACES film look: contrasty, warm",
+        /// A fit of the ACES reference rendering and output transforms: high contrast, warm.
+        Aces = "aces": "A fit of the ACES film look: high contrast, warm",
     }
 }
 
 named_enum! {
     /// A quantity of the frame, shown instead of its radiance.
     DebugView {
-        /// Distance from the camera plane, brighter is nearer, logarithmic.
+        /// Distance from the camera plane, logarithmic; nearer is brighter.
         Depth = "depth": "Distance from the camera; brighter is nearer",
         /// The shading normal, world space, (n + 1) / 2.
         Normal = "normal": "Shading normal",
         /// The triangle's own normal, world space.
         GeometricNormal = "geometric-normal": "The triangle's own normal",
-        /// The normal rebuilt from depth with two samples an axis.
-        NormalNaive = "normal-naive": "Normal rebuilt from depth, two samples an axis",
-        /// The normal rebuilt from depth with five samples an axis.
-        NormalImproved = "normal-improved": "Normal rebuilt from depth, five samples an axis",
+        /// The normal reconstructed from depth with two samples per axis.
+        NormalNaive = "normal-naive": "Normal reconstructed from depth, two samples per axis",
+        /// The normal reconstructed from depth with five samples per axis.
+        NormalImproved = "normal-improved": "Normal reconstructed from depth, five samples per axis",
         /// Perceptual roughness.
         Roughness = "roughness": "Perceptual roughness",
         /// Base colour after textures and vertex colours.
         BaseColor = "base-color": "Base colour after textures",
-        /// Listed lights a pixel, as a heat map.
-        LightCount = "light-count": "Lights listed for a pixel, as a heat map",
-        /// Listed lights that reach the pixel: those whose range is above their distance, as a logarithmic heat map.
-        LightsPerPixel = "lights-per-pixel": "Of them, those whose range reaches the pixel, as a logarithmic heat map",
-        /// The cluster's place in the grid, each coordinate modulo 3; magenta where it has no visible fragment.
-        ClusterIndex = "cluster-index": "Places of clusters in their grid, modulo 3; magenta where none was marked",
-        /// Lights of the pixel's cluster or tile, as a logarithmic heat map.
-        ClusterLights = "cluster-lights": "Lights of a pixel's cluster or tile, as a logarithmic heat map",
-        /// Visible fragments of the pixel's cluster, as a logarithmic heat map; magenta where there are none.
+        /// Listed lights per pixel, as a heat map.
+        LightCount = "light-count": "Listed lights per pixel, as a heat map",
+        /// Listed lights per pixel whose range exceeds their distance, as a logarithmic heat map.
+        LightsPerPixel = "lights-per-pixel": "Listed lights whose range reaches the pixel, as a logarithmic heat map",
+        /// The cluster's grid coordinates, each modulo 3; magenta if the cluster has no visible fragment.
+        ClusterIndex = "cluster-index": "Grid coordinates of clusters, modulo 3; magenta where no cluster is marked",
+        /// Lights in the pixel's cluster or tile, as a logarithmic heat map.
+        ClusterLights = "cluster-lights": "Lights in the pixel's cluster or tile, as a logarithmic heat map",
+        /// Visible fragments in the pixel's cluster, as a logarithmic heat map; magenta if there are none.
         ClusterFragments = "cluster-fragments":
-            "Visible fragments of a pixel's cluster, as a logarithmic heat map; magenta where none",
-        /// Shadow rays a pixel, as a heat map.
-        RayCount = "ray-count": "Shadow rays of a pixel, as a heat map",
-        /// Share of listed lights that reach the pixel.
-        Visibility = "visibility": "Share of a pixel's listed lights that reach it",
-        /// How far what a pixel shows has come since the frame before: the hue is the direction, the brightness the distance.
-        Motion = "motion": "How far things move from frame to frame: hue is direction, brightness distance",
-        /// How open a surface is to its environment: white where nothing occludes.
-        Occlusion = "occlusion": "How open a surface is to its environment; needs `occlusion`",
-        /// Light from other surfaces, and from the environment where rays see them, on surfaces without colours; half of white is 1 nit.
-        Indirect = "indirect": "Light from other surfaces on white ones, half of white is 1 nit; needs `indirect`",
+            "Visible fragments in the pixel's cluster, as a logarithmic heat map; magenta where none",
+        /// Shadow rays per pixel, as a heat map.
+        RayCount = "ray-count": "Shadow rays per pixel, as a heat map",
+        /// Fraction of the pixel's listed lights that are visible.
+        Visibility = "visibility": "Fraction of the pixel's listed lights that are visible",
+        /// Screen-space motion since the previous frame: hue is direction, brightness is distance.
+        Motion = "motion": "Screen-space motion since the previous frame; hue is direction, brightness is distance",
+        /// Ambient visibility: white where nothing occludes the environment.
+        Occlusion = "occlusion": "Ambient visibility, white where nothing occludes; needs `occlusion`",
+        /// Indirect light on a white surface: from other surfaces, and from the environment where rays reach it; 1 nit is half of white.
+        Indirect = "indirect": "Indirect light on a white surface, 1 nit is half of white; needs `indirect`",
         /// Magenta where the radiance is not finite, grey elsewhere.
-        Nan = "nan": "Magenta where the result is not a number",
+        Nan = "nan": "Magenta where the radiance is not finite",
     }
 }
 
 named_enum! {
-    /// Samples a pixel at edges of triangles (multisample antialiasing).
+    /// Samples per pixel at triangle edges (MSAA).
     Samples {
-        /// One.
-        One = "1": "One",
-        /// Two, where the adapter has it.
-        Two = "2": "Two, where the adapter has it",
-        /// Four: on every adapter.
-        Four = "4": "Four, on every adapter",
-        /// Eight, where the adapter has it.
-        Eight = "8": "Eight, where the adapter has it",
+        /// One sample.
+        One = "1": "One sample",
+        /// Two samples, if the adapter supports it.
+        Two = "2": "Two samples, if the adapter supports it",
+        /// Four samples, on every adapter.
+        Four = "4": "Four samples, on every adapter",
+        /// Eight samples, if the adapter supports it.
+        Eight = "8": "Eight samples, if the adapter supports it",
     }
 }
 
 impl Samples {
-    /// The number.
+    /// The number of samples.
     pub const fn count(self) -> u32 {
         match self {
             Self::One => 1,
@@ -298,37 +296,37 @@ impl Samples {
 }
 
 named_enum! {
-    /// How material textures reach the shader.
+    /// How material textures are bound.
     TextureBinding {
-        /// `array` on hardware that has it, else `per-material`.
-        Auto = "auto": "array on hardware that has it",
-        /// One array of all textures, chosen by index.
-        Array = "array": "All textures bound at once, chosen by index",
-        /// A bind group for every material: works everywhere.
-        PerMaterial = "per-material": "Bound material by material: works everywhere",
+        /// `array` if the hardware supports it, otherwise `per-material`.
+        Auto = "auto": "array if the hardware supports it",
+        /// One binding array of all textures, indexed in the shader.
+        Array = "array": "One binding array of all textures",
+        /// A bind group per material: works on every device.
+        PerMaterial = "per-material": "One bind group per material: works on every device",
     }
 }
 
 named_enum! {
-    /// Samples along the long axis of a pixel's footprint in a texture, at most.
+    /// Maximum samples along the long axis of a pixel's footprint in a texture.
     Anisotropy {
-        /// 16 on hardware, 4 on a software adapter, 1 on one that stalls on more.
-        Auto = "auto": "16 on hardware, 4 on a software adapter, 1 on one that stalls on more",
-        /// None: the footprint's long axis decides, and the texture is blurred across it.
-        X1 = "1": "Blurs what is seen at an angle",
+        /// 16 on hardware, 4 on a software adapter, 1 on an adapter that hangs with more.
+        Auto = "auto": "16 on hardware, 4 on a software adapter, 1 on an adapter that hangs with more",
+        /// 1: the footprint's long axis selects the mip level, so textures blur across it.
+        X1 = "1": "Blurs textures at grazing angles",
         /// Two.
         X2 = "2": "A little sharper",
         /// Four.
-        X4 = "4": "Almost as sharp as 16, at a lower price",
+        X4 = "4": "Almost as sharp as 16, at a lower cost",
         /// Eight.
-        X8 = "8": "Hardly to be told from 16",
+        X8 = "8": "Almost the same as 16",
         /// Sixteen.
         X16 = "16": "Sharpest",
     }
 }
 
 impl Anisotropy {
-    /// The number; none where the adapter decides.
+    /// The number of samples; none if the adapter decides.
     pub const fn samples(self) -> Option<u16> {
         match self {
             Self::Auto => None,
@@ -351,7 +349,7 @@ mod tests {
         for attenuation in Attenuation::ALL {
             assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
         }
-        // Of two of one name the second could not be asked for.
+        // Two values of one name could not be told apart.
         for shadows in Shadows::all() {
             assert_eq!(shadows.name().parse::<Shadows>(), Ok(shadows));
         }
