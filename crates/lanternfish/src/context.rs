@@ -1,4 +1,4 @@
-//! The frame in hand, as its passes are given it.
+//! Inputs of a frame, and of the passes of one of its views.
 
 use std::sync::Arc;
 
@@ -12,64 +12,64 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-/// What a frame is requested.
+/// The inputs of a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameContext<'a> {
-    /// The scene that all views are of.
+    /// The scene of all views.
     pub scene: &'a GpuScene,
     /// The views, in the order of their slots.
     pub views: &'a [View],
-    /// Whether the frame is added to the mean of those before it. What is shown is that mean, and deep images are turned from frame to
-    /// frame.
+    /// True if the frame is added to the mean of the frames before it. The mean is shown, and the rotation of the deep images' direction
+    /// set changes between frames.
     pub is_averaged: bool,
-    /// What the caller wants of each view; none: what is shown of them is kept for [`crate::Renderer::render`].
+    /// The caller's request for each view. If empty, the images are stored for [`crate::Renderer::render`].
     pub requests: &'a [ViewRequest<'a>],
 }
 
 impl<'a> FrameContext<'a> {
-    /// Where the image of a view goes, if it is not kept.
+    /// The key and the target of a view's image; none if the image is stored.
     pub(crate) fn target(&self, slot: usize) -> Option<(u64, Target<'a>)> {
         let request = self.requests.get(slot)?;
         (!matches!(request.target, Target::Own)).then_some((request.key, request.target))
     }
 
-    /// Which view it is, from frame to frame.
+    /// The key of the view; it is the same in every frame.
     pub(crate) fn key(&self, slot: usize) -> ViewKey {
         self.requests.get(slot).map_or(ViewKey::Slot(slot), |request| ViewKey::Key(request.key))
     }
 
-    /// Whether light is summed for a view, and not shaded.
+    /// True if the view's light is written as demodulated irradiance ([`Target::Sums`]) and not shaded.
     pub(crate) fn is_summed(&self, slot: usize) -> bool {
         matches!(self.target(slot), Some((_, Target::Sums { .. })))
     }
 }
 
-/// One view of a frame once its depth is there: what every pass after the prepass may ask of it.
+/// One view of a frame after the prepass: the inputs of every later pass.
 #[derive(Debug)]
 pub struct ViewContext<'a> {
     /// The scene.
     pub scene: &'a GpuScene,
-    /// Which view it is, from frame to frame.
+    /// The key of the view; it is the same in every frame.
     pub(crate) key: ViewKey,
     /// The view.
     pub view: View,
-    /// The view on the device.
+    /// The view's uniform buffer.
     pub buffer: ViewBuffer,
-    /// What it may show.
+    /// The visible draws.
     pub draws: VisibleDraws<'a>,
-    /// The prepass's result.
+    /// The G-buffer that the prepass wrote.
     pub surface: Surface,
-    /// The same with one sample a pixel; where no pass asks for that, the prepass's result.
+    /// The G-buffer with one sample per pixel. Equal to `surface` if no pass needs it.
     pub middle: Surface,
-    /// Rotation of this frame's sets of directions, unit: world space from a set's own.
+    /// Rotation of this frame's direction sets, from the space of the set to world space.
     pub rotation: Quat,
-    /// The structure that inexact tracers go through, of the scene as it stands, if the renderer has one. The frame sets it before the first
+    /// The acceleration structure of the inexact tracers for the current scene, if the renderer has one. The frame sets it before the first
     /// pass with rays; [`TracePass`](crate::rays::TracePass) reads it.
     pub structure: Option<Arc<dyn TracedStructure>>,
 }
 
 impl<'a> ViewContext<'a> {
-    /// The same as if this surface, one sample a pixel, were all that the view shows.
+    /// The context with this single-sampled surface in place of the view's.
     pub fn showing(&self, surface: &Surface) -> ViewContext<'a> {
         ViewContext {
             scene: self.scene,

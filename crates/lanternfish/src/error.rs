@@ -2,162 +2,162 @@
 
 use lanternfish_gpu::GpuError;
 
-/// Why there is no image. Messages name the thing and the remedy; settings in backticks, by their names in shots and their values:
-/// `shadows bvh`. A front end says them in its own words, as the command line does: `--shadows bvh`.
+/// The reason why there is no image. Messages name the cause and the remedy. Settings stand in backticks with the names of shot files:
+/// `shadows bvh`. A front end may rewrite them: the command line prints `--shadows bvh`.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// The device cannot do or hold what was asked.
+    /// The device does not support the request or cannot allocate it.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// More memory is needed than there is, or than may be used.
+    /// The memory budget or the device's memory is exceeded.
     #[error(transparent)]
     TooMuch(#[from] lanternfish_limits::memory::TooMuch),
-    /// The image has no pixels, or more than the device can draw.
+    /// The image has no pixels or exceeds the device's texture limit.
     #[error("image of {width} x {height} pixels: each side must be from 1 to {limit}")]
     Size {
-        /// Width asked for, pixels.
+        /// Requested width, pixels.
         width: u32,
-        /// Height asked for, pixels.
+        /// Requested height, pixels.
         height: u32,
         /// The device's largest texture side, pixels.
         limit: u32,
     },
-    /// A setting needs a feature that the device was not opened with.
+    /// A setting needs a device feature that is not enabled.
     #[error("{setting} needs {feature}, which this device does not have; use {instead}")]
     MissingFeature {
         /// The setting: see [`RenderError`].
         setting: &'static str,
-        /// The feature that is missing.
+        /// The missing feature.
         feature: &'static str,
         /// A setting that works on every device.
         instead: &'static str,
     },
-    /// A setting meets a fault of the device's driver.
+    /// A defect of the device's driver affects a setting.
     #[error("{setting}: {driver} {fault}; use {instead}, or install a newer driver")]
     Driver {
         /// The setting: see [`RenderError`].
         setting: &'static str,
         /// The driver and its version.
         driver: String,
-        /// The fault: what the driver does.
+        /// The defect.
         fault: &'static str,
         /// A setting that works with this driver.
         instead: &'static str,
     },
-    /// [`crate::settings::Settings::accumulate`] is 0: a mean of no frames.
+    /// [`crate::settings::Settings::accumulate`] is 0, and a mean needs at least one frame.
     #[error("`accumulate 0`: an image is the mean of 1 frame or more")]
     NoFrames,
-    /// A setting needs another one beside it, or a value within other bounds.
+    /// A setting needs another setting, or a value in another range.
     #[error("{setting} needs {needed}")]
     Together {
         /// The setting: see [`RenderError`].
         setting: &'static str,
-        /// What the setting needs: another setting, or the values it can have.
+        /// The needed setting or the valid values.
         needed: &'static str,
     },
-    /// A setting has a value that it cannot have.
+    /// A setting has an invalid value.
     #[error("{setting} {got}: expected {needed}")]
     Value {
         /// The setting: see [`RenderError`].
         setting: &'static str,
-        /// The value it has.
+        /// The invalid value.
         got: String,
-        /// The values it can have.
+        /// The valid values.
         needed: &'static str,
     },
-    /// No one frustum looks the way of all views that are to share a grid of clusters.
+    /// No frustum encloses all views that share a cluster grid.
     #[error(
-        "the views face apart: no perspective grid encloses them; use orthographic clusters (`clusters ortho:4`), or a grid \
+        "the views face different directions: no perspective grid encloses them; use orthographic clusters (`clusters ortho:4`), or a grid \
          for each view (`cluster-views individual`)"
     )]
     Unaligned,
-    /// The scene is not as its types promise.
-    #[error("the scene is not valid: {what}; put it right, and ask `Scene::validate` for the next such fault")]
+    /// The scene is not valid.
+    #[error("the scene is not valid: {what}; fix it, then run `Scene::validate` to find the next error")]
     InvalidScene {
-        /// The first fault, and where it is.
+        /// The first error and its location.
         what: String,
     },
-    /// The scene on the device does not have what these settings need.
+    /// The uploaded scene lacks data that these settings need.
     #[error("the scene was uploaded under other settings: {what}; upload it with the renderer that is to render it")]
     OtherSettings {
-        /// What it has, or lacks.
+        /// The difference.
         what: &'static str,
     },
-    /// The scene lies on another device than the renderer's.
+    /// The scene was uploaded to another device than the renderer's.
     #[error("the scene was uploaded to another device; upload it with the renderer that is to render it")]
     OtherDevice,
-    /// There is no view through such a camera.
+    /// The camera has no valid view.
     #[error("camera: {what}")]
     Camera {
-        /// What is wrong with it, and how it is put right.
+        /// The error and its remedy.
         what: String,
     },
-    /// The image of a view cannot go where it is wanted.
+    /// The image of a view cannot be written to its target.
     #[error("the target of view {key}: {what}")]
     Target {
         /// [`crate::ViewRequest::key`].
         key: u64,
-        /// What is wrong with it.
+        /// The error.
         what: String,
     },
-    /// The frame before is recorded in the caller's commands, and nobody has said what became of them.
+    /// The previous frame is recorded in the caller's commands and was neither submitted nor discarded.
     #[error(
-        "the frame before was not submitted: call `Renderer::submitted` after its commands were, or `Renderer::discard` if they never will be"
+        "the previous frame was not submitted: call `Renderer::submitted` after its commands were, or `Renderer::discard` if they never will be"
     )]
     NotSubmitted,
-    /// A frame has made place for another one, or was never there.
+    /// The frame was replaced by a later frame, or never existed.
     #[error("the frame is no longer there: only the last one that was recorded can be read")]
     Gone,
-    /// One thing cannot be brought to the device by itself.
-    #[error("{what}: `Renderer::update` brings it, with the whole scene")]
+    /// A single item cannot be uploaded alone.
+    #[error("{what}: upload the complete scene with `Renderer::update`")]
     NeedsUpdate {
-        /// Why it cannot.
+        /// The reason.
         what: String,
     },
     /// The scene has no such animation.
     #[error("there is no animation {number}: the scene has {count}, from 0 on (`Scene::motion`)")]
     NoAnimation {
-        /// The index that was requested.
+        /// The requested index.
         number: usize,
-        /// Animations that there are.
+        /// Number of animations in the scene.
         count: usize,
     },
-    /// A set of directions that cannot be made.
+    /// The direction set is not valid.
     #[error("deep images: {what}")]
     Directions {
-        /// What is wrong with the set.
+        /// The error.
         what: String,
     },
-    /// A check of what the device wrote has failed.
+    /// A check of device-written data failed.
     #[error("{what}: {fault}; this is a bug, or another driver is needed")]
     Check {
-        /// What was checked.
+        /// The checked data.
         what: &'static str,
-        /// What was found.
+        /// The failure.
         #[source]
         fault: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// An image or a layer of deep images was requested that does not exist.
+    /// The requested deep image, or layer of one, does not exist.
     #[error("deep images: there is no {what} {number}: {known}")]
     NoSuch {
-        /// An image, or a layer of one.
+        /// An image or a layer.
         what: &'static str,
-        /// The number that was requested.
+        /// The requested index.
         number: i64,
-        /// The numbers there are.
+        /// The valid indices.
         known: String,
     },
-    /// A list outgrew what one binding of the device can hold.
+    /// A list exceeds the largest binding of the device.
     #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]
     Overflow {
         /// The name of the list.
         list: &'static str,
-        /// Entries it would need.
+        /// Number of entries needed.
         needed: u64,
-        /// Entries that fit.
+        /// Number of entries that fit.
         limit: u64,
-        /// How to shrink it.
+        /// How to make the list smaller.
         remedy: &'static str,
     },
 }

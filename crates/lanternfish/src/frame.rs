@@ -1,4 +1,4 @@
-//! One frame as a list: each value is a pass's result and the next one's permission to run.
+//! The passes of one frame, in order: the result of each pass is an input of the next.
 
 use glam::Quat;
 use lanternfish_gpu::Frame;
@@ -26,26 +26,26 @@ use crate::{
     view::rotations::frame_rotation,
 };
 
-/// The passes of a frame, compiled for one choice of settings.
+/// The passes of a frame, compiled for one set of settings.
 #[derive(Debug)]
 pub(crate) struct Passes {
     pub prepass: Prepass,
-    /// Where motion is requested: the prepass finds it then.
+    /// The previous views, if motion is computed: the prepass writes it then.
     pub shown: Option<ShownViews>,
-    /// Where pixels have several samples, and a pass wants the surface at their middle.
+    /// The single-sampled prepass, if pixels have several samples and a pass needs the surface at the pixel centre.
     pub one_sample: Option<Prepass>,
     pub light_culling: LightCulling,
     pub occlusion: Option<Box<dyn OcclusionPasses>>,
     pub shadows: Option<Shadows>,
-    /// What inexact tracers go through.
+    /// The acceleration structure of inexact tracers.
     pub structure: Option<Box<dyn KeptStructure>>,
     pub indirect: Option<Box<dyn IndirectPasses>>,
-    /// Where light arrives otherwise than straight from the lights.
+    /// The nearest transparent surface, if there is indirect light.
     pub nearest_transparent: Option<NearestTransparent>,
-    /// Mixes the share of light that reaches each pixel with that of the frames before, where there is a history.
+    /// Accumulates the visibility ratios of area lights, if there is a history.
     pub visibility_ratios: Option<VisibilityRatios>,
     pub forward: Forward,
-    /// Where sums are wanted in the place of an image.
+    /// Writes demodulated irradiance if it is requested instead of an image.
     pub irradiance: DemodulatedLight,
     pub sky: Sky,
     pub progressive: Progressive,
@@ -54,11 +54,11 @@ pub(crate) struct Passes {
     pub present: Present,
 }
 
-/// What a frame leaves behind of a view.
+/// The images of a view after a frame.
 #[derive(Debug)]
 pub(crate) struct FrameResult {
     pub shaded: Shaded,
-    /// What is shown of it, unless it is radiance that the caller wants.
+    /// The display image, unless the caller requested radiance.
     pub display: Option<wgpu::TextureView>,
 }
 
@@ -66,21 +66,21 @@ pub(crate) struct FrameResult {
 #[derive(Debug)]
 pub(crate) struct Shaded {
     pub radiance: Radiance,
-    /// The other sum, where the radiance is that of direct light on white.
+    /// Demodulated indirect light, if the radiance is demodulated direct light.
     pub indirect_light: Option<wgpu::TextureView>,
-    /// Mean radiance of this frame and the frames before it, where frames are averaged.
+    /// Mean radiance of this frame and the frames before it, if frames are averaged.
     pub mean: Option<wgpu::TextureView>,
     pub visibility: Option<VisibilityPlan>,
     pub ambient_visibility: Option<AmbientVisibility>,
     pub indirect: Option<DemodulatedIrradiance>,
-    /// Indirect light at the nearest blended surfaces.
+    /// Indirect light at the nearest transparent surfaces.
     pub indirect_of_transparent: Option<DemodulatedIrradiance>,
-    /// The opaque surfaces' light lists.
+    /// The light lists of opaque surfaces.
     pub lights: LightLists,
 }
 
 impl Shaded {
-    /// A view of which nothing else was found.
+    /// A view with only radiance and light lists.
     pub fn of_lights(radiance: Radiance, lights: LightLists) -> Self {
         Self {
             radiance,
@@ -100,17 +100,17 @@ impl Shaded {
     }
 }
 
-/// Which bits of visibility are in their buffer.
+/// The visibility bits that are in the buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Traced {
-    /// None.
+    /// No bits.
     Nothing,
-    /// Those of the last band.
+    /// The bits of the last band.
     LastBand,
 }
 
 impl Passes {
-    /// Forgets what passes keep from frame to frame: the last one was not handed to the device, or the device refused it.
+    /// Resets all state that passes store between frames, because the last frame was not submitted or the device rejected it.
     pub fn forget(&mut self) {
         if let Some(structure) = &mut self.structure {
             structure.forget();
@@ -130,7 +130,7 @@ impl Passes {
         self.present.forget();
     }
 
-    /// Forgets what views have shown: the next frame has none before it.
+    /// Resets the previous views: the next frame has no predecessor.
     pub fn forget_shown(&mut self) {
         if let Some(shown) = &mut self.shown {
             shown.forget();
@@ -149,7 +149,7 @@ impl Passes {
         if let Some(shown) = &mut self.shown {
             shown.begin();
         }
-        // What every view shows, then which lights reach it: views may share the work of finding them.
+        // The prepass of every view, then light culling: views may share its work.
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
         let mut views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
         let set = &context.scene.lights;
@@ -158,14 +158,14 @@ impl Passes {
             true => self.light_culling.record(frame, &views, Reach::Anywhere, set)?,
             false => Vec::new(),
         };
-        // Structures are there before the first rays.
+        // The acceleration structure is ready before the first rays.
         if let Some(structure) = &mut self.structure {
             for view in &mut views {
                 view.structure = Some(structure.get(frame, view.scene, view.rotation)?);
             }
         }
         let arriving = self.arriving(frame, &views)?;
-        // Then each view by itself.
+        // Then each view alone.
         let mut results = Vec::with_capacity(views.len());
         for (slot, ((view, lights), arriving)) in views.iter().zip(lights).zip(arriving).enumerate() {
             if context.is_summed(slot) {
@@ -182,14 +182,14 @@ impl Passes {
             let shaded = Shaded::of_lights(radiance, lights);
             results.push(Shaded { visibility, ambient_visibility, indirect, indirect_of_transparent, ..shaded });
         }
-        // Only now it is certain whether the frame is whole.
+        // The completeness of the frame is only decided here.
         if context.is_averaged {
             frame.count_frame(views.iter().all(|view| view.view.frame_index == 0));
             for (slot, (view, shaded)) in views.iter().zip(&mut results).enumerate() {
                 shaded.mean = Some(self.progressive.record(frame, view, &shaded.radiance, slot)?);
             }
         }
-        // One exposure for all views: two eyes see one world.
+        // One exposure for all views: a stereo pair needs equal brightness.
         let is_shown = |slot| !matches!(context.target(slot), Some((_, Target::Radiance(_) | Target::Sums { .. })));
         let shown = results.iter().enumerate().filter(|(slot, _)| is_shown(*slot));
         let renderings: Vec<_> = shown.map(|(_, shaded)| shaded.rendering()).collect();
@@ -231,7 +231,7 @@ impl Passes {
                     self.irradiance.given.record(frame, depth, normal_roughness, view.size)?
                 }
             };
-            // Transparent surfaces are the caller's.
+            // The caller draws transparent surfaces itself.
             let draws = VisibleDraws { solid: draws.solid, transparent: Vec::new() };
             let middle = surface.clone();
             return Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structure: None });
@@ -246,8 +246,8 @@ impl Passes {
         Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structure: None })
     }
 
-    /// What arrives from other surfaces and the environment in every view, for the surface at each pixel's middle, as far as it is
-    /// asked for.
+    /// Light from other surfaces and the environment at the surface at each pixel's centre of every view, as far as the settings request
+    /// it.
     fn arriving(&mut self, frame: &mut Frame<'_>, views: &[ViewContext<'_>]) -> Result<Vec<Arriving>, RenderError> {
         let mut of_view = |view: &ViewContext<'_>| {
             let surface = view.middle.clone();
@@ -260,7 +260,7 @@ impl Passes {
         views.iter().map(&mut of_view).collect()
     }
 
-    /// Opaque surfaces, shadowed and lit.
+    /// Shades opaque surfaces with shadows.
     fn shade(
         &mut self,
         frame: &mut Frame<'_>,
@@ -279,7 +279,7 @@ impl Passes {
         Ok((radiance, plan))
     }
 
-    /// The light of surfaces, shadowed and summed.
+    /// Writes demodulated irradiance with shadows.
     fn sum(
         &mut self,
         frame: &mut Frame<'_>,
@@ -302,7 +302,7 @@ impl Passes {
         })
     }
 
-    /// How the shadows of a view are traced, where there are any.
+    /// The plan for the shadow rays of a view, if there are shadows.
     fn plan(
         &mut self,
         frame: &mut Frame<'_>,
@@ -312,7 +312,7 @@ impl Passes {
         self.shadows.as_mut().map(|shadows| shadows.plan(frame, view, lights)).transpose()
     }
 
-    /// The share of the light of lights that have a size that reaches each pixel, mixed with that of the frames before, where there is a history.
+    /// Visibility ratios of area lights at each pixel, accumulated over frames, if there is a history.
     fn accumulated_ratios(
         &mut self,
         frame: &mut Frame<'_>,
@@ -323,16 +323,17 @@ impl Passes {
         let Some(mut fractions) = self.visibility_ratios.take_if(|fractions| fractions.are_of(view.scene)) else {
             return Ok(None);
         };
-        let found = fractions.target(frame, view.view.size);
+        let estimate = fractions.target(frame, view.view.size);
         let recorded = self.by_bands(frame, view, lights, plan, Traced::Nothing, |_, frame, visibility| {
-            visibility.map_or(Ok(()), |visibility| fractions.find(frame, view, lights, visibility, &found))
+            visibility.map_or(Ok(()), |visibility| fractions.find(frame, view, lights, visibility, &estimate))
         });
-        let steady = recorded.and_then(|()| fractions.steady(frame, view, found));
+        let accumulated = recorded.and_then(|()| fractions.steady(frame, view, estimate));
         self.visibility_ratios = Some(fractions);
-        steady.map(Some)
+        accumulated.map(Some)
     }
 
-    /// Traces the shadows of a view, and goes on with them. Where the visibility of all pixels does not fit one buffer, in bands of rows.
+    /// Traces the shadows of a view and runs the next pass with them. If the visibility of all pixels exceeds one buffer, both run in bands
+    /// of rows.
     fn by_bands(
         &mut self,
         frame: &mut Frame<'_>,
@@ -355,7 +356,7 @@ impl Passes {
         Ok(())
     }
 
-    /// Transparent surfaces, over the image so far; gives the indirect light at the nearest of them.
+    /// Blends transparent surfaces over the image; returns the indirect light at the nearest of them.
     fn blend(
         &mut self,
         frame: &mut Frame<'_>,
@@ -371,7 +372,7 @@ impl Passes {
         Ok(nearest.and_then(|nearest| nearest.indirect))
     }
 
-    /// Brings a view's image where it is wanted; gives what is shown of it.
+    /// Writes a view's image to its target; returns the display image.
     fn finish(
         &mut self,
         frame: &mut Frame<'_>,
@@ -405,7 +406,7 @@ impl Passes {
         }
     }
 
-    /// What a display shows of a view: its image, exposed, or the debug view.
+    /// Writes the display image of a view: its exposed image, or the debug view.
     fn show_image(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, shaded: &Shaded, display: &wgpu::TextureView) {
         match &self.debug_views {
             None => self.output.record(frame, shaded.rendering(), display),
@@ -414,11 +415,11 @@ impl Passes {
     }
 }
 
-/// Frames of one mean that look in the same directions, so that deep images are built once for them. More: fewer builds, and directions
-/// that show for longer (figures: `progressive/README.md`).
+/// Number of successive frames of a mean that share the rotation of the direction set, so deep images are built once for them. Higher:
+/// fewer builds, but the set's directions stay visible for longer (figures: `progressive/README.md`).
 pub(crate) const FRAMES_PER_ROTATION: u32 = 4;
 
-/// How deep images are turned: some frames of one mean after another look in other directions.
+/// The rotation of the direction set of the deep images; in a mean it changes every few frames.
 fn rotation_of(view: &View, is_averaged: bool) -> Quat {
     if is_averaged { frame_rotation(view.frame_index / FRAMES_PER_ROTATION) } else { Quat::IDENTITY }
 }

@@ -12,7 +12,7 @@
 //! use lanternfish::{Renderer, Settings};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // As in any wgpu program; one that has a device already passes that one.
+//! // As in any wgpu program; a program with a device passes its own.
 //! let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
 //! let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
 //! # if adapter.is_err() { return Ok(()) }
@@ -33,7 +33,7 @@
 //! # }
 //! ```
 //!
-//! `examples/own_device.rs` is the same with a scene built from its parts, and writes a PNG.
+//! `examples/own_device.rs` does the same with a scene built in code, and writes a PNG.
 //!
 //! # What the device needs
 //!
@@ -41,7 +41,7 @@
 //! `Gpu::WANTED_FEATURES` of `lanternfish-gpu` lists them, and `Gpu::open` opens a device with all that the adapter
 //! has. Larger limits allow larger scenes and images; a scene that exceeds a limit is an error ([`RenderError`]).
 //!
-//! # How it is built
+//! # Architecture
 //!
 //! A folder holds the host code and the shaders of a technique. Techniques of a kind share one trait ([`technique`]); a program may add its own.
 //!

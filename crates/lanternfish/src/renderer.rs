@@ -1,4 +1,4 @@
-//! From a scene and a camera to an image.
+//! The renderer: from a scene and a camera to an image.
 
 mod build;
 mod change;
@@ -39,75 +39,75 @@ pub use self::{
     flight::{FrameId, FrameReport},
 };
 
-/// Renders scenes on the caller's device, under one choice of settings.
+/// Renders scenes on the caller's device with one set of settings.
 #[derive(Debug)]
 pub struct Renderer {
     engine: Engine,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    /// As they were given.
+    /// The settings as given.
     settings: Settings,
-    /// As its passes take them: what a debug view does not show is left out.
+    /// The settings of the passes: without the parts that a debug view does not show.
     effective: Settings,
-    /// What it needs of a scene.
+    /// The scene requirements of the settings.
     needs: SceneRequirements,
     compiled: Compiled,
     pub(crate) profiler: Profiler,
-    /// What its frames use again. Locked by nobody for longer than a call.
+    /// The transient pool of its frames. No call holds the lock after it returns.
     pub(crate) pool: Mutex<Pool>,
     pub(crate) passes: Passes,
     flight: Flight,
-    /// When lists of frames get more room that are rendered into images.
+    /// The growth policy of lists in frames that are rendered to images.
     image_growth: Growth,
-    /// The number of the last of those frames.
+    /// The index of the last of those frames.
     last_frame: u64,
 }
 
 /// A finished image. Rows from the top.
 #[derive(Clone, Debug)]
 pub struct RenderedImage {
-    /// Pixels across.
+    /// Width, pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height, pixels.
     pub height: u32,
-    /// Scene-referred: linear Rec. 709, nits; alpha is the share that surfaces cover.
+    /// Scene-referred: linear Rec. 709, nits; alpha is the coverage of surfaces.
     pub radiance: Vec<[f32; 4]>,
-    /// As a display shows it: exposed, tone-mapped, sRGB-encoded; or the debug view.
+    /// The display image: exposed, tone-mapped and sRGB-encoded; or the debug view.
     pub display: Vec<[u8; 4]>,
-    /// What `display` is exposed by, EV: that of [`Exposure::Auto`], where it was requested. None: a debug view.
+    /// The exposure of `display`, EV; the measured one for [`Exposure::Auto`]. None for a debug view.
     pub exposure: Option<f32>,
-    /// What it cost.
+    /// Time and counters of the image.
     pub report: Report,
 }
 
-/// What an image cost.
+/// Time and counters of an image.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// Device time of each pass, in order, over all frames that were made; empty where the device has no timestamp queries.
+    /// Device time of each pass, in order, summed over all frames; empty if the device has no timestamp queries.
     pub passes: Vec<PassTime>,
-    /// Exact counts, by name; where frames are averaged, of the last one.
+    /// Exact counters by name; for averaged frames those of the last one.
     pub counters: Vec<(String, u64)>,
 }
 
-/// What frames keep on the device, so that the next one need not make it again.
+/// Device memory that successive frames reuse.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FrameMemory {
-    /// Bytes of buffers and textures.
+    /// Size of buffers and textures, bytes.
     pub bytes: u64,
-    /// Every list that was ever counted, by name, and the elements that it has room for.
+    /// Name and capacity, in elements, of every counted list.
     pub lists: Vec<(&'static str, u64)>,
 }
 
 impl Renderer {
     /// Compiles the passes that these settings need.
     ///
-    /// The device may be any; optional features that it was opened with are used
-    /// ([`lanternfish_gpu::Gpu::WANTED_FEATURES`] lists them), and a setting that needs one that is missing is an error.
+    /// Optional features of the device are used ([`lanternfish_gpu::Gpu::WANTED_FEATURES`] lists them). A setting that needs a missing
+    /// feature is an error.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Self, RenderError> {
         Self::with_engine(&Engine::new(device, queue), settings)
     }
 
-    /// The same for the device of an engine: what other renderers of the engine have compiled is not compiled again.
+    /// Compiles the passes on an engine's device and reuses what other renderers of the engine have compiled.
     pub fn with_engine(engine: &Engine, settings: Settings) -> Result<Self, RenderError> {
         let Built { effective, needs, passes, compiled } = build(engine, &settings)?;
         let (device, queue) = (engine.device.clone(), engine.queue.clone());
@@ -130,24 +130,25 @@ impl Renderer {
         })
     }
 
-    /// What it has compiled, for further renderers of its device.
+    /// The engine with everything compiled, for further renderers on its device.
     pub fn engine(&self) -> &Engine {
         &self.engine
     }
 
-    /// The settings it was made with, as they were given, at the exposure of now.
+    /// The settings as given, with the current exposure.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Shows the images from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.
+    /// Sets the exposure of later display images, which must be finite. Means of frames are not reset ([`Self::refine`]), because they
+    /// store radiance.
     pub fn set_exposure(&mut self, exposure: Exposure) -> Result<(), RenderError> {
         self.passes.output.set_exposure(&self.device, exposure)?;
         (self.settings.exposure, self.effective.exposure) = (exposure, exposure);
         Ok(())
     }
 
-    /// What the last frame is shown at, EV: that of [`Exposure::Auto`], where it was requested. Waits for the device. None: a debug view.
+    /// The exposure of the last frame, EV; the measured one for [`Exposure::Auto`]. Waits for the device. None for a debug view.
     pub fn exposure(&self) -> Result<Option<f32>, RenderError> {
         match &self.passes.debug_views {
             None => Ok(Some(self.passes.output.exposure(&self.device, &self.queue)?)),
@@ -155,18 +156,18 @@ impl Renderer {
         }
     }
 
-    /// The passes of light culling, if they are of this type.
+    /// The light culling passes, if they are of this type.
     pub(crate) fn culling_passes<P: LightCullingPasses>(&self) -> Option<&P> {
         self.passes.light_culling.passes()
     }
 
-    /// What its frames keep on the device; scenes, deep images, means of frames and histories are not among it.
+    /// Device memory of its frames, without scenes, deep images, means of frames and histories.
     pub fn memory(&self) -> FrameMemory {
         let pool = self.pool.lock().unwrap_or_else(PoisonError::into_inner);
         FrameMemory { bytes: pool.bytes(), lists: pool.capacities() }
     }
 
-    /// Renders what `camera` sees of a scene that this renderer uploaded, and waits for it.
+    /// Renders a camera's view of a scene that this renderer uploaded, and waits for the result.
     pub fn render(
         &mut self,
         scene: &GpuScene,
@@ -177,9 +178,9 @@ impl Renderer {
         Ok(self.render_views(scene, &[(camera, width, height)])?.remove(0))
     }
 
-    /// Renders several views of a scene at once: cameras with their images' width and height. Views may share the work
-    /// of finding lights ([`crate::light_culling::clustered::Grouping`]); the passes' times, and what is shared, are in the first report.
-    /// Each image is the mean of [`Settings::accumulate`] frames.
+    /// Renders several views of a scene at once: cameras with the width and height of their images. Views may share light culling
+    /// ([`crate::light_culling::clustered::Grouping`]); the first report has the times of all passes and the shared counters. Each image is
+    /// the mean of [`Settings::accumulate`] frames.
     pub fn render_views(
         &mut self,
         scene: &GpuScene,
@@ -197,7 +198,7 @@ impl Renderer {
                 return Err(RenderError::Size { width, height, limit });
             }
             camera.validate().map_err(|what| RenderError::Camera { what })?;
-            // An image of the environment stands in the sky's place.
+            // An environment image replaces the sky.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             let view = View::new(camera, UVec2::new(width, height), sky, &scene.bounds);
             Ok(View { samples: self.effective.samples.count(), ..view })
@@ -205,7 +206,7 @@ impl Renderer {
         views.iter().map(view).collect()
     }
 
-    /// Hands a frame to the device.
+    /// Submits a frame.
     pub(crate) fn frame(&mut self, context: &FrameContext<'_>) -> Result<Vec<FrameResult>, RenderError> {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         let mut frame = Frame::pooled(&self.device, &self.queue, &mut self.profiler, pool);
@@ -216,8 +217,8 @@ impl Renderer {
         Ok(results)
     }
 
-    /// Forgets what frames have kept, as after an error: a frame that was recorded in part never ran, and what the device refused to make
-    /// may be among what is used again.
+    /// Discards all state that frames store, as needed after an error: a partly recorded frame never ran, and the pool may hold resources
+    /// that the device failed to allocate.
     fn forget_frames(&mut self) {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         discarded(&self.device, &self.queue, &mut self.profiler, pool);
@@ -226,16 +227,16 @@ impl Renderer {
         self.flight.forget();
     }
 
-    /// When lists of images' frames get more room: in the frame that needs it, which waits for the device, unless something else is said
-    /// here. What [`Self::render`] gives of a frame that may not wait is not whole where there is not room enough.
+    /// Sets the growth policy of lists in frames of images. By default the frame that overflows a list waits for the device and repeats
+    /// with a larger list. With another policy, [`Self::render`] may return an incomplete frame.
     #[cfg(any(test, feature = "testing"))]
     pub fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
         self.image_growth = growth;
         self.use_growth(growth)
     }
 
-    /// When lists of the next frames get more room. A frame that may not wait, and for which there is not room enough, draws nothing: its
-    /// display and its mean are those of the last one that was whole, of that size.
+    /// Sets the growth policy of lists in the next frames. A frame with deferred readback that overflows a list draws nothing: its display
+    /// image and its mean are those of the last complete frame of that size.
     fn use_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         if pool.growth() == growth {
@@ -243,13 +244,13 @@ impl Renderer {
         }
         self.passes.structure.as_ref().map_or(Ok(()), |structure| structure.check_growth(growth))?;
         self.passes.occlusion.as_ref().map_or(Ok(()), |occlusion| occlusion.check_growth(growth))?;
-        // What a frame has kept that was not whole is not for those that wait, and the frames of a mean are counted on the device or on
-        // the host.
+        // State of an incomplete frame is not valid for frames with blocking readback, and the number of frames in a mean is counted on the
+        // device for one policy and on the host for the other.
         self.passes.forget();
         Ok(self.engine.within(|| pool.set_growth(&self.device, growth))?)
     }
 
-    /// Reads back what the last frame of a scene left.
+    /// Reads back the results of the last frame of a scene.
     pub(crate) fn renderings(
         &mut self,
         scene: &GpuScene,
@@ -263,7 +264,7 @@ impl Renderer {
         Ok(renderings)
     }
 
-    /// The same, without times; `counters` are the scene's. A view of which nothing was shown has no image.
+    /// Reads back the images, without times. `counters` are the scene's. A view without a display image has no image.
     fn images_of(
         &mut self,
         counters: &[(String, u64)],
@@ -320,8 +321,8 @@ impl Renderer {
         let of_transparent = of_transparent.filter(|counters| counters.adds_up);
         for irradiance in shaded.indirect.iter().flat_map(|irradiance| &irradiance.counters).chain(of_transparent) {
             for (name, count) in irradiance.read(&self.device, &self.queue)? {
-                match counters.iter_mut().find(|(known, _)| known == name) {
-                    Some((_, known)) => *known += count,
+                match counters.iter_mut().find(|(counter, _)| counter == name) {
+                    Some((_, total)) => *total += count,
                     None => counters.push((name.to_owned(), count)),
                 }
             }

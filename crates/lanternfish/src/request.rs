@@ -1,75 +1,76 @@
-//! What a program of its own asks of a frame: views as plain arrays, and where their images go.
+//! Frame requests of a program: views as plain arrays, and the targets of their images.
 
 use glam::{Mat4, UVec2};
 use lanternfish_scene::Camera;
 
 use crate::{error::RenderError, view};
 
-/// A view, and where its image goes.
+/// A view and the target of its image.
 #[derive(Clone, Copy, Debug)]
 pub struct ViewRequest<'a> {
-    /// Which view it is, from frame to frame: a number of the caller's, another for each view of a frame.
+    /// The key of the view: unique among the views of a frame, the same in every frame.
     pub key: u64,
-    /// View space to clip space, by columns. Reverse-Z: depth is near / distance in perspective (the far plane is at infinity), and
-    /// (far − distance) / (far − near) where rays are parallel. The view looks down −z, +y is up.
+    /// Clip space from view space, column-major. Reverse-Z: depth is near / distance for perspective (infinite far plane) and (far −
+    /// distance) / (far − near) for an orthographic projection. The view looks down −z, +y is up.
     pub clip_from_view: [[f32; 4]; 4],
-    /// View space to world space, by columns: a rotation and a translation, m.
+    /// World space from view space, column-major: a rotation and a translation, m.
     pub world_from_view: [[f32; 4]; 4],
-    /// Pixels across and down.
+    /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Which surfaces are lit.
+    /// The source of the lit surfaces.
     pub surface: SurfaceSource<'a>,
-    /// Where the image goes.
+    /// The target of the image.
     pub target: Target<'a>,
 }
 
-/// Which surfaces of a view are lit.
+/// The source of a view's lit surfaces.
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub enum SurfaceSource<'a> {
-    /// Those of the scene: it is drawn.
+    /// The scene, rasterized by the renderer.
     #[default]
     Own,
-    /// Those that the caller has drawn, for [`Target::Sums`]. What they shadow, and what reflects light onto them, is the scene. Textures
-    /// are of the size of the view, with one sample a pixel and the usage `TEXTURE_BINDING`.
+    /// A G-buffer of the caller, for [`Target::Sums`]. The scene still casts shadows and indirect light onto these surfaces. Textures have
+    /// the size of the view, one sample per pixel and the usage `TEXTURE_BINDING`.
     Given {
-        /// Depth as [`ViewRequest::clip_from_view`] has it, 0 where nothing is; of a format that has depth, and of its depth alone.
+        /// Depth in the convention of [`ViewRequest::clip_from_view`], 0 where there is no surface. A depth format, viewed with the depth
+        /// aspect only.
         depth: &'a wgpu::TextureView,
-        /// xyz: normal, world space, of any length, on the viewer's side of the surface; 0, 0, 0: nothing is there. w: perceptual
-        /// roughness. Of a format that has numbers below 0, such as `Rgba16Float`.
+        /// xyz: world-space normal of any length, on the viewer's side of the surface; (0, 0, 0) where there is no surface. w: perceptual
+        /// roughness. A format with signed numbers, such as `Rgba16Float`.
         normal_roughness: &'a wgpu::TextureView,
     },
 }
 
-/// Where the image of a view goes. Textures are of the size of the view, and may be drawn to (`RENDER_ATTACHMENT`).
+/// The target of a view's image. Textures have the size of the view and the usage `RENDER_ATTACHMENT`.
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub enum Target<'a> {
-    /// It is kept until the next frame, for [`crate::Renderer::read`].
+    /// Stored until the next frame, for [`crate::Renderer::read`].
     #[default]
     Own,
-    /// As a display shows it, into a texture of any format of colours: the image is exposed, tone-mapped and sRGB-encoded, by the
-    /// texture where its format is such. The format is that of the view of the texture. What is written is always the last frame of this
-    /// key that was whole, rounded to 8 bits; black before the first.
+    /// A display image in a texture of any colour format: exposed, tone-mapped and sRGB-encoded (by the texture if its format is sRGB). The
+    /// format is that of the texture view. The target always receives the last complete frame of this key, rounded to 8 bits; black before
+    /// the first.
     Display(&'a wgpu::TextureView, wgpu::TextureFormat),
-    /// Linear Rec. 709, nits; alpha is the share that surfaces cover. The texture stays as it is where the frame is not whole.
+    /// Linear Rec. 709, nits; alpha is the coverage of surfaces. An incomplete frame leaves the texture unchanged.
     Radiance(&'a wgpu::TextureView),
-    /// For a program that shades by itself: what a white surface that scatters evenly would send to the viewer, linear Rec. 709, nits.
-    /// Times an albedo it is the diffuse light of any; emission, highlights, blended surfaces and the sky are the program's. Alpha is 1
-    /// where a surface is. It needs one sample a pixel, `accumulate 1` and no debug view. The textures stay as they are where the frame is
-    /// not whole.
+    /// Demodulated light for a program that does its own shading: the radiance that a white Lambertian surface would reflect to the viewer,
+    /// linear Rec. 709, nits. Multiplied by an albedo it gives diffuse radiance. Emission, highlights, transparent surfaces and the sky are
+    /// left to the program. Alpha is 1 where there is a surface. Needs one sample per pixel, `accumulate 1` and no debug view. An
+    /// incomplete frame leaves the textures unchanged.
     Sums {
-        /// Of light straight from the listed lights, shadowed.
+        /// Shadowed direct light of the listed lights.
         direct: &'a wgpu::TextureView,
-        /// Of light from other surfaces and from the environment, as far as [`crate::indirect::Indirect`] and
-        /// [`crate::occlusion::Occlusion`] find it.
+        /// Light from other surfaces and from the environment, as estimated by [`crate::indirect::Indirect`] and
+        /// [`crate::occlusion::Occlusion`].
         indirect: &'a wgpu::TextureView,
     },
 }
 
 impl<'a> ViewRequest<'a> {
-    /// What a camera sees of the scene itself. It is what [`crate::Renderer::render`] sees, but for parallel rays: there, that one draws
-    /// the camera's planes in to the scene.
+    /// A view of the scene through a camera, with the target of its image. It equals the view of [`crate::Renderer::render`], except for an
+    /// orthographic camera: `render` fits its near and far planes to the scene.
     pub fn of_camera(key: u64, camera: &Camera, size: [u32; 2], target: Target<'a>) -> Self {
         let clip_from_view = view::clip_from_view(&camera.projection, size[0] as f32 / size[1] as f32);
         Self {
@@ -82,7 +83,7 @@ impl<'a> ViewRequest<'a> {
         }
     }
 
-    /// An error unless there is such a view, on this device, and its textures fit it.
+    /// Checks the view and its textures against the limits of this device.
     pub(crate) fn check(&self, device: &wgpu::Device) -> Result<(), RenderError> {
         let (limit, features) = (device.limits().max_texture_dimension_2d, device.features());
         let [width, height] = self.size;
@@ -106,7 +107,7 @@ impl<'a> ViewRequest<'a> {
     fn check_surface(&self, features: wgpu::Features) -> Result<(), RenderError> {
         let SurfaceSource::Given { depth, normal_roughness } = self.surface else { return Ok(()) };
         if !matches!(self.target, Target::Sums { .. }) {
-            let what = "surfaces of the caller's are lit as sums alone: `Target::Sums`".to_owned();
+            let what = "a G-buffer of the caller needs the target `Target::Sums`".to_owned();
             return Err(RenderError::Target { key: self.key, what });
         }
         for (name, view, is_depth) in [("depth", depth, true), ("normal_roughness", normal_roughness, false)] {
@@ -119,7 +120,7 @@ impl<'a> ViewRequest<'a> {
                 _ => false,
             };
             let fault = match () {
-                () if !is_right => format!("{:?} is not what it may be of", texture.format()),
+                () if !is_right => format!("{:?} is not an allowed format", texture.format()),
                 () if !texture.usage().contains(wgpu::TextureUsages::TEXTURE_BINDING) => {
                     "its texture lacks the usage TEXTURE_BINDING".to_owned()
                 }
@@ -133,11 +134,11 @@ impl<'a> ViewRequest<'a> {
         Ok(())
     }
 
-    /// What keeps a texture from having the view's pixels, if anything.
+    /// Describes the size mismatch of a texture and the view, if there is one.
     fn misfit(&self, view: &wgpu::TextureView) -> Option<String> {
         let texture = view.texture();
         let ([width, height], size) = (self.size, UVec2::new(texture.width(), texture.height()));
-        // Of a level of a larger texture the view does not say which it is.
+        // A texture view does not expose its mip level, so the size of a texture with several levels is not checked.
         let fits = texture.mip_level_count() > 1 || size == UVec2::new(width, height);
         if texture.sample_count() != 1 {
             return Some("it has several samples a pixel".to_owned());
@@ -156,7 +157,7 @@ impl<'a> ViewRequest<'a> {
         let is_color = matches!(format.sample_type(None, Some(features)), Some(wgpu::TextureSampleType::Float { .. }));
         let can_be = format.guaranteed_format_features(features).allowed_usages.contains(drawn_to);
         let fault = match () {
-            () if !is_color || !can_be => Some(format!("{format:?} is no format of colours that can be drawn to")),
+            () if !is_color || !can_be => Some(format!("{format:?} is not a renderable colour format")),
             () if !texture.usage().contains(drawn_to) => {
                 Some("its texture lacks the usage RENDER_ATTACHMENT".to_owned())
             }
@@ -165,7 +166,7 @@ impl<'a> ViewRequest<'a> {
         fault.map_or(Ok(()), |what| Err(RenderError::Target { key: self.key, what }))
     }
 
-    /// `clip_from_view`, `world_from_view`.
+    /// `clip_from_view` and `world_from_view`.
     pub(crate) fn matrices(&self) -> [Mat4; 2] {
         [self.clip_from_view, self.world_from_view].map(|columns| Mat4::from_cols_array_2d(&columns))
     }

@@ -162,7 +162,7 @@ impl Shadows {
         [Self::Auto, Self::None].into_iter().chain(Tracer::all().into_iter().map(Self::Traced)).collect()
     }
 
-    /// The name that [`FromStr`](std::str::FromStr) reads.
+    /// The name that [`FromStr`](std::str::FromStr) parses.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -215,12 +215,12 @@ named_enum! {
     ToneMap {
         /// Clamps to 0..1.
         None = "none": "Clamps to 0..1",
-        /// Khronos PBR Neutral: base colours stay as they are, only highlights are compressed.
+        /// Khronos PBR Neutral: keeps base colours and compresses only highlights.
         Neutral = "neutral": "Keeps colours, compresses highlights only (Khronos PBR Neutral)",
         /// x / (1 + x) on luminance.
         Reinhard = "reinhard": "x / (1 + x) on luminance: soft",
-        /// A fit of the ACES reference rendering and output transforms: contrasty, warm.
-        Aces = "aces": "A fit of the ACES film look: contrasty, warm",
+        /// A fit of the ACES reference rendering and output transforms: high contrast, warm.
+        Aces = "aces": "A fit of the ACES film look: high contrast, warm",
     }
 }
 
@@ -263,26 +263,26 @@ named_enum! {
         /// Indirect light on white surfaces, with the environment if rays see it; half of white is 1 nit.
         Indirect = "indirect": "Indirect light on white surfaces, half of white is 1 nit; needs `indirect`",
         /// Magenta where the radiance is not finite, grey elsewhere.
-        Nan = "nan": "Magenta where the result is not a number",
+        Nan = "nan": "Magenta where the radiance is not finite",
     }
 }
 
 named_enum! {
     /// Samples per pixel at triangle edges (multisample antialiasing).
     Samples {
-        /// One.
-        One = "1": "One",
-        /// Two, where the adapter has it.
-        Two = "2": "Two, where the adapter has it",
-        /// Four: on every adapter.
-        Four = "4": "Four, on every adapter",
-        /// Eight, where the adapter has it.
-        Eight = "8": "Eight, where the adapter has it",
+        /// One sample.
+        One = "1": "One sample",
+        /// Two samples, if the adapter supports it.
+        Two = "2": "Two samples, if the adapter supports it",
+        /// Four samples, on every adapter.
+        Four = "4": "Four samples, on every adapter",
+        /// Eight samples, if the adapter supports it.
+        Eight = "8": "Eight samples, if the adapter supports it",
     }
 }
 
 impl Samples {
-    /// The number.
+    /// The number of samples.
     pub const fn count(self) -> u32 {
         match self {
             Self::One => 1,
@@ -294,37 +294,37 @@ impl Samples {
 }
 
 named_enum! {
-    /// How material textures reach the shader.
+    /// How material textures are bound.
     TextureBinding {
-        /// `array` on hardware that has it, else `per-material`.
-        Auto = "auto": "array on hardware that has it",
-        /// One array of all textures, chosen by index.
-        Array = "array": "All textures bound at once, chosen by index",
-        /// A bind group for every material: works everywhere.
-        PerMaterial = "per-material": "Bound material by material: works everywhere",
+        /// `array` if the hardware supports it, otherwise `per-material`.
+        Auto = "auto": "array if the hardware supports it",
+        /// One binding array of all textures, indexed in the shader.
+        Array = "array": "One binding array of all textures",
+        /// A bind group per material: works on every device.
+        PerMaterial = "per-material": "One bind group per material: works on every device",
     }
 }
 
 named_enum! {
-    /// Samples along the long axis of a pixel's footprint in a texture, at most.
+    /// Maximum samples along the long axis of a pixel's footprint in a texture.
     Anisotropy {
-        /// 16 on hardware, 4 on a software adapter, 1 on one that stalls on more.
-        Auto = "auto": "16 on hardware, 4 on a software adapter, 1 on one that stalls on more",
-        /// None: the footprint's long axis decides, and the texture is blurred across it.
-        X1 = "1": "Blurs what is seen at an angle",
+        /// 16 on hardware, 4 on a software adapter, 1 on an adapter that hangs with more.
+        Auto = "auto": "16 on hardware, 4 on a software adapter, 1 on an adapter that hangs with more",
+        /// 1: the footprint's long axis selects the mip level, so textures blur across it.
+        X1 = "1": "Blurs textures at grazing angles",
         /// Two.
         X2 = "2": "A little sharper",
         /// Four.
-        X4 = "4": "Almost as sharp as 16, at a lower price",
+        X4 = "4": "Almost as sharp as 16, at a lower cost",
         /// Eight.
-        X8 = "8": "Hardly to be told from 16",
+        X8 = "8": "Almost the same as 16",
         /// Sixteen.
         X16 = "16": "Sharpest",
     }
 }
 
 impl Anisotropy {
-    /// The number; none where the adapter decides.
+    /// The number of samples; none if the adapter decides.
     pub const fn samples(self) -> Option<u16> {
         match self {
             Self::Auto => None,
@@ -347,7 +347,7 @@ mod tests {
         for attenuation in Attenuation::ALL {
             assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
         }
-        // Of two of one name the second could not be asked for.
+        // Two values of one name could not be told apart.
         for shadows in Shadows::all() {
             assert_eq!(shadows.name().parse::<Shadows>(), Ok(shadows));
         }

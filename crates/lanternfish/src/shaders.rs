@@ -1,4 +1,4 @@
-//! How shaders are declared and linked: a folder names its files with entry points and the features that each may be linked with.
+//! Declaration and linking of shaders: each folder declares its files with entry points and the feature sets of each file.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -6,45 +6,45 @@ use lanternfish_gpu::{
     Engine, Feature, GpuError, LinkedShader, ShaderLibrary, ShaderSource, ShaderTexts, SharedStruct,
 };
 
-/// Every `.wesl` file of this crate; a module's path is its file's.
+/// Every `.wesl` file of this crate; the path of a module is the path of its file.
 pub static SHADERS: Package = Package(ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs"))));
 
-/// The shaders of a crate, which its folders link as they declare ([`Shaders::link`]).
+/// The shaders of a crate. Its folders declare and link them ([`Shaders::link`]).
 #[derive(Clone, Copy, Debug)]
 pub struct Package(ShaderLibrary);
 
-/// Puts texts in the place of the library's own shaders, by module path below its `src/`: renderers of the engine that are built from now
-/// on run them. Texts that are the library's own, and those of files that it does not have, are left out. Gives what stood there before.
+/// Replaces texts of the library's own shaders, by module path below its `src/`, for all renderers that the engine builds afterwards.
+/// Unchanged texts and texts of unknown files are ignored. Returns the previous replacements.
 pub fn edit(engine: &Engine, mut texts: ShaderTexts) -> Arc<ShaderTexts> {
     let own: HashMap<_, _> = SHADERS.sources().iter().copied().collect();
     texts.retain(|path, text| own.get(path.as_str()).is_some_and(|own| own != text));
     engine.edit(SHADERS.library(), texts)
 }
 
-/// What a folder declares of its shaders.
+/// The shader declarations of a folder.
 #[derive(Clone, Copy, Debug)]
 pub struct Shaders {
     package: &'static Package,
-    /// Its files with entry points.
+    /// The folder's files with entry points.
     pub roots: &'static [Root],
-    /// The structs of its files that the host declares too; a test compares them.
+    /// The structs that the host declares too; a test compares the layouts.
     pub structs: &'static [SharedStruct],
 }
 
 impl Shaders {
-    /// Files of this crate with entry points, and the structs of the folder that the host declares too.
+    /// Declares files of this crate with entry points, and the structs that the host declares too.
     pub(crate) const fn new(roots: &'static [Root], structs: &'static [SharedStruct]) -> Self {
         Self::of(&SHADERS, roots, structs)
     }
 
-    /// The same of another crate's package.
+    /// Declares shaders of another crate's package.
     pub const fn of(package: &'static Package, roots: &'static [Root], structs: &'static [SharedStruct]) -> Self {
         Self { package, roots, structs }
     }
 
-    /// Links one of the folder's files with entry points, these features on and all others off.
+    /// Links a file with entry points with these features on and all others off.
     ///
-    /// Panics with debug assertions, so in every test, where the folder does not declare the file, or not with these features: a bug.
+    /// Panics with debug assertions, so in every test, if the folder does not declare the file with these features: a bug.
     pub fn link(&self, module: &str, features: &[Feature]) -> Result<Arc<LinkedShader>, GpuError> {
         debug_assert!(self.declares(module, features), "{module}: its folder does not declare {features:?}");
         self.package.0.link(module, features)
@@ -59,47 +59,47 @@ impl Shaders {
     }
 }
 
-/// A file with entry points, and the features that it may be linked with.
+/// A file with entry points and its valid feature sets.
 #[derive(Clone, Copy, Debug)]
 pub struct Root {
-    /// Its path below `src/`, without an ending.
+    /// The path below `src/`, without extension.
     pub module: &'static str,
     variants: Variants,
 }
 
-/// The features that a file may be linked with.
+/// The valid feature sets of a file.
 #[derive(Clone, Copy, Debug)]
 enum Variants {
-    /// One choice of each list: the features of that choice.
+    /// The Cartesian product of these lists: a feature set joins one choice from each list.
     Chosen(&'static [&'static [&'static [Feature]]]),
-    /// Those that a function lists.
+    /// The feature sets that a function returns.
     Computed(fn() -> Vec<Vec<Feature>>),
-    /// Those that a function of the settings gives; a test asks it under all of them.
+    /// The feature sets that a function of the settings returns; a test covers all settings.
     BySettings,
 }
 
 impl Root {
-    /// A file that is linked in one way.
+    /// A file with one variant.
     pub const fn new(module: &'static str) -> Self {
         Self::of(module, &[])
     }
 
-    /// A file that is linked with one choice of each list: the features of that choice.
+    /// A file with the Cartesian product of these choices as its variants.
     pub const fn of(module: &'static str, choices: &'static [&'static [&'static [Feature]]]) -> Self {
         Self { module, variants: Variants::Chosen(choices) }
     }
 
-    /// A file that is linked with one of the lists of features that a function gives.
+    /// A file with the feature sets that a function returns.
     pub const fn computed(module: &'static str, variants: fn() -> Vec<Vec<Feature>>) -> Self {
         Self { module, variants: Variants::Computed(variants) }
     }
 
-    /// A file whose folder has a function that gives its features for settings.
+    /// A file whose folder computes its feature set from the settings.
     pub const fn by_settings(module: &'static str) -> Self {
         Self { module, variants: Variants::BySettings }
     }
 
-    /// Every variant, where the file declares them.
+    /// Every variant, if the file declares them.
     pub(crate) fn variants(&self) -> Option<Vec<Vec<Feature>>> {
         let lists = match self.variants {
             Variants::Chosen(lists) => lists,
@@ -114,17 +114,17 @@ impl Root {
 }
 
 impl Package {
-    /// The shaders of another crate, by their paths (`"fog/find"`). They may import those of this one: `package::view::view`.
+    /// The shaders of another crate, by path (`"fog/find"`). They may import modules of this crate: `package::view::view`.
     pub const fn new(sources: &'static [ShaderSource]) -> Self {
         Self(ShaderLibrary::extending(&SHADERS.0, sources))
     }
 
-    /// The files.
+    /// The shader files.
     pub const fn sources(&self) -> &'static [ShaderSource] {
         self.0.sources()
     }
 
-    /// All files of the package, linked in any way.
+    /// The linker's library of all files of the package.
     pub const fn library(&self) -> &ShaderLibrary {
         &self.0
     }
@@ -132,9 +132,9 @@ impl Package {
 
 #[cfg(any(test, feature = "testing"))]
 impl Package {
-    /// What a constant of a shader is written as, without its suffix; for tests that compare it with the host's.
+    /// The value of a shader constant without its suffix, for tests that compare it with the host's.
     ///
-    /// Panics when the module declares no such constant.
+    /// Panics if the module declares no such constant.
     pub fn constant(&self, module: &str, name: &str) -> f64 {
         let text = self.sources().iter().find(|(path, _)| *path == module).map(|(_, text)| *text);
         let text = text.unwrap_or_else(|| panic!("no shader {module}"));
@@ -151,7 +151,7 @@ impl Package {
     }
 }
 
-/// [`Package::constant`] of the library's shaders.
+/// [`Package::constant`] for the library's shaders.
 #[cfg(test)]
 pub(crate) fn constant(module: &str, name: &str) -> f64 {
     SHADERS.constant(module, name)

@@ -1,12 +1,12 @@
-//! Techniques: several answers to one question, of which the settings choose one.
+//! Techniques: interchangeable algorithms for one task, selected by the settings.
 //!
-//! A kind of technique is a question, and a trait: [`CullingTechnique`](crate::light_culling::CullingTechnique),
+//! A kind of technique is a task with a trait: [`CullingTechnique`](crate::light_culling::CullingTechnique),
 //! [`IndirectTechnique`](crate::indirect::IndirectTechnique), [`OcclusionTechnique`](crate::occlusion::OcclusionTechnique). A technique is
-//! a type that holds its parameters and implements the trait of its kind. It states its name, its parameters and its shaders once
-//! ([`Technique`]); flags, keys of shots, panels, help and reports are made from that. A [`Choice`] is a technique of a kind, or none.
+//! a type that holds its parameters and implements the trait of its kind. It declares its name, its parameters and its shaders once
+//! ([`Technique`]). Flags, shot keys, panels, help and reports are generated from that. A [`Choice`] is a technique of a kind, or none.
 //!
-//! A technique need not be of this crate: any type that implements the traits can be chosen. [`Choice::register`] makes it known by
-//! name, to whatever reads or lists names.
+//! A technique may belong to another crate: any type that implements the traits can be selected. [`Choice::register`] adds it to the names
+//! that flags, shots and panels accept and list.
 
 use std::{
     any::Any,
@@ -18,51 +18,51 @@ use lanternfish_scene::Setting;
 
 use crate::shaders::Shaders;
 
-/// The parameters of a technique. `Default`: the values it has where nothing else is stated.
+/// A technique with its parameters. `Default` gives their default values.
 pub trait Technique: Clone + Default + PartialEq + fmt::Debug + Send + Sync + 'static {
-    /// Its name: a value of the kind's flag.
+    /// The name: a value of the kind's flag.
     const NAME: &'static str;
     /// One line of help.
     const SUMMARY: &'static str;
-    /// Its parameters. Two techniques of a kind may share one by name: one flag sets both.
+    /// The parameters. Techniques of a kind may have a parameter of the same name; one flag then sets it in both.
     const PARAMETERS: &'static [Parameter<Self>];
-    /// The shaders of its folder.
+    /// The shaders of the technique's folder.
     const SHADERS: Shaders;
 }
 
 /// One parameter of a technique, or one setting of a renderer.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter<T> {
-    /// Its name, values and help.
+    /// The name, values and help.
     pub info: ParameterInfo,
-    /// Where it is.
+    /// Access to the value.
     pub of: fn(&mut T) -> &mut dyn Setting,
 }
 
-/// The name, values and help of a parameter: for a flag, a key of a shot, a row of a panel or report.
+/// The name, values and help of a parameter: for a flag, a shot key, a panel row or a report row.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterInfo {
-    /// Its name.
+    /// The name.
     pub name: &'static str,
-    /// What stands for its value in help: `N`, `METRES`.
+    /// The placeholder for the value in help: `N`, `METRES`.
     pub value: &'static str,
-    /// The values it can have.
+    /// The valid values.
     pub range: Range,
-    /// What it is, and what a higher value does.
+    /// The meaning, and the effect of a higher value.
     pub help: &'static str,
-    /// Whether help states its default. It does not where the default depends on another flag.
+    /// True if help states the default. False if the default depends on another flag.
     pub shows_default: bool,
 }
 
 impl ParameterInfo {
-    /// A parameter whose default is not stated in help.
+    /// A parameter without a default in help.
     pub const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
         Self { name, value, range, help, shows_default: false }
     }
 }
 
 impl<T> Parameter<T> {
-    /// A parameter whose default is not stated in help.
+    /// A parameter without a default in help.
     pub const fn new(
         name: &'static str,
         value: &'static str,
@@ -73,30 +73,30 @@ impl<T> Parameter<T> {
         Self { info: ParameterInfo::new(name, value, range, help), of }
     }
 
-    /// The same, with its default stated in help.
+    /// The parameter with its default in help.
     pub const fn with_default(self) -> Self {
         Self { info: ParameterInfo { shows_default: true, ..self.info }, of: self.of }
     }
 }
 
-/// The values that a parameter can have.
+/// The valid values of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum Range {
-    /// A whole number: the least, and the greatest.
+    /// An integer from the first to the second value.
     Count(u32, u32),
     /// A number above 0.
     Positive,
-    /// One of the names that its type has.
+    /// One of the names of the parameter's type.
     Names,
-    /// One of the names that its type has, which are whole numbers.
+    /// One of the names of the parameter's type, which are integers.
     Numbers,
-    /// On or off: what each means.
+    /// A switch, with the meanings of on and off.
     Switch(&'static str, &'static str),
-    /// What its type reads.
+    /// Text that the parameter's type parses.
     Text,
 }
 
-/// A technique whose type is not known at compile time. Every [`Technique`] is one.
+/// A technique behind `dyn`. Every [`Technique`] implements it.
 pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     /// [`Technique::NAME`].
     fn name(&self) -> &'static str;
@@ -104,17 +104,17 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     fn summary(&self) -> &'static str;
     /// [`Technique::SHADERS`].
     fn shaders(&self) -> Shaders;
-    /// Its parameters, each with the names that its type has, if any, and what they mean.
+    /// The parameters, each with the names and meanings of its type, if it has names.
     fn parameters(&self) -> Vec<(ParameterInfo, Vec<(&'static str, &'static str)>)>;
-    /// A parameter as text; none where the technique has no such parameter, or it is not set.
+    /// A parameter as text; none if the technique has no such parameter or it is unset.
     fn get(&self, parameter: &str) -> Option<String>;
-    /// Sets a parameter from text, or says what was expected. Does nothing where the technique has no such parameter.
+    /// Sets a parameter from text, or returns the expected values. Does nothing if the technique has no such parameter.
     fn set(&mut self, parameter: &str, text: &str) -> Result<(), String>;
     /// True if the other is the same technique with the same parameters.
     fn is_same(&self, other: &dyn Any) -> bool;
-    /// For its type.
+    /// Access for downcasts.
     fn as_any(&self) -> &dyn Any;
-    /// For its type.
+    /// Mutable access for downcasts.
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -137,13 +137,13 @@ impl<T: Technique> AnyTechnique for T {
     }
 
     fn get(&self, parameter: &str) -> Option<String> {
-        let found = T::PARAMETERS.iter().find(|known| known.info.name == parameter)?;
-        (found.of)(&mut self.clone()).text()
+        let entry = T::PARAMETERS.iter().find(|entry| entry.info.name == parameter)?;
+        (entry.of)(&mut self.clone()).text()
     }
 
     fn set(&mut self, parameter: &str, text: &str) -> Result<(), String> {
-        let found = T::PARAMETERS.iter().find(|known| known.info.name == parameter);
-        found.map_or(Ok(()), |found| (found.of)(self).read(text))
+        let entry = T::PARAMETERS.iter().find(|entry| entry.info.name == parameter);
+        entry.map_or(Ok(()), |entry| (entry.of)(self).read(text))
     }
 
     fn is_same(&self, other: &dyn Any) -> bool {
@@ -159,25 +159,25 @@ impl<T: Technique> AnyTechnique for T {
     }
 }
 
-/// A kind of technique: `dyn` of its trait.
+/// A kind of technique: implemented for `dyn` of its trait.
 pub trait Kind: AnyTechnique {
-    /// Its flag.
+    /// The flag.
     const FLAG: &'static str;
-    /// What its flag chooses: a summary, and further paragraphs for long help.
+    /// The purpose of the flag: a summary, then paragraphs for long help.
     const HELP: &'static str;
     /// True if short help lists its flag.
     const IS_EVERYDAY: bool;
-    /// What its flag calls no technique.
+    /// The name of no technique.
     const NONE_NAME: &'static str;
     /// One line of help on no technique.
     const NONE_SUMMARY: &'static str;
-    /// What is chosen where nothing else is stated.
+    /// The default technique.
     fn usual() -> Choice<Self>;
-    /// The techniques of this kind that are known by name.
+    /// The registered techniques of this kind.
     fn registry() -> &'static Registry<Self>;
 }
 
-/// The techniques of a kind that are known by name.
+/// The registered techniques of a kind.
 pub struct Registry<K: ?Sized> {
     own: fn() -> Vec<Choice<K>>,
     added: RwLock<Vec<Choice<K>>>,
@@ -202,7 +202,7 @@ impl<K: ?Sized> Choice<K> {
     /// No technique.
     pub const NONE: Self = Self(None);
 
-    /// A technique. `clone` clones techniques of its type.
+    /// Wraps a technique. `clone` clones techniques of its type.
     pub(crate) fn new(technique: Box<K>, clone: fn(&K) -> Box<K>) -> Self {
         Self(Some(Chosen { technique, clone }))
     }
@@ -222,7 +222,7 @@ impl<K: ?Sized> Choice<K> {
         self.0.as_ref().map(|chosen| &*chosen.technique)
     }
 
-    /// The technique, to be changed.
+    /// Mutable access to the technique.
     pub fn technique_mut(&mut self) -> Option<&mut K> {
         self.0.as_mut().map(|chosen| &mut *chosen.technique)
     }
@@ -239,7 +239,7 @@ impl<K: AnyTechnique + ?Sized> Choice<K> {
         self.get::<T>().is_some()
     }
 
-    /// The technique, if it is of this type, to be changed.
+    /// Mutable access to the technique, if it is of this type.
     pub fn get_mut<T: Technique>(&mut self) -> Option<&mut T> {
         self.technique_mut()?.as_any_mut().downcast_mut()
     }
@@ -249,32 +249,32 @@ impl<K: Kind + ?Sized> Choice<K> {
     /// [`Kind::FLAG`].
     pub const FLAG: &'static str = K::FLAG;
 
-    /// The name of the technique, or of none.
+    /// The name of the technique, or the kind's name for none.
     pub fn name(&self) -> &'static str {
         self.technique().map_or(K::NONE_NAME, AnyTechnique::name)
     }
 
-    /// Every technique of the kind that is known by name, with its default parameters.
+    /// Every registered technique of the kind, with default parameters.
     pub fn all() -> Vec<Self> {
         let registry = K::registry();
         let added = registry.added.read().unwrap_or_else(PoisonError::into_inner);
         (registry.own)().into_iter().chain(added.iter().cloned()).collect()
     }
 
-    /// The technique of this name, or none by the name of none.
+    /// The technique of this name, or none for the kind's name for none.
     pub fn named(name: &str) -> Option<Self> {
         std::iter::once(Self::NONE).chain(Self::all()).find(|choice| choice.name() == name)
     }
 
-    /// Makes a technique known by name, with these parameters as its default: [`Self::all`] and [`Self::named`] have it from now on, and
-    /// with them every flag, panel, shot and report. Programs call it before they read names. Techniques of light culling, and tracers
-    /// ([`Tracer::register`](crate::rays::Tracer::register)), are registered before a renderer takes them: shaders of other folders are linked
-    /// with their features.
+    /// Registers a technique with these parameters as its defaults: [`Self::all`] and [`Self::named`] include it afterwards, and with them
+    /// every flag, panel, shot and report. Programs register techniques before they parse names. Light culling techniques and tracers
+    /// ([`Tracer::register`](crate::rays::Tracer::register)) must be registered before a renderer uses them, because shaders of other
+    /// folders are linked with their features.
     ///
-    /// Panics where another technique of the kind has the name: a bug.
+    /// Panics if another technique of the kind has the same name: a bug.
     pub fn register(self) {
-        let (known, registry) = (Self::named(self.name()), K::registry());
-        assert!(known.is_none(), "{}: two techniques are called {}", K::FLAG, self.name());
+        let (existing, registry) = (Self::named(self.name()), K::registry());
+        assert!(existing.is_none(), "{}: two techniques are called {}", K::FLAG, self.name());
         registry.added.write().unwrap_or_else(PoisonError::into_inner).push(self);
     }
 }
@@ -309,9 +309,9 @@ impl<K: AnyTechnique + ?Sized> fmt::Debug for Choice<K> {
     }
 }
 
-/// A copy of a technique of type `T`: for [`Choice::new`].
+/// Clones a technique of type `T`, for [`Choice::new`].
 ///
-/// Panics where it is of another type: a bug.
+/// Panics if the technique is of another type: a bug.
 pub(crate) fn clone_of<T: Technique>(technique: &(impl AnyTechnique + ?Sized)) -> Box<T> {
     Box::new(technique.as_any().downcast_ref::<T>().expect("a choice keeps its technique's type").clone())
 }

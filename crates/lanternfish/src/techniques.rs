@@ -1,4 +1,4 @@
-//! What this crate is made of: the one list that names every technique, and what help says of each kind.
+//! The list of all techniques of this crate, and the help text of each kind.
 
 use crate::{
     indirect::IndirectTechnique,
@@ -26,7 +26,7 @@ impl Kind for dyn CullingTechnique {
     const HELP: &'static str = "Light culling. The image does not depend on it.";
     const IS_EVERYDAY: bool = false;
     const NONE_NAME: &'static str = "all";
-    const NONE_SUMMARY: &'static str = "Every light for every pixel: the baseline for the others";
+    const NONE_SUMMARY: &'static str = "Every light for every pixel: the baseline";
 
     fn usual() -> Choice<Self> {
         Clustered::default().into()
@@ -58,8 +58,8 @@ impl Kind for dyn IndirectTechnique {
 
 impl Kind for dyn OcclusionTechnique {
     const FLAG: &'static str = "occlusion";
-    const HELP: &'static str = "How it is found how much of the environment (`sky`, `environment`) surfaces see, which then light \
-                                them; with `indirect none`.";
+    const HELP: &'static str = "Ambient visibility: how the visible fraction of the environment (`sky`, `environment`) is computed, \
+                                which then lights surfaces; with `indirect none`.";
     const IS_EVERYDAY: bool = false;
     const NONE_NAME: &'static str = "none";
     const NONE_SUMMARY: &'static str = "No ambient visibility: the environment lights nothing";
@@ -74,7 +74,7 @@ impl Kind for dyn OcclusionTechnique {
     }
 }
 
-/// The shaders of every folder: those of each technique that is known by name, and all others.
+/// The shaders of every folder: those of each registered technique, and all others.
 pub fn shaders() -> Vec<Shaders> {
     fn of<K: Kind + ?Sized>() -> impl Iterator<Item = Shaders> {
         Choice::<K>::all().into_iter().filter_map(|choice| choice.technique().map(AnyTechnique::shaders))
@@ -90,7 +90,7 @@ impl OwnTracers for Tracer {
     }
 }
 
-/// The shaders of every folder that is no technique of a kind.
+/// The shaders of every folder that is not a technique.
 const FOLDERS: &[Shaders] = &[
     crate::view::DECLARED,
     crate::gpu_scene::DECLARED,

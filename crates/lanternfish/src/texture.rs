@@ -3,20 +3,20 @@
 use glam::UVec2;
 use lanternfish_gpu::{Frame, texture_of};
 
-/// Linear radiance, nits. Half floats: the widest format that every adapter can blend.
+/// Format of linear radiance, nits. Half floats: the widest format that every adapter can blend.
 pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// The image so far: linear, scene-referred.
+/// The rendered image: linear, scene-referred.
 #[derive(Clone, Debug)]
 pub struct Radiance {
-    /// RGB: nits; A: 1 where a surface is. One sample a pixel: the mean, where more are drawn.
+    /// RGB: nits; A: 1 where there is a surface. One sample per pixel: the resolved mean of a multisampled image.
     pub target: wgpu::TextureView,
-    /// What is drawn to, where that is not the target itself.
+    /// The multisampled attachment, if it is not the target itself.
     pub(crate) drawn: Option<wgpu::TextureView>,
 }
 
 impl Radiance {
-    /// As an attachment; what is drawn is averaged into the target after each pass.
+    /// The colour attachment; a multisampled image is resolved to the target after each pass.
     pub(crate) fn color(&self, load: wgpu::LoadOp<wgpu::Color>) -> wgpu::RenderPassColorAttachment<'_> {
         wgpu::RenderPassColorAttachment {
             view: self.drawn.as_ref().unwrap_or(&self.target),
@@ -27,7 +27,7 @@ impl Radiance {
     }
 }
 
-/// A texture that is drawn to and read by later passes.
+/// Creates a texture that is a render target and an input of later passes.
 pub fn target(
     device: &wgpu::Device,
     label: &str,
@@ -38,7 +38,7 @@ pub fn target(
     texture_of(device, &described(label, size, format, more, 1))
 }
 
-/// The same for the frame in hand alone, with so many samples a pixel. It holds anything at first.
+/// A transient render target of the current frame with this number of samples per pixel. Its initial content is undefined.
 pub fn frame_target(
     frame: &mut Frame<'_>,
     label: &str,
@@ -50,7 +50,7 @@ pub fn frame_target(
     frame.texture(&described(label, size, format, more, samples))
 }
 
-/// Several layers that compute passes of the frame in hand write and later ones read. They hold anything at first.
+/// A transient layered texture that compute passes of the current frame write and later passes read. Its initial content is undefined.
 pub(crate) fn frame_layers(
     frame: &mut Frame<'_>,
     label: &str,
@@ -64,7 +64,7 @@ pub(crate) fn frame_layers(
     frame.texture(&wgpu::TextureDescriptor { size, usage, ..flat })
 }
 
-/// What a texture that is drawn to has to be.
+/// The descriptor of a render target.
 pub(crate) fn described(
     label: &str,
     size: UVec2,

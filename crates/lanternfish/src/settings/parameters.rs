@@ -1,4 +1,4 @@
-//! What settings say of themselves that belong to no room: for panels and lists of all that can be chosen.
+//! Names, ranges and help of the settings that belong to no technique, for panels and for lists of all settings.
 
 use lanternfish_scene::Setting;
 
@@ -23,9 +23,9 @@ impl Setting for Exposure {
 }
 
 impl Settings {
-    /// The settings that belong to no room, in the order in which panels show them. Their names are those of the command line's flags.
+    /// The settings that belong to no technique, in the order of the panels. Their names are those of the command line's flags.
     pub const PARAMETERS: &[Parameter<Self>] = &[
-        Parameter::new("exposure", "auto|EV", Range::Text, "Stops: 1 doubles, -1 halves; auto: as much as shows most of the image.", |s: &mut Self| &mut s.exposure)
+        Parameter::new("exposure", "auto|EV", Range::Text, "Exposure, EV: 1 doubles, -1 halves; auto: from the image's radiance.", |s: &mut Self| &mut s.exposure)
         .with_default(),
         Parameter::new("tone-map", "NAME", Range::Names, "From radiance to what a display shows.", |s: &mut Self| &mut s.tone_map).with_default(),
         Parameter::new("materials", "NAME", Range::Names, "Material model.", |s: &mut Self| &mut s.materials).with_default(),
@@ -42,32 +42,32 @@ impl Settings {
             |s: &mut Self| &mut s.history,
         )
         .with_default(),
-        Parameter::new("ray-culling", "NAME", Range::Names, "Which shadow rays are not traced because the surface faces away.", |s: &mut Self| &mut s.ray_culling)
+        Parameter::new("ray-culling", "NAME", Range::Names, "Which shadow rays are skipped because the surface faces away.", |s: &mut Self| &mut s.ray_culling)
         .with_default(),
         Parameter::new("attenuation", "NAME", Range::Names, "How light falls off with distance.", |s: &mut Self| &mut s.attenuation).with_default(),
         Parameter::new(
             "range-threshold",
             "CD/M2",
             Range::Positive,
-            "Intensity at which a light without a stated range ends. Lower: larger ranges, less light lost, more lights a pixel.",
+            "Intensity at which a light without a stated range ends. Lower: larger ranges, less light lost, more lights per pixel.",
             |s: &mut Self| &mut s.range_threshold,
         )
         .with_default(),
-        Parameter::new("anisotropy", "N", Range::Names, "Samples along the long side of a pixel's footprint in a texture, at most.", |s: &mut Self| &mut s.anisotropy)
+        Parameter::new("anisotropy", "N", Range::Names, "Maximum samples along the long axis of a pixel's texture footprint.", |s: &mut Self| &mut s.anisotropy)
         .with_default(),
         Parameter::new("debug-view", "NAME", Range::Names, "Shows a quantity of the frame instead of the image.", |s: &mut Self| &mut s.debug_view),
     ];
 
-    /// [`crate::technique::AnyTechnique::get`], of [`Self::PARAMETERS`].
+    /// [`crate::technique::AnyTechnique::get`], for [`Self::PARAMETERS`].
     pub fn get(&self, parameter: &str) -> Option<String> {
-        let found = Self::PARAMETERS.iter().find(|known| known.info.name == parameter)?;
-        (found.of)(&mut self.clone()).text()
+        let entry = Self::PARAMETERS.iter().find(|entry| entry.info.name == parameter)?;
+        (entry.of)(&mut self.clone()).text()
     }
 
-    /// Sets one of [`Self::PARAMETERS`] from text, or says what was expected. There must be one of this name.
+    /// Sets one of [`Self::PARAMETERS`] from text, or returns the expected values. A parameter of this name must exist.
     pub fn set(&mut self, parameter: &str, text: &str) -> Result<(), String> {
-        let found = Self::PARAMETERS.iter().find(|known| known.info.name == parameter);
-        (found.ok_or_else(|| format!("there is no setting {parameter}"))?.of)(self).read(text)
+        let entry = Self::PARAMETERS.iter().find(|entry| entry.info.name == parameter);
+        (entry.ok_or_else(|| format!("there is no setting {parameter}"))?.of)(self).read(text)
     }
 }
 
@@ -75,7 +75,7 @@ impl Settings {
 mod tests {
     use super::*;
 
-    /// What is said can be read again, and every named value reaches the settings.
+    /// Every setting can be read back from its text, and every named value is accepted.
     #[test]
     fn every_setting_is_said_and_read() {
         for parameter in Settings::PARAMETERS {

@@ -10,8 +10,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// What the renderer recommends, with this much spent on indirect light and on edges: `lanternfish render --quality`. `Settings::default()`
-    /// is that of [`Quality::Good`].
+    /// The recommended settings at this level of effort for indirect light and edges: `lanternfish render --quality`. `Settings::default()`
+    /// equals [`Quality::Good`].
     pub fn of_quality(quality: Quality) -> Self {
         Self { indirect: quality.sampled().into(), samples: quality.samples(), ..Self::direct_light() }
     }
