@@ -1,4 +1,4 @@
-//! What can be chosen of photon splatting.
+//! Settings of photon splatting.
 
 use lanternfish::{
     RenderError,
@@ -17,40 +17,39 @@ use lanternfish_scene::named_enum;
 use super::{DECLARED, passes::PhotonPasses};
 
 named_enum! {
-    /// How photons come to pixels.
+    /// How photons are added to pixels.
     Splat {
-        /// Light culling makes lists of them, and each pixel adds up those of its list.
-        Gather = "gather": "Light culling makes lists of them, and each pixel adds up those of its list",
-        /// Each is drawn, with additive blending in 32-bit floats, as in the paper: for adapters that can.
-        Raster = "raster": "Each is drawn with additive blending, where the adapter can blend 32-bit floats",
+        /// Light culling makes lists of photons, and each pixel adds up those of its list.
+        Gather = "gather": "Light culling makes lists of photons, and each pixel adds up those of its list",
+        /// Each photon is rasterized with additive blending in 32-bit floats, as in the paper, if the adapter supports it.
+        Raster = "raster": "Each photon is rasterized with additive blending, if the adapter can blend 32-bit floats",
     }
 }
 
-/// Photons from the lights, split where they meet a surface, and splatted where they meet the next one [Aalund2015, §3.4, §4.2].
+/// Photons from the lights, split at the first surface, and splatted at the next one [Aalund2015, §3.4, §4.2].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhotonSplatting {
-    /// Photons from all lights that are split where they meet a surface, 16 to 262,144. More: finer, slower.
+    /// Photons from all lights that are split at the first surface, 16 to 262,144. More: finer, slower.
     pub count: u32,
-    /// What split photons are traced through. Deep images: along their axes; others: along the same directions.
+    /// The tracer of split photons. Deep images: along their axes; others: along the same directions.
     pub tracer: TracerChoice,
-    /// How often light is scattered on its way from a light to what the view shows, 1 to 16.
+    /// Bounces of light between a light and the visible surface, 1 to 16.
     pub bounces: u32,
-    /// Radius of a footprint over that of the ellipse in the parallelogram of its differentials, > 0. Larger: smoother, more blurred.
+    /// Radius of a footprint relative to the ellipse in the parallelogram of its differentials, > 0. Larger: smoother, more blurred.
     pub radius: f32,
-    /// Whether footprints are widened to the part of the sphere that their direction stands for: from a radius of 1 on those of one photon that
-    /// was split cover what they light.
+    /// Widens footprints by the cell of their direction: from a radius of 1 on, the footprints of one split photon cover the lit area.
     pub widened: bool,
-    /// Whether what a footprint has beyond the edges of surfaces is shared out over the rest of it; else it is lost, as in the paper.
+    /// Redistributes the flux of a footprint beyond the edges of surfaces over the rest of it; otherwise it is lost, as in the paper.
     pub conserved: bool,
-    /// How photons come to pixels.
+    /// How photons are added to pixels.
     pub splat: Splat,
-    /// Photons in hand at a time, 1024 to 4,194,304. The light is the same; fewer take less memory, 100 bytes each, and more passes.
+    /// Photons per chunk, 1024 to 4,194,304. The light is the same; fewer photons take less memory, 100 bytes each, and more passes.
     pub chunk: u32,
-    /// Which pixels are lit.
+    /// Resolution of indirect light.
     pub resolution: IndirectResolution,
-    /// Pixels to each side that the filter reaches in an image of one frame, up to 64; 0: none.
+    /// Radius of the filter in an image of one frame, pixels, up to 64; 0: no filter.
     pub filter_radius: u32,
-    /// Whether what a pixel gets is bounded by what the pixels around it do.
+    /// Firefly clamp: bounds a pixel's light by that of its neighbours.
     pub clamp: IndirectClamp,
 }
 
@@ -81,65 +80,65 @@ impl Technique for PhotonSplatting {
             "photon-count",
             "N",
             Range::Count(16, 262_144),
-            "Photons from all lights that are split where they meet a surface. More: finer, slower",
-            |room: &mut Self| &mut room.count,
+            "Photons from all lights that are split at the first surface. More: finer, slower",
+            |s: &mut Self| &mut s.count,
         )
         .with_default(),
         Parameter::new(
             "photon-tracer",
             "NAME",
             Range::Names,
-            "What split photons are traced through",
-            |room: &mut Self| &mut room.tracer,
+            "The tracer of split photons",
+            |s: &mut Self| &mut s.tracer,
         )
         .with_default(),
         Parameter::new(
             "photon-bounces",
             "N",
             Range::Count(1, 16),
-            "How often light is scattered between a light and what the view shows",
-            |room: &mut Self| &mut room.bounces,
+            "Bounces of light between a light and the visible surface",
+            |s: &mut Self| &mut s.bounces,
         )
         .with_default(),
         Parameter::new(
             "photon-radius",
             "FACTOR",
             Range::Positive,
-            "Radius of a photon's footprint over that of its differentials' ellipse. Larger: smoother, more blurred",
-            |room: &mut Self| &mut room.radius,
+            "Radius of a photon's footprint relative to its differentials' ellipse. Larger: smoother, more blurred",
+            |s: &mut Self| &mut s.radius,
         )
         .with_default(),
         Parameter::new(
             "photon-widened",
             "on|off",
-            Range::Switch("By the cell of the direction, too", "As in the paper: by the light's differentials alone"),
-            "Whether footprints are widened to the part of the sphere that their direction stands for",
-            |room: &mut Self| &mut room.widened,
+            Range::Switch("By the differentials and the cell of the direction", "As in the paper: by the light's differentials only"),
+            "Widens footprints by the part of the sphere that their direction represents",
+            |s: &mut Self| &mut s.widened,
         )
         .with_default(),
         Parameter::new(
             "photon-conserve",
             "on|off",
-            Range::Switch("No light is lost at edges", "As in the paper: it is"),
-            "Whether what footprints have beyond the edges of surfaces is shared out over the rest of them",
-            |room: &mut Self| &mut room.conserved,
+            Range::Switch("No light is lost at edges", "As in the paper: light beyond edges is lost"),
+            "Redistributes the flux of footprints beyond the edges of surfaces over the rest of them",
+            |s: &mut Self| &mut s.conserved,
         )
         .with_default(),
-        Parameter::new("photon-splat", "NAME", Range::Names, "How photons come to pixels", |room: &mut Self| {
-            &mut room.splat
+        Parameter::new("photon-splat", "NAME", Range::Names, "How photons are added to pixels", |s: &mut Self| {
+            &mut s.splat
         })
         .with_default(),
         Parameter::new(
             "photon-chunk",
             "N",
             Range::Count(1024, 4_194_304),
-            "Photons in hand at a time. The light is the same; fewer take less memory",
-            |room: &mut Self| &mut room.chunk,
+            "Photons per chunk. The light is the same; fewer photons take less memory",
+            |s: &mut Self| &mut s.chunk,
         )
         .with_default(),
-        Parameter { info: RESOLUTION, of: |room| &mut room.resolution },
-        Parameter { info: FILTER, of: |room| &mut room.filter_radius },
-        Parameter { info: CLAMP, of: |room| &mut room.clamp },
+        Parameter { info: RESOLUTION, of: |s| &mut s.resolution },
+        Parameter { info: FILTER, of: |s| &mut s.filter_radius },
+        Parameter { info: CLAMP, of: |s| &mut s.clamp },
     ];
     const SHADERS: Shaders = DECLARED;
 }

@@ -1,4 +1,4 @@
-//! What can be chosen of virtual lights.
+//! Settings of virtual lights.
 
 use lanternfish::{
     RenderError,
@@ -15,58 +15,59 @@ use lanternfish::{
 
 use super::{DECLARED, Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLightPasses};
 
-/// Virtual point lights on what the scene's lights light, each with a range [Archer2019, §3.2].
+/// Virtual point lights on the surfaces that the scene's lights hit, each with a range [Archer2019, §3.2].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VirtualLights {
     /// Texels along an edge of the reflective shadow map, which all lights share. Larger: more virtual lights, slower.
     pub map: MapSize,
-    /// How the map is made.
+    /// How the map is computed.
     pub source: MapSource,
-    /// Whether texels that lie close together become one light.
+    /// Merges texels that lie close together into one light.
     pub unique: bool,
-    /// Distance between virtual lights on a surface below which texels become one, as a share of the scene's radius, > 0. Larger: fewer
+    /// Distance between virtual lights on a surface below which texels are merged, as a fraction of the scene's radius, > 0. Larger: fewer
     /// lights, coarser light.
     pub spacing: f32,
-    /// How many lights are taken of all these, each with an equal share of their flux; 0: all. More: less coarse light, slower.
+    /// Number of lights selected from the map, each with an equal fraction of the flux; 0: all. More: finer light, slower.
     pub count: u32,
-    /// A pixel looks at every nth of the lights that reach it, pixels nearby at the others, 1 to 64. More: faster, noisier.
+    /// A pixel uses every nth of the lights that reach it, neighbouring pixels the others, 1 to 64. More: faster, noisier.
     pub stride: u32,
-    /// Where a light's range comes from.
+    /// The source of a light's range.
     pub ranges: Ranges,
-    /// What the rays that find ranges are cast about.
+    /// The axis of the rays that measure ranges.
     pub axis: RangeAxis,
-    /// What these rays are traced through.
+    /// The tracer of these rays.
     pub range_tracer: Tracer,
-    /// Range below which a light is left out, as a share of the scene's radius, > 0. Larger: fewer lights, corners get darker.
+    /// Range below which a light is dropped, as a fraction of the scene's radius, > 0. Larger: fewer lights, darker corners.
     pub least_range: f32,
-    /// Range above which only some lights are kept, as a share of the scene's radius, > 0; and up to which random ranges go. Smaller: fewer
-    /// lights reach each pixel.
+    /// Range above which only some lights are kept, as a fraction of the scene's radius, > 0; also the maximum of random ranges. Smaller:
+    /// fewer lights reach each pixel.
     pub most_range: f32,
-    /// How many lights with a range above that are kept, percent, up to 100. More: more lights reach each pixel.
+    /// Percentage of the lights with a range above `most_range` that are kept, up to 100. More: more lights reach each pixel.
     pub large_kept: u32,
-    /// How light ends at its range.
+    /// Attenuation of light at its range.
     pub falloff: Attenuation,
-    /// How a virtual light shines about its normal.
+    /// Angular distribution of a virtual light's emission around its normal.
     pub emission: Emission,
-    /// Least distance to a virtual light that counts, m, > 0. Larger: darker corners, no spots. None: a light counts as a disk of the
-    /// area that it stands for.
+    /// Minimum distance to a virtual light in its inverse-square law, m, > 0. Larger: darker corners, no spots. None: a light counts as a
+    /// disk of the area that it represents.
     pub least_distance: Option<f32>,
-    /// What is done about the flux that ranges cut off.
+    /// Treatment of the flux that ranges cut off.
     pub residual: Residual,
-    /// How many lights carry over the whole scene what ranges cut off, with [`Residual::FarLights`], 1 to 4096. More: smoother, slower.
+    /// Number of lights that carry the cut-off flux over the complete scene, with [`Residual::FarLights`], 1 to 4096. More: smoother,
+    /// slower.
     pub far_lights: u32,
-    /// Where it is not 0, the light of the n virtual lights that reach a pixel is weighed by this number over n, so that pixels that
-    /// many lights reach are no brighter than others. Larger: brighter.
+    /// If it is not 0, the light of the n virtual lights that reach a pixel is weighted by this number over n, so that pixels that many
+    /// lights reach are no brighter than others. Larger: brighter.
     pub weight_count: u32,
-    /// What shadows of virtual lights are traced through.
+    /// The tracer of virtual lights' shadows.
     pub shadows: Shadows,
-    /// Rays from a pixel to virtual lights, 1 to 256. More: less noise, slower.
+    /// Rays per pixel to virtual lights, 1 to 256. More: less noise, slower.
     pub shadow_rays: u32,
-    /// Which pixels look for virtual lights.
+    /// Resolution of indirect light.
     pub resolution: IndirectResolution,
-    /// Pixels to each side that the filter reaches in an image of one frame, up to 64; 0: none.
+    /// Radius of the filter in an image of one frame, pixels, up to 64; 0: no filter.
     pub filter_radius: u32,
-    /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do.
+    /// Firefly clamp: bounds a pixel's light by that of its neighbours.
     pub clamp: IndirectClamp,
 }
 
@@ -102,103 +103,103 @@ impl Default for VirtualLights {
 
 impl Technique for VirtualLights {
     const NAME: &'static str = "virtual-lights";
-    const SUMMARY: &'static str = "Point lights on what the scene's lights light, each with a range: one bounce";
+    const SUMMARY: &'static str = "Point lights on the surfaces that the scene's lights hit, each with a range: one bounce";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         Parameter::new(
             "vpl-map",
             "TEXELS",
             Range::Numbers,
-            "Texels along an edge of the map of what lights see, of which virtual lights are made",
-            |room: &mut Self| &mut room.map,
+            "Texels along an edge of the reflective shadow map, the source of virtual lights",
+            |s: &mut Self| &mut s.map,
         )
         .with_default(),
-        Parameter::new("vpl-source", "NAME", Range::Names, "How the map of what lights see is made", |room: &mut Self| &mut room.source)
+        Parameter::new("vpl-source", "NAME", Range::Names, "How the reflective shadow map is computed", |s: &mut Self| &mut s.source)
             .with_default(),
         Parameter::new(
             "vpl-unique",
             "on|off",
-            Range::Switch("Fewer lights, evenly spread over surfaces", "A light a texel"),
-            "Whether texels of the map that lie close together become one light",
-            |room: &mut Self| &mut room.unique,
+            Range::Switch("Fewer lights, evenly spread over surfaces", "One light per texel"),
+            "Merges texels of the reflective shadow map that lie close together into one light",
+            |s: &mut Self| &mut s.unique,
         )
         .with_default(),
         Parameter::new(
             "vpl-spacing",
             "FRACTION",
             Range::Positive,
-            "Distance between virtual lights below which texels of their map become one light, as a share of the scene's radius. Larger: fewer \
+            "Distance between virtual lights below which texels of their map are merged, as a fraction of the scene's radius. Larger: fewer \
              lights",
-            |room: &mut Self| &mut room.spacing,
+            |s: &mut Self| &mut s.spacing,
         )
         .with_default(),
         Parameter::new(
             "vpl-count",
             "N",
             Range::Count(0, 4_194_304),
-            "How many virtual lights are taken of all that the map gives, each with an equal share of the flux; 0: all. More: less \
+            "Number of virtual lights selected from the map, each with an equal fraction of the flux; 0: all. More: less \
              coarse, slower",
-            |room: &mut Self| &mut room.count,
+            |s: &mut Self| &mut s.count,
         )
         .with_default(),
         Parameter::new(
             "vpl-stride",
             "N",
             Range::Count(1, 64),
-            "A pixel looks at every Nth of the virtual lights that reach it, pixels nearby at the others. More: faster, noisier",
-            |room: &mut Self| &mut room.stride,
+            "A pixel uses every Nth of the virtual lights that reach it, neighbouring pixels the others. More: faster, noisier",
+            |s: &mut Self| &mut s.stride,
         )
         .with_default(),
-        Parameter::new("vpl-ranges", "NAME", Range::Names, "Where a virtual light's range comes from", |room: &mut Self| {
-            &mut room.ranges
+        Parameter::new("vpl-ranges", "NAME", Range::Names, "The source of a virtual light's range", |s: &mut Self| {
+            &mut s.ranges
         })
         .with_default(),
         Parameter::new(
             "vpl-axis",
             "NAME",
             Range::Names,
-            "What the rays that find ranges are cast about",
-            |room: &mut Self| &mut room.axis,
+            "The axis of the rays that measure ranges",
+            |s: &mut Self| &mut s.axis,
         )
         .with_default(),
-        Parameter::new("vpl-range-tracer", "NAME", Range::Names, "What these rays are traced through", |room: &mut Self| {
-            &mut room.range_tracer
+        Parameter::new("vpl-range-tracer", "NAME", Range::Names, "The tracer of the rays that measure ranges", |s: &mut Self| {
+            &mut s.range_tracer
         })
         .with_default(),
         Parameter::new(
             "vpl-least-range",
             "FRACTION",
             Range::Positive,
-            "Range below which a virtual light is left out, as a share of the scene's radius. Larger: fewer lights",
-            |room: &mut Self| &mut room.least_range,
+            "Range below which a virtual light is dropped, as a fraction of the scene's radius. Larger: fewer lights",
+            |s: &mut Self| &mut s.least_range,
         )
         .with_default(),
         Parameter::new(
             "vpl-most-range",
             "FRACTION",
             Range::Positive,
-            "Range above which only some virtual lights are kept, as a share of the scene's radius; random ranges end there. Smaller: \
+            "Range above which only some virtual lights are kept, as a fraction of the scene's radius; random ranges end there. Smaller: \
              fewer lights a pixel",
-            |room: &mut Self| &mut room.most_range,
+            |s: &mut Self| &mut s.most_range,
         )
         .with_default(),
         Parameter::new(
             "vpl-large-kept",
             "PERCENT",
             Range::Count(0, 100),
-            "How many virtual lights with a range above `vpl-most-range` are kept, percent. More: more lights a pixel",
-            |room: &mut Self| &mut room.large_kept,
+            "Percentage of the virtual lights with a range above `vpl-most-range` that are kept. More: more lights per pixel",
+            |s: &mut Self| &mut s.large_kept,
         )
         .with_default(),
-        Parameter::new("vpl-falloff", "NAME", Range::Names, "How virtual lights end at their range", |room: &mut Self| {
-            &mut room.falloff
+        Parameter::new("vpl-falloff", "NAME", Range::Names, "Attenuation of virtual lights at their range", |s: &mut Self| {
+            &mut s.falloff
         })
         .with_default(),
         Parameter::new(
             "vpl-emission",
             "NAME",
             Range::Names,
-            "How a virtual light shines about its normal",
-            |room: &mut Self| &mut room.emission,
+            "Angular distribution of a virtual light's emission around its normal",
+            |s: &mut Self| &mut s.emission,
         )
         .with_default(),
         Parameter::new(
@@ -207,51 +208,51 @@ impl Technique for VirtualLights {
             Range::Positive,
             "Least distance to a virtual light that counts. Larger: darker corners, no spots. Without it, a light counts as a \
              disk of the area that it stands for",
-            |room: &mut Self| &mut room.least_distance,
+            |s: &mut Self| &mut s.least_distance,
         ),
         Parameter::new(
             "vpl-residual",
             "NAME",
             Range::Names,
-            "What is done about light that ranges cut off",
-            |room: &mut Self| &mut room.residual,
+            "Treatment of the flux that ranges cut off",
+            |s: &mut Self| &mut s.residual,
         )
         .with_default(),
         Parameter::new(
             "vpl-far-lights",
             "N",
             Range::Count(1, 4096),
-            "How many lights carry over the whole scene what ranges cut off, with `vpl-residual far-lights`. More: smoother, slower",
-            |room: &mut Self| &mut room.far_lights,
+            "Number of lights that carry the cut-off flux over the complete scene, with `vpl-residual far-lights`. More: smoother, slower",
+            |s: &mut Self| &mut s.far_lights,
         )
         .with_default(),
         Parameter::new(
             "vpl-weight",
             "N",
             Range::Count(0, 65536),
-            "Weighs a pixel's light by N over the number of virtual lights that reach it; 0: not at all",
-            |room: &mut Self| &mut room.weight_count,
+            "Weighs a pixel's light by N over the number of virtual lights that reach it; 0: unweighted",
+            |s: &mut Self| &mut s.weight_count,
         )
         .with_default(),
         Parameter::new(
             "vpl-shadows",
             "NAME",
             Range::Names,
-            "What shadows of virtual lights are traced through",
-            |room: &mut Self| &mut room.shadows,
+            "The tracer of virtual lights' shadows",
+            |s: &mut Self| &mut s.shadows,
         )
         .with_default(),
         Parameter::new(
             "vpl-shadow-rays",
             "N",
             Range::Count(1, 256),
-            "Rays from a pixel to virtual lights. More: less noise, slower",
-            |room: &mut Self| &mut room.shadow_rays,
+            "Rays per pixel to virtual lights. More: less noise, slower",
+            |s: &mut Self| &mut s.shadow_rays,
         )
         .with_default(),
-        Parameter { info: RESOLUTION, of: |room| &mut room.resolution },
-        Parameter { info: FILTER, of: |room| &mut room.filter_radius },
-        Parameter { info: CLAMP, of: |room| &mut room.clamp },
+        Parameter { info: RESOLUTION, of: |s| &mut s.resolution },
+        Parameter { info: FILTER, of: |s| &mut s.filter_radius },
+        Parameter { info: CLAMP, of: |s| &mut s.clamp },
     ];
     const SHADERS: Shaders = DECLARED;
 }
@@ -306,7 +307,7 @@ impl IndirectTechnique for VirtualLights {
 }
 
 impl VirtualLights {
-    /// Whether rays are cast about every light: for its range, or to know what that cuts off.
+    /// True if rays are traced for every light: for its range, or for the loss that it causes.
     pub(super) fn traces_ranges(&self) -> bool {
         matches!(self.ranges, Ranges::Average | Ranges::Maximum) || self.residual != Residual::Lost
     }
