@@ -327,7 +327,7 @@ impl Passes {
         let recorded = self.by_bands(frame, view, lights, plan, Traced::Nothing, |_, frame, visibility| {
             visibility.map_or(Ok(()), |visibility| fractions.find(frame, view, lights, visibility, &estimate))
         });
-        let accumulated = recorded.and_then(|()| fractions.steady(frame, view, estimate));
+        let accumulated = recorded.and_then(|()| fractions.accumulated(frame, view, estimate));
         self.visibility_ratios = Some(fractions);
         accumulated.map(Some)
     }

@@ -29,7 +29,7 @@ fn gpu_a_raster_grid_loses_no_light() {
     check_counted_sets(gpu, &grids());
 }
 
-/// Layers are worth their while, and one layer is a tile.
+/// Layers reduce the number of listed lights; a single layer equals tiled culling.
 #[test]
 fn gpu_more_layers_list_less() {
     let Some(gpu) = testing::gpu("gpu_more_layers_list_less") else { return };

@@ -7,7 +7,7 @@ mod tests;
 
 use lanternfish::technique::{ParameterInfo, Range};
 
-/// The parameter that both techniques have.
+/// The parameter that both techniques share.
 const DISTANCE: ParameterInfo = ParameterInfo::new(
     "occlusion-distance",
     "METRES",

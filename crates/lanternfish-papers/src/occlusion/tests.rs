@@ -19,7 +19,7 @@ use crate::{
     testing::{self, inside, looking, quad, scene_of},
 };
 
-/// Not a multiple of a workgroup.
+/// The size is not a multiple of the workgroup size.
 const SIZE: UVec2 = UVec2::new(61, 45);
 
 fn deep() -> Occlusion {
@@ -34,12 +34,12 @@ fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
 }
 
-/// How open each pixel is; rows from the top.
+/// Ambient visibility of each pixel, rows from the top.
 fn ambient_visibility(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Vec<f32> {
     inside::ambient_visibility(gpu, renderer, scene, camera, SIZE)
 }
 
-/// The same of a scene that is uploaded for this alone.
+/// Ambient visibility of each pixel of a scene that is uploaded for this call.
 fn ambient_visibility_of(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<f32> {
     let mut renderer = renderer(gpu, settings);
     let uploaded = renderer.upload(scene).unwrap();
@@ -50,13 +50,13 @@ fn mean(values: &[f32]) -> f64 {
     values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len() as f64
 }
 
-/// Mean of the distances between pixels.
+/// Mean absolute difference between pixels.
 fn off(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / a.len() as f64
 }
 
-/// Root mean square over squares of 4 x 4 pixels of how far their means are apart: noise of single pixels is a quarter there,
-/// blotches are what they are.
+/// Root mean square difference between the means of squares of 4 x 4 pixels. Noise of single pixels counts a quarter, low-frequency
+/// blotches count in full.
 fn mottling(a: &[f32], b: &[f32]) -> f64 {
     let UVec2 { x: columns, y: rows } = SIZE / 4;
     let square = |i: u32| {
@@ -77,9 +77,9 @@ fn floor() -> Scene {
     scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![white()])
 }
 
-/// Ground truth: rays through exact triangles, 128 a pixel, whose own mean distance from the exact value is 0.035 at most (half a
-/// square root of 1/128, times the mean distance of a normal distribution). Pixels at edges show several surfaces to the ground truth
-/// and one to the renderer. Bounds are a quarter above what was measured.
+/// Ground truth: 128 rays per pixel through exact triangles. Its own mean deviation from the exact value is at most 0.035 (half the square
+/// root of 1/128, times the mean deviation of a normal distribution). Pixels at edges show several surfaces to the ground truth and one to
+/// the renderer. Bounds are a quarter above the measured values.
 #[test]
 fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     let Some(gpu) = testing::gpu("gpu_deep_images_find_the_occlusion_that_exact_rays_find") else { return };
@@ -91,7 +91,7 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
         Tracer::new(&scene, settings).unwrap().render(camera, &mut film, 128);
         film.mean().iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
     };
-    let found = |occlusion, resolution| {
+    let actual = |occlusion, resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
         ambient_visibility_of(gpu, Settings { structure: deep_images.into(), ..settings(occlusion) }, &scene, camera)
     };
@@ -105,9 +105,9 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
         (near.clone(), &obscurance, 64, 0.016, 0.011, 0.004),
         (near, &obscurance, 128, 0.016, 0.011, 0.004),
     ] {
-        let found = found(setting.clone(), resolution);
-        let (off, bias) = (off(&found, ground_truth), mean(&found) - mean(ground_truth));
-        let mottled = mottling(&found, ground_truth);
+        let actual = actual(setting.clone(), resolution);
+        let (off, bias) = (off(&actual, ground_truth), mean(&actual) - mean(ground_truth));
+        let mottled = mottling(&actual, ground_truth);
         let line = format!("{setting:?} at {resolution}: off by {off:.4}, squares by {mottled:.4}, bias {bias:+.4}");
         println!("{line}");
         if off >= most_off || mottled >= most_mottled || bias.abs() >= most_biased {
@@ -115,11 +115,11 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
         }
     }
     assert!(failures.is_empty(), "{failures:#?}");
-    // The comparison sees another distance, and that nothing is occluded at all.
-    let farther = found(Occlusion::from(Deep { max_distance: Some(0.9) }), 64);
+    // The comparison detects another distance and missing occlusion.
+    let farther = actual(Occlusion::from(Deep { max_distance: Some(0.9) }), 64);
     assert!(
         off(&farther, &obscurance) > 0.05,
-        "blind to a distance half as large again: {}",
+        "blind to a distance 1.5 times as large: {}",
         off(&farther, &obscurance)
     );
     let open = vec![1.0; pixel_count()];
@@ -131,17 +131,17 @@ fn pixel_count() -> usize {
 }
 
 #[test]
-fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
-    let Some(gpu) = testing::gpu("gpu_an_open_plane_is_open_and_a_closed_box_is_closed") else { return };
+fn gpu_an_unoccluded_plane_is_visible_and_a_closed_box_is_occluded() {
+    let Some(gpu) = testing::gpu("gpu_an_unoccluded_plane_is_visible_and_a_closed_box_is_occluded") else { return };
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.0, -1.0]);
     for occlusion in [deep(), Occlusion::from(Deep { max_distance: Some(3.0) }), Occlusion::from(Hbao { radius: 3.0 })]
     {
-        let found = ambient_visibility_of(gpu, settings(occlusion.clone()), &floor(), &camera);
-        let least = found.iter().copied().fold(f32::INFINITY, f32::min);
-        // A device may round one up to the number below 1.
+        let actual = ambient_visibility_of(gpu, settings(occlusion.clone()), &floor(), &camera);
+        let least = actual.iter().copied().fold(f32::INFINITY, f32::min);
+        // A device may round 1 to the next lower number.
         assert!(least > 1.0 - 1e-6, "{occlusion:?}: {least}");
     }
-    // A box around the camera: what looks out of it looks past its edges, within a texel.
+    // A box around the camera: visible directions pass its edges, within a texel.
     let side = |axis: Vec3| {
         let (right, up) = axis.any_orthonormal_pair();
         quad(0, 2.0 * axis, 2.0 * right, 2.0 * up)
@@ -162,10 +162,10 @@ fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
     assert!(coarse < 0.06 && fine < 0.5 * coarse, "{coarse} {fine}");
 }
 
-/// On a floor at the foot of an endless wall half the hemisphere is closed; a radius away nothing is.
+/// Half of the hemisphere is occluded on a floor at the foot of an endless wall; nothing is occluded at a distance of one radius.
 #[test]
-fn gpu_both_ways_darken_a_corner() {
-    let Some(gpu) = testing::gpu("gpu_both_ways_darken_a_corner") else { return };
+fn gpu_both_techniques_darken_a_corner() {
+    let Some(gpu) = testing::gpu("gpu_both_techniques_darken_a_corner") else { return };
     let mut scene = floor();
     scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, -2.0), 10.0 * Vec3::X, 5.0 * Vec3::Y));
     // Straight down: a column of pixels runs from the wall's foot outwards.
@@ -176,13 +176,13 @@ fn gpu_both_ways_darken_a_corner() {
     );
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
     for occlusion in [Occlusion::from(Deep { max_distance: Some(1.0) }), Occlusion::from(Hbao { radius: 1.0 })] {
-        let found = ambient_visibility_of(
+        let actual = ambient_visibility_of(
             gpu,
             Settings { structure: deep_images.into(), ..settings(occlusion.clone()) },
             &scene,
             &camera,
         );
-        let at = |y: u32| found[(y * SIZE.x + SIZE.x / 2) as usize];
+        let at = |y: u32| actual[(y * SIZE.x + SIZE.x / 2) as usize];
         let column: Vec<f32> = (0..SIZE.y).map(at).collect();
         println!("{occlusion:?}: {column:.2?}");
         let darkest = column.iter().copied().fold(f32::INFINITY, f32::min);
@@ -192,12 +192,12 @@ fn gpu_both_ways_darken_a_corner() {
     }
 }
 
-/// Where a floor meets a wall, a texel's axis may pass behind the wall. Ground truth: of a long wall of height h, a floor at distance x sees
-/// (1 - x / √(x² + h²)) / 2 of its hemisphere. A row of pixels is at one distance; its mean is free of most noise.
+/// Where a floor touches a wall, a texel's axis may pass behind the wall. Ground truth: a floor at distance x from a long wall of height h
+/// has half of (1 - x / √(x² + h²)) of its hemisphere occluded. A row of pixels is at one distance; its mean is free of most noise.
 #[test]
 fn gpu_creases_do_not_glow() {
     let Some(gpu) = testing::gpu("gpu_creases_do_not_glow") else { return };
-    // The floor goes on behind the wall, or ends there.
+    // The floor extends behind the wall or ends there.
     for foot in [-2.0, -10.0] {
         let mut scene = floor();
         scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, foot), 10.0 * Vec3::X, 5.0 * Vec3::Y));
@@ -206,23 +206,23 @@ fn gpu_creases_do_not_glow() {
         let camera = Camera::look_at(Vec3::new(0.0, 3.0, foot + 1.0), Vec3::new(0.0, 0.0, foot + 1.0), projection);
         for resolution in [64, 128] {
             let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-            let found = ambient_visibility_of(
+            let actual = ambient_visibility_of(
                 gpu,
                 Settings { structure: deep_images.into(), ..settings(deep()) },
                 &scene,
                 &camera,
             );
-            let rows: Vec<f64> = found.chunks(SIZE.x as usize).map(mean).collect();
+            let rows: Vec<f64> = actual.chunks(SIZE.x as usize).map(mean).collect();
             let ground_truth = |row: usize| {
                 let distance = 2.0 * (row as f64 + 0.5) / f64::from(SIZE.y);
                 0.5 + 0.5 * distance / distance.hypot(10.0)
             };
             println!("{foot} at {resolution}: {rows:.2?}");
-            for (row, found) in rows.iter().enumerate() {
+            for (row, actual) in rows.iter().enumerate() {
                 let ground_truth = ground_truth(row);
                 assert!(
-                    (found - ground_truth).abs() < 0.05,
-                    "{foot} at {resolution}, row {row}: {found} instead of {ground_truth}"
+                    (actual - ground_truth).abs() < 0.05,
+                    "{foot} at {resolution}, row {row}: {actual} instead of {ground_truth}"
                 );
             }
         }
@@ -230,8 +230,8 @@ fn gpu_creases_do_not_glow() {
 }
 
 #[test]
-fn gpu_what_moves_occludes_where_it_is_now() {
-    let Some(gpu) = testing::gpu("gpu_what_moves_occludes_where_it_is_now") else { return };
+fn gpu_moved_objects_occlude_at_their_new_position() {
+    let Some(gpu) = testing::gpu("gpu_moved_objects_occlude_at_their_new_position") else { return };
     let mut scene = floor();
     let plate = scene_of(vec![quad(0, 0.3 * Vec3::Y, 0.5 * Vec3::X, -0.5 * Vec3::Z)], vec![]);
     scene.meshes.extend(plate.meshes);
@@ -253,7 +253,7 @@ fn gpu_what_moves_occludes_where_it_is_now() {
         let after = ambient_visibility(gpu, &mut renderer, &uploaded, &camera);
         let changed = before.iter().zip(&after).filter(|(a, b)| (**a - **b).abs() > 0.02).count();
         assert!(changed > 100, "{occlusion:?}: {changed} pixels");
-        // No trace of where it was, and the same to the bit in another renderer.
+        // Nothing is left of the old position, and another renderer gives the same bits.
         assert!(
             after == ambient_visibility_of(gpu, settings, &moved, &camera),
             "{occlusion:?}: differs from a fresh upload"
@@ -262,11 +262,11 @@ fn gpu_what_moves_occludes_where_it_is_now() {
 }
 
 #[test]
-fn gpu_the_sky_lights_what_is_open_to_it() {
-    let Some(gpu) = testing::gpu("gpu_the_sky_lights_what_is_open_to_it") else { return };
+fn gpu_the_sky_lights_surfaces_that_see_it() {
+    let Some(gpu) = testing::gpu("gpu_the_sky_lights_surfaces_that_see_it") else { return };
     let mut scene = floor();
     scene.materials[0].base_color = Vec4::new(0.5, 0.25, 1.0, 1.0);
-    // All of it diffuse.
+    // The material is diffuse only.
     scene.materials[0].specular = 0.0;
     scene.sky = Vec3::new(2.0, 4.0, 0.5);
     let camera = looking([0.0, 3.0, 0.1], [0.0, 0.0, 0.0]);
@@ -281,7 +281,7 @@ fn gpu_the_sky_lights_what_is_open_to_it() {
         let found = Vec4::from(center(occlusion.clone()));
         assert!(found.abs_diff_eq(Vec4::new(1.0, 1.0, 0.5, 1.0), 0.001), "{occlusion:?}: {found}");
     }
-    // Half of what a wall beside it leaves.
+    // Half of the irradiance remains beside a wall.
     scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, -0.5), 10.0 * Vec3::X, 5.0 * Vec3::Y));
     let mut renderer = renderer(gpu, settings(deep()));
     let uploaded = renderer.upload(&scene).unwrap();
@@ -290,8 +290,8 @@ fn gpu_the_sky_lights_what_is_open_to_it() {
 }
 
 #[test]
-fn gpu_frames_of_one_mean_look_in_other_directions() {
-    let Some(gpu) = testing::gpu("gpu_frames_of_one_mean_look_in_other_directions") else { return };
+fn gpu_frames_of_a_mean_use_different_directions() {
+    let Some(gpu) = testing::gpu("gpu_frames_of_a_mean_use_different_directions") else { return };
     let mut scene = floor();
     scene.meshes[0].primitives.push(quad(0, 0.4 * Vec3::Y, 0.8 * Vec3::X, -0.8 * Vec3::Z));
     scene.sky = Vec3::ONE;
@@ -311,8 +311,8 @@ fn gpu_frames_of_one_mean_look_in_other_directions() {
 }
 
 #[test]
-fn gpu_what_cannot_be_is_refused_with_a_remedy() {
-    let Some(gpu) = testing::gpu("gpu_what_cannot_be_is_refused_with_a_remedy") else { return };
+fn gpu_unsupported_settings_are_refused_with_a_remedy() {
+    let Some(gpu) = testing::gpu("gpu_unsupported_settings_are_refused_with_a_remedy") else { return };
     let refused = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap_err();
     for distance in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         for occlusion in

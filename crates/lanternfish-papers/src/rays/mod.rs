@@ -1,4 +1,4 @@
-//! Tracers that go through deep images.
+//! Tracers that traverse deep images.
 
 pub(crate) mod across_texels;
 #[cfg(test)]

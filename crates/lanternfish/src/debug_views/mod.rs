@@ -1,4 +1,4 @@
-//! Quantities of a frame as images.
+//! Debug views: quantities of a frame as images.
 
 mod scale;
 
@@ -28,11 +28,11 @@ use crate::{
 pub use scale::Scale;
 
 gpu_struct! {
-    /// Which quantity a debug view shows, and on which scale.
+    /// The quantity and the scale of a debug view.
     pub struct DebugParameters {
-        /// Number of the quantity: a constant of `debug.wesl`.
+        /// The quantity: a constant of `debug.wesl`.
         quantity: u32,
-        /// The value that the hottest or brightest colour stands for; of a logarithmic heat map, the number of doublings.
+        /// The value of the hottest or brightest colour; for a logarithmic heat map the number of doublings.
         hottest: f32,
     }
 }
@@ -41,11 +41,11 @@ gpu_struct! {
 pub(crate) const DECLARED: Shaders =
     Shaders::new(&[Root::by_settings("debug_views/debug")], &[SharedStruct::of::<DebugParameters>()]);
 
-/// The value that the hottest colour of a linear heat map stands for: ten, as in [Elagabani2025, fig. 5.2].
+/// The value of the hottest colour of a linear heat map: ten, as in [Elagabani2025, fig. 5.2].
 const HOTTEST: f32 = 10.0;
-/// Doublings that the hottest colour of a logarithmic heat map stands for: 2¹⁰ − 1 = 1,023; every colour is a factor of four.
+/// Number of doublings up to the hottest colour of a logarithmic heat map: 2¹⁰ − 1 = 1,023; each colour is a factor of four.
 const DOUBLINGS: f32 = 10.0;
-/// Pixels from the frame before to this one that the brightest colour stands for: a sixtieth of an image of 1,000 pixels.
+/// Motion of the brightest colour, pixels per frame: a sixtieth of an image of 1,000 pixels.
 const FASTEST: f32 = 16.0;
 
 /// The pass that draws a debug view.
@@ -55,7 +55,7 @@ pub struct DebugViews {
     parameters: wgpu::Buffer,
 }
 
-/// The shader's number of a view; `None` for what the shading pass itself shows.
+/// The shader's number of a view; `None` for views that the shading pass draws.
 fn quantity(view: DebugView) -> Option<u32> {
     Some(match view {
         DebugView::Depth => 0,
@@ -79,7 +79,7 @@ fn quantity(view: DebugView) -> Option<u32> {
     })
 }
 
-/// The value, or the number of doublings, that the hottest or brightest colour of a view stands for.
+/// The value of the hottest or brightest colour of a view, or the number of doublings.
 fn hottest(view: DebugView) -> f32 {
     match view {
         DebugView::LightsPerPixel | DebugView::ClusterLights | DebugView::ClusterFragments => DOUBLINGS,
@@ -88,14 +88,14 @@ fn hottest(view: DebugView) -> f32 {
     }
 }
 
-/// There are clusters to be shown.
+/// The frame has clusters.
 const CLUSTERS: Feature = Feature::new("clusters");
 
 fn has_clusters(culling: &Culling) -> bool {
     culling.technique().is_some_and(|culling| culling.has_clusters())
 }
 
-/// An error where a view shows clusters and there are none.
+/// Returns an error if the view shows clusters and there are none.
 fn check_clusters(view: DebugView, culling: &Culling) -> Result<(), RenderError> {
     let setting = match view {
         DebugView::ClusterIndex => "`debug-view cluster-index`",
@@ -120,7 +120,7 @@ pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
 }
 
 impl DebugViews {
-    /// Compiles the pass, where these settings want one.
+    /// Compiles the pass if the settings select a debug view.
     pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
         let Some(view) = settings.debug_view else { return Ok(None) };
         let Some(quantity) = quantity(view) else { return Ok(None) };
@@ -128,13 +128,13 @@ impl DebugViews {
         if view == DebugView::Occlusion && settings.occlusion == Occlusion::NONE {
             return Err(RenderError::Together {
                 setting: "`debug-view occlusion`",
-                needed: "a way to find `occlusion`",
+                needed: "a technique for `occlusion`",
             });
         }
         if view == DebugView::Indirect && settings.indirect == Indirect::NONE {
             return Err(RenderError::Together {
                 setting: "`debug-view indirect`",
-                needed: "a way to find `indirect` light",
+                needed: "a technique for `indirect` light",
             });
         }
         let shader = DECLARED.link("debug_views/debug", &features(settings))?;
@@ -145,7 +145,7 @@ impl DebugViews {
         }))
     }
 
-    /// Draws the debug view into what is shown.
+    /// Draws the debug view into the display image.
     pub(crate) fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -153,7 +153,7 @@ impl DebugViews {
         Shaded { radiance, visibility, ambient_visibility, indirect, lights, .. }: &Shaded,
         display: &wgpu::TextureView,
     ) {
-        // Shadow rays of each pixel, where shadows were traced.
+        // Shadow rays per pixel, if shadows were traced.
         let ray_counts = visibility.as_ref().and_then(VisibilityPlan::ray_counts);
         let no_rays;
         let ray_counts = match ray_counts {
@@ -172,8 +172,8 @@ impl DebugViews {
         let shared = buffer.bindings().with(&scene_bindings);
         let ambient_visibility = ambient_visibility.as_ref().map(AmbientVisibility::bindings).unwrap_or_default();
         let indirect = indirect.as_ref().map(DemodulatedIrradiance::bindings).unwrap_or_default();
-        let found = ambient_visibility.with(&indirect);
-        let bindings = shared.with(&middle.bindings()).with(&lights.bindings()).with(&found).with(&own);
+        let light = ambient_visibility.with(&indirect);
+        let bindings = shared.with(&middle.bindings()).with(&lights.bindings()).with(&light).with(&own);
         show(frame, &self.pipeline, "debug_views", &bindings, display);
     }
 }

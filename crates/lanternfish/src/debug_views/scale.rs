@@ -3,41 +3,41 @@
 use super::{DOUBLINGS, FASTEST, HOTTEST};
 use crate::settings::DebugView;
 
-/// From the colours of a debug view to what it shows, and back. A place on the scale is 0 at its first colour and 1 at its last.
+/// Maps the colours of a debug view to values, and back. Positions on the scale run from 0 at the first colour to 1 at the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// What is counted or measured, and its unit.
+    /// The quantity and its unit.
     pub what: &'static str,
     law: Law,
     colors: Colors,
 }
 
-/// What the places stand for.
+/// Maps positions to values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Law {
-    /// 0 at 0, so much at 1.
+    /// 0 at 0, the given value at 1.
     Linear(f32),
-    /// 2 to the power of so much times the place, less 1.
+    /// 2 to the power of this number times the position, minus 1.
     Doublings(f32),
-    /// Metres: see `debug.wesl`.
+    /// Metres; see `debug.wesl`.
     Distance,
 }
 
-/// What the places look like.
+/// Maps positions to colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Colors {
     /// `heat` of `common/color.wesl`.
     Heat,
-    /// As grey a byte as the place.
+    /// A grey level proportional to the position, as a byte.
     Gray,
-    /// As much light as the place: sRGB-encoded.
+    /// Linear light proportional to the position, sRGB-encoded.
     Light,
-    /// Red, as bright a byte as the place; directions other than to the right have other hues.
+    /// A red level proportional to the position; other directions than right have other hues.
     Hue,
 }
 
 impl Scale {
-    /// The scale of a view; none where its colours are no numbers on one line.
+    /// The scale of a view; none if its colours are not a one-dimensional scale.
     pub fn of(view: DebugView) -> Option<Self> {
         let (what, law, colors) = match view {
             DebugView::Depth => ("m from the camera plane", Law::Distance, Colors::Gray),
@@ -47,7 +47,7 @@ impl Scale {
             DebugView::LightsPerPixel => ("lights in reach", Law::Doublings(DOUBLINGS), Colors::Heat),
             DebugView::ClusterLights => ("lights of the cluster", Law::Doublings(DOUBLINGS), Colors::Heat),
             DebugView::ClusterFragments => ("fragments of the cluster", Law::Doublings(DOUBLINGS), Colors::Heat),
-            DebugView::Visibility => ("share of listed lights", Law::Linear(1.0), Colors::Gray),
+            DebugView::Visibility => ("fraction of listed lights", Law::Linear(1.0), Colors::Gray),
             DebugView::Motion => ("pixels to the right", Law::Linear(FASTEST), Colors::Hue),
             DebugView::Occlusion => ("ambient visibility", Law::Linear(1.0), Colors::Light),
             DebugView::Normal
@@ -62,12 +62,12 @@ impl Scale {
         Some(Self { what, law, colors })
     }
 
-    /// Whether equal steps are equal factors, and not equal differences.
+    /// True if equal steps are equal factors and not equal differences.
     pub fn is_logarithmic(&self) -> bool {
         !matches!(self.law, Law::Linear(_))
     }
 
-    /// What a place stands for.
+    /// The value at a position.
     pub fn value(&self, place: f32) -> f32 {
         match self.law {
             Law::Linear(highest) => place * highest,
@@ -76,7 +76,7 @@ impl Scale {
         }
     }
 
-    /// Where a value has its place.
+    /// The position of a value.
     pub fn place(&self, value: f32) -> f32 {
         match self.law {
             Law::Linear(highest) => value / highest,
@@ -85,7 +85,7 @@ impl Scale {
         }
     }
 
-    /// What a place looks like on a display: sRGB. Beyond the ends it looks as they do.
+    /// The sRGB display colour at a position, which is clamped to the scale.
     pub fn color(&self, place: f32) -> [u8; 3] {
         let place = place.clamp(0.0, 1.0);
         let byte = |value: f32| (255.0 * value).round() as u8;
@@ -100,7 +100,7 @@ impl Scale {
 }
 
 impl std::fmt::Display for Scale {
-    /// In one line: `shadow rays, linear: 0 is black, 10 and more red`.
+    /// One line: `shadow rays, linear: 0 is black, 10 and more red`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let law = if self.is_logarithmic() { "logarithmic" } else { "linear" };
         let last = match self.colors {
@@ -119,7 +119,7 @@ impl std::fmt::Display for Scale {
     }
 }
 
-/// `heat` of `common/color.wesl` in plain Rust.
+/// CPU reference of `heat` in `common/color.wesl`.
 fn heat(place: f32) -> [f32; 3] {
     const RAMP: [[f32; 3]; 6] =
         [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0]];

@@ -1,4 +1,4 @@
-//! Every pixel that shows a surface finds the cluster that its fragment marked [VanGelderen2020, §5.2.1].
+//! Every pixel with a surface finds the cluster that its fragment marked [VanGelderen2020, §5.2.1].
 
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{
@@ -46,7 +46,7 @@ fn views_of_clusters_need_clusters() {
     }
 }
 
-/// Every pixel of a view that fills the image with one surface is of the colour that the scale has for what is there.
+/// Every pixel of a view filled with one surface has the colour that the scale gives for the surface's value.
 #[test]
 fn gpu_colours_are_those_of_the_scale() {
     let Some(gpu) = testing::gpu("gpu_colours_are_those_of_the_scale") else { return };
@@ -69,11 +69,11 @@ fn gpu_colours_are_those_of_the_scale() {
         let rendering = renderer.render(&uploaded, camera, 16, 12).unwrap();
         let [red, green, blue, _] = rendering.display[16 * 6 + 8];
         let expected = scale.color(scale.place(value));
-        // A byte, where the shader's last bits round the other way, and the 8 bits that roughness is kept in.
+        // One step of 8 bits, because the shader may round differently and roughness is stored in 8 bits.
         let off = [red, green, blue].iter().zip(expected).map(|(a, b)| a.abs_diff(b)).max();
         assert!(off <= Some(1), "{view}: {value} is {:?}, not {expected:?}", [red, green, blue]);
         seen.insert([red, green, blue]);
-        // The place is that of the value, within the scale.
+        // The position maps back to the value within the scale.
         let place = scale.place(value);
         assert!((scale.value(place) - value).abs() <= 1e-4 * value.max(1.0), "{view}: {value}");
     };
@@ -103,12 +103,12 @@ fn scales_say_their_ends() {
         "m from the camera plane, logarithmic: 64 and more is black, 0.0625 and less white"
     );
     assert_eq!(said(DebugView::Occlusion), "ambient visibility, linear: 0 is black, 1 white");
-    // Ambient visibility is light, and sRGB-encoded as such: half of it is brighter than half of 255.
+    // Ambient visibility is displayed as sRGB-encoded light: 0.5 is brighter than half of 255.
     let ambient_visibility = Scale::of(DebugView::Occlusion).unwrap();
     assert_eq!([0.0, 0.5, 1.0].map(|place| ambient_visibility.color(place)[0]), [0, 188, 255]);
 }
 
-/// Not a multiple of any size of clusters.
+/// Not a multiple of any cluster size.
 const SIZE: UVec2 = UVec2::new(331, 203);
 
 const SHAPES: [ClusterShape; 4] = [
@@ -148,8 +148,8 @@ impl<'g> Harness<'g> {
         }
     }
 
-    /// Pixels that show a surface, and those of them that the view paints magenta. The clusters of what is seen are
-    /// marked from `marked`, and looked for from `shown`, which are the same in a frame.
+    /// Number of pixels with a surface, and number of those that the view paints magenta. Clusters are marked from `marked` and looked up
+    /// from `shown`; a frame uses one camera for both.
     fn magenta(&mut self, scene: &Scene, marked: &Camera, shown: &Camera) -> (usize, usize) {
         let Self { gpu, renderer, profiler, prepass, culling, forward, debug_views, .. } = self;
         let scene_bounds = scene.bounds();
@@ -166,13 +166,13 @@ impl<'g> Harness<'g> {
         debug_views.record(&mut frame, &view, &shaded, &rendering);
         frame.submit();
         let colors: Vec<[u8; 4]> = read_texture(&gpu.device, &gpu.queue, rendering.texture()).unwrap();
-        // Black is where nothing is: one fragment is blue, and none magenta.
+        // Black is the background: one fragment is blue, and none is magenta.
         let count = |wanted: [u8; 4]| colors.iter().filter(|color| **color == wanted).count();
         (colors.len() - count([0, 0, 0, 255]), count([255, 0, 255, 255]))
     }
 
-    /// Fragments of blended surfaces and those of them whose cluster is not marked: `scene`'s nearest surfaces are drawn as if
-    /// they were solid, and looked up in what the scene itself marks.
+    /// Number of fragments of transparent surfaces, and of those whose cluster is not marked: the nearest surfaces of `scene` are drawn as
+    /// opaque and looked up in the clusters that the scene marks.
     fn unmarked_transparent(&mut self, scene: &Scene, camera: &Camera, drawn: bool) -> (usize, usize) {
         let mut solid = scene.clone();
         for material in &mut solid.materials {
@@ -197,9 +197,9 @@ impl<'g> Harness<'g> {
         let bindings = buffer.bindings().with(&surface.bindings()).with(&lists.bindings()).with(&own);
         frame.dispatch(unmarked, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);
         frame.submit();
-        let found: Vec<u32> = read_back(&gpu.device, &gpu.queue, &fragments, count).unwrap();
+        let actual: Vec<u32> = read_back(&gpu.device, &gpu.queue, &fragments, count).unwrap();
         let nowhere = u32::MAX;
-        let covered = || found.iter().filter(|fragments| **fragments != nowhere);
+        let covered = || actual.iter().filter(|fragments| **fragments != nowhere);
         (covered().count(), covered().filter(|fragments| **fragments == 0).count())
     }
 }
@@ -217,7 +217,7 @@ fn record(
     culling.record(frame, &[context(scene, view, &buffer, &surface)], Reach::Surface, &scene.lights).unwrap().remove(0)
 }
 
-/// Panes of every size at every distance; every third one blended.
+/// Thin dielectrics of every size at every distance; every third one is transparent.
 fn thin_dielectrics(seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let thin_dielectrics = (0..60).map(|i| {
@@ -240,7 +240,7 @@ fn camera(random: &mut Random, reach: Vec3) -> Camera {
     Camera::look_at(eye, target + Vec3::new(0.0, 0.0, 0.013), projection)
 }
 
-/// Scenes with cameras of all kinds in them.
+/// Scenes with cameras of all kinds.
 fn cases() -> Vec<(Scene, Vec<Camera>)> {
     let mut random = Random::new(11);
     let mut cases = Vec::new();
@@ -269,7 +269,7 @@ fn gpu_no_surface_misses_its_cluster() {
         }
     }
     println!("{total} fragments");
-    assert!(total > 900_000, "the cases show next to nothing: {total} fragments");
+    assert!(total > 900_000, "the cases cover too little: {total} fragments");
 }
 
 #[test]
@@ -285,11 +285,11 @@ fn gpu_no_blended_surface_misses_its_cluster() {
             let (covered, unmarked) = harness.unmarked_transparent(&scene, &camera, true);
             assert_eq!(unmarked, 0, "of {covered} pixels from {camera:?}, {shape:?}");
             total += covered;
-            // The test can fail: without its blended panes the scene does not mark their clusters.
+            // Check that the test can fail: without its transparent surfaces the scene does not mark their clusters.
             missed += harness.unmarked_transparent(&scene, &camera, false).1;
         }
     }
-    println!("{total} fragments; without drawing the blended ones {missed} would miss their cluster");
+    println!("{total} fragments; without the transparent surfaces {missed} miss their cluster");
     assert!(total > 100_000 && missed > 1000, "{total} fragments, {missed} missed");
 }
 
@@ -303,6 +303,6 @@ fn gpu_the_view_shows_clusters_that_were_marked_a_little_off() {
         beside.world_from_camera.translation += glam::Vec3A::splat(0.1);
         let (covered, magenta) = Harness::new(gpu, shape).magenta(&scene, &beside, &camera);
         println!("{shape:?}: {magenta} of {covered} pixels are magenta");
-        assert!(magenta > 0, "{shape:?}: blind to a camera 17 cm beside");
+        assert!(magenta > 0, "{shape:?}: does not detect a camera shift of 17 cm");
     }
 }

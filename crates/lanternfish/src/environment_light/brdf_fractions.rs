@@ -8,14 +8,14 @@ use half::f16;
 /// Entries across (cosine to the normal, 0 to 1) and down (perceptual roughness, 0 to 1).
 pub(super) const SIDE: u32 = 32;
 
-/// Directions that an entry is the mean of.
+/// Number of directions that an entry averages.
 const COUNT: u32 = 512;
 
-/// As `materials/brdf.wesl` has it.
+/// The same value as in `materials/brdf.wesl`.
 pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
-/// With m = (1 − v·h)⁵: the integrals over the hemisphere of the specular BRDF without Fresnel's term times n·l (1 − m), and times
-/// n·l m. A surface reflects f0 times the first and f90 times the second [Karis2013].
+/// With m = (1 − v·h)⁵: the integrals over the hemisphere of the specular BRDF without its Fresnel term, times n·l (1 − m), and times n·l
+/// m. A surface reflects f0 times the first and f90 times the second [Karis2013].
 pub(crate) fn fractions(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
     let roughness = perceptual_roughness.max(LEAST_ROUGHNESS);
     let alpha = roughness * roughness;
@@ -48,7 +48,7 @@ pub(crate) fn fractions(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
     irradiance.map(|sum| sum / f64::from(COUNT))
 }
 
-/// Rows from roughness 0 on; half floats: the two of [`fractions`].
+/// Rows from roughness 0 on; half floats: the two values of [`fractions`].
 static TABLE: LazyLock<Vec<[f16; 2]>> = LazyLock::new(|| {
     let part = |i: u32| f64::from(i) / f64::from(SIDE - 1);
     let entry = |row: u32, column: u32| fractions(part(column), part(row)).map(f16::from_f64);

@@ -1,15 +1,15 @@
-//! The image of the environment on the device.
+//! The environment image on the device.
 
 use lanternfish_gpu::{Bindings, GpuError, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Environment;
 
-/// Most bytes that wait to be copied at a time.
+/// Largest size of pending copies, bytes.
 const BATCH_BYTES: usize = 64 << 20;
 
 gpu_struct! {
-    /// How the image of the environment hangs.
+    /// The rotation of the environment image.
     pub struct EnvironmentParameters {
-        /// Whole turns about +y, counter-clockwise seen from above, −0.5..0.5.
+        /// Revolutions about +y, counter-clockwise from above, −0.5..0.5.
         turn: f32,
     }
 }
@@ -17,14 +17,14 @@ gpu_struct! {
 /// A scene's [`Environment`] on the device.
 #[derive(Clone, Debug)]
 pub struct EnvironmentImage {
-    /// Bytes of its texels: 16 each, 32-bit floats.
+    /// Size of its texels, bytes: 16 each, 32-bit floats.
     pub bytes: u64,
     texture: wgpu::TextureView,
     parameters: wgpu::Buffer,
 }
 
 impl EnvironmentImage {
-    /// Uploads it. The device's limit of a texture's sides is the only one.
+    /// Uploads the image. Only the device's texture limit restricts its size.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, environment: &Environment) -> Result<Self, GpuError> {
         let limit = device.limits().max_texture_dimension_2d;
         let [width, height] = [environment.width, environment.height].map(|s| u32::try_from(s).unwrap_or(u32::MAX));
@@ -54,7 +54,7 @@ impl EnvironmentImage {
                 wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * width), rows_per_image: None },
                 wgpu::Extent3d { width, height: count, depth_or_array_layers: 1 },
             );
-            // Copies that wait are handed over, so that their staging memory can go.
+            // Submit pending copies so that their staging memory is freed.
             queue.submit([]);
         }
         let turns = f64::from(environment.rotation) / std::f64::consts::TAU;
@@ -66,7 +66,7 @@ impl EnvironmentImage {
         })
     }
 
-    /// Pixels across.
+    /// Width, pixels.
     pub fn width(&self) -> u32 {
         self.texture.texture().width()
     }

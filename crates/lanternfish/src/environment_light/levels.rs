@@ -1,4 +1,4 @@
-//! A cube of the environment whose levels are filtered as surfaces of rising roughness reflect them [Karis2013].
+//! A cube map of the environment whose mip levels are prefiltered by rising roughness [Karis2013].
 
 use super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, gpu_struct};
@@ -6,30 +6,30 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, gpu_struct};
 use super::EnvironmentImage;
 use crate::error::RenderError;
 
-/// Texels of a face's edge at the last level, which is of roughness 1: its lobe is wider than one.
+/// Texels along a face's edge at the last level, of roughness 1, whose lobe is wider than a texel.
 const LAST_FACE: u32 = 8;
 
 gpu_struct! {
-    /// What a pass needs to make one level of the cube.
+    /// Parameters of a pass that makes one level of the cube.
     pub struct LevelParameters {
-        /// Texels of a face's edge.
+        /// Texels along a face's edge.
         size: u32,
-        /// Points of a texel's edge at which the image is read.
+        /// Sample points of the image along a texel's edge.
         points: u32,
-        /// Perceptual roughness of the surface that reflects the environment as this level shows them.
+        /// Perceptual roughness of the surface that reflects the environment as this level.
         perceptual_roughness: f32,
-        /// Texels of a face's edge of the cube that it is filtered from.
+        /// Texels along a face's edge of the source cube.
         source_size: u32,
     }
 }
 
-/// Texels of a face's edge for an image of this width: about its own resolution. From 128, so that there are levels to choose from,
-/// up to 512.
+/// Texels along a face's edge for an image of this width: about its own resolution, clamped to 128, so that there are several levels, and
+/// 512.
 pub(super) fn face_size(width: usize) -> u32 {
     (width / 4).next_power_of_two().clamp(128, 512) as u32
 }
 
-/// A sampler that is linear between texels, faces and levels.
+/// A trilinear sampler, seamless across faces.
 pub(super) fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
     device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("environment_light"),
@@ -68,7 +68,7 @@ fn level(texture: &wgpu::Texture, level: u32) -> wgpu::TextureView {
     })
 }
 
-/// A black cube of one texel a face.
+/// A black cube with one texel per face.
 pub(super) fn black(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
     let texture = cube(device, "environment_light/black", 1, 1, wgpu::TextureUsages::COPY_DST);
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8), rows_per_image: Some(1) };
@@ -89,10 +89,10 @@ fn record(
     frame.dispatch(kernel, &read.part("level", &uniform).texture("level_target", target), groups);
 }
 
-/// The image as a cube with faces of `size` texels, a power of two from [`LAST_FACE`] on.
+/// The image as a prefiltered cube with faces of `size` texels, a power of two from [`LAST_FACE`] on.
 ///
-/// 1. A cube of the image, each texel its mean, and means of four down to one texel.
-/// 2. Level i of n + 1 is of perceptual roughness i / n; the first is the image itself.
+/// 1. A cube of the image, each texel its mean, and a mip chain of means down to one texel.
+/// 2. Level i of n + 1 has perceptual roughness i / n; level 0 is the image itself.
 pub(super) fn make(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -110,11 +110,11 @@ pub(super) fn make(
 
     let mut profiler = Profiler::new(device, queue);
     let mut frame = Frame::new(device, queue, &mut profiler);
-    // Two points a pixel of the image, and no fewer a texel.
+    // Two sample points per pixel of the image, and at least two per texel.
     let points = (image.width().div_ceil(4 * size) * 2).max(2);
-    let whole = LevelParameters { size, points, ..Default::default() };
+    let full = LevelParameters { size, points, ..Default::default() };
     for target in [level(&means, 0), level(&levels, 0)] {
-        record(&mut frame, &fill, whole, &target, image.bindings());
+        record(&mut frame, &fill, full, &target, image.bindings());
     }
     for i in 1..means.mip_level_count() {
         let finer = level(&means, i - 1);

@@ -1,13 +1,13 @@
-//! Light that arrives from the environment: an image of them, or one radiance everywhere.
+//! Light from the environment: an image, or a constant radiance.
 //!
-//! What a scene's image is made into once, when it is uploaded:
+//! Data computed from a scene's image at upload:
 //!
-//! * `samples`: small pieces of the sphere with their mean radiance, from which every direction of deep images gets its own, and
-//!   nine numbers that give the irradiance by the normal where nothing occludes;
-//! * `levels`: a cube of it, each level filtered as a surface of that roughness reflects it;
-//! * `brdf_fractions`: what a surface reflects of an even light, of any scene.
+//! * `samples`: small cells of the sphere with their mean radiance, which are summed per direction of the deep images, and nine
+//!   coefficients of the unoccluded irradiance by normal;
+//! * `levels`: a cube map, prefiltered by surface roughness;
+//! * `brdf_fractions`: the fraction of uniform light that a surface reflects, independent of the scene.
 //!
-//! How much of it arrives is [`crate::occlusion`]'s; shading adds it by `shading/environment_light.wesl`.
+//! [`crate::occlusion`] computes the visible fraction; shading adds the light in `shading/environment_light.wesl`.
 
 pub(crate) mod brdf_fractions;
 mod image;
@@ -49,11 +49,11 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 );
 
 gpu_struct! {
-    /// What shaders know of the image of the environment.
+    /// Parameters of the environment image in shaders.
     pub struct EnvironmentLightParameters {
-        /// Factors of the polynomials in the normal that sum to irradiance over π, nits: `samples.rs`.
+        /// Coefficients of the polynomials in the normal that sum to irradiance over π, nits: `samples.rs`.
         harmonics: [Vec4; 9],
-        /// Number of the cube's last level, which is of roughness 1.
+        /// Index of the cube's last level, of roughness 1.
         last_level: f32,
         /// Unused.
         _pad: f32,
@@ -62,12 +62,12 @@ gpu_struct! {
     }
 }
 
-/// A scene's environment as light. Without an image all of it is black: one radiance everywhere is the view's.
+/// A scene's environment as a light source. Without an image all data are black; a constant radiance is part of the view.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLight {
-    /// Pieces of the image with their mean radiance; `None` without an image.
+    /// Cells of the image with their mean radiance; `None` without an image.
     pub samples: Option<Arc<[EnvironmentSample]>>,
-    /// Unit direction, world space, towards a spot of the image that sends much of all light, if there is one.
+    /// Unit direction, world space, towards a small area of the image that emits a large fraction of all light, if there is one.
     pub sun: Option<Vec3>,
     levels: wgpu::TextureView,
     brdf_fractions: wgpu::TextureView,
@@ -76,7 +76,7 @@ pub struct EnvironmentLight {
 }
 
 impl EnvironmentLight {
-    /// Filters the image, if there is one. `uploaded` is the same image.
+    /// Filters the image, if there is one. `uploaded` is the same image on the device.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -115,7 +115,7 @@ impl EnvironmentLight {
     }
 }
 
-/// A texture of two layers for what arrives at every pixel from the environment.
+/// A texture of two layers for the environment's light at every pixel.
 pub fn irradiance_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_layers(frame, "environment_irradiance", size, wgpu::TextureFormat::Rgba16Float, 2)
 }

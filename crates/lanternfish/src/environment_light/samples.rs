@@ -1,18 +1,18 @@
-//! An image of the environment in pieces small enough to be one direction each, and what is summed over them.
+//! An environment image as cells that are each small enough for one direction, and sums over them.
 
 use std::{f64::consts::PI, ops::Range};
 
 use glam::{DVec3, Vec3, Vec4};
 use lanternfish_scene::Environment;
 
-/// Pieces across and down: a set of 169 images has 338 directions, and each gets a hundred of them.
+/// Cells across and down: a set of 169 images has 338 directions, with about a hundred cells each.
 const COLUMNS: usize = 256;
 const ROWS: usize = 128;
 
-/// A piece of the sphere.
+/// A cell of the sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentSample {
-    /// Its middle: unit, world space, away from who looks.
+    /// Direction of its centre: unit, world space, away from the receiver.
     pub direction: Vec3,
     /// Its solid angle, sr.
     pub solid_angle: f32,
@@ -20,7 +20,7 @@ pub struct EnvironmentSample {
     pub radiance: Vec3,
 }
 
-/// Pieces that together are the whole sphere. An image with as many pixels is averaged, a smaller one is read at their middles.
+/// Cells that cover the complete sphere. An image of this resolution or more is averaged; a smaller one is sampled at the cells' centres.
 pub fn samples_of(environment: &Environment) -> Vec<EnvironmentSample> {
     let Environment { width, height, .. } = *environment;
     let averages = width >= COLUMNS && height >= ROWS;
@@ -41,13 +41,13 @@ pub fn samples_of(environment: &Environment) -> Vec<EnvironmentSample> {
     samples
 }
 
-/// Height of the zone of a unit sphere that these rows show.
+/// Height of the zone of a unit sphere that these rows cover.
 fn zone_height(rows: &Range<usize>, whole: usize) -> f64 {
     let cosine = |row: usize| (PI * row as f64 / whole as f64).cos();
     cosine(rows.start) - cosine(rows.end)
 }
 
-/// Mean radiance of some pixels, weighed by their solid angle, nits.
+/// Mean radiance of some pixels, weighted by their solid angle, nits.
 fn mean_of(environment: &Environment, across: &Range<usize>, down: &Range<usize>) -> Vec3 {
     let mut sum = DVec3::ZERO;
     for y in down.clone() {
@@ -58,12 +58,12 @@ fn mean_of(environment: &Environment, across: &Range<usize>, down: &Range<usize>
     (sum / (zone_height(down, environment.height) * across.len() as f64)).as_vec3()
 }
 
-/// Angle from the brightest piece within which lies what may be a sun, rad.
+/// Radius of a possible sun around the brightest cell, rad.
 const SUN_RADIUS: f32 = 0.05;
-/// Least share of all light that a sun sends.
+/// Least fraction of all light that a sun emits.
 const SUN_FRACTION: f32 = 0.05;
 
-/// Where a sun stands, if the image has one: a spot that sends much of all light. Unit, world space.
+/// Direction of the sun, if the image has one: a small area that emits a large fraction of all light. Unit, world space.
 pub(super) fn sun_of(samples: &[EnvironmentSample]) -> Option<Vec3> {
     let light = |sample: &EnvironmentSample| sample.radiance.element_sum() * sample.solid_angle;
     let brightest = samples.iter().max_by(|a, b| a.radiance.element_sum().total_cmp(&b.radiance.element_sum()))?;
@@ -74,8 +74,8 @@ pub(super) fn sun_of(samples: &[EnvironmentSample]) -> Option<Vec3> {
     (near > SUN_FRACTION * all).then(|| towards.normalize_or(brightest.direction))
 }
 
-/// Irradiance over π of a surface that nothing occludes, by its normal, nits: the sum of these numbers times 1, y, z, x, xy, yz,
-/// 3z² − 1, xz, x² − y², within about 1 % of the mean for any environment [Ramamoorthi2001, eq. 7–13]; w unused.
+/// Unoccluded irradiance over π by the surface normal, nits: the sum of these coefficients times 1, y, z, x, xy, yz, 3z² − 1, xz, x² − y²,
+/// within about 1 % of the mean for any environment [Ramamoorthi2001, eq. 7–13]; w is unused.
 pub fn harmonics(samples: &[EnvironmentSample]) -> [Vec4; 9] {
     let mut irradiance = [DVec3::ZERO; 9];
     let mut sphere = 0.0;
@@ -87,7 +87,7 @@ pub fn harmonics(samples: &[EnvironmentSample]) -> [Vec4; 9] {
             *sum += light * value;
         }
     }
-    // Squares of the harmonics' factors times 4π, times what is left of each order after the cosine: 1, 2/3, 1/4.
+    // Squared normalization factors of the harmonics times 4π, times the cosine lobe's factor per order: 1, 2/3, 1/4.
     const FACTORS: [f64; 9] = [1.0, 2.0, 2.0, 2.0, 3.75, 3.75, 0.3125, 3.75, 0.9375];
     std::array::from_fn(|i| (irradiance[i] * (FACTORS[i] / sphere)).as_vec3().extend(0.0))
 }

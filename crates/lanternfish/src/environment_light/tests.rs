@@ -12,7 +12,7 @@ use crate::{
     view::View,
 };
 
-/// What surfaces mirror from each direction, with the roughness as fourth number.
+/// Mirrored radiance by direction, with the roughness as the fourth component.
 fn mirrored(gpu: &Gpu, environment: &Environment, queries: &[Vec4]) -> Vec<Vec3> {
     let uploaded = EnvironmentImage::new(&gpu.device, &gpu.queue, environment).unwrap();
     let light = EnvironmentLight::new(&gpu.device, &gpu.queue, Some((environment, &uploaded))).unwrap();
@@ -29,8 +29,8 @@ fn directions(count: usize, roughness: f32) -> Vec<Vec4> {
     (0..count).map(|_| random.direction().extend(roughness)).collect()
 }
 
-fn greatest_distance(found: &[Vec3], queries: &[Vec4], expected: impl Fn(Vec3) -> Vec3) -> f32 {
-    let off = found.iter().zip(queries).map(|(found, query)| (*found - expected(query.truncate())).abs().max_element());
+fn greatest_distance(actual: &[Vec3], queries: &[Vec4], expected: impl Fn(Vec3) -> Vec3) -> f32 {
+    let off = actual.iter().zip(queries).map(|(actual, query)| (*actual - expected(query.truncate())).abs().max_element());
     off.fold(0.0, f32::max)
 }
 
@@ -39,13 +39,13 @@ fn gpu_what_is_smooth_mirrors_the_image_itself() {
     let Some(gpu) = testing::gpu("gpu_what_is_smooth_mirrors_the_image_itself") else { return };
     let environment = image(512, 256, 0.7, |d| Vec3::new(1.0 + d.x, 2.0 + d.y * d.z, 1.5 + (3.0 * d.x).sin()));
     let queries = directions(2000, 0.0);
-    let found = mirrored(gpu, &environment, &queries);
-    let off = greatest_distance(&found, &queries, |direction| environment.radiance(direction));
-    // Half floats, up to 2.5, are off by 0.001; texels of 0.7° hold means of what bends by up to 9 a square radian.
+    let actual = mirrored(gpu, &environment, &queries);
+    let off = greatest_distance(&actual, &queries, |direction| environment.radiance(direction));
+    // Half floats up to 2.5 have an error of 0.001; texels of 0.7° average a function with a curvature of up to 9 per square radian.
     assert!(off < 4e-3, "{off}");
-    // It can fail: one turned by three degrees is another.
+    // Check that the test can fail: an image rotated by three degrees differs.
     let turned = Environment { rotation: 0.75, ..environment.clone() };
-    assert!(greatest_distance(&found, &queries, |direction| turned.radiance(direction)) > 0.05);
+    assert!(greatest_distance(&actual, &queries, |direction| turned.radiance(direction)) > 0.05);
 }
 
 #[test]
@@ -54,22 +54,22 @@ fn gpu_rougher_levels_blur_and_keep_the_energy() {
     let even = image(64, 32, 0.0, |_| Vec3::new(0.5, 3.0, 20.0));
     for roughness in [0.0, 0.1, 0.25, 0.5, 0.8, 1.0] {
         let queries = directions(500, roughness);
-        let found = mirrored(gpu, &even, &queries);
-        let off = greatest_distance(&found, &queries, |_| Vec3::new(0.5, 3.0, 20.0));
+        let actual = mirrored(gpu, &even, &queries);
+        let off = greatest_distance(&actual, &queries, |_| Vec3::new(0.5, 3.0, 20.0));
         // Half floats: 2⁻¹¹ of 20, at each of a few levels.
         assert!(off < 0.03, "{roughness}: {off}");
 
-        // White above the horizon: half of it at the horizon, whatever the roughness, and all of it far enough from there.
+        // White above the horizon: one half at the horizon for every roughness, and the full value far enough above it.
         let around = |i: u8| TAU * f32::from(i) / 100.0;
         let edge = (0..100).map(|i| Vec3::new(around(i).sin(), 0.0, around(i).cos()).extend(roughness));
         let edge: Vec<Vec4> = edge.collect();
-        let found = mirrored(gpu, &half_white(), &edge);
-        let mean = found.iter().map(|radiance| radiance.x).sum::<f32>() / found.len() as f32;
+        let actual = mirrored(gpu, &half_white(), &edge);
+        let mean = actual.iter().map(|radiance| radiance.x).sum::<f32>() / actual.len() as f32;
         assert!((mean - 0.5).abs() < 0.03, "{roughness}: {mean} at the horizon");
     }
-    // The blur reaches as far as the lobe. 30° above the horizon what a mirror shows of below is half of GGX's half vectors that lean by
-    // more than 15°: 1 % for alpha = 0.04, 23 % for 0.25 and more for 1, less what leaves below the surface.
+    // The blur is as wide as the lobe. 30° above the horizon, a mirror direction receives from below half of the GGX half vectors that tilt
+    // by more than 15°: 1 % for alpha = 0.04, 23 % for 0.25, and more for 1, minus the rays below the surface.
     let at = |roughness: f32| Vec3::new(0.75f32.sqrt(), 0.5, 0.0).extend(roughness);
-    let found = mirrored(gpu, &half_white(), &[at(0.2), at(0.5), at(1.0)]).iter().map(|f| f.x).collect::<Vec<_>>();
-    assert!(found[0] > 0.97 && (0.8..0.95).contains(&found[1]) && (0.6..0.8).contains(&found[2]), "{found:?}");
+    let actual = mirrored(gpu, &half_white(), &[at(0.2), at(0.5), at(1.0)]).iter().map(|f| f.x).collect::<Vec<_>>();
+    assert!(actual[0] > 0.97 && (0.8..0.95).contains(&actual[1]) && (0.6..0.8).contains(&actual[2]), "{actual:?}");
 }

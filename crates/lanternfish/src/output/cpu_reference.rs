@@ -1,4 +1,4 @@
-//! `meter.wesl` in plain Rust.
+//! CPU reference of `meter.wesl`.
 
 use crate::settings::Exposure;
 
@@ -10,7 +10,7 @@ const HIGHLIGHT_FRACTION: f32 = 0.05;
 const MIDDLE: f32 = 0.25;
 const STEPS_A_STOP: f32 = 8.0;
 
-/// All of them by the shader's names.
+/// The constants by the shader's names.
 #[cfg(test)]
 pub(super) const CONSTANTS: [(&str, f64); 7] = [
     ("BIN_COUNT", BIN_COUNT as f64),
@@ -23,7 +23,7 @@ pub(super) const CONSTANTS: [(&str, f64); 7] = [
 ];
 
 impl Exposure {
-    /// What an image is shown at, EV: linear radiance, nits, and the share of the pixel that surfaces cover.
+    /// The exposure of an image, EV, from linear radiance, nits, and the coverage of surfaces.
     pub fn of(self, pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
         match self {
             Self::Auto => metered_exposure(pixels),
@@ -32,10 +32,10 @@ impl Exposure {
     }
 }
 
-/// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives images that are shown together: linear radiance, nits, and
-/// the share of the pixel that surfaces cover (0 to 1). Pixels may come in any order.
+/// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives images that are displayed together, from linear radiance, nits, and the
+/// coverage of surfaces (0 to 1). The order of the pixels does not matter.
 ///
-/// A multiple of an eighth between −34 and 30; 0 where everything is black.
+/// A multiple of 1/8 between −34 and 30; 0 if every pixel is black.
 pub fn metered_exposure(pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
     let mut weights = vec![0_u64; BIN_COUNT];
     for [red, green, blue, alpha] in pixels {
@@ -65,7 +65,7 @@ pub fn metered_exposure(pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
     (STEPS_A_STOP * (MIDDLE / mean).min(1.0 / highlight).log2()).round_ties_even() / STEPS_A_STOP + 0.0
 }
 
-/// Luminance a share of the way through a bin.
+/// Luminance at a fraction of a bin's width.
 fn luminance_in_bin(bin: usize, fraction: f32) -> f32 {
     let edge = |bin: u32| f32::from_bits((FIRST_BIN + bin) << BIN_SHIFT);
     let (low, high) = (edge(bin as u32), edge(bin as u32 + 1));

@@ -1,14 +1,15 @@
-//! From radiance to what a display shows: `output/tone_map.wesl` in plain Rust. A test of the command line renders both.
+//! Exposure, tone mapping and sRGB encoding on the CPU: the CPU reference of `output/tone_map.wesl`. A test of the command line renders
+//! both.
 
 use crate::settings::ToneMap;
 use glam::{Mat3, Vec3};
 
-/// Bytes of a PNG, three a pixel: of values that are what a display shows.
+/// Bytes of a PNG, three per pixel, of display-referred values.
 pub fn raw(pixels: &[[f32; 3]]) -> Vec<u8> {
     pixels.iter().flatten().map(|value| byte(value.clamp(0.0, 1.0))).collect()
 }
 
-/// Bytes of a PNG, three a pixel: scaled by 2^`ev`, tone-mapped, sRGB-encoded.
+/// Bytes of a PNG, three per pixel: scaled by 2^`ev`, tone-mapped, sRGB-encoded.
 pub fn encoded(pixels: &[[f32; 3]], ev: f32, curve: ToneMap) -> Vec<u8> {
     let scale = ev.exp2();
     let shown = |pixel: &[f32; 3]| tone_map(curve, Vec3::from_array(*pixel).max(Vec3::ZERO) * scale).to_array();

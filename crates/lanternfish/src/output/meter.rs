@@ -1,4 +1,4 @@
-//! Finds how bright images are to be shown: `meter.wesl` numbers the steps.
+//! Automatic exposure; `meter.wesl` describes the steps.
 
 use super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
@@ -16,7 +16,7 @@ pub struct Meter {
 pub(super) const BIN_COUNT: u64 = 512;
 
 gpu_constants! {
-    /// Edge of the square of pixels that a workgroup counts.
+    /// Width and height, in pixels, of the block that a workgroup counts.
     pub(super) const BLOCK_EDGE: u32 = 64;
 }
 
@@ -28,8 +28,8 @@ impl Meter {
         Ok(Self { count: kernel("count"), expose: kernel("expose") })
     }
 
-    /// Writes the exposure of some images (linear radiance, nits; alpha is the share that surfaces cover), one for all of
-    /// them, into a buffer: EV, 32-bit float. Nothing is read back.
+    /// Writes the automatic exposure of some images (linear radiance, nits; alpha is the coverage of surfaces), one value for all, into a
+    /// buffer: EV, 32-bit float. Nothing is read back.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

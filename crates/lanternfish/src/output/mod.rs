@@ -1,4 +1,4 @@
-//! From radiance to what a display shows: exposure, tone map, sRGB encoding.
+//! The display image: exposure, tone mapping, sRGB encoding.
 
 mod cpu_reference;
 pub mod display;
@@ -24,7 +24,7 @@ use crate::{
 pub use cpu_reference::metered_exposure;
 
 gpu_struct! {
-    /// How the image is shown.
+    /// Parameters of the display image.
     pub struct OutputParameters {
         /// Index of the [`ToneMap`].
         curve: u32,
@@ -45,10 +45,10 @@ pub const DISPLAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub struct Output {
     pipeline: RasterPipeline,
     parameters: wgpu::Buffer,
-    /// Compiled when something is metered first.
+    /// Compiled at the first automatic exposure.
     meter: Option<Meter>,
     exposure: Exposure,
-    /// The exposure that images are shown at, EV: it is on the device alone, where the meter puts it.
+    /// The exposure of the display images, EV. Automatic exposure writes it on the device, and the host has no copy.
     level: wgpu::Buffer,
 }
 
@@ -66,13 +66,13 @@ impl Output {
         })
     }
 
-    /// Images from the next frame on are exposed so.
+    /// Sets the exposure from the next frame on.
     pub fn set_exposure(&mut self, device: &wgpu::Device, exposure: Exposure) -> Result<(), RenderError> {
         (self.exposure, self.level) = (exposure, level_of(device, exposure)?);
         Ok(())
     }
 
-    /// Finds the exposure of a frame's images, one for all of them, where nobody has said it.
+    /// Computes the exposure of a frame's images, one for all of them, if it is automatic.
     pub fn meter(&mut self, frame: &mut Frame<'_>, renderings: &[&wgpu::TextureView]) -> Result<(), RenderError> {
         if self.exposure == Exposure::Auto {
             let meter = match &self.meter {
@@ -84,16 +84,16 @@ impl Output {
         Ok(())
     }
 
-    /// Waits for the exposure that the last frame's images are shown at, EV.
+    /// Waits for the exposure of the last frame's images, EV.
     pub fn exposure(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f32, GpuError> {
         match self.exposure {
             Exposure::Ev(ev) => Ok(ev),
-            // Rounded to nothing from below it is -0.
+            // A negative value that is rounded to zero is -0.
             Exposure::Auto => Ok(read_back::<f32>(device, queue, &self.level, 1)?[0] + 0.0),
         }
     }
 
-    /// Draws the image as a display shows it, of linear radiance (nits), into a texture of [`DISPLAY_FORMAT`].
+    /// Draws the display image of linear radiance, nits, into a texture of [`DISPLAY_FORMAT`].
     pub fn record(&self, frame: &mut Frame<'_>, radiance: &wgpu::TextureView, display: &wgpu::TextureView) {
         let bindings = Bindings::new()
             .buffer("output_parameters", &self.parameters)
@@ -116,7 +116,7 @@ fn level_of(device: &wgpu::Device, exposure: Exposure) -> Result<wgpu::Buffer, R
     Ok(storage_buffer_of(device, "output/exposure", &[ev, 0.0, 0.0, 0.0], wgpu::BufferUsages::empty())?)
 }
 
-/// Runs a pipeline over a display target of `size`.
+/// Runs a full-screen pipeline over a display target of `size`.
 pub fn fullscreen(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,
@@ -129,13 +129,12 @@ pub fn fullscreen(
     display
 }
 
-/// What is shown of a view. Frames ask for their displays in the same order, and so get the same.
+/// The display target of a view. Frames request their targets in the same order, and so get the same textures.
 pub(crate) fn display_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_target(frame, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC, 1)
 }
 
-/// Runs a pipeline over every pixel of what is shown. Where frames do not wait, one that is not whole leaves there what an earlier one has
-/// drawn.
+/// Runs a full-screen pipeline over the display target. With deferred readback, an incomplete frame leaves the earlier content.
 pub(crate) fn show(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,
@@ -149,7 +148,7 @@ pub(crate) fn show(
     }
 }
 
-/// Runs a pipeline over every pixel of a target.
+/// Runs a full-screen pipeline over every pixel of a target.
 pub(crate) fn cover(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,
@@ -160,7 +159,7 @@ pub(crate) fn cover(
     draw_over(frame, pipeline, label, bindings, target, wgpu::LoadOp::Clear(wgpu::Color::BLACK), None);
 }
 
-/// Draws one triangle over a target: as often as `times` says, if anything does.
+/// Draws one triangle over a target, with the instance count of `times` if given.
 fn draw_over(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,

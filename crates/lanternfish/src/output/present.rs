@@ -1,4 +1,4 @@
-//! Images in textures of the caller.
+//! Copies images to the caller's textures.
 
 use super::DECLARED;
 use std::collections::{HashMap, hash_map::Entry};
@@ -9,15 +9,15 @@ use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState};
 use super::{DISPLAY_FORMAT, cover, show};
 use crate::{error::RenderError, shaders::Root, texture::target};
 
-/// The image is sRGB-encoded, and the texture encodes what is written to it.
+/// The image is sRGB-encoded, and so is the texture's format: the texture encodes again.
 const DECODED: Feature = Feature::new("decoded");
 
 pub(super) const ROOT: Root = Root::of("output/present", &[&[&[], &[DECODED]]]);
 
-/// Frames that a display is kept for while no frame has a view of its key.
+/// Number of frames that a display is stored while no frame has a view of its key.
 const KEPT_FRAMES: u64 = 64;
 
-/// Copies images, and keeps what each view has shown last.
+/// Copies images, and stores the last display image of each view.
 #[derive(Debug, Default)]
 pub(crate) struct Present {
     pipelines: HashMap<(wgpu::TextureFormat, bool), RasterPipeline>,
@@ -25,7 +25,7 @@ pub(crate) struct Present {
     frame: u64,
 }
 
-/// What a view has shown last.
+/// The last display image of a view.
 #[derive(Debug)]
 struct Kept {
     display: wgpu::TextureView,
@@ -34,19 +34,19 @@ struct Kept {
 }
 
 impl Present {
-    /// A frame begins.
+    /// Begins a frame.
     pub fn begin(&mut self) {
         self.frame += 1;
         let frame = self.frame;
         self.displays.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= frame);
     }
 
-    /// Forgets what was shown: the device may have refused to make it.
+    /// Drops the stored images: the device may have failed to create one.
     pub fn forget(&mut self) {
         self.displays.clear();
     }
 
-    /// The display of the view of this key; black at first.
+    /// The display image of the view of this key; black at first.
     pub fn display(&mut self, frame: &Frame<'_>, key: u64, size: UVec2) -> wgpu::TextureView {
         let new = |last_frame| {
             let display = target(frame.device, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC);
@@ -60,7 +60,7 @@ impl Present {
         kept.display.clone()
     }
 
-    /// Copies a display, which is always that of a whole frame.
+    /// Copies a display image, which is always that of a complete frame.
     pub fn show(
         &mut self,
         frame: &mut Frame<'_>,
@@ -73,7 +73,7 @@ impl Present {
         Ok(())
     }
 
-    /// Copies radiance, where the frame is whole.
+    /// Copies radiance if the frame is complete.
     pub fn copy(
         &mut self,
         frame: &mut Frame<'_>,
@@ -92,7 +92,7 @@ impl Present {
         decoded: bool,
     ) -> Result<&RasterPipeline, RenderError> {
         Ok(match self.pipelines.entry((format, decoded)) {
-            Entry::Occupied(known) => known.into_mut(),
+            Entry::Occupied(entry) => entry.into_mut(),
             Entry::Vacant(slot) => {
                 let shader = DECLARED.link("output/present", if decoded { &[DECODED] } else { &[] })?;
                 let state = RasterState { targets: &[Some(format.into())], ..Default::default() };

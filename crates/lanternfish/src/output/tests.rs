@@ -6,7 +6,7 @@ use lanternfish_scene::{Camera, generate};
 use super::*;
 use crate::{Renderer, Settings, shaders::constant, testing::Random, texture::target};
 
-/// An image of `count` pixels, each a surface of one luminance.
+/// An image of `count` surface pixels of one luminance.
 fn surfaces(luminance: f32, count: usize) -> Vec<[f32; 4]> {
     vec![[luminance, luminance, luminance, 1.0]; count]
 }
@@ -16,7 +16,7 @@ fn with(mut pixels: Vec<[f32; 4]>, more: Vec<[f32; 4]>) -> Vec<[f32; 4]> {
     pixels
 }
 
-/// A room: luminances over eight stops around `middle`, some of them environment.
+/// An interior: luminances over eight stops around `middle`, some of them environment.
 fn room(middle: f32, seed: u64) -> Vec<[f32; 4]> {
     let mut random = Random::new(seed);
     let mut pixel = || {
@@ -40,7 +40,7 @@ fn a_scale_of_the_light_is_undone_by_the_exposure() {
         let other = metered_exposure(scaled(&room, (doublings as f32).exp2()));
         assert_eq!(other, ev - doublings as f32);
     }
-    // A middle grey stays what it is, by a step.
+    // Middle grey changes by at most one step.
     assert!(metered_exposure(surfaces(0.25, 100)).abs() <= 0.125);
 }
 
@@ -58,7 +58,7 @@ fn what_is_not_the_subject_says_little() {
         assert!(moved_by(surfaces(bright, 40)).abs() <= 0.125, "{bright}");
         assert!(moved_by(environment_light(bright, 400)).abs() <= 0.125, "{bright}");
     }
-    // It can fail: a wall that is as large and as bright is not passed over.
+    // Check that the test can fail: a wall of the same size and brightness changes the exposure.
     assert!(moved_by(surfaces(1e3, 400)) < -8.0);
     // A sky eight times as bright, over a half of the image, takes less than a stop; a surface takes more than two.
     let (sky, wall) = (moved_by(environment_light(2.0, 1000)), moved_by(surfaces(2.0, 1000)));
@@ -87,7 +87,7 @@ fn constants_are_the_shaders() {
     }
 }
 
-/// What the device finds for some images together.
+/// The exposure that the device computes for some images together.
 fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
     let mut output = Output::new(&gpu.device, ToneMap::Neutral, Exposure::Auto).unwrap();
     let texture = |(size, pixels): &(UVec2, Vec<[f32; 4]>)| {
@@ -100,7 +100,7 @@ fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
     };
     let views: Vec<_> = renderings.iter().map(texture).collect();
     let (mut profiler, mut pool) = (Profiler::new(&gpu.device, &gpu.queue), Pool::new(&gpu.device));
-    // Twice: nothing is left of what was metered before.
+    // Twice: no state of the first run remains.
     for _ in 0..2 {
         let mut frame = Frame::pooled(&gpu.device, &gpu.queue, &mut profiler, &mut pool);
         output.meter(&mut frame, &views.iter().collect::<Vec<_>>()).unwrap();
@@ -119,7 +119,7 @@ fn gpu_the_meter_is_its_cpu_reference() {
     };
     let mut seen = Vec::new();
     for (i, middle) in [1e-8, 1e-3, 0.2, 3.0, 700.0, 1e5, 1e9].into_iter().enumerate() {
-        // Around the edges of what a workgroup counts.
+        // Around multiples of a workgroup's block.
         let sizes = [(70, 100), (1, 6000), (64, 128), (65, 129), (300, 20)];
         for (width, height) in sizes {
             let one = rendering(UVec2::new(width, height), middle, i as u64);
@@ -130,7 +130,7 @@ fn gpu_the_meter_is_its_cpu_reference() {
     }
     assert!(seen.iter().any(|ev| *ev > 20.0) && seen.iter().any(|ev| *ev < -25.0), "{seen:?}");
     assert_eq!(metered(gpu, &[(UVec2::ONE, surfaces(0.0, 1))]), 0.0);
-    // Two images are metered as if they were one, in either order.
+    // Two images are metered like one image, in either order.
     let (left, right) = (rendering(UVec2::new(90, 90), 0.1, 8), rendering(UVec2::new(80, 70), 5.0, 9));
     let both = metered_exposure(left.1.iter().chain(&right.1).copied());
     assert_eq!([metered(gpu, &[left.clone(), right.clone()]), metered(gpu, &[right, left.clone()])], [both; 2]);
@@ -146,15 +146,15 @@ fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
     };
     let mut auto = new(Exposure::Auto);
     let uploaded = auto.upload(&scene).unwrap();
-    // The box, and its lamp from near by.
+    // The box, and a close view of its lamp.
     let below = Camera::look_at(Vec3::new(0.0, 1.2, 0.4), Vec3::new(0.05, 2.0, 0.0), scene.cameras[0].projection);
     let views = [(&scene.cameras[0], 60, 44), (&below, 50, 40)];
     let renderings = auto.render_views(&uploaded, &views).unwrap();
     let ev = renderings[0].exposure.unwrap();
     let alone = [0, 1].map(|eye| auto.render_views(&uploaded, &views[eye..=eye]).unwrap().remove(0).exposure.unwrap());
-    assert!(alone[0] != alone[1], "two views of one brightness show nothing: {alone:?}");
+    assert!(alone[0] != alone[1], "both views have the same exposure: {alone:?}");
     assert_eq!(renderings[1].exposure, Some(ev));
-    // What is found equals the CPU reference's, and said it makes the same images; radiance knows nothing of it.
+    // The device's exposure equals the CPU reference. Set as a manual exposure it gives the same images; radiance does not depend on it.
     let all = renderings.iter().flat_map(|rendering| rendering.radiance.iter().copied());
     assert_eq!(Exposure::Auto.of(all), ev);
     let said = new(Exposure::Ev(ev)).render_views(&uploaded, &views).unwrap();
@@ -164,7 +164,7 @@ fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
         assert!(rendering.display != dark.display && rendering.radiance == dark.radiance);
     }
 
-    // The exposure of a viewer changes while the mean goes on.
+    // A viewer's exposure changes while the mean continues.
     let frames = |rendering: &crate::RenderedImage| {
         rendering.report.counters.iter().find(|(name, _)| name == "progressive/frames").map(|(_, count)| *count)
     };

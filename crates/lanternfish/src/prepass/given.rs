@@ -1,4 +1,4 @@
-//! Surfaces of the caller's own prepass.
+//! The caller's G-buffer.
 
 use super::DECLARED;
 use glam::UVec2;
@@ -9,14 +9,14 @@ use crate::{error::RenderError, shaders::Root, texture::frame_target};
 
 pub(super) const ROOT: Root = Root::new("prepass/given");
 
-/// Brings them to where the passes after the prepass read surfaces. Compiled when the first are given.
+/// Converts the caller's G-buffer to the layout of the prepass's result. Compiled for the first one.
 #[derive(Debug, Default)]
 pub(crate) struct GivenSurfaces {
     pipeline: Option<RasterPipeline>,
 }
 
 impl GivenSurfaces {
-    /// Compiles the pass, if that has not been done.
+    /// Compiles the pass unless it is compiled already.
     pub fn ready(&mut self, device: &wgpu::Device) -> Result<&RasterPipeline, RenderError> {
         Ok(match &mut self.pipeline {
             Some(pipeline) => pipeline,
@@ -24,7 +24,7 @@ impl GivenSurfaces {
         })
     }
 
-    /// `depth`: reverse-Z, 0 where nothing is; `normals`: world space, and perceptual roughness.
+    /// `depth`: reverse-Z, 0 where there is no surface; `normals`: world-space normal and perceptual roughness.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -1,4 +1,4 @@
-//! Depth and the thin surface target of what the view shows [Elagabani2025, §4.1], and its motion.
+//! Depth and the thin surface target of a view [Elagabani2025, §4.1], and its motion.
 
 mod given;
 mod motion;
@@ -24,14 +24,14 @@ pub(crate) use self::{
     motion::{FrameBefore, KEPT_FRAMES, MOTION, ShownViews, ViewKey},
 };
 
-/// Depth of every pixel; its precision is what reverse-Z is for.
+/// Format of depth; the float precision suits reverse-Z.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-/// Packed as `surface_target.wesl` says.
+/// Format of the surface target; `surface_target.wesl` packs it.
 pub const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Uint;
 
-/// Transparent surfaces are drawn.
+/// The draws are transparent surfaces.
 const TRANSPARENT: Feature = Feature::new("transparent");
-/// A pixel has several samples.
+/// Pixels have several samples.
 pub(crate) const MULTISAMPLED: Feature = Feature::new("multisampled");
 
 /// The shaders of this folder.
@@ -52,28 +52,28 @@ pub struct Prepass {
     samples: u32,
 }
 
-/// What a prepass writes.
+/// The outputs of a prepass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Writes {
     Depth,
-    /// And the surface target.
+    /// Depth and the surface target.
     Surface,
-    /// And motion.
+    /// Depth, the surface target and motion.
     Motion,
 }
 
-/// What the view shows: the prepass's result.
+/// The visible surfaces: the prepass's result.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// Depth, reverse-Z; 0 where nothing is.
+    /// Depth, reverse-Z; 0 where there is no surface.
     pub depth: wgpu::TextureView,
-    /// Normals and roughness; where a later pass asks for them.
+    /// Normals and roughness, if a later pass reads them.
     pub target: Option<wgpu::TextureView>,
-    /// How far what it shows has come since the frame before; where a later pass asks for it.
+    /// Motion since the previous frame, if a later pass reads it.
     pub motion: Option<Motion>,
     /// Size of the image, pixels.
     pub size: UVec2,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
 }
 
@@ -90,15 +90,15 @@ impl Surface {
         bindings
     }
 
-    /// Its depth as an attachment that is tested and not written.
+    /// The depth attachment, tested and not written.
     pub(crate) fn read_depth(&self) -> wgpu::RenderPassDepthStencilAttachment<'_> {
         wgpu::RenderPassDepthStencilAttachment { view: &self.depth, depth_ops: None, stencil_ops: None }
     }
 }
 
 impl Prepass {
-    /// Nothing is compiled until the first scene is drawn. `with_target`: whether a later pass asks for normals or roughness;
-    /// there are none with more than one sample a pixel.
+    /// Compiles nothing; the first scene compiles the pipelines. `with_target`: true if a later pass reads normals or roughness, which need
+    /// one sample per pixel.
     pub fn new(with_target: bool, samples: u32) -> Self {
         let writes = if with_target && samples == 1 { Writes::Surface } else { Writes::Depth };
         let module = if writes == Writes::Surface { "prepass/prepass" } else { "prepass/depth" };
@@ -106,14 +106,14 @@ impl Prepass {
         Self { raster, writes, samples }
     }
 
-    /// A prepass that writes motion besides, one sample a pixel: it needs the frame before.
+    /// A prepass that also writes motion, with one sample per pixel. It needs the previous frame.
     pub(crate) fn of_moving() -> Self {
         let raster =
             SceneRaster::new("prepass", DECLARED, "prepass/prepass", &[MOTION], true, state(Writes::Motion, 1));
         Self { raster, writes: Writes::Motion, samples: 1 }
     }
 
-    /// A prepass of blended surfaces, with normals and roughness, one sample a pixel.
+    /// A prepass of transparent surfaces, with normals and roughness and one sample per pixel.
     pub fn of_transparent() -> Self {
         let raster = SceneRaster::new(
             "prepass/transparent",
@@ -126,8 +126,7 @@ impl Prepass {
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
-    /// Draws everything but blended surfaces for one view of the frame. A prepass [`Self::of_moving`] needs to know the frame `before`;
-    /// others do without.
+    /// Draws all but the transparent surfaces of a view. `before` is the previous frame, which only a prepass [`Self::of_moving`] needs.
     pub(crate) fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -143,8 +142,8 @@ impl Prepass {
         self.draw(frame, scene, &draws.solid, &bindings, size, before)
     }
 
-    /// Draws a view's blended surfaces that are nearer than what is at its pixels' middles, and keeps the nearest. For a prepass
-    /// [`Self::of_transparent`].
+    /// Draws the view's transparent surfaces that are nearer than the opaque surface at the pixel's centre, and keeps the nearest. For a
+    /// prepass [`Self::of_transparent`].
     pub fn record_transparent(
         &mut self,
         frame: &mut Frame<'_>,
@@ -206,7 +205,7 @@ fn state(writes: Writes, samples: u32) -> PassState {
     let depth = wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
         depth_write_enabled: Some(true),
-        // Where two surfaces have the same depth the later one is kept, as in shading, which tests for equal depth.
+        // Of two surfaces with equal depth the later one is kept, as in shading, which tests for equal depth.
         depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
         stencil: Default::default(),
         bias: Default::default(),

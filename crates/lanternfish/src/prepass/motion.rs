@@ -1,4 +1,4 @@
-//! What of the frame before the prepass compares with.
+//! The previous frame, for motion in the prepass.
 
 use std::collections::HashMap;
 
@@ -10,38 +10,38 @@ use crate::{
     view::View,
 };
 
-/// How far what pixels show has come since the frame before is written, or read.
+/// Motion since the previous frame is written or read.
 pub(crate) const MOTION: Feature = Feature::new("motion");
 
-/// Motion in uv, as `motion.wesl` has it. Steps are at most 1/1024 of the motion, so that 16 pixels are off by less than 1/64 of a
-/// pixel, and at least 2⁻²⁴.
+/// Format of motion in uv, defined in `motion.wesl`. Its step is at most 1/1024 of the motion, so the error at 16 pixels is below 1/64 of a
+/// pixel; the smallest step is 2⁻²⁴.
 pub(crate) const MOTION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 
 gpu_struct! {
-    /// A view now and in the frame before, through the middles of pixels.
+    /// A view in this frame and in the previous one, without subpixel jitter.
     pub struct ViewMotion {
-        /// Of now.
+        /// This frame.
         clip_from_view: Mat4,
-        /// Of the frame before.
+        /// The previous frame.
         previous_clip_from_view: Mat4,
-        /// Of the frame before.
+        /// The previous frame.
         previous_view_from_world: Mat4,
     }
 }
 
-/// Which view it is, from frame to frame.
+/// The identity of a view across frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum ViewKey {
-    /// That of a [`crate::ViewRequest`].
+    /// The key of a [`crate::ViewRequest`].
     Key(u64),
-    /// Its place among the views of a frame that is rendered into images.
+    /// The index among the views of a frame that is rendered to images.
     Slot(usize),
 }
 
-/// Frames that a view is remembered for while no frame has it.
+/// Number of frames that a view is stored while no frame contains it.
 pub(crate) const KEPT_FRAMES: u64 = 64;
 
-/// What the views of a renderer's frames have shown last. The frame before is the last one that was recorded with the view, whole or not.
+/// The last views of a renderer's frames. The previous frame is the last one recorded with the view, complete or not.
 #[derive(Debug, Default)]
 pub(crate) struct ShownViews {
     shown: HashMap<ViewKey, Shown>,
@@ -56,59 +56,59 @@ struct Shown {
     /// [`GpuScene::revision`].
     revision: u64,
     last_frame: u64,
-    /// Which of the frames of a mean it was.
+    /// The index of the frame in its mean.
     frame_index: u32,
-    /// Frames before it that are known of.
+    /// Number of known earlier frames.
     frames: u32,
-    /// Of those, the ones since the scene has changed.
+    /// Number of those since the scene changed.
     since_change: u32,
 }
 
-/// The frame before, of one view.
+/// The previous frame of one view.
 #[derive(Debug)]
 pub(crate) struct FrameBefore<'s> {
     views: BufferPart,
     geometry: GeometryAt<'s>,
-    known: Option<Before>,
+    history: Option<Before>,
     frames: u32,
 }
 
-/// What is known of the frame before of a view.
+/// Properties of the previous frame of a view.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Before {
-    /// Which of the frames of a mean it was.
+    /// The index of the frame in its mean.
     pub rested: u32,
     /// True if the view was elsewhere.
     pub has_moved: bool,
-    /// Frames since the scene has changed: 0 where the frame in hand is the first after a change.
+    /// Number of frames since the scene changed; 0 if this frame is the first after a change.
     pub since_change: u32,
 }
 
-/// The motion of what a view shows.
+/// The motion of a view's surfaces.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// Of surfaces; anything where none is: `motion_at` of `motion.wesl` knows better.
+    /// Motion of surfaces; undefined where there is none, which `motion_at` of `motion.wesl` handles.
     pub target: wgpu::TextureView,
-    /// The frame before; none: the view is new, or shows another scene.
+    /// The previous frame; none if the view is new or shows another scene.
     pub(crate) before: Option<Before>,
     views: BufferPart,
 }
 
 impl ShownViews {
-    /// A frame begins.
+    /// Begins a frame.
     pub fn begin(&mut self) {
         self.frame += 1;
         let frame = self.frame;
         self.shown.retain(|_, shown| shown.last_frame + KEPT_FRAMES >= frame);
     }
 
-    /// Forgets all: the next frame has none before it.
+    /// Resets all views: the next frame has no predecessor.
     pub fn forget(&mut self) {
         self.shown.clear();
     }
 
-    /// What a view of the frame in hand is compared with, and notes what it shows. It is the view itself where nothing is known of it: a
-    /// view that is new, a scene that is another, or one that has changed more than once between frames of several renderers.
+    /// Returns the previous frame of a view and stores the current one. Without history the view is its own predecessor: a new view,
+    /// another scene, or a scene that several renderers changed more than once between frames.
     pub fn follow<'s>(
         &mut self,
         frame: &mut Frame<'_>,
@@ -121,13 +121,13 @@ impl ShownViews {
         let (generation, revision) = (scene.generation(), scene.revision());
         scene.note_shown();
         let before = self.shown.remove(&key);
-        let known = before.and_then(|before| Some((scene.geometry_at(before.generation)?, before)));
-        let (previous, geometry, before, frames) = match known {
+        let history = before.and_then(|before| Some((scene.geometry_at(before.generation)?, before)));
+        let (previous, geometry, before, frames) = match history {
             None => (view, scene.geometry_now(), None, 0),
             Some((geometry, shown)) => {
                 let has_changed = shown.revision != revision || shown.generation != generation;
                 let since_change = if has_changed { 0 } else { shown.since_change.saturating_add(1) };
-                // Means go on where a view is the same to the last bit.
+                // A mean continues if the view is identical to the last bit.
                 let has_moved = frame_index == 0 && !is_where(&view, &shown.view);
                 let before = Before { rested: shown.frame_index, has_moved, since_change };
                 (shown.view, geometry, Some(before), shown.frames.saturating_add(1))
@@ -142,7 +142,7 @@ impl ShownViews {
             previous_clip_from_view: previous.clip_from_view,
             previous_view_from_world: previous.view_from_world,
         };
-        FrameBefore { views: frame.uniform(&views), geometry, known: before, frames }
+        FrameBefore { views: frame.uniform(&views), geometry, history: before, frames }
     }
 }
 
@@ -160,22 +160,22 @@ impl FrameBefore<'_> {
 
     /// True if the scene has changed since then.
     pub fn has_just_changed(&self) -> bool {
-        self.known.is_some_and(|before| before.since_change == 0)
+        self.history.is_some_and(|before| before.since_change == 0)
     }
 
-    /// Frames of the view before the one in hand that are known of.
+    /// Number of known earlier frames of the view.
     pub fn frames(&self) -> u32 {
         self.frames
     }
 
-    /// Where vertices were.
+    /// Vertex positions of the previous frame.
     pub fn positions(&self) -> &wgpu::Buffer {
         self.geometry.positions
     }
 
-    /// What is found by it.
+    /// The motion texture with its previous frame.
     pub fn found(&self, target: wgpu::TextureView) -> Motion {
-        Motion { target, before: self.known, views: self.views.clone() }
+        Motion { target, before: self.history, views: self.views.clone() }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Motion of every pixel, against what the host finds by casting rays at triangles and projecting by the matrices of both frames.
+//! Motion of every pixel against a host reference that casts rays at triangles and projects with the matrices of both frames.
 
 use glam::{Affine3A, DMat4, DVec2, DVec3, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Gpu, Profiler, read_back, storage_buffer, testing};
@@ -16,7 +16,7 @@ use crate::{
 
 const SIZE: UVec2 = UVec2::new(132, 88);
 
-/// A wall, a quad placed twice, once mirrored, one of which a mask drops half, and a sheet that bends.
+/// A wall, a quad with two instances, one of them mirrored and half masked, and a sheet that bends.
 fn scene() -> Scene {
     let solid = Material { double_sided: true, ..Material::default() };
     let masked = Material {
@@ -76,7 +76,7 @@ impl<'g> Harness<'g> {
         }
     }
 
-    /// A frame of one view: motion, uv, and depth of each pixel.
+    /// Renders a frame of one view and returns motion, uv, and depth of each pixel.
     fn show(&mut self, scene: &GpuScene, view: &View) -> Vec<Vec4> {
         let Self { gpu, profiler, prepass, shown, pixels, .. } = self;
         let count = (SIZE.x * SIZE.y) as usize;
@@ -86,16 +86,16 @@ impl<'g> Harness<'g> {
         let buffer = view.upload(&gpu.device);
         let draws = scene.visible_draws(view);
         let surface = prepass.record(&mut frame, scene, &draws, &buffer, SIZE, Some(&before)).unwrap();
-        let found = storage_buffer(&gpu.device, "pixel_motions", 16 * count as u64).unwrap();
+        let actual = storage_buffer(&gpu.device, "pixel_motions", 16 * count as u64).unwrap();
         let bindings =
-            buffer.bindings().with(&surface.bindings()).with(&Bindings::new().buffer("pixel_motions", &found));
+            buffer.bindings().with(&surface.bindings()).with(&Bindings::new().buffer("pixel_motions", &actual));
         frame.dispatch(pixels, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);
         frame.submit();
-        read_back(&gpu.device, &gpu.queue, &found, count).unwrap()
+        read_back(&gpu.device, &gpu.queue, &actual, count).unwrap()
     }
 }
 
-/// A triangle of the scene at two moments: before and now, world space.
+/// A triangle of the scene in the previous and the current frame, world space.
 struct Triangle {
     corners: [[DVec3; 3]; 2],
     uv: [Vec2; 3],
@@ -123,7 +123,7 @@ fn triangles(before: &Scene, now: &Scene) -> Vec<Triangle> {
     triangles
 }
 
-/// What a ray hits first.
+/// The nearest hit of a ray.
 struct Hit {
     triangle: usize,
     weights: [f64; 3],
@@ -134,7 +134,7 @@ fn weighted<T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>
     v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
 }
 
-/// Through the triangles at a moment: 0: before, 1: now.
+/// Casts a ray at the triangles of a frame: 0: previous, 1: current.
 fn cast(triangles: &[Triangle], moment: usize, eye: DVec3, direction: DVec3) -> Option<Hit> {
     let hits = triangles.iter().enumerate().filter_map(|(index, triangle)| {
         let [a, b, c] = triangle.corners[moment];
@@ -157,7 +157,7 @@ fn eye(view: &View) -> DVec3 {
     view.eye.as_dvec3()
 }
 
-/// The direction of a place in the image, pixels; as long as one along the axis.
+/// The ray direction through an image position, pixels; its component along the view axis is 1.
 fn direction(view: &View, pixel: DVec2) -> DVec3 {
     let ndc = pixel / SIZE.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
     let world_from_clip = (view.clip_from_view.as_dmat4() * view.view_from_world.as_dmat4()).inverse();
@@ -170,16 +170,16 @@ fn uv_of(view: &View, p: DVec3, w: f64) -> DVec2 {
     DVec2::new(clip.x, -clip.y) / clip.w * 0.5 + 0.5
 }
 
-/// Two frames: before and now.
+/// The previous and the current frame.
 struct Frames<'a> {
     triangles: Vec<Triangle>,
-    /// Through the middles of pixels.
+    /// Without subpixel jitter.
     views: [&'a View; 2],
 }
 
 impl Frames<'_> {
-    /// Where what is seen through a place of the frame of now was, world space, and its motion, uv. None at edges: where less than a pixel
-    /// beside something else is seen. The image is seen through `through`.
+    /// The previous world-space position of the surface at an image position, and its motion, uv. None within a pixel of an edge. `through`
+    /// is the jittered view of the image.
     fn at(&self, through: &View, pixel: DVec2) -> Option<(Option<DVec3>, DVec2)> {
         let seen = |pixel| cast(&self.triangles, 1, eye(through), direction(through, pixel));
         let middle = seen(pixel);
@@ -201,23 +201,23 @@ impl Frames<'_> {
         })
     }
 
-    /// Compares all pixels but those at edges.
-    fn check(&self, name: &str, found: &[Vec4], through: &View) -> Checked {
+    /// Compares all pixels except those at edges.
+    fn check(&self, name: &str, actual: &[Vec4], through: &View) -> Checked {
         let mut checked = Checked::default();
-        for (i, texel) in found.iter().enumerate() {
+        for (i, texel) in actual.iter().enumerate() {
             let pixel = UVec2::new(i as u32 % SIZE.x, i as u32 / SIZE.x).as_dvec2() + 0.5;
-            let Some((place, expected)) = self.at(through, pixel) else { continue };
-            assert_eq!(place.is_some(), texel.z > 0.0, "{name}: {pixel} shows something else");
+            let Some((position, expected)) = self.at(through, pixel) else { continue };
+            assert_eq!(position.is_some(), texel.z > 0.0, "{name}: {pixel} shows something else");
             let motion = texel.truncate().truncate().as_dvec2();
             let off = ((motion - expected) * SIZE.as_dvec2()).abs();
-            // Steps of half floats, which devices round either way; corners of triangles are put on places 1/256 of a pixel apart.
+            // Half-float steps, which devices round in either direction, and triangle corners snapped to 1/256 of a pixel.
             let halves = (expected * SIZE.as_dvec2()).abs() / 1024.0;
             let allowed = halves + 1.0 / 256.0;
             checked.wrong += usize::from(off.cmpgt(allowed).any());
             checked.off = checked.off.max((off - halves).max_element());
             checked.longest = checked.longest.max((expected * SIZE.as_dvec2()).length());
             checked.pixels += 1;
-            checked.covered += usize::from(place.is_some());
+            checked.covered += usize::from(position.is_some());
         }
         checked
     }
@@ -228,25 +228,25 @@ struct Checked {
     pixels: usize,
     covered: usize,
     wrong: usize,
-    /// Beyond what half floats round, pixels.
+    /// Excess over the half-float rounding, pixels.
     off: f64,
-    /// Pixels.
+    /// Longest motion, pixels.
     longest: f64,
 }
 
-/// What moves between two frames.
+/// A change between two frames.
 struct Step {
     name: &'static str,
     camera: Option<Camera>,
-    /// By [`Renderer::move_instances`].
+    /// Applied by [`Renderer::move_instances`].
     moved: Vec<(usize, Affine3A)>,
-    /// By [`Renderer::update`]: one after the other.
+    /// Applied by [`Renderer::update`], one after the other.
     updates: Vec<fn(&mut Scene)>,
 }
 
 fn steps() -> Vec<Step> {
     let nothing = || Step { name: "nothing", camera: None, moved: Vec::new(), updates: Vec::new() };
-    let turn = |s: &mut Scene| {
+    let rotate = |s: &mut Scene| {
         for (i, instance) in s.instances.iter_mut().enumerate() {
             let shift = Affine3A::from_translation(Vec3::new(0.05, 0.03 * i as f32, -0.04));
             instance.world_from_object = shift * instance.world_from_object * Affine3A::from_rotation_z(0.1);
@@ -262,7 +262,7 @@ fn steps() -> Vec<Step> {
     vec![
         Step { name: "the camera", camera: camera(0.4, 0.3, 2.3), ..nothing() },
         Step { name: "one instance", moved: vec![(1, shift(-0.8, -0.1))], ..nothing() },
-        Step { name: "instances", updates: vec![turn], ..nothing() },
+        Step { name: "instances", updates: vec![rotate], ..nothing() },
         nothing(),
         Step { name: "vertices", updates: vec![bend], ..nothing() },
         Step { name: "vertices again", updates: vec![bend], ..nothing() },
@@ -270,10 +270,10 @@ fn steps() -> Vec<Step> {
             name: "all, and twice",
             camera: camera(0.1, 0.2, 2.2),
             moved: vec![(3, shift(0.2, -0.1)), (0, shift(0.0, 0.1))],
-            updates: vec![turn, bend],
+            updates: vec![rotate, bend],
         },
         nothing(),
-        Step { name: "a wide turn", camera: Some(looking([0.1, 0.2, 2.2], [0.6, 0.4, 0.4])), ..nothing() },
+        Step { name: "a wide rotation", camera: Some(looking([0.1, 0.2, 2.2], [0.6, 0.4, 0.4])), ..nothing() },
     ]
 }
 
@@ -289,8 +289,8 @@ fn gpu_motion_is_what_both_frames_matrices_say() {
     let mut uploaded = harness.renderer.upload(&scene).unwrap();
     let mut view = view_of(&looking([0.3, 0.2, 2.4], [0.0, 0.1, 0.0]), &scene);
     let mut depths = harness.show(&uploaded, &view);
-    // Both places are computed by expressions of their own, which a device may round otherwise.
-    assert!(depths.iter().all(|texel| texel.x.abs().max(texel.y.abs()) < 1e-5), "the first frame has none before it");
+    // The two positions are computed by different expressions, which a device may round differently.
+    assert!(depths.iter().all(|texel| texel.x.abs().max(texel.y.abs()) < 1e-5), "the first frame has no predecessor");
     for (i, Step { name, camera, moved, updates }) in steps().into_iter().enumerate() {
         let (before, last_view) = (scene.clone(), view);
         if !moved.is_empty() {
@@ -304,47 +304,47 @@ fn gpu_motion_is_what_both_frames_matrices_say() {
         if let Some(camera) = camera {
             view = view_of(&camera, &scene);
         }
-        // Every other frame looks through other points of its pixels: that is no motion.
+        // Every other frame has another subpixel jitter, which is not motion.
         let through = view.of_frame(i as u32 % 2 * 5);
-        let found = harness.show(&uploaded, &through);
+        let actual = harness.show(&uploaded, &through);
         let frames = Frames { triangles: triangles(&before, &scene), views: [&last_view, &view] };
-        let checked = frames.check(name, &found, &through);
+        let checked = frames.check(name, &actual, &through);
         println!("{name}: {checked:?}");
         assert!(checked.pixels > 9000 && checked.covered > 3000, "{name}: {checked:?}");
         assert_eq!(checked.wrong, 0, "{name}: {checked:?}");
         let still = name == "nothing";
         assert_eq!(still, checked.longest == 0.0, "{name}: {checked:?}");
-        assert!(!still || found.iter().all(|texel| texel.truncate().truncate().abs().max_element() < 1e-7), "{name}");
+        assert!(!still || actual.iter().all(|texel| texel.truncate().truncate().abs().max_element() < 1e-7), "{name}");
         if !still {
-            // It can fail: against no motion, and where all moves the other way.
+            // Check that the test can fail: against no motion, and against reversed motion.
             let stays = Frames { triangles: triangles(&scene, &scene), views: [&view, &view] };
-            let back: Vec<Vec4> = found.iter().map(|texel| Vec4::new(-texel.x, -texel.y, texel.z, 0.0)).collect();
-            for checked in [stays.check(name, &found, &through), frames.check(name, &back, &through)] {
-                assert!(checked.wrong > 40, "{name}: blind to other motion: {checked:?}");
+            let back: Vec<Vec4> = actual.iter().map(|texel| Vec4::new(-texel.x, -texel.y, texel.z, 0.0)).collect();
+            for checked in [stays.check(name, &actual, &through), frames.check(name, &back, &through)] {
+                assert!(checked.wrong > 40, "{name}: does not detect other motion: {checked:?}");
             }
-            check_reprojection(name, &frames, &through, &found, &depths);
+            check_reprojection(name, &frames, &through, &actual, &depths);
         }
-        depths = found;
+        depths = actual;
     }
 }
 
-/// The pixel of the frame before that motion leads to shows the same point, where that was seen then.
-fn check_reprojection(name: &str, frames: &Frames<'_>, through: &View, found: &[Vec4], depths: &[Vec4]) {
+/// The pixel of the previous frame that motion points to shows the same point, if it was visible.
+fn check_reprojection(name: &str, frames: &Frames<'_>, through: &View, actual: &[Vec4], depths: &[Vec4]) {
     let before = frames.views[0];
     let world_from_clip = (before.clip_from_view.as_dmat4() * before.view_from_world.as_dmat4()).inverse();
     let (mut seen, mut same, mut same_in_place) = (0, 0, 0);
-    for (i, texel) in found.iter().enumerate() {
+    for (i, texel) in actual.iter().enumerate() {
         let pixel = UVec2::new(i as u32 % SIZE.x, i as u32 / SIZE.x).as_dvec2() + 0.5;
-        let Some((Some(place), _)) = frames.at(through, pixel) else { continue };
-        let to_place = place - eye(before);
+        let Some((Some(position), _)) = frames.at(through, pixel) else { continue };
+        let to_place = position - eye(before);
         let hit = cast(&frames.triangles, 0, eye(before), to_place.normalize());
         let was_seen = hit.is_some_and(|hit| hit.distance > to_place.length() - 1e-4);
-        let uv = uv_of(before, place, 1.0);
+        let uv = uv_of(before, position, 1.0);
         if !was_seen || uv.min_element() < 0.0 || uv.max_element() >= 1.0 {
             continue;
         }
         seen += 1;
-        // Half a pixel across, and twice as much along what is seen at an angle, and where the frame before looked through its pixels.
+        // Half a pixel, doubled for surfaces at grazing angles and for the subpixel jitter of the previous frame.
         let width = 3.0 * to_place.length() * 0.8 / f64::from(SIZE.y);
         let is_there = |uv: DVec2| {
             let pixel = (uv * SIZE.as_dvec2()).as_ivec2();
@@ -353,18 +353,18 @@ fn check_reprojection(name: &str, frames: &Frames<'_>, through: &View, found: &[
             }
             let depth = depths[(pixel.y as u32 * SIZE.x + pixel.x as u32) as usize].z;
             let ndc = (pixel.as_dvec2() + 0.5) / SIZE.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
-            depth > 0.0 && world_from_clip.project_point3(ndc.extend(depth.into())).distance(place) < width
+            depth > 0.0 && world_from_clip.project_point3(ndc.extend(depth.into())).distance(position) < width
         };
         let now = uv_of(frames.views[1], eye(through) + direction(through, pixel), 1.0);
         same += usize::from(is_there(now - texel.truncate().truncate().as_dvec2()));
         same_in_place += usize::from(is_there(now));
     }
-    println!("{name}: {same} of {seen} pixels are found again, {same_in_place} where they are now");
+    println!("{name}: {same} of {seen} pixels are reprojected correctly, {same_in_place} without motion");
     assert!(seen > 3000 && same * 100 >= seen * 95, "{name}: {same} of {seen}");
-    assert!(same_in_place < same, "{name}: blind to motion");
+    assert!(same_in_place < same, "{name}: motion has no effect");
 }
 
-/// What was behind the viewer has come from outside of any image, and parallel rays have motion as well.
+/// A point that was behind the viewer has the motion of a point outside the image. An orthographic view has motion too.
 #[test]
 fn gpu_motion_from_behind_and_of_parallel_rays() {
     let Some(gpu) = testing::gpu("gpu_motion_from_behind_and_of_parallel_rays") else { return };
@@ -374,18 +374,18 @@ fn gpu_motion_from_behind_and_of_parallel_rays() {
     let away = view_of(&looking([0.0, 0.0, 3.0], [0.0, 0.0, 9.0]), &scene);
     let towards = view_of(&looking([0.0, 0.0, 3.0], [0.0, 0.0, 0.0]), &scene);
     harness.show(&uploaded, &away);
-    let found = harness.show(&uploaded, &towards);
-    assert!(found.iter().all(|texel| texel.x == 65504.0 && texel.y == 65504.0), "{:?}", found[0]);
+    let actual = harness.show(&uploaded, &towards);
+    assert!(actual.iter().all(|texel| texel.x == 65504.0 && texel.y == 65504.0), "{:?}", actual[0]);
     let parallel = |x: f32| {
         let projection = Projection::Orthographic { half_height: 1.5, near: 0.01, far: 20.0 };
         view_of(&Camera::look_at(Vec3::new(x, 0.0, 5.0), Vec3::new(x, 0.0, 0.0), projection), &scene)
     };
     harness.show(&uploaded, &parallel(0.0));
-    let found = harness.show(&uploaded, &parallel(0.25));
-    // To the left by 0.25 of 4.5 m; what is infinitely far stays.
+    let actual = harness.show(&uploaded, &parallel(0.25));
+    // 0.25 m of 4.5 m to the left; points at infinity do not move.
     let expected = |texel: &Vec4| if texel.z > 0.0 { -0.25 / 4.5 } else { 0.0 };
-    let off = found.iter().map(|texel| (texel.x - expected(texel)).abs().max(texel.y.abs())).fold(0.0, f32::max);
-    let covered = found.iter().filter(|texel| texel.z > 0.0).count();
+    let off = actual.iter().map(|texel| (texel.x - expected(texel)).abs().max(texel.y.abs())).fold(0.0, f32::max);
+    let covered = actual.iter().filter(|texel| texel.z > 0.0).count();
     println!("parallel rays: off by {off}, {covered} pixels");
-    assert!(off < 1e-4 && covered > 1000 && covered < found.len(), "{off}, {covered}");
+    assert!(off < 1e-4 && covered > 1000 && covered < actual.len(), "{off}, {covered}");
 }

@@ -1,6 +1,6 @@
-//! The mean of frames that see a scene through points of each pixel: smooth edges, and noise that averages out.
+//! The mean of frames with subpixel jitter: antialiased edges, and noise that averages out.
 //!
-//! The mean of radiance is kept on the device while views and scene stay the same ([`crate::Renderer::refine`]).
+//! The device stores the mean of radiance while views and scene do not change ([`crate::Renderer::refine`]).
 
 #[cfg(test)]
 mod tests;
@@ -21,23 +21,23 @@ use crate::{
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(&[Root::of("progressive/mean", &[&[&[], &[DEFERRED]]])], &[]);
 
-/// Frames do not wait for the device: those that are not whole do not count.
+/// Deferred readback: incomplete frames do not count.
 const DEFERRED: Feature = Feature::new("later");
 
-/// Linear radiance, nits; 32 bits, so that the share of the thousandth frame is not lost.
+/// Linear radiance, nits; 32 bits, which resolve the contribution of the thousandth frame.
 pub const MEAN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
 /// The pass, and the means of the views of a frame.
 #[derive(Debug)]
 pub struct Progressive {
     pipeline: RasterPipeline,
-    /// Compiled for the first frame that does not wait.
+    /// Compiled for the first frame with deferred readback.
     later: Option<RasterPipeline>,
     means: Vec<Mean>,
     subject: Option<Subject>,
 }
 
-/// One view's mean: what a frame makes, and what it reads, which the next frame makes.
+/// The mean of one view: the texture that a frame writes, and the one that it reads. They swap each frame.
 #[derive(Debug)]
 struct Mean {
     now: wgpu::TextureView,
@@ -45,7 +45,7 @@ struct Mean {
     size: UVec2,
 }
 
-/// What the means are of.
+/// The scene and views of the means.
 #[derive(Debug)]
 struct Subject {
     views: Vec<View>,
@@ -60,35 +60,35 @@ impl Progressive {
         Ok(Self { pipeline: pipeline(device, &[])?, later: None, means: Vec::new(), subject: None })
     }
 
-    /// Frames that the means are of.
+    /// Number of frames in the means.
     pub fn frames(&self) -> u32 {
         self.subject.as_ref().map_or(0, |subject| subject.frames)
     }
 
-    /// Forgets the means: the next frame is the first.
+    /// Resets the means: the next frame is the first.
     pub fn reset(&mut self) {
         self.subject = None;
     }
 
-    /// The same, and their textures: the device may have refused to make one.
+    /// Resets the means and drops their textures: the device may have failed to create one.
     pub fn forget(&mut self) {
         self.means.clear();
         self.reset();
     }
 
-    /// The index of the next frame of these views: 0 where the means are of others, or of a scene that has changed since. A
-    /// frame that is begun and does not [`Self::finish`] leaves no mean.
+    /// The index of the next frame of these views: 0 if the means belong to other views, or to a scene that has changed since. A frame that
+    /// begins and does not [`Self::finish`] leaves no mean.
     pub fn begin(&mut self, scene: &GpuScene, views: &[View]) -> u32 {
         let subject = self.subject.take();
         subject.filter(|s| s.revision == scene.revision() && s.views == views).map_or(0, |s| s.frames)
     }
 
-    /// The means have got the frame of this index.
+    /// Completes the frame of this index.
     pub fn finish(&mut self, scene: &GpuScene, views: &[View], index: u32) {
         self.subject = Some(Subject { views: views.to_vec(), revision: scene.revision(), frames: index + 1 });
     }
 
-    /// Adds the radiance of a view's frame, whose index `view` knows, to the mean of its slot: the mean, linear, nits.
+    /// Adds the radiance of a view's frame to the mean of its slot and returns the mean, linear, nits. `view` holds the frame index.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,

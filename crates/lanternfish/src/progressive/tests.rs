@@ -45,9 +45,9 @@ fn assert_same(a: &RenderedImage, b: &RenderedImage) {
     assert!(bits(a) == bits(b) && a.display == b.display);
 }
 
-/// Largest difference of a value from the mean of some images, in units of what rounding may do: each frame rounds its
-/// difference, its share and their sum, by half a unit in the last place (2⁻²⁴) of the largest value there is, or twice that for
-/// the division; the first frames' errors shrink with the share.
+/// Largest difference from the mean of some images, in units of the rounding error. Each frame rounds its difference, its increment and
+/// their sum by half a unit in the last place (2⁻²⁴) of the largest value, and the division by twice that; the errors of early frames
+/// shrink with their weight.
 fn off_by(rendering: &RenderedImage, singles: &[RenderedImage]) -> f64 {
     let count = singles.len() as f64;
     let values = rendering.radiance.as_flattened().iter().enumerate();
@@ -82,12 +82,12 @@ fn gpu_the_mean_is_that_of_its_frames() {
     assert_eq!((told, frames(&mean)), ((1..=COUNT).collect(), Some(u64::from(COUNT))));
     let of_its_own = off_by(&mean, &singles[..COUNT as usize]);
     assert!(of_its_own < 1.0, "{of_its_own}");
-    // It can fail: one frame fewer, more, or another instead of the first.
+    // Check that the test can fail: one frame fewer, one more, or another first frame.
     for others in [&singles[..8], &singles[..], &singles[1..]] {
         assert!(off_by(&mean, others) > 1e3);
     }
 
-    // Frame by frame it is the same, and so it is another time, and goes on from there.
+    // Single frames give the same mean, are reproducible, and continue it.
     let mut refining = renderer(gpu, 1);
     for count in 1..=COUNT {
         let refined = refining.refine(&uploaded, &views).unwrap().remove(0);
@@ -103,13 +103,13 @@ fn gpu_the_mean_is_that_of_its_frames() {
     assert_same(&next, &refining.refine(&uploaded, &views).unwrap()[0]);
     assert_eq!(frames(&next), Some(10));
 
-    // One frame is what there was before there were means.
+    // One frame equals the image without averaging.
     let one = renderer(gpu, 1).render_views(&uploaded, &views).unwrap().remove(0);
     assert_same(&one, &singles[0]);
     assert_eq!(frames(&one), None);
 }
 
-/// Every pass of a moved frame sees what a camera sees whose window is moved.
+/// Every pass of a jittered frame matches a camera with a shifted window.
 #[test]
 fn gpu_a_moved_frame_is_that_of_a_moved_window() {
     let Some(gpu) = testing::gpu("gpu_a_moved_frame_is_that_of_a_moved_window") else { return };
@@ -136,7 +136,7 @@ fn gpu_a_moved_frame_is_that_of_a_moved_window() {
         let pairs = frame.radiance.iter().zip(&other.radiance);
         pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 0.01 * a.max(*b) + 1e-4)).count()
     };
-    // Rounding may give a pixel on an edge to another surface or shadow.
+    // Rounding may assign an edge pixel to another surface or shadow.
     let counts = (different(&moved), different(&still));
     assert!(counts.0 < 15 && counts.1 > 300, "of {} pixels: {counts:?}", frame.radiance.len());
 }
@@ -154,7 +154,7 @@ fn gpu_a_mean_starts_again_when_anything_changes() {
         let renderings = renderer.refine(scene, views).unwrap();
         let count = frames(&renderings[0]).unwrap();
         if count == 1 {
-            // Nothing of what was before is left.
+            // No state of the previous mean remains.
             assert_same(&renderings[0], &renderer.render_views(scene, views).unwrap()[0]);
         }
         count
@@ -173,22 +173,22 @@ fn gpu_a_mean_starts_again_when_anything_changes() {
     assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2]);
     renderer.reset();
     assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2]);
-    // What fails leaves no mean.
+    // A failed frame leaves no mean.
     let apart = renderer.refine(&uploaded, &[(&camera, 0, 1)]).unwrap_err().to_string();
     assert!(apart.contains("each side must be from 1"), "{apart}");
-    assert_eq!(count(&mut renderer, &uploaded, &here), 3, "refused before the mean was touched");
+    assert_eq!(count(&mut renderer, &uploaded, &here), 3, "rejected before the mean was changed");
 }
 
-/// A turned white square before black, without edges along pixels.
+/// A rotated white square on black, without axis-aligned edges.
 fn square() -> (Scene, Camera) {
     let white = Material { emissive: Vec3::ONE, double_sided: true, ..Material::default() };
-    let turn = Mat3::from_rotation_z(0.5 * FRAC_PI_6);
-    let scene = scene_of(vec![quad(0, Vec3::ZERO, turn * Vec3::X, turn * Vec3::Y)], vec![white]);
+    let rotation = Mat3::from_rotation_z(0.5 * FRAC_PI_6);
+    let scene = scene_of(vec![quad(0, Vec3::ZERO, rotation * Vec3::X, rotation * Vec3::Y)], vec![white]);
     let projection = Projection::Orthographic { half_height: 2.0, near: 0.0, far: 20.0 };
     (scene, Camera::look_at(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, projection))
 }
 
-/// Red of each pixel of a square image, from one that is `scale` times as fine: the mean of the pixels that lie in it.
+/// Red of each pixel of a square image: the mean of the pixels of an image of `scale` times the resolution.
 fn covered(fine: &RenderedImage, scale: u32) -> Vec<f32> {
     let edge = fine.width / scale;
     let pixel = |x: u32, y: u32| {
@@ -214,7 +214,7 @@ fn gpu_edges_converge_to_the_share_of_the_pixel() {
     let fine = rendering(1, Samples::One, FINE);
     let ground_truth = covered(&fine, FINE);
     let edges = ground_truth.iter().filter(|fraction| (0.01..0.99).contains(*fraction)).count();
-    // Root mean square over the pixels that an edge crosses.
+    // Root mean square error over the pixels at edges.
     let error = |rendering: &RenderedImage| {
         let squares =
             rendering.radiance.iter().zip(&ground_truth).map(|(texel, fraction)| (texel[0] - fraction).powi(2));
@@ -223,14 +223,14 @@ fn gpu_edges_converge_to_the_share_of_the_pixel() {
     let errors = [1, 4, 16, 64, 256].map(|count| error(&rendering(count, Samples::One, 1)));
     println!("{edges} pixels at edges, errors of 1, 4, 16, 64, 256 frames: {errors:?}");
     assert!(edges > 80);
-    // All or nothing in place of a share is off by up to half. Even points are off by about n^(-3/4).
+    // A binary value instead of the coverage has an error of up to 0.5. Evenly spread samples have an error of about n^(-3/4).
     for (i, error) in errors.into_iter().enumerate() {
         let count = 4f32.powi(i as i32);
         assert!(error < 0.5 * count.powf(-0.7), "{count} frames: {error}");
     }
-    assert!(errors[0] > 0.2, "there is something to get better");
+    assert!(errors[0] > 0.2, "a single frame has an error");
 
-    // Four samples in each frame are a wider filter: better while there are few frames, alike with 8, and hardly better with more than 16.
+    // Four samples per frame are a wider filter: a smaller error for few frames, the same for 8, and hardly a smaller one beyond 16.
     let of_eight = [Samples::One, Samples::Four].map(|samples| error(&rendering(8, samples, 1)));
     println!("of 8 frames, with one sample in each and with four: {of_eight:?}");
     assert!((of_eight[0] / of_eight[1] - 1.0).abs() < 0.25, "{of_eight:?}");
@@ -240,8 +240,8 @@ fn gpu_edges_converge_to_the_share_of_the_pixel() {
     assert!(of_four[2] > errors[2] && of_four[3] > 3.0 * errors[3], "{of_four:?}");
 }
 
-/// A plane that shines in fine checks, seen from 75 degrees aside: its texels are four times as close one way as the other, and
-/// a few of them to a pixel.
+/// An emissive plane with a fine checkerboard, seen at 75 degrees: its texels are four times as dense in one direction, and each pixel
+/// covers a few of them.
 fn checks() -> (Scene, Camera) {
     const TEXELS: u32 = 128;
     let shine = Material { emissive: Vec3::ONE, emissive_texture: Some(TextureRef::new(0)), ..Material::default() };
@@ -258,8 +258,9 @@ fn checks() -> (Scene, Camera) {
     (scene, Camera::look_at(aside, Vec3::ZERO, projection))
 }
 
-/// Textures of a mean are not blurred over the pixel a second time. Means of 1, 4, 16 and 64 frames are off by 0.043, 0.036, 0.033 and 0.0074 on
-/// Mesa's software adapter. While levels were finer with each frame, and anisotropic filters as long as a pixel, it was 0.036 with 64, as with 16.
+/// Textures of a mean are not blurred over the pixel twice. The errors of means of 1, 4, 16 and 64 frames are 0.043, 0.036, 0.033 and
+/// 0.0074 on Mesa's software adapter. With a mip level per frame and anisotropic filters of a pixel's length, the error after 64 frames was
+/// 0.036, the same as after 16.
 #[test]
 fn gpu_textures_converge_to_what_the_pixel_covers() {
     let Some(gpu) = testing::gpu("gpu_textures_converge_to_what_the_pixel_covers") else { return };
@@ -283,7 +284,7 @@ fn gpu_textures_converge_to_what_the_pixel_covers() {
         off(&|i| rendering.radiance[i][0])
     });
     println!("deviation {}, errors of 1, 4, 16, 64 frames: {errors:?}", off(&|_| mean));
-    // Half as much again as was found.
+    // 1.5 times the measured error.
     assert!(errors[3] < 0.011 && errors[3] < 0.5 * errors[2], "{errors:?}");
 }
 
@@ -301,7 +302,7 @@ fn gpu_views_and_samples_are_averaged_each_by_itself() {
         for (together, view) in both.iter().zip(views) {
             assert_same(together, &renderer.render_views(&uploaded, &[view]).unwrap()[0]);
         }
-        assert_eq!(both.iter().map(frames).collect::<Vec<_>>(), [Some(3), None], "what is shared is in the first");
+        assert_eq!(both.iter().map(frames).collect::<Vec<_>>(), [Some(3), None], "shared counters are in the first report");
     }
 }
 

@@ -1,4 +1,4 @@
-//! From settings to the passes that they ask for.
+//! Compiles the passes that the settings need.
 
 use glam::UVec2;
 use lanternfish_gpu::{Engine, Gpu, GpuError, Requested, checked};
@@ -28,27 +28,27 @@ use crate::{
     texture::{RADIANCE_FORMAT, described},
 };
 
-/// What settings ask of a device.
+/// The passes and scene requirements of settings on a device.
 #[derive(Debug)]
 pub(super) struct Built {
-    /// The settings as the passes take them: what a debug view does not show is left out.
+    /// The settings of the passes: without the parts that a debug view does not show.
     pub effective: Settings,
-    /// What is needed of a scene.
+    /// The scene requirements.
     pub needs: SceneRequirements,
     pub passes: Passes,
     pub compiled: Compiled,
 }
 
-/// Which shaders and pipelines the passes run.
+/// The shaders and pipelines of the passes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Compiled {
-    /// Those that are compiled with the passes.
+    /// The pipelines compiled with the passes.
     requested: Requested,
-    /// Those that are compiled when the first scene is drawn: what chooses them, as `Debug` writes it.
+    /// The pipelines compiled when the first scene is drawn: their parameters, as `Debug` text.
     drawn: String,
 }
 
-/// The passes for these settings; what the engine has of them is not compiled again.
+/// Builds the passes for these settings and reuses what the engine has compiled.
 pub(super) fn build(engine: &Engine, settings: &Settings) -> Result<Built, RenderError> {
     check_lost(&engine.device)?;
     let built = checked(&engine.device, "settings", || {
@@ -58,7 +58,7 @@ pub(super) fn build(engine: &Engine, settings: &Settings) -> Result<Built, Rende
         Ok(built)
     });
     match &built {
-        // The device has seen nothing of it.
+        // A shader error is found before the device is used.
         Err(RenderError::Gpu(GpuError::Shader { .. })) => {}
         Err(RenderError::Gpu(_)) => engine.forget(),
         _ => {}
@@ -68,13 +68,13 @@ pub(super) fn build(engine: &Engine, settings: &Settings) -> Result<Built, Rende
 
 fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, RenderError> {
     if settings.debug_view == Some(DebugView::BaseColor) {
-        // A colour is shown as it is, and no light is requested.
+        // A base colour is displayed as stored and needs no light.
         (settings.exposure, settings.tone_map, settings.shadows) =
             (Exposure::Ev(0.0), ToneMap::None, ShadowSetting::None);
         settings.occlusion = Occlusion::NONE;
     }
     if let Some(view) = settings.debug_view.filter(|view| *view != DebugView::Nan) {
-        // What is shown is of the surface at each pixel's middle, and is not what arrives, unless that is requested.
+        // Views of G-buffer data show the surface at each pixel's centre. They need no light unless the view shows light.
         settings.samples = Samples::One;
         if view != DebugView::Indirect {
             settings.indirect = Indirect::NONE;
@@ -91,7 +91,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let ambient_visibility_passes = occlusion::passes(device, &settings)?;
     let ambient_visibility = if ambient_visibility_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
     let tracers: Vec<Tracer> = tracer.into_iter().chain(settings.indirect.tracers()).collect();
-    // What structures are not asked for goes through the scene itself.
+    // Rays that the structures do not serve are traced through the scene itself.
     let traced = tracers.iter().fold(Parts::NONE, |parts, tracer| parts | tracer.parts() | tracer.exact().parts());
     let parts = traced | settings.indirect.parts() | ambient_visibility;
     let structure = structure(&tracers, &settings.structure)?;
@@ -99,7 +99,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
     let needs_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
     let needs_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
-    // What is found for a pixel is of the surface at its middle.
+    // Per-pixel estimates use the surface at the pixel's centre.
     let one_sample = needs_normals && settings.samples != Samples::One;
     let passes = Passes {
         prepass: match needs_motion && !one_sample {
@@ -133,7 +133,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     Ok(Built { effective: settings, needs, passes, compiled })
 }
 
-/// What inexact tracers go through. An error where two of them go through different structures: a frame has one.
+/// The acceleration structure of the inexact tracers. An error if two of them need different structures, because a frame has one.
 fn structure(tracers: &[Tracer], chosen: &Structure) -> Result<Structure, RenderError> {
     let mut structures = tracers.iter().map(|tracer| tracer.structure(chosen)).filter(Structure::is_some);
     let first = structures.next().unwrap_or(Structure::NONE);
@@ -143,7 +143,7 @@ fn structure(tracers: &[Tracer], chosen: &Structure) -> Result<Structure, Render
     }
 }
 
-/// Which parts of a material the passes read.
+/// The parts of a material that the passes read.
 fn shading(settings: &Settings) -> Shading {
     match (settings.debug_view, settings.materials) {
         (Some(DebugView::BaseColor), _) => Shading::BaseColor,
@@ -160,7 +160,7 @@ fn tracer(device: &wgpu::Device, setting: ShadowSetting, automatic: Tracer) -> R
     }
 }
 
-/// An error unless the device can draw with as many samples.
+/// Checks that the device can draw with this number of samples.
 fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), RenderError> {
     let count = settings.samples.count();
     if count == 1 {
@@ -175,18 +175,18 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
     };
     checked(device, "samples", try_targets).map_err(|_| RenderError::MissingFeature {
         setting: "`samples`",
-        feature: "so many samples a pixel",
+        feature: "this number of samples per pixel",
         instead: "`samples 4`",
     })
 }
 
-/// Samples along the long axis of a footprint, at most, of a setting on an adapter.
+/// Maximum samples along the long axis of a texture footprint, for a setting on an adapter.
 fn anisotropy(setting: Anisotropy, adapter: &wgpu::AdapterInfo) -> u16 {
     let samples = setting.samples().unwrap_or_else(|| automatic_anisotropy(adapter));
     if setting == Anisotropy::Auto && samples == 1 {
         tracing::info!(
             driver = adapter.driver_info,
-            "textures are not filtered anisotropically: this driver stalls on it"
+            "textures are not filtered anisotropically: this driver hangs on them"
         );
     }
     samples
@@ -196,7 +196,7 @@ fn texture_arrays(device: &wgpu::Device, setting: TextureBinding) -> Result<bool
     let has = device.features().contains(Gpu::TEXTURE_ARRAYS);
     let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
     match setting {
-        // A software adapter reads what is chosen by index for each fragment by itself.
+        // A software adapter reads an indexed texture separately for each fragment.
         TextureBinding::Auto => Ok(has && !software),
         TextureBinding::PerMaterial => Ok(false),
         TextureBinding::Array if has => Ok(true),

@@ -1,4 +1,4 @@
-//! Other settings for a renderer that is there.
+//! Changes the settings of a renderer.
 
 use lanternfish_gpu::Growth;
 
@@ -12,25 +12,25 @@ use crate::{
     settings::{Exposure, Settings},
 };
 
-/// What other settings cost.
+/// The cost of a change of settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Change {
-    /// Numbers alone: frames run the same shaders.
+    /// Only uniform values change: frames run the same shaders.
     Uniform,
-    /// Frames run other shaders, of which those are compiled that the renderer's engine has not seen: now, or where the first scene that
-    /// needs them is drawn.
+    /// Frames run other shaders. Those that the engine has not compiled yet are compiled, now or when the first scene that needs them is
+    /// drawn.
     Relink,
-    /// The same, and scenes that were uploaded under the settings before must be uploaded again: they are
+    /// The cost of [`Self::Relink`], and scenes uploaded under the previous settings must be uploaded again; they are
     /// [`RenderError::OtherSettings`] otherwise.
     Upload,
 }
 
 impl Renderer {
-    /// Renders by other settings from now on, and says what that costs. After an error it renders by those that it had.
+    /// Changes the settings and returns the cost. After an error the previous settings stay in effect.
     ///
-    /// Where exposure, tone map and the number of frames of a mean alone are others, everything that frames have kept stays. Otherwise
-    /// means begin again, and deep images are built again. The last frame can no longer be read. An error while the caller has the commands
-    /// of a frame ([`RenderError::NotSubmitted`]).
+    /// If only exposure, tone mapping and the number of frames of a mean change, all state of frames is preserved. Otherwise means restart
+    /// and deep images are rebuilt. The last frame can no longer be read. Returns an error while the caller holds the commands of a frame
+    /// ([`RenderError::NotSubmitted`]).
     pub fn set(&mut self, settings: Settings) -> Result<Change, RenderError> {
         self.check_device()?;
         let Built { effective, needs, passes, compiled } = build(&self.engine, &settings)?;

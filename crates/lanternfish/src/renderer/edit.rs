@@ -1,4 +1,4 @@
-//! Shaders that somebody edits while they run.
+//! Replaces shaders at run time.
 
 use lanternfish_gpu::{Growth, ShaderTexts};
 
@@ -14,14 +14,14 @@ use crate::{
 };
 
 impl Renderer {
-    /// Renders with texts in the place of the library's own shaders from now on: WESL by its module path below the library's `src/`, such as
-    /// `"sky/sky"`. What is not named is the library's own. What they change is compiled, and a frame of these views rendered into textures of
-    /// its own, before this returns.
+    /// Replaces texts of the library's own shaders from now on: WESL by its module path below the library's `src/`, such as `"sky/sky"`.
+    /// Modules that are not named use the library's text. Before it returns, it compiles the affected shaders and renders a frame of these
+    /// views into textures of its own.
     ///
-    /// An error that says what is wrong, and all stays as it was, for texts that do not link, or that make another interface than the
-    /// library binds: other entry points, resources that are not there, other types. Means begin again, and deep images are built again.
-    /// What an upload runs, and what moves things that have moved already, is compiled with the next upload. Further renderers of the same engine compile the texts, too. An error while the caller has the commands of a frame
-    /// ([`RenderError::NotSubmitted`]).
+    /// Returns an error with the cause and changes nothing if a text does not link, or if its interface (entry points, resources, types)
+    /// differs from the bindings of the library. Means restart and deep images are rebuilt. Shaders of uploads, and of updates of objects
+    /// that have already moved, are compiled with the next upload. Further renderers of the same engine compile the texts too. Returns an
+    /// error while the caller holds the commands of a frame ([`RenderError::NotSubmitted`]).
     pub fn edit_shaders(
         &mut self,
         texts: ShaderTexts,
@@ -44,7 +44,7 @@ impl Renderer {
             this.flight.forget();
         };
         swap(self, &mut passes, &mut compiled);
-        // As after other settings; some are compiled with the first frame.
+        // Recompile as after a change of settings; some pipelines are compiled with the first frame.
         let ready = self.use_growth(Growth::Blocking).and_then(|()| self.ready(scene, views));
         if ready.is_err() {
             engine.edit(SHADERS.library(), (*before).clone());

@@ -1,4 +1,4 @@
-//! Frames in the caller's commands: recorded, handed to the device, reported, and never waited for.
+//! Frames in the caller's command encoder: recorded, submitted and reported with deferred readback.
 
 use std::{collections::VecDeque, iter};
 
@@ -17,43 +17,42 @@ use crate::{
     view::View,
 };
 
-/// A frame that was recorded; no other frame of the program has the same.
+/// The identifier of a recorded frame, unique in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId(u64);
 
-/// What has become of a frame.
+/// The outcome of a frame.
 #[derive(Clone, Debug)]
 pub struct FrameReport {
-    /// Which it is.
+    /// The frame.
     pub frame: FrameId,
-    /// Whether there was room for all of its lists. If not, it has shown nothing: displays are those of the last frame that was whole.
+    /// True if all of its lists had enough capacity. An incomplete frame shows nothing: displays hold the last complete frame.
     pub is_complete: bool,
-    /// Whether the device has lost it: everything on the device is gone then ([`GpuError::Lost`]).
+    /// True if the device was lost; all its resources are lost too ([`GpuError::Lost`]).
     pub is_lost: bool,
-    /// Device time of each pass, in order; empty where the device has no timestamp queries.
+    /// Device time of each pass, in order; empty if the device has no timestamp queries.
     pub passes: Vec<PassTime>,
-    /// Entries of its lists, by their names; and `deep_images/age`, where slices of deep images are built in turn: frames since the
-    /// oldest images were right.
+    /// Entries of its lists, by name. `deep_images/age`, if deep images are built in slices: the age of the oldest images, frames.
     pub counters: Vec<(String, u64)>,
-    /// Lists that have got other room because of what it has counted.
+    /// Lists whose capacity changed because of this frame's counts.
     pub resized: Vec<&'static str>,
 }
 
-/// The frames that are recorded and not forgotten.
+/// Recorded frames whose state is stored.
 #[derive(Debug, Default)]
 pub(super) struct Flight {
-    /// The frame whose commands the caller has.
+    /// The frame whose commands the caller holds.
     recorded: Option<FrameId>,
-    /// What the last frame has left.
+    /// The results of the last frame.
     last: Option<Last>,
-    /// What has become of the caller's frames, found while something else was waited for.
-    found: VecDeque<FrameReport>,
-    /// Frames since the oldest deep images of a frame were right; of frames that are on their way.
+    /// Outcomes of the caller's frames that arrived while another operation waited.
+    outcomes: VecDeque<FrameReport>,
+    /// Age of the oldest deep images at each frame in flight, frames.
     ages: VecDeque<(FrameId, (&'static str, u64))>,
 }
 
 impl Flight {
-    /// Nothing of the last frame can be read any more: another one uses what it has left, or it is no longer what it was.
+    /// Drops the results of the last frame: another frame has overwritten them, or they are out of date.
     pub(super) fn forget(&mut self) {
         (self.recorded, self.last) = (None, None);
     }
@@ -68,9 +67,9 @@ struct Last {
 }
 
 impl Renderer {
-    /// Compiles what frames of these views need, and makes room for their lists: it renders them, into textures of its own, and waits
-    /// for the device. Without it the first frames take longer, and are not shown as long as they lack room. Surfaces that are given need
-    /// not be there yet: the scene's own are rendered.
+    /// Compiles the pipelines for frames of these views and allocates their lists: renders them into textures of its own and waits for the
+    /// device. Without this call the first frames take longer, and they are incomplete until the lists are large enough. A caller's
+    /// G-buffer may be missing; the scene's surfaces are used instead.
     pub fn ready(&mut self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<(), RenderError> {
         let requested = self.requested(scene, views)?;
         let device = self.device.clone();
@@ -108,28 +107,28 @@ impl Renderer {
         let frame = self.record(&mut commands, scene, &elsewhere)?;
         self.queue.submit([commands.finish()]);
         self.submitted(frame);
-        // These frames are before none.
+        // The next frame has no predecessor.
         self.passes.forget_shown();
         let lost = |error| GpuError::ReadBack { what: "ready".to_owned(), source: Box::new(error) };
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
-        // Of the caller's frames it is told later.
+        // Outcomes of the caller's frames are reported by a later `poll`.
         let earlier: Vec<_> = iter::from_fn(|| self.poll()).take_while(|report| report.frame < frame).collect();
-        self.flight.found.extend(earlier);
+        self.flight.outcomes.extend(earlier);
         Ok(())
     }
 
-    /// Adds a frame of these views to the caller's commands. It never waits for the device: where a list turns out to need more room than
-    /// there is, a later frame has it, and this one is not shown ([`FrameReport::is_complete`]).
+    /// Adds a frame of these views to the caller's commands. Never waits for the device: if a list overflows, this frame is not shown
+    /// ([`FrameReport::is_complete`]) and a later frame has a larger list.
     ///
-    /// Hand the commands to the device, and then tell [`Self::submitted`]; frames are recorded one after the other, and up to 64 of them may
-    /// be on their way: of further ones nothing is known. Between the two, update no scene that it shows. After an error the commands hold a part of a frame, or nothing:
-    /// drop them.
+    /// Submit the commands, then call [`Self::submitted`]. Record one frame at a time. Up to 64 frames may be in flight; further ones are
+    /// not reported. Do not update a scene of the frame between recording and submission. After an error the commands hold part of a frame
+    /// or nothing: drop them.
     ///
-    /// Images may be rendered in between ([`Self::render`]). They wait, and what frames of the one kind keep is not used by the other: deep
-    /// images are built again, means begin again.
+    /// Images may be rendered between frames ([`Self::render`]). They wait for the device, and the two kinds of frames share no state: deep
+    /// images are rebuilt and means restart.
     ///
-    /// With [`crate::Settings::accumulate`] above 1 each frame is added to the mean of those before it, as long as views and scene stay the
-    /// same.
+    /// If [`crate::Settings::accumulate`] is above 1, each frame is added to the mean of the frames before it, as long as views and scene
+    /// do not change.
     pub fn record(
         &mut self,
         commands: &mut wgpu::CommandEncoder,
@@ -153,7 +152,7 @@ impl Renderer {
             }
             let counters = scene.counters().to_vec();
             this.flight.recorded = Some(frame);
-            // Of further frames nothing is told.
+            // Further frames are not reported.
             this.flight.ages.truncate(63);
             this.flight
                 .ages
@@ -163,7 +162,7 @@ impl Renderer {
         })
     }
 
-    /// Says that the commands of a frame were handed to the device. A frame of which that is known already is left as it is.
+    /// Marks the commands of a frame as submitted. A repeated call has no effect.
     pub fn submitted(&mut self, frame: FrameId) {
         if self.flight.recorded == Some(frame) {
             self.flight.recorded = None;
@@ -172,19 +171,18 @@ impl Renderer {
         }
     }
 
-    /// Says that the commands of a frame will never be handed to the device. What frames have kept of it is forgotten: deep images, means,
-    /// what was shown.
+    /// Marks the commands of a frame as dropped. State that depends on the frame is reset: deep images, means, previous views.
     pub fn discard(&mut self, frame: FrameId) {
         if self.flight.recorded == Some(frame) {
             self.forget_frames();
         }
     }
 
-    /// What has become of a frame that was submitted: of each once, in their order, as soon as the device is done with it. None: of no
-    /// further one yet. It never waits. Of more than 64 frames that are on their way at one time, the newest are never told of.
+    /// The outcome of the next submitted frame, in order, each once, as soon as the device has finished it; none if there is no further one
+    /// yet. Never waits. If more than 64 frames are in flight, the newest are never reported.
     pub fn poll(&mut self) -> Option<FrameReport> {
-        if let Some(found) = self.flight.found.pop_front() {
-            return Some(found);
+        if let Some(report) = self.flight.outcomes.pop_front() {
+            return Some(report);
         }
         let pool = self.pool.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
         let outcome = pool.outcome(&self.device)?;
@@ -194,7 +192,7 @@ impl Renderer {
         }
         let age = ages.pop_front_if(|(frame, _)| frame.0 == outcome.frame).map(|(_, age)| age);
         let counters = outcome.lists.into_iter().map(|(name, count)| (name.to_owned(), count));
-        // Of a lost device, what has arrived before cannot be read.
+        // Results of a lost device cannot be read, even if they arrived before.
         let is_lost = outcome.is_lost || is_lost(&self.device);
         Some(FrameReport {
             frame: FrameId(outcome.frame),
@@ -206,8 +204,8 @@ impl Renderer {
         })
     }
 
-    /// Waits for the last frame that was recorded and submitted, and reads the images of those of its views whose target is
-    /// [`Target::Own`]. Of a frame that is not whole they are what there was room for.
+    /// Waits for the last recorded and submitted frame and reads the images of its views with the target [`Target::Own`]. The images of an
+    /// incomplete frame lack what did not fit the lists.
     pub fn read(&mut self, frame: FrameId) -> Result<Vec<RenderedImage>, RenderError> {
         self.check_device()?;
         let last = self.flight.last.take_if(|last| last.frame == frame).ok_or(RenderError::Gone)?;
@@ -216,7 +214,7 @@ impl Renderer {
         renderings
     }
 
-    /// The views that are requested.
+    /// Converts the requests to views.
     fn requested(&self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<Vec<View>, RenderError> {
         scene.check(&self.device, &self.needs)?;
         let view = |request: &ViewRequest<'_>| {
@@ -225,7 +223,7 @@ impl Renderer {
             }
             request.check(&self.device)?;
             let [clip_from_view, world_from_view] = request.matrices();
-            // An image of the environment stands in the sky's place.
+            // An environment image replaces the sky.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             let size = UVec2::from(request.size);
             let eye = Affine3A::from_mat4(world_from_view);
@@ -235,7 +233,7 @@ impl Renderer {
         views.iter().map(view).collect()
     }
 
-    /// An error where the device is lost, or the caller still has the commands of a frame.
+    /// Returns an error if the device is lost or the caller holds the commands of a frame.
     pub(super) fn check_device(&self) -> Result<(), RenderError> {
         match self.flight.recorded {
             Some(_) => Err(RenderError::NotSubmitted),
@@ -244,14 +242,14 @@ impl Renderer {
     }
 }
 
-/// An error where the device is lost: it would do nothing, and say nothing of that.
+/// Returns an error if the device is lost: it would do nothing without reporting it.
 pub(super) fn check_lost(device: &wgpu::Device) -> Result<(), RenderError> {
     if is_lost(device) { Err(GpuError::Lost.into()) } else { Ok(()) }
 }
 
-/// An error unless sums can be asked for under these settings.
+/// Returns an error if these settings do not support demodulated irradiance.
 fn check_sums(settings: &Settings) -> Result<(), RenderError> {
-    let needed = "images of its own (`Target::Sums` takes one sample a pixel, `accumulate 1` and no debug view)";
+    let needed = "another target (`Target::Sums` supports one sample per pixel, `accumulate 1` and no debug view)";
     let faults = [
         (settings.samples != Samples::One, "`samples`"),
         (settings.accumulate > 1, "`accumulate`"),

@@ -1,4 +1,4 @@
-//! Images that are the mean of many frames ([`crate::progressive`]).
+//! Images that are the mean of several frames ([`crate::progressive`]).
 
 use lanternfish_gpu::{GpuError, PassTime, checked};
 use lanternfish_scene::Camera;
@@ -15,18 +15,18 @@ use crate::{
 
 const NO_MEAN_OF_DEBUG_VIEWS: RenderError = RenderError::Together { setting: "`debug-view`", needed: "`accumulate 1`" };
 
-/// An error unless these frames have a mean.
+/// Returns an error if frames of these settings have no mean.
 pub(super) fn check(settings: &Settings) -> Result<(), RenderError> {
     match settings.accumulate {
         0 => Err(RenderError::NoFrames),
-        // A colour is radiance like any other; all other quantities are not.
+        // A base colour can be averaged like radiance; other quantities cannot.
         2.. if settings.debug_view.is_some_and(|view| view != DebugView::BaseColor) => Err(NO_MEAN_OF_DEBUG_VIEWS),
         _ => Ok(()),
     }
 }
 
 impl Renderer {
-    /// [`Self::render_views`], and tells after every frame how many there are.
+    /// As [`Self::render_views`], and calls back with the number of frames after every frame.
     pub fn render_frames(
         &mut self,
         scene: &GpuScene,
@@ -54,12 +54,12 @@ impl Renderer {
         })
     }
 
-    /// Adds one frame to the mean of these views, and gives the mean: called again and again, an image that gets better. The
-    /// counter `progressive/frames` of the first report says how many it is of.
+    /// Adds one frame to the mean of these views and returns the mean. Repeated calls refine the image. The counter `progressive/frames` of
+    /// the first report is the number of frames in the mean.
     ///
-    /// The mean is kept on the device while cameras, sizes and scene are those of the call before; else this frame is the
-    /// first of a new one. [`Self::update`] makes another scene, whatever it changed. [`Settings::accumulate`] is not asked;
-    /// frames of [`Self::render`] are gone on from where it is above 1.
+    /// The mean stays on the device while cameras, sizes and scene equal those of the previous call; otherwise this frame starts a new
+    /// mean. [`Self::update`] counts as a new scene for any change. [`Settings::accumulate`] is ignored; if it is above 1, the mean
+    /// continues from frames of [`Self::render`].
     pub fn refine(
         &mut self,
         scene: &GpuScene,
@@ -75,7 +75,7 @@ impl Renderer {
         })
     }
 
-    /// Runs `work`, which renders images: its frames wait where they need to.
+    /// Runs `work`, which renders images with frames that may wait for the device.
     pub(super) fn image_frames<R>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<R, RenderError>,
@@ -85,7 +85,8 @@ impl Renderer {
         self.checked_work(work)
     }
 
-    /// Runs `work`, which renders, and turns what the device reports into an error; after any, no frame relies on one before it.
+    /// Runs `work`, which renders, and converts device errors to [`RenderError`]. After an error the next frame uses no state of earlier
+    /// frames.
     pub(crate) fn checked_work<R>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<R, RenderError>,
@@ -98,13 +99,13 @@ impl Renderer {
         result
     }
 
-    /// Lets the next [`Self::refine`] start again: for a change that it does not see.
+    /// Makes the next [`Self::refine`] start a new mean, for a change that it does not detect.
     pub fn reset(&mut self) {
         self.passes.progressive.reset();
         self.passes.forget_shown();
     }
 
-    /// Hands one more frame of the views' mean to the device.
+    /// Submits the next frame of the views' mean.
     pub(super) fn next_frame(&mut self, scene: &GpuScene, views: &[View]) -> Result<Vec<FrameResult>, RenderError> {
         let index = self.passes.progressive.begin(scene, views);
         let moved: Vec<View> = views.iter().map(|view| view.of_frame(index)).collect();
@@ -113,7 +114,7 @@ impl Renderer {
         Ok(results)
     }
 
-    /// Waits for the last frame: its times.
+    /// Waits for the last frame and returns its times.
     fn finished(&mut self) -> Result<Vec<PassTime>, RenderError> {
         let lost = |error| GpuError::ReadBack { what: "frame".to_owned(), source: Box::new(error) };
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
@@ -121,11 +122,11 @@ impl Renderer {
     }
 }
 
-/// Adds the times of another frame to those before.
+/// Adds the times of a frame to the total.
 fn add_times(total: &mut Vec<PassTime>, frame: Vec<PassTime>) {
     for pass in frame {
-        match total.iter_mut().find(|known| known.name == pass.name) {
-            Some(known) => known.ms += pass.ms,
+        match total.iter_mut().find(|entry| entry.name == pass.name) {
+            Some(entry) => entry.ms += pass.ms,
             None => total.push(pass),
         }
     }

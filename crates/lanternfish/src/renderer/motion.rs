@@ -1,4 +1,4 @@
-//! What changes by itself: instances that move, a moment of an animation, a light, a material; without looking at the whole scene.
+//! Partial updates: moving instances, the time of an animation, a light, a material. Their cost does not depend on the size of the scene.
 
 use glam::Affine3A;
 use lanternfish_gpu::{Frame, Profiler, checked};
@@ -13,39 +13,37 @@ use crate::{
 };
 
 impl Renderer {
-    /// Moves instances of an uploaded scene, on the device: by their index in the scene's list, each to where it stands now, world from
-    /// object. The host sends these transforms; the device poses their triangles, gives the BVH new boxes, and builds the adapter's own
-    /// structure again. Instances that are not named stay; one that is named twice goes where it is said last.
+    /// Moves instances of an uploaded scene on the device: their indices in the scene's list and their new transforms, world from object.
+    /// The host uploads the transforms; the device transforms the triangles, refits the BVH and rebuilds the adapter's own structure. Other
+    /// instances do not move; if an instance is named twice, the last transform applies.
     ///
-    /// The BVH keeps its tree until that has become costly. Then a thread builds another, of where things stood, which takes its place in a
-    /// later call: [`Sent::has_rebuilt`]. Call with nothing moved to have it where things rest; when it comes,
-    /// means begin again and deep images are built again, as after a move. Rays find the same distances through
-    /// either; of surfaces in one place either may be found first.
+    /// The BVH's topology is kept until its cost has grown too much. A thread then builds a new tree from the current transforms, which a
+    /// later call installs: [`Sent::has_rebuilt`]. Call with an empty list to install it for a scene at rest; means then restart and deep
+    /// images are rebuilt, as after a move. Rays return the same distances with either tree; of coincident surfaces either may be hit.
     ///
-    /// An error, and nothing is done, for an instance that is not there, a transform that
-    /// is not finite, and, where indirect light is looked for, instances that shine ([`RenderError::NeedsUpdate`]):
-    /// [`Self::update`] moves these. After an error of the device call `update`.
+    /// Returns an error and does nothing for an instance that does not exist, a transform that is not finite, and, with indirect light, an
+    /// emissive instance ([`RenderError::NeedsUpdate`]): use [`Self::update`] for these. After a device error call `update`.
     pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
         self.recorded(gpu_scene, |gpu_scene, frame| gpu_scene.move_instances(frame, moved))
     }
 
-    /// Brings an uploaded scene to a moment of an animation, on the device: an index of [`Motion::animations`] and a time, s, as
-    /// [`Scene::pose`] takes them; `None`: where the file puts all that moves. `scene` is the one that was uploaded, or last brought by
-    /// [`Self::update`]; it stays as it is, and its cameras are the caller's to place ([`Motion::cameras`]).
+    /// Poses an uploaded scene at a time of an animation, on the device: an index of [`Motion::animations`] and a time, s, as for
+    /// [`Scene::pose`]. `None` restores the rest pose of the file. `scene` is the scene that was uploaded or last passed to
+    /// [`Self::update`]. It is not changed; the caller moves its cameras ([`Motion::cameras`]).
     ///
-    /// The host finds where nodes stand, and sends transforms of the instances that go with them, lights that go with them, and of meshes
-    /// that bend the joints' transforms and the targets' weights. The device bends their vertices, poses the triangles of all that moved or
-    /// bent, gives the BVH new boxes, and builds the adapter's own structure again. What is where it was sends nothing. The first call also
-    /// sends the vertices at rest and what bends them, which later calls take to be the same; it takes time linear in the scene. Boxes of
-    /// draws, and of the scene, are found of the joints: they hold all vertices, and are larger than need be.
+    /// The host evaluates the nodes and uploads the transforms of their instances and lights, and the joint transforms and morph weights of
+    /// deforming meshes. The device deforms their vertices, transforms the triangles that moved, refits the BVH and rebuilds the adapter's
+    /// own structure. Nodes that did not move upload nothing. The first call also uploads the rest vertices, skins and morph targets, in
+    /// time linear in the scene; later calls assume that these do not change. Bounding boxes of draws and of the scene are computed from
+    /// the joints: they are conservative and larger than necessary.
     ///
-    /// An error, and nothing is done: [`RenderError::NoAnimation`]; [`RenderError::InvalidScene`] for what is not finite or beyond [`Scene::FARTHEST`];
-    /// [`RenderError::NeedsUpdate`] for other numbers of instances, meshes, primitives, vertices, indices or lights that go with nodes than were
-    /// uploaded, other meshes that bend than at the first call, and, where indirect light is looked for, lights that change and instances
-    /// that shine and move or bend.
-    /// [`Scene::pose`] and [`Self::update`] bring these, and all else back. The BVH's tree: see [`Self::move_instances`]. After an error of the device call `update`.
+    /// Returns an error and does nothing: [`RenderError::NoAnimation`]; [`RenderError::InvalidScene`] for values that are not finite or
+    /// exceed [`Scene::FARTHEST`]; [`RenderError::NeedsUpdate`] if the number of instances, meshes, primitives, vertices, indices or
+    /// animated lights differs from the upload, if other meshes deform than at the first call, and, with indirect light, if lights change
+    /// or emissive instances move or deform. Use [`Scene::pose`] and [`Self::update`] for these. BVH topology: see
+    /// [`Self::move_instances`]. After a device error call `update`.
     pub fn animate(
         &self,
         gpu_scene: &mut GpuScene,
@@ -57,21 +55,20 @@ impl Renderer {
         self.recorded(gpu_scene, |gpu_scene, frame| gpu_scene.animate(frame, scene, moment))
     }
 
-    /// Puts another light in the place of one of an uploaded scene's, by its index in the scene's list.
+    /// Replaces a light of an uploaded scene, by its index in the scene's list.
     ///
-    /// An error, and nothing is done, for a light that is not there or is not valid ([`Scene::validate`]), and where indirect light is
-    /// looked for: lights are then in a tree that [`Self::update`] makes again ([`RenderError::NeedsUpdate`]).
+    /// Returns an error and does nothing for a light that does not exist or is not valid ([`Scene::validate`]), and with indirect light,
+    /// because [`Self::update`] must rebuild the light tree ([`RenderError::NeedsUpdate`]).
     pub fn set_light(&self, gpu_scene: &mut GpuScene, index: usize, light: &Light) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
         gpu_scene.set_light(&self.queue, index, light)
     }
 
-    /// Puts another material in the place of one of an uploaded scene's, by its index in the scene's list: one that differs in the factors
-    /// that [`Self::update`] names.
+    /// Replaces a material of an uploaded scene, by its index in the scene's list. Only the factors that [`Self::update`] lists may differ.
     ///
-    /// An error, and nothing is done, for a material that is not there or is not valid, one that differs in more, and, where indirect
-    /// light is looked for, one that shines otherwise: [`Self::update`] brings these ([`RenderError::NeedsUpdate`]).
+    /// Returns an error and does nothing for a material that does not exist or is not valid, one with other differences, and, with indirect
+    /// light, one with another emission: use [`Self::update`] for these ([`RenderError::NeedsUpdate`]).
     pub fn set_material(
         &self,
         gpu_scene: &mut GpuScene,
@@ -83,7 +80,7 @@ impl Renderer {
         gpu_scene.set_material(&self.queue, index, material)
     }
 
-    /// Hands what `record` adds to a frame of its own to the device. After an error of the device the next update uploads the scene.
+    /// Submits the commands of `record` in a frame of their own. After a device error the next update uploads the scene again.
     fn recorded(
         &self,
         gpu_scene: &mut GpuScene,

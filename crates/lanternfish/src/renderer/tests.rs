@@ -13,7 +13,7 @@ use crate::{
     settings::{DebugView, Exposure, Shadows},
 };
 
-/// Dispatches that follow each other share a pass: those of a frame of the default settings are few, however many rays a pixel has.
+/// Successive dispatches share a compute pass: a frame of the default settings has few passes for any number of rays per pixel.
 #[test]
 fn gpu_a_frame_has_few_compute_passes() {
     let test = "gpu_a_frame_has_few_compute_passes";
@@ -35,11 +35,11 @@ fn gpu_a_frame_has_few_compute_passes() {
         return testing::left_out(test, "this device cannot time dispatches that share a pass");
     }
     assert!((1..=7).contains(&passes), "{passes}");
-    // Each is timed by itself all the same.
+    // Each dispatch is still timed separately.
     assert!(!has_timestamps || times.len() > 40, "{times:?}");
 }
 
-/// A debug view leaves out what it does not show, and says nothing else of the settings than what it was given.
+/// A debug view skips passes that it does not show, and the renderer still reports the settings as given.
 #[test]
 fn gpu_settings_come_back_as_they_were_given() {
     let Some(gpu) = testing::gpu("gpu_settings_come_back_as_they_were_given") else { return };

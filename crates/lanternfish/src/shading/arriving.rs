@@ -1,17 +1,17 @@
-//! What arrives at the surfaces of a view, but for the light of the listed lights.
+//! Light at the surfaces of a view other than that of the listed lights.
 
 use lanternfish_gpu::Bindings;
 
 use crate::{indirect::DemodulatedIrradiance, occlusion::AmbientVisibility, prepass::Surface};
 
-/// Found between culling and shading, for the surface that is seen through the middle of each pixel.
+/// Computed between culling and shading, for the surface at each pixel's centre.
 #[derive(Clone, Debug)]
 pub struct Arriving {
-    /// That surface: one sample a pixel.
+    /// The surface, with one sample per pixel.
     pub surface: Surface,
-    /// How much of the environment it sees.
+    /// The ambient visibility of the surface.
     pub ambient_visibility: Option<AmbientVisibility>,
-    /// What it gets from other surfaces.
+    /// The irradiance from other surfaces.
     pub indirect: Option<DemodulatedIrradiance>,
 }
 
@@ -19,10 +19,10 @@ impl Arriving {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = self.surface.bindings();
-        let found = [
+        let light = [
             self.ambient_visibility.as_ref().map(AmbientVisibility::bindings),
             self.indirect.as_ref().map(DemodulatedIrradiance::bindings),
         ];
-        found.iter().flatten().fold(bindings, |bindings, more| bindings.with(more))
+        light.iter().flatten().fold(bindings, |bindings, more| bindings.with(more))
     }
 }

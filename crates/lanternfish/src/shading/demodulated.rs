@@ -1,4 +1,4 @@
-//! The light that arrives at what is visible, without the surface's colours: for programs that shade by themselves.
+//! Demodulated irradiance: the light at visible surfaces without their colours, for programs that do their own shading.
 
 use super::DECLARED;
 use lanternfish_gpu::{Feature, Frame, RasterPipeline, RasterState};
@@ -16,35 +16,35 @@ use crate::{
     texture::{RADIANCE_FORMAT, frame_target},
 };
 
-/// The pass, and what finds the surfaces that it lights. Compiled when the first sums are requested.
+/// The pass, and the prepasses of its surfaces. Compiled for the first request.
 #[derive(Debug)]
 pub(crate) struct DemodulatedLight {
-    /// Of a view whose surfaces are the scene's.
+    /// For views of the scene's surfaces.
     pub prepass: Prepass,
-    /// Of one whose surfaces are the caller's.
+    /// For views with the caller's G-buffer.
     pub given: GivenSurfaces,
     features: Vec<Feature>,
-    /// Without area lights, and with.
+    /// The pipelines without area lights and with.
     pipelines: [Option<RasterPipeline>; 2],
 }
 
-/// What a white surface that scatters evenly would send to the viewer, linear, nits; alpha: 1 where a surface is.
+/// The radiance that a white Lambertian surface would reflect to the viewer, linear, nits; alpha: 1 where there is a surface.
 #[derive(Clone, Debug)]
 pub(crate) struct Sums {
-    /// Of light straight from the listed lights.
+    /// From the listed lights.
     pub direct: wgpu::TextureView,
-    /// Of light from other surfaces and the environment.
+    /// From other surfaces and the environment.
     pub indirect: wgpu::TextureView,
 }
 
-/// Features of the shader, before that of a scene with area lights. There is one sample a pixel, and nothing is kept from frame to frame.
+/// Features of the shader, without that of a scene with area lights. It uses one sample per pixel and no history.
 pub(crate) fn demodulated_features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
     let [opaque, _] = features(&Settings { samples: Samples::One, history: History::Off, ..settings.clone() }, tracer);
     opaque
 }
 
 impl DemodulatedLight {
-    /// Nothing is compiled yet.
+    /// Compiles nothing yet.
     pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
         Self {
             prepass: Prepass::new(true, 1),
@@ -54,15 +54,15 @@ impl DemodulatedLight {
         }
     }
 
-    /// Where a view's sums go.
+    /// The targets of a view.
     pub fn target(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Sums {
         let none = wgpu::TextureUsages::empty();
         let mut target = |label| frame_target(frame, label, view.surface.size, RADIANCE_FORMAT, none, 1);
         Sums { direct: target("irradiance/direct"), indirect: target("irradiance/indirect") }
     }
 
-    /// Sums the light of the visibility's rows, or of the whole view where there are no shadows. The call for the first row clears the
-    /// sums.
+    /// Writes the irradiance of the visibility's rows, or of the complete view if there are no shadows. The call for the first row clears
+    /// the targets.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,

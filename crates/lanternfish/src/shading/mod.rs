@@ -1,4 +1,4 @@
-//! Forward shading of what is visible, and of transparent surfaces over it [Elagabani2025, §4.4].
+//! Forward shading of visible opaque surfaces, and of transparent surfaces over them [Elagabani2025, §4.4].
 
 mod arriving;
 mod demodulated;
@@ -37,9 +37,9 @@ pub(crate) use self::{
 
 /// Transparent surfaces: the colour is premultiplied.
 const TRANSPARENT: Feature = Feature::new("transparent");
-/// Visibility bits are read.
+/// Shading reads visibility bits.
 const SHADOW_BITS: Feature = Feature::new("shadow_bits");
-/// Shadow rays are traced where a surface is shaded.
+/// Shading traces shadow rays.
 const SHADOW_RAYS: Feature = Feature::new("shadow_rays");
 
 /// The shaders of this folder.
@@ -53,27 +53,27 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     &[],
 );
 
-/// The passes that shade opaque and blended surfaces.
+/// The passes that shade opaque and transparent surfaces.
 #[derive(Debug)]
 pub(crate) struct Forward {
     opaque: SceneRaster,
-    /// Multiplies the image by what surfaces let through.
+    /// Multiplies the image by the transmittance of surfaces.
     dim: SceneRaster,
     transparent: SceneRaster,
     samples: u32,
 }
 
-/// What is known of the shadows of a view's surfaces.
+/// The shadows of a view's surfaces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shadowing<'a> {
-    /// Which lights reach each pixel, where shadows are traced.
+    /// The visible lights of each pixel, if shadows are traced.
     pub visibility: Option<&'a Visibility<'a>>,
-    /// The ratio of area lights' light that reaches each pixel, where there is a history.
+    /// The visibility ratios of area lights at each pixel, if there is a history.
     pub fractions: Option<&'a AccumulatedRatios>,
 }
 
 impl Forward {
-    /// Nothing is compiled until the first scene is drawn.
+    /// Compiles nothing; the first scene compiles the pipelines.
     pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
         let depth = |compare| wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
@@ -145,9 +145,8 @@ impl Forward {
         Radiance { target: target("radiance", wgpu::TextureUsages::COPY_SRC, 1), drawn }
     }
 
-    /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows; `fractions` of the whole
-    /// view, where shadows have a history. The
-    /// call for the first row clears the target to the sky.
+    /// Shades the visible opaque surfaces of the visibility's rows, or of the complete view if there are no shadows. `fractions` cover the
+    /// complete view, if shadows have a history. The call for the first row clears the target to the sky.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -170,7 +169,7 @@ impl Forward {
         let bindings = fractions.iter().fold(bindings, |bindings, more| bindings.with(more));
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
         frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |groups, pass| {
-            // Mesa's software driver misplaces a scissor by half a pixel where there are several samples: there the shader looks.
+            // Mesa's software driver shifts a scissor by half a pixel with multisampling, so the shader tests the rows there.
             if self.samples == 1 {
                 pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
             }
@@ -179,8 +178,8 @@ impl Forward {
         Ok(())
     }
 
-    /// Blends the transparent surfaces over the image, each lit and shadowed where it is. `arriving` is found for the nearest of
-    /// them.
+    /// Blends the transparent surfaces over the image, each with its own direct light and shadows. `arriving` is the light at the nearest
+    /// of them.
     pub fn record_transparent(
         &mut self,
         frame: &mut Frame<'_>,
@@ -208,13 +207,13 @@ impl Forward {
     }
 }
 
-/// Features of the shaders of the opaque and of the blended pass, before those that draws ask for.
+/// Features of the shaders of the opaque and the transparent pass, without those of individual draws.
 pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feature>; 2] {
     let culling = LightCulling::feature(&settings.culling);
     let samples = settings.samples.count();
     let mut opaque = vec![culling];
     let mut transparent = vec![culling, TRANSPARENT];
-    // Rays of indirect light may see the environment themselves.
+    // Rays of indirect light may reach the environment themselves.
     let ambient_visibility = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_environment());
     let indirect = (settings.indirect != Indirect::NONE).then_some(INDIRECT);
     for features in [&mut opaque, &mut transparent] {
@@ -223,7 +222,7 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
     }
     if let Some(tracer) = tracer {
         let tracing = tracer.exact().features(&settings.structure, true);
-        // Bits are of the surface at a pixel's middle: where a pixel has others, they trace their own rays.
+        // Bits belong to the surface at a pixel's centre; other surfaces of a multisampled pixel trace their own rays.
         opaque.push(SHADOW_BITS);
         if samples > 1 {
             opaque.push(SHADOW_RAYS);
@@ -240,8 +239,8 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
     [opaque, transparent]
 }
 
-/// Clear colour of the sky. It is at most the target's largest number, like all that is drawn to it, so that a mean of frames stays a
-/// number.
+/// Clear colour of the sky. It is clamped to the largest finite value of the target, like every drawn value, so that a mean of frames stays
+/// finite.
 fn sky(radiance: Vec3) -> wgpu::Color {
     let [r, g, b] = radiance.min(Vec3::splat(half::f16::MAX.to_f32())).to_array().map(f64::from);
     wgpu::Color { r, g, b, a: 0.0 }

@@ -1,5 +1,5 @@
-//! What arrives at the nearest blended surface of every pixel: what is found for opaque surfaces, found again. Those behind it take
-//! the same; at the rim of a vase, where both of its walls mirror most, both mirror the same.
+//! Light at the nearest transparent surface of every pixel, computed by the same techniques as for opaque surfaces. Transparent surfaces
+//! behind it use the same light, so at the rim of a vase, where both walls mirror most, both mirror the same.
 
 use lanternfish_gpu::Frame;
 
@@ -14,7 +14,7 @@ use crate::{
     settings::{History, Settings},
 };
 
-/// Compiled when the first blended surface is drawn.
+/// Compiled for the first transparent surface.
 #[derive(Debug)]
 pub(crate) struct NearestTransparent {
     settings: Settings,
@@ -30,22 +30,22 @@ struct Passes {
 }
 
 impl NearestTransparent {
-    /// Glass is smooth: rays go through the BVH, from every pixel, and there is one about the mirror direction at least.
+    /// Glass is smooth: rays are traced through the BVH, from every pixel, with at least one about the mirror direction.
     pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
         let mut settings = Settings { history: History::Off, ..settings.clone() };
-        if let Some(room) = settings.indirect.technique_mut() {
-            room.for_transparent();
+        if let Some(technique) = settings.indirect.technique_mut() {
+            technique.for_transparent();
         }
         Self { settings, tracer, passes: None }
     }
 
-    /// Finds it for the blended surfaces of a view.
+    /// Computes the light at the transparent surfaces of a view.
     pub fn record(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Result<Arriving, RenderError> {
         let Passes { prepass, occlusion, indirect } = match &mut self.passes {
             Some(passes) => passes,
             none => none.insert(Passes {
                 prepass: Prepass::of_transparent(),
-                // Rays of indirect light may see the environment themselves.
+                // Rays of indirect light may reach the environment themselves.
                 occlusion: match self.settings.indirect.sees_environment() {
                     false => occlusion::passes(frame.device, &self.settings)?,
                     true => None,
@@ -54,8 +54,8 @@ impl NearestTransparent {
             }),
         };
         let surface = prepass.record_transparent(frame, view)?;
-        let ambient_visibility = occlusion.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
-        let indirect = indirect.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
+        let ambient_visibility = occlusion.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
+        let indirect = indirect.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         Ok(Arriving { surface, ambient_visibility, indirect })
     }
 }

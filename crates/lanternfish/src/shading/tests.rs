@@ -1,4 +1,4 @@
-//! `brdf.wesl` against the path tracer's `brdf`, which is the same in double precision, and what must be true of both.
+//! `brdf.wesl` against the path tracer's `brdf`, which is the same in double precision, and invariants of both.
 
 use std::f64::consts::PI;
 
@@ -18,7 +18,7 @@ use crate::{
 
 const ROUGHNESSES: [f64; 7] = [0.0, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0];
 
-/// glTF's default dielectric, and metals; the normal is +z.
+/// glTF's default dielectric, or a metal; the normal is +z.
 fn surface(base_color: DVec3, metallic: f64, perceptual_roughness: f64) -> Reflector {
     reflector(&Material::default(), base_color, metallic, perceptual_roughness, true)
 }
@@ -27,8 +27,8 @@ fn white(metallic: f64, perceptual_roughness: f64) -> Reflector {
     surface(DVec3::ONE, metallic, perceptual_roughness)
 }
 
-/// Share of the light from all sides that goes towards `wo`: ∫ f cos dω, by `n` × `n` strata. The specular part is sampled
-/// by GGX's own half vectors, the diffuse part by the cosine.
+/// The directional albedo towards `wo`: ∫ f cos dω, by `n` × `n` strata. The specular part samples GGX half vectors, the diffuse part the
+/// cosine.
 fn reflectance(surface: &Reflector, wo: DVec3, n: u32) -> DVec3 {
     let a2 = surface.alpha().powi(2);
     let mut sum = DVec3::ZERO;
@@ -67,7 +67,7 @@ fn gpu_brdf_is_its_cpu_reference() {
         let metallic = [0.0, 1.0, random.unit()][(3.0 * random.unit()) as usize];
         let roughness = random.between(0.03, 1.0);
         let upper = |v: Vec3| if v.z < 0.0 { -v } else { v };
-        // One light in eight comes from behind.
+        // One light in eight is behind the surface.
         let wi = random.direction();
         let wi = if random.unit() < 0.125 { wi } else { upper(wi) };
         let wo = upper(random.direction());
@@ -78,12 +78,12 @@ fn gpu_brdf_is_its_cpu_reference() {
     let mut worst = 0.0f64;
     for ((surface, wi, wo), answer) in surfaces.iter().zip(evaluate(gpu, "reflections", &queries, 4)) {
         let expected = surface.reflect_light(DVec3::Z, *wi, *wo);
-        let found = answer.truncate().as_dvec3();
-        // n × h is wrong by the rounding of h, relative to a highlight as wide as alpha; it enters to the fourth power.
+        let actual = answer.truncate().as_dvec3();
+        // n × h has the rounding error of h relative to the width alpha of the highlight; it enters to the fourth power.
         let tolerance = 16.0 * f64::from(f32::EPSILON) / surface.alpha();
-        let error = (found - expected).abs().max_element() / expected.max_element().max(1e-6);
-        assert!(error <= tolerance, "{surface:?} {wi} {wo}: {found}, not {expected}");
-        assert!(wi.z > 0.0 || found == DVec3::ZERO);
+        let error = (actual - expected).abs().max_element() / expected.max_element().max(1e-6);
+        assert!(error <= tolerance, "{surface:?} {wi} {wo}: {actual}, not {expected}");
+        assert!(wi.z > 0.0 || actual == DVec3::ZERO);
         worst = worst.max(error);
     }
     println!("largest relative difference {worst:.1e}");
@@ -105,12 +105,12 @@ fn gpu_coats_are_their_cpu_references() {
     }
     for (answer, expected) in evaluate(gpu, "coated_reflections", &queries, 4).iter().zip(expected) {
         let error = (answer.truncate().as_dvec3() - expected).abs().max_element();
-        // As for the BRDF without a coat; alpha is at least 0.01.
+        // The tolerance of the BRDF without a coat; alpha is at least 0.01.
         assert!(error <= 2e-4 * expected.x.max(1e-3), "{answer}, not {expected}");
     }
 }
 
-/// A texture of one colour comes to what its channels say as factors, for the renderer and for the path tracer.
+/// A texture of a uniform colour equals the same values as factors, in the renderer and in the path tracer.
 #[test]
 fn gpu_textures_of_layers_weigh_their_factors() {
     let Some(gpu) = testing::gpu("gpu_textures_of_layers_weigh_their_factors") else { return };
@@ -167,12 +167,12 @@ fn gpu_textures_of_layers_weigh_their_factors() {
     }
 }
 
-/// What the sums over strata may be off by: halving the strata changes none by more.
+/// Error bound of the sums over strata: halving the strata changes none by more.
 const ENERGY_TOLERANCE: f64 = 0.006;
 
 const ANGLES: [f64; 7] = [0.0, 0.3, 0.6, 0.9, 1.2, 1.4, 1.5];
 
-/// Reflectances of white surfaces at every roughness and these angles of view.
+/// Directional albedos of white surfaces at every roughness and these view angles.
 fn reflectances(material: &Material, metallic: f64, angles: &[f64]) -> Vec<f64> {
     let of = |roughness| reflector(material, DVec3::ONE, metallic, roughness, true);
     let pairs = ROUGHNESSES.iter().flat_map(|roughness| angles.iter().map(move |angle| (*roughness, *angle)));
@@ -187,29 +187,30 @@ fn no_surface_reflects_more_than_it_gets() {
         ("half a metal", index(1.5), 0.5),
         ("dielectric", index(1.5), 0.0),
         ("diamond", index(2.42), 0.0),
-        ("no diffuse light at all", index(0.0), 0.0),
+        ("no diffuse light", index(0.0), 0.0),
         ("without a specular layer", Material { specular: 0.0, ..index(1.5) }, 0.0),
     ] {
         let most = reflectances(&material, metallic, &ANGLES).into_iter().fold(0.0, f64::max);
         println!("{name}: at most {most:.4}");
         assert!(most <= 1.0 + ENERGY_TOLERANCE, "{name}: {most}");
-        // It can fail: an emphasis of a hundredth and a half would be seen of what loses nothing at all.
+        // Check that the test can fail: a gain of 1.5 % of a lossless surface is detected.
         assert!(metallic == 0.5 || 1.015 * most > 1.0 + ENERGY_TOLERANCE, "{name}: {most}");
     }
-    // What a dielectric does not mirror it scatters: a white one gives all back, up to where the fit of its specular layer is coarse.
+    // A dielectric scatters all light that it does not mirror: a white one is lossless, except where the fit of its specular layer is
+    // coarse.
     let least = reflectances(&index(1.5), 0.0, &ANGLES[..6]).into_iter().fold(1.0, f64::min);
     println!("dielectric up to 1.4 rad: at least {least:.4}");
     assert!(least > 0.96, "{least}");
     let least = reflectances(&index(1.5), 0.0, &ANGLES[..4]).into_iter().fold(1.0, f64::min);
     assert!(least > 0.98, "{least}");
-    // The sums themselves.
+    // Convergence of the sums.
     for (roughness, metallic, angle) in [(0.15, 1.0, 0.6), (0.3, 0.0, 0.9), (1.0, 0.5, 1.2)] {
         let [coarse, fine] = [48, 96].map(|n| reflectance(&white(metallic, roughness), at(angle), n).x);
         assert!((coarse - fine).abs() < ENERGY_TOLERANCE, "{coarse} and {fine}");
     }
 }
 
-/// The specular layer's share of even light is a fit, of which the diffuse part is what is left.
+/// The specular layer's fraction of uniform light is a fit; the diffuse part is the remainder.
 #[test]
 fn the_grazing_share_fits_the_specular_layer() {
     let layer = |f0, roughness| Reflector { albedo: DVec3::ZERO, f0: DVec3::splat(f0), ..white(0.0, roughness) };
@@ -222,7 +223,7 @@ fn the_grazing_share_fits_the_specular_layer() {
     }
 }
 
-/// What surfaces send on, all ways together, is what their BRDF comes to: even light, as rays by the cosine bring it.
+/// The total reflected light of a surface equals the integral of its BRDF: uniform light, sampled by cosine-weighted rays.
 #[test]
 fn gpu_whole_reflectances_are_integrals() {
     let Some(gpu) = testing::gpu("gpu_whole_reflectances_are_integrals") else { return };
@@ -236,17 +237,17 @@ fn gpu_whole_reflectances_are_integrals() {
                 [first, second, at(cosine.acos()).as_vec3().extend(0.0), Vec4::Z]
             };
             let queries: Vec<Vec4> = cosines.iter().flat_map(query).collect();
-            let found: Vec4 = evaluate(gpu, "whole_reflections", &queries, 4).into_iter().sum();
-            let [expected, found] = [integrals, found.truncate().as_dvec3()].map(|sum| sum / cosines.len() as f64);
-            println!("{base_color} {metallic} {roughness}: {found:.4}, {expected:.4}");
-            assert!((found - expected).abs().max_element() < 0.01, "{roughness}: {found}, not {expected}");
+            let actual: Vec4 = evaluate(gpu, "whole_reflections", &queries, 4).into_iter().sum();
+            let [expected, actual] = [integrals, actual.truncate().as_dvec3()].map(|sum| sum / cosines.len() as f64);
+            println!("{base_color} {metallic} {roughness}: {actual:.4}, {expected:.4}");
+            assert!((actual - expected).abs().max_element() < 0.01, "{roughness}: {actual}, not {expected}");
         }
     }
 }
 
 #[test]
 fn smooth_surfaces_are_mirrors() {
-    // A smooth white metal reflects everything, and a smooth black dielectric what Fresnel says.
+    // A smooth white metal reflects all light, and a smooth black dielectric the Fresnel fraction.
     for angle in [0.0, 0.5, 1.0] {
         let metal = reflectance(&white(1.0, 0.05), at(angle), 96);
         assert!((metal - 1.0).abs().max_element() < 0.01, "{angle}: {metal}");
@@ -267,7 +268,7 @@ fn the_brdf_is_reciprocal() {
             let (there, back) = (f(&surface, DVec3::Z, wi, wo), f(&surface, DVec3::Z, wo, wi));
             assert!((there - back).abs().max_element() <= 1e-9 * there.max_element(), "{surface:?} {wi} {wo}");
         }
-        // It can fail: with the cosine of one side it is not.
+        // Check that the test can fail: with the cosine of one side only, reciprocity does not hold.
         let (there, back) = (surface.reflect_light(DVec3::Z, wi, wo), surface.reflect_light(DVec3::Z, wo, wi));
         assert!((wi.z - wo.z).abs() < 1e-3 || (there - back).length() > 0.0);
     }

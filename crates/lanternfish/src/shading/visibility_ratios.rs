@@ -1,4 +1,4 @@
-//! How much of the light of lights that have a size reaches each pixel, by this frame's rays and by those of the frames before.
+//! Visibility ratios of area lights at each pixel: of this frame's rays, and accumulated over frames.
 
 use super::DECLARED;
 use glam::UVec2;
@@ -18,32 +18,32 @@ use crate::{
     shadows::{SHADOW_HISTORY, SOFT, Visibility},
 };
 
-/// The pass that finds the shares, and what views keep of them.
+/// The pass that computes visibility ratios, and their histories by view.
 #[derive(Debug)]
 pub(crate) struct VisibilityRatios {
     settings: Settings,
-    /// For scenes without area lights, and with; compiled for the first of them.
+    /// The kernels without area lights and with; each is compiled for the first scene that needs it.
     find: [Option<ComputeKernel>; 2],
     histories: Histories,
 }
 
-/// Shares of one view; linear, a channel of light each, in the first of four layers.
+/// Visibility ratios of one view; linear, per colour channel, in the first of four layers.
 #[derive(Debug)]
 pub(crate) struct AccumulatedRatios {
-    /// Of this frame's rays.
-    found: wgpu::TextureView,
-    /// Mixed with those of the frames before.
-    steady: wgpu::TextureView,
+    /// The ratios of this frame's rays.
+    estimate: wgpu::TextureView,
+    /// The ratios accumulated over frames.
+    accumulated: wgpu::TextureView,
 }
 
 impl AccumulatedRatios {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("current_ratios", &self.found).texture("accumulated_ratios", &self.steady)
+        Bindings::new().texture("current_ratios", &self.estimate).texture("accumulated_ratios", &self.accumulated)
     }
 }
 
-/// Features of the shader that finds shares, in scenes with area lights or without.
+/// Features of the shader that computes the ratios, in scenes with or without area lights.
 pub(crate) fn visibility_ratio_features(settings: &Settings, has_areas: bool) -> Vec<Feature> {
     let mut features = vec![LightCulling::feature(&settings.culling), SHADOW_HISTORY];
     features.extend(settings.casts_soft_shadows().then_some(SOFT));
@@ -52,12 +52,12 @@ pub(crate) fn visibility_ratio_features(settings: &Settings, has_areas: bool) ->
 }
 
 impl VisibilityRatios {
-    /// The pass, where shadows of these settings have a history.
+    /// Compiles the pass, if these settings give shadows a history.
     pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
         if settings.history == History::Off || settings.shadows == Shadows::None {
             return Ok(None);
         }
-        // Shadows are all in their new places at once, but where images of before are requested some frames.
+        // Most tracers show moved shadows at once; deep images may lag by some frames if they are rebuilt on request.
         let lasts = match settings.shadows {
             Shadows::Traced(tracer) => tracer.update_frames(&settings.structure),
             _ => 1,
@@ -71,24 +71,24 @@ impl VisibilityRatios {
         scene.has_area_lights || self.settings.casts_soft_shadows()
     }
 
-    /// Forgets what views have kept.
+    /// Drops the histories of all views.
     pub fn forget(&mut self) {
         self.histories.forget();
     }
 
-    /// Where a view's shares go.
+    /// The target of a view's ratios.
     pub fn target(&self, frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
         layers_target(frame, size)
     }
 
-    /// Finds the shares of one band of rows.
+    /// Computes the ratios of one band of rows.
     pub fn find(
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, middle: surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         visibility: &Visibility<'_>,
-        found: &wgpu::TextureView,
+        estimate: &wgpu::TextureView,
     ) -> Result<(), RenderError> {
         let slot = &mut self.find[usize::from(scene.has_area_lights)];
         let kernel = match slot {
@@ -105,25 +105,25 @@ impl VisibilityRatios {
             .with(&surface.bindings())
             .with(&lights.bindings())
             .with(&visibility.bindings())
-            .texture("filtered", found);
+            .texture("filtered", estimate);
         frame.dispatch(kernel, &bindings, visibility.blocks());
         Ok(())
     }
 
-    /// Mixes the shares of a view, of all bands, with those of its frames before.
-    pub fn steady(
+    /// Accumulates the ratios of a view, of all bands, over frames.
+    pub fn accumulated(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
-        found: wgpu::TextureView,
+        estimate: wgpu::TextureView,
     ) -> Result<AccumulatedRatios, RenderError> {
         let Some(motion) = &view.middle.motion else {
-            return Ok(AccumulatedRatios { steady: found.clone(), found });
+            return Ok(AccumulatedRatios { accumulated: estimate.clone(), estimate });
         };
-        let steady = self.target(frame, view.middle.size);
+        let accumulated = self.target(frame, view.middle.size);
         let surface = &view.middle;
-        let mix = Mix { surface, motion, found: &found, mixed: &steady, requested_frames: 0.0, clamped_frames: 0.0 };
+        let mix = Mix { surface, motion, found: &estimate, mixed: &accumulated, requested_frames: 0.0, clamped_frames: 0.0 };
         self.histories.record(frame, view, &mix)?;
-        Ok(AccumulatedRatios { found, steady })
+        Ok(AccumulatedRatios { estimate, accumulated })
     }
 }

@@ -1,4 +1,4 @@
-//! The environment, seen where no surface is.
+//! The environment as the background.
 
 #[cfg(test)]
 mod tests;
@@ -23,13 +23,13 @@ pub struct Sky {
 }
 
 impl Sky {
-    /// Nothing is compiled until the first scene with an environment is drawn.
+    /// Compiles nothing; the first scene with an environment compiles the pass.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Draws the scene's environment where the prepass found nothing. Without one there is no pass: what shading cleared
-    /// the image to is the sky.
+    /// Draws the scene's environment where the prepass drew no surface. Without an environment there is no pass: shading clears the image
+    /// to the sky's colour.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -55,7 +55,7 @@ impl Sky {
 
 fn pipeline(device: &wgpu::Device, samples: u32) -> Result<RasterPipeline, RenderError> {
     let shader = DECLARED.link("sky/sky", &[])?;
-    // The triangle lies at depth 0, and so does what the prepass left empty.
+    // The triangle lies at depth 0, the depth of pixels without a surface.
     let depth = wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
         depth_write_enabled: Some(false),

@@ -1,29 +1,29 @@
-//! What cameras see, and the one frustum that encloses what several see [VanGelderen2020, §4.1.1].
+//! View frusta, and the frustum that encloses several [VanGelderen2020, §4.1.1].
 
 use std::array;
 
 use glam::{Affine3A, DAffine3, DMat3, DVec2, DVec3, UVec2, Vec3};
 
-/// What one camera sees, as clustering needs it.
+/// The frustum of one camera, for clustering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewFrustum {
     /// Camera to world, rotation and translation only; looks down −z.
     pub world_from_view: Affine3A,
-    /// Left, right, bottom, top: x or y over distance (perspective), or coordinates, m (parallel).
+    /// Left, right, bottom, top: x or y over distance (perspective), or coordinates, m (orthographic).
     pub slopes: [f32; 4],
-    /// Least distance along the axis of anything that can be seen, m; above 0 unless `parallel`.
+    /// Least distance along the axis of any visible point, m; above 0 unless `parallel`.
     pub near: f32,
-    /// Greatest distance along the axis of anything that can be seen, m; above `near`.
+    /// Greatest distance along the axis of any visible point, m; above `near`.
     pub far: f32,
-    /// Rays are parallel.
+    /// True for an orthographic projection.
     pub parallel: bool,
-    /// Pixels of its image.
+    /// Size of the image, pixels.
     pub size: UVec2,
 }
 
 impl ViewFrustum {
-    /// Where its edges end, world space, m: four corners of the near plane, then four of the far plane, each left
-    /// bottom, right bottom, left top, right top.
+    /// The corners, world space, m: four of the near plane, then four of the far plane, each in the order left bottom, right bottom, left
+    /// top, right top.
     pub fn corners(&self) -> [Vec3; 8] {
         self.exact_corners().map(|p_world| p_world.as_vec3())
     }
@@ -38,11 +38,11 @@ impl ViewFrustum {
         })
     }
 
-    /// The least frustum of a camera that holds all points, and is rounded outwards.
+    /// The smallest frustum of a camera that contains all points, rounded outwards.
     ///
-    /// Perspective: every point lies ahead of the camera by more than what f32 rounds its position by.
+    /// Perspective: every point must lie in front of the camera by more than the f32 rounding error of its position.
     pub(crate) fn around(world_from_view: DAffine3, p_worlds: &[DVec3], parallel: bool, size: UVec2) -> Self {
-        // The camera is used as it is stored, in f32, so that its rounding takes no point out.
+        // The stored f32 camera is used, so that its rounding error excludes no point.
         let world_from_view = world_from_view.as_affine3a();
         let view_from_world = world_from_view.as_daffine3().inverse();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -63,14 +63,14 @@ impl ViewFrustum {
         }
     }
 
-    /// The same seen from `distance` m further back along its central ray, distance counted along the axis
-    /// [VanGelderen2020, §4.3]: the far plane's rectangle is the same, near and far are `distance` more.
+    /// The frustum from an eye moved back by `distance`, m, along its central ray, measured along the axis [VanGelderen2020, §4.3]. The far
+    /// plane's rectangle is unchanged; near and far increase by `distance`.
     ///
-    /// The thesis says both "along the central Z axis" and that asymmetric frusta turn into skewed cubes, which only
-    /// happens along the central ray; along the axis, a frustum that lies beside it would also lose near corners.
-    /// At most [`FARTHEST_DISPLACEMENT`] times the far plane's distance. Parallel rays stay as they are.
+    /// The thesis states both "along the central Z axis" and that asymmetric frusta become skewed cubes, which is only true along the
+    /// central ray. Along the axis, an off-centre frustum would also lose near corners. The distance is at most [`FARTHEST_DISPLACEMENT`]
+    /// times the far plane's distance. Orthographic frusta are unchanged.
     pub(crate) fn displaced(&self, distance: f32) -> Self {
-        // f32::max takes the number of a number and a NaN.
+        // f32::max of a number and NaN is the number.
         let distance = f64::from(distance.max(0.0).min(FARTHEST_DISPLACEMENT * self.far));
         if self.parallel || distance == 0.0 {
             return *self;
@@ -84,42 +84,42 @@ impl ViewFrustum {
     }
 }
 
-/// Far planes that an eye is moved back by at most: all but parallel by then, and the further back, the fewer layers do
-/// shaders tell apart (`most_cells`): 49 from here.
+/// Maximum displacement of an eye, in far-plane distances. The frustum is almost parallel then. Shaders distinguish fewer layers the
+/// further back the eye is (`most_cells`): 49 at this limit.
 const FARTHEST_DISPLACEMENT: f32 = 16.0;
 
-/// Distance that a corner ray gains along the common axis for each metre along its own, at least: below, the frustum
-/// around a view of 90° is wider than 88° to one side and encloses mostly what nobody sees.
+/// Minimum advance along the common axis per metre along a corner ray. Below it, the frustum around a 90° view extends more than 88° to one
+/// side, and most of it is invisible to every view.
 const LEAST_ADVANCE: f64 = 0.05;
 
-/// More than f32 rounds a position by, m, this far from the origin: √3 / 2 of an ulp, and three times as much to spare.
+/// Upper bound of the f32 rounding error of a position at this distance from the origin, m: √3 / 2 ulp, with a safety factor of three.
 fn position_error(distance: f64) -> f64 {
     4.0 * f64::from(f32::EPSILON) * distance
 }
 
-/// The greatest f32 that is no greater than `value`.
+/// The largest f32 that is at most `value`.
 fn rounded_down(value: f64) -> f32 {
     let nearest = value as f32;
     if f64::from(nearest) > value { nearest.next_down() } else { nearest }
 }
 
-/// The least f32 that is no less than `value`.
+/// The smallest f32 that is at least `value`.
 fn rounded_up(value: f64) -> f32 {
     -rounded_down(-value)
 }
 
-/// The frustum that encloses all of these views, near and far as tight as the corners [VanGelderen2020, §4.1.1].
+/// The frustum that encloses all of these views; near and far are as tight as the corners allow [VanGelderen2020, §4.1.1].
 ///
-/// One view is its own. Of several, the frustum has the mean orientation and stands on the axis through their mean
-/// origin, as far back as the supporting lines between near and far corners demand. It contains every corner of every
-/// view, rounded outwards; its image has the most pixels of any across and down. All parallel: the box around them.
+/// A single view is returned as it is. For several views the frustum has the mean orientation and lies on the axis through their mean
+/// origin, as far back as the supporting lines between near and far corners require. It contains every corner of every view, rounded
+/// outwards. Its image has the largest width and the largest height in pixels of any view. For orthographic views it is their bounding box.
 ///
-/// Where the thesis' construction ends, this goes on: slopes and distances are over *all* corners, which canted displays
-/// need, rather than slopes over the far ones and distances moved along; near and far corners need not be apart in
-/// depth; lines that draw in towards the axis do not count; and the eye moves back no further than the farthest corner
-/// is ahead (lines all but parallel to the axis, of telescopes and of parallel views).
+/// It extends the construction of the thesis. Slopes and distances cover *all* corners, which canted displays need; the thesis takes slopes
+/// over the far corners and displaced distances. Near and far corners need not be separated in depth. Lines that converge towards the axis
+/// are ignored. The eye moves back by at most the distance of the farthest corner (for lines almost parallel to the axis, as of telescopes
+/// and of orthographic views).
 ///
-/// None: unaligned, a corner's ray of some view leads (all but) sideways or backwards. `views` not empty.
+/// None if the views are not aligned: a corner ray of some view points almost sideways or backwards. `views` must not be empty.
 pub fn enclosing(views: &[ViewFrustum]) -> Option<ViewFrustum> {
     if let [view] = views {
         return Some(*view);
@@ -136,17 +136,17 @@ pub(crate) fn corners_of(views: &[ViewFrustum]) -> Vec<DVec3> {
     views.iter().flat_map(ViewFrustum::exact_corners).collect()
 }
 
-/// Mean of the cameras' origins, world space, m.
+/// Mean origin of the cameras, world space, m.
 pub(crate) fn mean_origin(views: &[ViewFrustum]) -> DVec3 {
     views.iter().map(|view| view.world_from_view.as_daffine3().translation).sum::<DVec3>() / views.len() as f64
 }
 
-/// Head space: mean origin and orientation. None: some view does not look that way.
+/// Head space: mean origin and orientation. None if a view does not face that direction.
 pub(crate) fn world_from_head(views: &[ViewFrustum]) -> Option<DAffine3> {
     let rotations = || views.iter().map(|view| view.world_from_view.as_daffine3().matrix3);
     let back = rotations().map(|rotation| rotation.z_axis).sum::<DVec3>().try_normalize()?;
     let up = rotations().map(|rotation| rotation.y_axis).sum::<DVec3>().reject_from_normalized(back);
-    // Cameras that are upside down to each other.
+    // Cameras may be upside down relative to each other.
     let up = up.try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
     let aligned = views.iter().zip(rotations()).all(|(view, rotation)| {
         let slopes = if view.parallel { [0.0; 4] } else { view.slopes };
@@ -159,7 +159,7 @@ pub(crate) fn world_from_head(views: &[ViewFrustum]) -> Option<DAffine3> {
     aligned.then(|| DAffine3::from_mat3_translation(rotation, mean_origin(views)))
 }
 
-/// Where the eye of the enclosing frustum stands, m ahead of the head's origin; behind all corners.
+/// Position of the enclosing frustum's eye, m ahead of the head's origin; behind all corners.
 fn enclosing_eye(views: &[ViewFrustum], world_from_head: &DAffine3) -> f64 {
     let head_from_world = world_from_head.inverse();
     let p_heads: Vec<_> = corners_of(views).into_iter().map(|p| head_from_world.transform_point3(p)).collect();
@@ -180,13 +180,13 @@ fn enclosing_eye(views: &[ViewFrustum], world_from_head: &DAffine3) -> f64 {
     eye.min(nearest - (LEAST_ADVANCE * f64::from(least_near)).max(position_error(from_origin)))
 }
 
-/// Where the supporting line of one side crosses the axis behind the corners, m ahead of the origin; −∞: nowhere, the
-/// line runs along the axis. None: it draws in towards the axis, and crosses it ahead if at all.
+/// Where the supporting line of one side crosses the axis behind the corners, m ahead of the origin; −∞ if the line is parallel to the
+/// axis. None if it converges towards the axis, so it crosses it ahead or not at all.
 ///
-/// Among the lines from a near to a far corner, the one that has all corners on one side is the outermost where it passes between the two
-/// sets: there it lies on their convex hull, and of the hull's edges one on each side passes.
+/// Of the lines from a near to a far corner, the one with all corners on one side is the outermost where it passes between the two sets: it
+/// lies on their convex hull there, and one hull edge per side passes.
 fn supported_crossing(side: DVec3, near: &[DVec3], far: &[DVec3]) -> Option<f64> {
-    // Distance, and how far out.
+    // Distance, and offset from the axis.
     let project = |p_heads: &[DVec3]| p_heads.iter().map(|p| DVec2::new(-p.z, p.dot(side))).collect::<Vec<_>>();
     let (near, far) = (project(near), project(far));
     let deepest_near = near.iter().map(|p| p.x).fold(f64::NEG_INFINITY, f64::max);

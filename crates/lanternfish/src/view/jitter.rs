@@ -1,11 +1,11 @@
-//! Where in its pixels each frame looks through.
+//! Subpixel jitter of frames.
 
 use glam::{DVec2, UVec2, Vec2};
 
-/// Offset of frame `frame` from the centres of pixels, pixels, from −½ to ½ each, x right and y down. Frame 0 has none. The same
-/// on every machine.
+/// Subpixel jitter of frame `frame` from the pixel centre, pixels, −½ to ½ each, x right and y down. Frame 0 has none. The values are the
+/// same on every machine.
 ///
-/// Sobol's (0, 2)-sequence, moved by half a pixel: of any first 2ⁿ frames, each box of 2⁻ᵃ × 2ᵃ⁻ⁿ pixels has one
+/// Sobol's (0, 2)-sequence, shifted by half a pixel: of the first 2ⁿ frames, each box of 2⁻ᵃ × 2ᵃ⁻ⁿ pixels contains exactly one
 /// [KolligKeller2002, §2].
 pub fn jitter_of_frame(frame: u32) -> Vec2 {
     ((sobol_point(frame).as_dvec2() / 2f64.powi(32) + 0.5).fract() - DVec2::splat(0.5)).as_vec2()
@@ -55,7 +55,7 @@ mod tests {
             let points: Vec<Vec2> = (0..1 << n).map(jitter_of_frame).collect();
             assert!(fills_every_box(&points), "{n}");
         }
-        // It can fail: random points.
+        // Check that the test can fail: random points.
         let mut random = Random::new(1);
         let points: Vec<Vec2> = (0..64).map(|_| Vec2::new(random.unit(), random.unit()) - 0.5).collect();
         assert!(!fills_every_box(&points));

@@ -1,9 +1,9 @@
-//! Views that are given as matrices: whether they are such as the shaders take them.
+//! Validation of views that are given as matrices.
 
 use glam::{Affine3A, Mat4, Vec4};
 use lanternfish_scene::{Camera, Projection};
 
-/// What is wrong with a view, if anything: that of a [`Camera`] with the same matrices, or that no camera has such.
+/// Checks that a camera exists with these matrices; the error describes the defect.
 pub(crate) fn check(clip_from_view: Mat4, world_from_view: Mat4) -> Result<(), String> {
     if world_from_view.row(3) != Vec4::W {
         return Err(format!("world_from_view has the last row {}: 0, 0, 0, 1 is meant", world_from_view.row(3)));
@@ -18,7 +18,7 @@ pub(crate) fn check(clip_from_view: Mat4, world_from_view: Mat4) -> Result<(), S
     Camera { name: String::new(), world_from_camera, projection }.validate()
 }
 
-/// The projection of a matrix, if it is one that [`super::clip_from_view`] makes.
+/// The projection of a matrix, if [`super::clip_from_view`] can produce it.
 fn projection(clip_from_view: Mat4) -> Option<Projection> {
     let Mat4 { x_axis: x, y_axis: y, z_axis: z, w_axis: w } = clip_from_view;
     let scales = x == Vec4::X * x.x && y == Vec4::Y * y.y;
@@ -29,7 +29,7 @@ fn projection(clip_from_view: Mat4) -> Option<Projection> {
         return Some(Projection::Frustum { left, right, bottom, top, near: w.z });
     }
     if scales && x.x > 0.0 && w.is_finite() && z == Vec4::Z * z.z && w.w == 1.0 {
-        // Near is the small difference of two rounded numbers, and may come out below 0.
+        // Near is the small difference of two rounded numbers and may be negative.
         let (far, span) = (w.z / z.z, 1.0 / z.z);
         let near = if (far - span).abs() <= 1e-5 * span { 0.0 } else { far - span };
         return Some(Projection::Orthographic { half_height: 1.0 / y.y, near, far });
@@ -58,7 +58,7 @@ mod tests {
             assert!(check(clip_from_view, scaled).is_err() && check(clip_from_view, Mat4::NAN).is_err());
         }
         let sound = crate::view::clip_from_view(&Projection::Perspective { fov_y: 0.8, near: 0.1 }, 1.5);
-        // Depth from 0 at the near plane to 1 at infinity, and with a far plane.
+        // A forward depth range, from 0 at the near plane to 1 at infinity, and one with a far plane.
         let forward = Mat4 { z_axis: -Vec4::Z - Vec4::W, w_axis: -0.1 * Vec4::Z, ..sound };
         let with_end = Mat4 { z_axis: 0.01 * Vec4::Z - Vec4::W, ..sound };
         for (clip_from_view, word) in [

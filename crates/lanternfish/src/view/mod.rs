@@ -1,4 +1,4 @@
-//! The view: a camera and an image size, as shaders read them. `view.wesl` states every space once.
+//! The view: a camera and an image size, as shaders read them. `view.wesl` defines every space.
 
 pub mod frustum;
 mod jitter;
@@ -23,24 +23,24 @@ gpu_struct! {
         view_from_world: Mat4,
         /// Camera to world.
         world_from_view: Mat4,
-        /// Where the eye is, world space, m.
+        /// Position of the eye, world space, m.
         eye: Vec3,
-        /// 1: rays are parallel.
+        /// 1 for an orthographic projection.
         orthographic: u32,
-        /// Pixels.
+        /// Size of the image, pixels.
         size: UVec2,
-        /// Beyond the scene from anywhere in it, m: where rays to directional lights end.
+        /// A distance beyond the scene from any point in it, m: the length of rays to directional lights.
         far: f32,
-        /// Samples a pixel.
+        /// Samples per pixel.
         samples: u32,
-        /// Radiance of everything that no surface covers, nits.
+        /// Radiance of the background, nits.
         sky: Vec3,
-        /// Which of the frames that are averaged into one image this is, from 0.
+        /// Index of this frame in the mean of an image, from 0.
         frame_index: u32,
-        /// Which of the frames this is whose noise is to differ, from 0: random numbers are drawn with it.
+        /// Index for random numbers, from 0: frames with different indices have different noise.
         random_index: u32,
-        /// The same for what a change of the scene makes pixels forget (shadows, ambient visibility): while it changes in every frame, and nothing is known of frames
-        /// before, it stays, and so does the noise.
+        /// Index for random numbers of quantities whose history a scene change resets (shadows, ambient visibility). While the scene
+        /// changes in every frame, there is no history to average the noise, and the index stays constant so that the noise does too.
         forgetful_index: u32,
         /// Unused.
         _pad1: u32,
@@ -53,14 +53,14 @@ gpu_struct! {
 pub(crate) const DECLARED: Shaders = Shaders::new(&[], &[SharedStruct::of::<View>()]);
 
 impl View {
-    /// What `camera` sees of a scene within `bounds` and under `sky` (nits), in an image of `size` pixels.
+    /// The view of `camera` of a scene with `bounds` and under `sky` (nits), in an image of `size` pixels.
     pub fn new(camera: &Camera, size: UVec2, sky: Vec3, bounds: &Bounds) -> Self {
         let projection = tightened(camera, bounds);
         let clip_from_view = clip_from_view(&projection, size.x as f32 / size.y as f32);
         Self::of_matrices(clip_from_view, camera.world_from_camera, size, sky, bounds)
     }
 
-    /// The same of a projection as [`matrices::check`] lets it through.
+    /// The view of a projection that passes [`matrices::check`].
     pub(crate) fn of_matrices(
         clip_from_view: Mat4,
         world_from_camera: Affine3A,
@@ -87,24 +87,23 @@ impl View {
         }
     }
 
-    /// The same as frame `frame_index` of those that are averaged sees it: the image is moved by
-    /// [`jitter_of_frame`], which frame 0 has none of.
+    /// The view of frame `frame_index` of a mean: the image is shifted by [`jitter_of_frame`], which is zero for frame 0.
     pub fn of_frame(&self, frame_index: u32) -> Self {
         let mut view = Self { frame_index, random_index: frame_index, forgetful_index: frame_index, ..*self };
         view.shift(jitter_of_frame(frame_index));
         view
     }
 
-    /// The same through the middles of pixels: what [`Self::of_frame`] was made of, but for the last bits of the shift.
+    /// The view without subpixel jitter: the view that [`Self::of_frame`] was called on, except for rounding errors of the shift.
     pub(crate) fn centered(&self) -> Self {
         let mut view = Self { frame_index: 0, random_index: 0, forgetful_index: 0, ..*self };
         view.shift(-jitter_of_frame(self.frame_index));
         view
     }
 
-    /// Moves the image, pixels, x right and y down.
+    /// Shifts the image, pixels, x right and y down.
     fn shift(&mut self, pixels: Vec2) {
-        // Pixels to ndc, where y is up. In perspective w = -z, so that a shift of ndc is one of the column of z.
+        // Pixels to NDC, where y is up. In perspective w = -z, so a shift in NDC is a change of the z column.
         let shift = pixels * Vec2::new(2.0, -2.0) / self.size.as_vec2();
         let (column, sign) = match self.orthographic == 1 {
             true => (&mut self.clip_from_view.w_axis, 1.0),
@@ -113,7 +112,7 @@ impl View {
         *column += (sign * shift).extend(0.0).extend(0.0);
     }
 
-    /// What clustering needs to know; near and far as tight as `bounds` allows.
+    /// The view's frustum for clustering; near and far are as tight as `bounds` allows.
     pub fn frustum(&self, bounds: &Bounds) -> ViewFrustum {
         let (a, c, o) = (self.clip_from_view.x_axis.x, self.clip_from_view.z_axis, self.clip_from_view.w_axis);
         let b = self.clip_from_view.y_axis.y;
@@ -138,19 +137,19 @@ impl View {
         }
     }
 
-    /// On the device for the frame in hand, bound as `view`.
+    /// Uploads the view for the current frame, bound as `view`.
     pub fn record(&self, frame: &mut Frame<'_>) -> ViewBuffer {
         ViewBuffer { part: frame.uniform(self) }
     }
 
-    /// On the device for as long as it is held.
+    /// Uploads the view to a buffer of its own.
     #[cfg(any(test, feature = "testing"))]
     pub(crate) fn upload(&self, device: &wgpu::Device) -> ViewBuffer {
         ViewBuffer { part: BufferPart::whole(lanternfish_gpu::uniform_buffer_of(device, "view", self)) }
     }
 }
 
-/// A [`View`] on the device.
+/// The uniform buffer of a [`View`].
 #[derive(Clone, Debug)]
 pub struct ViewBuffer {
     part: BufferPart,
@@ -163,8 +162,8 @@ impl ViewBuffer {
     }
 }
 
-/// The camera's projection, an orthographic one with its planes drawn in to the scene: depth is spread evenly between
-/// them, and what a wide span leaves of it would be too coarse to start shadow rays from.
+/// The camera's projection; the near and far planes of an orthographic one are fitted to the scene. Its depth is linear between the planes,
+/// and a large range would be too coarse for the start points of shadow rays.
 pub(crate) fn tightened(camera: &Camera, bounds: &Bounds) -> Projection {
     let Projection::Orthographic { half_height, near, far } = camera.projection else { return camera.projection };
     let camera_from_world = camera.world_from_camera.inverse();
@@ -178,8 +177,8 @@ pub(crate) fn tightened(camera: &Camera, bounds: &Bounds) -> Projection {
     Projection::Orthographic { half_height, near: near.max(nearest), far: far.min(farthest) }
 }
 
-/// Reverse-Z projection [Elagabani2025, eq. 2.1, corrected]: depth = near / distance, so 1 at the near plane and 0 at
-/// infinity; for orthographic views (far − distance) / (far − near).
+/// Reverse-Z projection [Elagabani2025, eq. 2.1, corrected]: depth = near / distance, so 1 at the near plane and 0 at infinity; for
+/// orthographic views (far − distance) / (far − near).
 pub(crate) fn clip_from_view(projection: &Projection, aspect: f32) -> Mat4 {
     match *projection {
         Projection::Perspective { fov_y, near } => {
@@ -247,8 +246,8 @@ mod tests {
             };
             for (frame, p) in [(1, Vec3::ZERO), (2, Vec3::new(0.5, -1.0, 3.0)), (77, Vec3::new(-3.0, 2.0, -40.0))] {
                 let moved = view.of_frame(frame);
-                let found = pixel(&moved, p) - pixel(&view, p);
-                assert!((found - jitter_of_frame(frame)).abs().max_element() < 1e-4, "{projection:?} {frame}: {found}");
+                let actual = pixel(&moved, p) - pixel(&view, p);
+                assert!((actual - jitter_of_frame(frame)).abs().max_element() < 1e-4, "{projection:?} {frame}: {actual}");
                 assert_eq!(moved.frame_index, frame);
             }
         }

@@ -1,12 +1,12 @@
-//! Rotations for a set of directions, one after another: evenly spread however many are taken.
+//! Rotations for a direction set: a sequence that is evenly distributed at any length.
 
 use glam::{DQuat, Quat};
 
-/// The real root of x⁴ = x + 1: its powers give the R₃ sequence its steps [Roberts2018].
+/// The real root of x⁴ = x + 1; its powers are the steps of the R₃ sequence [Roberts2018].
 const RATIO: f64 = 1.220_744_084_605_759_5;
 
-/// The rotation of this index, unit: uniformly distributed over all rotations, from three numbers of a low-discrepancy
-/// sequence [Shoemake1992; Roberts2018]. The same on every machine; indices nearby differ much.
+/// The rotation of this index, unit: uniformly distributed over all rotations, from three numbers of a low-discrepancy sequence
+/// [Shoemake1992; Roberts2018]. The same on every machine; neighbouring indices give very different rotations.
 pub fn frame_rotation(index: u32) -> Quat {
     let [u1, u2, u3] = [1, 2, 3].map(|i| (0.5 + f64::from(index) * RATIO.powi(-i)).fract());
     let (sin_a, cos_a) = (std::f64::consts::TAU * u2).sin_cos();
@@ -27,8 +27,8 @@ mod tests {
     const FRAMES: u32 = 4096;
     const SIDE: usize = 12;
 
-    /// Chi-square over `SIDE` × `SIDE` parts of the sphere of one area, of where an axis is turned to, divided by the degrees of
-    /// freedom: 1 ± 0.12 for random rotations, less for even ones.
+    /// Chi-square per degree of freedom, over `SIDE` × `SIDE` equal-area cells of the sphere, of the rotated axes: 1 ± 0.12 for random
+    /// rotations, less for evenly distributed ones.
     fn unevenness(axis: Vec3, rotation: impl Fn(u32) -> Quat) -> f64 {
         let mut counts = [0u32; SIDE * SIDE];
         for frame in 0..FRAMES {
@@ -46,10 +46,10 @@ mod tests {
         assert!((RATIO.powi(4) - RATIO - 1.0).abs() < 1e-14);
         let mut random = Random::new(3);
         for axis in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().chain((0..20).map(|_| random.direction())) {
-            let found = unevenness(axis, frame_rotation);
-            assert!(found < 0.8, "{axis}: {found}");
+            let actual = unevenness(axis, frame_rotation);
+            assert!(actual < 0.8, "{axis}: {actual}");
         }
-        // It can fail: three even angles of Euler crowd at the poles.
+        // Check that the test can fail: three uniform Euler angles cluster at the poles.
         let euler = |frame: u32| {
             let [a, b, c] = [1, 2, 3].map(|i| TAU * (f64::from(frame) * RATIO.powi(-i)).fract() as f32);
             Quat::from_euler(glam::EulerRot::XYZ, a, b, c)

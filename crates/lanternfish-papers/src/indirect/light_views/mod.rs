@@ -1,7 +1,8 @@
-//! Square views of what lights see, whose texels are rays that carry their light: for rooms that follow light from where it starts.
+//! Square views from lights, whose texels are rays that carry their flux: for techniques that trace light from its source.
 //!
-//! Lights, and triangles that shine, share the texels by flux. A point light has the six faces of a cube, a wide spot five of them, others one view. A view that would
-//! get less than a texel gets one by chance, which then counts for more: in the mean over frames it has what it should.
+//! Lights and emissive triangles share the texels by flux. A point light has the six faces of a cube, a wide spot five of them, others one
+//! view. A view that would get less than a texel gets one with a probability, and a weight of its inverse: the mean over frames is
+//! unbiased.
 
 use std::f32::consts::PI;
 
@@ -19,13 +20,13 @@ pub(crate) const DECLARED: Shaders =
     Shaders::of(&crate::shaders::SHADERS, &[], &[SharedStruct::of::<LightView>(), SharedStruct::of::<LightViewSet>()]);
 
 gpu_struct! {
-    /// What shaders are told of the views.
+    /// The uniform parameters of the views.
     pub struct LightViewSet {
         /// Number of views.
         count: u32,
-        /// Which of the frames that are averaged into one image this is.
+        /// Index of the frame among those averaged into one image.
         frame_index: u32,
-        /// Radius of a sphere about the scene's middle that holds everything, m.
+        /// Radius of a sphere around the scene's centre that holds all geometry, m.
         scene_radius: f32,
         /// Unused.
         _pad: u32,
@@ -33,27 +34,27 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A square view of what a light sees.
+    /// A square view from a light.
     pub struct LightView {
-        /// Axis across, world space, as long as half the view is wide at distance 1, or in metres where its rays are parallel.
+        /// Axis across, world space: half the view's width at distance 1, or in metres for parallel rays.
         right: Vec3,
         /// Index of the light; or of the triangle, in the order of the BVH's leaves.
         light: u32,
         /// The other axis across.
         up: Vec3,
-        /// First of its texels.
+        /// Index of its first texel.
         first: u32,
-        /// The way it looks, unit.
+        /// Direction of view, unit.
         forward: Vec3,
         /// Texels along an edge.
         side: u32,
-        /// Where rays start, or the middle of the square that they start in; world space, m.
+        /// Start of the rays, or the middle of the square in which they start; world space, m.
         origin: Vec3,
-        /// 1 over the chance with which the view is one of those taken.
+        /// Inverse of the probability that the view is selected.
         weight: f32,
-        /// Distance of the near plane where the view is drawn, m.
+        /// Distance of the near plane if the view is rasterized, m.
         near: f32,
-        /// Distance of the far plane, m: of parallel rays alone, else 0.
+        /// Distance of the far plane, m, for parallel rays; otherwise 0.
         far: f32,
         /// [`Source`].
         source: u32,
@@ -62,7 +63,7 @@ gpu_struct! {
     }
 }
 
-/// Where a view's rays start: the constants of `rays.wesl`.
+/// The start of a view's rays: the constants of `rays.wesl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Source {
     /// At one point.
@@ -78,9 +79,9 @@ pub(crate) enum Source {
 /// Number of texels a view may have along an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Squares {
-    /// A power of two: blocks of texels are stretches.
+    /// A power of two: blocks of texels are contiguous.
     PowersOfTwo,
-    /// Any number: lights share texels more evenly.
+    /// Any number: texels are distributed more evenly over lights.
     Any,
 }
 
@@ -90,20 +91,20 @@ pub(crate) struct LightViews {
     pub views: Vec<LightView>,
     /// Luminous flux of all lights, lm.
     pub flux: f32,
-    /// Whether views were taken by chance: others in another frame.
+    /// True if views were selected at random; another frame selects others.
     pub is_by_chance: bool,
 }
 
-/// The views of the scene as it is: shared out again where its lights have changed, and where views are taken by chance.
+/// The views of the current scene; distributed again if its lights have changed, and in each frame if views are selected at random.
 #[derive(Debug, Default)]
 pub(crate) struct KeptLightViews {
-    /// [`GpuScene::revision`], texels in all, and the frame of the mean.
+    /// [`GpuScene::revision`], total texels, and the frame of the mean.
     made_of: Option<(u64, u32, u32)>,
     views: LightViews,
 }
 
 impl KeptLightViews {
-    /// Makes them those of this frame of a mean.
+    /// Updates the views to those of this frame of a mean.
     pub fn renew(&mut self, scene: &GpuScene, texels: u32, squares: Squares, frame_index: u32) {
         let made_of = (scene.revision(), texels, if self.views.is_by_chance { frame_index } else { 0 });
         if self.made_of != Some(made_of) {
@@ -119,7 +120,7 @@ impl KeptLightViews {
         }
     }
 
-    /// The views that it was last made to have.
+    /// The current views.
     pub fn views(&self) -> &LightViews {
         &self.views
     }
@@ -133,7 +134,7 @@ pub(crate) struct LightViewBuffers {
 }
 
 impl LightViewBuffers {
-    /// Bindings of `rays.wesl`, beside the scene's.
+    /// Bindings of `rays.wesl`, in addition to the scene's.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().part("light_view_set", &self.set).buffer("light_views", &self.views)
     }
@@ -143,8 +144,8 @@ impl LightViewBuffers {
 const WIDE_SPOT: f32 = 2.0;
 
 impl LightViews {
-    /// Shares out `texels` texels, 2 at least. Views that would get less than one have their chance in every frame again. `triangles`: those
-    /// that shine, by their brightest channel.
+    /// Distributes `texels` texels, at least 2. Views that would get less than one are selected at random in every frame. `triangles`: the
+    /// emissive ones, by their brightest channel.
     pub fn new(
         lights: &[Light],
         triangles: &[EmissiveTriangle],
@@ -171,7 +172,7 @@ impl LightViews {
                 ..Default::default()
             });
         }
-        // What sends nothing has no view.
+        // A light without flux has no view.
         let mut sends = powers.iter().map(|power| *power > 0.0);
         views.retain(|_| sends.next() == Some(true));
         powers.retain(|power| *power > 0.0);
@@ -180,13 +181,14 @@ impl LightViews {
             return Self::default();
         }
         let mut expected: Vec<f32> = powers.iter().map(|power| texels as f32 * (power / flux)).collect();
-        // Wherever the walk begins, those that it takes have room.
+        // The capacity holds the selected views for any start of the walk.
         expected
             .iter_mut()
             .filter(|expected| **expected < 1.0)
             .for_each(|expected| *expected *= 1.0 - 1.0 / texels as f32);
         let mut left = texels;
-        // Where the sum of chances so far passes a whole number, the view is taken. It begins elsewhere in every frame, by the golden ratio.
+        // A view is selected where the prefix sum of probabilities passes an integer. The start differs in every frame, by the golden
+        // ratio.
         let mut chances = (0.5 + 0.618_033_988_749_895 * f64::from(frame_index)).fract();
         let is_by_chance = expected.iter().any(|expected| *expected < 1.0);
         for (view, expected) in views.iter_mut().zip(&expected) {
@@ -203,7 +205,7 @@ impl LightViews {
             view.side *= u32::from(view.side * view.side <= left);
             left -= view.side * view.side;
         }
-        // What is left goes to those that have the least of what they should.
+        // The rest goes to the views with the least of their expected texels.
         let may_double = |i: &usize| expected[*i] >= 1.0 && squares == Squares::PowersOfTwo;
         let mut poorest: Vec<usize> = (0..views.len()).filter(may_double).collect();
         let lack = |views: &[LightView], i: usize| expected[i] / (views[i].side * views[i].side).max(1) as f32;
@@ -216,7 +218,7 @@ impl LightViews {
             }
         }
         views.retain(|view| view.side > 0);
-        // The largest first: of squares of powers of two every block of 4^k texels lies where it is aligned.
+        // The largest first: with powers of two, every block of 4^k texels is aligned.
         views.sort_by_key(|view| std::cmp::Reverse(view.side));
         let mut first = 0;
         for view in &mut views {
@@ -247,10 +249,10 @@ impl LightViews {
     }
 }
 
-/// Near plane of a light's view, over the scene's radius.
+/// Near plane of a light's view, as a fraction of the scene's radius.
 const NEAR_FRACTION: f32 = 1e-4;
 
-/// Distances of the planes of a light's view: from its origin, and from where parallel rays start, which have a far one. `radius`: the
+/// Distances of the planes of a light's view: from its origin, and from the start of parallel rays, which have a far plane. `radius`: the
 /// scene's, m.
 fn planes(is_parallel: bool, radius: f32) -> (f32, f32) {
     if is_parallel { (0.9 * radius, 3.1 * radius) } else { (NEAR_FRACTION * radius, 0.0) }
@@ -260,13 +262,13 @@ fn luminance(color: Vec3) -> f32 {
     color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// Luminous flux, lm: of a directional light, what falls on a disk as wide as the scene. Ranges are not looked at.
+/// Luminous flux, lm: of a directional light, that on a disk as wide as the scene. Ranges are ignored.
 fn flux_of(light: &Light, bounds: &Bounds) -> f32 {
     let extent = match light.kind {
         0 => 4.0 * PI,
         1 => {
             let cos_inner = light.cos_outer + 1.0 / light.inverse_cos_span;
-            // The square of a ramp is 1/3 in the mean.
+            // The mean of a squared ramp is 1/3.
             2.0 * PI * ((1.0 - cos_inner).max(0.0) + (cos_inner - light.cos_outer) / 3.0)
         }
         2 => PI * radius_of(bounds).powi(2),
@@ -309,7 +311,7 @@ fn views_of(light: &Light, index: u32, bounds: &Bounds) -> Vec<LightView> {
         0 => faces(Mat3::IDENTITY).map(|axes| view(axes, 1.0, light.position)).to_vec(),
         1 if light.tan_outer > WIDE_SPOT => {
             let faces = faces(along(light.direction));
-            // Not the one behind.
+            // The face behind is omitted.
             faces[..5].iter().map(|axes| view(*axes, 1.0, light.position)).collect()
         }
         1 => vec![view(along(light.direction), light.tan_outer, light.position)],
@@ -318,7 +320,7 @@ fn views_of(light: &Light, index: u32, bounds: &Bounds) -> Vec<LightView> {
     }
 }
 
-/// The faces of a cube, in the space of these axes; the last looks against the third.
+/// The faces of a cube, in the space of these axes; the last looks against the third axis.
 fn faces(axes: Mat3) -> [Mat3; 6] {
     let Mat3 { x_axis: x, y_axis: y, z_axis: z } = axes;
     [[x, y, z], [y, z, x], [z, x, y], [z, y, -x], [x, z, -y], [y, x, -z]].map(|[a, b, c]| Mat3::from_cols(a, b, c))
@@ -341,7 +343,7 @@ mod tests {
         bounds
     }
 
-    /// Views cover what a light shines at, each once.
+    /// Views cover the lit directions of a light, each once.
     #[test]
     fn views_are_squares_that_fit_and_share_by_flux() {
         let bright = light(&lanternfish_scene::Light::point(Vec3::ONE, Vec3::splat(30.0)));
@@ -371,23 +373,23 @@ mod tests {
         assert!(LightViews::new(&[], &[], &bounds(), 4096, Squares::Any, 0).views.is_empty());
     }
 
-    /// A view that has less than a texel has it in as many of the frames as it should.
+    /// A view with less than a texel is selected in the expected number of frames.
     #[test]
-    fn over_frames_every_light_is_seen_as_often_as_it_should_be() {
+    fn over_frames_every_light_is_selected_at_its_expected_rate() {
         let dim = light(&lanternfish_scene::Light::point(Vec3::X, Vec3::splat(10.0)));
         let lights = vec![dim; 2000];
-        let mut seen = vec![0; lights.len()];
+        let mut selected = vec![0; lights.len()];
         for frame in 0..100 {
             let map = LightViews::new(&lights, &[], &bounds(), 4096, Squares::PowersOfTwo, frame);
             assert!(map.is_by_chance);
-            map.views.iter().for_each(|view| seen[view.light as usize] += 1);
+            map.views.iter().for_each(|view| selected[view.light as usize] += 1);
         }
         // 4,096 texels for 12,000 faces: two of a light's six in each frame.
-        let (least, most) = (seen.iter().min().unwrap(), seen.iter().max().unwrap());
+        let (least, most) = (selected.iter().min().unwrap(), selected.iter().max().unwrap());
         assert!((195..=205).contains(least) && (195..=215).contains(most), "{least} to {most} of 204");
     }
 
-    /// The faces of one lamp are alike, where sides need not be powers of two; and any number of texels is shared out.
+    /// The faces of one lamp are equal if sides need not be powers of two; any number of texels is distributed.
     #[test]
     fn faces_of_a_lamp_share_evenly() {
         let lamp = light(&lanternfish_scene::Light::point(Vec3::ONE, Vec3::splat(30.0)));
@@ -402,7 +404,7 @@ mod tests {
         assert!(few.is_by_chance && few.texels() >= 1, "{few:?}");
     }
 
-    /// Every direction lies in one face of a cube; those of a wide spot hold its half of them.
+    /// Every direction lies in one face of a cube; a wide spot's half of them lies in its faces.
     #[test]
     fn faces_of_a_cube_hold_every_direction_once() {
         let holds = |axes: &Mat3, d: Vec3| {

@@ -1,4 +1,4 @@
-//! The directions that photons are split into, and how much of the sphere each stands for.
+//! The directions that photons are split into, with their solid angles.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,25 +7,25 @@ use lanternfish::RenderError;
 
 use crate::deep_images::directions::{DirectionSet, Directions};
 
-/// Places on the sphere that are shared out among the directions, for each of them.
+/// Sample points on the sphere per direction, for the solid angles.
 const PLACES: usize = 128;
 
 /// A set of directions with their solid angles.
 #[derive(Debug)]
 pub(super) struct PhotonDirections {
     directions: Directions,
-    /// Solid angle of each image's axis, sr: they add up to 2π.
+    /// Solid angle of each image's axis, sr; the sum is 2π.
     solid_angles: Vec<f32>,
 }
 
 impl PhotonDirections {
-    /// Each direction stands for what is nearer to it, or to its opposite, than to any other.
+    /// Each direction covers the points that are nearer to it, or to its opposite, than to any other.
     pub fn new(set: DirectionSet) -> Result<Self, RenderError> {
         let directions = Directions::new(set).map_err(|error| RenderError::Directions { what: error.to_string() })?;
         let count = PLACES * directions.len();
         let mut nearest = vec![0u32; directions.len()];
         for i in 0..count {
-            // Fibonacci's spiral: even, whatever the number.
+            // Fibonacci spiral: uniform for any number of points.
             let z = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
             let (sin, cos) = (TAU * (0.618_033_988_749_895 * i as f64).fract()).sin_cos();
             let r = (1.0 - z * z).sqrt();
@@ -37,15 +37,15 @@ impl PhotonDirections {
         Ok(Self { directions, solid_angles })
     }
 
-    /// How many there are.
+    /// The number of directions.
     pub fn len(&self) -> u32 {
         self.solid_angles.len() as u32
     }
 
-    /// As `directions.wesl` reads them, turned.
-    pub fn turned(&self, rotation: Quat) -> Vec<Vec4> {
-        let turned = |axis: &Vec3| (rotation * *axis).normalize();
-        self.directions.axes().iter().zip(&self.solid_angles).map(|(axis, angle)| turned(axis).extend(*angle)).collect()
+    /// The directions as `directions.wesl` reads them, rotated.
+    pub fn rotated(&self, rotation: Quat) -> Vec<Vec4> {
+        let rotated = |axis: &Vec3| (rotation * *axis).normalize();
+        self.directions.axes().iter().zip(&self.solid_angles).map(|(axis, angle)| rotated(axis).extend(*angle)).collect()
     }
 }
 
@@ -53,9 +53,9 @@ impl PhotonDirections {
 mod tests {
     use super::*;
 
-    /// Cells of an equal-area set are nearly equal, those of stacks and slices are not; they cover half the sphere.
+    /// Cells of an equal-area set are nearly equal, those of stacks and slices are not; they cover the hemisphere.
     #[test]
-    fn solid_angles_add_up_to_the_half_sphere() {
+    fn solid_angles_add_up_to_the_hemisphere() {
         for (set, most) in [
             (DirectionSet::ZonalEqualArea { count: 169 }, 1.5),
             (DirectionSet::Cube { k: 5 }, 3.0),

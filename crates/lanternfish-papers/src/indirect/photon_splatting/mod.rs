@@ -1,12 +1,11 @@
 //! Photon differentials, split and splatted [Aalund2015, §3.4, §4.2].
 //!
-//! 1. Emit: photons go from the lights to the first surface, with their differentials (`emit.wesl`).
-//! 2. Split: each goes on in every direction of the deep images (`prepare.wesl`, `split.wesl`, `trace.wesl`).
-//! 3. Those that may light what the view shows are put in order (`tiles.wesl`, `keep.wesl`, `scatter.wesl`).
-//! 4. Light culling finds which of them reach which pixels; there their light is added up (`gather.wesl`);
-//!    or they are drawn (`splat.wesl`, `add.wesl`).
-//! 5. One of those that a photon was split into may be split in turn (`next.wesl`): steps 2 to 4 again.
-//! 6. The sums are made the image's (`smoothing/`).
+//! 1. Emit: photons are traced from the lights to the first surface, with their differentials (`emit.wesl`).
+//! 2. Split: each continues in every direction of the deep images (`prepare.wesl`, `split.wesl`, `trace.wesl`).
+//! 3. Photons that may light a visible surface are compacted in order (`tiles.wesl`, `keep.wesl`, `scatter.wesl`).
+//! 4. Light culling assigns photons to pixels, which add up their light (`gather.wesl`); or they are rasterized (`splat.wesl`, `add.wesl`).
+//! 5. One of the photons that a photon was split into may be split again (`next.wesl`): steps 2 to 4 again.
+//! 6. The sums are smoothed and added to the image (`smoothing/`).
 
 mod directions;
 mod parameters;

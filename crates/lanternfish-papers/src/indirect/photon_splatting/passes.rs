@@ -1,4 +1,4 @@
-//! The passes of photon splatting, and the order in which they run.
+//! The passes of photon splatting and their order.
 
 mod chunk;
 
@@ -30,10 +30,10 @@ use crate::{
     indirect::light_views::{KeptLightViews, Squares},
 };
 
-/// Name of the lists of photons' indices.
+/// Name of the lists of photon indices.
 const INDICES: &str = "indirect/photon_indices";
 
-/// What is counted: the constants of `counters.wesl`. Flux is in 1/2³² of the lights' flux.
+/// Names of the counters: the constants of `counters.wesl`. Flux is in 1/2³² of the lights' flux.
 pub(super) const COUNTERS: &[&str] = &[
     "photons/emitted",
     "photons/reflected",
@@ -48,13 +48,13 @@ pub(super) const COUNTERS: &[&str] = &[
     "photons/flux_splatted",
 ];
 
-/// Units of flux that all lights have.
+/// Flux of all lights, in units of the flux counters.
 pub(super) const FLUX_UNITS: f32 = 4_294_967_296.0;
 
 gpu_constants! {
-    /// Rows of counters, which the host adds up: what counts at the same time counts in different ones, and no sum exceeds its word.
+    /// Rows of counters, which the host adds up: concurrent invocations count in different rows, and no sum exceeds its word.
     pub(super) const ROWS: u32 = 64;
-    /// Edge of a tile that photons are looked for in, pixels.
+    /// Edge of a tile in which photons are searched, pixels.
     pub(super) const TILE: u32 = 16;
 }
 
@@ -63,7 +63,7 @@ gpu_constants! {
 pub struct PhotonPasses {
     settings: PhotonSplatting,
     materials: Materials,
-    /// Frames that an image is the mean of, at least.
+    /// Minimum number of frames in the mean of an image.
     frames: u32,
     directions: PhotonDirections,
     views: KeptLightViews,
@@ -75,36 +75,36 @@ pub struct PhotonPasses {
     keep: ComputeKernel,
     scan: Scan,
     scatter: ComputeKernel,
-    /// None: what lies beyond edges is lost.
+    /// None: flux beyond edges is lost.
     land: Option<TracePass>,
     next: ComputeKernel,
     splatting: Splatting,
     smoothing: Smoothing,
-    /// The uniform that light culling reads the number of photons from.
+    /// The uniform from which light culling reads the number of photons.
     count: wgpu::Buffer,
-    /// Photons of a chunk at most.
+    /// Maximum number of photons in a chunk.
     most_slots: u32,
 }
 
 /// Photon splatting method.
 #[derive(Debug)]
 enum Splatting {
-    /// They are drawn.
+    /// Photons are rasterized.
     Raster(SplatRaster),
-    /// Pixels add them up.
+    /// Pixels gather the photons of their lists.
     Gather { culling: LightCulling, gather: ComputeKernel },
 }
 
 impl PhotonPasses {
-    /// Compiles the passes. `tracer`: what shadows of the scene's lights are traced through, if there are any.
+    /// Compiles the passes. `tracer`: the tracer for shadows of the scene's lights, if there are any.
     pub fn new(
         device: &wgpu::Device,
-        room: PhotonSplatting,
+        technique: PhotonSplatting,
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
-        check(&room, &settings.structure)?;
-        let traced = room.tracer.fixed().check(device, "`photon-tracer ray-query`", "`photon-tracer bvh`")?;
+        check(&technique, &settings.structure)?;
+        let traced = technique.tracer.fixed().check(device, "`photon-tracer ray-query`", "`photon-tracer bvh`")?;
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/photon_splatting/{file}"), features)?;
             let label = format!("indirect/photon_splatting/{file}");
@@ -117,7 +117,7 @@ impl PhotonPasses {
         let exact = tracer.unwrap_or(Tracer::BVH).exact();
         let limit = device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;
         Ok(Self {
-            settings: room,
+            settings: technique,
             materials: settings.materials,
             frames: settings.accumulate,
             directions: PhotonDirections::new(DeepImageSettings::of(structure).directions)?,
@@ -130,9 +130,9 @@ impl PhotonPasses {
             keep: kernel("keep", &[], "keep")?,
             scan: Scan::new(device, "indirect/photon_splatting")?,
             scatter: kernel("scatter", &[], "scatter")?,
-            land: room.conserved.then(|| trace_pass("land")).transpose()?,
+            land: technique.conserved.then(|| trace_pass("land")).transpose()?,
             next: kernel("next", &[], "go_on")?,
-            splatting: match room.splat {
+            splatting: match technique.splat {
                 Splat::Raster => Splatting::Raster(SplatRaster::new(device, settings.materials == Materials::File)?),
                 Splat::Gather => Splatting::Gather {
                     culling: LightCulling::new(device, &settings.culling, Samples::One)?,
@@ -141,17 +141,17 @@ impl PhotonPasses {
             },
             smoothing: Smoothing::new(device, settings.history)?,
             count: uniform_buffer_of(device, "indirect/photon_splatting/count", &[0u32; 4]),
-            most_slots: u64::from(room.chunk).min(limit) as u32,
+            most_slots: u64::from(technique.chunk).min(limit) as u32,
         })
     }
 
-    /// The view's deep images, if photons go through them.
+    /// The view's deep images, if photons are traced through them.
     fn deep_images<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v DeepImages> {
         let structure: &dyn Any = self.trace.structure(view)?;
         structure.downcast_ref()
     }
 
-    /// How the directions are turned in this frame: as deep images are; other structures answer for any direction.
+    /// Rotation of the directions in this frame: that of the deep images; other structures trace any direction.
     fn rotation(&self, view: &ViewContext<'_>) -> Quat {
         if self.deep_images(view).is_some() || view.rotation == Quat::IDENTITY {
             return view.rotation;
@@ -179,7 +179,7 @@ impl PhotonPasses {
     }
 }
 
-/// Power of the number of frames that footprints shrink by in a mean: as much as keeps noise and blur falling together.
+/// Exponent of the number of frames by which footprints shrink in a mean: noise and blur then fall together.
 const SHRINKING: f32 = 0.25;
 
 impl IndirectPasses for PhotonPasses {
@@ -209,9 +209,9 @@ impl IndirectPasses for PhotonPasses {
         let mut counters = Counters::new(frame, "indirect/photon_splatting/counters", ROWS, COUNTERS)?;
         counters.adds_up = false;
 
-        // What every bounce reads.
-        let turned = self.directions.turned(self.rotation(view));
-        let directions = frame.storage_of("indirect/photon_splatting/directions", &turned)?;
+        // Bindings of every bounce.
+        let rotated = self.directions.rotated(self.rotation(view));
+        let directions = frame.storage_of("indirect/photon_splatting/directions", &rotated)?;
         let tile_count = parameters.columns * parameters.rows;
         let tiles = frame.scratch("indirect/photon_splatting/tiles", 8 * u64::from(tile_count))?;
         let surfaces = view.buffer.bindings().with(&surface.bindings());
@@ -237,7 +237,7 @@ impl IndirectPasses for PhotonPasses {
             counters: &counters,
             lit: &lit,
             irradiance: &irradiance,
-            room: self.chunk_capacity(frame, &parameters, &irradiance)?,
+            capacity: self.chunk_capacity(frame, &parameters, &irradiance)?,
         };
         for bounce in 0..settings.bounces {
             parameters.bounce = bounce;
@@ -251,20 +251,20 @@ impl IndirectPasses for PhotonPasses {
     }
 }
 
-/// An error where a number is out of range, or deep images lack the triangles that are needed.
-pub(super) fn check(room: &PhotonSplatting, structure: &Structure) -> Result<(), RenderError> {
+/// An error if a number is out of range, or if deep images lack the required triangles.
+pub(super) fn check(technique: &PhotonSplatting, structure: &Structure) -> Result<(), RenderError> {
     let wrong = |needed| Err(RenderError::Together { setting: "`indirect photon-splatting`", needed });
-    if !(16..=262_144).contains(&room.count) || !(1..=16).contains(&room.bounces) {
+    if !(16..=262_144).contains(&technique.count) || !(1..=16).contains(&technique.bounces) {
         return wrong("16 to 262144 photons, and 1 to 16 bounces");
     }
-    if !(1024..=4_194_304).contains(&room.chunk) {
-        return wrong("1024 to 4194304 photons in hand at a time");
+    if !(1024..=4_194_304).contains(&technique.chunk) {
+        return wrong("chunks of 1024 to 4194304 photons");
     }
-    // What is no number is not above 0 either.
-    if room.filter_radius > MOST_RADIUS || room.radius.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+    // NaN is not above 0 either.
+    if technique.filter_radius > MOST_RADIUS || technique.radius.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
         return wrong("a filter of at most 64 pixels, and a radius above 0");
     }
-    if !room.tracer.fixed().finds_triangles(structure) {
+    if !technique.tracer.fixed().finds_triangles(structure) {
         return wrong("deep images with triangles");
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! Photons drawn, each as a splat, with additive blending [Aalund2015, §4.2].
+//! Photons rasterized as splats with additive blending [Aalund2015, §4.2].
 
 use glam::UVec2;
 use lanternfish::{RenderError, indirect::smoothing::PixelIrradiance, texture::frame_target};
@@ -6,7 +6,7 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterStat
 
 use super::DECLARED;
 
-/// Sums of many photons: half floats would lose what is small beside them.
+/// Sums of many photons: half floats would lose small contributions.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
 /// The passes.
@@ -19,7 +19,7 @@ pub(super) struct SplatRaster {
 }
 
 impl SplatRaster {
-    /// An error where the device cannot blend 32-bit floats.
+    /// An error if the device cannot blend 32-bit floats.
     pub fn new(device: &wgpu::Device, is_glossy: bool) -> Result<Self, RenderError> {
         if !device.features().contains(wgpu::Features::FLOAT32_BLENDABLE) {
             let feature = "blending of 32-bit floats";
@@ -55,7 +55,7 @@ impl SplatRaster {
         })
     }
 
-    /// What photons are drawn to.
+    /// The render targets of photons.
     pub fn targets(&self, frame: &mut Frame<'_>, irradiance: &PixelIrradiance) -> [wgpu::TextureView; 4] {
         ["diffuse", "diffuse_grazing", "glossy", "glossy_grazing"].map(|name| {
             let label = format!("indirect/photon_splatting/{name}");
@@ -63,7 +63,7 @@ impl SplatRaster {
         })
     }
 
-    /// Draws so many photons at most, and adds them to the pixels' sums. `bindings`: those of the gathering pass but the lists.
+    /// Draws at most `count` photons, and adds them to the pixels' sums. `bindings`: those of the gathering pass except the lists.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -72,7 +72,7 @@ impl SplatRaster {
         irradiance: &PixelIrradiance,
         targets: Option<&[wgpu::TextureView; 4]>,
     ) {
-        let targets = targets.expect("made for photons that are drawn");
+        let targets = targets.expect("created for rasterized photons");
         for (pipeline, targets) in [Some(&self.diffuse), self.glossy.as_ref()].into_iter().zip(targets.chunks(2)) {
             let color = |view| wgpu::RenderPassColorAttachment {
                 view,
@@ -85,7 +85,7 @@ impl SplatRaster {
             };
             let colors = [Some(color(&targets[0])), Some(color(&targets[1]))];
             frame.render("indirect/photon_splatting/splat", &colors, None, |groups, pass| {
-                // What no photon is drawn to is cleared all the same.
+                // Targets that no photon is drawn to are cleared nonetheless.
                 if let Some(pipeline) = pipeline {
                     pipeline.set(pass);
                     pipeline.bind(groups, pass, bindings, 4);

@@ -19,36 +19,36 @@ use super::{DECLARED, passes::PhotonPasses};
 named_enum! {
     /// Photon splatting method.
     Splat {
-        /// Light culling makes lists of them, and each pixel adds up those of its list.
-        Gather = "gather": "Light culling makes lists of them, and each pixel adds up those of its list",
-        /// Each is drawn, with additive blending in 32-bit floats, as in the paper: for adapters that can.
-        Raster = "raster": "Each is drawn with additive blending, where the adapter can blend 32-bit floats",
+        /// Light culling makes lists of photons, and each pixel adds up those of its list.
+        Gather = "gather": "Light culling makes lists of photons, and each pixel adds up those of its list",
+        /// Each photon is rasterized with additive blending in 32-bit floats, as in the paper, if the adapter supports it.
+        Raster = "raster": "Each photon is rasterized with additive blending, if the adapter can blend 32-bit floats",
     }
 }
 
-/// Photons from the lights, split where they meet a surface, and splatted where they meet the next one [Aalund2015, §3.4, §4.2].
+/// Photons from the lights, split at the first surface, and splatted at the next one [Aalund2015, §3.4, §4.2].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhotonSplatting {
-    /// Photons from all lights that are split where they meet a surface, 16 to 262,144. More: finer, slower.
+    /// Photons from all lights that are split at the first surface, 16 to 262,144. More: finer, slower.
     pub count: u32,
     /// Tracer of split photons. Deep images: along their axes; others: along the same directions.
     pub tracer: TracerChoice,
-    /// How often light is scattered on its way from a light to what the view shows, 1 to 16.
+    /// Bounces of light between a light and the visible surface, 1 to 16.
     pub bounces: u32,
-    /// Radius of a footprint over that of the ellipse in the parallelogram of its differentials, > 0. Larger: smoother, more blurred.
+    /// Radius of a footprint relative to the ellipse in the parallelogram of its differentials, > 0. Larger: smoother, more blurred.
     pub radius: f32,
     /// Widens footprints by the solid angle of their direction: from a radius of 1 on those of one photon that
     /// was split cover what they light.
     pub widened: bool,
-    /// Whether what a footprint has beyond the edges of surfaces is shared out over the rest of it; else it is lost, as in the paper.
+    /// Redistributes the flux of a footprint beyond the edges of surfaces over the rest of it; otherwise it is lost, as in the paper.
     pub conserved: bool,
     /// Photon splatting method.
     pub splat: Splat,
-    /// Photons in hand at a time, 1024 to 4,194,304. The light is the same; fewer take less memory, 100 bytes each, and more passes.
+    /// Photons per chunk, 1024 to 4,194,304. The light is the same; fewer photons take less memory, 100 bytes each, and more passes.
     pub chunk: u32,
-    /// Which pixels are lit.
+    /// Resolution of indirect light.
     pub resolution: IndirectResolution,
-    /// Pixels to each side that the filter reaches in an image of one frame, up to 64; 0: none.
+    /// Radius of the filter in an image of one frame, pixels, up to 64; 0: no filter.
     pub filter_radius: u32,
     /// True if what a pixel gets is bounded by what the pixels around it do.
     pub clamp: IndirectClamp,
@@ -101,8 +101,8 @@ impl Technique for PhotonSplatting {
             "photon-radius",
             "FACTOR",
             Range::Positive,
-            "Radius of a photon's footprint over that of its differentials' ellipse. Larger: smoother, more blurred",
-            |room: &mut Self| &mut room.radius,
+            "Radius of a photon's footprint relative to its differentials' ellipse. Larger: smoother, more blurred",
+            |s: &mut Self| &mut s.radius,
         )
         .with_default(),
         Parameter::new(
@@ -129,13 +129,13 @@ impl Technique for PhotonSplatting {
             "photon-chunk",
             "N",
             Range::Count(1024, 4_194_304),
-            "Photons in hand at a time. The light is the same; fewer take less memory",
-            |room: &mut Self| &mut room.chunk,
+            "Photons per chunk. The light is the same; fewer photons take less memory",
+            |s: &mut Self| &mut s.chunk,
         )
         .with_default(),
-        Parameter { info: RESOLUTION, of: |room| &mut room.resolution },
-        Parameter { info: FILTER, of: |room| &mut room.filter_radius },
-        Parameter { info: CLAMP, of: |room| &mut room.clamp },
+        Parameter { info: RESOLUTION, of: |s| &mut s.resolution },
+        Parameter { info: FILTER, of: |s| &mut s.filter_radius },
+        Parameter { info: CLAMP, of: |s| &mut s.clamp },
     ];
     const SHADERS: Shaders = DECLARED;
 }

@@ -18,11 +18,11 @@ use crate::{
     testing::{self, quad, scene_of},
 };
 
-/// Not a multiple of a workgroup.
+/// The size is not a multiple of the workgroup size.
 const SIZE: UVec2 = UVec2::new(53, 39);
 
-/// Without the filter.
-fn room() -> PhotonSplatting {
+/// Photon splatting without the filter.
+fn technique() -> PhotonSplatting {
     PhotonSplatting { filter_radius: 0, ..PhotonSplatting::default() }
 }
 
@@ -42,8 +42,8 @@ fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera, size: U
     renderer.render(&uploaded, camera, size.x, size.y).unwrap()
 }
 
-fn render_room(gpu: &Gpu, room: PhotonSplatting, scene: &Scene, camera: &Camera) -> RenderedImage {
-    render(gpu, settings(Indirect::from(room)), scene, camera, SIZE)
+fn render_technique(gpu: &Gpu, technique: PhotonSplatting, scene: &Scene, camera: &Camera) -> RenderedImage {
+    render(gpu, settings(Indirect::from(technique)), scene, camera, SIZE)
 }
 
 fn energy(rendering: &RenderedImage) -> f64 {
@@ -51,8 +51,8 @@ fn energy(rendering: &RenderedImage) -> f64 {
 }
 
 fn counter(rendering: &RenderedImage, name: &str) -> f64 {
-    let found = rendering.report.counters.iter().find(|(known, _)| known.strip_prefix("photons/") == Some(name));
-    found.unwrap_or_else(|| panic!("no {name} in {:?}", rendering.report.counters)).1 as f64
+    let counter = rendering.report.counters.iter().find(|(label, _)| label.strip_prefix("photons/") == Some(name));
+    counter.unwrap_or_else(|| panic!("no {name} in {:?}", rendering.report.counters)).1 as f64
 }
 
 fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
@@ -83,7 +83,7 @@ fn closed_box(albedo: f32) -> Scene {
     scene
 }
 
-/// Cornell's box without its lamp's own light, which the reference here does not look for.
+/// The Cornell box without its lamp's own light, which the reference here does not sample.
 fn cornell() -> (Scene, Camera) {
     let mut scene = demo("cornell").unwrap();
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
@@ -91,21 +91,21 @@ fn cornell() -> (Scene, Camera) {
     (scene, looking([0.0, 1.0, 4.2], [0.0, 1.0, 0.0]))
 }
 
-/// Light is neither lost nor made: what lands of each bounce is what left the lights times the albedo to the power of the bounce, through
-/// the BVH and through deep images [the furnace's series].
+/// Light is conserved: the flux that lands after each bounce is the lights' flux times the albedo to the power of the bounce, through the
+/// BVH and through deep images [the furnace's series].
 #[test]
-fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
-    let Some(gpu) = testing::gpu("gpu_flux_that_lands_is_the_lights_times_the_albedo") else { return };
+fn gpu_landed_flux_is_the_lights_flux_times_the_albedo() {
+    let Some(gpu) = testing::gpu("gpu_landed_flux_is_the_lights_flux_times_the_albedo") else { return };
     let scene = closed_box(0.5);
     let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
-    // Of deep images a few photons in a hundred start in a texel beside the wall that they leave.
+    // Through deep images a few photons in a hundred start in a texel beside the wall that they leave.
     for (tracer, most) in [(Tracer::BVH, 1e-3), (WITHIN_TEXEL, 0.015)] {
         let mut before = 0.0;
         for bounces in 1..=3 {
-            let room = PhotonSplatting { tracer: tracer.into(), bounces, count: 1024, ..room() };
-            let rendering = render_room(gpu, room, &scene, &camera);
+            let technique = PhotonSplatting { tracer: tracer.into(), bounces, count: 1024, ..technique() };
+            let rendering = render_technique(gpu, technique, &scene, &camera);
             let fraction = |name| counter(&rendering, name) / f64::from(passes::FLUX_UNITS);
-            // A texel's share of the sphere is taken at one of its points.
+            // A texel's fraction of the sphere is evaluated at one of its points.
             assert!((fraction("flux_arrived") - 1.0).abs() < 0.01, "{tracer}: {}", fraction("flux_arrived"));
             let of_bounce = (fraction("flux_landed") - before) / fraction("flux_arrived");
             before = fraction("flux_landed");
@@ -116,26 +116,25 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
             );
         }
     }
-    // The harness sees what is lost: a box without one wall.
+    // Negative control: a box without one wall loses flux.
     let mut open = walls();
     open.pop();
     let open = Scene { lights: scene.lights.clone(), ..scene_of(open, vec![matt(0.5)]) };
-    let rendering = render_room(gpu, room(), &open, &camera);
+    let rendering = render_technique(gpu, technique(), &open, &camera);
     assert!(
         counter(&rendering, "escaped") > 0.0
             && counter(&rendering, "flux_landed") < 0.9 * counter(&rendering, "flux_reflected")
     );
 }
 
-/// What pixels show of a closed cube, seen from its middle, is all of the light that lands on its walls: nothing is lost at edges, and none
-/// in the sums.
+/// Pixels show all of the light that lands on the walls of a closed cube, visible from its middle: nothing is lost at edges or in the sums.
 #[test]
-fn gpu_all_of_the_light_that_lands_is_seen() {
-    let Some(gpu) = testing::gpu("gpu_all_of_the_light_that_lands_is_seen") else { return };
+fn gpu_all_of_the_light_that_lands_is_visible() {
+    let Some(gpu) = testing::gpu("gpu_all_of_the_light_that_lands_is_visible") else { return };
     let (albedo, size) = (0.5, UVec2::splat(20));
     let scene = closed_box(albedo);
     let ways = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-    let flux_of = |room: PhotonSplatting| {
+    let flux_of = |technique: PhotonSplatting| {
         let (mut flux, mut reflected) = (0.0, 0.0);
         for way in ways {
             let up = if way.y == 0.0 { Vec3::Y } else { Vec3::X };
@@ -144,50 +143,50 @@ fn gpu_all_of_the_light_that_lands_is_seen() {
             let axes = glam::Mat3::from_cols(way.cross(up), up, -way);
             camera.world_from_camera = glam::Affine3A::from_mat3(axes);
             let direct = energy(&render(gpu, settings(Indirect::NONE), &scene, &camera, size));
-            let rendering = render(gpu, settings(Indirect::from(room)), &scene, &camera, size);
-            // Each pixel shows as much of a wall: 4 m² in all.
+            let rendering = render(gpu, settings(Indirect::from(technique)), &scene, &camera, size);
+            // Each pixel shows the same area of a wall: 4 m² in total.
             flux += (energy(&rendering) - direct) / 3.0 * f64::from(PI / albedo) * 4.0 / f64::from(size.x * size.y);
             reflected = counter(&rendering, "flux_reflected") / f64::from(passes::FLUX_UNITS);
         }
-        // Of a lamp of 2 cd.
+        // The lamp has 2 cd.
         flux / (8.0 * std::f64::consts::PI * reflected)
     };
-    for (what, room) in [
-        ("usual", room()),
-        ("larger", PhotonSplatting { radius: 0.5, count: 1024, ..room() }),
-        ("conserved", PhotonSplatting { conserved: true, radius: 0.5, count: 1024, ..room() }),
-        ("raster", PhotonSplatting { splat: Splat::Raster, count: 256, radius: 0.5, conserved: true, ..room() }),
-        ("deep images", PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..room() }),
+    for (what, technique) in [
+        ("usual", technique()),
+        ("larger", PhotonSplatting { radius: 0.5, count: 1024, ..technique() }),
+        ("conserved", PhotonSplatting { conserved: true, radius: 0.5, count: 1024, ..technique() }),
+        ("raster", PhotonSplatting { splat: Splat::Raster, count: 256, radius: 0.5, conserved: true, ..technique() }),
+        ("deep images", PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..technique() }),
     ] {
-        let seen = flux_of(room);
-        let most = match room.tracer.fixed() {
+        let visible = flux_of(technique);
+        let most = match technique.tracer.fixed() {
             tracer if tracer == WITHIN_TEXEL => 0.06,
-            // What lies beyond a footprint's reach, where light grazes.
-            _ if room.conserved => 0.01,
+            // Loss beyond a footprint's reach at grazing incidence.
+            _ if technique.conserved => 0.01,
             _ => 0.03,
         };
-        assert!((seen - 1.0).abs() < most, "{what}: {seen}");
+        assert!((visible - 1.0).abs() < most, "{what}: {visible}");
     }
 }
 
-/// Every scheme of light culling, chunks of any size and every run give the same image to the bit; drawing gives the same but for the
-/// order of sums.
+/// Every light culling technique, any chunk size and every run give the same image to the bit; rasterized splats differ only by the order
+/// of sums.
 #[test]
-fn gpu_photons_are_the_same_however_they_come_to_pixels() {
-    let Some(gpu) = testing::gpu("gpu_photons_are_the_same_however_they_come_to_pixels") else { return };
+fn gpu_photons_are_the_same_for_every_splatting_method() {
+    let Some(gpu) = testing::gpu("gpu_photons_are_the_same_for_every_splatting_method") else { return };
     let (scene, camera) = cornell();
-    let room = PhotonSplatting { count: 200, radius: 0.5, bounces: 2, ..room() };
-    let of = |room, culling| render(gpu, Settings { culling, ..settings(Indirect::from(room)) }, &scene, &camera, SIZE);
-    let all = of(room, Culling::NONE);
+    let technique = PhotonSplatting { count: 200, radius: 0.5, bounces: 2, ..technique() };
+    let of = |technique, culling| render(gpu, Settings { culling, ..settings(Indirect::from(technique)) }, &scene, &camera, SIZE);
+    let all = of(technique, Culling::NONE);
     assert!(counter(&all, "splatted") > 10_000.0);
     for culling in Culling::all() {
-        assert!(of(room, culling.clone()).radiance == all.radiance, "{}", culling.name());
+        assert!(of(technique, culling.clone()).radiance == all.radiance, "{}", culling.name());
     }
-    let chunks = of(PhotonSplatting { chunk: 1024, ..room }, Culling::NONE);
+    let chunks = of(PhotonSplatting { chunk: 1024, ..technique }, Culling::NONE);
     assert!(chunks.radiance == all.radiance, "chunks");
-    assert!(of(PhotonSplatting { radius: 0.4, ..room }, Culling::NONE).radiance != all.radiance, "blind");
-    let drawn = of(PhotonSplatting { splat: Splat::Raster, ..room }, Culling::NONE);
-    let again = of(PhotonSplatting { splat: Splat::Raster, chunk: 4096, ..room }, Culling::NONE);
+    assert!(of(PhotonSplatting { radius: 0.4, ..technique }, Culling::NONE).radiance != all.radiance, "blind");
+    let drawn = of(PhotonSplatting { splat: Splat::Raster, ..technique }, Culling::NONE);
+    let again = of(PhotonSplatting { splat: Splat::Raster, chunk: 4096, ..technique }, Culling::NONE);
     for rendering in [&drawn, &again] {
         let far = rendering.radiance.iter().zip(&all.radiance).filter(|(a, b)| {
             let (a, b) = (Vec4::from(**a).truncate(), Vec4::from(**b).truncate());
@@ -196,17 +195,17 @@ fn gpu_photons_are_the_same_however_they_come_to_pixels() {
         assert_eq!(far.count(), 0);
     }
     assert!(
-        of(PhotonSplatting { splat: Splat::Raster, ..room }, Culling::NONE).radiance == drawn.radiance,
+        of(PhotonSplatting { splat: Splat::Raster, ..technique }, Culling::NONE).radiance == drawn.radiance,
         "runs differ"
     );
 }
 
-/// One bounce in Cornell's box has the energy of rays from every pixel, and a mean of frames is nearer to them, pixel by pixel, than one.
+/// One bounce in the Cornell box has the energy of rays from every pixel, and a mean of frames is nearer to them per pixel than one frame.
 #[test]
 fn gpu_the_light_of_photons_is_that_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_the_light_of_photons_is_that_of_one_bounce") else { return };
     let (scene, camera) = cornell();
-    // Frames of a mean look through other places of their pixels: all three are means of as many.
+    // Frames of a mean sample other positions in their pixels: all three are means of the same number of frames.
     let rendering =
         |indirect, accumulate| render(gpu, Settings { accumulate, ..settings(indirect) }, &scene, &camera, SIZE);
     let of_frames = |frames: u32| {
@@ -219,9 +218,9 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
         (rendering(Indirect::NONE, frames), rendering(Indirect::from(rays), frames))
     };
     let references = [(1, of_frames(1)), (4, of_frames(4))];
-    let of = |room: PhotonSplatting| {
+    let of = |technique: PhotonSplatting| {
         references.each_ref().map(|(frames, (direct, ground_truth))| {
-            let photons = rendering(Indirect::from(room), *frames);
+            let photons = rendering(Indirect::from(technique), *frames);
             let one_bounce = energy(ground_truth) - energy(direct);
             let off = |(a, b): (&[f32; 4], &[f32; 4])| f64::from((Vec4::from(*a) - Vec4::from(*b)).abs().max_element());
             let distance = photons.radiance.iter().zip(&ground_truth.radiance).map(off).sum::<f64>() / one_bounce;
@@ -229,22 +228,22 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
         })
     };
     for tracer in [Tracer::BVH, WITHIN_TEXEL] {
-        let [(one, _), (many, _)] = of(PhotonSplatting { tracer: tracer.into(), ..room() });
-        // Beyond the blocks' edges 4 % are lost, where a pixel is 5 cm wide; deep images lose another 1 % beside walls.
+        let [(one, _), (many, _)] = of(PhotonSplatting { tracer: tracer.into(), ..technique() });
+        // 4 % are lost beyond the blocks' edges, where a pixel is 5 cm wide; deep images lose another 1 % beside walls.
         let lost = if tracer == Tracer::BVH { 0.05 } else { 0.07 };
         assert!((one - 1.0).abs() < lost && (many - 1.0).abs() < lost, "{tracer}: {one}, 4 frames {many}");
     }
-    // So few photons that noise is most of what is wrong.
-    let [(_, one_off), (_, many_off)] = of(PhotonSplatting { count: 128, ..room() });
+    // With so few photons, noise dominates the error.
+    let [(_, one_off), (_, many_off)] = of(PhotonSplatting { count: 128, ..technique() });
     println!("{many_off} of {one_off}");
     assert!(many_off < 0.6 * one_off, "{many_off} of {one_off}");
 }
 
-/// A mirror sends a beam on: the wall that it meets is lit there, and the light is what the mirror reflects.
+/// A mirror reflects a beam: it lights the wall that it hits, with the flux that the mirror reflects.
 #[test]
-fn gpu_a_mirror_throws_light_onto_a_wall() {
-    let Some(gpu) = testing::gpu("gpu_a_mirror_throws_light_onto_a_wall") else { return };
-    // Floor is a mirror, the lamp a narrow spot that looks at it at 45 degrees.
+fn gpu_a_mirror_reflects_light_onto_a_wall() {
+    let Some(gpu) = testing::gpu("gpu_a_mirror_reflects_light_onto_a_wall") else { return };
+    // The floor is a mirror, the lamp a narrow spot that points at it at 45 degrees.
     let mut primitives = walls();
     primitives[3] = quad(1, -Vec3::Y, Vec3::Z, Vec3::X);
     let mirror = Material {
@@ -260,25 +259,25 @@ fn gpu_a_mirror_throws_light_onto_a_wall() {
     let light = Light::point(Vec3::new(-0.9, -0.1, 0.0), Vec3::splat(5.0));
     scene.lights.push(Light { kind: spot, direction: Vec3::new(1.0, -1.0, 0.0).normalize(), ..light });
     let camera = looking([-0.9, 0.0, 0.0], [1.0, 0.0, 0.0]);
-    let of = |room| {
-        let settings = Settings { materials: Materials::File, ..settings(Indirect::from(room)) };
+    let of = |technique| {
+        let settings = Settings { materials: Materials::File, ..settings(Indirect::from(technique)) };
         render(gpu, settings, &scene, &camera, SIZE)
     };
-    let rendering = of(PhotonSplatting { radius: 1.0, ..room() });
-    // The beam goes on to the right wall, 1 m above the floor where it is reflected from the middle of it: (1, 0, 0).
+    let rendering = of(PhotonSplatting { radius: 1.0, ..technique() });
+    // The beam continues to the right wall, 1 m above the floor, which reflects it in the middle: (1, 0, 0).
     let about = |x: usize, y: usize| -> f32 {
         let pixels = (y - 3..y + 4).flat_map(|y| (x - 3..x + 4).map(move |x| y * SIZE.x as usize + x));
         pixels.map(|i| Vec4::from(rendering.radiance[i]).truncate().element_sum()).sum::<f32>() / 49.0
     };
-    // 5 cd from 2.69 m away, at 45 degrees, on a surface that scatters a half; of three channels.
+    // 5 cd from a distance of 2.69 m, at 45 degrees, on a surface of albedo 0.5; summed over three channels.
     let expected = 3.0 * 5.0 / (2.687 * 2.687) * 0.707 * 0.5 / PI;
     let (middle, aside) = (about(26, 19), about(8, 19));
     assert!((middle / expected - 1.0).abs() < 0.15 && aside < 0.05 * middle, "{middle} of {expected}, beside {aside}");
-    // Nearly all of it is mirrored.
+    // Nearly all of the flux is mirrored.
     assert!(counter(&rendering, "flux_reflected") > 0.9 * counter(&rendering, "flux_arrived"));
 }
 
-/// A scene without lights is dark and no error, however pixels are lit.
+/// A scene without lights is dark and gives no error, for every splatting method.
 #[test]
 fn gpu_no_lights_are_no_photons() {
     let Some(gpu) = testing::gpu("gpu_no_lights_are_no_photons") else { return };
@@ -286,44 +285,44 @@ fn gpu_no_lights_are_no_photons() {
     let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
     for splat in [Splat::Gather, Splat::Raster] {
         for tracer in [Tracer::BVH, WITHIN_TEXEL] {
-            let room = PhotonSplatting {
+            let technique = PhotonSplatting {
                 splat,
                 tracer: tracer.into(),
                 bounces: 2,
                 conserved: true,
                 ..PhotonSplatting::default()
             };
-            let rendering = render_room(gpu, room, &scene, &camera);
+            let rendering = render_technique(gpu, technique, &scene, &camera);
             assert_eq!((energy(&rendering), counter(&rendering, "landed")), (0.0, 0.0), "{splat}, {tracer}");
         }
     }
 }
 
-/// Photons that light nothing that is seen are left out, and the image has no less light for it.
+/// Photons that light nothing visible are culled, and the image does not get darker.
 #[test]
-fn gpu_photons_that_light_nothing_in_view_are_left_out() {
-    let Some(gpu) = testing::gpu("gpu_photons_that_light_nothing_in_view_are_left_out") else { return };
+fn gpu_photons_that_light_nothing_in_view_are_culled() {
+    let Some(gpu) = testing::gpu("gpu_photons_that_light_nothing_in_view_are_culled") else { return };
     let scene = closed_box(0.5);
-    let room = PhotonSplatting { count: 512, radius: 0.5, ..room() };
+    let technique = PhotonSplatting { count: 512, radius: 0.5, ..technique() };
     let far = looking([0.0, 0.0, 0.9], [0.0, 0.0, -1.0]);
-    let rendering = render_room(gpu, room, &scene, &far);
+    let rendering = render_technique(gpu, technique, &scene, &far);
     let [landed, off, hidden, splatted] =
         ["landed", "off_screen", "hidden", "splatted"].map(|name| counter(&rendering, name));
     assert!(off > 0.2 * landed && off + hidden + splatted == landed, "{off}, {hidden}, {splatted} of {landed}");
-    // The middle of the image is that of a wider view, which leaves out fewer.
+    // The middle of the image equals that of a wider view, which culls fewer photons.
     let wide = Camera::look_at(
         Vec3::new(0.0, 0.0, 0.9),
         Vec3::NEG_Z,
         Projection::Perspective { fov_y: 2.0 * (3.0 * 0.45f32.tan()).atan(), near: 0.02 },
     );
-    let settings = settings(Indirect::from(room));
-    let whole = render(gpu, settings, &scene, &wide, 3 * SIZE);
+    let settings = settings(Indirect::from(technique));
+    let wider = render(gpu, settings, &scene, &wide, 3 * SIZE);
     let at = |rendering: &RenderedImage, p: UVec2| {
         Vec4::from(rendering.radiance[(p.y * rendering.width + p.x) as usize]).truncate()
     };
     for y in 0..SIZE.y {
         for x in 0..SIZE.x {
-            let (a, b) = (at(&rendering, UVec2::new(x, y)), at(&whole, SIZE + UVec2::new(x, y)));
+            let (a, b) = (at(&rendering, UVec2::new(x, y)), at(&wider, SIZE + UVec2::new(x, y)));
             assert!((a - b).abs().max_element() < 2e-3 * b.max_element() + 1e-4, "{x}, {y}: {a} and {b}");
         }
     }
@@ -343,8 +342,8 @@ fn numbers_out_of_range_are_refused() {
         PhotonSplatting { radius: 0.0, ..usual },
         PhotonSplatting { filter_radius: 65, ..usual },
     ];
-    for room in wrong {
-        assert!(passes::check(&room, &images).is_err(), "{room:?}");
+    for technique in wrong {
+        assert!(passes::check(&technique, &images).is_err(), "{technique:?}");
     }
     let deep = PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..usual };
     let without = DeepImageSettings { payload: false, ..DeepImageSettings::default() }.into();

@@ -1,4 +1,4 @@
-//! The virtual lights of a frame: from what the scene's lights see to a set of lights with ranges.
+//! Builds the virtual lights of a frame: from the surfaces that the scene's lights see to a set of lights with ranges.
 
 use lanternfish::{
     RenderError, ViewContext,
@@ -22,7 +22,7 @@ use crate::indirect::light_views::{KeptLightViews, LightViews, Squares, radius_o
 const LIGHTS: &str = "indirect/virtual_lights";
 const INDICES: &str = "indirect/virtual_light_indices";
 
-/// What is counted: the constants of `ranges.wesl`. Flux is in 1/256 of what a texel of the map has of the lights' flux in the mean.
+/// Names of the counters: the constants of `ranges.wesl`. Flux is in 1/256 of the lights' mean flux per texel of the map.
 const COUNTERS: &[&str] = &[
     "virtual_lights/unique",
     "virtual_lights/taken",
@@ -36,11 +36,11 @@ const COUNTERS: &[&str] = &[
     "virtual_lights/flux_given",
 ];
 
-/// Levels of blocks that texels are merged to: `emission.wesl`.
+/// Maximum level of merged blocks: `emission.wesl`.
 const MOST_LEVELS: u32 = 5;
-/// Rays that find a range: `rays.wesl`.
+/// Rays per range: `rays.wesl`.
 const RANGE_RAYS: u64 = 6;
-/// Units of flux a texel, in the mean.
+/// Units of flux per texel, in the mean.
 const FLUX_UNITS: f32 = 256.0;
 
 /// The lights of one frame, which all of its views share.
@@ -48,20 +48,20 @@ const FLUX_UNITS: f32 = 256.0;
 pub(super) struct FrameLights {
     /// Number of the frame.
     frame: u64,
-    /// The lights, which culling makes lists of. Behind those that there is room for are the lights that carry what ranges cut off.
+    /// The lights that culling makes lists of. The lights that carry cut-off flux follow after the capacity.
     pub set: LightSet,
     pub parameters: VirtualLightParameters,
     pub counters: Counters,
 }
 
-/// The passes that find them.
+/// The passes that build the lights.
 #[derive(Debug)]
 pub(super) struct LightBuilder {
     settings: VirtualLights,
     materials: Materials,
     /// Cut-off intensity, cd.
     threshold: f32,
-    /// None: all of the map is traced.
+    /// None: the complete map is traced.
     raster: Option<MapRaster>,
     trace: ComputeKernel,
     merge: ComputeKernel,
@@ -73,18 +73,18 @@ pub(super) struct LightBuilder {
     scan: Scan,
     scatter: ComputeKernel,
     choose_far: ComputeKernel,
-    /// The uniform that light culling reads the number of lights from.
+    /// The uniform from which light culling reads the number of lights.
     count: wgpu::Buffer,
-    /// How the map is shared out.
+    /// Distribution of the map's texels over the lights.
     map: KeptLightViews,
     lights: Option<FrameLights>,
 }
 
 impl LightBuilder {
-    /// Compiles the passes. `exact`: what traces rays from the scene's lights.
+    /// Compiles the passes. `exact`: the tracer of rays from the scene's lights.
     pub fn new(
         device: &wgpu::Device,
-        room: VirtualLights,
+        technique: VirtualLights,
         settings: &Settings,
         structure: &Structure,
         exact: Tracer,
@@ -94,14 +94,14 @@ impl LightBuilder {
             let label = format!("indirect/virtual_lights/{label}");
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
         };
-        let tracer = room.range_tracer.check(device, "`vpl-range-tracer ray-query`", "`vpl-range-tracer bvh`")?;
+        let tracer = technique.range_tracer.check(device, "`vpl-range-tracer ray-query`", "`vpl-range-tracer bvh`")?;
         let by_range = || kernel("range_rays", &tracer.features(structure, false), "trace", "range_rays");
-        let range_rays = room.traces_ranges().then(by_range).transpose()?;
+        let range_rays = technique.traces_ranges().then(by_range).transpose()?;
         Ok(Self {
-            settings: room,
+            settings: technique,
             materials: settings.materials,
             threshold: settings.range_threshold,
-            raster: (room.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
+            raster: (technique.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
             trace: kernel("trace", &exact.features(structure, false), "trace", "map")?,
             merge: kernel("merge", &[], "merge", "merge")?,
             count_texels: kernel("thin", &[], "count", "count")?,
@@ -118,12 +118,12 @@ impl LightBuilder {
         })
     }
 
-    /// The lights of the frame in hand; found for the first of its views.
+    /// The lights of the current frame; computed for the first of its views.
     pub fn get(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Result<&FrameLights, RenderError> {
         if self.lights.as_ref().is_none_or(|lights| lights.frame != frame.number()) {
             self.lights = Some(self.find(frame, view)?);
         }
-        Ok(self.lights.as_ref().expect("just found, if not there"))
+        Ok(self.lights.as_ref().expect("built above if it was missing"))
     }
 
     fn find(&mut self, frame: &mut Frame<'_>, view_context: &ViewContext<'_>) -> Result<FrameLights, RenderError> {
@@ -135,7 +135,7 @@ impl LightBuilder {
         let count = parameters.texel_count;
         let scene_bindings = scene.bindings().with(&buffer.bindings());
 
-        // What lights see.
+        // The reflective shadow map.
         let views = map.record(frame, scene, view.frame_index)?;
         let found = frame.scratch("indirect/virtual_lights/texels", size_of::<Texel>() as u64 * u64::from(texels))?;
         let uniform = frame.uniform(&parameters);
@@ -151,7 +151,7 @@ impl LightBuilder {
             frame.dispatch(&self.merge, &merging, workgroups((count >> (2 * level)).max(1)));
         }
 
-        // As many of them as are wanted; all, where that is not said. From here on the lights that were taken are the texels.
+        // Select the requested number of lights; all, if none is requested. From here on the texels are the selected lights.
         let mut counters = Counters::new(frame, "indirect/virtual_lights/counters", 1, COUNTERS)?;
         counters.adds_up = false;
         let weights = frame.scratch("indirect/virtual_lights/texel_weights", 4 * (u64::from(count) + 1))?;
@@ -174,7 +174,7 @@ impl LightBuilder {
         let (count, texels) = (parameters.texel_count, parameters.texel_count);
         let uniform = frame.uniform(&parameters);
 
-        // How far each reaches.
+        // Measure the range of each light.
         let distances = frame.zeroed("indirect/virtual_lights/distances", 4 * RANGE_RAYS * u64::from(texels))?;
         let shared = scene_bindings.part("virtual_lights", &uniform).buffer("texels", &found);
         if let Some(range_rays) = &self.range_rays {
@@ -194,28 +194,28 @@ impl LightBuilder {
             .buffer("light_counters", counters.buffer());
         frame.dispatch(&self.ranges, &limiting, workgroups(count + 1));
 
-        // Those that are kept, in the order of the texels.
+        // Write the kept lights in the order of the texels.
         let total = self.scan.record(frame, &places, count + 1)?;
-        let known = frame.scratch("indirect/virtual_lights/known", 16)?;
-        frame.encoder().copy_buffer_to_buffer(&total, 0, &known, 0, 4);
+        let counted_total = frame.scratch("indirect/virtual_lights/known", 16)?;
+        frame.encoder().copy_buffer_to_buffer(&total, 0, &counted_total, 0, 4);
         let limit = frame.device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;
         let limit = limit.saturating_sub(parameters.far_count.into());
-        let room = frame.capacity_for(&Counted {
+        let grown = frame.capacity_for(&Counted {
             list: LIGHTS,
-            words: &known,
+            words: &counted_total,
             starts: (&places, count as usize + 1),
             may_wrap: &|_| false,
             guess: u64::from(count / 4),
             limit,
         })?;
-        if room.elements > limit {
+        if grown.elements > limit {
             let remedy = "choose a smaller `vpl-map`, or `vpl-unique on` with a larger `vpl-spacing`";
-            return Err(RenderError::Overflow { list: LIGHTS, needed: room.elements, limit, remedy });
+            return Err(RenderError::Overflow { list: LIGHTS, needed: grown.elements, limit, remedy });
         }
-        parameters.capacity = room.capacity as u32;
+        parameters.capacity = grown.capacity as u32;
         let uniform = frame.uniform(&parameters);
         // A binding cannot be empty.
-        let bytes = size_of::<Light>() as u64 * (room.capacity + u64::from(parameters.far_count)).max(1);
+        let bytes = size_of::<Light>() as u64 * (grown.capacity + u64::from(parameters.far_count)).max(1);
         let lights = frame.scratch("indirect/virtual_lights/lights", bytes)?;
         let counted = frame.scratch("indirect/virtual_lights/counted", 16)?;
         if parameters.far_count > 0 {
@@ -257,7 +257,7 @@ impl LightBuilder {
             0 => texels,
             count => count.min(texels),
         };
-        // Nothing is too far where there are no ranges.
+        // Without ranges no light is too far.
         let most_range = if settings.ranges == Ranges::Unlimited { f32::MAX } else { settings.most_range * radius };
         VirtualLightParameters {
             scene_radius: radius,
@@ -273,7 +273,7 @@ impl LightBuilder {
             least_range: settings.least_range * radius,
             most_range,
             large_kept: settings.large_kept as f32 / 100.0,
-            // All together they leave out no more than one light may.
+            // All lights together lose no more than one light may.
             threshold: self.threshold / taken_count.max(1) as f32,
             falloff: settings.falloff as u32,
             traces_ranges: u32::from(self.range_rays.is_some()),
@@ -291,7 +291,7 @@ impl LightBuilder {
     }
 }
 
-/// As `ranges.wesl` counts them.
+/// Index of the range source in `ranges.wesl`.
 fn range_source(ranges: Ranges) -> u32 {
     match ranges {
         Ranges::Average | Ranges::Maximum => 0,

@@ -1,4 +1,4 @@
-//! The named choices of virtual lights.
+//! The named options of virtual lights.
 
 use lanternfish_scene::named_enum;
 
@@ -28,61 +28,62 @@ impl MapSize {
 }
 
 named_enum! {
-    /// How the reflective shadow map is made.
+    /// How the reflective shadow map is computed.
     MapSource {
-        /// A ray through every texel.
-        Rays = "rays": "A ray through every texel: any number of lights",
-        /// The scene is drawn from each of the strongest lights, through the middle of each texel in every frame; what others see is traced.
-        Raster = "raster": "The scene is drawn from each of the strongest lights; what others see is traced",
+        /// One ray through every texel.
+        Rays = "rays": "One ray through every texel, for any number of lights",
+        /// The scene is rasterized from each of the strongest lights, through the middle of each texel in every frame; the views of the
+        /// others are traced.
+        Raster = "raster": "Rasterization from each of the strongest lights; the views of the others are traced",
     }
 }
 
 named_enum! {
-    /// Where the range of a virtual light comes from.
+    /// The source of a virtual light's range.
     Ranges {
-        /// The average distance that six rays go [Archer2019, §3.2].
-        Average = "average": "The average distance that six rays go",
-        /// The greatest of them.
-        Maximum = "maximum": "The greatest distance of six rays",
-        /// A random number, as in stochastic methods, which [Archer2019, §4] compares with.
+        /// The average distance of six rays [Archer2019, §3.2].
+        Average = "average": "The average hit distance of six rays",
+        /// Their maximum distance.
+        Maximum = "maximum": "The maximum hit distance of six rays",
+        /// A random number, as in stochastic methods, with which [Archer2019, §4] compares.
         Random = "random": "A random number",
-        /// Where the light falls to the cut-off intensity [VanGelderen2020, app. A]: `range-threshold` over the number of virtual lights,
-        /// so that all together leave out no more than one light may.
-        Threshold = "threshold": "Where a light falls to `range-threshold` over the number of virtual lights",
-        /// None: every light reaches everything.
-        Unlimited = "unlimited": "None: every light reaches everything",
+        /// The distance at which the light falls to the cut-off intensity [VanGelderen2020, app. A]: `range-threshold` over the number of
+        /// virtual lights, so that all of them together lose no more than one light may.
+        Threshold = "threshold": "The distance at which a light falls to `range-threshold` over the number of virtual lights",
+        /// Unlimited: every light reaches every surface.
+        Unlimited = "unlimited": "Unlimited: every light reaches every surface",
     }
 }
 
 named_enum! {
-    /// What the rays that find a range are cast about.
+    /// The axis of the rays that measure a range.
     RangeAxis {
         /// The surface's normal.
         Normal = "normal": "The surface's normal",
-        /// The mirror direction of the light that falls on the surface.
-        Reflection = "reflection": "The mirror direction of the light that falls on the surface",
+        /// The mirror direction of the light that arrives at the surface.
+        Reflection = "reflection": "The mirror direction of the light that arrives at the surface",
     }
 }
 
 named_enum! {
     /// Angular emission of a virtual light.
     Emission {
-        /// By the cosine, as a diffuse surface does.
-        Cosine = "cosine": "By the cosine, as a diffuse surface does",
-        /// By the root of the cosine [VanGelderen2020, app. B], with the same flux.
-        Root = "root": "By the root of the cosine, with the same flux",
+        /// By the cosine, as a diffuse surface.
+        Cosine = "cosine": "By the cosine, as a diffuse surface",
+        /// By the square root of the cosine [VanGelderen2020, app. B], with the same flux.
+        Root = "root": "By the square root of the cosine, with the same flux",
     }
 }
 
 named_enum! {
-    /// What is done about the flux that ranges cut off.
+    /// Treatment of the flux that ranges cut off.
     Residual {
         /// It is lost.
         Lost = "lost": "It is lost",
-        /// Lights are brighter by as much.
-        Scaled = "scaled": "Lights are brighter by as much: right in sum, too bright near them",
-        /// A few lights carry it over the whole scene.
-        FarLights = "far-lights": "A few lights, chosen by how much of theirs is cut off, carry it over the whole scene",
+        /// Each light is scaled by its loss.
+        Scaled = "scaled": "Each light is scaled by its loss: correct in total, too bright nearby",
+        /// A few lights carry it over the complete scene.
+        FarLights = "far-lights": "A few lights, selected by their loss, carry it over the complete scene",
     }
 }
 

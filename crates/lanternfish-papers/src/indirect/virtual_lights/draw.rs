@@ -1,4 +1,4 @@
-//! The reflective shadow map by drawing: the scene from each of the strongest lights, into squares of one target.
+//! The reflective shadow map by rasterization: the scene from each of the strongest lights, into squares of one target.
 
 use glam::{Affine3A, Mat3, UVec2, Vec3};
 use lanternfish::{
@@ -15,12 +15,12 @@ use lanternfish_scene::{Bounds, Camera, Projection};
 use super::DECLARED;
 use crate::indirect::light_views::{LightView, Source, radius_of};
 
-/// Views that are drawn at most: ten point lights. What others see is traced.
+/// Maximum number of rasterized views: ten point lights. The others are traced.
 const MOST_DRAWN: usize = 60;
-/// Texels along an edge of the smallest view that is drawn.
+/// Texels along an edge of the smallest rasterized view.
 const LEAST_SIDE: u32 = 8;
 
-/// As `draw.wesl` says.
+/// The format that `draw.wesl` writes.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
 /// The passes.
@@ -53,7 +53,8 @@ impl MapRaster {
         drawn(views).last().map_or(0, |view| view.first + view.side * view.side)
     }
 
-    /// Draws them, and writes their texels. `bindings`: what emission.wesl reads, and the texels. `edge`: of the whole map, texels.
+    /// Rasterizes them, and writes their texels. `bindings`: the inputs of emission.wesl, and the texels. `edge`: of the complete map,
+    /// texels.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -102,15 +103,15 @@ impl MapRaster {
     }
 }
 
-/// The views that are drawn: the largest.
+/// The rasterized views: the largest.
 fn drawn(views: &[LightView]) -> &[LightView] {
-    // What has an area has no one point to be seen from.
+    // An area light has no single viewpoint.
     let is_drawn = |view: &&LightView| view.side >= LEAST_SIDE && view.source < Source::Area as u32;
     let count = views.iter().take(MOST_DRAWN).take_while(is_drawn).count();
     &views[..count]
 }
 
-/// A light's view as a camera's. Its x is the axis up and its y the one to the right: together they look along the third.
+/// A light's view as a camera's. Its x is the axis up and its y the one to the right: the third axis is the direction of view.
 fn look(view: &LightView, scene: &GpuScene) -> View {
     let half_width = view.right.length();
     let axes = Mat3::from_cols(view.up / half_width, view.right / half_width, -view.forward);
@@ -127,7 +128,7 @@ fn look(view: &LightView, scene: &GpuScene) -> View {
     };
     let camera =
         Camera { name: String::new(), world_from_camera: Affine3A::from_mat3_translation(axes, eye), projection };
-    // A box that reaches beyond both planes: they stay where they are.
+    // A box that extends beyond both planes, so that they stay unchanged.
     let center = scene.bounds().center();
     let mut around = Bounds::EMPTY;
     [-radius, radius].into_iter().for_each(|offset| around.add_point(center + offset));

@@ -1,12 +1,12 @@
-//! Virtual point lights, each with a range of its own [Archer2019, §3.2; Keller1997; Dachsbacher2005].
+//! Virtual point lights, each with its own range [Archer2019, §3.2; Keller1997; Dachsbacher2005].
 //!
-//! 1. Map: what the scene's lights see, texel by texel (`light_views/`, `trace.wesl`); texels that lie close together become one
-//!    (`merge.wesl`).
-//! 2. Ranges: six rays from every texel's surface (`range_rays.wesl`); lights with too small or too large a range are left out
-//!    (`ranges.wesl`); the others are put in order (`scatter.wesl`).
-//! 3. Lists: light culling finds which of them reach which pixels, through whatever scheme the settings name.
-//! 4. Gather: their light is added up (`gather.wesl`), or some are chosen for each pixel and looked for (`shadow.wesl`).
-//! 5. What is found is made the image's, bounded and filtered (`smoothing/`).
+//! 1. Map: the surfaces that the scene's lights see, one per texel (`light_views/`, `trace.wesl`); texels that lie close together are
+//!    merged (`merge.wesl`).
+//! 2. Ranges: six rays from every texel's surface (`range_rays.wesl`); lights with too small or too large a range are dropped
+//!    (`ranges.wesl`); the others are compacted in order (`scatter.wesl`).
+//! 3. Lists: light culling assigns lights to pixels, with the technique that the settings name.
+//! 4. Gather: their light is added up (`gather.wesl`), or some are selected for each pixel and traced (`shadow.wesl`).
+//! 5. The result is bounded, filtered and added to the image (`smoothing/`).
 
 mod builder;
 mod choices;
@@ -40,7 +40,7 @@ pub use self::{
     settings::VirtualLights,
 };
 
-/// Lights are chosen for rays, instead of being added up.
+/// Lights are selected for shadow rays instead of being added up.
 const SHADOWED: Feature = Feature::new("shadowed");
 
 /// The shaders of this folder.
@@ -68,7 +68,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
 #[derive(Debug)]
 pub struct VirtualLightPasses {
     settings: VirtualLights,
-    /// Frames that an image is the mean of, at least.
+    /// Minimum number of frames in the mean of an image.
     frames: u32,
     builder: LightBuilder,
     culling: LightCulling,
@@ -79,21 +79,21 @@ pub struct VirtualLightPasses {
 }
 
 impl VirtualLightPasses {
-    /// Compiles the passes. `tracer`: what shadows of the scene's lights are traced through, if there are any.
+    /// Compiles the passes. `tracer`: the tracer for shadows of the scene's lights, if there are any.
     pub fn new(
         device: &wgpu::Device,
-        room: VirtualLights,
+        technique: VirtualLights,
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
-        check(&room)?;
+        check(&technique)?;
         let kernel = |file: &str, features: &[Feature]| {
             let module = format!("indirect/virtual_lights/{file}");
             let shader = DECLARED.link(&module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, file, &module))
         };
         let exact = tracer.unwrap_or(Tracer::BVH).exact();
-        let shadows = match room.shadows {
+        let shadows = match technique.shadows {
             Shadows::None => None,
             Shadows::Auto => Some(exact),
             Shadows::Traced(tracer) => Some(tracer.check(device, "`vpl-shadows ray-query`", "`vpl-shadows bvh`")?),
@@ -107,9 +107,9 @@ impl VirtualLightPasses {
             ))
         };
         Ok(Self {
-            settings: room,
+            settings: technique,
             frames: settings.accumulate,
-            builder: LightBuilder::new(device, room, settings, &settings.structure, exact)?,
+            builder: LightBuilder::new(device, technique, settings, &settings.structure, exact)?,
             culling: LightCulling::new(device, &settings.culling, Samples::One)?,
             gather: kernel("gather", &gather)?,
             shadow: shadows.map(shadow).transpose()?,
@@ -129,14 +129,14 @@ impl IndirectPasses for VirtualLightPasses {
         view: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<DemodulatedIrradiance, RenderError> {
-        let found = self.builder.get(frame, view)?;
-        // What is lit is this surface, whatever else the view shows.
+        let lights = self.builder.get(frame, view)?;
+        // The lit surface is this one, independent of the other surfaces of the view.
         let lit = view.showing(surface);
-        let lists = self.culling.record(frame, std::slice::from_ref(&lit), Reach::Surface, &found.set)?.remove(0);
+        let lists = self.culling.record(frame, std::slice::from_ref(&lit), Reach::Surface, &lights.set)?.remove(0);
 
         let frames = self.frames.max(view.view.frame_index.saturating_add(1));
         let (resolution, radius) = (self.settings.resolution, self.settings.filter_radius);
-        // Where pixels take all of their light there is no noise.
+        // Without shadows and stride each pixel sums all of its light, so there is no noise.
         let (radius, clamp) = match self.shadow.is_some() || self.settings.stride > 1 {
             true => (radius, self.settings.clamp),
             false => (0, IndirectClamp::Off),
@@ -145,9 +145,9 @@ impl IndirectPasses for VirtualLightPasses {
         let [width, height, _] = self.gather.workgroup_size();
         let groups = [irradiance.size.x.div_ceil(width), irradiance.size.y.div_ceil(height), 1];
         let surfaces = view.buffer.bindings().with(&surface.bindings());
-        let uniform = frame.uniform(&found.parameters);
+        let uniform = frame.uniform(&lights.parameters);
         let scene_bindings = view.scene.bindings();
-        let lit = scene_bindings.with(&surfaces).with(&irradiance.bindings()).with(&found.set.bindings());
+        let lit = scene_bindings.with(&surfaces).with(&irradiance.bindings()).with(&lights.set.bindings());
         let lit = lit.part("virtual_lights", &uniform).buffer("pixel_irradiance", &irradiance.irradiance);
         let gathering = lit.clone().with(&lists.bindings());
         match &self.shadow {
@@ -166,24 +166,24 @@ impl IndirectPasses for VirtualLightPasses {
             }
         }
         let layers = self.smoothing.record(frame, view, surface, &irradiance)?;
-        Ok(DemodulatedIrradiance::new(layers).with_counters(vec![found.counters.clone()]))
+        Ok(DemodulatedIrradiance::new(layers).with_counters(vec![lights.counters.clone()]))
     }
 }
 
-/// An error where a number is out of range.
-fn check(room: &VirtualLights) -> Result<(), RenderError> {
+/// An error if a number is out of range.
+fn check(technique: &VirtualLights) -> Result<(), RenderError> {
     let wrong = |needed| Err(RenderError::Together { setting: "`indirect virtual-lights`", needed });
-    let are_there = (1..=256).contains(&room.shadow_rays) && (1..=4096).contains(&room.far_lights);
-    if !are_there || !(1..=64).contains(&room.stride) {
-        return wrong("1 to 256 rays a pixel, 1 to 4096 far lights, and a stride of 1 to 64");
+    let are_there = (1..=256).contains(&technique.shadow_rays) && (1..=4096).contains(&technique.far_lights);
+    if !are_there || !(1..=64).contains(&technique.stride) {
+        return wrong("1 to 256 rays per pixel, 1 to 4096 far lights, and a stride of 1 to 64");
     }
-    if room.filter_radius > MOST_RADIUS || room.large_kept > 100 {
+    if technique.filter_radius > MOST_RADIUS || technique.large_kept > 100 {
         return wrong("a filter of at most 64 pixels, and at most 100 percent of large lights");
     }
-    let fractions = [room.spacing, room.least_range, room.most_range];
-    // What is no number is not above 0 either.
+    let fractions = [technique.spacing, technique.least_range, technique.most_range];
+    // NaN is not above 0 either.
     let is_above = |number: &f32| *number > 0.0;
-    if !fractions.iter().chain(&room.least_distance).all(is_above) {
+    if !fractions.iter().chain(&technique.least_distance).all(is_above) {
         return wrong("spacing and ranges above 0, and a least distance above 0");
     }
     Ok(())

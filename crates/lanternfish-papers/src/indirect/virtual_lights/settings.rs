@@ -15,56 +15,56 @@ use lanternfish::{
 
 use super::{DECLARED, Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLightPasses};
 
-/// Virtual point lights on what the scene's lights light, each with a range [Archer2019, §3.2].
+/// Virtual point lights on the surfaces that the scene's lights hit, each with a range [Archer2019, §3.2].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VirtualLights {
     /// Texels along an edge of the reflective shadow map, which all lights share. Larger: more virtual lights, slower.
     pub map: MapSize,
-    /// How the map is made.
+    /// How the map is computed.
     pub source: MapSource,
     /// True if texels that lie close together become one light.
     pub unique: bool,
-    /// Distance between virtual lights on a surface below which texels become one, as a share of the scene's radius, > 0. Larger: fewer
+    /// Distance between virtual lights on a surface below which texels are merged, as a fraction of the scene's radius, > 0. Larger: fewer
     /// lights, coarser light.
     pub spacing: f32,
     /// Number of lights selected from all, each with an equal fraction of the flux; 0: all. More: less coarse light, slower.
     pub count: u32,
-    /// A pixel looks at every nth of the lights that reach it, pixels nearby at the others, 1 to 64. More: faster, noisier.
+    /// A pixel uses every nth of the lights that reach it, neighbouring pixels the others, 1 to 64. More: faster, noisier.
     pub stride: u32,
-    /// Where a light's range comes from.
+    /// The source of a light's range.
     pub ranges: Ranges,
     /// Axis of the rays that measure ranges.
     pub axis: RangeAxis,
     /// Tracer of these rays.
     pub range_tracer: Tracer,
-    /// Range below which a light is left out, as a share of the scene's radius, > 0. Larger: fewer lights, corners get darker.
+    /// Range below which a light is dropped, as a fraction of the scene's radius, > 0. Larger: fewer lights, darker corners.
     pub least_range: f32,
-    /// Range above which only some lights are kept, as a share of the scene's radius, > 0; and up to which random ranges go. Smaller: fewer
-    /// lights reach each pixel.
+    /// Range above which only some lights are kept, as a fraction of the scene's radius, > 0; also the maximum of random ranges. Smaller:
+    /// fewer lights reach each pixel.
     pub most_range: f32,
     /// Percentage of lights with a range above that which are kept, up to 100. More: more lights reach each pixel.
     pub large_kept: u32,
-    /// How light ends at its range.
+    /// Attenuation of light at its range.
     pub falloff: Attenuation,
     /// Angular emission of a virtual light.
     pub emission: Emission,
-    /// Least distance to a virtual light that counts, m, > 0. Larger: darker corners, no spots. None: a light counts as a disk of the
-    /// area that it stands for.
+    /// Minimum distance to a virtual light in its inverse-square law, m, > 0. Larger: darker corners, no spots. None: a light counts as a
+    /// disk of the area that it represents.
     pub least_distance: Option<f32>,
-    /// What is done about the flux that ranges cut off.
+    /// Treatment of the flux that ranges cut off.
     pub residual: Residual,
     /// Number of lights that carry flux beyond ranges over the whole scene, with [`Residual::FarLights`], 1 to 4096. More: smoother, slower.
     pub far_lights: u32,
-    /// Where it is not 0, the light of the n virtual lights that reach a pixel is weighed by this number over n, so that pixels that
-    /// many lights reach are no brighter than others. Larger: brighter.
+    /// If it is not 0, the light of the n virtual lights that reach a pixel is weighted by this number over n, so that pixels that many
+    /// lights reach are no brighter than others. Larger: brighter.
     pub weight_count: u32,
     /// Tracer of shadow rays to virtual lights.
     pub shadows: Shadows,
-    /// Rays from a pixel to virtual lights, 1 to 256. More: less noise, slower.
+    /// Rays per pixel to virtual lights, 1 to 256. More: less noise, slower.
     pub shadow_rays: u32,
-    /// Which pixels look for virtual lights.
+    /// Resolution of indirect light.
     pub resolution: IndirectResolution,
-    /// Pixels to each side that the filter reaches in an image of one frame, up to 64; 0: none.
+    /// Radius of the filter in an image of one frame, pixels, up to 64; 0: no filter.
     pub filter_radius: u32,
     /// True if what a pixel's rays bring is bounded by what those of the pixels around it do.
     pub clamp: IndirectClamp,
@@ -102,7 +102,7 @@ impl Default for VirtualLights {
 
 impl Technique for VirtualLights {
     const NAME: &'static str = "virtual-lights";
-    const SUMMARY: &'static str = "Point lights on what the scene's lights light, each with a range: one bounce";
+    const SUMMARY: &'static str = "Point lights on the surfaces that the scene's lights hit, each with a range: one bounce";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         Parameter::new(
             "vpl-map",
@@ -126,9 +126,9 @@ impl Technique for VirtualLights {
             "vpl-spacing",
             "FRACTION",
             Range::Positive,
-            "Distance between virtual lights below which texels of their map become one light, as a share of the scene's radius. Larger: fewer \
+            "Distance between virtual lights below which texels of their map are merged, as a fraction of the scene's radius. Larger: fewer \
              lights",
-            |room: &mut Self| &mut room.spacing,
+            |s: &mut Self| &mut s.spacing,
         )
         .with_default(),
         Parameter::new(
@@ -205,7 +205,7 @@ impl Technique for VirtualLights {
             Range::Positive,
             "Least distance to a virtual light that counts. Larger: darker corners, no spots. Without it, a light counts as a \
              disk of the area that it stands for",
-            |room: &mut Self| &mut room.least_distance,
+            |s: &mut Self| &mut s.least_distance,
         ),
         Parameter::new(
             "vpl-residual",
@@ -227,8 +227,8 @@ impl Technique for VirtualLights {
             "vpl-weight",
             "N",
             Range::Count(0, 65536),
-            "Weighs a pixel's light by N over the number of virtual lights that reach it; 0: not at all",
-            |room: &mut Self| &mut room.weight_count,
+            "Weighs a pixel's light by N over the number of virtual lights that reach it; 0: unweighted",
+            |s: &mut Self| &mut s.weight_count,
         )
         .with_default(),
         Parameter::new(
@@ -247,9 +247,9 @@ impl Technique for VirtualLights {
             |room: &mut Self| &mut room.shadow_rays,
         )
         .with_default(),
-        Parameter { info: RESOLUTION, of: |room| &mut room.resolution },
-        Parameter { info: FILTER, of: |room| &mut room.filter_radius },
-        Parameter { info: CLAMP, of: |room| &mut room.clamp },
+        Parameter { info: RESOLUTION, of: |s| &mut s.resolution },
+        Parameter { info: FILTER, of: |s| &mut s.filter_radius },
+        Parameter { info: CLAMP, of: |s| &mut s.clamp },
     ];
     const SHADERS: Shaders = DECLARED;
 }
@@ -304,7 +304,7 @@ impl IndirectTechnique for VirtualLights {
 }
 
 impl VirtualLights {
-    /// Whether rays are cast about every light: for its range, or to know what that cuts off.
+    /// True if rays are traced for every light: for its range, or for the loss that it causes.
     pub(super) fn traces_ranges(&self) -> bool {
         matches!(self.ranges, Ranges::Average | Ranges::Maximum) || self.residual != Residual::Lost
     }

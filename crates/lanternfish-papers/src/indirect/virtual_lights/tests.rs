@@ -10,11 +10,11 @@ use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::de
 use super::{MapSize, MapSource, Ranges, Residual, VirtualLights};
 use crate::testing::{self, quad, scene_of};
 
-/// Not a multiple of a workgroup.
+/// The size is not a multiple of the workgroup size.
 const SIZE: UVec2 = UVec2::new(53, 39);
 
-/// Without noise that a filter would spread, as far as that goes in a small image.
-fn room() -> VirtualLights {
+/// Virtual lights with as little noise as a small image allows, so that the filter has nothing to spread.
+fn technique() -> VirtualLights {
     VirtualLights { stride: 1, filter_radius: 0, clamp: IndirectClamp::Off, ..VirtualLights::default() }
 }
 
@@ -34,8 +34,8 @@ fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Rend
     renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap()
 }
 
-fn render_room(gpu: &Gpu, room: VirtualLights, scene: &Scene, camera: &Camera) -> RenderedImage {
-    render(gpu, settings(Indirect::from(room)), scene, camera)
+fn render_technique(gpu: &Gpu, technique: VirtualLights, scene: &Scene, camera: &Camera) -> RenderedImage {
+    render(gpu, settings(Indirect::from(technique)), scene, camera)
 }
 
 fn energy(rendering: &RenderedImage) -> f64 {
@@ -43,8 +43,8 @@ fn energy(rendering: &RenderedImage) -> f64 {
 }
 
 fn counter(rendering: &RenderedImage, name: &str) -> f64 {
-    let found = rendering.report.counters.iter().find(|(known, _)| known.strip_prefix("virtual_lights/") == Some(name));
-    found.unwrap_or_else(|| panic!("no {name} in {:?}", rendering.report.counters)).1 as f64
+    let actual = rendering.report.counters.iter().find(|(label, _)| label.strip_prefix("virtual_lights/") == Some(name));
+    actual.unwrap_or_else(|| panic!("no {name} in {:?}", rendering.report.counters)).1 as f64
 }
 
 fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
@@ -76,7 +76,7 @@ fn lit_view() -> Camera {
     looking([-0.2, -0.3, 0.6], [-1.6, 0.0, -0.6])
 }
 
-/// Cornell's box without its lamp's own light: the path tracer's and ours are of the same light then.
+/// The Cornell box without its lamp's own light: the path tracer and the renderer then have the same light.
 fn cornell() -> (Scene, Camera) {
     let mut scene = demo("cornell").unwrap();
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
@@ -84,29 +84,29 @@ fn cornell() -> (Scene, Camera) {
     (scene, looking([0.0, 1.0, 4.2], [0.0, 1.0, 0.0]))
 }
 
-/// Every scheme of light culling lists the lights that reach a pixel, in the same order: the image is the same to the bit, and so is
-/// that of another renderer.
+/// Every light culling technique lists the lights that reach a pixel in the same order: the image is the same to the bit, also in another
+/// renderer.
 #[test]
-fn gpu_virtual_lights_are_the_same_by_every_scheme_of_culling() {
-    let Some(gpu) = testing::gpu("gpu_virtual_lights_are_the_same_by_every_scheme_of_culling") else { return };
+fn gpu_virtual_lights_are_the_same_with_every_culling_technique() {
+    let Some(gpu) = testing::gpu("gpu_virtual_lights_are_the_same_with_every_culling_technique") else { return };
     let (scene, camera) = cornell();
     // Short ranges, so that lists differ from pixel to pixel; far lights, which are in none.
-    let room = VirtualLights { ranges: Ranges::Random, most_range: 0.3, count: 300, far_lights: 16, ..room() };
-    let of = |culling| Settings { culling, ..settings(Indirect::from(room)) };
+    let technique = VirtualLights { ranges: Ranges::Random, most_range: 0.3, count: 300, far_lights: 16, ..technique() };
+    let of = |culling| Settings { culling, ..settings(Indirect::from(technique)) };
     let all = render(gpu, of(Culling::NONE), &scene, &camera);
     assert!(counter(&all, "listed") > 200.0);
     for culling in Culling::all() {
         for run in 0..2 {
-            let found = render(gpu, of(culling.clone()), &scene, &camera);
-            assert!(found.radiance == all.radiance, "{}, run {run}", culling.name());
+            let actual = render(gpu, of(culling.clone()), &scene, &camera);
+            assert!(actual.radiance == all.radiance, "{}, run {run}", culling.name());
         }
     }
     let other = render(gpu, of(Culling::NONE), &scene, &looking([0.0, 1.0, 4.1], [0.0, 1.0, 0.0]));
     assert!(other.radiance != all.radiance, "blind to another view");
 }
 
-/// What lights send out is what falls on a closed room, less what its walls keep: by rays and by drawing, however many lights share the
-/// map, and however many are taken of it.
+/// The flux of the virtual lights is the flux on a closed room less the absorption of its walls: by rays and by rasterization, for any
+/// number of lights in the map, and any number taken from it.
 #[test]
 fn gpu_the_flux_of_virtual_lights_is_that_of_the_lights() {
     let Some(gpu) = testing::gpu("gpu_the_flux_of_virtual_lights_is_that_of_the_lights") else { return };
@@ -122,10 +122,10 @@ fn gpu_the_flux_of_virtual_lights_is_that_of_the_lights() {
     {
         let scene = Scene { lights, ..two_rooms() };
         for (source, count) in [(MapSource::Rays, 0), (MapSource::Raster, 0), (MapSource::Rays, 200)] {
-            let room = VirtualLights { map: MapSize::Texels64, source, count, ..room() };
-            let rendering = render_room(gpu, room, &scene, &lit_view());
-            // In units of 1/256 of the lights' flux over 64² texels. A spot's is known by the mean of its ramp; of many lights each has one
-            // ray a face and frame, whose weight is off by a half: of 4,096, by 0.8 %.
+            let technique = VirtualLights { map: MapSize::Texels64, source, count, ..technique() };
+            let rendering = render_technique(gpu, technique, &scene, &lit_view());
+            // In units of 1/256 of the lights' flux over 64² texels. A spot's flux uses the mean of its ramp. Of many lights each has one
+            // ray per face and frame, whose weight deviates by a half: for 4,096 lights, 0.8 %.
             let sent = counter(&rendering, "flux_sent") / (256.0 * 64.0 * 64.0);
             let most = if what.contains("spot") {
                 0.06
@@ -142,10 +142,10 @@ fn gpu_the_flux_of_virtual_lights_is_that_of_the_lights() {
     }
 }
 
-/// Disks, rectangles and emissive triangles are lights of the map: what they send falls on a closed room.
+/// Disks, rectangles and emissive triangles are lights of the map: their flux reaches a closed room.
 #[test]
-fn gpu_virtual_lights_have_the_flux_of_what_has_an_area() {
-    let Some(gpu) = testing::gpu("gpu_virtual_lights_have_the_flux_of_what_has_an_area") else { return };
+fn gpu_virtual_lights_have_the_flux_of_area_lights_and_emitters() {
+    let Some(gpu) = testing::gpu("gpu_virtual_lights_have_the_flux_of_area_lights_and_emitters") else { return };
     let point = two_rooms().lights.remove(0);
     let lamp = |kind| Light { kind, direction: Vec3::NEG_Y, ..point.clone() };
     let disk = lamp(lanternfish_scene::LightKind::Disk { radius: 0.2 });
@@ -157,13 +157,13 @@ fn gpu_virtual_lights_have_the_flux_of_what_has_an_area() {
     let lit = |light: Light| Scene { lights: vec![light], ..two_rooms() };
     for (what, scene) in [("disk", lit(disk)), ("rectangle", lit(rectangle)), ("triangles", shining)] {
         for source in [MapSource::Rays, MapSource::Raster] {
-            let room = VirtualLights { map: MapSize::Texels64, source, count: 0, ..room() };
-            let sent = counter(&render_room(gpu, room, &scene, &lit_view()), "flux_sent") / (256.0 * 64.0 * 64.0);
-            // Of triangles their own light is there too.
+            let technique = VirtualLights { map: MapSize::Texels64, source, count: 0, ..technique() };
+            let sent = counter(&render_technique(gpu, technique, &scene, &lit_view()), "flux_sent") / (256.0 * 64.0 * 64.0);
+            // Emissive triangles also contribute their direct light.
             let expected = if what == "triangles" { 1.5 } else { 0.5 };
             assert!((sent / expected - 1.0).abs() < 0.02, "{what}, {source}: {sent} of {expected}");
         }
-        let room = VirtualLights { map: MapSize::Texels64, count: 2048, far_lights: 512, ..room() };
+        let technique = VirtualLights { map: MapSize::Texels64, count: 2048, far_lights: 512, ..technique() };
         let of = |indirect| energy(&render(gpu, settings(indirect), &scene, &lit_view()));
         let sampled = Sampled {
             diffuse_rays: 256,
@@ -172,13 +172,13 @@ fn gpu_virtual_lights_have_the_flux_of_what_has_an_area() {
             ..Sampled::default().one_bounce()
         };
         let direct = of(Indirect::NONE);
-        let (found, rays) = (of(Indirect::from(room)) - direct, of(Indirect::from(sampled)) - direct);
-        assert!((found / rays - 1.0).abs() < 0.08, "{what}: {found} of {rays}");
+        let (actual, rays) = (of(Indirect::from(technique)) - direct, of(Indirect::from(sampled)) - direct);
+        assert!((actual / rays - 1.0).abs() < 0.08, "{what}: {actual} of {rays}");
     }
 }
 
-/// Ranges cut off light, and far lights bring it back; shadows keep it where it belongs. Without ranges and with all rays it is what rays
-/// from every pixel find.
+/// Ranges lose light, and far lights restore it; shadows prevent leaks. Without ranges and with all rays the energy equals that of rays
+/// from every pixel.
 #[test]
 fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_the_energy_of_virtual_lights_is_that_of_one_bounce") else { return };
@@ -187,20 +187,20 @@ fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
     let sampled =
         Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
     let ground_truth = energy(&render(gpu, settings(Indirect::from(sampled)), &scene, &camera)) - direct;
-    let of = |room| (energy(&render_room(gpu, room, &scene, &camera)) - direct) / ground_truth;
-    let exact = VirtualLights { count: 2048, shadow_rays: 64, ..room() };
+    let of = |technique| (energy(&render_technique(gpu, technique, &scene, &camera)) - direct) / ground_truth;
+    let exact = VirtualLights { count: 2048, shadow_rays: 64, ..technique() };
     let unlimited = of(VirtualLights { ranges: Ranges::Unlimited, residual: Residual::Lost, ..exact });
-    // Lights are disks near surfaces, corners get somewhat less; what is left are 1.5 % by which other seeds differ.
+    // Lights count as disks near surfaces, so corners are slightly darker; other seeds differ by 1.5 %.
     assert!((unlimited - 1.0).abs() < 0.04, "without ranges {unlimited}");
     let far = of(VirtualLights { far_lights: 1024, ..exact });
-    // A thousand lights carry half of all: off by 1 %.
+    // A thousand lights carry half of the energy: an error of 1 %.
     assert!((far - unlimited).abs() < 0.03, "with far lights {far}, without ranges {unlimited}");
     let lost = of(VirtualLights { residual: Residual::Lost, ..exact });
     assert!(lost < 0.7, "ranges cut nothing off: {lost}");
     let scaled = of(VirtualLights { residual: Residual::Scaled, ..exact });
-    // In sum, over the whole box; the view sees more of some walls.
+    // In total, over the complete box; the view shows more of some walls.
     assert!((scaled - 1.0).abs() < 0.25, "scaled {scaled}");
-    // Some of the lights for each pixel, and few rays: right in the mean over 2,000 pixels.
+    // A subset of the lights per pixel, and few rays: unbiased in the mean over 2,000 pixels.
     let few = of(VirtualLights { far_lights: 1024, stride: 8, shadow_rays: 2, ..exact });
     assert!((few / far - 1.0).abs() < 0.03, "few rays {few}, many {far}");
     let half = of(VirtualLights { far_lights: 1024, resolution: IndirectResolution::Half, ..exact });
@@ -209,53 +209,53 @@ fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
     assert!(unshadowed > far + 0.05, "blocks cast no shadow in the ground truth: {unshadowed}");
 }
 
-/// A closed room beside a lit one stays dark, behind every tracer that is exact; without shadows it does not.
+/// A closed room beside a lit one stays dark with every exact tracer; without shadows it does not.
 #[test]
 fn gpu_no_light_leaks_into_a_closed_room() {
     let Some(gpu) = testing::gpu("gpu_no_light_leaks_into_a_closed_room") else { return };
     let scene = two_rooms();
     let dark_view = looking([1.7, -0.3, 0.6], [0.2, 0.0, -0.6]);
-    let room = VirtualLights { count: 1024, ..VirtualLights::default() };
-    let lit = energy(&render_room(gpu, room, &scene, &lit_view()));
-    let unshadowed = VirtualLights { shadows: Shadows::None, ..room };
-    let leak = energy(&render_room(gpu, unshadowed, &scene, &dark_view)) / lit;
-    assert!(leak > 0.03, "blind: {leak} without shadows");
+    let technique = VirtualLights { count: 1024, ..VirtualLights::default() };
+    let lit = energy(&render_technique(gpu, technique, &scene, &lit_view()));
+    let unshadowed = VirtualLights { shadows: Shadows::None, ..technique };
+    let leak = energy(&render_technique(gpu, unshadowed, &scene, &dark_view)) / lit;
+    assert!(leak > 0.03, "test without power: {leak} without shadows");
     let tracers = [Tracer::BVH, Tracer::RAY_QUERY].into_iter().filter(|tracer| tracer.is_supported(&gpu.device));
     for tracer in tracers {
-        let shadowed = VirtualLights { shadows: Shadows::Traced(tracer), ..room };
-        let leak = energy(&render_room(gpu, shadowed, &scene, &dark_view)) / lit;
-        // Rays start off their surface, along the wall's edge perhaps beyond it.
+        let shadowed = VirtualLights { shadows: Shadows::Traced(tracer), ..technique };
+        let leak = energy(&render_technique(gpu, shadowed, &scene, &dark_view)) / lit;
+        // Rays start off their surface, possibly beyond a wall's edge.
         assert!(leak < 0.01, "{tracer}: {leak}");
     }
 }
 
-/// Rays through the BVH find the ranges that rays through deep images find, about; the maximum is at least the average.
+/// Rays through the BVH give about the same ranges as rays through deep images; the maximum is at least the average.
 #[test]
-fn gpu_ranges_reach_what_rays_meet() {
-    let Some(gpu) = testing::gpu("gpu_ranges_reach_what_rays_meet") else { return };
+fn gpu_ranges_reach_the_hits_of_rays() {
+    let Some(gpu) = testing::gpu("gpu_ranges_reach_the_hits_of_rays") else { return };
     let (scene, camera) = (two_rooms(), lit_view());
-    let fraction = |room| {
-        let rendering = render_room(gpu, room, &scene, &camera);
+    let fraction = |technique| {
+        let rendering = render_technique(gpu, technique, &scene, &camera);
         counter(&rendering, "flux_in_range") / counter(&rendering, "flux_arriving")
     };
-    let room = VirtualLights { count: 512, falloff: Attenuation::Physical, ..room() };
-    let deep = fraction(room);
-    let bvh = fraction(VirtualLights { range_tracer: Tracer::BVH, ..room });
-    // Some of six rays go farther than their average.
+    let technique = VirtualLights { count: 512, falloff: Attenuation::Physical, ..technique() };
+    let deep = fraction(technique);
+    let bvh = fraction(VirtualLights { range_tracer: Tracer::BVH, ..technique });
+    // Some of six rays are longer than their average.
     assert!((0.4..0.8).contains(&bvh) && (deep - bvh).abs() < 0.1, "deep images {deep}, BVH {bvh}");
-    let most = fraction(VirtualLights { ranges: Ranges::Maximum, range_tracer: Tracer::BVH, ..room });
+    let most = fraction(VirtualLights { ranges: Ranges::Maximum, range_tracer: Tracer::BVH, ..technique });
     assert!(most > 0.8, "{most}: all but the longest ray end within the maximum");
-    let unlimited = fraction(VirtualLights { ranges: Ranges::Unlimited, ..room });
+    let unlimited = fraction(VirtualLights { ranges: Ranges::Unlimited, ..technique });
     assert_eq!(unlimited, 1.0);
-    // What is left out is counted.
-    let rendering = render_room(gpu, VirtualLights { most_range: 0.2, large_kept: 0, ..room }, &scene, &camera);
+    // Lights that are dropped are counted.
+    let rendering = render_technique(gpu, VirtualLights { most_range: 0.2, large_kept: 0, ..technique }, &scene, &camera);
     assert!(counter(&rendering, "too_large") > 100.0);
     assert_eq!(counter(&rendering, "too_large") + counter(&rendering, "listed"), counter(&rendering, "taken"));
-    let rendering = render_room(gpu, VirtualLights { least_range: 0.7, ..room }, &scene, &camera);
+    let rendering = render_technique(gpu, VirtualLights { least_range: 0.7, ..technique }, &scene, &camera);
     assert!(counter(&rendering, "too_small") > 10.0);
 }
 
-/// A scene without lights, and one whose lights reach nothing, are dark and no error.
+/// A scene without lights, and one whose lights reach nothing, are dark and give no error.
 #[test]
 fn gpu_no_lights_are_no_virtual_lights() {
     let Some(gpu) = testing::gpu("gpu_no_lights_are_no_virtual_lights") else { return };
@@ -267,15 +267,16 @@ fn gpu_no_lights_are_no_virtual_lights() {
         for (samples, residual) in
             [Samples::One, Samples::Four].iter().flat_map(|samples| Residual::ALL.iter().map(move |r| (*samples, *r)))
         {
-            let room = VirtualLights { count: 64, residual, ..VirtualLights::default() };
-            let settings = Settings { samples, ..settings(Indirect::from(room)) };
+            let technique = VirtualLights { count: 64, residual, ..VirtualLights::default() };
+            let settings = Settings { samples, ..settings(Indirect::from(technique)) };
             let rendering = render(gpu, settings, &scene, &lit_view());
             assert_eq!((energy(&rendering), counter(&rendering, "listed")), (0.0, 0.0));
         }
     }
 }
 
-/// Where there are more lights than texels, each frame of a mean sees others: over frames all of their light is there, and spread as it is.
+/// With more lights than texels, each frame of a mean samples other lights: over the frames all of their light is there, with its
+/// distribution.
 #[test]
 fn gpu_a_mean_of_frames_has_the_light_of_every_light() {
     let Some(gpu) = testing::gpu("gpu_a_mean_of_frames_has_the_light_of_every_light") else { return };
@@ -285,21 +286,22 @@ fn gpu_a_mean_of_frames_has_the_light_of_every_light() {
     let sampled =
         Sampled { diffuse_rays: 64, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
     let ground_truth = energy(&render(gpu, settings(Indirect::from(sampled)), &scene, &lit_view())) - direct;
-    let room = VirtualLights { map: MapSize::Texels64, count: 512, ..room() };
-    let settings = Settings { accumulate: 8, ..settings(Indirect::from(room)) };
-    let found = (energy(&render(gpu, settings, &scene, &lit_view())) - direct) / ground_truth;
-    // 4,096 lights in all, near to what they light: 3 %.
-    assert!((found - 1.0).abs() < 0.08, "{found}");
+    let technique = VirtualLights { map: MapSize::Texels64, count: 512, ..technique() };
+    let settings = Settings { accumulate: 8, ..settings(Indirect::from(technique)) };
+    let actual = (energy(&render(gpu, settings, &scene, &lit_view())) - direct) / ground_truth;
+    // 4,096 lights in total, near the surfaces that they light: an error of 3 %.
+    assert!((actual - 1.0).abs() < 0.08, "{actual}");
 }
 
-/// Two views of one frame have the lights of one: each image is the same to the bit as by itself. What moves in the scene moves them.
+/// Two views of one frame share their virtual lights: each image is the same to the bit as that of a single view. Moved objects move the
+/// lights.
 #[test]
 fn gpu_views_share_virtual_lights_and_an_update_moves_them() {
     let Some(gpu) = testing::gpu("gpu_views_share_virtual_lights_and_an_update_moves_them") else { return };
     let (mut scene, camera) = cornell();
     let other = looking([0.3, 1.0, 4.0], [0.0, 1.0, 0.0]);
-    let room = VirtualLights { count: 200, ..VirtualLights::default() };
-    let settings = settings(Indirect::from(room));
+    let technique = VirtualLights { count: 200, ..VirtualLights::default() };
+    let settings = settings(Indirect::from(technique));
     let alone = [&camera, &other].map(|camera| render(gpu, settings.clone(), &scene, camera).radiance);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
@@ -328,7 +330,7 @@ fn numbers_out_of_range_are_refused() {
         VirtualLights { least_distance: Some(-1.0), ..usual },
         VirtualLights { filter_radius: 65, ..usual },
     ];
-    for room in wrong {
-        assert!(super::check(&room).is_err(), "{room:?}");
+    for technique in wrong {
+        assert!(super::check(&technique).is_err(), "{technique:?}");
     }
 }

@@ -1,9 +1,9 @@
-//! Lists for the cells of a grid over the image, found by drawing the lights: the hybrid light grid [Archer2019, §3.2].
+//! Lists for the cells of a grid over the image, computed by rasterizing the lights: the hybrid light grid [Archer2019, §3.2].
 //!
-//! 1. Mask: the layers of every tile in which a surface is seen.
+//! 1. Mask: the layers of every tile in which a surface is visible.
 //! 2. Outlines: the tiles that every light may touch.
-//! 3. Count, scan, write: the outlines are drawn twice, a pixel a tile; a fragment puts its light into the layers between the front
-//!    and the back of its sphere.
+//! 3. Count, scan, write: the outlines are drawn twice, with one pixel per tile; a fragment puts its light into the layers between the
+//!    front and the back of its sphere.
 //! 4. Sort: each list in ascending order.
 
 mod settings;
@@ -35,20 +35,20 @@ gpu_struct! {
         columns: u32,
         /// Tiles down.
         rows: u32,
-        /// Layers of a tile; at most 32, for which a mask has a bit each.
+        /// Layers of a tile; at most 32, one bit each in the mask.
         layers: u32,
         /// Distance from which layers are counted, m.
         nearest: f32,
-        /// Logarithm of the ratio between the distances at which two neighbouring layers begin.
+        /// Logarithm of the ratio between the start distances of neighbouring layers.
         log_ratio: f32,
-        /// Entries that the list has room for.
+        /// Capacity of the list, entries.
         capacity: u32,
-        /// 1: cells list their lights whether a surface is seen in them or not (for transparent surfaces).
+        /// 1: cells list their lights even if no surface is visible in them (for transparent surfaces).
         unmasked: u32,
     }
 }
 
-/// This room is behind `light_list`.
+/// This technique provides `light_list`.
 pub(crate) const CULLING_RASTER_GRID: Feature = Feature::choosing(
     "culling_raster_grid",
     "culling",
@@ -68,14 +68,14 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
     &[SharedStruct::of::<RasterCells>()],
 );
 
-/// Layers of a tile at most: the bits of its mask, and the shader's workgroup of a tile.
+/// Maximum layers of a tile: the bits of its mask, and the shader's workgroup for a tile.
 const MOST_LAYERS: u32 = 32;
-/// Layers begin at this share of the farthest distance: what is nearer is in the first. With the default of 32 each is a quarter
-/// deeper than the one before it.
+/// Layers begin at this fraction of the farthest distance; anything nearer is in the first. With the default of 32 each is a quarter deeper
+/// than the one before it.
 const NEAREST_FRACTION: f32 = 1e-3;
-/// Ratio between the farthest distance and the nearest at least, so that layers are deeper than what rounding does.
+/// Minimum ratio between the farthest distance and the nearest, so that layers are deeper than rounding errors.
 const LEAST_RATIO: f32 = 2.0;
-/// What the lights are drawn to: nothing is written.
+/// Format of the render target of the lights; nothing is written to it.
 const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 /// The passes.
@@ -130,7 +130,7 @@ impl RasterGridCulling {
         reach: Reach,
         lights: &LightSet,
     ) -> Result<LightLists, RenderError> {
-        // Shading looks at a pixel's centre, where there may be none of the samples' depths.
+        // Shading uses the pixel's centre, whose depth may differ from that of every sample.
         let unmasked = reach == Reach::Anywhere || surface.samples > 1;
         let grid = self.grid(surface.size, &view.frustum(scene.bounds()), unmasked);
         let limit = lanternfish::light_culling::most_indices(frame.device);
@@ -157,30 +157,30 @@ impl RasterGridCulling {
         let a_light = lights.capacity.div_ceil(self.outlines.workgroup_size()[0]).max(1);
         frame.dispatch(&self.outlines, &bindings.clone().buffer("light_tests", &tests), [a_light, 1, 1]);
 
-        // Count, and turn the counts into starts. The value after the last is zero and ends up as the total.
+        // Count, then scan the counts into starts. The value after the last is zero and ends up as the total.
         draw(frame, &self.count, &bindings.buffer("cell_slots", &cells), &grid, lights.capacity);
         let total = self.scan.record(frame, &cells, start_count)?;
 
-        // What the host has to know, in one read: total, tests in two words.
-        let known = frame.scratch("light_culling/known", 16)?;
-        frame.encoder().copy_buffer_to_buffer(&total, 0, &known, 0, 4);
-        frame.encoder().copy_buffer_to_buffer(&tests, 0, &known, 4, 8);
-        // Grow before writing, so that no image is ever made from a list that was cut.
+        // The host reads both in one readback: total, tests in two words.
+        let counted = frame.scratch("light_culling/known", 16)?;
+        frame.encoder().copy_buffer_to_buffer(&total, 0, &counted, 0, 4);
+        frame.encoder().copy_buffer_to_buffer(&tests, 0, &counted, 4, 8);
+        // Grow before writing, so that no image is made from a truncated list.
         let tests = |words: &[u32; 4]| u64::from(words[1]) | u64::from(words[2]) << 32;
-        let room = frame.capacity_for(&Counted {
+        let grown = frame.capacity_for(&Counted {
             list: lights.list,
-            words: &known,
+            words: &counted,
             starts: (&cells, start_count as usize),
-            // Not where every light were listed in every layer of each tile that it is tested against.
+            // The bound: every light is listed in every layer of each tile that it is tested against.
             may_wrap: &|words| tests(words).saturating_mul(grid.layers.into()) > u32::MAX.into(),
             guess: 0,
             limit,
         })?;
         let remedy = "give the lights a shorter range, use larger tiles (`tile-size`), or render a smaller image";
-        lanternfish::light_culling::check_capacity(&room, limit, lights, remedy)?;
-        let grid = RasterCells { capacity: room.capacity as u32, ..grid };
+        lanternfish::light_culling::check_capacity(&grown, limit, lights, remedy)?;
+        let grid = RasterCells { capacity: grown.capacity as u32, ..grid };
         let grid_buffer = frame.uniform(&grid);
-        let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
+        let indices = frame.scratch("light_culling/indices", 4 * grown.capacity)?;
         let slots = frame.scratch("light_culling/slots", 4 * cell_count)?;
         frame.encoder().copy_buffer_to_buffer(&cells, 0, &slots, 0, 4 * cell_count);
         let bindings = shared.part("raster_cells", &grid_buffer).buffer("listed_lights", &indices);
@@ -190,18 +190,18 @@ impl RasterGridCulling {
             cells,
             indices,
             grid: Some(("raster_cells", grid_buffer)),
-            listed: room.elements,
-            tests: tests(&room.words),
+            listed: grown.elements,
+            tests: tests(&grown.words),
             counters: Vec::new(),
             fragments: None,
         })
     }
 
-    /// The grid of an image of `size` pixels, with no room for lists yet.
+    /// The grid of an image of `size` pixels, with capacity 0.
     fn grid(&self, size: UVec2, frustum: &ViewFrustum, unmasked: bool) -> RasterCells {
         let tile_size = self.settings.tile_size.pixels();
         let layers = self.settings.layers.clamp(1, MOST_LAYERS);
-        // Parallel views may begin at the eye, or behind it.
+        // Parallel views may begin at the eye or behind it.
         let nearest = frustum.near.max(NEAREST_FRACTION * frustum.far).max(1e-6);
         RasterCells {
             tile_size,
@@ -231,7 +231,7 @@ fn drawing(device: &wgpu::Device, shader: &LinkedShader, fragment: &str, label: 
     Drawing { pipeline: RasterPipeline::new(device, shader, "rectangle", fragment, &label, &state), label }
 }
 
-/// Draws the outlines of so many lights at most, a pixel a tile.
+/// Draws the outlines of at most `capacity` lights, with one pixel per tile.
 fn draw(frame: &mut Frame<'_>, drawing: &Drawing, bindings: &Bindings<'_>, grid: &RasterCells, capacity: u32) {
     let size = UVec2::new(grid.columns, grid.rows);
     let target = frame_target(frame, "light_culling/tiles", size, TARGET_FORMAT, wgpu::TextureUsages::empty(), 1);

@@ -11,12 +11,12 @@ use lanternfish_gpu::Feature;
 
 use super::{CULLING_RASTER_GRID, DECLARED, RasterGridCulling};
 
-/// Lists per screen tile and layer of distance, found by drawing the lights [Archer2019, §3.2].
+/// Lists per screen tile and depth layer, computed by rasterizing the lights [Archer2019, §3.2].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RasterGrid {
-    /// Edge of a tile, pixels. Smaller: fewer lights a pixel, more lists.
+    /// Edge of a tile, pixels. Smaller: fewer lights per pixel, more lists.
     pub tile_size: TileSize,
-    /// Layers that a tile is divided into, 1 to 32. More: fewer lights a pixel where a tile shows surfaces far apart, more lists.
+    /// Layers per tile, 1 to 32. More: fewer lights per pixel in tiles with surfaces far apart, more lists.
     pub layers: u32,
 }
 
@@ -29,7 +29,7 @@ impl Default for RasterGrid {
 impl Technique for RasterGrid {
     const NAME: &'static str = "raster-grid";
     const SUMMARY: &'static str =
-        "A list of lights for every layer of every tile of the screen, found by drawing the lights";
+        "A list of lights for every depth layer of every screen tile, computed by rasterizing the lights";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         Parameter::new(
             "tile-size",
@@ -43,7 +43,7 @@ impl Technique for RasterGrid {
             "grid-layers",
             "N",
             Range::Count(1, super::MOST_LAYERS),
-            "Layers that a tile is divided into by the distance, with `culling raster-grid`. The image is the same",
+            "Depth layers per tile, with `culling raster-grid`. The image is the same",
             |grid: &mut Self| &mut grid.layers,
         )
         .with_default(),

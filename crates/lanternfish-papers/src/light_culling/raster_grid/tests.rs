@@ -40,7 +40,7 @@ fn gpu_layers_end_where_the_scene_does() {
             assert_eq!((grid.columns, grid.rows, grid.layers), (4, 2, layers));
             let last = grid.nearest * (grid.log_ratio * layers as f32).exp();
             let error = (last - frustum.far).abs() / last;
-            // Where the scene is thin, seen from far away, they end behind it.
+            // For a thin scene seen from far away, they end behind it.
             let is_thin = last > 1.99 * grid.nearest && frustum.far < 2.01 * grid.nearest;
             assert!(error < 1e-5 || is_thin, "{projection:?} {distance}: {grid:?}, {frustum:?}");
             assert!(grid.nearest > 0.0 && grid.log_ratio * layers as f32 > 0.69, "{grid:?}");
@@ -48,7 +48,7 @@ fn gpu_layers_end_where_the_scene_does() {
     }
 }
 
-/// Tests of a light are those of the tiles that its outline holds.
+/// A light is tested against exactly the tiles of its outline.
 #[test]
 fn gpu_a_light_is_tested_against_the_tiles_of_its_outline() {
     let Some(gpu) = testing::gpu("gpu_a_light_is_tested_against_the_tiles_of_its_outline") else { return };
@@ -64,27 +64,27 @@ fn gpu_a_light_is_tested_against_the_tiles_of_its_outline() {
     ];
     for (i, projection) in projections.into_iter().enumerate() {
         let camera = Camera::look_at(target + 3.0 * Vec3::Z, target, projection);
-        // 5 by 5 tiles, of which the eye looks through the middle of the one in the middle.
+        // 5 by 5 tiles; the view axis passes through the middle of the central one.
         let mut tests = |light: Light| {
             let uploaded = renderer.upload(&Scene { lights: vec![light], ..scene.clone() }).unwrap();
             let report = renderer.render(&uploaded, &camera, 80, 80).unwrap().report;
-            let counter = |name: &str| report.counters.iter().find(|(known, _)| known == name).unwrap().1;
+            let counter = |name: &str| report.counters.iter().find(|(label, _)| label == name).unwrap().1;
             (counter("light_culling/light_tests"), counter("light_culling/listed_lights") > 0)
         };
         assert_eq!(tests(Light::directional(Vec3::NEG_Z, Vec3::ONE)), (25, true));
         assert_eq!(tests(light(Vec3::ZERO, 1e12)), (25, true));
         assert_eq!(tests(light(Vec3::ZERO, 0.01)).0, 1, "{projection:?}");
-        // Behind the eye; holding it; beside the view.
+        // Behind the eye; around the eye; beside the view.
         assert_eq!(tests(light(8.0 * Vec3::Z, 0.5)).0, [0, 9][i], "{projection:?}");
         assert_eq!(tests(light(4.0 * Vec3::Z, 1.5)).0, 25, "{projection:?}");
         assert_eq!(tests(light(9.0 * Vec3::X, 1.0)), (0, false), "{projection:?}");
     }
 }
 
-/// On a software adapter fragments run in the order of the lights, and there is nothing to sort: here there is.
+/// On a software adapter fragments run in the order of the lights, and lists are already sorted; these are not.
 #[test]
-fn gpu_every_list_is_sorted_up_to_what_there_is_room_for() {
-    let Some(gpu) = testing::gpu("gpu_every_list_is_sorted_up_to_what_there_is_room_for") else { return };
+fn gpu_every_list_is_sorted_up_to_the_capacity() {
+    let Some(gpu) = testing::gpu("gpu_every_list_is_sorted_up_to_the_capacity") else { return };
     let (columns, rows, layers) = (3, 2, 7);
     let mut random = Random::new(9);
     let mut starts = vec![0];
@@ -97,7 +97,7 @@ fn gpu_every_list_is_sorted_up_to_what_there_is_room_for() {
     let shader = DECLARED.link("light_culling/raster_grid/sort", &[]).unwrap();
     let sort = ComputeKernel::new(&gpu.device, &shader, "sort", "test/sort");
     let none = wgpu::BufferUsages::empty();
-    // Capacity for all, up to the middle of a list, up to the end of one, and for none.
+    // Capacity for all, up to the middle of a list, up to the end of one, and 0.
     for capacity in [total, starts[30] - 400, starts[31], 0] {
         let grid = RasterCells { columns, rows, layers, capacity, ..RasterCells::default() };
         let grid = uniform_buffer_of(&gpu.device, "grid", &grid);
@@ -114,7 +114,7 @@ fn gpu_every_list_is_sorted_up_to_what_there_is_room_for() {
             expected[cell[0] as usize..end as usize].sort_unstable();
         }
         let sorted = read_back::<u32>(&gpu.device, &gpu.queue, &listed, total as usize).unwrap();
-        assert!(sorted == expected, "room for {capacity} of {total}");
+        assert!(sorted == expected, "capacity {capacity} of {total}");
         assert!(capacity == 0 || sorted != lights);
     }
 }

@@ -1,4 +1,4 @@
-//! The radiance of the environment about each direction of a set, kept while neither changes.
+//! Cached radiance of the environment around each direction of a set.
 
 use std::sync::Arc;
 
@@ -8,8 +8,8 @@ use lanternfish_gpu::storage_buffer_of;
 
 use crate::deep_images::directions::Directions;
 
-/// Mean radiance of one image of the environment about each direction of one set. The set must be the same whenever the buffer is asked
-/// for, but for its rotation.
+/// Mean radiance of one environment image around each direction of one set. The set must be the same in every call, except for its
+/// rotation.
 #[derive(Debug, Default)]
 pub(super) struct CellRadiances {
     kept: Option<Kept>,
@@ -23,12 +23,12 @@ struct Kept {
 }
 
 impl CellRadiances {
-    /// Lets the next frame fill the buffer again.
+    /// Invalidates the buffer; the next frame computes it again.
     pub fn forget(&mut self) {
         self.kept = None;
     }
 
-    /// The radiances, bound as `cell_radiances`; made again where the image or the rotation is not that of before.
+    /// The radiances, bound as `cell_radiances`; computed again if the image or the rotation has changed.
     pub fn get(
         &mut self,
         device: &wgpu::Device,
@@ -42,12 +42,12 @@ impl CellRadiances {
             let buffer = storage_buffer_of(device, "occlusion/cells", &cells, wgpu::BufferUsages::empty())?;
             self.kept = Some(Kept { samples: samples.clone(), rotation, buffer });
         }
-        Ok(&self.kept.as_ref().expect("just made, if not there").buffer)
+        Ok(&self.kept.as_ref().expect("created above if it was missing").buffer)
     }
 }
 
-/// Mean radiance of what is nearer to each direction than to any other: of each image of a set, its axis' and then that of the
-/// opposite; nits, w unused.
+/// Mean radiance of the part of the environment nearest to each direction: for each image of a set, of its axis and then of the opposite;
+/// nits, w unused.
 fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) -> Vec<Vec4> {
     let mut irradiance = vec![(DVec3::ZERO, 0.0f64); 2 * directions.len()];
     for sample in samples {
@@ -60,7 +60,7 @@ fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) -> Vec
         if solid_angle > 0.0 {
             return (radiance / solid_angle).as_vec3().extend(0.0);
         }
-        // A cell smaller than any piece.
+        // The cell is smaller than an environment sample.
         let axis = directions.axes()[i / 2] * if i % 2 == 0 { 1.0 } else { -1.0 };
         let nearest = samples.iter().max_by(|a, b| a.direction.dot(axis).total_cmp(&b.direction.dot(axis)));
         nearest.map_or(Vec4::ZERO, |sample| sample.radiance.extend(0.0))
@@ -97,10 +97,10 @@ mod tests {
                 axes.zip(&cells).filter(is_wrong).count()
             };
             assert_eq!(wrong(&turned), 0);
-            // It can fail: cells of a set that is turned otherwise.
+            // Negative control: cells of a set with another rotation.
             assert!(wrong(&set.rotated(frame_rotation(3))) > 50);
         }
-        // The largest set has cells smaller than the pieces at the equator: none is black for it.
+        // The cells of the largest set are smaller than the environment samples at the equator; none may be black.
         let largest = Directions::new(DirectionSet::ZonalEqualArea { count: Directions::MAX_COUNT }).unwrap();
         assert!(cell_radiances(&even, &largest).iter().all(|cell| (cell.y - 1.0).abs() < 1e-6));
     }

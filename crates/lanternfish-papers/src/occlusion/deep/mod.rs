@@ -23,19 +23,19 @@ use crate::deep_images::{
 };
 
 gpu_struct! {
-    /// Directions that one pass sums up.
+    /// The directions that one pass accumulates.
     pub struct DirectionRun {
-        /// First of the chunk's images.
+        /// First image of the run, counted from the chunk's first.
         first: u32,
-        /// Images.
+        /// Number of images.
         count: u32,
-        /// Distance from which on nothing occludes, m; 0: everything does, however far.
+        /// Maximum distance of occluders, m; 0: unlimited.
         max_distance: f32,
-        /// 1: first run of the frame, nothing has been summed before.
+        /// 1: first run of the frame, the sums start at 0.
         is_first: u32,
         /// Perceptual roughness of the narrowest lobe about the mirror direction.
         least_roughness: f32,
-        /// Number of the frame, of those that draw other texels.
+        /// Frame number, the seed of the choice of texels.
         frame: u32,
     }
 }
@@ -54,11 +54,11 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
     &[SharedStruct::of::<DirectionRun>()],
 );
 
-/// By rays along every direction of deep images [Aalund2015, §3.3].
+/// Ambient visibility by rays along every direction of deep images [Aalund2015, §3.3].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deep {
-    /// Distance from which on nothing occludes, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which everything
-    /// occludes, however far.
+    /// Maximum distance of occluders, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which every surface occludes at any
+    /// distance.
     pub max_distance: Option<f32>,
 }
 
@@ -78,7 +78,7 @@ impl OcclusionTechnique for Deep {
         DeepImageSettings::of(&settings.structure).slices.max(1)
     }
 
-    /// Texels are drawn.
+    /// Texels are chosen at random.
     fn is_noisy(&self) -> bool {
         true
     }
@@ -92,23 +92,23 @@ impl OcclusionTechnique for Deep {
     }
 }
 
-/// Images that one pass looks into. A pass for each would spend its time on reading pixels; one for all keeps a slow device
-/// busy for longer than a driver may allow.
+/// Images per pass. One image per pass would spend its time reading pixels; all images in one pass would keep a slow device busy for longer
+/// than a driver may allow.
 const IMAGES_A_PASS: u32 = 32;
 
 /// Bytes of a pixel's `AmbientVisibilitySums`.
 const IRRADIANCE_BYTES: u64 = 16;
-/// The same with radiance.
+/// Bytes of a pixel's `AmbientVisibilitySums` with radiance.
 const RADIANCE_BYTES: u64 = 48;
 
 /// The passes.
 #[derive(Debug)]
 struct DeepOcclusion {
-    /// As they are without any rotation.
+    /// The set without rotation.
     directions: Directions,
     images: KeptDeepImages,
     constant: Kernels,
-    /// Under an image of the environment.
+    /// Kernels for an environment image.
     environment: Kernels,
     cells: CellRadiances,
     max_distance: f32,
@@ -131,8 +131,8 @@ impl Kernels {
     }
 }
 
-/// The rotation of the set turned on, so that its nearest axis is along `direction` (unit, world space).
-fn turned_towards(directions: &Directions, direction: Vec3) -> Quat {
+/// The rotation of the set, extended so that its nearest axis points along `direction` (unit, world space).
+fn rotated_towards(directions: &Directions, direction: Vec3) -> Quat {
     let (image, reversed) = directions.nearest(direction);
     let axis = directions.axes()[image as usize];
     let nearest = if reversed { -axis } else { axis };
@@ -143,7 +143,7 @@ impl DeepOcclusion {
     /// Compiles the passes.
     fn new(device: &wgpu::Device, settings: &Settings, max_distance: Option<f32>) -> Result<Self, RenderError> {
         let history = settings.history;
-        // Near fragments are requested their triangles.
+        // The triangles of near fragments are tested.
         let settings = DeepImageSettings { payload: true, ..DeepImageSettings::of(&settings.structure) };
         let features = settings.fragment_features();
         let with_image: Vec<Feature> = features.iter().copied().chain([ENVIRONMENT]).collect();
@@ -170,8 +170,8 @@ impl OcclusionPasses for DeepOcclusion {
         self.cells.forget();
     }
 
-    /// By images of the scene as it is now, whose set of directions is turned as the frame says; and, where there is a sun, a little
-    /// more, so that one of them is towards it.
+    /// Uses images of the current scene with the frame's rotation of the direction set. If there is a sun, the set is rotated a little
+    /// more, so that one direction points towards it.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -179,7 +179,7 @@ impl OcclusionPasses for DeepOcclusion {
         surface: &Surface,
     ) -> Result<AmbientVisibility, RenderError> {
         let rotation = match scene.environment_light().sun {
-            Some(sun) => turned_towards(&self.directions.rotated(*rotation), sun),
+            Some(sun) => rotated_towards(&self.directions.rotated(*rotation), sun),
             None => *rotation,
         };
         let images = self.images.get(frame, scene, rotation)?;
@@ -201,7 +201,7 @@ impl OcclusionPasses for DeepOcclusion {
         if let Some(cells) = cells {
             shared = shared.buffer("cell_radiances", cells);
         }
-        // Half vectors, which lean half as much as directions, are as wide as a direction's cell, whose radius is (2 / count)^½.
+        // Half vectors deviate half as much as directions. They are as wide as a direction's cell, whose radius is (2 / count)^½.
         let least_roughness = (2.0 / images.directions.len() as f32).sqrt().sqrt().min(1.0);
         let drawn = match self.history {
             History::Off => view.frame_index,

@@ -1,4 +1,4 @@
-//! Ambient obscurance by horizons in the depth of the view [Bavoil2008; Jimenez2016]: what screen space can do, for comparison.
+//! Ambient obscurance by horizons in the view's depth buffer [Bavoil2008; Jimenez2016]: the screen-space baseline.
 
 use lanternfish::{
     RenderError, ViewContext,
@@ -17,9 +17,9 @@ use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_bu
 use super::DISTANCE;
 
 gpu_struct! {
-    /// How far horizons are looked for.
+    /// Parameters of the horizon search.
     pub struct HbaoParameters {
-        /// Distance from which on nothing occludes, m.
+        /// Maximum distance of occluders, m.
         radius: f32,
     }
 }
@@ -31,10 +31,10 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
     &[SharedStruct::of::<HbaoParameters>()],
 );
 
-/// By horizons in the depth of the view: for comparison [Bavoil2008; Jimenez2016].
+/// Ambient obscurance by horizons in the view's depth buffer: a baseline for comparison [Bavoil2008; Jimenez2016].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hbao {
-    /// Distance from which on nothing occludes, m, > 0. Higher: darker, and more that the view does not show is missed.
+    /// Maximum distance of occluders, m, > 0. Higher: darker, and more error from occluders outside the view.
     pub radius: f32,
 }
 
@@ -87,21 +87,21 @@ impl HbaoOcclusion {
 }
 
 impl OcclusionPasses for HbaoOcclusion {
-    /// How open every pixel's surface is to what the view shows around it, and that share of the environment' light.
+    /// Writes the ambient visibility of every pixel from the depth around it, and that fraction of the environment's light.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<AmbientVisibility, RenderError> {
-        let [found, across, down] = std::array::from_fn(|_| ambient_visibility_target(frame, surface.size));
+        let [raw, across, down] = std::array::from_fn(|_| ambient_visibility_target(frame, surface.size));
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let view_bindings = view.buffer.bindings();
         let shared = view_bindings.with(&surface.bindings());
         let bindings =
-            shared.clone().buffer("hbao_parameters", &self.parameters).texture("ambient_visibility_target", &found);
+            shared.clone().buffer("hbao_parameters", &self.parameters).texture("ambient_visibility_target", &raw);
         frame.dispatch(&self.horizons, &bindings, groups);
-        for (kernel, from, to) in [(&self.blur_across, &found, &across), (&self.blur_down, &across, &down)] {
+        for (kernel, from, to) in [(&self.blur_across, &raw, &across), (&self.blur_down, &across, &down)] {
             let bindings =
                 shared.clone().texture("unblurred_visibility", from).texture("ambient_visibility_target", to);
             frame.dispatch(kernel, &bindings, groups);

@@ -15,7 +15,7 @@ use crate::{
     testing::{self, apart, half_white, image, inside::brdf_fractions as fractions, looking, quad, scene_of},
 };
 
-/// Not a multiple of a workgroup.
+/// The size is not a multiple of the workgroup size.
 const SIZE: UVec2 = UVec2::new(61, 45);
 
 fn by_deep_images() -> Occlusion {
@@ -48,13 +48,13 @@ fn mean(pixels: &[Vec3]) -> f32 {
     pixels.iter().map(|pixel| pixel.element_sum() / 3.0).sum::<f32>() / pixels.len() as f32
 }
 
-/// Mean distance of pixels over the mean of the second.
-fn off(found: &[Vec3], ground_truth: &[Vec3]) -> f32 {
-    let apart: f32 = found.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum() / 3.0).sum();
-    apart / ground_truth.len() as f32 / mean(ground_truth)
+/// Mean absolute difference of the pixels, relative to the mean of the second image.
+fn off(actual: &[Vec3], ground_truth: &[Vec3]) -> f32 {
+    let difference: f32 = actual.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum() / 3.0).sum();
+    difference / ground_truth.len() as f32 / mean(ground_truth)
 }
 
-/// White, diffuse and no more.
+/// White and diffuse only.
 fn matt() -> Material {
     Material { metallic: 0.0, specular: 0.0, double_sided: true, ..Material::default() }
 }
@@ -88,9 +88,9 @@ fn gpu_an_even_image_is_a_constant_sky() {
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.3, 0.0]);
     for occlusion in [by_deep_images(), by_horizons()] {
         let [a, b] = [&constant, &imaged].map(|scene| rendering(gpu, &settings(occlusion.clone()), scene, &camera));
-        let apart = a.iter().zip(&b).map(|(a, b)| ((*a - *b) / sky).abs().max_element()).fold(0.0, f32::max);
-        // Half floats of the sums, of a few levels, and of the image.
-        assert!(apart < 4e-3, "{occlusion:?}: {apart}");
+        let difference = a.iter().zip(&b).map(|(a, b)| ((*a - *b) / sky).abs().max_element()).fold(0.0, f32::max);
+        // Tolerance: half-float rounding of the sums, of a few mip levels and of the image.
+        assert!(difference < 4e-3, "{occlusion:?}: {difference}");
         assert!(mean(&a) > 0.3, "{occlusion:?}: black");
     }
 }
@@ -102,28 +102,28 @@ fn gpu_white_surfaces_under_white_environment_are_white() {
     let white = |material| Scene { environment: Some(even(Vec3::ONE)), ..floor(material) };
     for occlusion in [by_deep_images(), by_horizons()] {
         for pixel in rendering(gpu, &settings(occlusion.clone()), &white(matt()), &camera) {
-            // Means of pieces and cells are off by some 2⁻²³.
+            // Means of environment samples and direction cells are off by about 2⁻²³.
             assert!((pixel - 1.0).abs().max_element() < 1e-3, "{occlusion:?}: {pixel}");
         }
         for roughness in [0.0f32, 0.3, 0.6, 1.0] {
-            let found = center(&rendering(gpu, &settings(occlusion.clone()), &white(metal(roughness)), &camera)).x;
+            let actual = center(&rendering(gpu, &settings(occlusion.clone()), &white(metal(roughness)), &camera)).x;
             let [near, grazing] = fractions(1.0, roughness.into());
-            // One reflection between facets and no more: what meets another facet is lost, 0.69 of it at roughness 1.
-            println!("{occlusion:?}, roughness {roughness}: {found}");
-            assert!((f64::from(found) - near - grazing).abs() < 5e-3, "{roughness}: {found}, {}", near + grazing);
-            assert!(found < 1.002 && found > 0.998 - 0.7 * roughness * roughness, "{roughness}: {found}");
+            // One reflection between microfacets only: energy that hits another facet is lost, 0.69 of it at roughness 1.
+            println!("{occlusion:?}, roughness {roughness}: {actual}");
+            assert!((f64::from(actual) - near - grazing).abs() < 5e-3, "{roughness}: {actual}, {}", near + grazing);
+            assert!(actual < 1.002 && actual > 0.998 - 0.7 * roughness * roughness, "{roughness}: {actual}");
         }
-        // A dielectric loses less than a tenth: 0.04 of it goes the metal's way.
+        // A dielectric loses less than a tenth: 0.04 of its light is reflected like the metal's.
         let dielectric = Material { metallic: 0.0, ..metal(0.5) };
-        let found = center(&rendering(gpu, &settings(occlusion), &white(dielectric), &camera)).x;
-        assert!((0.9..1.002).contains(&found), "{found}");
+        let actual = center(&rendering(gpu, &settings(occlusion), &white(dielectric), &camera)).x;
+        assert!((0.9..1.002).contains(&actual), "{actual}");
     }
 }
 
-/// A plane whose normal is at angle a to the zenith gets (1 + cos a) / 2 of what it would get from all sides.
+/// A plane whose normal has angle a to the zenith receives (1 + cos a) / 2 of the irradiance of a full sphere.
 #[test]
-fn gpu_tilted_planes_get_what_they_face() {
-    let Some(gpu) = testing::gpu("gpu_tilted_planes_get_what_they_face") else { return };
+fn gpu_tilted_planes_receive_the_light_that_they_face() {
+    let Some(gpu) = testing::gpu("gpu_tilted_planes_receive_the_light_that_they_face") else { return };
     for degrees in [0.0f32, 30.0, 60.0, 90.0, 135.0, 180.0] {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let normal = Vec3::new(sin, cos, 0.0);
@@ -133,11 +133,11 @@ fn gpu_tilted_planes_get_what_they_face() {
         let eye = 3.0 * normal + 0.1 * Vec3::Z;
         let camera = Camera::look_at(eye, Vec3::ZERO, looking([0.0; 3], [1.0; 3]).projection);
         let expected = 0.5 * (1.0 + cos);
-        // Cells that the horizon cuts are white or black as a whole for the cosine, but for the mean of frames.
+        // A cell that the horizon cuts is white or black in one frame; the mean of the frames smooths that.
         for (occlusion, most) in [(by_deep_images(), 0.025), (by_horizons(), 3e-3)] {
-            let found = center(&rendering(gpu, &settings(occlusion.clone()), &scene, &camera)).x;
-            println!("{degrees}°, {occlusion:?}: {found:.4}, not {expected:.4}");
-            assert!((found - expected).abs() < most, "{degrees}°, {occlusion:?}: {found}, not {expected}");
+            let actual = center(&rendering(gpu, &settings(occlusion.clone()), &scene, &camera)).x;
+            println!("{degrees}°, {occlusion:?}: {actual:.4}, not {expected:.4}");
+            assert!((actual - expected).abs() < most, "{degrees}°, {occlusion:?}: {actual}, not {expected}");
         }
     }
 }
@@ -164,8 +164,8 @@ fn gpu_turned_environment_turn_their_light() {
 }
 
 #[test]
-fn gpu_what_moves_stands_in_the_light_where_it_is_now() {
-    let Some(gpu) = testing::gpu("gpu_what_moves_stands_in_the_light_where_it_is_now") else { return };
+fn gpu_moved_objects_are_lit_at_their_new_position() {
+    let Some(gpu) = testing::gpu("gpu_moved_objects_are_lit_at_their_new_position") else { return };
     let glossy = Material { metallic: 0.5, perceptual_roughness: 0.3, ..matt() };
     let mut scene = apart(&corner([glossy, matt(), matt()]));
     scene.environment = Some(image(64, 32, 0.0, |d| Vec3::new(1.0, 0.5, 0.2) * (1.0 + d.x) + d.y.max(0.0)));
@@ -188,7 +188,7 @@ fn gpu_what_moves_stands_in_the_light_where_it_is_now() {
     }
 }
 
-/// Ground truth: paths of two segments. Bounds are about a quarter above what was measured.
+/// Ground truth: paths of two segments. Bounds are about a quarter above the measured values.
 #[test]
 fn gpu_light_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_light_is_the_path_tracers") else { return };
@@ -196,7 +196,7 @@ fn gpu_light_is_the_path_tracers() {
     let towards = Vec3::new(0.5, 0.6, 0.6).normalize();
     let patch = |d: Vec3| if d.dot(towards) > 0.9 { Vec3::new(4.0, 3.0, 2.0) } else { Vec3::ZERO };
     scene.environment = Some(image(128, 64, 0.0, |d| Vec3::new(0.4, 0.6, 1.0) * (1.2 + d.y) + patch(d)));
-    // Nothing but surfaces is seen.
+    // The view shows surfaces only.
     let camera = looking([0.3, 1.6, 2.0], [0.0, 0.3, -0.6]);
     let tracer = TracerSettings {
         integrator: Integrator::Path,
@@ -207,29 +207,29 @@ fn gpu_light_is_the_path_tracers() {
     let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
     Tracer::new(&scene, tracer).unwrap().render(&camera, &mut film, 96);
     let ground_truth: Vec<Vec3> = film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect();
-    let found = |occlusion, accumulate, scene: &Scene| {
+    let actual = |occlusion, accumulate, scene: &Scene| {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let found = rendering(
+        let actual = rendering(
             gpu,
             &Settings { structure: deep_images.into(), accumulate, ..settings(occlusion) },
             scene,
             &camera,
         );
-        println!("off by {:.4}, energy {:.4}", off(&found, &ground_truth), mean(&found) / mean(&ground_truth));
-        (off(&found, &ground_truth), mean(&found) / mean(&ground_truth))
+        println!("off by {:.4}, energy {:.4}", off(&actual, &ground_truth), mean(&actual) / mean(&ground_truth));
+        (off(&actual, &ground_truth), mean(&actual) / mean(&ground_truth))
     };
     let [deep, frames, hbao] =
-        [(by_deep_images(), 1), (by_deep_images(), 4), (by_horizons(), 1)].map(|(o, count)| found(o, count, &scene));
+        [(by_deep_images(), 1), (by_deep_images(), 4), (by_horizons(), 1)].map(|(o, count)| actual(o, count, &scene));
     assert!(deep.0 < 0.09 && (deep.1 - 1.0).abs() < 0.03, "{deep:?}");
     assert!(frames.0 < deep.0 && (frames.1 - 1.0).abs() < 0.03, "{frames:?}");
     assert!(hbao.0 < 0.25 && hbao.0 > 1.5 * deep.0, "{hbao:?}");
-    // It can fail: environment that are turned are others.
+    // Negative control: a rotated environment gives another image.
     scene.environment.as_mut().unwrap().rotation = 0.5;
-    let turned = found(by_deep_images(), 1, &scene);
-    assert!(turned.0 > 1.25 * deep.0, "{turned:?}");
+    let rotated = actual(by_deep_images(), 1, &scene);
+    assert!(rotated.0 > 1.25 * deep.0, "{rotated:?}");
 }
 
-/// Each sample takes what was found for the pixel like it: away from edges the images are one.
+/// Each sample takes the value of the matching pixel: away from edges the images are equal.
 #[test]
 fn gpu_several_samples_are_lit_as_one() {
     let Some(gpu) = testing::gpu("gpu_several_samples_are_lit_as_one") else { return };

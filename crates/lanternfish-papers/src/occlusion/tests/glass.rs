@@ -1,4 +1,4 @@
-//! What blended surfaces get from other surfaces and the environment, and what those that let light through leave of the image.
+//! Light on transparent surfaces from other surfaces and the environment, and the transmission of dielectric surfaces.
 
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish::{
@@ -14,7 +14,7 @@ use crate::{
     testing::{self, apart, quad, scene_of},
 };
 
-/// Not a multiple of a workgroup.
+/// The size is not a multiple of the workgroup size.
 const SIZE: UVec2 = UVec2::new(37, 29);
 const TINT: Vec3 = Vec3::new(0.5, 1.0, 0.25);
 
@@ -26,7 +26,7 @@ fn occlusion(occlusion: Occlusion) -> Settings {
     Settings { indirect: Indirect::NONE, occlusion, ..Settings::direct_light() }
 }
 
-/// The mean of 16 x 16 pixels in the middle of an image from 3 m in front of the origin: one pixel's few rays are noise.
+/// The mean of 16 x 16 pixels in the middle of an image from 3 m in front of the origin; a single pixel's few rays are noisy.
 fn middle(gpu: &Gpu, settings: Settings, scene: &Scene) -> Vec3 {
     let camera = Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.1, near: 0.02 });
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
@@ -52,15 +52,15 @@ fn glass() -> Material {
     Material { transmission: 1.0, ..transparent(TINT.extend(1.0), 0.0) }
 }
 
-/// Sheets at these depths, turned about the vertical, under a white sky.
+/// Sheets at these depths, rotated about the vertical axis, under a white sky.
 fn sheets(material: Material, depths: &[f32], rotation: f32) -> Scene {
     let right = 20.0 * Vec3::new(rotation.cos(), 0.0, rotation.sin());
     let sheet = |z: &f32| quad(0, *z * Vec3::Z, right, 20.0 * Vec3::Y);
     Scene { sky: Vec3::ONE, ..apart(&scene_of(depths.iter().map(sheet).collect(), vec![material])) }
 }
 
-fn assert_near(found: Vec3, expected: Vec3, most: f32, what: &str) {
-    assert!((found - expected).abs().max_element() < most, "{what}: {found}, not {expected}");
+fn assert_near(actual: Vec3, expected: Vec3, most: f32, what: &str) {
+    assert!((actual - expected).abs().max_element() < most, "{what}: {actual}, not {expected}");
 }
 
 #[test]
@@ -70,29 +70,29 @@ fn gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it() {
         let reflected = 0.04 + 0.96 * (1.0 - rotation.cos()).powi(5);
         let passing = (1.0 - reflected) * TINT;
         for settings in [sampled(), Settings { samples: Samples::Four, ..sampled() }] {
-            let found = middle(gpu, settings, &sheets(glass(), &[0.0], rotation));
-            // What is let in is a fit.
-            assert_near(found, passing + reflected, 0.015, "a sheet of glass");
+            let actual = middle(gpu, settings, &sheets(glass(), &[0.0], rotation));
+            // The transmitted fraction is a fit.
+            assert_near(actual, passing + reflected, 0.015, "a sheet of glass");
         }
-        // Two, each of which mirrors the sky.
-        let found = middle(gpu, sampled(), &sheets(glass(), &[0.0, -0.5], rotation));
-        assert_near(found, passing * (passing + reflected) + reflected, 0.02, "two sheets of glass");
+        // Two sheets, each of which mirrors the sky.
+        let actual = middle(gpu, sampled(), &sheets(glass(), &[0.0, -0.5], rotation));
+        assert_near(actual, passing * (passing + reflected) + reflected, 0.02, "two sheets of glass");
     }
-    // Half of it paint.
+    // Half transmissive.
     let painted = Material { transmission: 0.5, ..glass() };
-    let found = middle(gpu, sampled(), &sheets(painted, &[0.0], 0.0));
-    assert_near(found, 0.96 * TINT + 0.04, 0.015, "half painted");
-    // By occlusion instead of rays.
-    for room in [Occlusion::from(Deep { max_distance: None }), Occlusion::from(Hbao { radius: 1.0 })] {
-        let found = middle(gpu, occlusion(room), &sheets(glass(), &[0.0], 0.0));
-        assert_near(found, 0.96 * TINT + 0.04, 0.015, "under occlusion");
+    let actual = middle(gpu, sampled(), &sheets(painted, &[0.0], 0.0));
+    assert_near(actual, 0.96 * TINT + 0.04, 0.015, "half painted");
+    // With ambient occlusion instead of rays.
+    for technique in [Occlusion::from(Deep { max_distance: None }), Occlusion::from(Hbao { radius: 1.0 })] {
+        let actual = middle(gpu, occlusion(technique), &sheets(glass(), &[0.0], 0.0));
+        assert_near(actual, 0.96 * TINT + 0.04, 0.015, "with ambient occlusion");
     }
 }
 
-/// Alpha says where glass is, whatever passes through it.
+/// Alpha is the coverage of glass, for any transmission.
 #[test]
-fn gpu_glass_is_where_its_alpha_says() {
-    let Some(gpu) = testing::gpu("gpu_glass_is_where_its_alpha_says") else { return };
+fn gpu_alpha_is_the_coverage_of_glass() {
+    let Some(gpu) = testing::gpu("gpu_alpha_is_the_coverage_of_glass") else { return };
     let thin_dielectric = |alpha_mode, alpha: u8| {
         let mut scene =
             sheets(Material { alpha_mode, base_color_texture: Some(TextureRef::new(0)), ..glass() }, &[0.0], 0.0);
@@ -112,16 +112,16 @@ fn gpu_glass_is_where_its_alpha_says() {
         (AlphaMode::Blend, 255, 1.0),
     ] {
         for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
-            let found = middle(gpu, settings, &thin_dielectric(alpha_mode, alpha));
-            assert_near(found, Vec3::ONE.lerp(there, fraction), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
+            let actual = middle(gpu, settings, &thin_dielectric(alpha_mode, alpha));
+            assert_near(actual, Vec3::ONE.lerp(there, fraction), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
         }
     }
 }
 
-/// What is found for blended surfaces is found for the views that show some, whichever these are.
+/// Lighting of transparent surfaces runs for exactly the views that show some.
 #[test]
-fn gpu_glass_may_be_in_a_later_view_alone() {
-    let Some(gpu) = testing::gpu("gpu_glass_may_be_in_a_later_view_alone") else { return };
+fn gpu_glass_may_be_in_a_later_view_only() {
+    let Some(gpu) = testing::gpu("gpu_glass_may_be_in_a_later_view_only") else { return };
     let scene = Scene { sky: Vec3::ONE, ..scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y)], vec![glass()]) };
     let [towards, away] = [Vec3::ZERO, 50.0 * Vec3::X].map(|target| {
         let projection = Projection::Perspective { fov_y: 0.1, near: 0.02 };
@@ -139,8 +139,8 @@ fn gpu_glass_may_be_in_a_later_view_alone() {
 }
 
 #[test]
-fn gpu_glass_mirrors_what_shines_behind_the_viewer() {
-    let Some(gpu) = testing::gpu("gpu_glass_mirrors_what_shines_behind_the_viewer") else { return };
+fn gpu_glass_mirrors_emitters_behind_the_viewer() {
+    let Some(gpu) = testing::gpu("gpu_glass_mirrors_emitters_behind_the_viewer") else { return };
     let lamp = Material { emissive: Vec3::new(50.0, 100.0, 25.0), ..Material::default() };
     let sheet = quad(0, Vec3::ZERO, Vec3::X, Vec3::Y);
     let behind = quad(1, 6.0 * Vec3::Z, -4.0 * Vec3::X, 4.0 * Vec3::Y);
@@ -148,15 +148,15 @@ fn gpu_glass_mirrors_what_shines_behind_the_viewer() {
     for settings in [sampled(), Settings { samples: Samples::Four, ..sampled() }] {
         assert_near(middle(gpu, settings, &scene), Vec3::new(2.0, 4.0, 1.0), 0.02, "0.04 of the lamp");
     }
-    // It can fail: without rays there is nothing.
+    // Negative control: without rays the mirror is black.
     let dark = Settings { indirect: Indirect::NONE, ..Settings::direct_light() };
     assert_eq!(middle(gpu, dark, &scene), Vec3::ZERO);
 }
 
 #[test]
-fn gpu_the_sky_lights_blended_surfaces() {
-    let Some(gpu) = testing::gpu("gpu_the_sky_lights_blended_surfaces") else { return };
-    // White, half there: what it covers it gives back.
+fn gpu_the_sky_lights_transparent_surfaces() {
+    let Some(gpu) = testing::gpu("gpu_the_sky_lights_transparent_surfaces") else { return };
+    // White with alpha 0.5: the covered fraction reflects all light.
     let scene = sheets(transparent(Vec4::new(1.0, 1.0, 1.0, 0.5), 0.5), &[0.0], 0.4);
     for settings in [
         sampled(),
@@ -168,7 +168,7 @@ fn gpu_the_sky_lights_blended_surfaces() {
     }
 }
 
-/// A lens of two sheets, the near one first in the mesh: what the far one sends is seen through the near one.
+/// A lens of two sheets, the near one first in the mesh: the far one is visible through the near one.
 #[test]
 fn gpu_the_far_side_of_glass_is_seen_through_the_near_one() {
     let Some(gpu) = testing::gpu("gpu_the_far_side_of_glass_is_seen_through_the_near_one") else { return };

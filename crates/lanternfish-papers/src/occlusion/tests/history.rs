@@ -1,4 +1,4 @@
-//! Ambient visibility that pixels keep from the frames before.
+//! Temporal accumulation of ambient visibility.
 
 use glam::{Affine3A, Vec3};
 use lanternfish::{
@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-/// Lit by the environment alone.
+/// Light from the environment only.
 fn settings(history: History) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 40 };
     Settings {
@@ -36,7 +36,7 @@ fn under_sky() -> Scene {
     scene
 }
 
-/// The first image of a renderer, and a mean, are what they are without a history, to the bit.
+/// The first image of a renderer and the image of a mean are equal to those without a history, to the bit.
 #[test]
 fn gpu_first_images_under_a_sky_are_the_same_with_a_history() {
     let Some(gpu) = testing::gpu("gpu_first_images_under_a_sky_are_the_same_with_a_history") else { return };
@@ -46,14 +46,14 @@ fn gpu_first_images_under_a_sky_are_the_same_with_a_history() {
     }
 }
 
-/// While the camera moves, texels that each frame draws again average out: less noise, as much light.
+/// While the camera moves, the random texels of the frames average out: less noise, the same light.
 #[test]
 fn gpu_a_camera_that_moves_takes_the_noise_of_ambient_visibility_away() {
     let Some(gpu) = testing::gpu("gpu_a_camera_that_moves_takes_the_noise_of_ambient_visibility_away") else { return };
     let walk = steps(16);
     let last = &walk[walk.len() - 1..];
     let scene = under_sky();
-    // In a mean directions turn, and in a frame they do not: of those of a frame a rest knows all that texels say.
+    // The direction set is rotated between the frames of a mean, not between frames: at rest, the frames average over all texels.
     let mut rested = renderer(gpu, settings(History::On));
     let uploaded = rested.upload(&scene).unwrap();
     let ground_truth = (0..48).map(|_| rested.render(&uploaded, &last[0], SIZE.0, SIZE.1).unwrap()).last().unwrap();
@@ -61,14 +61,14 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_ambient_visibility_away() {
     let [without, with] = [History::Off, History::On].map(|history| walked(gpu, settings(history), &scene, &walk));
     let [noise, kept] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
     let light = mean(&with) / mean(&ground_truth);
-    println!("off by {noise:.4} without, {kept:.4} with; {light:.4} of the light");
-    assert!(kept < 0.8 * noise && (light - 1.0).abs() < 0.01, "{noise} {kept} {light}");
+    println!("off by {noise:.4} without, {accumulated:.4} with; {light:.4} of the light");
+    assert!(accumulated < 0.8 * noise && (light - 1.0).abs() < 0.01, "{noise} {accumulated} {light}");
 }
 
-/// In the frame in which something has moved nothing is known: the image is that of a frame by itself, to the bit.
+/// History is reset in the frame in which something has moved: the image equals that of a single frame, to the bit.
 #[test]
-fn gpu_what_moves_takes_its_occlusion_along() {
-    let Some(gpu) = testing::gpu("gpu_what_moves_takes_its_occlusion_along") else { return };
+fn gpu_moved_objects_reset_the_history_of_ambient_visibility() {
+    let Some(gpu) = testing::gpu("gpu_moved_objects_reset_the_history_of_ambient_visibility") else { return };
     let camera = &steps(1)[0];
     let before = under_sky();
     let mut after = before.clone();
@@ -82,9 +82,9 @@ fn gpu_what_moves_takes_its_occlusion_along() {
     let alone = walked(gpu, settings(History::Off), &after, &steps(1));
     let later = (0..8).map(|_| renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap()).last().unwrap();
     assert!(moved == alone, "off by {}", off(&moved, &alone));
-    // Later frames mix what is there now.
+    // Later frames accumulate the new state.
     assert!(off(&pixels(&later), &alone) < 0.05, "{}", off(&pixels(&later), &alone));
-    // It can fail: the block is seen to move.
+    // Negative control: the block's motion is visible.
     let alone_before = walked(gpu, settings(History::Off), &before, &steps(1));
     assert!(off(&alone_before, &alone) > 0.01);
 }

@@ -1,4 +1,4 @@
-//! Every texel of the nearest direction's deep image that a ray crosses [Niessner2010, §3.2].
+//! Traces rays through every texel that they cross of the nearest direction's deep image [Niessner2010, §3.2].
 
 use lanternfish::{gpu_scene::Parts, rays::TracerInfo};
 use lanternfish_gpu::Feature;

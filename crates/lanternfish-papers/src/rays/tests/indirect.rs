@@ -1,4 +1,5 @@
-//! Indirect light whose rays go through deep images. Bounds are those of exact tracers, and what deep images lose: their page says how.
+//! Indirect light with rays through deep images. Bounds are those of exact tracers plus the loss of deep images, which their README
+//! explains.
 
 use glam::Vec3;
 use lanternfish::{
@@ -37,9 +38,9 @@ fn gpu_deep_images_see_the_environment() {
     for tracer in TRACERS {
         for environment in [None, Some(white.clone())] {
             let scene = Scene { sky, environment, ..floor(matt(0.5)) };
-            let found = rendering(gpu, deep(tracer, 128), &scene, &camera);
+            let actual = rendering(gpu, deep(tracer, 128), &scene, &camera);
             let exact = rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
-            assert!((mean(&found) / mean(&exact) - 1.0).abs() < 0.02, "{tracer}: {} {}", mean(&found), mean(&exact));
+            assert!((mean(&actual) / mean(&exact) - 1.0).abs() < 0.02, "{tracer}: {} {}", mean(&actual), mean(&exact));
         }
     }
 }
@@ -55,30 +56,30 @@ fn gpu_a_mirror_shows_what_is_above_it_through_deep_images() {
     let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
     for tracer in TRACERS {
         let structure = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() }.into();
-        let found = rendering(gpu, Settings { structure, ..settings(sampled(tracer)) }, &scene, &camera);
-        let mean = found.iter().copied().sum::<Vec3>() / found.len() as f32;
+        let actual = rendering(gpu, Settings { structure, ..settings(sampled(tracer)) }, &scene, &camera);
+        let mean = actual.iter().copied().sum::<Vec3>() / actual.len() as f32;
         let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
         assert!((mean / expected - 1.0).abs().max_element() < 0.02, "{tracer}: {mean}");
     }
 }
 
-/// A closed box that shines evenly: its own emission, half of it from everywhere, and half of that which was reflected once.
+/// A closed box that emits evenly: its own emission, half of it from all sides, and half of what was reflected once.
 #[test]
 fn gpu_a_closed_box_sends_each_bounce_through_deep_images() {
     let Some(gpu) = gpu("gpu_a_closed_box_sends_each_bounce_through_deep_images") else { return };
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in TRACERS {
-        let found = mean(&rendering(gpu, deep(tracer, 128), &scene, &camera));
-        assert!((found / 1.75 - 1.0).abs() < 0.03, "{tracer}: {found}");
+        let actual = mean(&rendering(gpu, deep(tracer, 128), &scene, &camera));
+        assert!((actual / 1.75 - 1.0).abs() < 0.03, "{tracer}: {actual}");
     }
 }
 
-fn bounce(whole: &[Vec3], direct: &[Vec3]) -> Vec<Vec3> {
-    whole.iter().zip(direct).map(|(a, b)| *a - *b).collect()
+fn bounce(all_light: &[Vec3], direct: &[Vec3]) -> Vec<Vec3> {
+    all_light.iter().zip(direct).map(|(a, b)| *a - *b).collect()
 }
 
-/// Ground truth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
+/// Ground truth: paths of up to three segments through exact triangles. Bounds are about a quarter above the measured values.
 #[test]
 fn gpu_one_bounce_through_deep_images_is_the_path_tracers() {
     let Some(gpu) = gpu("gpu_one_bounce_through_deep_images_is_the_path_tracers") else { return };
@@ -88,8 +89,8 @@ fn gpu_one_bounce_through_deep_images_is_the_path_tracers() {
     let ground_truth = bounce(&traced(3), &traced(2));
     let alone = image_of(gpu, LARGE, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
     for tracer in TRACERS {
-        let found = bounce(&image_of(gpu, LARGE, deep(tracer, 128), &scene, &camera), &alone);
-        let (off, energy) = (off(&found, &ground_truth), mean(&found) / mean(&ground_truth));
+        let actual = bounce(&image_of(gpu, LARGE, deep(tracer, 128), &scene, &camera), &alone);
+        let (off, energy) = (off(&actual, &ground_truth), mean(&actual) / mean(&ground_truth));
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
         assert!(off < 0.25 && (energy - 1.0).abs() < 0.09, "{tracer}: off {off}, energy {energy}");
     }
@@ -141,8 +142,8 @@ fn pixels(radiance: &[[f32; 4]]) -> Vec<Vec3> {
     radiance.iter().map(|[r, g, b, _]| Vec3::new(*r, *g, *b)).collect()
 }
 
-/// The inside of a closed box is dark, however bright its outside: light leaks through walls that are thinner than what deep images pass
-/// over.
+/// The inside of a closed box is dark even if its outside is bright: light leaks through walls that are thinner than the distance that deep
+/// images skip.
 #[test]
 fn gpu_light_leaks_through_deep_images_are_small() {
     let Some(gpu) = gpu("gpu_light_leaks_through_deep_images_are_small") else { return };
@@ -151,9 +152,9 @@ fn gpu_light_leaks_through_deep_images_are_small() {
     scene.lights.push(Light::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::splat(1000.0)));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in TRACERS {
-        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
+        let actual = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
         // From radiance to irradiance of surfaces of albedo 0.5.
-        let inside = mean(&found) * std::f64::consts::PI / 0.5;
+        let inside = mean(&actual) * std::f64::consts::PI / 0.5;
         println!("{tracer}: {inside:.3} lx inside of 1000 outside");
         assert!(inside <= 10.0, "{tracer}: {inside}");
     }
@@ -161,10 +162,10 @@ fn gpu_light_leaks_through_deep_images_are_small() {
 
 const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
 
-/// Deep images have lost some of the light before the cache is asked: see their page.
+/// Deep images lose some of the light before the cache lookup: see their README.
 #[test]
-fn gpu_cells_send_what_deep_images_meet() {
-    let Some(gpu) = gpu("gpu_cells_send_what_deep_images_meet") else { return };
+fn gpu_cache_entries_light_hits_of_deep_images() {
+    let Some(gpu) = gpu("gpu_cache_entries_light_hits_of_deep_images") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let cached = |tracer, hit_light| Sampled {
         diffuse_rays: 16,
@@ -178,13 +179,13 @@ fn gpu_cells_send_what_deep_images_meet() {
     let indirect = |rays: Sampled| mean(&rendering(gpu, over_frames(rays.into()), &scene, &camera)) - direct;
     let expected = indirect(cached(Tracer::BVH, HitLight::Shaded));
     for tracer in TRACERS {
-        let found = indirect(cached(tracer, HitLight::Cached)) / expected;
-        println!("{tracer}: {found:.4} of the light");
-        assert!((found - 1.0).abs() < 0.08, "{tracer}: {found}");
+        let actual = indirect(cached(tracer, HitLight::Cached)) / expected;
+        println!("{tracer}: {actual:.4} of the light");
+        assert!((actual - 1.0).abs() < 0.08, "{tracer}: {actual}");
     }
 }
 
-/// Whether a round of rays is traced by itself or with others, and whether the cache's table has grown, changes nothing.
+/// The result does not depend on the grouping of samples into passes, nor on growth of the cache's table.
 #[test]
 fn gpu_rays_through_deep_images_are_the_same_in_any_grouping() {
     let Some(gpu) = gpu("gpu_rays_through_deep_images_are_the_same_in_any_grouping") else { return };
@@ -207,7 +208,7 @@ fn gpu_rays_through_deep_images_are_the_same_in_any_grouping() {
             assert!(of(16, first_entries, cached) == expected, "{bounces}, {first_entries}: another image");
         }
     }
-    // It can fail: other rays are another image.
+    // Negative control: other rays give another image.
     assert!(of(16, 1 << 17, Sampled { diffuse_rays: 4, ..rays }) != all);
 }
 
@@ -237,7 +238,7 @@ fn gpu_every_store_gives_the_same_light() {
         (DeepStore::LinkedList, DeepDepth::Bits32),
         (DeepStore::SortedLinkedList, DeepDepth::Bits32),
     ] {
-        // Where several surfaces have the same depth, a linked list finds any of them.
+        // If several surfaces have the same depth, a linked list may return any of them.
         let off = off(&of(store, depth), &expected);
         assert!(off < 0.01, "{store}, {depth} bits: {off}");
     }

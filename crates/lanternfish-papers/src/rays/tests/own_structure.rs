@@ -1,4 +1,4 @@
-//! A tracer from outside, with a structure of its own.
+//! An external tracer with its own acceleration structure.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use lanternfish_scene::generate::demo;
 
 use crate::{DeepImageSettings, WITHIN_TEXEL, testing};
 
-/// A structure of one part that holds nothing.
+/// A structure with one part and no contents.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Nothing;
 
@@ -82,7 +82,7 @@ impl TracedStructure for Nothing {
     }
 }
 
-/// Asks the BVH under another name.
+/// Traces with the BVH under another name.
 static OTHER: TracerInfo = TracerInfo {
     name: "other",
     words: "The BVH under another name",
@@ -100,7 +100,7 @@ fn gpu_a_tracer_with_a_structure_of_its_own_is_traced_and_stands_alone() {
     assert!(Tracer::all().contains(&other) && "other".parse() == Ok(other));
     let scene = demo("cornell").unwrap();
     let camera = scene.default_camera(1.5);
-    // The structure that the settings choose is another tracer's.
+    // The chosen structure belongs to another tracer.
     let structure = || Structure::from(DeepImageSettings::default());
     let settings = |tracer: Tracer| {
         let indirect = Sampled { tracer: tracer.into(), ..Sampled::default() }.one_bounce().into();
@@ -112,9 +112,9 @@ fn gpu_a_tracer_with_a_structure_of_its_own_is_traced_and_stands_alone() {
         let image = renderer.render(&uploaded, &camera, 24, 16).unwrap();
         (image.radiance, testing::inside::structure_builds(&renderer))
     };
-    let (found, expected) = (image(other), image(Tracer::BVH));
-    assert_eq!(found.0, expected.0);
-    assert!(found.1 >= Some(1) && expected.1.is_none(), "{:?}, {:?}", found.1, expected.1);
+    let (actual, expected) = (image(other), image(Tracer::BVH));
+    assert_eq!(actual.0, expected.0);
+    assert!(actual.1 >= Some(1) && expected.1.is_none(), "{:?}, {:?}", actual.1, expected.1);
     let both = Settings { shadows: Shadows::Traced(WITHIN_TEXEL), ..settings(other) };
     let refused = Renderer::with_engine(&testing::engine(gpu), both).unwrap_err();
     assert!(matches!(refused, RenderError::Together { .. }), "{refused}");

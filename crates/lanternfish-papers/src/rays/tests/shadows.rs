@@ -1,4 +1,4 @@
-//! Shadows through deep images, beside those through the BVH.
+//! Shadows through deep images, compared with those through the BVH.
 
 use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
@@ -42,7 +42,7 @@ fn sound_gpu(test: &str) -> Option<&'static Gpu> {
     (!crashes).then_some(gpu)
 }
 
-/// Share of the pixels that are lit in any of two images whose values are more than a hundredth apart.
+/// Fraction of the pixels lit in either of two images whose values differ by more than 0.01.
 fn differing(a: &[f32], b: &[f32]) -> f64 {
     let lit = a.iter().zip(b).filter(|(a, b)| a.max(**b) > 1e-3);
     let (lit, other) =
@@ -61,17 +61,18 @@ fn gpu_shadows_of_deep_images_are_close_to_exact_ones() {
     println!("lit pixels that differ from the BVH's: {coarse} with 64 texels, {fine} with 256, {none} without shadows");
     assert!(fine < 0.008 && coarse < 0.02 && none > 0.05, "{coarse} {fine} {none}");
 
-    // Soft ones as well.
+    // Soft shadows as well.
     let radius = |settings| Settings { light_radius: 0.1, ..settings };
     let soft = luminance(gpu, &scene, radius(bvh()));
-    let found = luminance(gpu, &scene, radius(deep(256)));
-    let apart: f32 = found.iter().zip(&soft).map(|(a, b)| (a - b).abs()).sum();
-    let fraction = apart / soft.iter().sum::<f32>();
+    let actual = luminance(gpu, &scene, radius(deep(256)));
+    let difference: f32 = actual.iter().zip(&soft).map(|(a, b)| (a - b).abs()).sum();
+    let fraction = difference / soft.iter().sum::<f32>();
     println!("soft: {fraction} of the light");
     assert!(fraction < 0.03, "{fraction}");
 }
 
-/// Within a texel a ray goes along its image's axis: shadows are as far off as that is from the light. Known, and there to be compared.
+/// Within a texel a ray follows its image's axis: shadows deviate by the angle between the axis and the direction to the light. A known
+/// fault, kept for comparison.
 #[test]
 fn gpu_known_fault_shadows_within_a_texel_have_bands() {
     let Some(gpu) = sound_gpu("gpu_known_fault_shadows_within_a_texel_have_bands") else { return };
@@ -83,13 +84,13 @@ fn gpu_known_fault_shadows_within_a_texel_have_bands() {
     };
     let [within, across] = [WITHIN_TEXEL, ACROSS_TEXELS].map(of);
     println!("lit pixels that differ from the BVH's: {within} within a texel, {across} across texels");
-    // Most are right all the same: walls do not shadow themselves.
+    // Most pixels are correct nonetheless: walls do not shadow themselves.
     assert!(within < 0.3 && within > 5.0 * across, "{within} {across}");
 }
 
 #[test]
-fn gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are() {
-    let Some(gpu) = sound_gpu("gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are") else { return };
+fn gpu_chunks_and_depths_of_deep_images_do_not_change_shadows() {
+    let Some(gpu) = sound_gpu("gpu_chunks_and_depths_of_deep_images_do_not_change_shadows") else { return };
     let scene = generate::demo("cornell").unwrap();
     let of = |change: &dyn Fn(&mut Settings)| {
         let mut settings = Settings { light_radius: 0.1, shadow_rays: 3, ..deep(64) };
@@ -118,8 +119,8 @@ fn gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are() {
 }
 
 #[test]
-fn gpu_a_shadow_moves_with_what_casts_it() {
-    let Some(gpu) = sound_gpu("gpu_a_shadow_moves_with_what_casts_it") else { return };
+fn gpu_a_shadow_moves_with_its_caster() {
+    let Some(gpu) = sound_gpu("gpu_a_shadow_moves_with_its_caster") else { return };
     let before = apart(&generate::demo("cornell").unwrap());
     let mut after = before.clone();
     let shift = Affine3A::from_translation(Vec3::new(0.2, 0.0, 0.15));
@@ -144,13 +145,13 @@ fn gpu_samples_of_a_pixel_share_its_shadows() {
     let scene = generate::demo("cornell").unwrap();
     let of = |settings| luminance(gpu, &scene, Settings { samples: Samples::Four, light_radius: 0.1, ..settings });
     let exact = of(bvh());
-    let apart = |found: Vec<f32>| {
-        let apart: f32 = found.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum();
-        apart / exact.iter().sum::<f32>()
+    let difference = |actual: Vec<f32>| {
+        let difference: f32 = actual.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum();
+        difference / exact.iter().sum::<f32>()
     };
-    let (coarse, fine) = (apart(of(deep(16))), apart(of(deep(256))));
-    println!("shares of the light that differ from the BVH's: {coarse} with 16 texels, {fine} with 256");
-    // The images are asked, and are as right as for one sample.
+    let (coarse, fine) = (difference(of(deep(16))), difference(of(deep(256))));
+    println!("fractions of the light that differ from the BVH's: {coarse} with 16 texels, {fine} with 256");
+    // The deep images are traced, and are as accurate as for one sample.
     assert!(coarse > 0.02 && fine < 0.03, "{coarse} {fine}");
 }
 
@@ -162,15 +163,15 @@ fn gpu_scenes_without_lights_are_dark() {
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     for settings in [bvh(), deep(16)] {
         for light_radius in [0.0, 0.1] {
-            let found = luminance(gpu, &scene, Settings { light_radius, ..settings.clone() });
-            assert!(found.iter().all(|value| *value == 0.0));
+            let actual = luminance(gpu, &scene, Settings { light_radius, ..settings.clone() });
+            assert!(actual.iter().all(|value| *value == 0.0));
         }
     }
 }
 
 #[test]
-fn gpu_what_deep_images_cannot_do_is_refused() {
-    let Some(gpu) = testing::gpu("gpu_what_deep_images_cannot_do_is_refused") else { return };
+fn gpu_requests_beyond_deep_images_are_refused() {
+    let Some(gpu) = testing::gpu("gpu_requests_beyond_deep_images_are_refused") else { return };
     let refused = |settings| match Renderer::with_engine(&testing::engine(gpu), settings) {
         Err(RenderError::Together { needed, .. }) => needed,
         other => panic!("{other:?}"),

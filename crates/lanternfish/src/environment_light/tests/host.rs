@@ -15,7 +15,7 @@ use crate::{
 #[test]
 fn pieces_are_the_whole_sphere() {
     let colour = |d: Vec3| Vec3::new(1.0 + d.x, 2.0 - d.y, 1.0 + d.z * d.z);
-    // As many pixels, more that do not divide evenly, and fewer.
+    // An image of the same resolution, a larger one that does not divide evenly, and smaller ones.
     for (width, height) in [(256, 128), (700, 301), (64, 32), (1, 1)] {
         let environment = image(width, height, 0.4, colour);
         let samples = samples_of(&environment);
@@ -23,7 +23,7 @@ fn pieces_are_the_whole_sphere() {
         assert!((sum / (2.0 * std::f32::consts::TAU) - 1.0).abs() < 1e-4, "{width}: {sum}");
         let off = samples.iter().map(|s| (s.radiance - environment.radiance(s.direction)).abs().max_element());
         let worst = off.fold(0.0, f32::max);
-        // A piece is 1.4° wide, and the colour changes by up to 2 a radian.
+        // A cell is 1.4° wide, and the colour changes by up to 2 per radian.
         assert!(worst < 0.02, "{width}: {worst}");
     }
 }
@@ -32,10 +32,10 @@ fn pieces_are_the_whole_sphere() {
 fn a_sun_is_a_spot_that_sends_much() {
     let towards = Vec3::new(0.3, 0.5, -0.8).normalize();
     let sky = |sun: f32| image(1024, 512, 0.3, |d| Vec3::splat(0.5 + if d.dot(towards) > 0.9996 { sun } else { 0.0 }));
-    // The image is turned, and the spot with it.
-    let found = sun_of(&samples_of(&sky(1e4))).unwrap();
+    // The image is rotated, and so is the sun.
+    let actual = sun_of(&samples_of(&sky(1e4))).unwrap();
     let expected = Quat::from_rotation_y(0.3) * towards;
-    assert!(found.dot(expected) > 0.99995, "{found} {expected}");
+    assert!(actual.dot(expected) > 0.99995, "{actual} {expected}");
     assert_eq!(sun_of(&samples_of(&sky(10.0))), None);
     assert_eq!(sun_of(&samples_of(&half_white())), None);
     assert_eq!(sun_of(&samples_of(&image(4, 2, 0.0, |_| Vec3::ZERO))), None);
@@ -45,33 +45,33 @@ fn a_sun_is_a_spot_that_sends_much() {
 fn nine_numbers_are_the_irradiance() {
     let mut random = Random::new(9);
     let normals: Vec<Vec3> = (0..200).map(|_| random.direction()).collect();
-    // The upper half of the sphere is white: all orders above the first vanish in it or in the cosine.
+    // The upper hemisphere is white: the image or the cosine lobe has no orders above the first.
     let half = harmonics(&samples_of(&half_white()));
-    // A small patch shines: its irradiance is the cosine's first three orders [Ramamoorthi2001, eq. 8].
+    // A small patch emits: its irradiance is the first three orders of the cosine [Ramamoorthi2001, eq. 8].
     let towards = Vec3::new(0.6, 0.3, -0.7).normalize();
     let patch = samples_of(&image(1024, 512, 0.0, |d| Vec3::splat(f32::from(d.dot(towards) > 0.999))));
     let flux: f32 = patch.iter().map(|sample| sample.solid_angle * sample.radiance.x).sum();
     let patch = harmonics(&patch);
     for n in normals {
-        let found = by_normal(&half, n).x;
-        assert!((found - (0.5 + 0.5 * n.y)).abs() < 2e-3, "{n}: {found}");
+        let actual = by_normal(&half, n).x;
+        assert!((actual - (0.5 + 0.5 * n.y)).abs() < 2e-3, "{n}: {actual}");
         let x = n.dot(towards);
         let expected = 0.25 + 0.5 * x + (5.0 / 32.0) * (3.0 * x * x - 1.0);
-        let found = by_normal(&patch, n).x * std::f32::consts::PI / flux;
-        assert!((found - expected).abs() < 5e-3, "{n}: {found} {expected}");
+        let actual = by_normal(&patch, n).x * std::f32::consts::PI / flux;
+        assert!((actual - expected).abs() < 5e-3, "{n}: {actual} {expected}");
     }
-    // One radiance everywhere, exactly as far as numbers go.
+    // A constant radiance, exact within rounding.
     let even = harmonics(&samples_of(&image(8, 4, 0.0, |_| Vec3::splat(3.0))));
     assert!((by_normal(&even, Vec3::new(0.48, 0.6, 0.64)).x / 3.0 - 1.0).abs() < 1e-5);
 }
 
-/// The table against the shader's BRDF, summed over the hemisphere.
+/// The table against the shader's BRDF, integrated over the hemisphere.
 #[test]
 fn gpu_shares_are_the_brdfs_under_even_light() {
     let Some(gpu) = testing::gpu("gpu_shares_are_the_brdfs_under_even_light") else { return };
     assert_eq!(constant("materials/brdf", "LEAST_ROUGHNESS"), LEAST_ROUGHNESS);
     let n = Vec3::Y;
-    // A grazing lobe is 0.03 rad wide around, and 0.3 up.
+    // A grazing lobe is 0.03 rad wide in azimuth, and 0.3 rad in elevation.
     const AROUND: u32 = 1024;
     const UP: u32 = 96;
     let reflected = |metallic: f32, n_dot_v: f32, roughness: f32| {
@@ -97,7 +97,7 @@ fn gpu_shares_are_the_brdfs_under_even_light() {
             let let_in = white.lets_in(grazing_fraction(n_dot_v.into(), white.alpha())).x;
             let expected = let_in + 0.04 * near + grazing;
             println!("{roughness} {n_dot_v}: {metal:.4} {:.4}, {dielectric:.4} {expected:.4}", near + grazing);
-            // Both are sums: of 512 and of 98,304 directions.
+            // Both are sums over directions: 512 and 98,304.
             assert!((near + grazing - metal).abs() < 0.015, "{roughness} {n_dot_v}: {} {metal}", near + grazing);
             assert!((expected - dielectric).abs() < 0.015, "{roughness} {n_dot_v}: {expected} {dielectric}");
         }

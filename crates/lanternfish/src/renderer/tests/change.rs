@@ -1,4 +1,4 @@
-//! Other settings for a renderer that is there, and several renderers of one engine.
+//! Changed settings of a renderer, and several renderers of one engine.
 
 use lanternfish_gpu::{Engine, testing};
 use lanternfish_scene::generate::demo;
@@ -13,7 +13,7 @@ fn bvh() -> Settings {
     Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(0.0), ..Settings::direct_light() }
 }
 
-/// What two images of the same settings have in common.
+/// The parts of an image that equal settings must reproduce.
 fn shown(rendering: RenderedImage) -> (Vec<[f32; 4]>, Vec<[u8; 4]>, Option<f32>) {
     (rendering.radiance, rendering.display, rendering.exposure)
 }
@@ -35,7 +35,7 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
         ("the same", bvh(), Change::Uniform),
         ("a tone map", Settings { tone_map: ToneMap::Aces, ..bvh() }, Change::Uniform),
         ("an exposure", Settings { exposure: Exposure::Ev(1.5), ..bvh() }, Change::Uniform),
-        ("an exposure that is found", Settings { exposure: Exposure::Auto, ..bvh() }, Change::Relink),
+        ("automatic exposure", Settings { exposure: Exposure::Auto, ..bvh() }, Change::Relink),
         ("a mean of frames", Settings { accumulate: 3, exposure: Exposure::Auto, ..bvh() }, Change::Uniform),
         ("tiles", Settings { culling: Culling::from(Tiled::default()), ..bvh() }, Change::Relink),
         ("four samples", Settings { samples: Samples::Four, ..bvh() }, Change::Relink),
@@ -43,7 +43,7 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
         ("another attenuation", Settings { attenuation: Attenuation::Physical, ..bvh() }, Change::Upload),
         ("indirect light", sampled, Change::Upload),
         ("more rays", more, Change::Uniform),
-        // A scene that has more than is needed will do.
+        // A scene with more than the required data is accepted.
         ("back again", bvh(), Change::Relink),
     ] {
         let before = engine.compilations();
@@ -56,22 +56,22 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
             assert!(matches!(refused, Err(RenderError::OtherSettings { .. })), "{name}");
             uploaded = renderer.upload(&scene).unwrap();
         }
-        let found = shown(renderer.render(&uploaded, camera, 32, 24).unwrap());
+        let actual = shown(renderer.render(&uploaded, camera, 32, 24).unwrap());
         if change == Change::Uniform {
             assert_eq!(engine.compilations(), before, "{name}");
         }
         let mut fresh = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
         let its_own = fresh.upload(&scene).unwrap();
         let rendering = shown(fresh.render(&its_own, camera, 32, 24).unwrap());
-        assert!(found == rendering, "{name}: another image");
+        assert!(actual == rendering, "{name}: another image");
         assert_eq!(renderer.settings(), &settings);
-        // A renderer of the same settings compiles nothing, and what is compiled for others only once.
+        // A renderer with the same settings compiles nothing, and an engine compiles everything only once.
         let compiled = engine.compilations();
         let mut second = Renderer::with_engine(&engine, settings).unwrap();
         let uploaded = second.upload(&scene).unwrap();
         assert!(shown(second.render(&uploaded, camera, 32, 24).unwrap()) == rendering, "{name}: another image");
         assert_eq!(engine.compilations(), compiled, "{name}: compiled again");
-        // It can fail: an engine of its own compiles more than what the change alone asked for.
+        // Check that the test can fail: a new engine compiles more than the change needs.
         assert!(compiled.pipelines - before.pipelines < fresh.engine().compilations().pipelines, "{name}");
     }
 }
@@ -84,7 +84,7 @@ fn gpu_settings_that_cannot_be_leave_those_that_are() {
     let uploaded = renderer.upload(&scene).unwrap();
     let render = |renderer: &mut Renderer| shown(renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap());
     let before = render(&mut renderer);
-    // An exposure that was set by itself is that of the settings too.
+    // An exposure set with `set_exposure` also changes the settings.
     let auto = Settings { exposure: Exposure::Auto, ..bvh() };
     renderer.set_exposure(Exposure::Auto).unwrap();
     assert_eq!(renderer.set(auto).unwrap(), Change::Uniform);

@@ -1,4 +1,4 @@
-//! Shaders that are edited while they run.
+//! Shaders that are replaced at run time.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::{
     techniques::Sampled,
 };
 
-/// A file of the library with a piece of it replaced.
+/// A file of the library with one passage replaced.
 fn edited(module: &str, from: &str, to: &str) -> ShaderTexts {
     let (_, text) = SHADERS.sources().iter().find(|(path, _)| *path == module).unwrap();
     assert!(text.contains(from), "{module} has {from}");
@@ -39,14 +39,14 @@ fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
     renderer.ready(&uploaded, &[view]).unwrap();
     let own = shown(&mut renderer);
 
-    // Half the diffuse light.
+    // Halve the diffuse light.
     let darker = || edited("common/math", "const PI = 3.14159265358979;", "const PI = 6.28318530717959;");
     renderer.edit_shaders(darker(), &uploaded, &[view]).unwrap();
     let dark = shown(&mut renderer);
     let sum = |rendering: &[[f32; 4]]| rendering.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>();
     assert!(sum(&dark) < 0.9 * sum(&own), "{} of {}", sum(&dark), sum(&own));
 
-    // Broken ones: what is compiled with the passes, and what with the first frame.
+    // Invalid texts: of shaders compiled with the passes, and of shaders compiled with the first frame.
     let broken = [
         edited("common/math", "const PI = ", "const PI = of "),
         edited("common/math", "const PI = ", "const TAU = "),
@@ -59,7 +59,7 @@ fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
         println!("{module}: {error}");
         assert_eq!(shown(&mut renderer), dark, "{module}");
     }
-    // Another renderer of the engine has what stands in, and settings that change compile it too.
+    // Another renderer of the engine uses the replacements, and a change of settings compiles them too.
     let mut other = Renderer::with_engine(&engine, settings.clone()).unwrap();
     let again = other.upload(&scene).unwrap();
     assert_eq!(other.render(&again, camera, 32, 24).unwrap().radiance, dark);
@@ -67,7 +67,7 @@ fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
     renderer.set(settings).unwrap();
     assert_eq!(shown(&mut renderer), dark);
 
-    // Mended, it compiles nothing that it had.
+    // After the correction it recompiles nothing.
     let pipelines = engine.compilations().pipelines;
     renderer.edit_shaders(ShaderTexts::new(), &uploaded, &[view]).unwrap();
     let again = engine.compilations().pipelines - pipelines;

@@ -1,4 +1,4 @@
-//! Frames in the caller's commands: what they show is what images show, and nobody waits for them.
+//! Frames in the caller's commands: they equal rendered images, and no call waits for the device.
 
 mod answers;
 
@@ -22,7 +22,7 @@ fn bvh(settings: Settings) -> Settings {
     Settings { shadows: Shadows::BVH, ..settings }
 }
 
-/// Indirect light that keeps nothing from frame to frame, as the radiance cache does: each frame is an image by itself.
+/// Indirect light without state between frames, unlike the radiance cache: each frame is independent.
 fn one_bounce() -> Settings {
     bvh(Settings { indirect: Indirect::from(Sampled::default().one_bounce()), ..Settings::default() })
 }
@@ -33,14 +33,14 @@ fn lit() -> Scene {
     scene
 }
 
-/// A camera on its way.
+/// A moving camera.
 fn camera(scene: &Scene, step: usize) -> Camera {
     let camera = &scene.cameras[0];
     let moved = Affine3A::from_translation(0.03 * step as f32 * Vec3::new(1.0, 0.5, -1.0));
     Camera { world_from_camera: camera.world_from_camera * moved, ..camera.clone() }
 }
 
-/// A texture of the caller's.
+/// A texture of the caller.
 fn texture(gpu: &Gpu, format: wgpu::TextureFormat, size: [u32; 2]) -> wgpu::TextureView {
     let [width, height] = size;
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -56,7 +56,7 @@ fn texture(gpu: &Gpu, format: wgpu::TextureFormat, size: [u32; 2]) -> wgpu::Text
     texture.create_view(&Default::default())
 }
 
-/// Records a frame in commands of its own, and submits it.
+/// Records a frame in its own command encoder and submits it.
 fn frame(
     gpu: &Gpu,
     renderer: &mut Renderer,
@@ -70,7 +70,7 @@ fn frame(
     Ok(frame)
 }
 
-/// Waits for a frame as a window never would.
+/// Waits for a frame, as a test may and a window must not.
 fn report(gpu: &Gpu, renderer: &mut Renderer, frame: FrameId) -> FrameReport {
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     std::iter::from_fn(|| renderer.poll()).find(|report| report.frame == frame).expect("the device is done with it")
@@ -103,7 +103,7 @@ fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit() {
         let formats = [Rgba8Unorm, Rgba8UnormSrgb, Bgra8Unorm, Rgba16Float];
         let shown = formats.map(|format| texture(gpu, format, SIZE));
         let radiance = [Rgba16Float, Rgba32Float].map(|format| texture(gpu, format, SIZE));
-        // A view by itself for each target, since one exposure is found for all views of a frame.
+        // One view per target, because automatic exposure is shared by all views of a frame.
         let targets = || {
             let shown = formats.iter().zip(&shown).map(|(format, view)| Target::Display(view, *format));
             shown.chain(radiance.iter().map(Target::Radiance)).chain([Target::Own])
@@ -137,7 +137,7 @@ fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit() {
             assert!(wide == expected.radiance, "{name}: another radiance");
             assert!(expected.radiance.iter().any(|texel| texel[1] > 0.0));
         }
-        // It can fail: another camera has another image.
+        // Check that the test can fail: another camera gives another image.
         let other = waiting.render(&uploaded, &camera(&scene, 7), SIZE[0], SIZE[1]).unwrap();
         assert!(bytes(gpu, &shown[0]) != other.display);
         assert_eq!(renderer.engine().compilations(), waiting.engine().compilations());
@@ -167,7 +167,7 @@ fn gpu_two_views_of_a_frame_show_what_they_show_in_an_image() {
     }
 }
 
-/// Work of the caller's that keeps a device busy for a while.
+/// Keeps the device busy for a while with work of the caller.
 fn busy(gpu: &Gpu, commands: &mut wgpu::CommandEncoder) {
     let text = "@group(0) @binding(0) var<storage, read_write> numbers: array<u32, 64>;\n\
         @compute @workgroup_size(64) fn busy(@builtin(global_invocation_id) id: vec3u) {\n\
@@ -197,23 +197,23 @@ fn busy(gpu: &Gpu, commands: &mut wgpu::CommandEncoder) {
     pass.dispatch_workgroups(128, 1, 1);
 }
 
-/// Reports of frames, until there are so many, and how often the answer was that there is none before the first.
+/// Polls until this number of reports has arrived. Also returns the number of empty polls before the first report.
 fn reports(renderer: &mut Renderer, count: usize) -> (Vec<FrameReport>, u32) {
-    let (mut found, mut answers) = (Vec::new(), 0);
-    while found.len() < count {
+    let (mut collected, mut answers) = (Vec::new(), 0);
+    while collected.len() < count {
         match renderer.poll() {
-            Some(report) => found.push(report),
-            None => answers += u32::from(found.is_empty()),
+            Some(report) => collected.push(report),
+            None => answers += u32::from(collected.is_empty()),
         }
         std::thread::yield_now();
     }
-    (found, answers)
+    (collected, answers)
 }
 
-/// The device has a second's work in hand, and a frame behind it. A call that waited for that would find the frame done.
+/// The device has about one second of work queued, and a frame behind it. A call that waited would find the frame finished.
 #[test]
-fn gpu_nobody_waits_for_a_busy_device() {
-    let Some(gpu) = testing::gpu("gpu_nobody_waits_for_a_busy_device") else { return };
+fn gpu_no_call_waits_for_a_busy_device() {
+    let Some(gpu) = testing::gpu("gpu_no_call_waits_for_a_busy_device") else { return };
     let scene = lit();
     for settings in [bvh(Settings::direct_light()), bvh(Settings::default())] {
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
@@ -231,13 +231,13 @@ fn gpu_nobody_waits_for_a_busy_device() {
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         let second = renderer.record(&mut commands, &uploaded, &view(1)).unwrap();
         let recorded = begin.elapsed() - submitted;
-        let (found, answers) = reports(&mut renderer, 1);
+        let (actual, answers) = reports(&mut renderer, 1);
         println!(
             "submitted in {submitted:?}, the next recorded in {recorded:?}; none yet {answers} times; done in {:?}",
             begin.elapsed()
         );
-        assert!(answers >= 10, "{answers} answers that there is nothing yet: somebody waited");
-        assert!(found[0].frame == first && found[0].is_complete, "{found:?}");
+        assert!(answers >= 10, "{answers} empty polls: a call waited for the device");
+        assert!(actual[0].frame == first && actual[0].is_complete, "{actual:?}");
         assert_eq!(renderer.pool.get_mut().unwrap().waits(), waits);
         gpu.queue.submit([commands.finish()]);
         renderer.submitted(second);
@@ -245,10 +245,10 @@ fn gpu_nobody_waits_for_a_busy_device() {
     }
 }
 
-/// What waits for the device on the way to another view hides no report of the frames before.
+/// An operation that waits for the device while another view is prepared drops no report of earlier frames.
 #[test]
-fn gpu_of_every_frame_is_told_though_other_views_are_made_ready() {
-    let Some(gpu) = testing::gpu("gpu_of_every_frame_is_told_though_other_views_are_made_ready") else { return };
+fn gpu_every_frame_is_reported_while_other_views_are_prepared() {
+    let Some(gpu) = testing::gpu("gpu_every_frame_is_reported_while_other_views_are_prepared") else { return };
     let scene = lit();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -259,14 +259,14 @@ fn gpu_of_every_frame_is_told_though_other_views_are_made_ready() {
     renderer.ready(&uploaded, &view(0, [20, 12])).unwrap();
     renderer.ready(&uploaded, &view(0, [12, 20])).unwrap();
     frames.push(frame(gpu, &mut renderer, &uploaded, &view(3, SIZE)).unwrap());
-    let (found, _) = reports(&mut renderer, frames.len());
-    assert_eq!(found.iter().map(|report| report.frame).collect::<Vec<_>>(), frames);
-    assert!(renderer.poll().is_none(), "of each once");
+    let (actual, _) = reports(&mut renderer, frames.len());
+    assert_eq!(actual.iter().map(|report| report.frame).collect::<Vec<_>>(), frames);
+    assert!(renderer.poll().is_none(), "each frame is reported once");
 }
 
 #[test]
-fn gpu_ten_frames_are_on_their_way() {
-    let Some(gpu) = testing::gpu("gpu_ten_frames_are_on_their_way") else { return };
+fn gpu_ten_frames_are_in_flight() {
+    let Some(gpu) = testing::gpu("gpu_ten_frames_are_in_flight") else { return };
     const FRAMES: usize = 10;
     let scene = lit();
     let settings = one_bounce();
@@ -283,10 +283,10 @@ fn gpu_ten_frames_are_on_their_way() {
     let mut renderer = Renderer::with_engine(waiting.engine(), settings).unwrap();
     renderer.ready(&uploaded, &request(0)).unwrap();
     let ids: Vec<_> = (0..FRAMES).map(|i| frame(gpu, &mut renderer, &uploaded, &request(i)).unwrap()).collect();
-    let (found, _) = reports(&mut renderer, FRAMES);
-    assert_eq!(found.iter().map(|report| report.frame).collect::<Vec<_>>(), ids);
+    let (actual, _) = reports(&mut renderer, FRAMES);
+    assert_eq!(actual.iter().map(|report| report.frame).collect::<Vec<_>>(), ids);
     let has_timestamps = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-    for (i, report) in found.iter().enumerate() {
+    for (i, report) in actual.iter().enumerate() {
         assert!(report.is_complete && !report.is_lost, "frame {i}: {report:?}");
         let listed = report.counters.iter().find(|(name, _)| name == "light_culling/indices");
         assert!(listed.is_some_and(|(_, count)| *count > 1000), "{:?}", report.counters);
@@ -298,8 +298,8 @@ fn gpu_ten_frames_are_on_their_way() {
 }
 
 #[test]
-fn gpu_a_steady_frame_in_the_callers_commands_makes_nothing() {
-    let Some(gpu) = testing::gpu("gpu_a_steady_frame_in_the_callers_commands_makes_nothing") else { return };
+fn gpu_a_repeated_frame_in_the_callers_commands_allocates_nothing() {
+    let Some(gpu) = testing::gpu("gpu_a_repeated_frame_in_the_callers_commands_allocates_nothing") else { return };
     let scene = lit();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -345,7 +345,7 @@ fn gpu_a_frame_that_overflows_shows_what_was_there_before() {
     ];
     renderer.ready(&scenes[0], &requests).unwrap();
     let mut next = |scene: &GpuScene| {
-        // What is shown is drawn again each time, whatever was in the texture.
+        // The display is drawn again each time, whatever the texture contained.
         let clear = texture(gpu, format, SIZE);
         let shown = [ViewRequest { target: Target::Display(&clear, format), ..requests[0] }, requests[1]];
         let id = frame(gpu, &mut renderer, scene, &shown).unwrap();
@@ -358,11 +358,11 @@ fn gpu_a_frame_that_overflows_shows_what_was_there_before() {
     assert!(held.resized.contains(&"light_culling/indices"), "{held:?}");
     let (third, display, light) = next(&scenes[1]);
     assert!(third.is_complete && display == after.display && light == after.radiance, "{third:?}");
-    // Images go on as ever, in between too.
+    // Images can still be rendered, also between frames.
     assert!(renderer.render(&scenes[0], &view, SIZE[0], SIZE[1]).unwrap().display == before.display);
 }
 
-/// Updates between frames that are on their way: each frame shows the scene as it was when its commands were submitted.
+/// Updates between frames in flight: each frame shows the scene at its submission.
 #[test]
 fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted() {
     let Some(gpu) = testing::gpu("gpu_frames_show_a_scene_as_it_was_when_they_were_submitted") else { return };
@@ -384,19 +384,19 @@ fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted() {
         frame(gpu, &mut renderer, &uploaded, &request(i)).unwrap();
         expected.push(scene.clone());
     }
-    // Only now anybody waits.
+    // Only this part waits for the device.
     let mut own = waiting.upload(&demo("cornell").unwrap()).unwrap();
     for (i, scene) in expected.iter().enumerate() {
         waiting.update(&mut own, scene).unwrap();
         let rendering = waiting.render(&own, &view, SIZE[0], SIZE[1]).unwrap();
         assert!(bytes(gpu, &textures[i]) == rendering.display, "frame {i}");
-        assert!(i == 0 || bytes(gpu, &textures[i - 1]) != rendering.display, "nothing has moved");
+        assert!(i == 0 || bytes(gpu, &textures[i - 1]) != rendering.display, "the image did not change");
     }
 }
 
 #[test]
-fn gpu_a_mean_goes_on_from_frame_to_frame() {
-    let Some(gpu) = testing::gpu("gpu_a_mean_goes_on_from_frame_to_frame") else { return };
+fn gpu_a_mean_continues_over_frames() {
+    let Some(gpu) = testing::gpu("gpu_a_mean_continues_over_frames") else { return };
     let scene = demo("cornell").unwrap();
     let settings = Settings { accumulate: 3, ..bvh(Settings::direct_light()) };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();

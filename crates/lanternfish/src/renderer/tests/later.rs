@@ -1,4 +1,4 @@
-//! Frames that never wait show what frames that wait show, or what they showed last.
+//! Frames with deferred readback show the same images as frames with blocking readback, or the last complete image.
 
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Growth, testing};
@@ -14,8 +14,8 @@ use crate::{
 };
 
 #[test]
-fn gpu_frames_that_do_not_wait_show_whole_images_alone() {
-    let Some(gpu) = testing::gpu("gpu_frames_that_do_not_wait_show_whole_images_alone") else { return };
+fn gpu_deferred_frames_show_only_complete_images() {
+    let Some(gpu) = testing::gpu("gpu_deferred_frames_show_only_complete_images") else { return };
     let scene = demo("atrium").unwrap();
     let camera = scene.cameras[0].clone();
     let step = |i: usize| {
@@ -33,8 +33,8 @@ fn gpu_frames_that_do_not_wait_show_whole_images_alone() {
 }
 
 #[test]
-fn gpu_a_mean_is_of_whole_frames_alone() {
-    let Some(gpu) = testing::gpu("gpu_a_mean_is_of_whole_frames_alone") else { return };
+fn gpu_a_mean_contains_only_complete_frames() {
+    let Some(gpu) = testing::gpu("gpu_a_mean_contains_only_complete_frames") else { return };
     let mut scene = demo("cornell").unwrap();
     scene.lights.extend(light_rain(&scene.bounds(), 3000, Some(2.0), 1, 0.0));
     let mean_after = |growth: Growth, frames: u32| {
@@ -47,13 +47,13 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
             rendering.radiance
         };
         let mut last = Vec::new();
-        // `refine` reads the image, and so waits between frames: room that is lacking is there for the next.
+        // `refine` reads the image and so waits between frames: the next frame has the missing capacity.
         let lacking = if growth == Growth::Deferred { 1 } else { 0 };
         for i in 0..frames + lacking {
             last = refine(&mut renderer);
             if i == 0 && growth == Growth::Deferred {
-                assert!(last.iter().all(|texel| texel[..3] == [0.0; 3]), "the first frame had room");
-                // The same frames again, with the room that is there now.
+                assert!(last.iter().all(|texel| texel[..3] == [0.0; 3]), "the first frame was complete");
+                // The same frames again, with the larger lists.
                 renderer.reset();
             }
         }
@@ -61,14 +61,14 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
         (last, pool.waits(), pool.arrived().held)
     };
     let (expected, waits, _) = mean_after(Growth::Blocking, 4);
-    let (found, none, held) = mean_after(Growth::Deferred, 4);
+    let (actual, none, held) = mean_after(Growth::Deferred, 4);
     assert_eq!((none, held), (0, 1));
-    assert!(waits >= 8 && found == expected, "not the mean of the same frames");
-    // It can fail: a frame more is another mean.
-    assert!(found != mean_after(Growth::Deferred, 5).0);
+    assert!(waits >= 8 && actual == expected, "not the mean of the same frames");
+    // Check that the test can fail: one more frame gives another mean.
+    assert!(actual != mean_after(Growth::Deferred, 5).0);
 }
 
-/// Ten lights become a hundred thousand and ten again, while the camera goes through Sponza.
+/// Ten lights become a hundred thousand and ten again, while the camera moves through Sponza.
 #[test]
 #[ignore = "takes minutes on a software adapter"]
 fn gpu_a_path_through_sponza_never_waits() {
@@ -80,10 +80,10 @@ fn gpu_a_path_through_sponza_never_waits() {
     const FRAMES: usize = 300;
     let step = |i: usize| {
         let way = i as f32 / FRAMES as f32;
-        let turn = Affine3A::from_rotation_y(0.5 * (std::f32::consts::TAU * way).sin());
+        let rotation = Affine3A::from_rotation_y(0.5 * (std::f32::consts::TAU * way).sin());
         let towards = Affine3A::from_translation(way * 3.0 * Vec3::NEG_Z);
-        let camera = Camera { world_from_camera: camera.world_from_camera * turn * towards, ..camera.clone() };
-        // Ten times as many every twenty-five frames, and then a tenth.
+        let camera = Camera { world_from_camera: camera.world_from_camera * rotation * towards, ..camera.clone() };
+        // Multiplied by ten every 25 frames, then divided by ten.
         let decade = [1, 1, 2, 3, 4, 5, 5, 4, 3, 2, 1, 1][i / 25];
         (camera, 10u32.pow(decade))
     };

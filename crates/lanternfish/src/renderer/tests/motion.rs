@@ -1,4 +1,4 @@
-//! The debug view of motion: each view has its own frame before, and nothing is kept for renderers that do not ask.
+//! The motion debug view: each view has its own previous frame, and renderers without motion store nothing.
 
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Gpu, testing};
@@ -26,14 +26,14 @@ fn pixels(right: f32, down: f32) -> Affine3A {
     Affine3A::from_translation(Vec3::new(right, -down, 0.0) / 6.0)
 }
 
-/// A camera that has moved so far.
+/// A camera moved by this number of pixels.
 fn camera(right: f32, down: f32) -> Camera {
     let projection = Projection::Orthographic { half_height: 1.0, near: 0.01, far: 10.0 };
     let camera = Camera::look_at(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, projection);
     Camera { world_from_camera: pixels(right, down) * camera.world_from_camera, ..camera }
 }
 
-/// The one colour of an image.
+/// The uniform colour of an image.
 fn color(display: &[[u8; 4]]) -> [u8; 3] {
     let [first @ .., _] = display[0];
     assert!(display.iter().all(|texel| *texel == display[0]), "{display:?}");
@@ -56,7 +56,7 @@ fn gpu_colours_of_motion_are_those_of_the_frame_before() {
     let mut uploaded = renderer.upload(&wall()).unwrap();
     let still = camera(0.0, 0.0);
     assert_eq!(render(&mut renderer, &uploaded, &still), [0; 3], "the first frame");
-    let mut place = [0.0, 0.0];
+    let mut position = [0.0, 0.0];
     for (right, down, hue) in [
         (8.0, 0.0, [1.0, 0.0, 0.0]),
         (0.0, 4.0, [0.5, 1.0, 0.0]),
@@ -64,18 +64,18 @@ fn gpu_colours_of_motion_are_those_of_the_frame_before() {
         (0.0, -2.0, [0.5, 0.0, 1.0]),
         (100.0, 0.0, [1.0, 0.0, 0.0]),
     ] {
-        place = [place[0] + right, place[1] + down];
-        renderer.move_instances(&mut uploaded, &[(0, pixels(place[0], place[1]))]).unwrap();
-        let found = render(&mut renderer, &uploaded, &still);
+        position = [position[0] + right, position[1] + down];
+        renderer.move_instances(&mut uploaded, &[(0, pixels(position[0], position[1]))]).unwrap();
+        let actual = render(&mut renderer, &uploaded, &still);
         let length = right.abs().max(down.abs());
         let expected = hue.map(|fraction| 255.0 * fraction * (length / 16.0).min(1.0));
-        assert!(is(found, expected), "{right}, {down}: {found:?}, not {expected:?}");
+        assert!(is(actual, expected), "{right}, {down}: {actual:?}, not {expected:?}");
         let scale = Scale::of(DebugView::Motion).unwrap();
         let of_scale = scale.color(scale.place(length)).map(f32::from);
-        assert!(down != 0.0 || right < 0.0 || is(found, of_scale), "{found:?}, not {of_scale:?}");
+        assert!(down != 0.0 || right < 0.0 || is(actual, of_scale), "{actual:?}, not {of_scale:?}");
         assert_eq!(render(&mut renderer, &uploaded, &still), [0; 3], "nothing has moved since");
     }
-    // The camera goes right, the wall left; other settings in between are another beginning.
+    // The camera moves right, the wall left; a change of settings in between restarts the history.
     assert!(is(render(&mut renderer, &uploaded, &camera(8.0, 0.0)), [0.0, 127.5, 127.5]));
     renderer.set(settings(None)).unwrap();
     renderer.set(settings(Some(DebugView::Motion))).unwrap();
@@ -99,23 +99,23 @@ fn gpu_views_and_renderers_have_frames_before_of_their_own() {
     let at = |right| camera(right, 0.0);
     let (black, cyan) = ([0; 3], [0.0, 127.5, 127.5]);
     assert_eq!(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0)), (3, at(50.0))]), [black; 2]);
-    // One camera moves; they come in another order, and a third is new.
-    let found = shown(gpu, &mut renderer, &uploaded, &[(3, at(58.0)), (7, at(0.0)), (4, at(90.0))]);
-    assert!(is(found[0], cyan) && found[1..] == [black; 2], "{found:?}");
-    // One is left out of a frame, and is compared with its own last one.
+    // One camera moves; the views come in another order, and a third is new.
+    let actual = shown(gpu, &mut renderer, &uploaded, &[(3, at(58.0)), (7, at(0.0)), (4, at(90.0))]);
+    assert!(is(actual[0], cyan) && actual[1..] == [black; 2], "{actual:?}");
+    // A view that skips a frame is compared with its own last frame.
     assert_eq!(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0))]), [black]);
     assert!(is(shown(gpu, &mut renderer, &uploaded, &[(3, at(66.0))])[0], cyan));
-    // Another renderer of the same scene has seen nothing of it.
+    // Another renderer of the same scene has no previous views.
     let mut other = Renderer::with_engine(renderer.engine(), renderer.settings().clone()).unwrap();
     renderer.move_instances(&mut uploaded, &[(0, pixels(-8.0, 0.0))]).unwrap();
     assert_eq!(shown(gpu, &mut other, &uploaded, &[(7, at(0.0))]), [black]);
     assert!(is(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0))])[0], cyan));
-    // Of a scene that has changed twice, the second time after a frame of the other one, the moment is not known any more.
+    // After two changes of a scene, the second after a frame of the other scene, the previous transforms are unknown.
     renderer.move_instances(&mut uploaded, &[(0, pixels(-16.0, 0.0))]).unwrap();
     assert!(is(shown(gpu, &mut other, &uploaded, &[(7, at(0.0))])[0], cyan));
     renderer.move_instances(&mut uploaded, &[(0, pixels(-24.0, 0.0))]).unwrap();
     assert_eq!(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0))]), [black]);
-    // Frames that make ready are before none.
+    // Preparation frames have no successor.
     let camera = at(30.0);
     renderer.ready(&uploaded, &[ViewRequest::of_camera(7, &camera, SIZE, Target::Own)]).unwrap();
     assert_eq!(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0))]), [black]);
@@ -135,7 +135,7 @@ fn gpu_nothing_is_kept_for_those_who_do_not_ask() {
             renderer.render(&uploaded, &camera(0.0, 0.0), SIZE[0], SIZE[1]).unwrap();
             uploaded.kept_buffers()
         };
-        assert!(frame(0).is_empty(), "no frame has asked before");
+        assert!(frame(0).is_empty(), "no earlier frame requests motion");
         let buffers = frame(1);
         assert_eq!(buffers.len(), kept, "{debug_view:?}");
         assert!((2..6).all(|i| frame(i) == buffers), "{debug_view:?}: buffers are made again");

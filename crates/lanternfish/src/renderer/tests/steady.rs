@@ -1,4 +1,4 @@
-//! A frame like the one before it makes nothing, and frames of all kinds take no more and more memory.
+//! A repeated frame allocates nothing, and memory does not grow over frames of any kind.
 
 use lanternfish_gpu::{Gpu, Growth, testing};
 use lanternfish_scene::generate::{demo, light_rain};
@@ -11,21 +11,21 @@ use crate::{
     testing::steady::{Frames, camera, check_steady},
 };
 
-/// The same on every adapter.
+/// The same tracer on every adapter.
 fn bvh(settings: Settings) -> Settings {
     Settings { shadows: Shadows::BVH, ..settings }
 }
 
-/// Few rays, and few samples of each cell of the radiance cache.
+/// Few rays, and few samples per entry of the radiance cache.
 fn rays() -> Settings {
     let few = Sampled { diffuse_rays: 2, glossy_rays: 1, cache_samples: 4, ..Sampled::default() };
     Settings { indirect: few.into(), ..Settings::direct_light() }
 }
 
 #[test]
-fn gpu_a_steady_frame_makes_nothing() {
-    let Some(gpu) = testing::gpu("gpu_a_steady_frame_makes_nothing") else { return };
-    // Cells of the radiance cache are many in the atrium, and all get samples in frames that wait.
+fn gpu_a_repeated_frame_allocates_nothing() {
+    let Some(gpu) = testing::gpu("gpu_a_repeated_frame_allocates_nothing") else { return };
+    // The atrium has many radiance cache entries, and frames with blocking readback update all of them.
     let [large, small] = ["atrium", "cornell"].map(|name| demo(name).unwrap());
     let tiled = Culling::from(Tiled::default());
     for (name, is_averaged, growth, settings) in [
@@ -45,8 +45,8 @@ fn gpu_a_steady_frame_makes_nothing() {
     }
 }
 
-/// Bytes of the pool after the first and after the second number of frames. Sizes, lights, exposure and the number of views change from
-/// frame to frame, and are the same again after twenty.
+/// Size of the pool, bytes, after the first and the second number of frames. Sizes, lights, exposure and the number of views change each
+/// frame, with a period of twenty frames.
 fn bytes_after(gpu: &Gpu, settings: Settings, first: u32, second: u32) -> [u64; 2] {
     let mut scene = demo("cornell").unwrap();
     let few = scene.lights.clone();
@@ -76,19 +76,19 @@ fn bytes_after(gpu: &Gpu, settings: Settings, first: u32, second: u32) -> [u64; 
 }
 
 #[test]
-fn gpu_frames_of_all_kinds_take_no_more_and_more_memory() {
-    let Some(gpu) = testing::gpu("gpu_frames_of_all_kinds_take_no_more_and_more_memory") else { return };
+fn gpu_memory_does_not_grow_over_frames_of_all_kinds() {
+    let Some(gpu) = testing::gpu("gpu_memory_does_not_grow_over_frames_of_all_kinds") else { return };
     let [early, late] = bytes_after(gpu, bvh(Settings::direct_light()), 40, 160);
     assert!(early > 0 && early == late, "{early} {late}");
-    // It can fail: in another frame it is another number.
+    // Check that the test can fail: another number of frames gives another size.
     let [small, large] = bytes_after(gpu, bvh(Settings::direct_light()), 2, 40);
     assert!(small != large, "{small} {large}");
 }
 
 #[test]
 #[ignore = "takes minutes on a software adapter"]
-fn gpu_a_thousand_frames_take_as_much_memory_as_a_hundred() {
-    let Some(gpu) = testing::gpu("gpu_a_thousand_frames_take_as_much_memory_as_a_hundred") else { return };
+fn gpu_a_thousand_frames_use_as_much_memory_as_a_hundred() {
+    let Some(gpu) = testing::gpu("gpu_a_thousand_frames_use_as_much_memory_as_a_hundred") else { return };
     for settings in [bvh(Settings::direct_light()), bvh(Settings::default())] {
         let [early, late] = bytes_after(gpu, settings, 100, 1000);
         assert!(early > 0 && early == late, "{early} {late}");

@@ -1,4 +1,4 @@
-//! Photons split, traced and added up, chunk by chunk.
+//! Splits, traces and adds up photons, chunk by chunk.
 
 use lanternfish::{
     RenderError, ViewContext,
@@ -14,31 +14,31 @@ use super::{
     INDICES, PhotonPasses, Splatting,
 };
 
-/// Lists that one frame makes of photons at most.
+/// Maximum number of photon lists in a frame.
 const MOST_CHUNKS: u32 = 512;
 
-/// What the passes of one view read.
+/// Inputs of the passes of one view.
 pub(super) struct Photons<'a> {
-    /// Of the scene and the view.
+    /// Bindings of the scene and the view.
     pub scene: Bindings<'a>,
     pub directions: &'a wgpu::Buffer,
     pub tiles: &'a wgpu::Buffer,
     pub counters: &'a Counters,
-    /// The view, of this surface.
+    /// The view with this surface.
     pub lit: &'a ViewContext<'a>,
     pub irradiance: &'a PixelIrradiance,
-    pub room: ChunkCapacity,
+    pub capacity: ChunkCapacity,
 }
 
-/// What all chunks of all bounces of one view share: they run one after the other.
+/// Buffers that all chunks of all bounces of one view share; they run in sequence.
 #[derive(Debug)]
 pub(super) struct ChunkCapacity {
-    /// Directions that a chunk has at most: one at least, however many photons are split.
+    /// Maximum number of directions in a chunk; at least one, for any number of photons.
     directions: u32,
     hits: wgpu::Buffer,
     places: wgpu::Buffer,
     lights: wgpu::Buffer,
-    /// Where photons are drawn to, if they are.
+    /// Render targets of photons, if they are rasterized.
     targets: Option<[wgpu::TextureView; 4]>,
 }
 
@@ -52,7 +52,7 @@ impl PhotonPasses {
         Ok(frame.scratch("indirect/photon_splatting/primaries", bytes)?)
     }
 
-    /// Splits photons, and adds up the light of what they were split into, chunk by chunk. `next`: where those that go on are put.
+    /// Splits photons, and adds up the light of the resulting photons, chunk by chunk. `next`: receives the photons that continue.
     pub(super) fn scatter(
         &mut self,
         frame: &mut Frame<'_>,
@@ -69,10 +69,10 @@ impl PhotonPasses {
             .buffer("photon_directions", photons.directions)
             .buffer("photon_counters", photons.counters.buffer());
         frame.dispatch(&self.prepare, &preparing, workgroups(count));
-        // And the mirror direction; and, of light from emissive triangles, where it arrived.
+        // The mirror direction is added; for light from emissive triangles, the photon's own hit point too.
         let has_arrivals = parameters.bounce == 0 && photons.lit.scene.has_emissive_triangles();
         let directions = parameters.direction_count + 1 + u32::from(has_arrivals);
-        let step = photons.room.directions;
+        let step = photons.capacity.directions;
         for first in (0..directions).step_by(step as usize) {
             parameters.first_direction = first;
             parameters.chunk_directions = step.min(directions - first);
@@ -86,7 +86,7 @@ impl PhotonPasses {
                     .clone()
                     .part("photons", &uniform)
                     .buffer("split_photons", primaries)
-                    .buffer("landed_hits", &photons.room.hits)
+                    .buffer("landed_hits", &photons.capacity.hits)
                     .buffer("next_photons", next);
                 frame.dispatch(&self.next, &going, workgroups(count));
             }
@@ -95,7 +95,7 @@ impl PhotonPasses {
         Ok(())
     }
 
-    /// Where the photons of a chunk come to.
+    /// Traces the photons of a chunk to their hits.
     fn trace_chunk(
         &self,
         frame: &mut Frame<'_>,
@@ -109,7 +109,7 @@ impl PhotonPasses {
             .clone()
             .part("photons", uniform)
             .buffer("split_photons", primaries)
-            .buffer("photon_hits", &photons.room.hits);
+            .buffer("photon_hits", &photons.capacity.hits);
         let splitting = tracing.clone().buffer("photon_directions", photons.directions);
         frame.dispatch(&self.split, &splitting, workgroups(parameters.slot_count));
         self.trace.dispatch(frame, photons.lit, &tracing, workgroups(parameters.slot_count));
@@ -125,7 +125,7 @@ impl PhotonPasses {
         primaries: &wgpu::Buffer,
     ) -> Result<(), RenderError> {
         let slots = parameters.slot_count;
-        let ChunkCapacity { hits, places, lights, .. } = &photons.room;
+        let ChunkCapacity { hits, places, lights, .. } = &photons.capacity;
         let footprints = photons
             .scene
             .clone()
@@ -164,7 +164,7 @@ impl PhotonPasses {
         let gathering = gathering.part("photons", uniform).buffer("pixel_irradiance", &irradiance.irradiance);
         match &mut self.splatting {
             Splatting::Raster(raster) => {
-                raster.record(frame, &gathering, slots, irradiance, photons.room.targets.as_ref())
+                raster.record(frame, &gathering, slots, irradiance, photons.capacity.targets.as_ref())
             }
             Splatting::Gather { culling, gather } => {
                 let lists = culling.record(frame, std::slice::from_ref(photons.lit), Reach::Surface, &set)?.remove(0);
@@ -178,7 +178,7 @@ impl PhotonPasses {
 }
 
 impl PhotonPasses {
-    /// Capacity for chunks of the photons that are split. An error where there would be too many of them.
+    /// Capacity for chunks of the photons that are split; an error if there are too many.
     pub(super) fn chunk_capacity(
         &self,
         frame: &mut Frame<'_>,

@@ -1,38 +1,38 @@
-//! Light of what has an area.
+//! Photons from area lights and emissive triangles.
 
 use super::*;
 
-/// What rays from every pixel find of a scene, and what photons do, both without direct light of lights.
-fn rays_and_photons(gpu: &Gpu, scene: &Scene, camera: &Camera, room: PhotonSplatting) -> [f64; 2] {
+/// Indirect light of a scene by rays from every pixel and by photons, both without the lights' direct light.
+fn rays_and_photons(gpu: &Gpu, scene: &Scene, camera: &Camera, technique: PhotonSplatting) -> [f64; 2] {
     let of = |indirect| energy(&render(gpu, settings(indirect), scene, camera, SIZE));
     let direct = of(Indirect::NONE);
     let sampled =
         Sampled { diffuse_rays: 64, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
-    [Indirect::from(sampled), Indirect::from(room)].map(|indirect| of(indirect) - direct)
+    [Indirect::from(sampled), Indirect::from(technique)].map(|indirect| of(indirect) - direct)
 }
 
-/// Disks and rectangles send out pi times their area and radiance, and their bounce is what rays from every pixel find.
+/// Disks and rectangles emit pi times their area and radiance, and their bounce equals that of rays from every pixel.
 #[test]
-fn gpu_disks_and_rectangles_send_out_their_flux() {
-    let Some(gpu) = testing::gpu("gpu_disks_and_rectangles_send_out_their_flux") else { return };
+fn gpu_disks_and_rectangles_emit_their_flux() {
+    let Some(gpu) = testing::gpu("gpu_disks_and_rectangles_emit_their_flux") else { return };
     let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
     let disk = LightKind::Disk { radius: 0.3 };
     let rectangle = LightKind::Rectangle { half_width: 0.4, half_height: 0.1, right: Vec3::X };
     for (what, kind) in [("disk", disk), ("rectangle", rectangle)] {
         let mut scene = closed_box(0.5);
-        // On the ceiling, where it must not light the ceiling.
+        // On the ceiling, which it must not light.
         let position = Vec3::new(0.2, 1.0, -0.1);
         scene.lights[0] = Light { kind, position, direction: Vec3::NEG_Y, ..scene.lights[0].clone() };
-        let rendering = render_room(gpu, room(), &scene, &camera);
+        let rendering = render_technique(gpu, technique(), &scene, &camera);
         let sent = counter(&rendering, "flux_arrived") / f64::from(passes::FLUX_UNITS);
         assert!((sent - 1.0).abs() < 0.01, "{what}: {sent}");
-        let [rays, photons] = rays_and_photons(gpu, &scene, &camera, room());
+        let [rays, photons] = rays_and_photons(gpu, &scene, &camera, technique());
         assert!((photons / rays - 1.0).abs() < 0.05, "{what}: {photons} of {rays}");
     }
 }
 
-/// Light from emissive triangles, direct and by one bounce, is what rays from every pixel find of it: of one side and of both, with and
-/// without what lies beyond edges.
+/// Light from emissive triangles, direct and by one bounce, equals that of rays from every pixel: one-sided and two-sided, with and without
+/// the redistribution beyond edges.
 #[test]
 fn gpu_emissive_triangles_light_by_photons() {
     let Some(gpu) = testing::gpu("gpu_emissive_triangles_light_by_photons") else { return };
@@ -42,11 +42,11 @@ fn gpu_emissive_triangles_light_by_photons() {
         primitives.push(quad(1, Vec3::new(0.1, 0.6, 0.0), 0.2 * Vec3::X, 0.2 * Vec3::Z));
         let lamp = Material { emissive: Vec3::splat(10.0), double_sided, ..matt(0.0) };
         let scene = scene_of(primitives, vec![matt(0.5), lamp]);
-        let room = PhotonSplatting { conserved, ..room() };
-        let rendering = render_room(gpu, room, &scene, &camera);
+        let technique = PhotonSplatting { conserved, ..technique() };
+        let rendering = render_technique(gpu, technique, &scene, &camera);
         let sent = counter(&rendering, "flux_arrived") / f64::from(passes::FLUX_UNITS);
         assert!((sent - 1.0).abs() < 0.01, "both sides {double_sided}: {sent}");
-        let [rays, photons] = rays_and_photons(gpu, &scene, &camera, room);
+        let [rays, photons] = rays_and_photons(gpu, &scene, &camera, technique);
         assert!((photons / rays - 1.0).abs() < 0.06, "both sides {double_sided}, {conserved}: {photons} of {rays}");
     }
 }

@@ -1,10 +1,10 @@
-//! What cannot be is an answer; other views and targets: parallel rays, sums.
+//! Invalid requests and a lost device are errors; further views and targets: parallel rays, demodulated light.
 
 use super::*;
 
 #[test]
-fn gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there() {
-    let Some(gpu) = testing::gpu("gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there") else { return };
+fn gpu_an_invalid_request_is_an_error_and_the_next_frame_renders() {
+    let Some(gpu) = testing::gpu("gpu_an_invalid_request_is_an_error_and_the_next_frame_renders") else { return };
     let scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -33,11 +33,11 @@ fn gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there() {
         let id = frame(gpu, &mut renderer, &uploaded, &[sound]).unwrap();
         assert!(renderer.read(id).unwrap()[0].radiance == expected.radiance, "{name}");
     }
-    // No view at all is a frame too.
+    // A frame without views is valid.
     let nothing = frame(gpu, &mut renderer, &uploaded, &[]).unwrap();
     assert!(renderer.read(nothing).unwrap().is_empty() && report(gpu, &mut renderer, nothing).is_complete);
 
-    // One frame at a time is between its recording and its submission.
+    // Only one frame at a time may be between recording and submission.
     let mut commands = gpu.device.create_command_encoder(&Default::default());
     let first = renderer.record(&mut commands, &uploaded, &[sound]).unwrap();
     assert!(matches!(renderer.record(&mut commands, &uploaded, &[sound]), Err(RenderError::NotSubmitted)));
@@ -54,8 +54,8 @@ fn gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there() {
 }
 
 #[test]
-fn gpu_a_lost_device_is_an_answer() {
-    let Some(gpu) = testing::gpu("gpu_a_lost_device_is_an_answer") else { return };
+fn gpu_a_lost_device_is_an_error() {
+    let Some(gpu) = testing::gpu("gpu_a_lost_device_is_an_error") else { return };
     let scene = demo("cornell").unwrap();
     let own = Gpu::open(&AdapterChoice::Name(gpu.description.name.clone())).unwrap();
     let mut renderer = Renderer::new(&own.device, &own.queue, bvh(Settings::direct_light())).unwrap();
@@ -77,7 +77,7 @@ fn gpu_a_lost_device_is_an_answer() {
     assert!(is_lost(&renderer.update(&mut uploaded, &scene).unwrap_err()));
     assert!(is_lost(&renderer.set(Settings::default()).unwrap_err()));
     assert!(is_lost(&Renderer::new(&own.device, &own.queue, Settings::default()).unwrap_err()));
-    // What was on its way is reported, done or lost.
+    // Frames in flight are reported as finished or lost.
     let mut reports = Vec::new();
     for _ in 0..1000 {
         reports.extend(renderer.poll());
@@ -85,17 +85,17 @@ fn gpu_a_lost_device_is_an_answer() {
     }
     println!("{reports:?}");
     assert!(reports.iter().all(|report| report.frame == on_its_way) && reports.len() <= 1);
-    // Another device has nothing to do with it.
+    // Another device is not affected.
     checked::<_, GpuError>(&gpu.device, "test", || Ok(())).unwrap();
     let mut other = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = other.upload(&scene).unwrap();
     assert!(frame(gpu, &mut other, &uploaded, &view).is_ok());
 }
 
-/// What a view through parallel rays sees, given as matrices.
+/// A view with an orthographic projection, given as matrices.
 #[test]
-fn gpu_parallel_rays_may_be_asked_for() {
-    let Some(gpu) = testing::gpu("gpu_parallel_rays_may_be_asked_for") else { return };
+fn gpu_an_orthographic_view_can_be_requested() {
+    let Some(gpu) = testing::gpu("gpu_an_orthographic_view_can_be_requested") else { return };
     let scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -105,17 +105,17 @@ fn gpu_parallel_rays_may_be_asked_for() {
     let view = [ViewRequest::of_camera(1, &camera, SIZE, Target::Own)];
     renderer.ready(&uploaded, &view).unwrap();
     let id = frame(gpu, &mut renderer, &uploaded, &view).unwrap();
-    let found = renderer.read(id).unwrap().remove(0);
-    // Planes are not drawn in to the scene: depth is rounded otherwise, and edges of shadows may move.
-    let pairs = found.display.iter().zip(&expected.display);
+    let actual = renderer.read(id).unwrap().remove(0);
+    // The near and far planes are not fitted to the scene, so depth is rounded differently and shadow edges may move.
+    let pairs = actual.display.iter().zip(&expected.display);
     let same = pairs.filter(|(a, b)| a.iter().zip(b.iter()).all(|(a, b)| a.abs_diff(*b) <= 2)).count();
     assert!(same * 100 >= expected.display.len() * 98, "{same} of {}", expected.display.len());
 }
 
-/// What a white surface sends is direct and indirect light together; surfaces are the scene's.
+/// Radiance of a white surface is the sum of direct and indirect light; the surfaces are the scene's.
 #[test]
-fn gpu_sums_of_white_surfaces_are_the_image() {
-    let Some(gpu) = testing::gpu("gpu_sums_of_white_surfaces_are_the_image") else { return };
+fn gpu_demodulated_light_of_white_surfaces_is_the_image() {
+    let Some(gpu) = testing::gpu("gpu_demodulated_light_of_white_surfaces_is_the_image") else { return };
     let mut scene = lit();
     for material in &mut scene.materials {
         *material = Material { base_color: Vec4::ONE, double_sided: material.double_sided, ..Material::default() };
@@ -150,8 +150,8 @@ fn gpu_sums_of_white_surfaces_are_the_image() {
         let (direct, indirect) = (halves(gpu, &direct), halves(gpu, &indirect));
         let finds_indirect = name == "indirect light";
         assert_eq!(indirect.iter().any(|texel| texel[..3].iter().any(|c| *c > 0.01)), finds_indirect, "{name}");
-        // Halves are rounded by 2^-11, and normals and points are not the very same, the less so where a card moves vertices to a grid: at edges of
-        // shadows a ray may end elsewhere, and close to a light its distance counts.
+        // Half floats are rounded by 2^-11. Normals and positions are not identical, less so on a card that snaps vertices to a grid: at
+        // shadow edges a ray may hit another surface, and close to a light the distance matters.
         let (mut off, mut covered) = (0, 0);
         for (i, expected) in expected.iter().enumerate().filter(|(_, texel)| texel[3] == 1.0) {
             let sum: Vec<f32> = (0..3).map(|c| direct[i][c] + indirect[i][c]).collect();
@@ -159,10 +159,10 @@ fn gpu_sums_of_white_surfaces_are_the_image() {
             covered += 1;
             off += usize::from(sum.iter().zip(expected).any(|(sum, e)| (sum - e).abs() > 0.004 * e + 1e-4));
         }
-        println!("{name}: {off} of {covered} pixels are off");
-        assert!(covered > 500 && off * 25 < covered, "{name}: {off} of {covered} pixels are off");
+        println!("{name}: {off} of {covered} pixels differ");
+        assert!(covered > 500 && off * 25 < covered, "{name}: {off} of {covered} pixels differ");
     }
-    // What cannot be summed.
+    // Settings that do not support demodulated light.
     let mut renderer =
         Renderer::new(&gpu.device, &gpu.queue, Settings { samples: Samples::Four, ..plain.clone() }).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -172,7 +172,7 @@ fn gpu_sums_of_white_surfaces_are_the_image() {
     assert!(matches!(frame(gpu, &mut renderer, &uploaded, &[irradiance]), Err(RenderError::Together { .. })));
     renderer.set(plain).unwrap();
     for surface in [
-        // Neither may be bound by shaders, and the second is no depth.
+        // Shaders may bind neither, and the second is not a depth format.
         SurfaceSource::Given { depth: &depth, normal_roughness: &sum },
         SurfaceSource::Given { depth: &sum, normal_roughness: &sum },
     ] {
