@@ -102,7 +102,8 @@ impl Default for VirtualLights {
 
 impl Technique for VirtualLights {
     const NAME: &'static str = "virtual-lights";
-    const SUMMARY: &'static str = "Point lights on the surfaces that the scene's lights hit, each with a range: one bounce";
+    const SUMMARY: &'static str =
+        "Point lights on the surfaces that the scene's lights hit, each with a range: one bounce";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         Parameter::new(
             "vpl-map",
