@@ -59,7 +59,7 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_ambient_visibility_away() {
     let ground_truth = (0..48).map(|_| rested.render(&uploaded, &last[0], SIZE.0, SIZE.1).unwrap()).last().unwrap();
     let ground_truth = pixels(&ground_truth);
     let [without, with] = [History::Off, History::On].map(|history| walked(gpu, settings(history), &scene, &walk));
-    let [noise, kept] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
+    let [noise, accumulated] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
     let light = mean(&with) / mean(&ground_truth);
     println!("off by {noise:.4} without, {accumulated:.4} with; {light:.4} of the light");
     assert!(accumulated < 0.8 * noise && (light - 1.0).abs() < 0.01, "{noise} {accumulated} {light}");
