@@ -41,7 +41,8 @@ impl Kind for dyn CullingTechnique {
 
 impl Kind for dyn IndirectTechnique {
     const FLAG: &'static str = "indirect";
-    const HELP: &'static str = "Indirect light.\n\nLight that reaches surfaces from other surfaces, emission and the environment.";
+    const HELP: &'static str =
+        "Indirect light.\n\nLight that reaches surfaces from other surfaces, emission and the environment.";
     const IS_EVERYDAY: bool = true;
     const NONE_NAME: &'static str = "none";
     const NONE_SUMMARY: &'static str = "Direct light only";

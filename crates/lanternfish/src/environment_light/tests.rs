@@ -30,7 +30,8 @@ fn directions(count: usize, roughness: f32) -> Vec<Vec4> {
 }
 
 fn greatest_distance(actual: &[Vec3], queries: &[Vec4], expected: impl Fn(Vec3) -> Vec3) -> f32 {
-    let off = actual.iter().zip(queries).map(|(actual, query)| (*actual - expected(query.truncate())).abs().max_element());
+    let off =
+        actual.iter().zip(queries).map(|(actual, query)| (*actual - expected(query.truncate())).abs().max_element());
     off.fold(0.0, f32::max)
 }
 

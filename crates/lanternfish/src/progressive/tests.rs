@@ -302,7 +302,11 @@ fn gpu_views_and_samples_are_averaged_each_by_itself() {
         for (together, view) in both.iter().zip(views) {
             assert_same(together, &renderer.render_views(&uploaded, &[view]).unwrap()[0]);
         }
-        assert_eq!(both.iter().map(frames).collect::<Vec<_>>(), [Some(3), None], "shared counters are in the first report");
+        assert_eq!(
+            both.iter().map(frames).collect::<Vec<_>>(),
+            [Some(3), None],
+            "shared counters are in the first report"
+        );
     }
 }
 

@@ -122,7 +122,8 @@ impl VisibilityRatios {
         };
         let accumulated = self.target(frame, view.middle.size);
         let surface = &view.middle;
-        let mix = Mix { surface, motion, found: &estimate, mixed: &accumulated, requested_frames: 0.0, clamped_frames: 0.0 };
+        let mix =
+            Mix { surface, motion, found: &estimate, mixed: &accumulated, requested_frames: 0.0, clamped_frames: 0.0 };
         self.histories.record(frame, view, &mix)?;
         Ok(AccumulatedRatios { estimate, accumulated })
     }

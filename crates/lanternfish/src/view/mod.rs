@@ -247,7 +247,10 @@ mod tests {
             for (frame, p) in [(1, Vec3::ZERO), (2, Vec3::new(0.5, -1.0, 3.0)), (77, Vec3::new(-3.0, 2.0, -40.0))] {
                 let moved = view.of_frame(frame);
                 let actual = pixel(&moved, p) - pixel(&view, p);
-                assert!((actual - jitter_of_frame(frame)).abs().max_element() < 1e-4, "{projection:?} {frame}: {actual}");
+                assert!(
+                    (actual - jitter_of_frame(frame)).abs().max_element() < 1e-4,
+                    "{projection:?} {frame}: {actual}"
+                );
                 assert_eq!(moved.frame_index, frame);
             }
         }
