@@ -76,12 +76,12 @@ pub fn camera() -> Camera {
 /// Rectangles: centre, half extent to the right, half extent up, colour.
 fn rectangles() -> Vec<[Vec3; 4]> {
     let mut all = vec![[Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z, Vec3::splat(0.6)]];
-    for (place, color) in
+    for (center, color) in
         [(Vec3::new(-0.8, 0.5, 0.0), Vec3::new(0.8, 0.3, 0.2)), (Vec3::new(0.7, 0.5, 0.4), Vec3::new(0.2, 0.5, 0.8))]
     {
         for normal in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Z] {
             let right = normal.any_orthonormal_vector();
-            all.push([place + 0.5 * normal, 0.5 * right, 0.5 * normal.cross(right), color]);
+            all.push([center + 0.5 * normal, 0.5 * right, 0.5 * normal.cross(right), color]);
         }
     }
     all

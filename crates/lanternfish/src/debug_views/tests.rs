@@ -74,8 +74,8 @@ fn gpu_colours_are_those_of_the_scale() {
         assert!(off <= Some(1), "{view}: {value} is {:?}, not {expected:?}", [red, green, blue]);
         seen.insert([red, green, blue]);
         // The position maps back to the value within the scale.
-        let place = scale.place(value);
-        assert!((scale.value(place) - value).abs() <= 1e-4 * value.max(1.0), "{view}: {value}");
+        let position = scale.place(value);
+        assert!((scale.value(position) - value).abs() <= 1e-4 * value.max(1.0), "{view}: {value}");
     };
     for lights in [0, 1, 3, 8, 15, 40] {
         let scene = wall(0.5, lights);
@@ -105,7 +105,7 @@ fn scales_say_their_ends() {
     assert_eq!(said(DebugView::Occlusion), "ambient visibility, linear: 0 is black, 1 white");
     // Ambient visibility is displayed as sRGB-encoded light: 0.5 is brighter than half of 255.
     let ambient_visibility = Scale::of(DebugView::Occlusion).unwrap();
-    assert_eq!([0.0, 0.5, 1.0].map(|place| ambient_visibility.color(place)[0]), [0, 188, 255]);
+    assert_eq!([0.0, 0.5, 1.0].map(|position| ambient_visibility.color(position)[0]), [0, 188, 255]);
 }
 
 /// Not a multiple of any cluster size.

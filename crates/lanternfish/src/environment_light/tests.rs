@@ -45,8 +45,8 @@ fn gpu_what_is_smooth_mirrors_the_image_itself() {
     // Half floats up to 2.5 have an error of 0.001; texels of 0.7° average a function with a curvature of up to 9 per square radian.
     assert!(off < 4e-3, "{off}");
     // Check that the test can fail: an image rotated by three degrees differs.
-    let turned = Environment { rotation: 0.75, ..environment.clone() };
-    assert!(greatest_distance(&actual, &queries, |direction| turned.radiance(direction)) > 0.05);
+    let rotated = Environment { rotation: 0.75, ..environment.clone() };
+    assert!(greatest_distance(&actual, &queries, |direction| rotated.radiance(direction)) > 0.05);
 }
 
 #[test]

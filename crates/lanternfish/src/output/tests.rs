@@ -17,7 +17,7 @@ fn with(mut pixels: Vec<[f32; 4]>, more: Vec<[f32; 4]>) -> Vec<[f32; 4]> {
 }
 
 /// An interior: luminances over eight stops around `middle`, some of them environment.
-fn room(middle: f32, seed: u64) -> Vec<[f32; 4]> {
+fn interior(middle: f32, seed: u64) -> Vec<[f32; 4]> {
     let mut random = Random::new(seed);
     let mut pixel = || {
         let colour = [(); 3].map(|()| middle * random.between(-4.0, 4.0).exp2());
@@ -33,11 +33,11 @@ fn scaled(pixels: &[[f32; 4]], scale: f32) -> Vec<[f32; 4]> {
 
 #[test]
 fn a_scale_of_the_light_is_undone_by_the_exposure() {
-    let room = room(0.2, 1);
-    let ev = metered_exposure(room.iter().copied());
+    let interior = interior(0.2, 1);
+    let ev = metered_exposure(interior.iter().copied());
     // From 1 cd to 100,000 lx there are 17 doublings.
     for doublings in -20..=20 {
-        let other = metered_exposure(scaled(&room, (doublings as f32).exp2()));
+        let other = metered_exposure(scaled(&interior, (doublings as f32).exp2()));
         assert_eq!(other, ev - doublings as f32);
     }
     // Middle grey changes by at most one step.
@@ -49,19 +49,19 @@ fn what_is_not_the_subject_says_little() {
     let plain = surfaces(0.25, 1000);
     let ev = metered_exposure(plain.iter().copied());
     let moved_by = |more: Vec<[f32; 4]>| metered_exposure(with(plain.clone(), more)) - ev;
-    let surroundings = |luminance: f32, count| vec![[luminance, luminance, luminance, 0.0]; count];
+    let environment = |luminance: f32, count| vec![[luminance, luminance, luminance, 0.0]; count];
     // Black pixels have no effect, however many there are.
     assert_eq!(moved_by(surfaces(0.0, 9000)), 0.0);
-    assert_eq!(moved_by(surroundings(0.0, 9000)), 0.0);
+    assert_eq!(moved_by(environment(0.0, 9000)), 0.0);
     // A lamp below the highlight fraction has no effect, however bright it is.
     for bright in [1e3, 1e9, 1e30] {
         assert!(moved_by(surfaces(bright, 40)).abs() <= 0.125, "{bright}");
-        assert!(moved_by(surroundings(bright, 400)).abs() <= 0.125, "{bright}");
+        assert!(moved_by(environment(bright, 400)).abs() <= 0.125, "{bright}");
     }
     // Check that the test can fail: a wall of the same size and brightness changes the exposure.
     assert!(moved_by(surfaces(1e3, 400)) < -8.0);
     // A sky eight times as bright over half of the image lowers the exposure by less than one stop; a surface by more than two.
-    let (sky, wall) = (moved_by(surroundings(2.0, 1000)), moved_by(surfaces(2.0, 1000)));
+    let (sky, wall) = (moved_by(environment(2.0, 1000)), moved_by(surfaces(2.0, 1000)));
     assert!((-1.125..0.0).contains(&sky) && wall <= -2.0, "{sky} {wall}");
 }
 
@@ -113,7 +113,7 @@ fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
 fn gpu_the_meter_is_its_twin() {
     let Some(gpu) = testing::gpu("gpu_the_meter_is_its_twin") else { return };
     let rendering = |size: UVec2, middle: f32, seed| {
-        let mut pixels = room(middle, seed);
+        let mut pixels = interior(middle, seed);
         pixels.resize((size.x * size.y) as usize, [f32::INFINITY, 0.0, 0.0, 1.0]);
         (size, pixels)
     };

@@ -136,7 +136,7 @@ impl EveryShader {
 
     /// Panics unless the shaders use every feature of their variants and those in `open`, and no other.
     pub fn check_features(&self, open: &[Feature]) {
-        let known: BTreeSet<&str> = self
+        let declared: BTreeSet<&str> = self
             .roots()
             .flat_map(|(_, root)| self.variants(root))
             .flatten()
@@ -151,7 +151,7 @@ impl EveryShader {
                 requested.extend(names.filter(|name| !name.is_empty()));
             }
         }
-        assert_eq!(requested, known);
+        assert_eq!(requested, declared);
     }
 
     /// Panics unless each struct that these crates share with the host has the same layout in each shader that contains it. `sources`: the

@@ -59,12 +59,12 @@ pub fn library() -> ShaderLibrary {
 
 /// The library with an edit of one file, which must contain `text`; all occurrences are replaced.
 pub fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
-    let edit = |(path, whole): &ShaderSource| {
+    let edit = |(path, source): &ShaderSource| {
         if *path != module {
-            return (*path, *whole);
+            return (*path, *source);
         }
-        assert!(whole.contains(text) && text != by, "{module} has no {text:?}");
-        (*path, &*whole.replace(text, by).leak())
+        assert!(source.contains(text) && text != by, "{module} has no {text:?}");
+        (*path, &*source.replace(text, by).leak())
     };
     assert!(library().sources().iter().any(|(path, _)| *path == module), "there is no {module}");
     ShaderLibrary::new(library().sources().iter().map(edit).collect::<Vec<_>>().leak())
@@ -189,7 +189,7 @@ pub fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
 /// An environment image with this radiance by direction.
 pub fn image(width: usize, height: usize, rotation: f32, radiance: impl Fn(Vec3) -> Vec3) -> Environment {
     let blank = Environment { width, height, pixels: Vec::new(), rotation: 0.0 };
-    let part = |i: usize, whole: usize| (i as f32 + 0.5) / whole as f32;
+    let part = |i: usize, count: usize| (i as f32 + 0.5) / count as f32;
     let at = |i: usize| radiance(blank.direction(part(i % width, width), part(i / width, height)));
     Environment { pixels: (0..width * height).map(at).collect(), rotation, ..blank.clone() }
 }

@@ -47,18 +47,18 @@ fn gpu_every_pixel_of_an_empty_view_is_the_environments_radiance() {
             Camera::look_at(Vec3::new(3.0, -2.0, 1.0), Vec3::ZERO, Projection::Perspective { fov_y: 2.0, near: 0.1 });
         camera.world_from_camera.matrix3 = Mat3A::from_euler(EulerRot::YXZ, yaw, pitch, roll);
         let rendering = render(gpu, &empty(environment.clone()), &camera, size, Settings::direct_light());
-        let turned = Environment { rotation: rotation + 0.1, ..environment.clone() };
-        let mut differs_turned = 0;
+        let rotated = Environment { rotation: rotation + 0.1, ..environment.clone() };
+        let mut differs_rotated = 0;
         for (x, y) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y))) {
             let direction = direction(&camera, (x, y), size);
             let actual = radiance(&rendering, x, y);
             let expected = environment.radiance(direction);
             assert_near(actual.truncate(), expected, 1.0, &format!("{x}, {y} towards {direction}"));
             assert_eq!(actual.w, 0.0, "no surface covers it");
-            differs_turned += u32::from((turned.radiance(direction) - expected).abs().max_element() > 0.01);
+            differs_rotated += u32::from((rotated.radiance(direction) - expected).abs().max_element() > 0.01);
         }
         // Check that the test can fail: a rotation of six degrees is detected.
-        assert!(differs_turned > size.0 * size.1 / 2, "{differs_turned}");
+        assert!(differs_rotated > size.0 * size.1 / 2, "{differs_rotated}");
     }
 }
 

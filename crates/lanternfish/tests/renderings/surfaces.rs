@@ -208,7 +208,7 @@ fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
 fn gpu_back_faces_show_where_a_material_is_double_sided() {
     let Some(gpu) = testing::gpu("gpu_back_faces_show_where_a_material_is_double_sided") else { return };
     // Faces away from the viewer.
-    let turned = quad(0, Vec3::ZERO, Vec3::NEG_X, Vec3::Y);
+    let back = quad(0, Vec3::ZERO, Vec3::NEG_X, Vec3::Y);
     let towards = thin_dielectric(0, 0.0, 1.0);
     let render = |primitive: &Primitive, double_sided, settings| {
         let material = Material { double_sided, ..matt(Vec3::new(0.9, 0.6, 0.3)) };
@@ -219,12 +219,12 @@ fn gpu_back_faces_show_where_a_material_is_double_sided() {
     };
     let front = render(&towards, false, Settings::direct_light());
     assert!(front.min_element() > 0.1);
-    assert_eq!(render(&turned, false, Settings::direct_light()), Vec3::Z, "a back face shows");
+    assert_eq!(render(&back, false, Settings::direct_light()), Vec3::Z, "a back face shows");
     // Lit as if it faced the viewer: its normal is flipped.
-    assert_near(render(&turned, true, Settings::direct_light()), front, 1.0, "the back of a double-sided surface");
+    assert_near(render(&back, true, Settings::direct_light()), front, 1.0, "the back of a double-sided surface");
     // `lambert` is two-sided.
     let lambert = || Settings { materials: Materials::Lambert, ..Settings::direct_light() };
-    assert_near(render(&turned, false, lambert()), render(&towards, false, lambert()), 1.0, "the back under lambert");
+    assert_near(render(&back, false, lambert()), render(&towards, false, lambert()), 1.0, "the back under lambert");
 }
 
 /// A crumpled sheet with a normal map: nothing about it is symmetric.
@@ -309,7 +309,7 @@ fn gpu_a_mirrored_instance_is_the_image_in_a_mirror() {
 fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
     let Some(gpu) = testing::gpu("gpu_two_instances_of_a_mesh_stand_where_they_are_placed") else { return };
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 0.3)], vec![unlit(Vec3::ONE)]);
-    let place = |x: f32, scale: f32| Instance {
+    let instance = |x: f32, scale: f32| Instance {
         name: String::new(),
         mesh: 0,
         world_from_object: Affine3A::from_scale_rotation_translation(
@@ -318,7 +318,7 @@ fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
             Vec3::new(x, 0.5, 0.0),
         ),
     };
-    scene.instances = vec![place(-1.0, 1.0), place(1.0, -1.0), place(0.0, 0.4)];
+    scene.instances = vec![instance(-1.0, 1.0), instance(1.0, -1.0), instance(0.0, 0.4)];
     let front = Front::render(gpu, &scene, Settings::direct_light());
     for (x, y, there) in [(-1.0, 0.5, 1.0), (1.0, 0.5, 1.0), (0.0, 0.5, 1.0), (0.2, 0.5, 0.0), (-1.0, 0.0, 0.0)] {
         assert_eq!(front.at(x, y), Vec3::splat(there), "at {x}, {y}");

@@ -77,7 +77,7 @@ fn gpu_shares_are_the_brdfs_under_even_light() {
     let reflected = |metallic: f32, n_dot_v: f32, roughness: f32| {
         let wo = Vec3::new((1.0 - n_dot_v * n_dot_v).sqrt(), n_dot_v, 0.0);
         let direction = |i: u32| {
-            let part = |i: u32, whole: u32| (i as f32 + 0.5) / whole as f32;
+            let part = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
             let (sin, cos) = (std::f32::consts::TAU * part(i % AROUND, AROUND)).sin_cos();
             let y = part(i / AROUND, UP);
             let across = (1.0 - y * y).sqrt();
