@@ -94,7 +94,7 @@ fn gpu_colours_are_those_of_the_scale() {
 }
 
 #[test]
-fn scales_say_their_ends() {
+fn scales_state_their_limits() {
     let said = |view| Scale::of(view).unwrap().to_string();
     assert_eq!(said(DebugView::LightCount), "listed lights, linear: 0 is black, 10 and more red");
     assert_eq!(said(DebugView::ClusterLights), "lights of the cluster, logarithmic: 0 is black, 1023 and more red");
@@ -273,8 +273,8 @@ fn gpu_no_surface_misses_its_cluster() {
 }
 
 #[test]
-fn gpu_no_blended_surface_misses_its_cluster() {
-    let Some(gpu) = testing::gpu("gpu_no_blended_surface_misses_its_cluster") else { return };
+fn gpu_no_transparent_surface_misses_its_cluster() {
+    let Some(gpu) = testing::gpu("gpu_no_transparent_surface_misses_its_cluster") else { return };
     let mut random = Random::new(12);
     let (mut total, mut missed) = (0, 0);
     for shape in SHAPES {
@@ -294,8 +294,8 @@ fn gpu_no_blended_surface_misses_its_cluster() {
 }
 
 #[test]
-fn gpu_the_view_shows_clusters_that_were_marked_a_little_off() {
-    let Some(gpu) = testing::gpu("gpu_the_view_shows_clusters_that_were_marked_a_little_off") else { return };
+fn gpu_the_view_detects_clusters_marked_from_a_shifted_camera() {
+    let Some(gpu) = testing::gpu("gpu_the_view_detects_clusters_marked_from_a_shifted_camera") else { return };
     let scene = generate::demo("cornell").unwrap();
     for shape in SHAPES {
         let camera = scene.cameras[0].clone();

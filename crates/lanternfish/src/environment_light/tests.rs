@@ -36,8 +36,8 @@ fn greatest_distance(actual: &[Vec3], queries: &[Vec4], expected: impl Fn(Vec3) 
 }
 
 #[test]
-fn gpu_what_is_smooth_mirrors_the_image_itself() {
-    let Some(gpu) = testing::gpu("gpu_what_is_smooth_mirrors_the_image_itself") else { return };
+fn gpu_smooth_surfaces_mirror_the_image() {
+    let Some(gpu) = testing::gpu("gpu_smooth_surfaces_mirror_the_image") else { return };
     let environment = image(512, 256, 0.7, |d| Vec3::new(1.0 + d.x, 2.0 + d.y * d.z, 1.5 + (3.0 * d.x).sin()));
     let queries = directions(2000, 0.0);
     let actual = mirrored(gpu, &environment, &queries);

@@ -52,8 +52,8 @@ fn gpu_ten_frames_of_a_window_are_reported() {
 
 /// The program's image equals Lanternfish's image of the same scene, except for 16-bit normals and positions reconstructed from depth.
 #[test]
-fn gpu_a_program_that_shades_by_itself_gets_the_light_of_the_image() {
-    let test = "gpu_a_program_that_shades_by_itself_gets_the_light_of_the_image";
+fn gpu_demodulated_light_equals_the_light_of_the_image() {
+    let test = "gpu_demodulated_light_equals_the_light_of_the_image";
     let Some(gpu) = testing::gpu(test) else { return };
     let settings = bvh(own_g_buffer::settings());
     let actual = own_g_buffer::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();

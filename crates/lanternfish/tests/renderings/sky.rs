@@ -63,8 +63,8 @@ fn gpu_every_pixel_of_an_empty_view_is_the_environments_radiance() {
 }
 
 #[test]
-fn gpu_parallel_rays_see_one_point_of_the_environment() {
-    let Some(gpu) = testing::gpu("gpu_parallel_rays_see_one_point_of_the_environment") else { return };
+fn gpu_an_orthographic_view_shows_one_point_of_the_environment() {
+    let Some(gpu) = testing::gpu("gpu_an_orthographic_view_shows_one_point_of_the_environment") else { return };
     let environment = environment();
     let target = Vec3::new(0.3, -0.2, 0.9);
     let projection = Projection::Orthographic { half_height: 50.0, near: 0.0, far: 10.0 };
@@ -131,8 +131,8 @@ fn gpu_radiance_beyond_half_floats_is_their_largest() {
 }
 
 #[test]
-fn gpu_one_radiance_everywhere_is_the_sky() {
-    let Some(gpu) = testing::gpu("gpu_one_radiance_everywhere_is_the_sky") else { return };
+fn gpu_a_constant_environment_equals_the_sky() {
+    let Some(gpu) = testing::gpu("gpu_a_constant_environment_equals_the_sky") else { return };
     // Exactly representable as half floats, and so are the means.
     let sky = Vec3::new(0.25, 0.5, 2.0);
     let mut constant = scene_of(vec![thin_dielectric(0, 0.0, 1.0)], vec![Material::default()]);

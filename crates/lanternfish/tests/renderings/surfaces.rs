@@ -31,8 +31,8 @@ fn tracers(test: &str, gpu: &Gpu) -> Vec<Shadows> {
 }
 
 #[test]
-fn gpu_unlit_and_emissive_surfaces_shine_as_said() {
-    let Some(gpu) = testing::gpu("gpu_unlit_and_emissive_surfaces_shine_as_said") else { return };
+fn gpu_unlit_and_emissive_surfaces_have_the_stated_radiance() {
+    let Some(gpu) = testing::gpu("gpu_unlit_and_emissive_surfaces_have_the_stated_radiance") else { return };
     let (orange, glow) = (Vec3::new(0.8, 0.4, 0.1), Vec3::new(30.0, 20.0, 2.0));
     let mut scene = scene_of(
         vec![
@@ -95,8 +95,8 @@ fn half_a_hole(scene: &mut Scene) -> TextureRef {
 }
 
 #[test]
-fn gpu_masks_have_holes_for_the_eye_and_for_light() {
-    let test = "gpu_masks_have_holes_for_the_eye_and_for_light";
+fn gpu_masks_have_holes_for_the_camera_and_for_shadow_rays() {
+    let test = "gpu_masks_have_holes_for_the_camera_and_for_shadow_rays";
     let Some(gpu) = testing::gpu(test) else { return };
     let red = Vec3::new(0.7, 0.1, 0.05);
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
@@ -134,8 +134,8 @@ fn glass(color: Vec3, alpha: f32) -> Material {
 }
 
 #[test]
-fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
-    let Some(gpu) = testing::gpu("gpu_panes_are_blended_far_to_near_in_any_order_of_drawing") else { return };
+fn gpu_transparent_surfaces_blend_far_to_near_in_any_draw_order() {
+    let Some(gpu) = testing::gpu("gpu_transparent_surfaces_blend_far_to_near_in_any_draw_order") else { return };
     let materials = vec![unlit(Vec3::ONE), glass(Vec3::X, 0.5), glass(Vec3::Y, 0.25)];
     let (wall, red, green) =
         (thin_dielectric(0, -1.0, 1.8), thin_dielectric(1, 2.0, 1.0), thin_dielectric(2, 1.0, 1.5));
@@ -174,8 +174,8 @@ fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
 }
 
 #[test]
-fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
-    let test = "gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed";
+fn gpu_a_transparent_surface_has_its_own_lights_and_shadows() {
+    let test = "gpu_a_transparent_surface_has_its_own_lights_and_shadows";
     let Some(gpu) = testing::gpu(test) else { return };
     // The wall is six metres behind the surface and out of the light's range: only the surface's own list contains the light.
     let glass = Material { base_color: Vec4::new(1.0, 1.0, 1.0, 0.5), alpha_mode: AlphaMode::Blend, ..matt(Vec3::ONE) };
@@ -326,8 +326,8 @@ fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
 }
 
 #[test]
-fn gpu_parallel_and_central_views_show_the_same_scene() {
-    let Some(gpu) = testing::gpu("gpu_parallel_and_central_views_show_the_same_scene") else { return };
+fn gpu_orthographic_and_perspective_views_show_the_same_scene() {
+    let Some(gpu) = testing::gpu("gpu_orthographic_and_perspective_views_show_the_same_scene") else { return };
     let scene = generate::demo("cornell").unwrap();
     let rendering = |projection| {
         // From far away the two projections are almost equal.
@@ -350,8 +350,8 @@ fn gpu_parallel_and_central_views_show_the_same_scene() {
 }
 
 #[test]
-fn gpu_anisotropy_keeps_stripes_that_are_seen_at_an_angle() {
-    let test = "gpu_anisotropy_keeps_stripes_that_are_seen_at_an_angle";
+fn gpu_anisotropy_keeps_stripes_at_grazing_angles() {
+    let test = "gpu_anisotropy_keeps_stripes_at_grazing_angles";
     let Some(gpu) = testing::gpu(test) else { return };
     if left_out_on_old_software(test, gpu, "it stalls") {
         return;
