@@ -1,10 +1,10 @@
-//! A window's loop without the window: ten frames, none of which anybody waits for.
+//! A window's loop without the window: ten frames with deferred readback.
 //!
 //! ```text
 //! cargo run --release --package lanternfish --example in_flight
 //! ```
 
-#[allow(dead_code, reason = "this one reads nothing back")]
+#[allow(dead_code, reason = "this example reads nothing back")]
 mod support;
 
 use lanternfish::{FrameReport, RenderError, Renderer, Settings, Target, ViewRequest};
@@ -17,12 +17,12 @@ fn main() -> Result<()> {
     let (device, queue) = open()?;
     for report in frames(&device, &queue, Settings::default(), 10)? {
         let ms: f64 = report.passes.iter().map(|pass| pass.ms).sum();
-        println!("{:?}: whole: {}, {ms:.1} ms, {:?}", report.frame, report.is_complete, report.counters);
+        println!("{:?}: complete: {}, {ms:.1} ms, {:?}", report.frame, report.is_complete, report.counters);
     }
     Ok(())
 }
 
-/// So many frames of a camera on its way; what has become of each.
+/// Renders `count` frames of a moving camera and returns their reports.
 pub fn frames(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings, count: u32) -> Result<Vec<FrameReport>> {
     let scene = lanternfish_scene::load("demo:cornell")?;
     let camera = scene.default_camera(4.0 / 3.0);
@@ -34,7 +34,7 @@ pub fn frames(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings, co
         if made == count {
             break;
         }
-        // The window is minimised for a moment.
+        // The window is minimised for one frame.
         let size = if tick == 3 { [0, 0] } else { [160, 120] };
         let shown = texture(device, size.map(|edge| edge.max(1)), FORMAT);
         let step = glam::Affine3A::from_translation(0.02 * made as f32 * glam::Vec3::X);
@@ -47,14 +47,14 @@ pub fn frames(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings, co
                 renderer.submitted(frame);
                 made += 1;
             }
-            // Nothing to see: this frame is left out.
+            // A window without pixels: skip the frame.
             Err(RenderError::Size { .. }) => (),
             Err(error) => return Err(error.into()),
         }
-        // Without waiting. What this says is of frames before.
+        // Does not wait; the reports are of earlier frames.
         reports.extend(std::iter::from_fn(|| renderer.poll()));
     }
-    // The program ends, and waits for what is still on its way.
+    // Wait for the frames in flight before the program ends.
     device.poll(wgpu::PollType::wait_indefinitely())?;
     reports.extend(std::iter::from_fn(|| renderer.poll()));
     Ok(reports)

@@ -1,11 +1,10 @@
-//! Your own wgpu device, a scene of your own making → an image.
+//! Your own wgpu device, a scene built in code → an image.
 //!
 //! ```text
 //! cargo run --release --package lanternfish --example own_device [FILE.png]
 //! ```
 //!
-//! The library opens nothing: instance, adapter and device are the caller's. A device with WebGPU's default limits and
-//! no optional feature is enough.
+//! The library opens nothing: instance, adapter and device are the caller's. WebGPU's default limits and no optional feature are enough.
 
 use std::{error::Error, path::PathBuf};
 
@@ -40,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// As in any wgpu program; a program that has a device already passes that one.
+/// As in any wgpu program; a program with a device passes its own.
 async fn open() -> Result<(wgpu::Device, wgpu::Queue), Box<dyn Error>> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await?;
@@ -57,13 +56,13 @@ fn scene() -> Scene {
         ..Material::default()
     };
     let mesh = |name: &str, primitives| Mesh { name: name.to_owned(), primitives };
-    let place = |mesh, world_from_object| Instance { name: String::new(), mesh, world_from_object };
+    let instance = |mesh, world_from_object| Instance { name: String::new(), mesh, world_from_object };
     Scene {
         name: "own device".to_owned(),
         meshes: vec![mesh("floor", vec![floor]), mesh("cube", cube(1))],
         instances: vec![
-            place(0, Affine3A::IDENTITY),
-            place(1, Affine3A::from_translation(0.5 * Vec3::Y) * Affine3A::from_rotation_y(0.5)),
+            instance(0, Affine3A::IDENTITY),
+            instance(1, Affine3A::from_translation(0.5 * Vec3::Y) * Affine3A::from_rotation_y(0.5)),
         ],
         materials: vec![material(Vec3::new(0.6, 0.6, 0.6), 0.8), material(Vec3::new(0.8, 0.5, 0.2), 0.3)],
         lights: vec![
@@ -87,7 +86,7 @@ fn cube(material: usize) -> Vec<Primitive> {
         .collect()
 }
 
-/// A rectangle whose front is where `half_right` runs to the right and `half_up` upwards.
+/// A rectangle seen from its front: `half_right` points right and `half_up` up.
 fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> Primitive {
     Primitive {
         material,

@@ -1,12 +1,12 @@
-//! A program with a renderer of its own: it draws its surfaces, Lanternfish lights them, it shades.
+//! A program with its own renderer: it draws a G-buffer, Lanternfish computes the light, and the program shades.
 //!
 //! ```text
 //! cargo run --release --package lanternfish --example own_g_buffer [FILE.png]
 //! ```
 //!
 //! 1. The program draws depth, normals with roughness, and its own colours.
-//! 2. Lanternfish finds the light of two thousand lamps there, with shadows, and what surfaces send to each other: two sums.
-//! 3. The program multiplies them by its colours.
+//! 2. Lanternfish computes the shadowed light of two thousand lamps and the light between surfaces: direct and indirect irradiance.
+//! 3. The program multiplies both by its colours.
 
 mod support;
 
@@ -22,7 +22,7 @@ use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection,
 use support::{Result, open, pixels, texture};
 use wgpu::util::DeviceExt;
 
-/// Pixels across and down.
+/// Width and height, pixels.
 pub const SIZE: [u32; 2] = [320, 240];
 
 fn main() -> Result<()> {
@@ -34,13 +34,13 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Surfaces scatter evenly, as the program's do, and what is shown is exposed as in `SHADE`.
+/// Lambertian surfaces like the program's, and the exposure of `SHADE`.
 pub fn settings() -> Settings {
     let (exposure, tone_map) = (Exposure::Ev(-4.0), ToneMap::None);
     Settings { materials: Materials::Lambert, samples: Samples::One, exposure, tone_map, ..Settings::default() }
 }
 
-/// A frame of the program.
+/// Renders a frame of the program.
 pub fn draw(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Vec<[u8; 4]>> {
     let mut renderer = Renderer::new(device, queue, settings)?;
     let uploaded = renderer.upload(&scene())?;
@@ -67,21 +67,21 @@ pub fn draw(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> R
     pixels(device, queue, &shown)
 }
 
-/// What the program sees its surfaces through.
+/// The program's camera.
 pub fn camera() -> Camera {
     let projection = Projection::Perspective { fov_y: 40f32.to_radians(), near: 0.1 };
     Camera::look_at(Vec3::new(3.0, 2.2, 4.0), Vec3::new(0.0, 0.4, 0.0), projection)
 }
 
-/// Rectangles: the middle, half of the way to the right, half of the way up, and the colour.
+/// Rectangles: centre, half extent to the right, half extent up, colour.
 fn rectangles() -> Vec<[Vec3; 4]> {
     let mut all = vec![[Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z, Vec3::splat(0.6)]];
-    for (place, color) in
+    for (center, color) in
         [(Vec3::new(-0.8, 0.5, 0.0), Vec3::new(0.8, 0.3, 0.2)), (Vec3::new(0.7, 0.5, 0.4), Vec3::new(0.2, 0.5, 0.8))]
     {
         for normal in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Z] {
             let right = normal.any_orthonormal_vector();
-            all.push([place + 0.5 * normal, 0.5 * right, 0.5 * normal.cross(right), color]);
+            all.push([center + 0.5 * normal, 0.5 * right, 0.5 * normal.cross(right), color]);
         }
     }
     all
@@ -91,7 +91,7 @@ fn corners([center, right, up, _]: [Vec3; 4]) -> [Vec3; 4] {
     [center - right - up, center + right - up, center + right + up, center - right + up]
 }
 
-/// What Lanternfish knows of the program: surfaces, for shadows and for what they send to each other, and lights.
+/// The scene for Lanternfish: surfaces, which cast shadows and reflect light, and lights.
 pub fn scene() -> Scene {
     let (mut primitives, mut materials) = (Vec::new(), Vec::new());
     for (material, rectangle) in rectangles().into_iter().enumerate() {
@@ -147,7 +147,7 @@ const SHADE: &str = "
 @fragment fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2u(position.xy);
     let light = textureLoad(direct, pixel, 0).rgb + textureLoad(indirect, pixel, 0).rgb;
-    // Four stops darker, so that it can be seen.
+    // Four stops darker, for display.
     return vec4f(exp2(-4.0) * textureLoad(color, pixel, 0).rgb * light, 1.0);
 }";
 
@@ -170,7 +170,7 @@ impl Program {
         let depth = wgpu::DepthStencilState {
             format: wgpu::TextureFormat::Depth32Float,
             depth_write_enabled: Some(true),
-            // Reverse-Z: what is nearer has more of it.
+            // Reverse-Z: nearer surfaces have greater depth.
             depth_compare: Some(wgpu::CompareFunction::Greater),
             stencil: Default::default(),
             bias: Default::default(),

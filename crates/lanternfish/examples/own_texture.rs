@@ -1,4 +1,4 @@
-//! Your own frame: Lanternfish draws into a texture of yours, in commands of yours.
+//! Your own frame: Lanternfish draws into your texture, in your command encoder.
 //!
 //! ```text
 //! cargo run --release --package lanternfish --example own_texture [FILE.png]
@@ -12,7 +12,7 @@ use lanternfish::{Renderer, Settings, Target, ViewRequest};
 use lanternfish_metrics::{ColorType, write_png};
 use support::{Result, open, pixels, texture};
 
-/// Pixels across and down.
+/// Width and height, pixels.
 pub const SIZE: [u32; 2] = [320, 240];
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
@@ -25,23 +25,23 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// One frame of a program that has a device, a texture and commands already.
+/// One frame of a program that already has a device, a texture and commands.
 pub fn draw(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Vec<[u8; 4]>> {
     let scene = lanternfish_scene::load("demo:cornell")?;
     let camera = scene.default_camera(SIZE[0] as f32 / SIZE[1] as f32);
     let mut renderer = Renderer::new(device, queue, settings)?;
     let uploaded = renderer.upload(&scene)?;
 
-    // A texture of a window is as good. The matrices of a view may be the program's own: see `ViewRequest`.
+    // A window's texture works too. The view matrices may be the program's own: see `ViewRequest`.
     let shown = texture(device, SIZE, FORMAT);
     let views = [ViewRequest::of_camera(0, &camera, SIZE, Target::Display(&shown, FORMAT))];
-    // Once, before the first frame: compiles, and makes room for lists.
+    // Once, before the first frame: compiles the pipelines and allocates the lists.
     renderer.ready(&uploaded, &views)?;
 
     let mut commands = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    // … passes of the program's own …
+    // … passes of the program …
     let frame = renderer.record(&mut commands, &uploaded, &views)?;
-    // … and more of them …
+    // … further passes of the program …
     queue.submit([commands.finish()]);
     renderer.submitted(frame);
 

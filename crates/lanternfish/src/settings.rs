@@ -343,7 +343,7 @@ mod tests {
     use crate::techniques::TileSize;
 
     #[test]
-    fn names_are_read_back_and_others_are_refused_with_the_list() {
+    fn names_are_parsed_and_others_are_rejected_with_the_list() {
         for attenuation in Attenuation::ALL {
             assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
         }

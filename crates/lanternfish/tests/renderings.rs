@@ -1,11 +1,11 @@
-//! Images on a real adapter: against ground truth, against each other, from run to run.
+//! Images on a real adapter: compared with ground truth, with each other, and between runs.
 //!
-//! Every test that needs an adapter is called `gpu_…`.
+//! Every test that needs an adapter is named `gpu_…`.
 
 #[path = "renderings/conformance.rs"]
 mod conformance;
 #[path = "renderings/examples.rs"]
-#[allow(clippy::duplicate_mod, reason = "each example has the module that it shares with the others")]
+#[allow(clippy::duplicate_mod, reason = "the examples share a module")]
 mod examples;
 #[path = "renderings/ground_truth.rs"]
 mod ground_truth;
@@ -16,7 +16,7 @@ mod regressions;
 #[path = "renderings/sky.rs"]
 mod sky;
 #[path = "renderings/support.rs"]
-#[allow(dead_code, reason = "images of the papers' techniques have it too")]
+#[allow(dead_code, reason = "the tests of the papers' techniques use it too")]
 mod support;
 #[path = "renderings/surfaces.rs"]
 mod surfaces;

@@ -1,10 +1,10 @@
-//! What any wgpu program has: a device, textures, and a way to read one back.
+//! Common parts of a wgpu program: a device, textures, and readback.
 
 use std::error::Error;
 
 pub type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// As in any wgpu program; a program that has a device already passes that one.
+/// As in any wgpu program; a program with a device passes its own.
 pub fn open() -> Result<(wgpu::Device, wgpu::Queue)> {
     pollster::block_on(async {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
@@ -13,7 +13,7 @@ pub fn open() -> Result<(wgpu::Device, wgpu::Queue)> {
     })
 }
 
-/// A texture that is drawn to, read by shaders, and read back.
+/// A texture that is a render target, a shader input, and can be read back.
 pub fn texture(device: &wgpu::Device, [width, height]: [u32; 2], format: wgpu::TextureFormat) -> wgpu::TextureView {
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("of the program"),
@@ -30,7 +30,7 @@ pub fn texture(device: &wgpu::Device, [width, height]: [u32; 2], format: wgpu::T
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
-/// Waits for the device and reads a texture of four bytes a pixel.
+/// Waits for the device and reads a texture of four bytes per pixel.
 pub fn pixels(device: &wgpu::Device, queue: &wgpu::Queue, view: &wgpu::TextureView) -> Result<Vec<[u8; 4]>> {
     let texture = view.texture();
     let (size, row) = (texture.size(), (4 * texture.width()).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT));

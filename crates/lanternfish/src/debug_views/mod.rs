@@ -111,8 +111,9 @@ fn check_clusters(view: DebugView, culling: &Culling) -> Result<(), RenderError>
 /// Features with which the shader of the debug view is linked.
 pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
     let of = |view: DebugView, feature: Feature| (settings.debug_view == Some(view)).then_some(feature);
-    let rooms = [LightCulling::feature(&settings.culling)].into_iter().chain(occlusion::feature(&settings.occlusion));
-    rooms
+    let techniques =
+        [LightCulling::feature(&settings.culling)].into_iter().chain(occlusion::feature(&settings.occlusion));
+    techniques
         .chain(has_clusters(&settings.culling).then_some(CLUSTERS))
         .chain(of(DebugView::Motion, MOTION))
         .chain(of(DebugView::Indirect, INDIRECT))

@@ -68,11 +68,11 @@ impl Scale {
     }
 
     /// The value at a position.
-    pub fn value(&self, place: f32) -> f32 {
+    pub fn value(&self, position: f32) -> f32 {
         match self.law {
-            Law::Linear(highest) => place * highest,
-            Law::Doublings(doublings) => (place * doublings).exp2() - 1.0,
-            Law::Distance => (6.0 - 10.0 * place).exp2(),
+            Law::Linear(highest) => position * highest,
+            Law::Doublings(doublings) => (position * doublings).exp2() - 1.0,
+            Law::Distance => (6.0 - 10.0 * position).exp2(),
         }
     }
 
@@ -86,15 +86,15 @@ impl Scale {
     }
 
     /// The sRGB display colour at a position, which is clamped to the scale.
-    pub fn color(&self, place: f32) -> [u8; 3] {
-        let place = place.clamp(0.0, 1.0);
+    pub fn color(&self, position: f32) -> [u8; 3] {
+        let position = position.clamp(0.0, 1.0);
         let byte = |value: f32| (255.0 * value).round() as u8;
         match self.colors {
-            Colors::Heat => heat(place).map(byte),
-            Colors::Gray => [byte(place); 3],
-            Colors::Hue => [byte(place), 0, 0],
-            Colors::Light if place <= 0.003_130_8 => [byte(12.92 * place); 3],
-            Colors::Light => [byte(1.055 * place.powf(1.0 / 2.4) - 0.055); 3],
+            Colors::Heat => heat(position).map(byte),
+            Colors::Gray => [byte(position); 3],
+            Colors::Hue => [byte(position), 0, 0],
+            Colors::Light if position <= 0.003_130_8 => [byte(12.92 * position); 3],
+            Colors::Light => [byte(1.055 * position.powf(1.0 / 2.4) - 0.055); 3],
         }
     }
 }
@@ -108,7 +108,7 @@ impl std::fmt::Display for Scale {
             Colors::Gray | Colors::Light => "white",
             Colors::Hue => "red (down is lime, left cyan, up violet)",
         };
-        let [low, high] = [0.0, 1.0].map(|place| self.value(place));
+        let [low, high] = [0.0, 1.0].map(|position| self.value(position));
         match self.law {
             Law::Linear(1.0) => write!(f, "{}, {law}: 0 is black, 1 {last}", self.what),
             Law::Distance => write!(f, "{}, {law}: {low} and more is black, {high} and less {last}", self.what),
@@ -120,10 +120,10 @@ impl std::fmt::Display for Scale {
 }
 
 /// CPU reference of `heat` in `common/color.wesl`.
-fn heat(place: f32) -> [f32; 3] {
+fn heat(position: f32) -> [f32; 3] {
     const RAMP: [[f32; 3]; 6] =
         [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0]];
-    let x = 5.0 * place;
+    let x = 5.0 * position;
     let i = (x as usize).min(4);
     [0, 1, 2].map(|c| RAMP[i][c] + (RAMP[i + 1][c] - RAMP[i][c]) * (x - i as f32))
 }

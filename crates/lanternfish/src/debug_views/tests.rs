@@ -74,8 +74,8 @@ fn gpu_colours_are_those_of_the_scale() {
         assert!(off <= Some(1), "{view}: {value} is {:?}, not {expected:?}", [red, green, blue]);
         seen.insert([red, green, blue]);
         // The position maps back to the value within the scale.
-        let place = scale.place(value);
-        assert!((scale.value(place) - value).abs() <= 1e-4 * value.max(1.0), "{view}: {value}");
+        let position = scale.place(value);
+        assert!((scale.value(position) - value).abs() <= 1e-4 * value.max(1.0), "{view}: {value}");
     };
     for lights in [0, 1, 3, 8, 15, 40] {
         let scene = wall(0.5, lights);
@@ -94,7 +94,7 @@ fn gpu_colours_are_those_of_the_scale() {
 }
 
 #[test]
-fn scales_say_their_ends() {
+fn scales_state_their_limits() {
     let said = |view| Scale::of(view).unwrap().to_string();
     assert_eq!(said(DebugView::LightCount), "listed lights, linear: 0 is black, 10 and more red");
     assert_eq!(said(DebugView::ClusterLights), "lights of the cluster, logarithmic: 0 is black, 1023 and more red");
@@ -105,7 +105,7 @@ fn scales_say_their_ends() {
     assert_eq!(said(DebugView::Occlusion), "ambient visibility, linear: 0 is black, 1 white");
     // Ambient visibility is displayed as sRGB-encoded light: 0.5 is brighter than half of 255.
     let ambient_visibility = Scale::of(DebugView::Occlusion).unwrap();
-    assert_eq!([0.0, 0.5, 1.0].map(|place| ambient_visibility.color(place)[0]), [0, 188, 255]);
+    assert_eq!([0.0, 0.5, 1.0].map(|position| ambient_visibility.color(position)[0]), [0, 188, 255]);
 }
 
 /// Not a multiple of any cluster size.
@@ -273,8 +273,8 @@ fn gpu_no_surface_misses_its_cluster() {
 }
 
 #[test]
-fn gpu_no_blended_surface_misses_its_cluster() {
-    let Some(gpu) = testing::gpu("gpu_no_blended_surface_misses_its_cluster") else { return };
+fn gpu_no_transparent_surface_misses_its_cluster() {
+    let Some(gpu) = testing::gpu("gpu_no_transparent_surface_misses_its_cluster") else { return };
     let mut random = Random::new(12);
     let (mut total, mut missed) = (0, 0);
     for shape in SHAPES {
@@ -294,8 +294,8 @@ fn gpu_no_blended_surface_misses_its_cluster() {
 }
 
 #[test]
-fn gpu_the_view_shows_clusters_that_were_marked_a_little_off() {
-    let Some(gpu) = testing::gpu("gpu_the_view_shows_clusters_that_were_marked_a_little_off") else { return };
+fn gpu_the_view_detects_clusters_marked_from_a_shifted_camera() {
+    let Some(gpu) = testing::gpu("gpu_the_view_detects_clusters_marked_from_a_shifted_camera") else { return };
     let scene = generate::demo("cornell").unwrap();
     for shape in SHAPES {
         let camera = scene.cameras[0].clone();

@@ -25,8 +25,8 @@ pub fn samples_of(environment: &Environment) -> Vec<EnvironmentSample> {
     let Environment { width, height, .. } = *environment;
     let averages = width >= COLUMNS && height >= ROWS;
     let (columns, rows) = if averages { (width, height) } else { (COLUMNS, ROWS) };
-    let part = |i: usize, parts: usize, whole: usize| i * whole / parts..(i + 1) * whole / parts;
-    let middle = |part: &Range<usize>, whole: usize| (part.start + part.end) as f32 / (2 * whole) as f32;
+    let part = |i: usize, parts: usize, count: usize| i * count / parts..(i + 1) * count / parts;
+    let middle = |part: &Range<usize>, count: usize| (part.start + part.end) as f32 / (2 * count) as f32;
     let mut samples = Vec::with_capacity(COLUMNS * ROWS);
     for down in (0..ROWS).map(|i| part(i, ROWS, rows)) {
         for across in (0..COLUMNS).map(|i| part(i, COLUMNS, columns)) {
@@ -42,8 +42,8 @@ pub fn samples_of(environment: &Environment) -> Vec<EnvironmentSample> {
 }
 
 /// Height of the zone of a unit sphere that these rows cover.
-fn zone_height(rows: &Range<usize>, whole: usize) -> f64 {
-    let cosine = |row: usize| (PI * row as f64 / whole as f64).cos();
+fn zone_height(rows: &Range<usize>, count: usize) -> f64 {
+    let cosine = |row: usize| (PI * row as f64 / count as f64).cos();
     cosine(rows.start) - cosine(rows.end)
 }
 

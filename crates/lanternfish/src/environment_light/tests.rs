@@ -36,8 +36,8 @@ fn greatest_distance(actual: &[Vec3], queries: &[Vec4], expected: impl Fn(Vec3) 
 }
 
 #[test]
-fn gpu_what_is_smooth_mirrors_the_image_itself() {
-    let Some(gpu) = testing::gpu("gpu_what_is_smooth_mirrors_the_image_itself") else { return };
+fn gpu_smooth_surfaces_mirror_the_image() {
+    let Some(gpu) = testing::gpu("gpu_smooth_surfaces_mirror_the_image") else { return };
     let environment = image(512, 256, 0.7, |d| Vec3::new(1.0 + d.x, 2.0 + d.y * d.z, 1.5 + (3.0 * d.x).sin()));
     let queries = directions(2000, 0.0);
     let actual = mirrored(gpu, &environment, &queries);
@@ -45,8 +45,8 @@ fn gpu_what_is_smooth_mirrors_the_image_itself() {
     // Half floats up to 2.5 have an error of 0.001; texels of 0.7° average a function with a curvature of up to 9 per square radian.
     assert!(off < 4e-3, "{off}");
     // Check that the test can fail: an image rotated by three degrees differs.
-    let turned = Environment { rotation: 0.75, ..environment.clone() };
-    assert!(greatest_distance(&actual, &queries, |direction| turned.radiance(direction)) > 0.05);
+    let rotated = Environment { rotation: 0.75, ..environment.clone() };
+    assert!(greatest_distance(&actual, &queries, |direction| rotated.radiance(direction)) > 0.05);
 }
 
 #[test]

@@ -144,7 +144,7 @@ pub(crate) fn show(
 ) {
     match frame.whole() {
         None => cover(frame, pipeline, label, bindings, target),
-        Some(whole) => draw_over(frame, pipeline, label, bindings, target, wgpu::LoadOp::Load, Some(&whole)),
+        Some(complete) => draw_over(frame, pipeline, label, bindings, target, wgpu::LoadOp::Load, Some(&complete)),
     }
 }
 

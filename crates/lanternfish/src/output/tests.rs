@@ -17,7 +17,7 @@ fn with(mut pixels: Vec<[f32; 4]>, more: Vec<[f32; 4]>) -> Vec<[f32; 4]> {
 }
 
 /// An interior: luminances over eight stops around `middle`, some of them environment.
-fn room(middle: f32, seed: u64) -> Vec<[f32; 4]> {
+fn interior(middle: f32, seed: u64) -> Vec<[f32; 4]> {
     let mut random = Random::new(seed);
     let mut pixel = || {
         let colour = [(); 3].map(|()| middle * random.between(-4.0, 4.0).exp2());
@@ -33,11 +33,11 @@ fn scaled(pixels: &[[f32; 4]], scale: f32) -> Vec<[f32; 4]> {
 
 #[test]
 fn a_scale_of_the_light_is_undone_by_the_exposure() {
-    let room = room(0.2, 1);
-    let ev = metered_exposure(room.iter().copied());
+    let interior = interior(0.2, 1);
+    let ev = metered_exposure(interior.iter().copied());
     // From 1 cd to 100,000 lx there are 17 doublings.
     for doublings in -20..=20 {
-        let other = metered_exposure(scaled(&room, (doublings as f32).exp2()));
+        let other = metered_exposure(scaled(&interior, (doublings as f32).exp2()));
         assert_eq!(other, ev - doublings as f32);
     }
     // Middle grey changes by at most one step.
@@ -45,7 +45,7 @@ fn a_scale_of_the_light_is_undone_by_the_exposure() {
 }
 
 #[test]
-fn what_is_not_the_subject_says_little() {
+fn lamps_and_skies_change_the_exposure_little() {
     let plain = surfaces(0.25, 1000);
     let ev = metered_exposure(plain.iter().copied());
     let moved_by = |more: Vec<[f32; 4]>| metered_exposure(with(plain.clone(), more)) - ev;
@@ -66,7 +66,7 @@ fn what_is_not_the_subject_says_little() {
 }
 
 #[test]
-fn what_is_no_number_is_passed_over_and_every_exposure_is_finite() {
+fn non_finite_pixels_are_skipped_and_every_exposure_is_finite() {
     let broken = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0];
     let broken: Vec<[f32; 4]> = broken.into_iter().flat_map(|value| surfaces(value, 100)).collect();
     assert_eq!(metered_exposure(with(surfaces(8.0, 100), broken.clone())), metered_exposure(surfaces(8.0, 100)));
@@ -113,7 +113,7 @@ fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
 fn gpu_the_meter_is_its_cpu_reference() {
     let Some(gpu) = testing::gpu("gpu_the_meter_is_its_cpu_reference") else { return };
     let rendering = |size: UVec2, middle: f32, seed| {
-        let mut pixels = room(middle, seed);
+        let mut pixels = interior(middle, seed);
         pixels.resize((size.x * size.y) as usize, [f32::INFINITY, 0.0, 0.0, 1.0]);
         (size, pixels)
     };
@@ -138,8 +138,8 @@ fn gpu_the_meter_is_its_cpu_reference() {
 }
 
 #[test]
-fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
-    let Some(gpu) = testing::gpu("gpu_views_share_what_is_found_and_means_go_on_at_another_exposure") else { return };
+fn gpu_views_share_an_exposure_and_means_continue_at_another() {
+    let Some(gpu) = testing::gpu("gpu_views_share_an_exposure_and_means_continue_at_another") else { return };
     let scene = generate::demo("cornell").unwrap();
     let new = |exposure| {
         Renderer::with_engine(&testing::engine(gpu), Settings { exposure, ..Settings::direct_light() }).unwrap()
@@ -178,8 +178,8 @@ fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
 }
 
 #[test]
-fn gpu_an_exposure_that_is_no_number_is_refused() {
-    let Some(gpu) = testing::gpu("gpu_an_exposure_that_is_no_number_is_refused") else { return };
+fn gpu_a_non_finite_exposure_is_rejected() {
+    let Some(gpu) = testing::gpu("gpu_a_non_finite_exposure_is_rejected") else { return };
     let new =
         |exposure| Renderer::with_engine(&testing::engine(gpu), Settings { exposure, ..Settings::direct_light() });
     let mut renderer = new(Exposure::Ev(1.0)).unwrap();

@@ -282,8 +282,8 @@ fn view_of(camera: &Camera, scene: &Scene) -> View {
 }
 
 #[test]
-fn gpu_motion_is_what_both_frames_matrices_say() {
-    let Some(gpu) = testing::gpu("gpu_motion_is_what_both_frames_matrices_say") else { return };
+fn gpu_motion_equals_the_cpu_reference() {
+    let Some(gpu) = testing::gpu("gpu_motion_equals_the_cpu_reference") else { return };
     let mut harness = Harness::new(gpu);
     let mut scene = scene();
     let mut uploaded = harness.renderer.upload(&scene).unwrap();
@@ -366,8 +366,8 @@ fn check_reprojection(name: &str, frames: &Frames<'_>, through: &View, actual: &
 
 /// A point that was behind the viewer has the motion of a point outside the image. An orthographic view has motion too.
 #[test]
-fn gpu_motion_from_behind_and_of_parallel_rays() {
-    let Some(gpu) = testing::gpu("gpu_motion_from_behind_and_of_parallel_rays") else { return };
+fn gpu_motion_from_behind_and_of_orthographic_views() {
+    let Some(gpu) = testing::gpu("gpu_motion_from_behind_and_of_orthographic_views") else { return };
     let mut harness = Harness::new(gpu);
     let scene = scene();
     let uploaded = harness.renderer.upload(&scene).unwrap();

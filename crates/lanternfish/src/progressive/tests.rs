@@ -111,8 +111,8 @@ fn gpu_the_mean_is_that_of_its_frames() {
 
 /// Every pass of a jittered frame matches a camera with a shifted window.
 #[test]
-fn gpu_a_moved_frame_is_that_of_a_moved_window() {
-    let Some(gpu) = testing::gpu("gpu_a_moved_frame_is_that_of_a_moved_window") else { return };
+fn gpu_a_jittered_frame_is_that_of_a_shifted_window() {
+    let Some(gpu) = testing::gpu("gpu_a_jittered_frame_is_that_of_a_shifted_window") else { return };
     let scene = cornell();
     let mut renderer = renderer(gpu, 1);
     let uploaded = renderer.upload(&scene).unwrap();
@@ -200,8 +200,8 @@ fn covered(fine: &RenderedImage, scale: u32) -> Vec<f32> {
 }
 
 #[test]
-fn gpu_edges_converge_to_the_share_of_the_pixel() {
-    let Some(gpu) = testing::gpu("gpu_edges_converge_to_the_share_of_the_pixel") else { return };
+fn gpu_edges_converge_to_the_coverage_of_the_pixel() {
+    let Some(gpu) = testing::gpu("gpu_edges_converge_to_the_coverage_of_the_pixel") else { return };
     const EDGE: u32 = 48;
     const FINE: u32 = 32;
     let (scene, camera) = square();
@@ -289,8 +289,8 @@ fn gpu_textures_converge_to_what_the_pixel_covers() {
 }
 
 #[test]
-fn gpu_views_and_samples_are_averaged_each_by_itself() {
-    let Some(gpu) = testing::gpu("gpu_views_and_samples_are_averaged_each_by_itself") else { return };
+fn gpu_views_and_samples_are_averaged_separately() {
+    let Some(gpu) = testing::gpu("gpu_views_and_samples_are_averaged_separately") else { return };
     let scene = cornell();
     let eyes = StereoRig::parallel(&scene.cameras[0], 1.0, 0.1).unwrap().cameras(&scene.cameras[0], 0.05);
     for samples in [Samples::One, Samples::Four] {
@@ -311,8 +311,8 @@ fn gpu_views_and_samples_are_averaged_each_by_itself() {
 }
 
 #[test]
-fn gpu_what_has_no_mean_is_refused() {
-    let Some(gpu) = testing::gpu("gpu_what_has_no_mean_is_refused") else { return };
+fn gpu_settings_without_a_mean_are_rejected() {
+    let Some(gpu) = testing::gpu("gpu_settings_without_a_mean_are_rejected") else { return };
     let refused = |accumulate, debug_view| {
         let settings = Settings { accumulate, debug_view, ..Settings::direct_light() };
         Renderer::with_engine(&testing::engine(gpu), settings).map(|_| ()).map_err(|error| error.to_string())

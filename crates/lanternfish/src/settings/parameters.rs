@@ -77,7 +77,7 @@ mod tests {
 
     /// Every setting can be read back from its text, and every named value is accepted.
     #[test]
-    fn every_setting_is_said_and_read() {
+    fn every_setting_is_written_and_parsed() {
         for parameter in Settings::PARAMETERS {
             let (name, usual) = (parameter.info.name, Settings::default());
             let mut settings = usual.clone();

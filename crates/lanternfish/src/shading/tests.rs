@@ -112,8 +112,8 @@ fn gpu_coats_are_their_cpu_references() {
 
 /// A texture of a uniform colour equals the same values as factors, in the renderer and in the path tracer.
 #[test]
-fn gpu_textures_of_layers_weigh_their_factors() {
-    let Some(gpu) = testing::gpu("gpu_textures_of_layers_weigh_their_factors") else { return };
+fn gpu_textures_of_layers_scale_their_factors() {
+    let Some(gpu) = testing::gpu("gpu_textures_of_layers_scale_their_factors") else { return };
     let texel = [51, 102, 153, 204];
     let tint = Vec3::from([0, 1, 2].map(|c| linear_from_srgb(texel[c])));
     let base_color = Vec4::new(0.3, 0.3, 0.3, 1.0);
@@ -180,7 +180,7 @@ fn reflectances(material: &Material, metallic: f64, angles: &[f64]) -> Vec<f64> 
 }
 
 #[test]
-fn no_surface_reflects_more_than_it_gets() {
+fn no_surface_reflects_more_than_it_receives() {
     let index = |ior| Material { ior, ..Material::default() };
     for (name, material, metallic) in [
         ("metal", index(1.5), 1.0),
@@ -212,7 +212,7 @@ fn no_surface_reflects_more_than_it_gets() {
 
 /// The specular layer's fraction of uniform light is a fit; the diffuse part is the remainder.
 #[test]
-fn the_grazing_share_fits_the_specular_layer() {
+fn the_fit_of_the_specular_layer_is_close() {
     let layer = |f0, roughness| Reflector { albedo: DVec3::ZERO, f0: DVec3::splat(f0), ..white(0.0, roughness) };
     for roughness in ROUGHNESSES {
         for angle in &ANGLES[..6] {
@@ -225,8 +225,8 @@ fn the_grazing_share_fits_the_specular_layer() {
 
 /// The total reflected light of a surface equals the integral of its BRDF: uniform light, sampled by cosine-weighted rays.
 #[test]
-fn gpu_whole_reflectances_are_integrals() {
-    let Some(gpu) = testing::gpu("gpu_whole_reflectances_are_integrals") else { return };
+fn gpu_total_reflectances_are_integrals() {
+    let Some(gpu) = testing::gpu("gpu_total_reflectances_are_integrals") else { return };
     let cosines: Vec<f64> = (0..16).map(|i| ((f64::from(i) + 0.5) / 16.0).sqrt()).collect();
     for (base_color, metallic) in [(DVec3::new(0.68, 0.3, 0.0), 0.0), (DVec3::new(0.9, 0.5, 0.2), 1.0)] {
         for roughness in &ROUGHNESSES[1..] {

@@ -1,4 +1,4 @@
-//! Every variant of every shader that settings can ask for links, is valid, and fits WebGPU's least limits.
+//! Checks that every shader variant that settings can request links, is valid, and fits WebGPU's default limits.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -20,7 +20,7 @@ use crate::{
     techniques::Sampled,
 };
 
-/// Every shader of some packages, in every variant that can be asked for.
+/// Every shader of some packages, in every variant that can be requested.
 #[derive(Debug)]
 pub struct EveryShader {
     packages: Vec<&'static Package>,
@@ -28,7 +28,7 @@ pub struct EveryShader {
     requested: BTreeMap<&'static str, BTreeSet<Vec<Feature>>>,
 }
 
-/// `settings`, each with each of the values.
+/// All combinations of `settings` with these values.
 pub fn with<T: Clone>(settings: &[Settings], values: &[T], set: impl Fn(&mut Settings, T)) -> Vec<Settings> {
     let changed = |settings: &Settings, value: &T| {
         let mut settings = settings.clone();
@@ -38,7 +38,7 @@ pub fn with<T: Clone>(settings: &[Settings], values: &[T], set: impl Fn(&mut Set
     settings.iter().flat_map(|settings| values.iter().map(|value| changed(settings, value))).collect()
 }
 
-/// All that finding shadows and shading look at in settings, each with each.
+/// All combinations of the settings that shadows and shading depend on.
 pub fn all_settings() -> Vec<Settings> {
     let cullings: Vec<_> = [Culling::NONE].into_iter().chain(Culling::all()).collect();
     let all = with(&[Settings::default()], &cullings, |s, v| s.culling = v);
@@ -48,20 +48,20 @@ pub fn all_settings() -> Vec<Settings> {
     let all = with(&all, &[Indirect::NONE, Indirect::from(Sampled::default())], |s, v| s.indirect = v);
     let views = [None, Some(DebugView::RayCount), Some(DebugView::Motion), Some(DebugView::Indirect)];
     let all = with(&all, &views, |s, v| s.debug_view = v);
-    // Which rays are traced is nothing to a history.
+    // The choice of traced rays does not affect a history.
     let usual = Settings::default();
     let is_usual = |s: &&Settings| s.ray_culling == usual.ray_culling;
     let with_history = all.iter().filter(is_usual).map(|s| Settings { history: History::On, ..s.clone() });
     with_history.chain(all.iter().cloned()).collect()
 }
 
-/// Features by module, of folders whose features depend on settings; what they refuse is no variant.
+/// Features by module, of folders whose features depend on settings. Rejected settings give no variant.
 fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
     let mut requested: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for settings in all_settings {
         requested.entry("debug_views/debug").or_default().insert(debug_views::features(settings));
         for tracer in [None].into_iter().chain(Tracer::all().into_iter().map(Some)) {
-            // What each draw asks for beside.
+            // Features that draws add.
             for lights in [&[][..], &[AREA_LIGHTS]] {
                 let features = [&shading::demodulated_features(settings, tracer)[..], lights].concat();
                 requested.entry("shading/demodulated").or_default().insert(features);
@@ -92,7 +92,7 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
 }
 
 impl EveryShader {
-    /// Of these packages, whose folders are these, under these settings.
+    /// The shaders of these packages with these folders, under these settings.
     pub fn new(packages: Vec<&'static Package>, folders: Vec<Shaders>, settings: &[Settings]) -> Self {
         Self { packages, folders, requested: requested_by(settings) }
     }
@@ -102,14 +102,14 @@ impl EveryShader {
         self.folders.iter().flat_map(|folder| folder.roots.iter().map(move |root| (folder, root)))
     }
 
-    /// Every variant of a file that can be asked for.
+    /// Every variant of a file that can be requested.
     fn variants(&self, root: &Root) -> Vec<Vec<Feature>> {
         root.variants().unwrap_or_else(|| self.requested[root.module].iter().cloned().collect())
     }
 
-    /// Links every variant that `is_wanted` names by its file and features.
+    /// Links every variant that `is_wanted` selects by its file and features.
     ///
-    /// Panics where one is not valid.
+    /// Panics if a variant is not valid.
     pub fn link(&self, is_wanted: impl Fn(&Root, &[Feature]) -> bool) -> Vec<Arc<LinkedShader>> {
         let wanted = self
             .roots()
@@ -122,21 +122,21 @@ impl EveryShader {
             .collect()
     }
 
-    /// Panics unless the folders declare each file with entry points once, and no variant is there twice.
+    /// Panics unless the folders declare each file with entry points once, without duplicate variants.
     pub fn check_entry_points(&self, shaders: &[Arc<LinkedShader>]) {
         for (path, text) in self.packages.iter().flat_map(|package| package.sources()) {
             let declares_entry = ["@compute", "@vertex", "@fragment"].iter().any(|stage| text.contains(stage));
             let roots = self.roots().filter(|(_, root)| root.module == *path).count();
-            assert_eq!(usize::from(declares_entry), roots, "{path}: its folder's `DECLARED` names it so many times");
+            assert_eq!(usize::from(declares_entry), roots, "{path}: its folder's `DECLARED` must name it once");
         }
         assert!(shaders.iter().all(|shader| !shader.module.entry_points.is_empty()));
         let labels: BTreeSet<_> = shaders.iter().map(|shader| &shader.label).collect();
         assert_eq!(labels.len(), shaders.len(), "a variant twice");
     }
 
-    /// Panics unless the shaders ask for each feature that variants are linked with, for these, and for no other.
+    /// Panics unless the shaders use every feature of their variants and those in `open`, and no other.
     pub fn check_features(&self, open: &[Feature]) {
-        let known: BTreeSet<&str> = self
+        let declared: BTreeSet<&str> = self
             .roots()
             .flat_map(|(_, root)| self.variants(root))
             .flatten()
@@ -151,11 +151,11 @@ impl EveryShader {
                 requested.extend(names.filter(|name| !name.is_empty()));
             }
         }
-        assert_eq!(requested, known);
+        assert_eq!(requested, declared);
     }
 
-    /// Panics unless each struct that these crates declare for the host too is laid out as in each shader that has it. `sources`: the folders of
-    /// the crates' sources.
+    /// Panics unless each struct that these crates share with the host has the same layout in each shader that contains it. `sources`: the
+    /// source folders of the crates.
     pub fn check_shared_structs(&self, shaders: &[Arc<LinkedShader>], sources: &[&Path]) {
         let mut declared = BTreeSet::new();
         sources.iter().for_each(|folder| declared_structs(folder, &mut declared));
@@ -169,18 +169,18 @@ impl EveryShader {
                 checked.insert(name.to_string());
             }
         }
-        // None is missing above, and each is in some shader.
+        // None may be missing above, and each must be in a shader.
         let missing: Vec<_> = declared.difference(&checked).collect();
         assert!(!declared.is_empty() && missing.is_empty(), "not in the folders' lists, or in no shader: {missing:?}");
     }
 }
 
-/// What an item was called in its own file.
+/// The name of an item in its own file.
 fn item_name(linked_name: Option<&str>) -> &str {
     linked_name.and_then(|name| name.split("__").next()).unwrap_or_default()
 }
 
-/// Resources of one entry point that WebGPU counts.
+/// Resources of one entry point that WebGPU limits.
 #[derive(Default)]
 struct Use {
     storage_buffers: usize,
@@ -196,28 +196,28 @@ fn resources(shader: &LinkedShader, entry: usize) -> Use {
     let module: &Module = &shader.module;
     let mut layouter = Layouter::default();
     layouter.update(module.to_ctx()).expect("the shader is valid");
-    let mut found = Use::default();
+    let mut used = Use::default();
     for (handle, variable) in module.global_variables.iter() {
         if shader.info.get_entry_point(entry)[handle].is_empty() {
             continue;
         }
         if let Some(binding) = variable.binding {
-            found.groups = found.groups.max(binding.group + 1);
+            used.groups = used.groups.max(binding.group + 1);
         }
         match (variable.space, &module.types[variable.ty].inner) {
-            (AddressSpace::Storage { .. }, _) => found.storage_buffers += 1,
-            (AddressSpace::Uniform, _) => found.uniform_buffers += 1,
-            (AddressSpace::WorkGroup, _) => found.workgroup_bytes += layouter[variable.ty].size,
+            (AddressSpace::Storage { .. }, _) => used.storage_buffers += 1,
+            (AddressSpace::Uniform, _) => used.uniform_buffers += 1,
+            (AddressSpace::WorkGroup, _) => used.workgroup_bytes += layouter[variable.ty].size,
             (_, TypeInner::Image { class: ImageClass::Storage { .. }, .. }) => {
-                found.storage_textures += 1;
+                used.storage_textures += 1;
             }
-            (_, TypeInner::Image { .. }) => found.textures += 1,
-            (_, TypeInner::Sampler { .. }) => found.samplers += 1,
-            // An acceleration structure, or an array of textures or samplers: what the variant's feature is for.
+            (_, TypeInner::Image { .. }) => used.textures += 1,
+            (_, TypeInner::Sampler { .. }) => used.samplers += 1,
+            // An acceleration structure, or an array of textures or samplers, which the variant's feature requires.
             _ => assert!(shader.label.contains("ray_query") || shader.label.contains("binding_arrays")),
         }
     }
-    found
+    used
 }
 
 /// Panics unless every entry point is within WebGPU's default limits, <https://www.w3.org/TR/webgpu/#limits>.
@@ -226,25 +226,25 @@ pub fn check_floor(shaders: &[Arc<LinkedShader>]) {
     let mut most_storage_buffers = 0;
     for shader in shaders {
         for (i, entry) in shader.module.entry_points.iter().enumerate() {
-            let found = resources(shader, i);
+            let used = resources(shader, i);
             let name = format!("{} {}", shader.label, entry.name);
             let fits = |what: &str, count: usize, limit: u32| {
-                assert!(count <= limit as usize, "{name}: {count} {what}, the floor has {limit}");
+                assert!(count <= limit as usize, "{name}: {count} {what}, the default limit is {limit}");
             };
-            fits("storage buffers", found.storage_buffers, floor.max_storage_buffers_per_shader_stage);
-            fits("uniform buffers", found.uniform_buffers, floor.max_uniform_buffers_per_shader_stage);
-            fits("textures", found.textures, floor.max_sampled_textures_per_shader_stage);
-            fits("storage textures", found.storage_textures, floor.max_storage_textures_per_shader_stage);
-            fits("samplers", found.samplers, floor.max_samplers_per_shader_stage);
-            fits("bind groups", found.groups as usize, floor.max_bind_groups);
+            fits("storage buffers", used.storage_buffers, floor.max_storage_buffers_per_shader_stage);
+            fits("uniform buffers", used.uniform_buffers, floor.max_uniform_buffers_per_shader_stage);
+            fits("textures", used.textures, floor.max_sampled_textures_per_shader_stage);
+            fits("storage textures", used.storage_textures, floor.max_storage_textures_per_shader_stage);
+            fits("samplers", used.samplers, floor.max_samplers_per_shader_stage);
+            fits("bind groups", used.groups as usize, floor.max_bind_groups);
             let invocations: u32 = entry.workgroup_size.iter().product();
             fits("invocations", invocations as usize, floor.max_compute_invocations_per_workgroup);
-            let bytes = found.workgroup_bytes as usize;
+            let bytes = used.workgroup_bytes as usize;
             fits("workgroup bytes", bytes, floor.max_compute_workgroup_storage_size);
-            most_storage_buffers = most_storage_buffers.max(found.storage_buffers);
+            most_storage_buffers = most_storage_buffers.max(used.storage_buffers);
         }
     }
-    // The count sees buffers at all: tracing alone reads the lists, the lights, the tree, the masks and the bits.
+    // The count is effective: tracing alone reads the lists, the lights, the tree, the masks and the bits.
     assert!(most_storage_buffers >= 7, "{most_storage_buffers} storage buffers found at most");
 }
 

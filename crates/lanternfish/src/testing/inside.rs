@@ -1,4 +1,4 @@
-//! What a renderer does not tell of its frames.
+//! Internal state of a renderer.
 
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Frame, Gpu, Growth, Profiler, read_texture};
@@ -6,28 +6,28 @@ use lanternfish_scene::Camera;
 
 use crate::{GpuScene, RenderError, Renderer, context::FrameContext, rays::Tracer, view::View};
 
-/// How often the structure that rays go through has been built; none where there is none.
+/// Number of builds of the acceleration structure; none if there is none.
 pub fn structure_builds(renderer: &Renderer) -> Option<u64> {
     renderer.passes.structure.as_ref().map(|structure| structure.builds())
 }
 
-/// Bytes that are kept from frame to frame.
+/// Size of the state that is stored between frames, bytes.
 pub fn kept_bytes(renderer: &mut Renderer) -> u64 {
     renderer.pool.get_mut().unwrap().bytes()
 }
 
-/// How frames get the room of their lists.
+/// The growth policy of lists.
 pub fn growth(renderer: &mut Renderer) -> Growth {
     renderer.pool.get_mut().unwrap().growth()
 }
 
-/// A frame that ends in an error.
+/// Runs a frame that ends in an error.
 pub fn fail(renderer: &mut Renderer) {
     let failed = renderer.checked_work::<()>(|_| Err(RenderError::NoFrames));
     assert!(matches!(failed, Err(RenderError::NoFrames)));
 }
 
-/// How open each pixel is; rows from the top.
+/// Ambient visibility of each pixel; rows from the top.
 pub fn ambient_visibility(
     gpu: &Gpu,
     renderer: &mut Renderer,
@@ -44,18 +44,18 @@ pub fn ambient_visibility(
     read_texture(&gpu.device, &gpu.queue, result.shaded.ambient_visibility.unwrap().texture.texture()).unwrap()
 }
 
-/// An error where shadows cannot be traced so with this driver.
+/// Returns an error if this driver does not support the tracer for shadows.
 pub fn check_shadow_driver(tracer: Tracer, adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
     crate::shadows::check_driver(tracer, adapter)
 }
 
-/// The integrals that `environment_light/brdf_fractions.rs` has tables of.
+/// The integrals tabulated in `environment_light/brdf_fractions.rs`.
 pub fn brdf_fractions(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
     crate::environment_light::brdf_fractions::fractions(n_dot_v, perceptual_roughness)
 }
 
-/// From now on, in this thread: rounds of rays that are traced together, at most, and cells that a radiance cache has room for at first.
-pub fn limit_samples_and_first_entries(rounds: u64, first_entries: u32) {
-    crate::indirect::sampled::MOST_SAMPLES_IN_TESTS.set(rounds);
+/// Sets, for this thread, the maximum number of samples that are traced together, and the initial capacity of a radiance cache, entries.
+pub fn limit_samples_and_first_entries(samples: u64, first_entries: u32) {
+    crate::indirect::sampled::MOST_SAMPLES_IN_TESTS.set(samples);
     crate::indirect::radiance_cache::FIRST_ENTRIES_IN_TESTS.set(first_entries);
 }

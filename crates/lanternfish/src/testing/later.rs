@@ -1,4 +1,4 @@
-//! Checks that frames that never wait show what frames that wait show, or what they showed last.
+//! Checks that frames with deferred readback show the images of frames with blocking readback, or the last complete image.
 
 use lanternfish_gpu::{Gpu, Growth, testing};
 use lanternfish_scene::{Camera, Scene, generate::light_rain};
@@ -9,51 +9,51 @@ use crate::{
     settings::{Culling, Shadows},
 };
 
-/// Frames that the device has in hand at most, as with a window.
+/// Maximum number of frames in flight, as with a window.
 const IN_FLIGHT: usize = 3;
 
-/// What a frame has left, on its way to the host.
+/// The results of a frame in transfer to the host.
 struct Sent {
     display: wgpu::Buffer,
     capacity_policy: wgpu::Buffer,
     submission: wgpu::SubmissionIndex,
 }
 
-/// What one frame showed.
+/// The image of one frame.
 struct Shown {
     display: Vec<[u8; 4]>,
     is_complete: bool,
 }
 
-/// A path through a scene: for every frame the camera and the number of lights.
+/// A path through a scene: the camera and the number of lights for every frame.
 #[allow(missing_debug_implementations)]
 pub struct Path<'p> {
     /// The scene.
     pub scene: Scene,
-    /// Metres that lights reach.
+    /// Range of the lights, m.
     pub range: f32,
-    /// Pixels.
+    /// Width and height, pixels.
     pub size: [u32; 2],
-    /// The camera, and how many lights are added.
+    /// The camera, and the number of added lights.
     pub step: &'p dyn Fn(usize) -> (Camera, u32),
     /// Number of frames.
     pub frames: usize,
 }
 
-/// What became of a path.
+/// The outcome of a path.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// Frames that were not shown.
+    /// Number of frames that were not shown.
     pub held: usize,
-    /// The most of them in a row.
+    /// Longest run of such frames.
     pub most_in_a_row: usize,
-    /// Those that were held although they have as many lights as each of the four before.
+    /// Number of such frames with as many lights as each of the four frames before.
     pub held_in_steady_state: usize,
-    /// Frames that were held and would have shown another image than the last one that was whole.
+    /// Number of such frames whose image differs from the last complete one.
     pub hidden: usize,
-    /// Waits inside frames.
+    /// Number of waits within frames.
     pub waits: u64,
-    /// The largest share of pixels that a frame lights.
+    /// Largest fraction of pixels that a frame lights.
     pub most_lit: f32,
 }
 
@@ -70,7 +70,7 @@ fn copy_of(renderer: &Renderer, display: &wgpu::TextureView) -> Sent {
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
     let to = wgpu::TexelCopyBufferInfo { buffer: &sent.0, layout };
     encoder.copy_texture_to_buffer(display.texture().as_image_copy(), to, size);
-    let words = renderer.pool.lock().unwrap().whole().expect("frames do not wait");
+    let words = renderer.pool.lock().unwrap().whole().expect("frames use deferred readback");
     encoder.copy_buffer_to_buffer(&words, 0, &sent.1, 0, 16);
     let submission = queue.submit([encoder.finish()]);
     Sent { display: sent.0, capacity_policy: sent.1, submission }
@@ -90,8 +90,8 @@ fn shown(device: &wgpu::Device, sent: &Sent, [width, height]: [u32; 2]) -> Shown
     Shown { display: display.collect(), is_complete: words[1] == 1 }
 }
 
-/// Walks the path with frames that do not wait and with frames that do. Every frame must show what the one that waits shows, or what
-/// was shown last.
+/// Follows the path with deferred and with blocking readback. Every deferred frame must show the image of the blocking one, or the last
+/// shown image.
 pub fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
     let renderer = || Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let (mut later, mut waiting) = (renderer(), renderer());
@@ -134,7 +134,7 @@ pub fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
     let mut in_a_row = 0;
     for (i, (sent, expected)) in sent.iter().zip(expected).enumerate() {
         let Shown { display, is_complete } = shown(&gpu.device, sent, path.size);
-        let is_steady = i >= 4 && counts[i - 4..=i].iter().all(|count| *count == counts[i]);
+        let is_constant = i >= 4 && counts[i - 4..=i].iter().all(|count| *count == counts[i]);
         let lit = expected.iter().filter(|texel| texel[..3].iter().any(|part| *part > 8)).count();
         outcome.most_lit = outcome.most_lit.max(lit as f32 / expected.len() as f32);
         if is_complete {
@@ -143,23 +143,23 @@ pub fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
         } else {
             outcome.held += 1;
             outcome.hidden += usize::from(last != expected);
-            outcome.held_in_steady_state += usize::from(is_steady);
+            outcome.held_in_steady_state += usize::from(is_constant);
             in_a_row += 1;
         }
         outcome.most_in_a_row = outcome.most_in_a_row.max(in_a_row);
-        let wrong = display.iter().zip(&last).filter(|(found, expected)| found != expected).count();
-        assert_eq!(wrong, 0, "frame {i}, {} lights, whole: {is_complete}", counts[i]);
+        let wrong = display.iter().zip(&last).filter(|(actual, expected)| actual != expected).count();
+        assert_eq!(wrong, 0, "frame {i}, {} lights, complete: {is_complete}", counts[i]);
     }
     outcome.waits = later.pool.get_mut().unwrap().waits();
-    assert!(waiting.pool.get_mut().unwrap().waits() >= path.frames as u64, "blind: frames that wait are not counted");
+    assert!(waiting.pool.get_mut().unwrap().waits() >= path.frames as u64, "blocking frames are not counted");
     outcome
 }
 
-/// Panics where a frame waited, or was held without need; and where the path shows nothing of that.
+/// Panics if a frame waited or was not shown without need, and if the path does not test this.
 pub fn check(outcome: &Outcome) {
     assert_eq!((outcome.waits, outcome.held_in_steady_state), (0, 0), "{outcome:?}");
     assert!(outcome.most_in_a_row <= IN_FLIGHT, "{outcome:?}");
-    // Blind where nothing is held, where what is held looks like what is shown, or where all is dark.
+    // The test is only effective if some hidden frames differ from the shown image, and if the scene is lit.
     assert!(outcome.hidden > 0 && outcome.most_lit > 0.25, "{outcome:?}");
 }
 

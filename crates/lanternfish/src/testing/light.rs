@@ -1,4 +1,4 @@
-//! Scenes and images for tests of indirect light, and the path tracer's.
+//! Scenes and images for tests of indirect light, and references by the path tracer.
 
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
@@ -17,10 +17,10 @@ use crate::{
 
 /// Not a multiple of a workgroup.
 pub const SIZE: UVec2 = UVec2::new(31, 23);
-/// Of images whose edges, blocks or shares of cells are what is looked at; neither.
+/// Size of images in which edges, blocks or cache entries are tested; not a multiple either.
 pub const LARGE: UVec2 = UVec2::new(61, 45);
 
-/// Many rays through a tracer, their ends lit by the lights alone, nothing filtered.
+/// Many rays through a tracer, direct light only at their hits, no filter.
 pub fn sampled(tracer: Tracer) -> Sampled {
     let clamp = IndirectClamp::Off;
     Sampled {
@@ -33,7 +33,7 @@ pub fn sampled(tracer: Tracer) -> Sampled {
     }
 }
 
-/// Settings with this indirect light, under the inverse square of the distance.
+/// Settings with this indirect light and inverse-square falloff.
 pub fn settings(sampled: Sampled) -> Settings {
     Settings {
         indirect: Indirect::from(sampled),
@@ -48,7 +48,7 @@ pub fn rendering(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) 
     image_of(gpu, SIZE, settings, scene, camera)
 }
 
-/// The same of another size, pixels.
+/// Radiance of an image of another size, pixels, in nits.
 pub fn image_of(gpu: &Gpu, size: UVec2, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
@@ -61,9 +61,9 @@ pub fn mean(pixels: &[Vec3]) -> f64 {
     pixels.iter().map(|pixel| f64::from(pixel.element_sum()) / 3.0).sum::<f64>() / pixels.len() as f64
 }
 
-/// Mean distance of pixels over the mean of the second.
-pub fn off(found: &[Vec3], ground_truth: &[Vec3]) -> f64 {
-    let apart = found.iter().zip(ground_truth).map(|(a, b)| f64::from((*a - *b).abs().element_sum()) / 3.0);
+/// Mean absolute difference of pixels over the mean of the ground truth.
+pub fn off(actual: &[Vec3], ground_truth: &[Vec3]) -> f64 {
+    let apart = actual.iter().zip(ground_truth).map(|(a, b)| f64::from((*a - *b).abs().element_sum()) / 3.0);
     apart.sum::<f64>() / ground_truth.len() as f64 / mean(ground_truth)
 }
 
@@ -99,7 +99,7 @@ pub fn closed_box(material: Material) -> Scene {
     scene_of(axes.map(side).to_vec(), vec![material])
 }
 
-/// The Cornell box lit by a lamp in its middle: none of its surfaces is so near that few rays carry most of the light.
+/// The Cornell box with a lamp at its centre: no surface is so close that few rays carry most of the light.
 pub fn cornell() -> Scene {
     let mut scene = demo("cornell").unwrap();
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
@@ -107,12 +107,12 @@ pub fn cornell() -> Scene {
     scene
 }
 
-/// The same image by the path tracer: paths of up to so many segments, so many samples a pixel.
+/// The image by the path tracer, with paths of up to `max_depth` segments and `samples` samples per pixel.
 pub fn traced(scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<Vec3> {
     traced_of(SIZE, scene, camera, max_depth, samples)
 }
 
-/// The same of another size, pixels.
+/// The path tracer's image of another size, pixels.
 pub fn traced_of(size: UVec2, scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<Vec3> {
     let settings = TracerSettings {
         integrator: Integrator::Path,

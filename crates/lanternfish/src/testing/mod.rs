@@ -1,7 +1,7 @@
-//! For tests, of this crate and of those with further techniques (feature `testing`): kernels that ask one function of the shaders for many
-//! answers, checks of every shader, and small scenes.
+//! Test support for this crate and for crates with further techniques (feature `testing`): kernels that evaluate single shader functions,
+//! checks of every shader, and small scenes.
 //!
-//! The probes are no part of the library's shaders: `build.rs` leaves this folder out.
+//! The probes are not part of the library's shaders: `build.rs` excludes this folder.
 
 pub mod culling;
 pub mod every_shader;
@@ -46,25 +46,25 @@ const PROBES: [ShaderSource; 13] = [
     ("testing/unmarked", include_str!("unmarked.wesl")),
 ];
 
-/// The library's shaders and the probes: for libraries of tests.
+/// The library's shaders and the probes.
 pub fn sources() -> Vec<ShaderSource> {
     SHADERS.sources().iter().copied().chain(PROBES).collect()
 }
 
-/// The same as a library.
+/// The sources as a library.
 pub fn library() -> ShaderLibrary {
     static SOURCES: OnceLock<&'static [ShaderSource]> = OnceLock::new();
     ShaderLibrary::new(SOURCES.get_or_init(|| sources().leak()))
 }
 
-/// The same with an edit of one file, which has to have the text; where it stands more than once, all of them are replaced.
+/// The library with an edit of one file, which must contain `text`; all occurrences are replaced.
 pub fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
-    let edit = |(path, whole): &ShaderSource| {
+    let edit = |(path, source): &ShaderSource| {
         if *path != module {
-            return (*path, *whole);
+            return (*path, *source);
         }
-        assert!(whole.contains(text) && text != by, "{module} has no {text:?}");
-        (*path, &*whole.replace(text, by).leak())
+        assert!(source.contains(text) && text != by, "{module} has no {text:?}");
+        (*path, &*source.replace(text, by).leak())
     };
     assert!(library().sources().iter().any(|(path, _)| *path == module), "there is no {module}");
     ShaderLibrary::new(library().sources().iter().map(edit).collect::<Vec<_>>().leak())
@@ -86,13 +86,13 @@ pub fn evaluate(gpu: &Gpu, entry: &str, queries: &[Vec4], vectors: usize) -> Vec
     evaluate_points(gpu, entry, &Bindings::new(), queries, vectors)
 }
 
-/// The same, with what else the entry point reads.
+/// The same with further bindings of the entry point.
 pub fn evaluate_points(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
     evaluate_module(gpu, "testing/functions", entry, about, queries, vectors)
 }
 
-/// The rooms that a probe asks: one of each family.
-fn rooms_of(module: &str) -> Vec<Feature> {
+/// The features of the techniques that a probe uses.
+fn technique_features(module: &str) -> Vec<Feature> {
     match module {
         "testing/pixels" => vec![crate::light_culling::tiled::CULLING_TILED],
         "testing/roulette" | "testing/segments" => Tracer::BVH.features(&Structure::NONE, true),
@@ -100,7 +100,7 @@ fn rooms_of(module: &str) -> Vec<Feature> {
     }
 }
 
-/// The same of another probe.
+/// Runs a probe of another module over its queries.
 pub fn evaluate_module(
     gpu: &Gpu,
     module: &str,
@@ -109,7 +109,7 @@ pub fn evaluate_module(
     queries: &[Vec4],
     vectors: usize,
 ) -> Vec<Vec4> {
-    let kernel = probe(gpu, module, &rooms_of(module), entry);
+    let kernel = probe(gpu, module, &technique_features(module), entry);
     let count = queries.len() / vectors;
     let none = wgpu::BufferUsages::empty();
     let queries = storage_buffer_of(&gpu.device, "queries", queries, none).expect("a few queries fit");
@@ -122,7 +122,7 @@ pub fn evaluate_module(
     read_back(&gpu.device, &gpu.queue, &answers, count).expect("answers can be read")
 }
 
-/// A view whose pixels have one sample, for passes after the prepass.
+/// A single-sampled view, for passes after the prepass.
 pub fn context<'a>(scene: &'a GpuScene, view: &'a View, buffer: &ViewBuffer, surface: &Surface) -> ViewContext<'a> {
     let (buffer, surface, rotation) = (buffer.clone(), surface.clone(), Quat::IDENTITY);
     let draws = scene.visible_draws(view);
@@ -130,7 +130,7 @@ pub fn context<'a>(scene: &'a GpuScene, view: &'a View, buffer: &ViewBuffer, sur
     ViewContext { scene, key, view, buffer, draws, middle, surface, rotation, structure: None }
 }
 
-/// A scene of one mesh, placed once.
+/// A scene of one mesh with one instance.
 pub fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
     Scene {
         name: "test".to_owned(),
@@ -141,7 +141,7 @@ pub fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
     }
 }
 
-/// The same scene with every primitive a mesh of its own, so that each can move by itself.
+/// The scene with every primitive as a mesh of its own, so that each can move alone.
 pub fn apart(scene: &Scene) -> Scene {
     let mut parts = Scene { meshes: Vec::new(), instances: Vec::new(), ..scene.clone() };
     for instance in &scene.instances {
@@ -153,21 +153,22 @@ pub fn apart(scene: &Scene) -> Scene {
     parts
 }
 
-/// The same scene with every other instance turned about its middle, and shifted by up to `reach`, m.
+/// The scene with every other instance rotated about its centre and shifted by up to `reach`, m.
 pub fn moved(scene: &Scene, seed: u64, reach: f32) -> Scene {
     let (mut scene, mut random) = (scene.clone(), Random::new(seed));
     for instance in scene.instances.iter_mut().step_by(2) {
         let mut bounds = Bounds::EMPTY;
         scene.meshes[instance.mesh].primitives.iter().for_each(|p| bounds.add_bounds(&p.bounds()));
         let middle = bounds.transformed(&instance.world_from_object).center();
-        let turn = Affine3A::from_axis_angle(random.direction(), random.between(0.1, 3.0));
+        let rotation = Affine3A::from_axis_angle(random.direction(), random.between(0.1, 3.0));
         let shift = Affine3A::from_translation(middle + reach * random.point());
-        instance.world_from_object = shift * turn * Affine3A::from_translation(-middle) * instance.world_from_object;
+        instance.world_from_object =
+            shift * rotation * Affine3A::from_translation(-middle) * instance.world_from_object;
     }
     scene
 }
 
-/// A rectangle whose front is where `half_right` runs to the right and `half_up` upwards; uv 0..1 from its top left.
+/// A rectangle seen from its front: `half_right` points right and `half_up` up; uv 0..1 from its top left.
 pub fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> Primitive {
     let corner = |s: f32, t: f32| center + s * half_right + t * half_up;
     Primitive {
@@ -185,10 +186,10 @@ pub fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
     Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.8, near: 0.05 })
 }
 
-/// An image of what arrives from each direction.
+/// An environment image with this radiance by direction.
 pub fn image(width: usize, height: usize, rotation: f32, radiance: impl Fn(Vec3) -> Vec3) -> Environment {
     let blank = Environment { width, height, pixels: Vec::new(), rotation: 0.0 };
-    let part = |i: usize, whole: usize| (i as f32 + 0.5) / whole as f32;
+    let part = |i: usize, count: usize| (i as f32 + 0.5) / count as f32;
     let at = |i: usize| radiance(blank.direction(part(i % width, width), part(i / width, height)));
     Environment { pixels: (0..width * height).map(at).collect(), rotation, ..blank.clone() }
 }
@@ -203,7 +204,7 @@ pub fn half_white() -> Environment {
 pub struct Random(u64);
 
 impl Random {
-    /// The numbers of a seed.
+    /// The sequence of a seed.
     pub fn new(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(2).wrapping_add(0x853c_49e6_748f_ea9b));
         random.unit();
@@ -214,11 +215,11 @@ impl Random {
     pub fn unit(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let word = (((self.0 >> 18) ^ self.0) >> 27) as u32;
-        // 24 bits: exact in a float, and never 1.
+        // 24 bits: exact in a float, and below 1.
         (word.rotate_right((self.0 >> 59) as u32) >> 8) as f32 / (1 << 24) as f32
     }
 
-    /// A number in that range.
+    /// A number in the given range.
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
@@ -244,11 +245,11 @@ mod tests {
     #[test]
     fn every_probe_validates() {
         for (module, _) in PROBES {
-            library().link(module, &rooms_of(module)).unwrap_or_else(|error| panic!("{error}"));
+            library().link(module, &technique_features(module)).unwrap_or_else(|error| panic!("{error}"));
         }
         let ray_query = Tracer::RAY_QUERY.features(&Structure::NONE, true);
         library().link("testing/segments", &ray_query).unwrap_or_else(|error| panic!("{error}"));
-        // They are no part of what the library carries.
+        // The probes are not part of the library's sources.
         assert!(SHADERS.sources().iter().all(|(module, _)| !module.starts_with("testing")));
     }
 }

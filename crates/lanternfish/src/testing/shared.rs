@@ -1,4 +1,4 @@
-//! A check that whoever renders a scene that another renderer uploaded gets the image of an upload of its own, or is told.
+//! A check that a renderer gets the same image from another renderer's uploaded scene as from its own, or an error.
 
 use glam::Vec3;
 use lanternfish_gpu::{Gpu, testing};
@@ -7,7 +7,7 @@ use lanternfish_scene::{Camera, Environment, Image, Light, Material, Projection,
 use super::{quad, scene_of};
 use crate::{GpuScene, RenderError, Renderer, Settings};
 
-/// A textured floor, a lamp above it, something in between, and an image around it all.
+/// A textured floor, a lamp above it, an occluder, and an environment image.
 pub fn scene() -> Scene {
     let textured = Material {
         base_color_texture: Some(TextureRef::new(0)),
@@ -30,21 +30,21 @@ pub fn scene() -> Scene {
     scene
 }
 
-/// A camera that sees it.
+/// A camera that views it.
 pub fn camera() -> Camera {
     let projection = Projection::Perspective { fov_y: 0.9, near: 0.01 };
     Camera::look_at(Vec3::new(0.5, 2.0, 3.0), Vec3::new(0.0, 0.3, 0.0), projection)
 }
 
-/// A renderer that shares what tests have compiled.
+/// A renderer on the shared engine of the tests.
 pub fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
 }
 
-/// Renders, under each of these settings, the uploads of all of them: how many images are those of an upload of its own, and how many are
-/// refused.
+/// Renders the uploads of all settings under each of them. Returns the number of images that equal those of an upload of their own, and the
+/// number of errors.
 ///
-/// Panics where an image is another one.
+/// Panics if an image differs.
 pub fn shared_and_refused(gpu: &Gpu, choices: Vec<(&'static str, Settings)>) -> (usize, usize) {
     let (scene, camera) = (scene(), camera());
     let mut renderers: Vec<_> = choices.into_iter().map(|(name, s)| (name, renderer(gpu, s))).collect();

@@ -1,4 +1,4 @@
-//! A check that a frame like the one before it makes nothing.
+//! A check that a repeated frame allocates nothing.
 
 use glam::Affine3A;
 use glam::Vec3;
@@ -7,7 +7,7 @@ use lanternfish_scene::{Camera, Scene};
 
 use crate::{GpuScene, Renderer, Settings, context::FrameContext};
 
-/// A camera on its way along a small circle, which takes eight frames.
+/// A camera that moves along a small circle with a period of eight frames.
 pub fn camera(scene: &Scene, frame: u32) -> Camera {
     let camera = &scene.cameras[0];
     let (sin, cos) = (std::f32::consts::TAU * frame as f32 / 8.0).sin_cos();
@@ -15,21 +15,21 @@ pub fn camera(scene: &Scene, frame: u32) -> Camera {
     Camera { world_from_camera: camera.world_from_camera * step, ..camera.clone() }
 }
 
-/// What a frame makes.
+/// The resources that a frame creates.
 fn made_by_frame(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, is_averaged: bool) -> Made {
     let views = renderer.views(scene, &[(camera, 32, 24)]).unwrap();
     let before = made();
     renderer.frame(&FrameContext { scene, views: &views, is_averaged, requests: &[] }).unwrap();
     let made = made() - before;
-    // What the frame has counted has arrived when the next one begins.
+    // The counts of the frame arrive before the next one begins.
     renderer.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     made
 }
 
-/// Frames under settings.
+/// Frames of these settings.
 #[derive(Clone, Debug)]
 pub struct Frames {
-    /// What the check calls them.
+    /// The name in messages.
     pub name: &'static str,
     /// True if they are of one mean.
     pub is_averaged: bool,
@@ -39,7 +39,7 @@ pub struct Frames {
     pub settings: Settings,
 }
 
-/// Panics where a frame makes a buffer, texture, bind group or pipeline although it is like the ones before.
+/// Panics if a frame creates a buffer, texture, bind group or pipeline although it repeats the frames before.
 pub fn check_steady(gpu: &Gpu, scene: &Scene, frames: Frames) {
     let Frames { name, is_averaged, growth, settings } = frames;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
@@ -55,7 +55,7 @@ pub fn check_steady(gpu: &Gpu, scene: &Scene, frames: Frames) {
     for i in 10..18 {
         assert_eq!(frame(i), Made::default(), "{name}, frame {i}");
     }
-    // It can fail: a frame of another size makes what it needs.
+    // Check that the test can fail: a frame of another size creates resources.
     let views = renderer.views(&uploaded, &[(&scene.cameras[0], 80, 60)]).unwrap();
     let before = made();
     renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged, requests: &[] }).unwrap();

@@ -1,4 +1,4 @@
-//! Images along a walk, and how far they are off.
+//! Images along a walk, and their errors.
 
 use glam::{Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
@@ -7,10 +7,10 @@ use lanternfish_scene::{Camera, Scene};
 use super::looking;
 use crate::{RenderedImage, Renderer, Settings};
 
-/// Pixels of the images.
+/// Size of the images, pixels.
 pub const SIZE: (u32, u32) = (64, 48);
 
-/// A renderer that shares what tests have compiled.
+/// A renderer on the shared engine of the tests.
 pub fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
 }
@@ -36,7 +36,7 @@ pub fn mean(rendering: &[Vec3]) -> f32 {
     rendering.iter().map(|pixel| pixel.element_sum()).sum::<f32>() / rendering.len() as f32
 }
 
-/// Mean distance from the ground truth, over its mean.
+/// Mean absolute error over the mean of the ground truth.
 pub fn off(rendering: &[Vec3], ground_truth: &[Vec3]) -> f32 {
     let apart: f32 = rendering.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
     apart / (mean(ground_truth) * ground_truth.len() as f32)

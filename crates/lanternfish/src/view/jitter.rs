@@ -46,7 +46,7 @@ mod tests {
     }
 
     #[test]
-    fn offsets_are_within_the_pixel_even_and_none_at_first() {
+    fn jitter_is_within_the_pixel_uniform_and_zero_at_first() {
         assert_eq!(jitter_of_frame(0), Vec2::ZERO);
         for frame in (0..10_000).chain([u32::MAX - 1, u32::MAX]) {
             assert!(jitter_of_frame(frame).abs().max_element() <= 0.5, "{frame}");

@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_camera_sees_is_let_through_and_nothing_else() {
+    fn matrices_of_cameras_are_valid_and_others_are_not() {
         let eye = Affine3A::from_rotation_y(0.4) * Affine3A::from_translation(Vec3::new(1.0, 2.0, 3.0));
         for projection in [
             Projection::Perspective { fov_y: 0.8, near: 0.1 },

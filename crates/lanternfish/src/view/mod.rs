@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_are_moved_by_parts_of_a_pixel() {
+    fn frames_have_subpixel_jitter() {
         let size = UVec2::new(64, 32);
         for projection in [
             Projection::Perspective { fov_y: 1.0, near: 0.1 },

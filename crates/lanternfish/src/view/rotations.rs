@@ -42,7 +42,7 @@ mod tests {
     }
 
     #[test]
-    fn every_axis_is_turned_everywhere_evenly() {
+    fn rotated_axes_are_uniform_on_the_sphere() {
         assert!((RATIO.powi(4) - RATIO - 1.0).abs() < 1e-14);
         let mut random = Random::new(3);
         for axis in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().chain((0..20).map(|_| random.direction())) {
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn rotations_are_unit_and_their_own() {
+    fn rotations_are_unit_and_distinct() {
         let all: Vec<Quat> = (0..200).chain([u32::MAX - 1, u32::MAX]).map(frame_rotation).collect();
         for (i, rotation) in all.iter().enumerate() {
             assert!(rotation.is_normalized());

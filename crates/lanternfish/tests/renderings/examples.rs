@@ -1,4 +1,4 @@
-//! The examples do what they say.
+//! Checks of the examples.
 
 use lanternfish::{
     Settings,
@@ -26,18 +26,18 @@ fn bvh(settings: Settings) -> Settings {
 #[test]
 fn gpu_a_texture_of_the_programs_shows_the_image_to_the_bit() {
     let Some(gpu) = testing::gpu("gpu_a_texture_of_the_programs_shows_the_image_to_the_bit") else { return };
-    // Light that is kept from frame to frame makes another image of a later one.
+    // The radiance cache would change the images of later frames.
     let indirect = Indirect::from(Sampled::default().one_bounce());
     let settings = bvh(Settings { indirect, ..Settings::default() });
-    let found = own_texture::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let actual = own_texture::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let scene = lanternfish_scene::load("demo:cornell").unwrap();
     let [width, height] = own_texture::SIZE;
     let camera = scene.default_camera(width as f32 / height as f32);
     let expected = render(gpu, &scene, &camera, (width, height), settings.clone());
-    assert!(found == expected.display);
-    // It can fail.
+    assert!(actual == expected.display);
+    // Check that the test can fail.
     let other = render(gpu, &scene, &camera, (width, height), bvh(Settings::direct_light()));
-    assert!(found != other.display);
+    assert!(actual != other.display);
 }
 
 #[test]
@@ -50,14 +50,13 @@ fn gpu_ten_frames_of_a_window_are_reported() {
     assert!(reports.iter().all(|report| !report.is_lost));
 }
 
-/// What the program makes of the sums is what Lanternfish makes of the same scene: up to normals of 16 bits, and to points that are found
-/// again from depth.
+/// The program's image equals Lanternfish's image of the same scene, except for 16-bit normals and positions reconstructed from depth.
 #[test]
-fn gpu_a_program_that_shades_by_itself_gets_the_light_of_the_image() {
-    let test = "gpu_a_program_that_shades_by_itself_gets_the_light_of_the_image";
+fn gpu_demodulated_light_equals_the_light_of_the_image() {
+    let test = "gpu_demodulated_light_equals_the_light_of_the_image";
     let Some(gpu) = testing::gpu(test) else { return };
     let settings = bvh(own_g_buffer::settings());
-    let found = own_g_buffer::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let actual = own_g_buffer::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let [width, height] = own_g_buffer::SIZE;
     let rendering = |settings| render(gpu, &own_g_buffer::scene(), &own_g_buffer::camera(), (width, height), settings);
     let expected = rendering(settings.clone());
@@ -66,15 +65,15 @@ fn gpu_a_program_that_shades_by_itself_gets_the_light_of_the_image() {
         pairs.count() as f64 / a.len() as f64
     };
     let (fraction, unshadowed) =
-        (apart(&found, &expected.display), rendering(Settings { shadows: Shadows::None, ..settings.clone() }));
+        (apart(&actual, &expected.display), rendering(Settings { shadows: Shadows::None, ..settings.clone() }));
     let without = rendering(Settings { indirect: Settings::direct_light().indirect, ..settings });
-    let others = [apart(&found, &unshadowed.display), apart(&found, &without.display)];
+    let others = [apart(&actual, &unshadowed.display), apart(&actual, &without.display)];
     println!(
         "{fraction} of the pixels differ by more than 2 of 255; without shadows, without indirect light {others:?}"
     );
     assert!(fraction < 0.005, "{fraction}");
-    // It can fail.
+    // Check that the test can fail.
     assert!(others.iter().all(|fraction| *fraction > 0.02), "{others:?}");
-    let lit = found.iter().filter(|pixel| pixel[..3].iter().any(|c| *c > 20)).count();
-    assert!(lit * 2 > found.len(), "{lit} pixels are lit");
+    let lit = actual.iter().filter(|pixel| pixel[..3].iter().any(|c| *c > 20)).count();
+    assert!(lit * 2 > actual.len(), "{lit} pixels are lit");
 }

@@ -1,5 +1,5 @@
-//! Direct light against an independent path tracer (Mitsuba 3). The references are linear, box-filtered over many
-//! samples a pixel, so our images are rendered larger and box-averaged.
+//! Direct light against an independent path tracer (Mitsuba 3). The references are linear and box-filtered over many samples per pixel, so
+//! our images are rendered at a higher resolution and box-averaged.
 
 use glam::Vec3;
 use lanternfish::{
@@ -12,7 +12,7 @@ use lanternfish_scene::{Camera, Light, Projection, Scene};
 
 use crate::support::{left_out_on_old_software, linear, render};
 
-/// A reference: its image, and the scene, camera and lights it was made of.
+/// A reference: its image, scene, camera and lights.
 struct Reference {
     image: RgbImage,
     scene: Scene,
@@ -25,7 +25,7 @@ fn vec3(value: &serde_json::Value) -> Vec3 {
 }
 
 impl Reference {
-    /// A reference by its name, from a folder of the shared ones.
+    /// Loads a reference by name from a shared folder.
     fn load(test: &str, folder: &str, name: &str) -> Option<Self> {
         let list = testing::shared(test, &format!("{folder}/references.json"))?;
         let list: serde_json::Value =
@@ -44,8 +44,8 @@ impl Reference {
         Some(Self { image, scene, camera })
     }
 
-    /// Our image, rendered `scale` times larger and box-averaged, every intensity multiplied by `brightness`, against
-    /// the reference.
+    /// Compares our image with the reference. It is rendered at `scale` times the resolution and box-averaged; every intensity is
+    /// multiplied by `brightness`.
     fn compare(&self, gpu: &Gpu, scale: u32, brightness: f32) -> RelativeError {
         let mut scene = self.scene.clone();
         scene.lights.iter_mut().for_each(|light| light.intensity *= brightness);
@@ -66,7 +66,7 @@ impl Reference {
     }
 }
 
-/// Luminance from which a pixel counts as lit: where the references hold more than a few photons' noise.
+/// Luminance above which a pixel counts as lit: above the noise of the references.
 const LIT: f32 = 1e-3;
 
 fn report(name: &str, error: &RelativeError, within: f32) {
@@ -91,9 +91,9 @@ fn gpu_cornell_direct_light_is_the_reference() {
     assert!(error.fraction_within(0.02) > 0.98, "within 2 %: {}", error.fraction_within(0.02));
     assert!((error.energy_ratio() - 1.0).abs() < 0.005, "energy {}", error.energy_ratio());
 
-    // The harness can fail: one per cent too bright is seen.
+    // Check that the test can fail: it detects an image that is 1 % too bright.
     let brighter = reference.compare(gpu, 8, 1.01);
-    assert!(brighter.median() > 0.005 && brighter.energy_ratio() > 1.005, "blind to 1 % of light");
+    assert!(brighter.median() > 0.005 && brighter.energy_ratio() > 1.005, "does not detect 1 % of light");
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn gpu_sponza_direct_light_is_the_reference() {
         return;
     }
     let Some(reference) = Reference::load(name, "references/upright", "sponza-ten-direct") else { return };
-    // What is left: the reference reads textures at their finest level, and edges differ in where their samples lie.
+    // Remaining difference: the reference samples textures at their finest level, and the sample positions at edges differ.
     let error = reference.compare(gpu, 4, 1.0);
     report("sponza-ten-direct", &error, 0.1);
     assert!(error.median() < 0.015, "median {}", error.median());

@@ -1,4 +1,4 @@
-//! Normals rebuilt from depth, against the triangles' own [Elagabani2025, §4.3.1].
+//! Normals reconstructed from depth, against the geometric normals [Elagabani2025, §4.3.1].
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use lanternfish_scene::generate;
 
 use crate::support::render;
 
-/// Normals of a demo's first view as a debug view shows them; none where the sky is.
+/// Normals of a demo's first view from a debug view; none in the sky.
 fn normals(gpu: &Gpu, demo: &str, size: (u32, u32), view: DebugView) -> Vec<Option<Vec3>> {
     let scene = generate::demo(demo).unwrap();
     let settings = Settings { debug_view: Some(view), shadows: Shadows::None, ..Settings::direct_light() };
@@ -22,17 +22,17 @@ fn normals(gpu: &Gpu, demo: &str, size: (u32, u32), view: DebugView) -> Vec<Opti
     texels.map(|(display, radiance)| (radiance[3] == 1.0).then(|| normal(display))).collect()
 }
 
-/// How far a view's normals are from the geometric ones.
+/// The deviation of a view's normals from the geometric ones.
 #[derive(Debug)]
 struct Error {
-    /// Degrees.
+    /// Mean angle, degrees.
     mean: f32,
-    /// Share of pixels that are off by more than ten degrees.
+    /// Fraction of pixels with an angle above ten degrees.
     wrong: f32,
 }
 
-fn error(name: &str, found: &[Option<Vec3>], geometric: &[Option<Vec3>]) -> Error {
-    let pairs = found.iter().zip(geometric).filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)));
+fn error(name: &str, actual: &[Option<Vec3>], geometric: &[Option<Vec3>]) -> Error {
+    let pairs = actual.iter().zip(geometric).filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)));
     let angles: Vec<f32> = pairs.map(|(a, b)| a.dot(*b).clamp(-1.0, 1.0).acos().to_degrees()).collect();
     let error = Error {
         mean: angles.iter().sum::<f32>() / angles.len() as f32,
@@ -42,7 +42,7 @@ fn error(name: &str, found: &[Option<Vec3>], geometric: &[Option<Vec3>]) -> Erro
     error
 }
 
-/// What one scene must show: means in degrees, as measured, a quarter less and more.
+/// Expected results of a scene: mean angles, degrees, 25 % below and above the measured values.
 struct Case {
     demo: &'static str,
     size: (u32, u32),
@@ -61,7 +61,7 @@ fn gpu_normals_from_depth_are_close_to_the_geometry() {
         assert!(improved.contains(&five.mean), "{demo}: {five:?}");
         assert!(five.wrong < two.wrong, "{demo}: {five:?} is not better than {two:?}");
     }
-    // It can fail: the shading normal, bent by normal maps and smoothing, is another one.
+    // Check that the test can fail: the shading normal, changed by normal maps and interpolation, differs.
     let [shading, geometric] =
         [DebugView::Normal, DebugView::GeometricNormal].map(|view| normals(gpu, "atrium", (160, 90), view));
     let shading = error("atrium, shading normals", &shading, &geometric);
@@ -69,11 +69,10 @@ fn gpu_normals_from_depth_are_close_to_the_geometry() {
 }
 
 const CASES: [Case; 3] = [
-    // Two walls and two blocks: two samples are wrong along every edge, five nowhere but in corners. Cards that move vertices to a grid of
-    // 256 points a pixel have half as much again.
+    // Two walls and two blocks: two samples are wrong along every edge, five only in corners. Cards that snap vertices to 1/256 of a pixel
+    // have 1.5 times the error.
     Case { demo: "cornell", size: (160, 160), naive: 3.1..5.2, improved: 0.12..0.33 },
-    // Full of mouldings and leaves a pixel or two wide, where no number of samples helps: the larger the image, the
-    // fewer of them.
+    // Full of mouldings and leaves that are one or two pixels wide, where more samples do not help. A larger image has fewer of them.
     Case { demo: "atrium", size: (320, 180), naive: 14.7..24.5, improved: 8.9..14.8 },
     Case { demo: "atrium", size: (1280, 720), naive: 5.8..9.7, improved: 2.2..3.7 },
 ];

@@ -1,4 +1,4 @@
-//! Faults that were there once: each test failed before its fix.
+//! Regression tests: each failed before its fix.
 
 use glam::{Vec2, Vec3, Vec4};
 use lanternfish::{
@@ -14,7 +14,7 @@ fn matt(color: Vec3) -> Material {
     Material { base_color: color.extend(1.0), metallic: 0.0, ..Material::default() }
 }
 
-/// A white texture of 4 x 4 texels that is filtered trilinearly, and so anisotropically.
+/// A white texture of 4 x 4 texels with trilinear, and so anisotropic, filtering.
 fn white_texture(scene: &mut Scene) -> TextureRef {
     scene.images.push(Image { name: String::new(), width: 4, height: 4, rgba: vec![255; 64] });
     scene.samplers.push(Sampler::default());
@@ -31,7 +31,7 @@ fn gpu_a_texture_seen_at_one_point_is_not_nan() {
     scene.materials[0].base_color_texture = Some(white_texture(&mut scene));
     for uv in [vec![Vec2::splat(0.5); 4], vec![Vec2::splat(-1000.3); 4], Vec::new()] {
         scene.meshes[0].primitives[0].uv0 = uv;
-        // Means of frames are filtered by gradients of the shader's own.
+        // Means of frames filter with gradients computed in the shader.
         for accumulate in [1, 3] {
             let front = Front::render(gpu, &scene, Settings { accumulate, ..Settings::direct_light() });
             for (x, y) in [(0.0, 0.0), (-1.9, 1.9), (1.3, -0.2)] {
@@ -47,7 +47,7 @@ fn gpu_a_tangent_along_the_normal_is_not_nan() {
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.5))]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let normal_map = white_texture(&mut scene);
-    // Straight up: (0.5, 0.5, 1).
+    // Flat: (0.5, 0.5, 1).
     scene.images[0].rgba = [128, 128, 255, 255].repeat(16);
     scene.materials[0].normal_texture = Some(normal_map);
     scene.meshes[0].primitives[0].tangents = vec![Vec3::X.extend(1.0); 4];
@@ -55,14 +55,14 @@ fn gpu_a_tangent_along_the_normal_is_not_nan() {
     assert!(sound.min_element() > 0.1);
     scene.meshes[0].primitives[0].tangents = vec![Vec3::Z.extend(1.0); 4];
     let along = Front::render(gpu, &scene, Settings::direct_light()).at(0.0, 0.0);
-    // The map's 128 is 0.004 off its middle, which only a sound tangent applies.
+    // The map's 128 is 0.004 above the middle; only a valid tangent applies it.
     assert!((along - sound).abs().max_element() < 0.01 * sound.x, "{along}, not {sound}");
 }
 
 #[test]
 fn gpu_a_far_plane_far_away_casts_no_shadows() {
     let Some(gpu) = testing::gpu("gpu_a_far_plane_far_away_casts_no_shadows") else { return };
-    // A slope seen along parallel lines, with a block on it.
+    // A slope with a block on it, in an orthographic view.
     let slope = quad(0, Vec3::ZERO, Vec3::X * 3.0, Vec3::new(0.0, 2.0, -2.0));
     let block = thin_dielectric(0, 1.0, 0.3);
     let mut scene = scene_of(vec![slope, block], vec![matt(Vec3::splat(0.8))]);
@@ -84,7 +84,7 @@ fn gpu_a_far_plane_far_away_casts_no_shadows() {
 fn gpu_light_from_behind_does_not_come_through() {
     let Some(gpu) = testing::gpu("gpu_light_from_behind_does_not_come_through") else { return };
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
-    // The vertices' normals lean by 60 degrees, towards a lamp behind the pane.
+    // The vertex normals tilt by 60 degrees towards a lamp behind the thin surface.
     scene.meshes[0].primitives[0].normals = vec![Vec3::new(0.866, 0.0, 0.5).normalize(); 4];
     let lamp = |z: f32| Light { range: Some(50.0), ..Light::point(Vec3::new(3.0, 0.0, z), Vec3::splat(20.0)) };
     for ray_culling in RayCulling::ALL {
@@ -99,7 +99,7 @@ fn gpu_light_from_behind_does_not_come_through() {
 #[test]
 fn gpu_the_sun_ends_beyond_the_largest_scene() {
     let Some(gpu) = testing::gpu("gpu_the_sun_ends_beyond_the_largest_scene") else { return };
-    // A pane of glass a thousand kilometres behind a roof that hides the sun from it.
+    // A glass surface a thousand kilometres behind a roof that hides the sun from it.
     let kilometre = 1e3;
     let glass = Material {
         alpha_mode: lanternfish_scene::AlphaMode::Blend,
@@ -141,7 +141,7 @@ fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing() {
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(red)]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let alone = Front::render(gpu, &scene, Settings::direct_light()).at(0.0, 0.0);
-    // The same pane again, drawn later, green, and all of it a hole.
+    // The same surface, drawn later, green, and fully masked out.
     let hole = Material {
         base_color: Vec4::new(0.1, 0.8, 0.1, 0.0),
         alpha_mode: lanternfish_scene::AlphaMode::Mask { cutoff: 0.5 },

@@ -1,4 +1,4 @@
-//! The image of the environment: where it is seen, and what covers it.
+//! The environment image: its visibility as background, and its coverage.
 
 use glam::{EulerRot, Mat3A, Vec2, Vec3, Vec4};
 use lanternfish::{RenderedImage, Settings, settings::Shadows};
@@ -7,7 +7,7 @@ use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Project
 
 use crate::support::{EDGE, Front, assert_near, bits, quad, render, scene_of, thin_dielectric};
 
-/// Pixels of smooth colours, all different, in 0.5..1.5.
+/// Pixels of smooth, distinct colours in 0.5..1.5.
 fn environment() -> Environment {
     let (width, height) = (32, 16);
     let wave = |x: f32| 1.0 + 0.5 * x.sin();
@@ -16,12 +16,12 @@ fn environment() -> Environment {
     Environment { width, height, pixels: pixels.collect(), rotation: 0.0 }
 }
 
-/// Nothing but environment.
+/// A scene with only an environment.
 fn empty(environment: Environment) -> Scene {
     Scene { environment: Some(environment), sky: Vec3::new(9.0, 0.0, 0.0), ..Scene::default() }
 }
 
-/// The direction in which a perspective camera sees the centre of a pixel.
+/// The direction of a perspective camera through the centre of a pixel.
 fn direction(camera: &Camera, (x, y): (u32, u32), (width, height): (u32, u32)) -> Vec3 {
     let Projection::Perspective { fov_y, .. } = camera.projection else { panic!("a perspective camera") };
     let ndc = (Vec2::new(x as f32, y as f32) + 0.5) / Vec2::new(width as f32, height as f32) * 2.0 - 1.0;
@@ -47,24 +47,24 @@ fn gpu_every_pixel_of_an_empty_view_is_the_environments_radiance() {
             Camera::look_at(Vec3::new(3.0, -2.0, 1.0), Vec3::ZERO, Projection::Perspective { fov_y: 2.0, near: 0.1 });
         camera.world_from_camera.matrix3 = Mat3A::from_euler(EulerRot::YXZ, yaw, pitch, roll);
         let rendering = render(gpu, &empty(environment.clone()), &camera, size, Settings::direct_light());
-        let turned = Environment { rotation: rotation + 0.1, ..environment.clone() };
-        let mut differs_turned = 0;
+        let rotated = Environment { rotation: rotation + 0.1, ..environment.clone() };
+        let mut differs_rotated = 0;
         for (x, y) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y))) {
             let direction = direction(&camera, (x, y), size);
-            let found = radiance(&rendering, x, y);
+            let actual = radiance(&rendering, x, y);
             let expected = environment.radiance(direction);
-            assert_near(found.truncate(), expected, 1.0, &format!("{x}, {y} towards {direction}"));
-            assert_eq!(found.w, 0.0, "no surface covers it");
-            differs_turned += u32::from((turned.radiance(direction) - expected).abs().max_element() > 0.01);
+            assert_near(actual.truncate(), expected, 1.0, &format!("{x}, {y} towards {direction}"));
+            assert_eq!(actual.w, 0.0, "no surface covers it");
+            differs_rotated += u32::from((rotated.radiance(direction) - expected).abs().max_element() > 0.01);
         }
-        // It can fail: six degrees off is seen.
-        assert!(differs_turned > size.0 * size.1 / 2, "{differs_turned}");
+        // Check that the test can fail: a rotation of six degrees is detected.
+        assert!(differs_rotated > size.0 * size.1 / 2, "{differs_rotated}");
     }
 }
 
 #[test]
-fn gpu_parallel_rays_see_one_point_of_the_environment() {
-    let Some(gpu) = testing::gpu("gpu_parallel_rays_see_one_point_of_the_environment") else { return };
+fn gpu_an_orthographic_view_shows_one_point_of_the_environment() {
+    let Some(gpu) = testing::gpu("gpu_an_orthographic_view_shows_one_point_of_the_environment") else { return };
     let environment = environment();
     let target = Vec3::new(0.3, -0.2, 0.9);
     let projection = Projection::Orthographic { half_height: 50.0, near: 0.0, far: 10.0 };
@@ -76,7 +76,7 @@ fn gpu_parallel_rays_see_one_point_of_the_environment() {
     assert!(bits(&rendering).iter().all(|texel| *texel == bits(&rendering)[0]));
 }
 
-/// A lit pane on the left, a see-through one on the right, nothing between them.
+/// A lit opaque square on the left, a transparent one on the right, a gap between them.
 fn covered() -> Scene {
     let matt = Material { metallic: 0.0, ..Material::default() };
     let glass = Material {
@@ -106,19 +106,19 @@ fn gpu_surfaces_cover_the_environment_and_blend_over_it() {
         let [without, with] = [&plain, &surrounded].map(|scene| Front::render(gpu, scene, settings.clone()));
         let behind = environment().radiance(Vec3::NEG_Z);
         assert_near(with.at(0.0, 0.0), behind, 1.0, "nothing covers it");
-        // The environment is rounded, and then the sum.
+        // Both the environment and the sum are rounded.
         let through = 0.25 * Vec3::new(0.5, 1.0, 0.25) + 0.75 * behind;
         assert_near(with.at(1.0, 0.0), through, 2.0, "a quarter covers it");
         let mut covered = 0;
         for (i, (with, without)) in bits(&with.0).iter().zip(bits(&without.0)).enumerate() {
             let alpha = f32::from_bits(without[3]);
-            assert_eq!(with[3], without[3], "pixel {i}: alpha is what surfaces cover");
+            assert_eq!(with[3], without[3], "pixel {i}: alpha is the coverage of surfaces");
             if alpha == 1.0 {
                 assert_eq!(*with, without, "pixel {i}: it lights nothing");
                 covered += 1;
             }
         }
-        assert_eq!(covered, EDGE * EDGE / 4 / 2, "the pane of 1 × 2 m of 4 × 4 m");
+        assert_eq!(covered, EDGE * EDGE / 4 / 2, "the square of 1 × 2 m of 4 × 4 m");
     }
 }
 
@@ -131,9 +131,9 @@ fn gpu_radiance_beyond_half_floats_is_their_largest() {
 }
 
 #[test]
-fn gpu_one_radiance_everywhere_is_the_sky() {
-    let Some(gpu) = testing::gpu("gpu_one_radiance_everywhere_is_the_sky") else { return };
-    // Exact in halves, and so are their means.
+fn gpu_a_constant_environment_equals_the_sky() {
+    let Some(gpu) = testing::gpu("gpu_a_constant_environment_equals_the_sky") else { return };
+    // Exactly representable as half floats, and so are the means.
     let sky = Vec3::new(0.25, 0.5, 2.0);
     let mut constant = scene_of(vec![thin_dielectric(0, 0.0, 1.0)], vec![Material::default()]);
     constant.sky = sky;

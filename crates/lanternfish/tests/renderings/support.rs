@@ -1,4 +1,4 @@
-//! Rendering and comparing in a line.
+//! Short forms of rendering and comparing.
 
 use glam::{Affine3A, Vec2, Vec3};
 use lanternfish::{RenderedImage, Renderer, Settings};
@@ -6,8 +6,8 @@ use lanternfish_gpu::Gpu;
 use lanternfish_metrics::RgbImage;
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
 
-/// Whether the driver is an old software one, without anisotropic filtering (Debian 12's own, Mesa 22.3.6); the test is
-/// then left out and says so, with what was measured there.
+/// True for an old software driver without anisotropic filtering (Debian 12's Mesa 22.3.6). The test is then skipped with a message that
+/// states the result measured there.
 pub fn left_out_on_old_software(test: &str, gpu: &Gpu, measured: &str) -> bool {
     let old = lanternfish::gpu_scene::automatic_anisotropy(&gpu.device.adapter_info()) == 1;
     if old {
@@ -16,7 +16,7 @@ pub fn left_out_on_old_software(test: &str, gpu: &Gpu, measured: &str) -> bool {
     old
 }
 
-/// Uploads and renders.
+/// Uploads and renders a scene.
 pub fn render(
     gpu: &Gpu,
     scene: &Scene,
@@ -33,27 +33,27 @@ pub fn render(
 /// The linear image without alpha.
 pub fn linear(rendering: &RenderedImage) -> RgbImage {
     let pixels = rendering.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-    RgbImage::new(rendering.width as usize, rendering.height as usize, pixels).expect("an image is whole")
+    RgbImage::new(rendering.width as usize, rendering.height as usize, pixels).expect("the image is complete")
 }
 
-/// Everything of an image that a scene and its light decide, bit for bit.
+/// The bits of all parts of an image that depend only on scene and light.
 pub fn bits(rendering: &RenderedImage) -> Vec<[u32; 4]> {
     rendering.radiance.iter().map(|texel| texel.map(f32::to_bits)).collect()
 }
 
-/// Pixels in which two images of one size differ.
+/// Number of pixels that differ between two images of one size.
 pub fn differing(a: &RenderedImage, b: &RenderedImage) -> usize {
     assert_eq!((a.width, a.height), (b.width, b.height));
     bits(a).iter().zip(bits(b)).filter(|(a, b)| *a != b).count()
 }
 
-/// A number of the image's report.
+/// A counter of the image's report.
 pub fn counter(rendering: &RenderedImage, name: &str) -> u64 {
-    let found = rendering.report.counters.iter().find(|(known, _)| known == name);
-    found.unwrap_or_else(|| panic!("no counter {name}: {:?}", rendering.report.counters)).1
+    let counter = rendering.report.counters.iter().find(|(key, _)| key == name);
+    counter.unwrap_or_else(|| panic!("no counter {name}: {:?}", rendering.report.counters)).1
 }
 
-/// A scene of one mesh, placed once.
+/// A scene of one mesh with one instance.
 pub fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
     let scene = Scene {
         name: "test".to_owned(),
@@ -66,7 +66,7 @@ pub fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
     scene
 }
 
-/// A rectangle whose front is where `half_right` runs to the right and `half_up` upwards; uv 0..1 from its top left.
+/// A rectangle seen from its front: `half_right` points right and `half_up` up; uv 0..1 from its top left.
 pub fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> Primitive {
     let corner = |s: f32, t: f32| center + s * half_right + t * half_up;
     Primitive {
@@ -84,10 +84,10 @@ pub fn thin_dielectric(material: usize, z: f32, half: f32) -> Primitive {
     quad(material, Vec3::new(0.0, 0.0, z), Vec3::X * half, Vec3::Y * half)
 }
 
-/// Edge of the images of [`Front`], pixels.
+/// Width and height of the images of [`Front`], pixels.
 pub const EDGE: u32 = 64;
 
-/// Looks down −z from z = 10 along parallel lines, at x and y from −2 to 2: a pixel is 1/16 m wide.
+/// Orthographic view from z = 10 down −z, x and y from −2 to 2: a pixel is 1/16 m wide.
 pub struct Front(pub RenderedImage);
 
 impl Front {
@@ -100,7 +100,7 @@ impl Front {
         Self(render(gpu, scene, &Self::camera(), (EDGE, EDGE), settings))
     }
 
-    /// Radiance of the pixel that shows (x, y).
+    /// Radiance of the pixel at (x, y).
     pub fn at(&self, x: f32, y: f32) -> Vec3 {
         let pixel = |v: f32| ((v + 2.0) / 4.0 * EDGE as f32) as u32;
         let index = (EDGE - 1 - pixel(y)) * EDGE + pixel(x);
@@ -109,11 +109,11 @@ impl Front {
     }
 }
 
-/// What a target of half floats may be off by: a unit in the last place, 2⁻¹⁰; adapters may round either way.
+/// Relative rounding error of a half-float target: one unit in the last place, 2⁻¹⁰; adapters may round in either direction.
 pub const HALF: f32 = 9.8e-4;
 
-/// Asserts that two radiances are one but for the rounding of the target, `times` over.
-pub fn assert_near(found: Vec3, expected: Vec3, times: f32, what: &str) {
-    let near = (found - expected).abs().cmple(HALF * times * expected.abs() + 1e-6).all();
-    assert!(near, "{what}: {found}, not {expected}");
+/// Asserts that two radiances are equal within `times` rounding errors of the target.
+pub fn assert_near(actual: Vec3, expected: Vec3, times: f32, what: &str) {
+    let near = (actual - expected).abs().cmple(HALF * times * expected.abs() + 1e-6).all();
+    assert!(near, "{what}: {actual}, not {expected}");
 }

@@ -1,4 +1,4 @@
-//! What materials, alpha, sides and instances do to an image.
+//! Effects of materials, alpha, sidedness and instances on an image.
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lanternfish::{
@@ -31,8 +31,8 @@ fn tracers(test: &str, gpu: &Gpu) -> Vec<Shadows> {
 }
 
 #[test]
-fn gpu_unlit_and_emissive_surfaces_shine_as_said() {
-    let Some(gpu) = testing::gpu("gpu_unlit_and_emissive_surfaces_shine_as_said") else { return };
+fn gpu_unlit_and_emissive_surfaces_have_the_stated_radiance() {
+    let Some(gpu) = testing::gpu("gpu_unlit_and_emissive_surfaces_have_the_stated_radiance") else { return };
     let (orange, glow) = (Vec3::new(0.8, 0.4, 0.1), Vec3::new(30.0, 20.0, 2.0));
     let mut scene = scene_of(
         vec![
@@ -44,16 +44,16 @@ fn gpu_unlit_and_emissive_surfaces_shine_as_said() {
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(100.0))];
     scene.sky = Vec3::new(0.25, 0.5, 1.0);
     let front = Front::render(gpu, &scene, Settings::direct_light());
-    assert_near(front.at(-1.0, 0.0), orange, 1.0, "unlit is its base colour");
-    assert_near(front.at(1.0, 0.0), glow, 1.0, "emissive is nits");
+    assert_near(front.at(-1.0, 0.0), orange, 1.0, "unlit shows the base colour");
+    assert_near(front.at(1.0, 0.0), glow, 1.0, "emission is in nits");
     assert_eq!(front.at(0.0, 0.0), scene.sky, "the sky is between them");
 
-    // It can fail: lit, the first is something else.
+    // Check that the test can fail: a lit material gives another colour.
     scene.materials[0].unlit = false;
     let lit = Front::render(gpu, &scene, Settings::direct_light()).at(-1.0, 0.0);
     assert!((lit - orange).abs().max_element() > 0.05, "{lit}");
 
-    // A display of exposure 1 shows twice as much; unlit white is white.
+    // A display with exposure 1 is twice as bright; unlit white is white.
     scene.materials[0] = unlit(Vec3::splat(0.25));
     let settings = Settings { exposure: Exposure::Ev(1.0), tone_map: ToneMap::None, ..Settings::direct_light() };
     let rendering = Front::render(gpu, &scene, settings).0;
@@ -76,7 +76,7 @@ fn gpu_a_white_matt_surface_reflects_what_lambert_says() {
     }
 }
 
-/// A texture of two texels, solid on the left, a hole on the right.
+/// A texture of two texels: opaque on the left, a hole on the right.
 fn half_a_hole(scene: &mut Scene) -> TextureRef {
     scene.images.push(Image {
         name: String::new(),
@@ -95,12 +95,13 @@ fn half_a_hole(scene: &mut Scene) -> TextureRef {
 }
 
 #[test]
-fn gpu_masks_have_holes_for_the_eye_and_for_light() {
-    let test = "gpu_masks_have_holes_for_the_eye_and_for_light";
+fn gpu_masks_have_holes_for_the_camera_and_for_shadow_rays() {
+    let test = "gpu_masks_have_holes_for_the_camera_and_for_shadow_rays";
     let Some(gpu) = testing::gpu(test) else { return };
     let red = Vec3::new(0.7, 0.1, 0.05);
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
-    // The pane's shadow, from a light twice as far: from -1.5 to 1.5 on the wall, beyond what hides it from the eye.
+    // The shadow of the masked square from a light at twice the distance: from -1.5 to 1.5 on the wall, beyond the part that the square
+    // hides from the eye.
     scene.lights = vec![Light { range: Some(50.0), ..Light::point(Vec3::new(0.0, 0.0, 3.0), Vec3::splat(20.0)) }];
     let mut masked = scene.clone();
     let texture = half_a_hole(&mut masked);
@@ -117,13 +118,13 @@ fn gpu_masks_have_holes_for_the_eye_and_for_light() {
             let front = Front::render(gpu, &masked, settings());
             let what = format!("{shadows}, {materials}");
             if materials == Materials::File {
-                assert_near(front.at(-0.5, 0.0), red, 1.0, &format!("{what}: the solid half"));
+                assert_near(front.at(-0.5, 0.0), red, 1.0, &format!("{what}: the opaque half"));
             }
             assert_eq!(front.at(0.5, 0.0), wall.at(0.5, 0.0), "{what}: the wall behind the hole");
-            assert_eq!(front.at(-1.3, 0.0), Vec3::ZERO, "{what}: the shadow of the solid half");
+            assert_eq!(front.at(-1.3, 0.0), Vec3::ZERO, "{what}: the shadow of the opaque half");
             assert_eq!(front.at(1.3, 0.0), wall.at(1.3, 0.0), "{what}: no shadow of the hole");
             assert_eq!(front.at(-1.3, 1.8), wall.at(-1.3, 1.8), "{what}: beside the shadow");
-            assert!(wall.at(-1.3, 0.0).min_element() > 0.1, "{what}: the wall is lit at all");
+            assert!(wall.at(-1.3, 0.0).min_element() > 0.1, "{what}: the wall is lit");
         }
     }
 }
@@ -133,8 +134,8 @@ fn glass(color: Vec3, alpha: f32) -> Material {
 }
 
 #[test]
-fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
-    let Some(gpu) = testing::gpu("gpu_panes_are_blended_far_to_near_in_any_order_of_drawing") else { return };
+fn gpu_transparent_surfaces_blend_far_to_near_in_any_draw_order() {
+    let Some(gpu) = testing::gpu("gpu_transparent_surfaces_blend_far_to_near_in_any_draw_order") else { return };
     let materials = vec![unlit(Vec3::ONE), glass(Vec3::X, 0.5), glass(Vec3::Y, 0.25)];
     let (wall, red, green) =
         (thin_dielectric(0, -1.0, 1.8), thin_dielectric(1, 2.0, 1.0), thin_dielectric(2, 1.0, 1.5));
@@ -146,32 +147,37 @@ fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
         let scene = scene_of(primitives.into_iter().cloned().collect(), materials.clone());
         let front = Front::render(gpu, &scene, Settings::direct_light());
         // Each blend rounds.
-        assert_near(front.at(0.0, 0.0), expected, 2.0, "both panes");
-        assert_near(front.at(1.25, 0.0), behind, 1.0, "the far pane alone");
+        assert_near(front.at(0.0, 0.0), expected, 2.0, "both surfaces");
+        assert_near(front.at(1.25, 0.0), behind, 1.0, "the far surface alone");
         assert_near(front.at(1.7, 0.0), Vec3::ONE, 1.0, "the wall alone");
         renderings.push(bits(&front.0));
     }
-    assert!(renderings.iter().all(|rendering| *rendering == renderings[0]), "the order of drawing shows");
+    assert!(renderings.iter().all(|rendering| *rendering == renderings[0]), "the image depends on the draw order");
 
-    // It can fail: the panes the other way round are another colour.
+    // Check that the test can fail: swapped surfaces give another colour.
     let swapped = scene_of(vec![wall, thin_dielectric(1, 1.0, 1.0), thin_dielectric(2, 2.0, 1.5)], materials.clone());
     let swapped = Front::render(gpu, &swapped, Settings::direct_light()).at(0.0, 0.0);
     assert!((swapped - expected).abs().max_element() > 0.1, "{swapped}");
 
-    // Over the sky, coverage is what the panes cover; behind something solid they do not show.
+    // Over the sky, alpha is the coverage of the surfaces; behind an opaque surface they are invisible.
     let scene = scene_of(vec![thin_dielectric(1, 2.0, 1.0)], materials.clone());
     let sky = Scene { sky: Vec3::splat(0.5), ..scene };
     let front = Front::render(gpu, &sky, Settings::direct_light());
-    assert_near(front.at(0.0, 0.0), Vec3::new(0.75, 0.25, 0.25), 1.0, "a pane over the sky");
+    assert_near(front.at(0.0, 0.0), Vec3::new(0.75, 0.25, 0.25), 1.0, "a transparent surface over the sky");
     let hidden = scene_of(vec![thin_dielectric(1, -2.0, 1.0), thin_dielectric(0, 0.0, 1.5)], materials);
-    assert_near(Front::render(gpu, &hidden, Settings::direct_light()).at(0.0, 0.0), Vec3::ONE, 1.0, "a hidden pane");
+    assert_near(
+        Front::render(gpu, &hidden, Settings::direct_light()).at(0.0, 0.0),
+        Vec3::ONE,
+        1.0,
+        "a hidden transparent surface",
+    );
 }
 
 #[test]
-fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
-    let test = "gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed";
+fn gpu_a_transparent_surface_has_its_own_lights_and_shadows() {
+    let test = "gpu_a_transparent_surface_has_its_own_lights_and_shadows";
     let Some(gpu) = testing::gpu(test) else { return };
-    // The wall is six metres behind the pane, far out of the light's reach: only the pane's own list can have it.
+    // The wall is six metres behind the surface and out of the light's range: only the surface's own list contains the light.
     let glass = Material { base_color: Vec4::new(1.0, 1.0, 1.0, 0.5), alpha_mode: AlphaMode::Blend, ..matt(Vec3::ONE) };
     let mut scene =
         scene_of(vec![thin_dielectric(0, -4.0, 2.0), thin_dielectric(1, 2.0, 1.0)], vec![matt(Vec3::ONE), glass]);
@@ -182,7 +188,7 @@ fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
         assert!(lit.at(0.0, 0.0).min_element() > 0.1 && lit.at(0.0, 0.5).min_element() > 0.05, "{shadows}: not lit");
         assert_eq!(lit.at(1.5, 0.0), Vec3::ZERO, "{shadows}: the wall is out of reach");
 
-        // A small blocker half way from the light to the pane's centre.
+        // A small blocker half way from the light to the centre of the surface.
         let mut blocked = scene.clone();
         let along = Vec3::new(0.5, 0.0, 0.5).normalize();
         let right = Vec3::Y.cross(along);
@@ -193,7 +199,7 @@ fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
         assert_eq!(blocked.at(0.0, 0.0), Vec3::ZERO, "{shadows}: not shadowed");
         assert_eq!(blocked.at(0.0, 0.5), lit.at(0.0, 0.5), "{shadows}: shadowed beside the blocker");
     }
-    // Without shadows the blocker does nothing to it.
+    // Without shadows the blocker has no effect.
     let open = Front::render(gpu, &scene, Settings { shadows: Shadows::None, ..Settings::direct_light() });
     assert!(open.at(0.0, 0.0).min_element() > 0.1);
 }
@@ -201,8 +207,8 @@ fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
 #[test]
 fn gpu_back_faces_show_where_a_material_is_double_sided() {
     let Some(gpu) = testing::gpu("gpu_back_faces_show_where_a_material_is_double_sided") else { return };
-    // Facing away from the viewer.
-    let turned = quad(0, Vec3::ZERO, Vec3::NEG_X, Vec3::Y);
+    // Faces away from the viewer.
+    let back = quad(0, Vec3::ZERO, Vec3::NEG_X, Vec3::Y);
     let towards = thin_dielectric(0, 0.0, 1.0);
     let render = |primitive: &Primitive, double_sided, settings| {
         let material = Material { double_sided, ..matt(Vec3::new(0.9, 0.6, 0.3)) };
@@ -213,12 +219,12 @@ fn gpu_back_faces_show_where_a_material_is_double_sided() {
     };
     let front = render(&towards, false, Settings::direct_light());
     assert!(front.min_element() > 0.1);
-    assert_eq!(render(&turned, false, Settings::direct_light()), Vec3::Z, "a back face shows");
-    // Lit as if it faced the viewer: its normal is turned.
-    assert_near(render(&turned, true, Settings::direct_light()), front, 1.0, "the back of a double-sided surface");
+    assert_eq!(render(&back, false, Settings::direct_light()), Vec3::Z, "a back face shows");
+    // Lit as if it faced the viewer: its normal is flipped.
+    assert_near(render(&back, true, Settings::direct_light()), front, 1.0, "the back of a double-sided surface");
     // `lambert` is two-sided.
     let lambert = || Settings { materials: Materials::Lambert, ..Settings::direct_light() };
-    assert_near(render(&turned, false, lambert()), render(&towards, false, lambert()), 1.0, "the back under lambert");
+    assert_near(render(&back, false, lambert()), render(&towards, false, lambert()), 1.0, "the back under lambert");
 }
 
 /// A crumpled sheet with a normal map: nothing about it is symmetric.
@@ -282,7 +288,7 @@ fn gpu_a_mirrored_instance_is_the_image_in_a_mirror() {
         let other = Front::render(gpu, &mirrored, settings()).0;
         let width = plain.width as usize;
         let flipped = other.radiance.chunks_exact(width).flat_map(|row| row.iter().rev());
-        // Edges and shadows fall on other sides of pixel centres by a rounding: a few pixels may differ.
+        // Rounding moves edges and shadows across pixel centres: a few pixels may differ.
         let differ = plain
             .radiance
             .iter()
@@ -291,7 +297,7 @@ fn gpu_a_mirrored_instance_is_the_image_in_a_mirror() {
         let (differ, pixels) = (differ.count(), plain.radiance.len());
         println!("{materials}: {differ} of {pixels} pixels differ from the mirror's");
         assert!(differ <= pixels / 200, "{materials}: {differ} of {pixels}");
-        // It can fail: unflipped, most do.
+        // Check that the test can fail: without the flip most pixels differ.
         let unflipped = plain.radiance.iter().zip(&other.radiance).filter(|(a, b)| a != b).count();
         assert!(unflipped > pixels / 2, "the image is its own mirror");
         let lit = plain.radiance.iter().filter(|texel| texel[1] > 0.05).count();
@@ -303,7 +309,7 @@ fn gpu_a_mirrored_instance_is_the_image_in_a_mirror() {
 fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
     let Some(gpu) = testing::gpu("gpu_two_instances_of_a_mesh_stand_where_they_are_placed") else { return };
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 0.3)], vec![unlit(Vec3::ONE)]);
-    let place = |x: f32, scale: f32| Instance {
+    let instance = |x: f32, scale: f32| Instance {
         name: String::new(),
         mesh: 0,
         world_from_object: Affine3A::from_scale_rotation_translation(
@@ -312,7 +318,7 @@ fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
             Vec3::new(x, 0.5, 0.0),
         ),
     };
-    scene.instances = vec![place(-1.0, 1.0), place(1.0, -1.0), place(0.0, 0.4)];
+    scene.instances = vec![instance(-1.0, 1.0), instance(1.0, -1.0), instance(0.0, 0.4)];
     let front = Front::render(gpu, &scene, Settings::direct_light());
     for (x, y, there) in [(-1.0, 0.5, 1.0), (1.0, 0.5, 1.0), (0.0, 0.5, 1.0), (0.2, 0.5, 0.0), (-1.0, 0.0, 0.0)] {
         assert_eq!(front.at(x, y), Vec3::splat(there), "at {x}, {y}");
@@ -320,18 +326,18 @@ fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
 }
 
 #[test]
-fn gpu_parallel_and_central_views_show_the_same_scene() {
-    let Some(gpu) = testing::gpu("gpu_parallel_and_central_views_show_the_same_scene") else { return };
+fn gpu_orthographic_and_perspective_views_show_the_same_scene() {
+    let Some(gpu) = testing::gpu("gpu_orthographic_and_perspective_views_show_the_same_scene") else { return };
     let scene = generate::demo("cornell").unwrap();
     let rendering = |projection| {
-        // From very far the two are nearly one.
+        // From far away the two projections are almost equal.
         let camera = Camera::look_at(Vec3::new(0.0, 1.0, 400.0), Vec3::Y, projection);
         render(gpu, &scene, &camera, (60, 60), Settings { materials: Materials::Lambert, ..Settings::direct_light() })
     };
     let half_height = 1.2f32;
     let parallel = rendering(Projection::Orthographic { half_height, near: 390.0, far: 410.0 });
     let central = rendering(Projection::Perspective { fov_y: 2.0 * (half_height / 400.0).atan(), near: 390.0 });
-    // Silhouettes of the blocks and shadow edges move by up to a metre in four hundred: a seventh of a pixel.
+    // Silhouettes of the blocks and shadow edges move by up to one metre in four hundred: 1/7 of a pixel.
     let differ = parallel
         .radiance
         .iter()
@@ -344,8 +350,8 @@ fn gpu_parallel_and_central_views_show_the_same_scene() {
 }
 
 #[test]
-fn gpu_anisotropy_keeps_stripes_that_are_seen_at_an_angle() {
-    let test = "gpu_anisotropy_keeps_stripes_that_are_seen_at_an_angle";
+fn gpu_anisotropy_keeps_stripes_at_grazing_angles() {
+    let test = "gpu_anisotropy_keeps_stripes_at_grazing_angles";
     let Some(gpu) = testing::gpu(test) else { return };
     if left_out_on_old_software(test, gpu, "it stalls") {
         return;
@@ -366,7 +372,7 @@ fn gpu_anisotropy_keeps_stripes_that_are_seen_at_an_angle() {
     let contrasts = [Anisotropy::X1, Anisotropy::X2, Anisotropy::X4, Anisotropy::X8].map(contrast);
     println!("contrast at 1, 2, 4, 8 samples: {contrasts:?}");
     assert!(contrasts.is_sorted() && contrasts[0] < 0.1 && contrasts[3] > 0.4, "{contrasts:?}");
-    // More than the footprint is long changes nothing; `auto` is one of them.
+    // More samples than the footprint's length change nothing; `auto` is among them.
     assert_eq!(contrast(Anisotropy::X16), contrasts[3]);
     assert!(contrast(Anisotropy::Auto) >= contrasts[2]);
 }

@@ -13,7 +13,7 @@ use crate::{
 };
 
 #[test]
-fn pieces_are_the_whole_sphere() {
+fn cells_cover_the_sphere() {
     let colour = |d: Vec3| Vec3::new(1.0 + d.x, 2.0 - d.y, 1.0 + d.z * d.z);
     // An image of the same resolution, a larger one that does not divide evenly, and smaller ones.
     for (width, height) in [(256, 128), (700, 301), (64, 32), (1, 1)] {
@@ -29,7 +29,7 @@ fn pieces_are_the_whole_sphere() {
 }
 
 #[test]
-fn a_sun_is_a_spot_that_sends_much() {
+fn a_sun_is_a_small_bright_area() {
     let towards = Vec3::new(0.3, 0.5, -0.8).normalize();
     let sky = |sun: f32| image(1024, 512, 0.3, |d| Vec3::splat(0.5 + if d.dot(towards) > 0.9996 { sun } else { 0.0 }));
     // The image is rotated, and so is the sun.
@@ -42,7 +42,7 @@ fn a_sun_is_a_spot_that_sends_much() {
 }
 
 #[test]
-fn nine_numbers_are_the_irradiance() {
+fn nine_coefficients_give_the_irradiance() {
     let mut random = Random::new(9);
     let normals: Vec<Vec3> = (0..200).map(|_| random.direction()).collect();
     // The upper hemisphere is white: the image or the cosine lobe has no orders above the first.
@@ -67,8 +67,8 @@ fn nine_numbers_are_the_irradiance() {
 
 /// The table against the shader's BRDF, integrated over the hemisphere.
 #[test]
-fn gpu_shares_are_the_brdfs_under_even_light() {
-    let Some(gpu) = testing::gpu("gpu_shares_are_the_brdfs_under_even_light") else { return };
+fn gpu_fractions_equal_the_brdf_under_uniform_light() {
+    let Some(gpu) = testing::gpu("gpu_fractions_equal_the_brdf_under_uniform_light") else { return };
     assert_eq!(constant("materials/brdf", "LEAST_ROUGHNESS"), LEAST_ROUGHNESS);
     let n = Vec3::Y;
     // A grazing lobe is 0.03 rad wide in azimuth, and 0.3 rad in elevation.
@@ -77,7 +77,7 @@ fn gpu_shares_are_the_brdfs_under_even_light() {
     let reflected = |metallic: f32, n_dot_v: f32, roughness: f32| {
         let wo = Vec3::new((1.0 - n_dot_v * n_dot_v).sqrt(), n_dot_v, 0.0);
         let direction = |i: u32| {
-            let part = |i: u32, whole: u32| (i as f32 + 0.5) / whole as f32;
+            let part = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
             let (sin, cos) = (std::f32::consts::TAU * part(i % AROUND, AROUND)).sin_cos();
             let y = part(i / AROUND, UP);
             let across = (1.0 - y * y).sqrt();

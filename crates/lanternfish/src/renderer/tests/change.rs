@@ -19,8 +19,8 @@ fn shown(rendering: RenderedImage) -> (Vec<[f32; 4]>, Vec<[u8; 4]>, Option<f32>)
 }
 
 #[test]
-fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
-    let test = "gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them";
+fn gpu_a_renderer_with_changed_settings_equals_a_new_one() {
+    let test = "gpu_a_renderer_with_changed_settings_equals_a_new_one";
     let Some(gpu) = testing::gpu(test) else { return };
     let scene = demo("cornell").unwrap();
     let camera = &scene.cameras[0];
@@ -77,8 +77,8 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
 }
 
 #[test]
-fn gpu_settings_that_cannot_be_leave_those_that_are() {
-    let Some(gpu) = testing::gpu("gpu_settings_that_cannot_be_leave_those_that_are") else { return };
+fn gpu_invalid_settings_leave_the_current_ones() {
+    let Some(gpu) = testing::gpu("gpu_invalid_settings_leave_the_current_ones") else { return };
     let scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh()).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();

@@ -20,8 +20,8 @@ fn edited(module: &str, from: &str, to: &str) -> ShaderTexts {
 }
 
 #[test]
-fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
-    let Some(gpu) = testing::gpu("gpu_edited_shaders_are_seen_and_broken_ones_change_nothing") else { return };
+fn gpu_edited_shaders_take_effect_and_invalid_ones_change_nothing() {
+    let Some(gpu) = testing::gpu("gpu_edited_shaders_take_effect_and_invalid_ones_change_nothing") else { return };
     let scene = demo("cornell").unwrap();
     let camera = &scene.cameras[0];
     let few = Sampled { diffuse_rays: 1, glossy_rays: 0, tracer: Tracer::BVH.into(), ..Sampled::default() };

@@ -50,8 +50,8 @@ fn render(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> [u8; 3]
 }
 
 #[test]
-fn gpu_colours_of_motion_are_those_of_the_frame_before() {
-    let Some(gpu) = testing::gpu("gpu_colours_of_motion_are_those_of_the_frame_before") else { return };
+fn gpu_motion_colours_are_relative_to_the_previous_frame() {
+    let Some(gpu) = testing::gpu("gpu_motion_colours_are_relative_to_the_previous_frame") else { return };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(Some(DebugView::Motion))).unwrap();
     let mut uploaded = renderer.upload(&wall()).unwrap();
     let still = camera(0.0, 0.0);
@@ -92,8 +92,8 @@ fn shown(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, views: &[(u64, Ca
 }
 
 #[test]
-fn gpu_views_and_renderers_have_frames_before_of_their_own() {
-    let Some(gpu) = testing::gpu("gpu_views_and_renderers_have_frames_before_of_their_own") else { return };
+fn gpu_views_and_renderers_have_their_own_previous_frames() {
+    let Some(gpu) = testing::gpu("gpu_views_and_renderers_have_their_own_previous_frames") else { return };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(Some(DebugView::Motion))).unwrap();
     let mut uploaded = renderer.upload(&wall()).unwrap();
     let at = |right| camera(right, 0.0);
@@ -122,8 +122,8 @@ fn gpu_views_and_renderers_have_frames_before_of_their_own() {
 }
 
 #[test]
-fn gpu_nothing_is_kept_for_those_who_do_not_ask() {
-    let Some(gpu) = testing::gpu("gpu_nothing_is_kept_for_those_who_do_not_ask") else { return };
+fn gpu_no_motion_buffers_without_a_request() {
+    let Some(gpu) = testing::gpu("gpu_no_motion_buffers_without_a_request") else { return };
     for (debug_view, kept) in [(None, 0), (Some(DebugView::Normal), 0), (Some(DebugView::Motion), 2)] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(debug_view)).unwrap();
         let mut scene = wall();

@@ -1,4 +1,4 @@
-//! Scenes, lights and cameras to find lights for.
+//! Scenes, lights and cameras for light culling.
 
 use glam::Vec3;
 use lanternfish_scene::{Camera, Light, LightKind, Material, Projection, Scene};
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use crate::testing::{Random, quad, scene_of};
 
-/// Boxes of every size scattered in depth, and sky between them.
+/// Boxes of every size scattered in depth, with sky between them.
 pub fn scattered() -> Scene {
     let mut random = Random::new(7);
     let thin_dielectrics = (0..40).map(|_| {
@@ -21,9 +21,9 @@ pub fn scattered() -> Scene {
 pub fn light() -> impl Strategy<Value = Light> {
     let position = prop::array::uniform3(-6.0f32..6.0).prop_map(Vec3::from);
     let direction = prop::array::uniform3(-1.0f32..1.0).prop_map(|d| (Vec3::from(d) + Vec3::splat(1e-3)).normalize());
-    // From a centimetre to thirty metres, or where the threshold says.
+    // From one centimetre to thirty metres, or given by the threshold.
     let range = prop::option::weighted(0.8, (-2.0f32..1.5).prop_map(|exponent| 10f32.powf(exponent)));
-    // From a point, nearly, to what is larger than the view.
+    // From almost a point to larger than the view.
     let half = || (-2.0f32..1.0).prop_map(|exponent| 10f32.powf(exponent));
     let angles = (0.01f32..std::f32::consts::FRAC_PI_2, 0.0f32..0.99);
     let kind = prop_oneof![
@@ -54,12 +54,12 @@ pub fn camera() -> impl Strategy<Value = Camera> {
         .prop_map(|(left, right, bottom, top)| Projection::Frustum { left, right, bottom, top, near: 0.01 });
     let projection = prop_oneof![3 => perspective, 1 => frustum, 1 => orthographic];
     (point(), point(), projection).prop_map(|(eye, target, projection)| {
-        // Neither in one place nor straight up.
+        // Neither coincident nor vertical.
         Camera::look_at(eye, target + Vec3::new(0.0, 0.0, -0.013), projection)
     })
 }
 
-/// Lights in the places where a test of planes is most likely to go wrong.
+/// Lights at positions where plane tests are most likely to fail.
 pub fn special(camera: &Camera) -> Vec<Light> {
     let at = |p: Vec3| camera.world_from_camera.transform_point3(p);
     let forward = camera.world_from_camera.transform_vector3(Vec3::NEG_Z);

@@ -1,4 +1,4 @@
-//! Sets of lights whose number the device alone knows: what lies in the buffer behind them is in no list.
+//! Light sets whose count only the device knows: lights beyond the count must not be listed.
 
 use lanternfish_gpu::{storage_buffer_of, uniform_buffer_of};
 use lanternfish_scene::Bounds;
@@ -9,11 +9,11 @@ use crate::{
     view::ViewBuffer,
 };
 
-/// Lights that there are, and those that the buffer has room for; neither is a whole number of workgroups or of nodes of a tree.
+/// The number of lights, and the capacity of the buffer; neither is a multiple of a workgroup or of a tree node.
 const COUNT: usize = 45;
 const CAPACITY: usize = 1337;
 
-/// What every scheme is given.
+/// The inputs of every technique.
 struct Given<'a> {
     scene: &'a Scene,
     camera: &'a Camera,
@@ -21,7 +21,7 @@ struct Given<'a> {
 }
 
 impl Bench<'_> {
-    /// The first `count` of the lights, which the device is said to have counted where `counted`.
+    /// The first `count` lights; if `counted`, their count is read on the device.
     fn set(&self, given: &Given<'_>, count: usize, counted: bool) -> LightSet {
         let device = &self.gpu.device;
         let none = wgpu::BufferUsages::empty();
@@ -42,7 +42,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Starts and entries of all lists that a scheme makes.
+    /// Starts and entries of all lists of a technique.
     fn starts_and_entries(&mut self, index: usize, given: &Given<'_>, reach: Reach, set: &LightSet) -> [Vec<u32>; 2] {
         let uploaded = self.renderer.upload(given.scene).unwrap();
         let seen = View::new(given.camera, SIZE, Vec3::ZERO, &given.scene.bounds());
@@ -61,7 +61,7 @@ impl Bench<'_> {
     }
 }
 
-/// Panics where lights beyond those that the device has counted are in a list.
+/// Panics if a list contains lights beyond the device's count.
 pub fn check_counted_sets(gpu: &Gpu, cases: &[Case]) {
     let mut bench = Bench::new(gpu, cases);
     let scene = Scene { lights: Vec::new(), ..scattered() };
@@ -72,7 +72,7 @@ pub fn check_counted_sets(gpu: &Gpu, cases: &[Case]) {
     let lights: Vec<_> = (0..CAPACITY)
         .map(|i| {
             let position = random.point() * Vec3::new(3.0, 2.0, 6.0);
-            // What is no light of the set reaches everything.
+            // Lights outside the set reach everything.
             let range = if i < COUNT { random.between(0.3, 2.0) } else { 1e4 };
             let angles = LightKind::Spot { inner_angle: 0.1, outer_angle: random.between(0.2, 1.5) };
             let kind = match i {
@@ -95,15 +95,15 @@ pub fn check_counted_sets(gpu: &Gpu, cases: &[Case]) {
     for index in 0..bench.techniques.len() {
         let culling = bench.techniques[index].settings.clone();
         for reach in [Reach::Surface, Reach::Anywhere] {
-            // Those that clusters are made for are among those of the surfaces.
+            // Cluster lists for surfaces are checked against those of the surfaces only.
             if culling.is::<Clustered>() && reach == Reach::Anywhere {
                 continue;
             }
-            let [expected, found, other] =
+            let [expected, actual, other] =
                 [&exact, &counted, &all].map(|set| bench.starts_and_entries(index, &given, reach, set));
-            assert!(!expected[1].is_empty() && expected == found, "{culling:?}, {reach:?}");
-            // It can fail.
-            assert!(other[1].len() > 10 * found[1].len(), "{culling:?}, {reach:?}: the other lights are in no list");
+            assert!(!expected[1].is_empty() && expected == actual, "{culling:?}, {reach:?}");
+            // Check that the test can fail.
+            assert!(other[1].len() > 10 * actual[1].len(), "{culling:?}, {reach:?}: the other lights are in no list");
         }
     }
 }

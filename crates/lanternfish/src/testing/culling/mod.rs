@@ -1,4 +1,4 @@
-//! Checks of any technique of light culling: it loses no light. Every light in range of a point that the view shows is in the point's list.
+//! Checks that any light culling technique is conservative: every light in range of a visible point is in the point's list.
 
 mod cases;
 mod counted;
@@ -33,10 +33,10 @@ use crate::{
 /// Not a multiple of any tile size.
 pub const SIZE: UVec2 = UVec2::new(100, 60);
 
-/// A technique with its parameters, and how many cells it has where the lists do not count them.
+/// A technique with its parameters, and its number of cells if the lists do not count them.
 pub type Case = (Culling, Option<usize>);
 
-/// The techniques under test, compiled once.
+/// The tested techniques, compiled once.
 struct Bench<'g> {
     gpu: &'g Gpu,
     renderer: Renderer,
@@ -49,16 +49,16 @@ struct Compiled {
     settings: Culling,
     cells: Option<usize>,
     passes: LightCulling,
-    /// Asks which lights each pixel has.
+    /// The probe that reads the lights of each pixel.
     pixels: ComputeKernel,
 }
 
-/// What one technique lists for one view.
+/// The lists of one technique for one view.
 struct Lists {
     settings: Culling,
     /// Depth of each pixel.
     depths: Vec<f32>,
-    /// Listed lights of each pixel, a bit each; at most 64 lights.
+    /// Listed lights of each pixel, one bit each; at most 64 lights.
     listed: Vec<u64>,
 }
 
@@ -80,8 +80,8 @@ impl<'g> Bench<'g> {
         }
     }
 
-    /// The lists of every technique for the surfaces or, where they are given, for points of these depths, one a pixel; after checking that
-    /// each is in ascending order and names no light twice.
+    /// The lists of every technique for the surfaces or, if `free` is given, for one point per pixel at these depths. Checks that each list
+    /// is in ascending order without duplicates.
     fn lists(&mut self, scene: &Scene, camera: &Camera, free: Option<&[f32]>) -> Vec<Lists> {
         let Self { gpu, renderer, profiler, prepass, techniques } = self;
         assert!(scene.lights.len() <= 64, "a bit a light");
@@ -95,7 +95,7 @@ impl<'g> Bench<'g> {
         let pixel_lists = storage_buffer(&gpu.device, "lists", 8 * count as u64).unwrap();
         let mut all = Vec::new();
         for Compiled { settings, cells, passes: technique, pixels } in techniques {
-            // Clusters are made for what is seen, and not for any point of the view.
+            // Clusters are built only for visible surfaces, not for any point of the view.
             if settings.is::<Clustered>() && reach == Reach::Anywhere {
                 continue;
             }
@@ -115,7 +115,7 @@ impl<'g> Bench<'g> {
             let listed = ranges.chunks_exact(2).map(|range| bits(&indices, range)).collect();
             check_cells(&lights, gpu, *cells);
             if let Some(passes) = technique.passes::<ClusteredCulling>() {
-                // What is measured is what shading does: nothing is blended here, so the depth buffer has every fragment.
+                // The measurement equals shading: no surface is transparent, so the depth buffer has every fragment.
                 let contents = contents_of_grids(passes, &gpu.device, &gpu.queue).unwrap().remove(0);
                 let seen = || ranges.chunks_exact(2).zip(&depths).filter(|(_, depth): &(_, &f32)| **depth > 0.0);
                 let operations = seen().map(|(range, _)| u64::from(range[1])).sum::<u64>();
@@ -133,7 +133,7 @@ fn bits(indices: &[u32], range: &[u32]) -> u64 {
     list.iter().fold(0, |bits, index| bits | 1 << index)
 }
 
-/// Cells start at zero, do not overlap, and end at the total.
+/// Checks that cells start at zero, do not overlap, and end at the total.
 fn check_cells(lights: &LightLists, gpu: &Gpu, cells: Option<usize>) {
     let starts = read_back::<u32>(&gpu.device, &gpu.queue, &lights.cells, cell_count(lights, cells) + 1).unwrap();
     let cells = starts.len() - 1;
@@ -149,7 +149,7 @@ fn cell_count(lights: &LightLists, cells: Option<usize>) -> usize {
     }
 }
 
-/// A point of the view in world space, from the definition of its projection and not from its matrix.
+/// A point of the view in world space, computed from the definition of the projection and not from its matrix.
 fn world_from_depth(camera: &Camera, pixel: usize, depth: f64) -> DVec3 {
     let size = SIZE.as_dvec2();
     let x = (f64::from(pixel as u32 % SIZE.x) + 0.5) / size.x * 2.0 - 1.0;
@@ -175,7 +175,7 @@ fn world_from_depth(camera: &Camera, pixel: usize, depth: f64) -> DVec3 {
     camera.world_from_camera.as_daffine3().transform_point3(p_view)
 }
 
-/// Whether a light reaches a point at all: range, and cone or side.
+/// True if a light reaches a point: by its range, and its cone or side.
 fn reaches(light: &Light, settings: &Settings, p_world: DVec3) -> bool {
     if light.kind == LightKind::Directional {
         return true;
@@ -190,13 +190,13 @@ fn reaches(light: &Light, settings: &Settings, p_world: DVec3) -> bool {
             let cosine = from_light.dot(light.direction.as_dvec3()) / distance.max(1e-30);
             cosine > f64::from(outer_angle).cos()
         }
-        // All that is in front of their planes.
+        // Everything in front of their planes.
         LightKind::Disk { .. } | LightKind::Rectangle { .. } => from_light.dot(light.direction.as_dvec3()) > 0.0,
         _ => true,
     }
 }
 
-/// Pairs of a visible pixel and a light that reaches it, and those of them that the lists do not have.
+/// Number of pairs of a visible pixel and a light that reaches it, and of those that the lists miss.
 fn lost(lights: &[Light], points: &[Option<DVec3>], lists: &Lists) -> (usize, usize) {
     let settings = Settings::direct_light();
     let (mut pairs, mut lost) = (0, 0);
@@ -212,14 +212,14 @@ fn lost(lights: &[Light], points: &[Option<DVec3>], lists: &Lists) -> (usize, us
     (pairs, lost)
 }
 
-/// Where the points lie that the lists are for: none in the sky.
+/// The points of the lists; none in the sky.
 fn points(camera: &Camera, lists: &Lists) -> Vec<Option<DVec3>> {
     let point =
         |(pixel, depth): (usize, &f32)| (*depth > 0.0).then(|| world_from_depth(camera, pixel, (*depth).into()));
     lists.depths.iter().enumerate().map(point).collect()
 }
 
-/// Depths of points anywhere between the near plane and far beyond the scene, one a pixel.
+/// Depths of points anywhere from the near plane to far beyond the scene, one per pixel.
 fn free_depths(camera: &Camera, random: &mut Random) -> Vec<f32> {
     let depth = |_| match camera.projection {
         Projection::Perspective { .. } | Projection::Frustum { .. } => random.between(0.0, 13.0).exp2().recip(),
@@ -228,7 +228,7 @@ fn free_depths(camera: &Camera, random: &mut Random) -> Vec<f32> {
     (0..SIZE.x * SIZE.y).map(depth).collect()
 }
 
-/// Panics where a technique loses a light, with random lights and cameras.
+/// Panics if a technique misses a light, with random lights and cameras.
 pub fn check_loses_no_light(gpu: &Gpu, cases: &[Case]) {
     let bench = RefCell::new(Bench::new(gpu, cases));
     let scenes = [lanternfish_scene::generate::demo("cornell").unwrap(), scattered()];
@@ -239,7 +239,7 @@ pub fn check_loses_no_light(gpu: &Gpu, cases: &[Case]) {
     let outcome = runner.run(&strategy, |(mut lights, camera, which)| {
         lights.extend(special(&camera));
         let scene = Scene { lights, ..scenes[which].clone() };
-        // The planes that the view really has, to rebuild positions with.
+        // The planes of the view's fitted projection, to reconstruct positions.
         let projection = tightened(&camera, &scene.bounds());
         let camera = Camera { projection, ..camera };
         for reach in [Reach::Surface, Reach::Anywhere] {
@@ -251,14 +251,14 @@ pub fn check_loses_no_light(gpu: &Gpu, cases: &[Case]) {
                 prop_assert_eq!(lost, 0, "of {} pairs, {:?}, {:?}", total, list.settings, reach);
                 *pairs.borrow_mut() += total;
             }
-            // The box test takes lights away and never adds one.
+            // The box test only removes lights.
             let tiled: Vec<&Lists> = lists.iter().filter(|l| l.settings.is::<Tiled>()).collect();
             for pair in tiled.chunks_exact(2) {
                 let [without, with] = pair else { unreachable!("two a tile size") };
                 let added = with.listed.iter().zip(&without.listed).any(|(with, without)| with & !without != 0);
                 prop_assert!(!added, "{:?}", with.settings);
             }
-            // The tree finds no light that the planes alone do not, and, for boxes, finds the same.
+            // The tree lists no light that the plane tests do not list; for boxes the lists are equal.
             let clustered: Vec<&Lists> = lists.iter().filter(|l| l.settings.is::<Clustered>()).collect();
             for pair in clustered.chunks_exact(2) {
                 let [brute, tree] = pair else { unreachable!("two a shape") };
@@ -274,10 +274,10 @@ pub fn check_loses_no_light(gpu: &Gpu, cases: &[Case]) {
     });
     outcome.unwrap_or_else(|error| panic!("{error}"));
     println!("{} pairs of a point and a light in reach", pairs.borrow());
-    assert!(*pairs.borrow() > 1_000_000, "the cases show next to nothing: {} pairs", pairs.borrow());
+    assert!(*pairs.borrow() > 1_000_000, "the cases cover too little: {} pairs", pairs.borrow());
 }
 
-/// Panics where lights whose ranges are a tenth too short would pass.
+/// Panics if the checks do not detect ranges that are 10 % too short.
 pub fn check_sees_a_tenth_of_range_missing(gpu: &Gpu, cases: &[Case]) {
     let mut bench = Bench::new(gpu, cases);
     let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
@@ -292,15 +292,15 @@ pub fn check_sees_a_tenth_of_range_missing(gpu: &Gpu, cases: &[Case]) {
     let shorter = scene.lights.iter().map(|light| Light { range: light.range.map(|r| 0.9 * r), ..light.clone() });
     let shorter = Scene { lights: shorter.collect(), ..scene.clone() };
 
-    let whole = bench.lists(&scene, &camera, None);
-    let points = points(&camera, &whole[0]);
-    for list in &whole {
+    let complete = bench.lists(&scene, &camera, None);
+    let points = points(&camera, &complete[0]);
+    for list in &complete {
         assert_eq!(lost(&scene.lights, &points, list).1, 0, "{:?}", list.settings);
     }
     for list in bench.lists(&shorter, &camera, None) {
         let (pairs, lost) = lost(&scene.lights, &points, &list);
         println!("{:?}: {lost} of {pairs} pairs lost", list.settings);
-        assert!(lost > 0, "{:?}: blind to a 10 % error in range", list.settings);
+        assert!(lost > 0, "{:?}: does not detect a 10 % error in range", list.settings);
     }
 }
 
