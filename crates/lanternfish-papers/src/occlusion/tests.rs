@@ -192,8 +192,9 @@ fn gpu_both_techniques_darken_a_corner() {
     }
 }
 
-/// Where a floor touches a wall, a texel's axis may pass behind the wall. Ground truth: a floor at distance x from a long wall of height h
-/// has half of (1 - x / √(x² + h²)) of its hemisphere occluded. A row of pixels is at one distance; its mean is free of most noise.
+/// Where a floor touches a wall, a texel's axis may pass behind the wall. Ground truth: at distance x from a long wall of height h, the
+/// fraction (1 - x / √(x² + h²)) / 2 of a floor's hemisphere is occluded. A row of pixels is at one distance; its mean is free of most
+/// noise.
 #[test]
 fn gpu_creases_do_not_glow() {
     let Some(gpu) = testing::gpu("gpu_creases_do_not_glow") else { return };

@@ -45,7 +45,12 @@ impl PhotonDirections {
     /// The directions as `directions.wesl` reads them, rotated.
     pub fn rotated(&self, rotation: Quat) -> Vec<Vec4> {
         let rotated = |axis: &Vec3| (rotation * *axis).normalize();
-        self.directions.axes().iter().zip(&self.solid_angles).map(|(axis, angle)| rotated(axis).extend(*angle)).collect()
+        self.directions
+            .axes()
+            .iter()
+            .zip(&self.solid_angles)
+            .map(|(axis, angle)| rotated(axis).extend(*angle))
+            .collect()
     }
 }
 

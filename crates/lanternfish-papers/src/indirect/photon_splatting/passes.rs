@@ -261,7 +261,8 @@ pub(super) fn check(technique: &PhotonSplatting, structure: &Structure) -> Resul
         return wrong("chunks of 1024 to 4194304 photons");
     }
     // NaN is not above 0 either.
-    if technique.filter_radius > MOST_RADIUS || technique.radius.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+    if technique.filter_radius > MOST_RADIUS || technique.radius.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater)
+    {
         return wrong("a filter of at most 64 pixels, and a radius above 0");
     }
     if !technique.tracer.fixed().finds_triangles(structure) {

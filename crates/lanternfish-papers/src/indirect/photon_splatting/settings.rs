@@ -84,13 +84,9 @@ impl Technique for PhotonSplatting {
             |s: &mut Self| &mut s.count,
         )
         .with_default(),
-        Parameter::new(
-            "photon-tracer",
-            "NAME",
-            Range::Names,
-            "The tracer of split photons",
-            |s: &mut Self| &mut s.tracer,
-        )
+        Parameter::new("photon-tracer", "NAME", Range::Names, "The tracer of split photons", |s: &mut Self| {
+            &mut s.tracer
+        })
         .with_default(),
         Parameter::new(
             "photon-bounces",
@@ -111,7 +107,10 @@ impl Technique for PhotonSplatting {
         Parameter::new(
             "photon-widened",
             "on|off",
-            Range::Switch("By the differentials and the cell of the direction", "As in the paper: by the light's differentials only"),
+            Range::Switch(
+                "By the differentials and the cell of the direction",
+                "As in the paper: by the light's differentials only",
+            ),
             "Widens footprints by the part of the sphere that their direction represents",
             |s: &mut Self| &mut s.widened,
         )

@@ -176,7 +176,9 @@ fn gpu_photons_are_the_same_for_every_splatting_method() {
     let Some(gpu) = testing::gpu("gpu_photons_are_the_same_for_every_splatting_method") else { return };
     let (scene, camera) = cornell();
     let technique = PhotonSplatting { count: 200, radius: 0.5, bounces: 2, ..technique() };
-    let of = |technique, culling| render(gpu, Settings { culling, ..settings(Indirect::from(technique)) }, &scene, &camera, SIZE);
+    let of = |technique, culling| {
+        render(gpu, Settings { culling, ..settings(Indirect::from(technique)) }, &scene, &camera, SIZE)
+    };
     let all = of(technique, Culling::NONE);
     assert!(counter(&all, "splatted") > 10_000.0);
     for culling in Culling::all() {

@@ -103,7 +103,8 @@ impl Default for VirtualLights {
 
 impl Technique for VirtualLights {
     const NAME: &'static str = "virtual-lights";
-    const SUMMARY: &'static str = "Point lights on the surfaces that the scene's lights hit, each with a range: one bounce";
+    const SUMMARY: &'static str =
+        "Point lights on the surfaces that the scene's lights hit, each with a range: one bounce";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         Parameter::new(
             "vpl-map",
@@ -206,8 +207,8 @@ impl Technique for VirtualLights {
             "vpl-least-distance",
             "METRES",
             Range::Positive,
-            "Least distance to a virtual light that counts. Larger: darker corners, no spots. Without it, a light counts as a \
-             disk of the area that it stands for",
+            "Minimum distance to a virtual light in its inverse-square law. Larger: darker corners, no spots. Without it, a light counts as a \
+             disk of the area that it represents",
             |s: &mut Self| &mut s.least_distance,
         ),
         Parameter::new(

@@ -43,7 +43,8 @@ fn energy(rendering: &RenderedImage) -> f64 {
 }
 
 fn counter(rendering: &RenderedImage, name: &str) -> f64 {
-    let actual = rendering.report.counters.iter().find(|(label, _)| label.strip_prefix("virtual_lights/") == Some(name));
+    let actual =
+        rendering.report.counters.iter().find(|(label, _)| label.strip_prefix("virtual_lights/") == Some(name));
     actual.unwrap_or_else(|| panic!("no {name} in {:?}", rendering.report.counters)).1 as f64
 }
 
@@ -90,8 +91,9 @@ fn cornell() -> (Scene, Camera) {
 fn gpu_virtual_lights_are_the_same_with_every_culling_technique() {
     let Some(gpu) = testing::gpu("gpu_virtual_lights_are_the_same_with_every_culling_technique") else { return };
     let (scene, camera) = cornell();
-    // Short ranges, so that lists differ from pixel to pixel; far lights, which are in none.
-    let technique = VirtualLights { ranges: Ranges::Random, most_range: 0.3, count: 300, far_lights: 16, ..technique() };
+    // Short ranges, so that lists differ between pixels; far lights, which are in no list.
+    let technique =
+        VirtualLights { ranges: Ranges::Random, most_range: 0.3, count: 300, far_lights: 16, ..technique() };
     let of = |culling| Settings { culling, ..settings(Indirect::from(technique)) };
     let all = render(gpu, of(Culling::NONE), &scene, &camera);
     assert!(counter(&all, "listed") > 200.0);
@@ -158,7 +160,8 @@ fn gpu_virtual_lights_have_the_flux_of_area_lights_and_emitters() {
     for (what, scene) in [("disk", lit(disk)), ("rectangle", lit(rectangle)), ("triangles", shining)] {
         for source in [MapSource::Rays, MapSource::Raster] {
             let technique = VirtualLights { map: MapSize::Texels64, source, count: 0, ..technique() };
-            let sent = counter(&render_technique(gpu, technique, &scene, &lit_view()), "flux_sent") / (256.0 * 64.0 * 64.0);
+            let sent =
+                counter(&render_technique(gpu, technique, &scene, &lit_view()), "flux_sent") / (256.0 * 64.0 * 64.0);
             // Emissive triangles also contribute their direct light.
             let expected = if what == "triangles" { 1.5 } else { 0.5 };
             assert!((sent / expected - 1.0).abs() < 0.02, "{what}, {source}: {sent} of {expected}");
@@ -248,7 +251,8 @@ fn gpu_ranges_reach_the_hits_of_rays() {
     let unlimited = fraction(VirtualLights { ranges: Ranges::Unlimited, ..technique });
     assert_eq!(unlimited, 1.0);
     // Lights that are dropped are counted.
-    let rendering = render_technique(gpu, VirtualLights { most_range: 0.2, large_kept: 0, ..technique }, &scene, &camera);
+    let rendering =
+        render_technique(gpu, VirtualLights { most_range: 0.2, large_kept: 0, ..technique }, &scene, &camera);
     assert!(counter(&rendering, "too_large") > 100.0);
     assert_eq!(counter(&rendering, "too_large") + counter(&rendering, "listed"), counter(&rendering, "taken"));
     let rendering = render_technique(gpu, VirtualLights { least_range: 0.7, ..technique }, &scene, &camera);

@@ -49,7 +49,9 @@ fn gpu_first_images_under_a_sky_are_the_same_with_a_history() {
 /// While the camera moves, the random texels of the frames average out: less noise, the same light.
 #[test]
 fn gpu_history_reduces_the_noise_of_ambient_visibility_under_a_moving_camera() {
-    let Some(gpu) = testing::gpu("gpu_history_reduces_the_noise_of_ambient_visibility_under_a_moving_camera") else { return };
+    let Some(gpu) = testing::gpu("gpu_history_reduces_the_noise_of_ambient_visibility_under_a_moving_camera") else {
+        return;
+    };
     let walk = steps(16);
     let last = &walk[walk.len() - 1..];
     let scene = under_sky();
