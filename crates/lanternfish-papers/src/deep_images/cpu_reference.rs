@@ -90,8 +90,8 @@ pub(crate) fn within_texel(
     let list = &lists[(p.y as usize).min(last) * grid.resolution as usize + (p.x as usize).min(last)];
     let backwards = ray.image_and_side % 2 == 1;
     let offset = if backwards { -ray.offset } else { ray.offset };
-    let found = first(list, p.z + offset, backwards)?;
-    Some(((found.depth - p.z).abs(), found))
+    let hit = first(list, p.z + offset, backwards)?;
+    Some(((hit.depth - p.z).abs(), hit))
 }
 
 /// `rays/across_texels/walk.wesl`: the same, from every list that the ray crosses, with a tolerance of half a texel before it enters a list
@@ -128,11 +128,11 @@ pub(crate) fn across_texels(
         // Depths grow with distance if the ray follows the axis.
         let (near, far) = (p.z + along * enters, p.z + along * leaves);
         let beyond = p.z + ray.offset * along.signum();
-        let found = if along > 0.0 {
-            first(&lists[list], beyond.max(near - tolerance), false).filter(|found| found.depth <= far + tolerance)
+        let hit = if along > 0.0 {
+            first(&lists[list], beyond.max(near - tolerance), false).filter(|hit| hit.depth <= far + tolerance)
         } else {
-            first(&lists[list], beyond.min(near + tolerance), true).filter(|found| found.depth >= far - tolerance)
+            first(&lists[list], beyond.min(near + tolerance), true).filter(|hit| hit.depth >= far - tolerance)
         }?;
-        Some(((found.depth - p.z) / along, found))
+        Some(((hit.depth - p.z) / along, hit))
     })
 }

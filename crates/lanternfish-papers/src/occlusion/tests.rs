@@ -119,11 +119,11 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     let farther = actual(Occlusion::from(Deep { max_distance: Some(0.9) }), 64);
     assert!(
         off(&farther, &obscurance) > 0.05,
-        "blind to a distance 1.5 times as large: {}",
+        "insensitive to a distance 1.5 times as large: {}",
         off(&farther, &obscurance)
     );
-    let open = vec![1.0; pixel_count()];
-    assert!(off(&open, &obscurance) > 0.08 && off(&open, &occlusion) > 0.2);
+    let unoccluded = vec![1.0; pixel_count()];
+    assert!(off(&unoccluded, &obscurance) > 0.08 && off(&unoccluded, &occlusion) > 0.2);
 }
 
 fn pixel_count() -> usize {

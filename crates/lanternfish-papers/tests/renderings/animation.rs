@@ -137,7 +137,10 @@ fn gpu_posed_scenes_are_the_path_tracers() {
         // Negative control: another moment is another image. The truck's wheels turn alone, and are round.
         let other = RelativeError::measure(&renderings[1].0, &renderings[0].1, 1e-3).unwrap().fraction_within(0.1);
         let own = renderings[1].2.fraction_within(0.1);
-        assert!(other < own - 0.02 || sample.contains("Truck"), "{sample}: blind to what moves: {other} and {own}");
+        assert!(
+            other < own - 0.02 || sample.contains("Truck"),
+            "{sample}: insensitive to the motion: {other} and {own}"
+        );
     }
 }
 
@@ -257,11 +260,7 @@ fn gpu_skinned_surfaces_change_all_lighting() {
         renderer.update(&mut uploaded, &scene).unwrap();
         let after = shown(&mut renderer, &uploaded);
         let fresh = renderer.upload(&scene).unwrap();
-        assert_eq!(
-            differing(&after, &shown(&mut renderer, &fresh)),
-            0,
-            "{name}: the update differs from an upload"
-        );
+        assert_eq!(differing(&after, &shown(&mut renderer, &fresh)), 0, "{name}: the update differs from an upload");
         // Skinned by the device only; the host has no posed vertices.
         scene.pose_at_rest();
         let mut animated = renderer.upload(&scene).unwrap();

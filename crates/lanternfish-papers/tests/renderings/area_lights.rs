@@ -97,10 +97,10 @@ fn gpu_area_lights_are_the_path_tracers() {
     let mut brighter = scene.clone();
     brighter.lights.iter_mut().for_each(|light| light.intensity *= 1.01);
     let error = compare("1 % brighter", &accumulated(gpu, &brighter, &camera, settings()), &expected);
-    assert!(error.energy_ratio() > 1.005, "blind to 1 % of light");
+    assert!(error.energy_ratio() > 1.005, "insensitive to 1 % of light");
     let unshadowed = Settings { shadows: Shadows::None, ..settings() };
     let error = compare("without shadows", &accumulated(gpu, &scene, &camera, unshadowed), &expected);
-    assert!(error.energy_ratio() > 1.02 && error.fraction_within(0.05) < 0.95, "blind to shadows");
+    assert!(error.energy_ratio() > 1.02 && error.fraction_within(0.05) < 0.95, "insensitive to shadows");
     let mut smaller = scene.clone();
     for light in smaller.lights.iter_mut().filter(|light| light.area().is_some()) {
         let (area, position) = (light.area().unwrap(), light.position);
@@ -108,7 +108,7 @@ fn gpu_area_lights_are_the_path_tracers() {
         light.intensity *= area / light.area().unwrap();
     }
     let error = compare("small lights", &accumulated(gpu, &smaller, &camera, settings()), &expected);
-    assert!(error.fraction_within(0.05) < 0.9, "blind to the lights' size");
+    assert!(error.fraction_within(0.05) < 0.9, "insensitive to the lights' size");
 }
 
 /// Without occluders, `shadows none` equals the ground truth too: all of the light, not only that of the light's centre.
@@ -138,12 +138,13 @@ fn gpu_area_lights_on_a_transparent_sheet_are_the_path_tracers() {
     primitives.remove(0);
     let expected = ground_truth(&scene, &camera, 2048);
     let settings = || Settings { accumulate: 64, shadows: Shadows::BVH, ..Settings::direct_light() };
-    let error = compare("a pane", &accumulated(gpu, &scene, &camera, settings()), &expected);
+    let error = compare("a transparent sheet", &accumulated(gpu, &scene, &camera, settings()), &expected);
     // The path tracer hits a transparent surface at random, half of the time: its noise is 1.7 % at the median.
     assert!(error.median() < 0.025 && (error.energy_ratio() - 1.0).abs() < 0.005, "{}", error.energy_ratio());
     let unshadowed = Settings { shadows: Shadows::None, ..settings() };
-    let error = compare("a pane without shadows", &accumulated(gpu, &scene, &camera, unshadowed), &expected);
-    assert!(error.energy_ratio() > 1.02, "blind to shadows");
+    let error =
+        compare("a transparent sheet without shadows", &accumulated(gpu, &scene, &camera, unshadowed), &expected);
+    assert!(error.energy_ratio() > 1.02, "insensitive to shadows");
 }
 
 /// Indirect rays see surfaces lit by area lights: the same bounce as the path tracer's.

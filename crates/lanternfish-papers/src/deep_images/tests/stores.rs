@@ -89,7 +89,7 @@ fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
     renderer.update(&mut scene, &flat).unwrap();
     assert_ne!(scene.generation(), generation);
     let then = passes(&scene);
-    assert!(then == again && again < first, "{first} passes, {again}, {then} of what has moved");
+    assert!(then == again && again < first, "{first} passes, {again}, {then} after a motion");
 }
 
 /// 10,000 surfaces behind each other: a list of this length is sorted in subquadratic time.
