@@ -1,7 +1,8 @@
-//! Techniques of the papers for [`lanternfish`] that none of its default settings runs: the scene as deep images, and what is found through
-//! them; light from virtual lights and from photons; a raster grid of lights; occlusion in screen space.
+//! Techniques of research papers for [`lanternfish`]; none of them is a default. Deep images of the scene, with shadows, occlusion and
+//! indirect light traced through them; virtual lights and photons; a raster grid for light culling; screen-space occlusion.
 //!
-//! A program calls [`register`] once, before it reads names or makes a renderer. Flags, shots, panels and reports know the techniques then.
+//! A program calls [`register`] once, before it parses names or creates a renderer. After that, flags, shots, panels and reports include
+//! the techniques.
 //!
 //! ```
 //! use lanternfish::Settings;
@@ -22,7 +23,7 @@
 //! | Aalund 2015 | [`deep_images`], [`occlusion::deep`], [`indirect::photon_splatting`] |
 //! | Archer 2019 | the single pass of [`deep_images`], [`WITHIN_TEXEL`], [`indirect::virtual_lights`], [`light_culling::raster_grid`] |
 //!
-//! [`occlusion::hbao`] is there for comparison (Bavoil 2008). A technique lies in a folder below its kind, as in the library.
+//! [`occlusion::hbao`] is a baseline for comparison (Bavoil 2008). As in the library, each technique has a folder below its kind.
 
 pub mod deep_images;
 pub mod indirect;
@@ -53,11 +54,11 @@ pub use self::{
     occlusion::{deep::Deep, hbao::Hbao},
 };
 
-/// The shaders of the folders that are no technique of a kind.
+/// Shaders of the folders that belong to no single technique.
 pub const FOLDERS: &[Shaders] = &[deep_images::DECLARED, indirect::light_views::DECLARED];
 
-/// Makes every technique of this crate known by name. Programs call it before they read names and before they make a renderer; more than
-/// once does nothing.
+/// Registers every technique of this crate by name. Call it before names are parsed and before a renderer is created; further calls do
+/// nothing.
 pub fn register() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

@@ -2,5 +2,5 @@
 
 use lanternfish::shaders::Package;
 
-/// Every `.wesl` file of this crate; a module's path is its file's. They may import those of the library.
+/// Every `.wesl` file of this crate; the path of a module is that of its file. They may import those of the library.
 pub static SHADERS: Package = Package::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs")));

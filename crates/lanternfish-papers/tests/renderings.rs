@@ -1,4 +1,5 @@
-//! Images on a real adapter by every technique, the library's and this crate's: against each other, from run to run, while scenes change.
+//! Images on a real adapter by every technique of the library and of this crate: against each other, between runs, and with changing
+//! scenes.
 //!
 //! Every test that needs an adapter is called `gpu_…`.
 
@@ -18,7 +19,7 @@ mod passes;
 #[allow(dead_code, reason = "the library's own images have it too")]
 mod support;
 
-/// The adapter, once the techniques are registered; none where the test is left out.
+/// The adapter, after the techniques are registered; none if the test is skipped.
 fn gpu(test: &str) -> Option<&'static lanternfish_gpu::Gpu> {
     lanternfish_papers::register();
     lanternfish_gpu::testing::gpu(test)

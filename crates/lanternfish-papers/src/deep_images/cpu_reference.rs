@@ -1,5 +1,4 @@
-//! Deep images as plain loops: every surface on the axis of every texel, by exact intersection. The builders' specification
-//! and oracle.
+//! Deep images as plain loops: every surface on the axis of every texel, by exact intersection. The builders' specification and reference.
 
 use glam::{DVec3, Vec3};
 use lanternfish::rays::TracedRay;
@@ -35,7 +34,7 @@ pub(crate) fn image(grid: &DeepGrid, frame: &DeepFrame, triangles: &[[Vec3; 3]])
     lists
 }
 
-/// z at which the line along z through (x, y) meets a triangle.
+/// z at which the line along z through (x, y) intersects a triangle.
 fn intersect([a, b, c]: &[DVec3; 3], x: f64, y: f64) -> Option<f64> {
     let edge = |p: &DVec3, q: &DVec3| (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
     let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
@@ -44,8 +43,8 @@ fn intersect([a, b, c]: &[DVec3; 3], x: f64, y: f64) -> Option<f64> {
     (inside && sum != 0.0).then(|| (u * a.z + v * b.z + w * c.z) / sum)
 }
 
-/// Merges as sorting does: runs of fragments nearer to each other than `distance` are their first and, where the run is as long
-/// as that, their last.
+/// Merges as the sort pass does: of a run of fragments closer to each other than `distance`, the first is kept and, if the run is at least
+/// that long, the last.
 pub(crate) fn merge(list: &[Fragment], distance: f32) -> Vec<Fragment> {
     let mut kept: Vec<Fragment> = Vec::new();
     for run in list.chunk_by(|a, b| b.depth - a.depth < distance) {
@@ -58,7 +57,7 @@ pub(crate) fn merge(list: &[Fragment], distance: f32) -> Vec<Fragment> {
     kept
 }
 
-/// What `store/depth_16.wesl` makes of a depth.
+/// A depth after the rounding of `store/depth_16.wesl`.
 pub(crate) fn depth_16(depth: f32, radius: f32) -> f32 {
     let step = (STEPS_16 * (0.5 + 0.5 * depth / radius).clamp(0.0, 1.0)).round_ties_even();
     (2.0 * step / STEPS_16 - 1.0) * radius
@@ -71,7 +70,7 @@ fn start(grid: &DeepGrid, frame: &DeepFrame, ray: &TracedRay) -> Vec3 {
     Vec3::new(texels(frame.x), texels(frame.y), q.dot(frame.z))
 }
 
-/// The nearest fragment of an ascending list that is more than `depth`, or, backwards, less.
+/// The nearest fragment of an ascending list above `depth`, or, backwards, below it.
 fn first(list: &[Fragment], depth: f32, backwards: bool) -> Option<Fragment> {
     if backwards {
         return list.iter().rev().find(|fragment| fragment.depth < depth).copied();
@@ -79,7 +78,7 @@ fn first(list: &[Fragment], depth: f32, backwards: bool) -> Option<Fragment> {
     list.iter().find(|fragment| fragment.depth > depth).copied()
 }
 
-/// `rays/within_texel/walk.wesl`: how far the ray goes, m, and what it meets. `lists`: of the ray's image.
+/// `rays/within_texel/walk.wesl`: distance of the ray's hit, m, and its fragment. `lists`: of the ray's image.
 pub(crate) fn within_texel(
     grid: &DeepGrid,
     frame: &DeepFrame,
@@ -91,12 +90,12 @@ pub(crate) fn within_texel(
     let list = &lists[(p.y as usize).min(last) * grid.resolution as usize + (p.x as usize).min(last)];
     let backwards = ray.image_and_side % 2 == 1;
     let offset = if backwards { -ray.offset } else { ray.offset };
-    let found = first(list, p.z + offset, backwards)?;
-    Some(((found.depth - p.z).abs(), found))
+    let hit = first(list, p.z + offset, backwards)?;
+    Some(((hit.depth - p.z).abs(), hit))
 }
 
-/// `rays/across_texels/walk.wesl`: the same, from every list that the ray passes over. It meets what is there half a texel before it
-/// enters a list, or after it leaves.
+/// `rays/across_texels/walk.wesl`: the same, from every list that the ray crosses, with a tolerance of half a texel before it enters a list
+/// and after it leaves.
 pub(crate) fn across_texels(
     grid: &DeepGrid,
     frame: &DeepFrame,
@@ -107,7 +106,7 @@ pub(crate) fn across_texels(
     let n = grid.resolution as usize;
     let along = ray.direction.dot(frame.z);
     let tolerance = 0.5 / grid.texels_per_metre;
-    // Where the ray is over the texels from i to i + 1, from one distance to another.
+    // The interval of distances in which the ray is over the texels from i to i + 1.
     let over = |axis: Vec3, at: f32, i: usize| {
         let speed = ray.direction.dot(axis) * grid.texels_per_metre;
         let (a, b) = ((i as f32 - at) / speed, (i as f32 + 1.0 - at) / speed);
@@ -126,14 +125,14 @@ pub(crate) fn across_texels(
     }
     passed.sort_by(|a, b| a.0.total_cmp(&b.0));
     passed.into_iter().find_map(|(enters, leaves, list)| {
-        // Depths grow with distance where the ray goes with the axis.
+        // Depths grow with distance if the ray follows the axis.
         let (near, far) = (p.z + along * enters, p.z + along * leaves);
         let beyond = p.z + ray.offset * along.signum();
-        let found = if along > 0.0 {
-            first(&lists[list], beyond.max(near - tolerance), false).filter(|found| found.depth <= far + tolerance)
+        let hit = if along > 0.0 {
+            first(&lists[list], beyond.max(near - tolerance), false).filter(|hit| hit.depth <= far + tolerance)
         } else {
-            first(&lists[list], beyond.min(near + tolerance), true).filter(|found| found.depth >= far - tolerance)
+            first(&lists[list], beyond.min(near + tolerance), true).filter(|hit| hit.depth >= far - tolerance)
         }?;
-        Some(((found.depth - p.z) / along, found))
+        Some(((hit.depth - p.z) / along, hit))
     })
 }

@@ -1,6 +1,6 @@
-//! Sets of directions that there are deep images of, and which of them is nearest to a given one.
+//! Direction sets of deep images, and the lookup of the nearest direction.
 //!
-//! One image serves a direction and its opposite: the texels' lists are read from the other end.
+//! One image serves a direction and its opposite: for the opposite, the texels' lists are read from the other end.
 
 mod cells;
 mod sets;
@@ -11,22 +11,22 @@ use std::sync::Arc;
 
 use glam::{Mat3, Quat, Vec3};
 
-/// Which directions there are deep images of. The pole of a set is +y until it is turned ([`Directions::rotated`]).
+/// The directions of deep images. The pole of a set is +y without a rotation ([`Directions::rotated`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DirectionSet {
-    /// Spherical coordinates over the upper hemisphere [Archer2019, §3.1]: `stacks` equal steps of colatitude from the pole
-    /// to the equator, each of `slices` equal steps of longitude; an axis goes through the middle of each cell. So no axis
-    /// is the pole, which all slices would share, and none lies on the equator, where one's opposite could be another.
-    /// Axes crowd at the pole. Archer has 13 × 13 = 169.
+    /// Spherical coordinates over the upper hemisphere [Archer2019, §3.1]: `stacks` equal steps of colatitude from the pole to the equator,
+    /// each of `slices` equal steps of longitude; an axis goes through the middle of each cell. So no axis is the pole, which all slices
+    /// would share, and none lies on the equator, where the opposite of one could be another. Axes are dense at the pole. Archer has 13 ×
+    /// 13 = 169.
     StacksSlices {
         /// More: finer in colatitude.
         stacks: u32,
-        /// More: finer in longitude. All slices of the first stack are candidates around the pole, so the longest walk of
-        /// [`Directions::nearest`] is no shorter than this. At most [`Directions::MAX_SLICES`].
+        /// More: finer in longitude. All slices of the first stack are candidates around the pole, so the longest candidate list of
+        /// [`Directions::nearest`] has at least this length. At most [`Directions::MAX_SLICES`].
         slices: u32,
     },
-    /// The middles of k × k squares on each face of a cube [Niessner2010, §3.1]: 6 k² directions, 3 k² images. Axes crowd at
-    /// the cube's corners.
+    /// The centres of k × k squares on each face of a cube [Niessner2010, §3.1]: 6 k² directions, 3 k² images. Axes are dense at the cube's
+    /// corners.
     Cube {
         /// Squares along an edge.
         k: u32,
@@ -50,28 +50,28 @@ impl DirectionSet {
     }
 }
 
-/// A set that cannot be made.
+/// An invalid set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DirectionError {
     /// No images, or too many.
     #[error("{set:?} has {} directions: the number must be from 1 to {}", .set.count(), Directions::MAX_COUNT)]
     Count {
-        /// Requested for.
+        /// The requested set.
         set: DirectionSet,
     },
-    /// Too many axes about one pole.
-    #[error("{set:?}: at most {} slices meet at the pole; take more stacks", Directions::MAX_SLICES)]
+    /// Too many axes around one pole.
+    #[error("{set:?}: at most {} slices may share the pole; use more stacks", Directions::MAX_SLICES)]
     Slices {
-        /// Requested for.
+        /// The requested set.
         set: DirectionSet,
     },
 }
 
-/// The axes of deep images, world space, and a table that finds the nearest.
+/// The axes of deep images, world space, and a table that finds the nearest axis.
 ///
-/// On the GPU the table lies in the set's own space, where it is not turned, so [`Self::cells`] is uploaded once; a shader
-/// (`nearest_image.wesl`) turns its directions into that space ([`Self::rotation`]).
+/// On the GPU the table is in the set's own space, without rotation, so [`Self::cells`] is uploaded once; a shader (`nearest_image.wesl`)
+/// rotates its directions into that space ([`Self::rotation`]).
 #[derive(Clone, Debug)]
 pub struct Directions {
     set: DirectionSet,
@@ -85,10 +85,10 @@ pub struct Directions {
 }
 
 impl Directions {
-    /// The most images of a set.
+    /// Maximum number of images of a set.
     pub const MAX_COUNT: u32 = 4096;
 
-    /// The most slices of a stack: so many candidates there are at the pole.
+    /// Maximum number of slices per stack, which is the number of candidates at the pole.
     pub const MAX_SLICES: u32 = 256;
 
     /// Lays out the axes and builds the table, whose cost grows with the square of the number of images.
@@ -129,23 +129,22 @@ impl Directions {
         &self.axes
     }
 
-    /// The image whose axis is nearest to ±`direction`, and whether it is −axis that is near, so that the image is to be read
-    /// backwards.
+    /// The image whose axis is nearest to ±`direction`, and true if −axis is the nearer end, so that the image is read backwards.
     ///
-    /// World space; of any length whose square is a normal number. Exact up to the rounding of a scalar product in single
-    /// precision. One cell's candidates are tried ([`Self::cells`]), whatever the number of images.
+    /// World space; any length whose square is a normal number. Exact up to the rounding of a scalar product in single precision. Tests one
+    /// cell's candidates ([`Self::cells`]), independent of the number of images.
     pub fn nearest(&self, direction: Vec3) -> (u32, bool) {
         cells::nearest(&self.axes_in_set, &self.cells, self.rotation.inverse() * direction)
     }
 
-    /// World space from an image's own: orthonormal and right-handed, z is the axis. It turns with the set.
+    /// World space from an image's own: orthonormal and right-handed, z is the axis. It rotates with the set.
     pub fn frame(&self, image: u32) -> Mat3 {
         let z = self.axes_in_set[image as usize];
         let (x, y) = z.any_orthonormal_pair();
         Mat3::from_quat(self.rotation) * Mat3::from_cols(x, y, z)
     }
 
-    /// The set turned as a whole from where it is now. Images keep their numbers, and [`Self::cells`] do not change. `rotation` is unit.
+    /// The set with a further rotation. Images keep their indices, and [`Self::cells`] do not change. `rotation` is unit.
     pub fn rotated(&self, rotation: Quat) -> Self {
         let rotation = (rotation * self.rotation).normalize();
         let axes = self.axes_in_set.iter().map(|axis| (rotation * *axis).normalize()).collect();
@@ -157,8 +156,8 @@ impl Directions {
         self.rotation
     }
 
-    /// `direction_cells` of `nearest_image.wesl`, the set's own space: cells along an edge of a cube's face, where the
-    /// candidates of each start, and the candidates.
+    /// `direction_cells` of `nearest_image.wesl`, in the set's own space: cells along an edge of a cube's face, the start of each cell's
+    /// candidates, and the candidates.
     pub fn cells(&self) -> &[u32] {
         &self.cells
     }

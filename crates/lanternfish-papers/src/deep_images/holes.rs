@@ -6,21 +6,21 @@ use lanternfish_gpu::read_back;
 
 use super::{DeepGrid, DeepImages, Fragment};
 
-/// Surfaces of images against those of a baseline: images of the same scene, directions and resolution, built by a draw for each
-/// direction. Two fragments of one texel are the same surface where their depths differ by a texel at most. Shares, 0 to 1.
+/// Surfaces of images against those of a baseline: images of the same scene, directions and resolution, built by a draw for each direction.
+/// Two fragments of one texel are the same surface if their depths differ by at most a texel. Fractions, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Holes {
-    /// Share of the baseline's fragments that have no partner in the images.
+    /// Fraction of the baseline's fragments without a match in the images.
     pub missing: f64,
-    /// Share of the images' fragments that have no partner in the baseline.
+    /// Fraction of the images' fragments without a match in the baseline.
     pub spurious: f64,
     /// `missing` among the fragments whose surface's normal and the image's axis have a cosine of up to 1/4, 1/2, 3/4 and 1.
     pub missing_by_cosine: [f64; 4],
-    /// The images' fragments over the baseline's.
+    /// Ratio of the images' fragments to the baseline's.
     pub fragments: f64,
 }
 
-/// Counts of fragments: all, and those without a partner.
+/// Counts of fragments: all, and those without a match.
 #[derive(Clone, Copy, Default)]
 struct Alone {
     all: usize,
@@ -33,12 +33,12 @@ impl Alone {
     }
 }
 
-/// Which class of `missing_by_cosine` a cosine is in.
+/// The class of `missing_by_cosine` of a cosine.
 fn class_of(cosine: f32) -> usize {
     ((4.0 * cosine.abs()).ceil() as usize).clamp(1, 4) - 1
 }
 
-/// Counts the fragments of `lists` by class; alone are those without a partner in `others`, lists of the same texels.
+/// Counts the fragments of `lists` by class; `alone` counts those without a match in `others`, lists of the same texels.
 fn alone(
     lists: &[Vec<Fragment>],
     others: &[Vec<Fragment>],
@@ -60,8 +60,8 @@ fn alone(
 impl DeepImages {
     /// Compares with `baseline`, images of the same scene. Both are read back.
     ///
-    /// An error where a list is broken, where the two differ in directions, resolution, chunks or the scene's bounds, or where the
-    /// baseline has no triangles.
+    /// An error if a list is broken, if the two differ in directions, resolution, chunks or the scene's bounds, or if the baseline has no
+    /// triangles.
     pub fn holes(
         &self,
         device: &wgpu::Device,
@@ -97,11 +97,11 @@ impl DeepImages {
                 let axis = self.directions.frame(chunk.grid.first_image + (list / texels) as u32).z_axis;
                 fragment.triangle.map_or(0, |triangle| class_of(normals[triangle as usize].dot(axis)))
             };
-            for (sum, found) in missing.iter_mut().zip(alone(&those, &these, texel, class)) {
-                *sum = Alone { all: sum.all + found.all, alone: sum.alone + found.alone };
+            for (sum, counted) in missing.iter_mut().zip(alone(&those, &these, texel, class)) {
+                *sum = Alone { all: sum.all + counted.all, alone: sum.alone + counted.alone };
             }
-            let [found, ..] = alone(&these, &those, texel, |_, _| 0);
-            spurious = Alone { all: spurious.all + found.all, alone: spurious.alone + found.alone };
+            let [counted, ..] = alone(&these, &those, texel, |_, _| 0);
+            spurious = Alone { all: spurious.all + counted.all, alone: spurious.alone + counted.alone };
         }
         let all = missing
             .iter()

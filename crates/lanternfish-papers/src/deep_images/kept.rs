@@ -1,4 +1,4 @@
-//! Deep images that are kept while nothing moves, and built again when something has.
+//! Cached deep images, rebuilt when the scene has changed.
 
 use std::sync::Arc;
 
@@ -13,14 +13,14 @@ use super::{
 };
 use crate::deep_images::settings::DeepImageSettings;
 
-/// Deep images of the scene as it is, asked for every frame.
+/// Deep images of the current scene, for every frame.
 #[derive(Debug)]
 pub struct KeptDeepImages {
     builder: DeepImageBuilder,
     kept: Option<Kept>,
     builds: u64,
     slices: u32,
-    /// Frames that have asked for them, and the number of the last one.
+    /// Number of requesting frames, and the number of the last one.
     frames: u64,
     last_frame: u64,
 }
@@ -28,19 +28,19 @@ pub struct KeptDeepImages {
 #[derive(Debug)]
 struct Kept {
     images: Arc<DeepImages>,
-    /// [`GpuScene::triangle_order`] of the scene that the images were built of.
+    /// [`GpuScene::triangle_order`] of the scene that the images were built from.
     order: u64,
     rotation: Quat,
-    /// Of each chunk.
+    /// State of each chunk.
     built: Vec<Built>,
-    /// The last frame that has noted whether there was room for them: its number.
+    /// Number of the last frame that recorded if the capacity of the others sufficed.
     noted_in: u64,
 }
 
-/// Of which scene a chunk was built, and in which frame it last was right.
+/// The scene from which a chunk was built, and the last frame in which it was up to date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Built {
-    /// Which of those that have asked.
+    /// Index among the requesting frames.
     frame: u64,
     /// [`GpuScene::generation`] of the scene.
     generation: u64,
@@ -59,11 +59,11 @@ impl KeptDeepImages {
         })
     }
 
-    /// Images of the scene with the set of directions turned by `rotation` (unit; world space from the set's own): built in
-    /// this frame where the last ones are of another scene, of triangles that have moved since, or turned differently; else
-    /// the last ones. A frame that they were built in must be submitted before they are read in another. Where frames do not wait,
-    /// images for which there was no room are built again as soon as that is known; until then frames that read them are not whole;
-    /// and with [`DeepImageSettings::slices`] of those that things have moved in the oldest slice is built again, one in each frame.
+    /// Images of the scene with the set of directions rotated by `rotation` (unit; world space from the set's own). They are built in this
+    /// frame if the last ones are of another scene, of triangles that have moved since, or of another rotation; otherwise the last ones are
+    /// returned. A frame in which they were built must be submitted before another reads them. With deferred readback, images that exceed
+    /// their capacity are built again as soon as the counts are read; until then frames that read them are not complete. With
+    /// [`DeepImageSettings::slices`], the oldest slice that is out of date is built again, one per frame.
     pub fn get(
         &mut self,
         frame: &mut Frame<'_>,
@@ -71,7 +71,7 @@ impl KeptDeepImages {
         rotation: Quat,
     ) -> Result<&Arc<DeepImages>, RenderError> {
         let [counted, images, ..] = frame.last_counted(SLOTS);
-        // What is told may be of larger chunks, before they were divided.
+        // The count may be of larger chunks, before they were divided.
         let is_large_enough = |chunk: &Chunk| counted <= chunk.grid.capacity || images > chunk.grid.image_count;
         let number = frame.number();
         let is_deferred = frame.growth() == Growth::Deferred;
@@ -87,10 +87,10 @@ impl KeptDeepImages {
             is_same && is_large_enough && (is_of_now || (may_be_old && kept.hold(scene.bounds())))
         };
         let is_usable = self.kept.as_ref().is_some_and(is_usable);
-        // Of those that are too large now for one binding, smaller chunks are made.
+        // Slices that no longer fit one binding are rebuilt in smaller chunks.
         let is_renewed = is_usable && (!is_deferred || self.renew(frame, scene, now)?);
         if !is_renewed {
-            // Their memory can go before there is more.
+            // Their memory is freed before more is allocated.
             self.kept = None;
             frame.forget_bind_groups();
             self.builder.set_rotation(rotation);
@@ -100,13 +100,13 @@ impl KeptDeepImages {
             let order = scene.triangle_order();
             self.kept = Some(Kept { images, order, rotation, built, noted_in: number });
         }
-        let kept = self.kept.as_mut().expect("just built, if not there");
+        let kept = self.kept.as_mut().expect("built above if it was missing");
         kept.built.iter_mut().filter(|built| built.generation == now.generation).for_each(|built| *built = now);
         Ok(&kept.images)
     }
 
-    /// Builds the oldest slice again, once a frame, where it is of a scene as it is no longer, and notes whether there was room for the others.
-    /// False: it no longer fits one binding.
+    /// Builds the oldest out-of-date slice again, once per frame, and records if the capacity of the others sufficed. False: it no longer
+    /// fits one binding.
     fn renew(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, now: Built) -> Result<bool, RenderError> {
         let Some(kept) = self.kept.as_mut().filter(|kept| kept.noted_in != frame.number()) else { return Ok(true) };
         kept.noted_in = frame.number();
@@ -124,25 +124,25 @@ impl KeptDeepImages {
         Ok(true)
     }
 
-    /// Frames since the oldest images were right, in the last frame that asked for them: 0 where all are of the scene as it was then.
-    /// None where all images are built at once.
+    /// Frames since the oldest images were up to date, in the last requesting frame: 0 if all are of the scene at that time. None if all
+    /// images are built at once.
     pub fn age(&self) -> Option<u64> {
         let kept = self.kept.as_ref().filter(|_| self.slices > 1)?;
         let frames = || kept.built.iter().map(|built| built.frame);
         Some(frames().max()? - frames().min()?)
     }
 
-    /// Lets the next frame build them again: the one that built them was not handed to the device.
+    /// Invalidates the images, so that the next frame builds them again: the frame that built them was not submitted.
     pub fn forget(&mut self) {
         self.kept = None;
     }
 
-    /// An error unless they can be built by frames that get their room so.
+    /// An error unless they can be built by frames with this kind of readback.
     pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
         self.builder.check_growth(growth)
     }
 
-    /// How often all images have been built.
+    /// Number of complete builds of all images.
     pub fn builds(&self) -> u64 {
         self.builds
     }
@@ -155,7 +155,7 @@ impl Kept {
         grids.into_iter().all(|grid| bounds.corners().iter().all(|corner| corner.distance(grid.center) <= grid.radius))
     }
 
-    /// The chunk of the oldest images of a scene as it is no longer.
+    /// The chunk of the oldest out-of-date images.
     fn oldest(&self, generation: u64) -> Option<usize> {
         let old = (0..self.built.len()).filter(|chunk| self.built[*chunk].generation != generation);
         old.min_by_key(|chunk| (self.built[*chunk].frame, *chunk))

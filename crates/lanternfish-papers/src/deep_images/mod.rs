@@ -1,9 +1,9 @@
 //! The scene as sorted rays: orthographic images of every direction of a set, each texel a list of all surfaces along its
 //! axis [Archer2019, §3.1; Niessner2010, §3.1].
 //!
-//! 1. Grid: a sphere around the scene; images of one size around it; as many images a chunk as fit one binding.
-//! 2. Build (`build/`): every triangle is put into every texel, of every image, whose axis meets it (or the scene is drawn once, and its
-//!    samples are put there; or drawn once a direction, as a baseline).
+//! 1. Grid: a sphere around the scene; images of one size around it; as many images per chunk as fit one binding.
+//! 2. Build (`build/`): every triangle is put into every texel, of every image, whose axis intersects it (or the scene is drawn once, and
+//!    its samples are put into the images; or it is drawn once per direction, as a baseline).
 //! 3. Store (`store/`): fragments go to the lists of their texels: into an array (scan, fill, sort, merge, compact), or into linked lists.
 //! 4. Trace (`rays/within_texel/`, `rays/across_texels/`): rays read lists through one interface, `fragments.wesl`.
 
@@ -77,39 +77,39 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
 
 /// Fragments are put into linear arrays.
 pub(crate) const APPEND: Feature = Feature::new("append");
-/// Fragments are in linked lists, in no order.
+/// Fragments are in unsorted linked lists.
 pub(crate) const LINKED_LIST: Feature = Feature::new("linked_list");
 /// Fragments are in linked lists, the nearest first.
 pub(crate) const SORTED_LINKED_LIST: Feature = Feature::new("sorted_linked_list");
-/// Fragments know their triangles.
+/// Fragments store their triangles.
 pub(crate) const PAYLOAD: Feature = Feature::new("payload");
 /// Depths of fragments have 16 bits.
 pub(crate) const DEPTH_16: Feature = Feature::new("depth_16");
-/// Lists in linear arrays are searched one fragment after the other.
+/// Lists in linear arrays are searched linearly.
 pub(crate) const LINEAR_STEPS: Feature = Feature::new("linear_steps");
 
 gpu_struct! {
-    /// Where deep images lie.
+    /// Placement of deep images.
     pub struct DeepGrid {
         /// Centre of the sphere around the scene, world space, m.
         center: Vec3,
         /// Radius of that sphere, m.
         radius: f32,
-        /// Texels across an image over its width in metres.
+        /// Texels per metre: texels across an image over its width.
         texels_per_metre: f32,
         /// Texels across and down an image.
         resolution: u32,
-        /// Images of the chunk in hand.
+        /// Images of the current chunk.
         image_count: u32,
         /// Images of all chunks before it.
         first_image: u32,
-        /// Triangles that are drawn.
+        /// Number of drawn triangles.
         triangle_count: u32,
-        /// Fragments that the chunk's lists have room for.
+        /// Capacity of the chunk's lists, fragments.
         capacity: u32,
-        /// Fragments of one list nearer to each other than this are one surface, m.
+        /// Fragments of one list closer to each other than this are one surface, m.
         merge_distance: f32,
-        /// Distance between the single pass' samples, across the axis that a triangle is drawn along, m.
+        /// Distance between the single pass' samples, across the axis along which a triangle is drawn, m.
         sample_spacing: f32,
         /// Rotation into the space of the set of directions, a unit quaternion.
         set_from_world: Vec4,
@@ -141,7 +141,7 @@ pub struct DeepImages {
     pub settings: DeepImageSettings,
     /// The directions of the images.
     pub directions: Directions,
-    /// The table that finds the image of the direction nearest to another, bound as `direction_cells`.
+    /// The table that maps a direction to the image of the nearest axis, bound as `direction_cells`.
     pub direction_cells: wgpu::Buffer,
     /// Axes of all images on the device, bound as `deep_frames`.
     pub frames: wgpu::Buffer,
@@ -151,20 +151,20 @@ pub struct DeepImages {
     pub counts: DeepCounts,
 }
 
-/// Some of the images, with the buffers that their lists and fragments lie in.
+/// Some of the images, with the buffers of their lists and fragments.
 #[derive(Clone, Debug)]
 pub struct Chunk {
-    /// Where the chunk's images lie.
+    /// Placement of the chunk's images.
     pub grid: DeepGrid,
-    /// The same, bound as `deep_grid`.
+    /// The grid as a uniform, bound as `deep_grid`.
     pub grid_buffer: wgpu::Buffer,
-    /// Where lists start: `store/linear_array.wesl`, `store/links.wesl`.
+    /// Start of each list: `store/linear_array.wesl`, `store/links.wesl`.
     pub list_starts: wgpu::Buffer,
     /// Linked lists: the link of each fragment, `store/links.wesl`.
     pub next: Option<wgpu::Buffer>,
     /// Depths of all lists, m along the image's axis from the scene's middle: `store/depths.wesl`.
     pub depths: wgpu::Buffer,
-    /// Triangle of each fragment, in the order of the BVH's leaves, where there is a payload.
+    /// Triangle of each fragment, in the order of the BVH's leaves, if there is a payload.
     pub triangles: Option<wgpu::Buffer>,
     /// Number of fragments all lists of the chunk hold; where frames do not wait, how many there is room for.
     pub fragments: u64,
@@ -180,15 +180,15 @@ pub struct Chunk {
 pub struct DeepCounts {
     /// Fragments that were drawn into lists.
     pub drawn: u64,
-    /// Fragments that are left after merging; all that were drawn, in linked lists.
+    /// Fragments left after merging; in linked lists, all that were drawn.
     pub kept: u64,
-    /// Bytes of all buffers that lists and fragments lie in: 4 a list; and a fragment, 4 or 2 for its depth, 4 for its triangle, 4 for
-    /// the link of a linked list.
+    /// Bytes of all buffers of lists and fragments: 4 per list; per fragment 4 or 2 for its depth, 4 for its triangle, 4 for the link of a
+    /// linked list.
     pub bytes: u64,
 }
 
 impl DeepImageSettings {
-    /// Images of every kind that shaders read otherwise, with triangles or without.
+    /// Every variant of images that shaders read differently, with triangles or without.
     pub(crate) fn every_kind(payload: bool) -> Vec<Self> {
         let stores = DeepStore::ALL.iter().copied();
         let depths = stores.flat_map(|store| {
@@ -205,7 +205,7 @@ impl DeepImageSettings {
         depths.flat_map(of_kind).collect()
     }
 
-    /// Features with which a shader that imports `deep_images/fragments` is linked, so that it reads images of these settings.
+    /// Features of a shader that imports `deep_images/fragments`, so that it reads images of these settings.
     pub fn fragment_features(&self) -> Vec<Feature> {
         let store = match self.store {
             DeepStore::LinearArray => None,
@@ -226,14 +226,14 @@ impl DeepImages {
         self.counts = DeepCounts { drawn: sum(|c| c.drawn), kept: sum(|c| c.fragments), bytes: sum(Chunk::bytes) };
     }
 
-    /// Bindings of `nearest_image.wesl`, beside the grid of any chunk.
+    /// Bindings of `nearest_image.wesl`, in addition to the grid of any chunk.
     pub fn direction_bindings(&self) -> Bindings<'_> {
         Bindings::new().buffer("direction_cells", &self.direction_cells)
     }
 }
 
 impl Chunk {
-    /// Bindings under the names that the shaders use; `frames`: [`DeepImages::frames`] of the images that this is a chunk of.
+    /// Bindings under the names in the shaders; `frames`: [`DeepImages::frames`] of the images that this chunk belongs to.
     pub fn bindings<'a>(&'a self, frames: &'a wgpu::Buffer) -> Bindings<'a> {
         let bindings = Bindings::new()
             .buffer("deep_grid", &self.grid_buffer)
@@ -252,7 +252,7 @@ impl Chunk {
         self.grid.list_count()
     }
 
-    /// Bytes that its lists and fragments take.
+    /// Bytes of its lists and fragments.
     fn bytes(&self) -> u64 {
         let buffers = [Some(&self.list_starts), Some(&self.depths), self.next.as_ref(), self.triangles.as_ref()];
         buffers.into_iter().flatten().map(wgpu::Buffer::size).sum()
@@ -267,7 +267,7 @@ impl DeepGrid {
 }
 
 gpu_struct! {
-    /// A sample of the scene's surfaces: where the single pass meets one.
+    /// A sample of the scene's surfaces from the single pass.
     pub struct SurfaceSample {
         /// Position, world space, m.
         p_world: Vec3,

@@ -1,4 +1,4 @@
-//! Deep images as a structure that tracers go through.
+//! Deep images as an acceleration structure for tracers.
 
 use std::sync::Arc;
 
@@ -19,21 +19,21 @@ use super::{
 };
 use crate::rays::{across_texels, within_texel};
 
-/// Rays go through deep images.
+/// Rays are traced through deep images.
 const DEEP_IMAGES: Feature = Feature::new("deep_images");
 
-/// The texel of a deep image that the ray starts in, along the image's axis [Archer2019, §3.2].
+/// Traces rays along the image's axis in the texel of the deep image in which they start [Archer2019, §3.2].
 pub const WITHIN_TEXEL: Tracer = Tracer::new(&within_texel::INFO);
-/// Every texel of that image that the ray crosses [Niessner2010, §3.2].
+/// Traces rays through every texel of that image that they cross [Niessner2010, §3.2].
 pub const ACROSS_TEXELS: Tracer = Tracer::new(&across_texels::INFO);
 
 impl DeepImageSettings {
-    /// A choice of them: none where they are the default, which is what tracers take then.
+    /// The structure of these settings; none for the default, which tracers use then.
     pub fn chosen(self) -> Structure {
         if self == Self::default() { Structure::NONE } else { self.into() }
     }
 
-    /// Those of a quality: as fine as its rays are worth.
+    /// The settings for a quality preset.
     pub fn of_quality(quality: Quality) -> Self {
         let resolution = match quality {
             Quality::Draft => 64,
@@ -42,7 +42,7 @@ impl DeepImageSettings {
         Self { resolution, ..Self::default() }
     }
 
-    /// Those that settings choose, or the default.
+    /// The settings in `chosen`, or the default.
     pub fn of(chosen: &Structure) -> Self {
         chosen.get().copied().unwrap_or_default()
     }
@@ -125,7 +125,7 @@ impl TracedStructure for DeepImages {
 }
 
 impl DeepImages {
-    /// A ray along `direction` (unit), which the nearest direction of the set stands for.
+    /// A ray along `direction` (unit), traced in the image of the set's nearest direction.
     pub fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay {
         let (image, is_reversed) = self.directions.nearest(direction);
         TracedRay::new(origin, direction, offset, image, is_reversed)

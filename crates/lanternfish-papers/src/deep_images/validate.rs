@@ -9,35 +9,34 @@ use crate::deep_images::settings::{DeepDepth, DeepStore};
 /// A surface on a texel's axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fragment {
-    /// m along the image's axis from the scene's middle.
+    /// Depth along the image's axis from the scene's middle, m.
     pub depth: f32,
     /// Its triangle, in the order of the BVH's leaves; none without a payload.
     pub triangle: Option<u32>,
 }
 
-/// What does not hold of deep images. Lists and fragments are counted from the chunk's first.
+/// A violated invariant of deep images. Lists and fragments are counted from the chunk's first.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ListFault {
-    /// Chunks leave images out, or hold them twice.
-    #[error("chunks hold images up to {found}, where image {expected} is due")]
+    /// Chunks omit images or hold them twice.
+    #[error("chunks hold images up to {found}; image {expected} is expected next")]
     Images {
         /// First image of a chunk, or the number of images in all chunks.
         found: u32,
-        /// The image that is due after the chunk before it, or the number of images there are.
+        /// The image expected after the previous chunk, or the total number of images.
         expected: u32,
     },
-    /// An image's axes on the device are not those of its direction, or its direction's opposite does not read the same image
-    /// backwards.
+    /// An image's axes on the device are not those of its direction, or the opposite direction does not read the same image backwards.
     #[error("image {image} does not lie along its direction and the opposite one")]
     Direction {
         /// Index of the image.
         image: u32,
     },
-    /// Starts of a linear array descend, or do not begin at zero.
+    /// The list starts of a linear array descend or do not begin at zero.
     #[error("list {list} starts at {start}, the one before it at {before}")]
     Start {
-        /// Index of the list; one more than there are: the end of the last one.
+        /// Index of the list; the number of lists stands for the end of the last one.
         list: usize,
         /// Index of its first fragment.
         start: u32,
@@ -52,7 +51,7 @@ pub enum ListFault {
         /// Fragments that there are.
         fragments: u64,
     },
-    /// Fragments went missing between drawing and keeping, though none are merged.
+    /// Fragments were lost between drawing and storing, though none are merged.
     #[error("{drawn} fragments were drawn, {kept} kept")]
     Lost {
         /// Fragments that were drawn into lists.
@@ -66,7 +65,7 @@ pub enum ListFault {
         /// Index of the fragment.
         index: usize,
     },
-    /// A depth that no surface of the scene can have, or none at all.
+    /// A depth that is NaN or that no surface of the scene can have.
     #[error("fragment {index} has the depth {depth} m; the scene ends at {end} m")]
     Depth {
         /// Index of the fragment.
@@ -76,36 +75,36 @@ pub enum ListFault {
         /// The largest depth that a fragment can have, m.
         end: f32,
     },
-    /// A triangle that there is not.
-    #[error("fragment {index} is of triangle {triangle} of {count}")]
+    /// A triangle index out of range.
+    #[error("fragment {index} has triangle index {triangle}, of {count} triangles")]
     Triangle {
         /// Index of the fragment.
         index: usize,
         /// Index of its triangle, in the order of the BVH's leaves.
         triangle: u32,
-        /// Triangles that there are.
+        /// Number of triangles.
         count: u32,
     },
-    /// Fragments that are not in order.
+    /// Fragments out of order.
     #[error("list {list} is not sorted")]
     Unsorted {
         /// Index of the list.
         list: usize,
     },
-    /// A link to a fragment that there is not.
-    #[error("list {list} has a link to slot {slot} of {fragments}")]
+    /// A link to a slot out of range.
+    #[error("list {list} has a link to slot {slot}, of {fragments} slots")]
     Link {
         /// Index of the list.
         list: usize,
-        /// Where the link points.
+        /// The slot of the link.
         slot: u32,
         /// Slots that are taken.
         fragments: u64,
     },
-    /// A fragment that two links name: a circle, or two lists that run into each other.
-    #[error("list {list} comes to fragment {index}, which was in a list already")]
+    /// A fragment with two links to it: a cycle, or two lists that join.
+    #[error("list {list} reaches fragment {index}, which is already in a list")]
     Twice {
-        /// Index of the list that comes to the fragment second.
+        /// Index of the second list that reaches the fragment.
         list: usize,
         /// Index of the fragment.
         index: usize,
@@ -127,14 +126,14 @@ impl From<ListFault> for RenderError {
 impl DeepImages {
     /// Reads all lists back and checks that
     ///
-    /// - chunks hold every image once, and each lies along its direction, whose opposite reads it backwards;
-    /// - lists of a linear array lie behind each other, from the first fragment to the last;
-    /// - linked lists end, and between them come to every fragment once;
-    /// - they are in order, where the store sorts: by depth, then (but in 16 bits) by triangle;
-    /// - every fragment was written, has a depth that the scene has, and a triangle that there is;
-    /// - as many were kept as were drawn, where none are merged, and no more where some are.
+    /// - chunks hold every image once, and each image lies along its direction, whose opposite reads it backwards;
+    /// - lists of a linear array are contiguous, from the first fragment to the last;
+    /// - linked lists end, and reach every fragment exactly once;
+    /// - they are in order, if the store sorts: by depth, then (except with 16 bits) by triangle;
+    /// - every fragment was written, with a depth in the scene's range and a valid triangle;
+    /// - as many fragments were stored as were drawn if none are merged, and at most as many otherwise.
     ///
-    /// The first fault that is found comes back as [`RenderError::Check`]: a bug, or a device that computes wrongly.
+    /// Returns the first fault as [`RenderError::Check`]: a bug, or a device that computes wrongly.
     pub fn validate(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), RenderError> {
         let mut expected = 0;
         for chunk in &self.chunks {
@@ -161,12 +160,12 @@ impl DeepImages {
         Ok(())
     }
 
-    /// Whether an image lies along its direction, and serves the opposite one from the other end.
+    /// True if an image lies along its direction, and serves the opposite one from the other end.
     fn lies(&self, image: u32, frame: &DeepFrame) -> bool {
         let axes = self.directions.frame(image);
         let axis = self.directions.axes()[image as usize];
         let (forwards, backwards) = (self.directions.nearest(axis), self.directions.nearest(-axis));
-        // Two axes as near as rounding may stand for each other.
+        // Two axes closer than rounding may represent each other.
         let is_near = |(found, reversed): (u32, bool)| {
             let other = self.directions.axes()[found as usize];
             axis.dot(if reversed { -other } else { other }) > 1.0 - 1e-6
@@ -177,7 +176,7 @@ impl DeepImages {
             && is_near(forwards)
     }
 
-    /// The lists of one of its chunks, each with its fragments in the order in which they lie, after the same checks.
+    /// The lists of one of its chunks, each with its fragments in stored order, after the same checks.
     pub fn read_lists(
         &self,
         device: &wgpu::Device,
@@ -201,7 +200,7 @@ impl DeepImages {
             }
         };
         if self.settings.store != DeepStore::LinkedList {
-            // What 16 bits make equal was in the order of depth before.
+            // Fragments with equal 16-bit depths are in the order of their original depths.
             let by_triangle = self.settings.depth == DeepDepth::Bits32;
             let in_order = |a: &Fragment, b: &Fragment| {
                 a.depth < b.depth || (a.depth == b.depth && (!by_triangle || a.triangle <= b.triangle))
@@ -213,7 +212,7 @@ impl DeepImages {
         Ok(all)
     }
 
-    /// All fragments of a chunk, in the order in which they lie; of those that were never written the depth is NaN.
+    /// All fragments of a chunk, in stored order; the depth of those that were never written is NaN.
     fn read_fragments(
         &self,
         device: &wgpu::Device,
@@ -247,7 +246,7 @@ impl DeepImages {
 /// Steps of a 16-bit depth across the sphere around the scene: `STEPS` of `store/depth_16.wesl`.
 pub(crate) const STEPS_16: f32 = 65534.0;
 
-/// Checks what must hold of one fragment by itself: that it was written, its depth, its triangle.
+/// Checks one fragment: that it was written, its depth, its triangle.
 fn check(chunk: &Chunk, index: usize, fragment: &Fragment) -> Result<(), ListFault> {
     // Where a texel's axis passes beside a triangle, its plane is followed for up to a texel.
     let end = chunk.grid.radius + 1.0 / chunk.grid.texels_per_metre;
@@ -289,9 +288,9 @@ fn chains(starts: &[u32], next: &[u32], fragments: &[Fragment]) -> Result<Vec<Ve
     let mut is_listed = vec![false; fragments.len()];
     let mut lists = Vec::with_capacity(starts.len() - 1);
     for (list, head) in starts[1..].iter().enumerate() {
-        let mut found = Vec::new();
+        let mut chain = Vec::new();
         let mut link = *head;
-        // Each turn comes to a fragment that was in no list: it ends.
+        // Each iteration reaches a fragment that was in no list, so the loop ends.
         while link != 0 {
             let slot = link - 1;
             let index = slot as usize;
@@ -301,10 +300,10 @@ fn chains(starts: &[u32], next: &[u32], fragments: &[Fragment]) -> Result<Vec<Ve
             if std::mem::replace(&mut is_listed[index], true) {
                 return Err(ListFault::Twice { list, index });
             }
-            found.push(fragments[index]);
+            chain.push(fragments[index]);
             link = next[index];
         }
-        lists.push(found);
+        lists.push(chain);
     }
     match is_listed.iter().position(|listed| !listed) {
         Some(index) => Err(ListFault::Unlisted { index }),

@@ -119,11 +119,11 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     let farther = actual(Occlusion::from(Deep { max_distance: Some(0.9) }), 64);
     assert!(
         off(&farther, &obscurance) > 0.05,
-        "blind to a distance 1.5 times as large: {}",
+        "insensitive to a distance 1.5 times as large: {}",
         off(&farther, &obscurance)
     );
-    let open = vec![1.0; pixel_count()];
-    assert!(off(&open, &obscurance) > 0.08 && off(&open, &occlusion) > 0.2);
+    let unoccluded = vec![1.0; pixel_count()];
+    assert!(off(&unoccluded, &obscurance) > 0.08 && off(&unoccluded, &occlusion) > 0.2);
 }
 
 fn pixel_count() -> usize {
@@ -192,8 +192,9 @@ fn gpu_both_techniques_darken_a_corner() {
     }
 }
 
-/// Where a floor touches a wall, a texel's axis may pass behind the wall. Ground truth: a floor at distance x from a long wall of height h
-/// has half of (1 - x / √(x² + h²)) of its hemisphere occluded. A row of pixels is at one distance; its mean is free of most noise.
+/// Where a floor touches a wall, a texel's axis may pass behind the wall. Ground truth: at distance x from a long wall of height h, the
+/// fraction (1 - x / √(x² + h²)) / 2 of a floor's hemisphere is occluded. A row of pixels is at one distance; its mean is free of most
+/// noise.
 #[test]
 fn gpu_creases_do_not_glow() {
     let Some(gpu) = testing::gpu("gpu_creases_do_not_glow") else { return };

@@ -25,7 +25,7 @@ fn every_shader() -> EveryShader {
     EveryShader::new(vec![&lanternfish::shaders::SHADERS, &SHADERS], folders, &settings)
 }
 
-/// Files of this crate, and those of the library that are linked with a feature of it: the library's tests link all others.
+/// Files of this crate, and those of the library that are linked with a feature of it; the library's tests link all others.
 #[test]
 fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
     let every = every_shader();
@@ -43,6 +43,6 @@ fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
 }
 
 #[test]
-fn every_feature_that_a_shader_asks_for_is_declared_and_no_other() {
+fn exactly_the_features_that_shaders_use_are_declared() {
     every_shader().check_features(&[]);
 }

@@ -1,4 +1,4 @@
-//! For tests: what the library's tests have, and kernels that ask one function of the shaders for many answers.
+//! Test support: the library's test utilities, and kernels that evaluate one shader function for many inputs.
 
 mod every_shader;
 
@@ -16,7 +16,7 @@ const PROBES: [ShaderSource; 3] = [
     ("testing/put_fragments", include_str!("put_fragments.wesl")),
 ];
 
-/// The adapter, once the techniques are registered; none where the test is left out.
+/// The adapter, after the techniques are registered; none if the test is skipped.
 pub(crate) fn gpu(test: &str) -> Option<&'static Gpu> {
     crate::register();
     lanternfish_gpu::testing::gpu(test)

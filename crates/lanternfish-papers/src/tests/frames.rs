@@ -1,4 +1,4 @@
-//! Frames under settings that choose techniques of this crate: what they make, keep and show.
+//! Resource creation, caching and results of frames with techniques of this crate.
 
 use glam::{Vec3, Vec4};
 use lanternfish::{
@@ -38,8 +38,8 @@ fn occlusion(resolution: u32, others: Settings) -> Settings {
 }
 
 #[test]
-fn gpu_a_steady_frame_makes_nothing() {
-    let Some(gpu) = testing::gpu("gpu_a_steady_frame_makes_nothing") else { return };
+fn gpu_a_steady_state_frame_creates_no_resources() {
+    let Some(gpu) = testing::gpu("gpu_a_steady_state_frame_creates_no_resources") else { return };
     let scene = demo("atrium").unwrap();
     let few = VirtualLights { count: 500, ..VirtualLights::default() };
     let virtual_lights = Settings { indirect: few.into(), ..bvh() };
@@ -53,7 +53,7 @@ fn gpu_a_steady_frame_makes_nothing() {
     }
 }
 
-/// After an error nothing that a frame kept is used: the device may have refused to make it, or never have run what fills it.
+/// After an error no cached result of a frame is used: the device may have failed to create it, or never have run the passes that fill it.
 #[test]
 fn gpu_after_an_error_frames_begin_again() {
     let Some(gpu) = testing::gpu("gpu_after_an_error_frames_begin_again") else { return };
@@ -67,15 +67,15 @@ fn gpu_after_an_error_frames_begin_again() {
         (rendering.radiance, inside::structure_builds(renderer), inside::kept_bytes(renderer))
     };
     let (radiance, builds, bytes) = render(&mut renderer);
-    assert_eq!(render(&mut renderer), (radiance.clone(), builds, bytes), "what a frame kept is used again");
+    assert_eq!(render(&mut renderer), (radiance.clone(), builds, bytes), "a cached result is used after an error");
     inside::fail(&mut renderer);
     assert!(inside::kept_bytes(&mut renderer) < bytes, "nothing was dropped");
     assert_eq!(render(&mut renderer), (radiance, builds.map(|builds| builds + 1), bytes));
 }
 
 #[test]
-fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
-    let Some(gpu) = testing::gpu("gpu_deep_images_are_built_for_each_turn_of_the_set") else { return };
+fn gpu_deep_images_are_built_for_each_rotation_of_the_set() {
+    let Some(gpu) = testing::gpu("gpu_deep_images_are_built_for_each_rotation_of_the_set") else { return };
     let scene = demo("cornell").unwrap();
     let views = [(&scene.cameras[0], 32, 24)];
     let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() }.into();
@@ -90,14 +90,14 @@ fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
         })
         .collect();
     assert_eq!(after, [1, 1, 1, 1, 2, 2, 2, 2, 3, 3]);
-    // Another mean begins at the first turn again.
+    // Another mean starts with the first rotation again.
     renderer.render_views(&uploaded, &views).unwrap();
     assert_eq!(inside::structure_builds(&renderer), Some(6));
 }
 
 #[test]
-fn gpu_a_renderer_that_is_given_occlusion_renders_as_one_that_was_made_with_it() {
-    let test = "gpu_a_renderer_that_is_given_occlusion_renders_as_one_that_was_made_with_it";
+fn gpu_enabling_occlusion_later_gives_the_image_of_a_new_renderer() {
+    let test = "gpu_enabling_occlusion_later_gives_the_image_of_a_new_renderer";
     let Some(gpu) = testing::gpu(test) else { return };
     let scene = demo("cornell").unwrap();
     let camera = &scene.cameras[0];
@@ -106,13 +106,13 @@ fn gpu_a_renderer_that_is_given_occlusion_renders_as_one_that_was_made_with_it()
     assert_eq!(renderer.set(occlusion(16, bvh())).unwrap(), Change::Upload);
     assert!(matches!(renderer.render(&uploaded, camera, 32, 24), Err(RenderError::OtherSettings { .. })));
     let uploaded = renderer.upload(&scene).unwrap();
-    let found = renderer.render(&uploaded, camera, 32, 24).unwrap();
+    let actual = renderer.render(&uploaded, camera, 32, 24).unwrap();
     let mut fresh = Renderer::new(&gpu.device, &gpu.queue, occlusion(16, bvh())).unwrap();
     let its_own = fresh.upload(&scene).unwrap();
-    assert_eq!(found.radiance, fresh.render(&its_own, camera, 32, 24).unwrap().radiance);
+    assert_eq!(actual.radiance, fresh.render(&its_own, camera, 32, 24).unwrap().radiance);
 }
 
-/// A debug view leaves out what it does not show, and says nothing else of the settings than what it was given.
+/// A debug view disables passes that it does not show, but the renderer reports the settings as given.
 #[test]
 fn gpu_settings_come_back_as_they_were_given() {
     let Some(gpu) = testing::gpu("gpu_settings_come_back_as_they_were_given") else { return };
@@ -145,10 +145,10 @@ fn gpu_a_shared_scene_is_the_same_image_or_is_refused() {
     assert!(matches!(built, Err(RenderError::OtherSettings { .. })), "{built:?}");
 }
 
-/// A single image and a mean of frames know of nothing before, whether there is a history or not.
+/// A single image and a mean of frames use no history, with the history setting on or off.
 #[test]
-fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
-    let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_know_of_nothing_before") else { return };
+fn gpu_a_first_frame_and_its_mean_use_no_history() {
+    let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_use_no_history") else { return };
     let scene = cornell();
     let techniques = [
         Indirect::from(VirtualLights { count: 256, ..VirtualLights::default() }),
@@ -186,7 +186,7 @@ fn halves(gpu: &Gpu, view: &wgpu::TextureView) -> Vec<[f32; 4]> {
     texels.into_iter().map(|texel| texel.map(|bits| half::f16::from_bits(bits).to_f32())).collect()
 }
 
-/// What a white surface sends is direct light and that of the environment together; surfaces are the scene's.
+/// The sums of a white surface are direct light plus that of the environment; surfaces are the scene's.
 #[test]
 fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion() {
     let Some(gpu) = testing::gpu("gpu_sums_of_white_surfaces_are_the_image_with_occlusion") else { return };
@@ -212,7 +212,7 @@ fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion() {
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     let (direct, indirect) = (halves(gpu, &direct), halves(gpu, &indirect));
     assert!(indirect.iter().any(|texel| texel[..3].iter().any(|c| *c > 0.01)));
-    // Halves are rounded by 2^-11, and normals and points are not the very same: at edges of shadows a ray may end elsewhere.
+    // Halves are rounded by 2^-11, and normals and positions differ slightly: at edges of shadows a ray may end elsewhere.
     let covered = || expected.iter().enumerate().filter(|(_, texel)| texel[3] == 1.0);
     let is_off = |(i, expected): &(usize, &[f32; 4])| {
         (0..3).any(|c| (direct[*i][c] + indirect[*i][c] - expected[c]).abs() > 0.004 * expected[c] + 1e-4)
@@ -222,8 +222,8 @@ fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion() {
 }
 
 #[test]
-fn gpu_frames_in_the_callers_commands_refuse_images_that_only_waiting_frames_can_build() {
-    let test = "gpu_frames_in_the_callers_commands_refuse_images_that_only_waiting_frames_can_build";
+fn gpu_frames_in_the_callers_commands_refuse_images_that_need_blocking_readback() {
+    let test = "gpu_frames_in_the_callers_commands_refuse_images_that_need_blocking_readback";
     let Some(gpu) = testing::gpu(test) else { return };
     let scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh()).unwrap();

@@ -1,4 +1,4 @@
-//! Frames that never wait.
+//! Frames with deferred readback.
 
 use glam::Vec3;
 use lanternfish::{
@@ -21,8 +21,8 @@ use crate::{
 };
 
 #[test]
-fn gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_images_alone() {
-    let test = "gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_images_alone";
+fn gpu_deferred_frames_with_a_raster_grid_show_only_complete_images() {
+    let test = "gpu_deferred_frames_with_a_raster_grid_show_only_complete_images";
     let Some(gpu) = testing::gpu(test) else { return };
     let scene = demo("atrium").unwrap();
     let camera = scene.cameras[0].clone();
@@ -31,7 +31,7 @@ fn gpu_frames_with_a_raster_grid_that_do_not_wait_show_whole_images_alone() {
     check(&walk(gpu, &settings(RasterGrid::default().into()), &path));
 }
 
-/// Panes behind each other: more fragments a texel than there is room for at first.
+/// Thin dielectrics behind each other: more fragments per texel than the initial capacity.
 fn thin_dielectrics() -> Scene {
     let thin_dielectric = |i: usize| quad(0, Vec3::new(0.0, 0.0, -0.02 * i as f32), Vec3::X, Vec3::Y);
     let mut scene =
@@ -41,10 +41,10 @@ fn thin_dielectrics() -> Scene {
     scene
 }
 
-/// Through deep images too: for shadows, for indirect light, to find occlusion, and for ranges of virtual lights, whose lists grow as well.
+/// With deep images too: for shadows, indirect light, occlusion, and ranges of virtual lights, whose lists grow as well.
 #[test]
-fn gpu_deep_images_get_their_room_in_later_frames() {
-    let test = "gpu_deep_images_get_their_room_in_later_frames";
+fn gpu_deep_images_grow_in_later_frames() {
+    let test = "gpu_deep_images_grow_in_later_frames";
     let Some(gpu) = testing::gpu(test) else { return };
     if faulty_software(&gpu.device.adapter_info()) {
         return testing::left_out(test, "this driver crashes on shadows through deep images");
@@ -74,8 +74,8 @@ fn gpu_deep_images_get_their_room_in_later_frames() {
 }
 
 #[test]
-fn gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_do_not_wait() {
-    let test = "gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_do_not_wait";
+fn gpu_deferred_frames_refuse_deep_images_that_need_blocking_readback() {
+    let test = "gpu_deferred_frames_refuse_deep_images_that_need_blocking_readback";
     let Some(gpu) = testing::gpu(test) else { return };
     let coarse = DeepImageSettings { resolution: 8, ..DeepImageSettings::default() };
     for deep_images in [

@@ -1,4 +1,4 @@
-//! What the renderer does, under settings that choose techniques of this crate.
+//! The renderer with techniques of this crate.
 
 mod frames;
 mod later;

@@ -1,4 +1,4 @@
-//! Scenes that move: the images of posed scenes against the path tracer's, and what is brought to the device against what is uploaded.
+//! Animated scenes: images of posed scenes against the path tracer's, and updates on the device against fresh uploads.
 
 use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
@@ -23,7 +23,7 @@ use lanternfish_scene::{
 use crate::support::{differing, linear, quad, scene_of};
 
 const SIZE: (u32, u32) = (64, 48);
-/// Of images of the samples.
+/// Image size for the samples, pixels.
 const POSED: (u32, u32) = (64, 48);
 /// Every animated sample.
 const SAMPLES: [&str; 12] = [
@@ -40,13 +40,13 @@ const SAMPLES: [&str; 12] = [
     "SimpleMorph/SimpleMorph.gltf",
     "SimpleSkin/SimpleSkin.gltf",
 ];
-/// Shares of the animation's duration.
+/// Fractions of the animation's duration.
 const TIMES: [f32; 5] = [0.0, 0.21, 0.45, 0.7, 0.93];
 /// Those of [`TIMES`] at which images are compared with the ground truth.
 const TRACED: [f32; 2] = [0.21, 0.45];
 
-/// A camera that sees the scene at all times, and lights around it. Surfaces have no textures, which do not move and are filtered by
-/// each renderer in its own way.
+/// A camera that sees the scene at all times, and lights around it. Surfaces have no textures: these do not move, and each renderer filters
+/// them differently.
 fn staged(mut scene: Scene) -> (Scene, Camera) {
     for material in &mut scene.materials {
         material.base_color_texture = None;
@@ -69,7 +69,7 @@ fn staged(mut scene: Scene) -> (Scene, Camera) {
     (scene, Camera::framing(&bounds, 0.8, POSED.0 as f32 / POSED.1 as f32))
 }
 
-/// Direct light alone.
+/// Direct light only.
 fn ground_truth(scene: &Scene, camera: &Camera) -> RgbImage {
     let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
     let tracer = reference::Tracer::new(scene, settings).unwrap();
@@ -82,7 +82,7 @@ fn settings() -> Settings {
     Settings { accumulate: 64, shadows: Shadows::BVH, attenuation: Attenuation::Physical, ..Settings::direct_light() }
 }
 
-/// Each animated sample at two times: brought to the device that has the scene at rest, uploaded again, and traced.
+/// Each animated sample at two times: updated on the device from the rest pose, uploaded again, and path traced.
 #[test]
 fn gpu_posed_scenes_are_the_path_tracers() {
     let name = "gpu_posed_scenes_are_the_path_tracers";
@@ -101,8 +101,8 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             scene.pose(0, time * duration);
             assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
             renderer.update(&mut uploaded, &scene).unwrap();
-            // A frame is enough to tell what was brought from what is uploaded, and the mean of many is compared with the ground truth.
-            let brought = once.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
+            // One frame suffices to compare the update with the upload; the mean of many is compared with the ground truth.
+            let updated = once.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
             let fresh = once.upload(&scene).unwrap();
             let fresh = once.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
             assert_eq!(differing(&brought, &fresh), 0, "{sample} at {time}: what was brought is not what is uploaded");
@@ -114,7 +114,7 @@ fn gpu_posed_scenes_are_the_path_tracers() {
                     write_exr(&std::path::Path::new(&folder).join(file), image).expect("the folder can be written");
                 }
             }
-            let error = RelativeError::measure(&found, &expected, 1e-3).unwrap();
+            let error = RelativeError::measure(&actual, &expected, 1e-3).unwrap();
             println!(
                 "{sample} at {time}: {} lit, median {:.3} %, {:.2} % within 5 %, energy {:+.3} %",
                 error.lit_count(),
@@ -122,35 +122,38 @@ fn gpu_posed_scenes_are_the_path_tracers() {
                 100.0 * error.fraction_within(0.05),
                 100.0 * (error.energy_ratio() - 1.0)
             );
-            renderings.push((found, expected, error));
+            renderings.push((actual, expected, error));
         }
         all.push((sample, renderings));
     }
     for (sample, renderings) in &all {
         for (time, (_, _, error)) in TRACED.iter().zip(renderings) {
-            // Up to half of the pixels of so small a thing are edges, of which 64 frames see 64 places.
-            assert!(error.lit_count() > 40, "{sample} at {time}: little is seen");
+            // Up to half of the pixels of such small objects are edges, which 64 frames sample at 64 positions.
+            assert!(error.lit_count() > 40, "{sample} at {time}: few lit pixels");
             assert!(error.median() < 0.04, "{sample} at {time}: median {}", error.median());
             assert!(error.fraction_within(0.1) > 0.7, "{sample} at {time}: {} within 10 %", error.fraction_within(0.1));
             assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{sample} at {time}: energy {}", error.energy_ratio());
         }
-        // It can fail: another moment is another image. The truck's wheels turn alone, and are round.
+        // Negative control: another moment is another image. The truck's wheels turn alone, and are round.
         let other = RelativeError::measure(&renderings[1].0, &renderings[0].1, 1e-3).unwrap().fraction_within(0.1);
         let own = renderings[1].2.fraction_within(0.1);
-        assert!(other < own - 0.02 || sample.contains("Truck"), "{sample}: blind to what moves: {other} and {own}");
+        assert!(
+            other < own - 0.02 || sample.contains("Truck"),
+            "{sample}: insensitive to the motion: {other} and {own}"
+        );
     }
 }
 
-/// Pixels, of so many, that may differ where the device bends vertices and not the host: none on a software adapter, which rounds as the host
-/// does; elsewhere an edge, or that of a shadow, may lie one pixel further.
+/// Maximum number of pixels, of `pixels`, that may differ when the device skins vertices instead of the host. None on a software adapter,
+/// which rounds like the host; on others an edge, or that of a shadow, may move by one pixel.
 fn otherwise_rounded(gpu: &Gpu, pixels: usize) -> usize {
     if gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu { 0 } else { pixels / 200 }
 }
 
-/// Each animated sample at five times: what the device bends and moves looks as what is uploaded again.
+/// Each animated sample at five times: skinning and motion on the device equal a fresh upload.
 #[test]
-fn gpu_what_the_device_animates_is_what_is_uploaded() {
-    let name = "gpu_what_the_device_animates_is_what_is_uploaded";
+fn gpu_animation_on_the_device_equals_an_upload() {
+    let name = "gpu_animation_on_the_device_equals_an_upload";
     let Some(gpu) = crate::gpu(name) else { return };
     let settings = Settings { accumulate: 1, ..settings() };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
@@ -165,22 +168,22 @@ fn gpu_what_the_device_animates_is_what_is_uploaded() {
         let (mut wrong, mut changed) = (0, 0);
         for time in TIMES {
             renderer.animate(&mut animated, &rest, Some((0, time * duration))).unwrap();
-            let found = renderer.render(&animated, &camera, POSED.0, POSED.1).unwrap();
+            let actual = renderer.render(&animated, &camera, POSED.0, POSED.1).unwrap();
             scene.pose(0, time * duration);
             let fresh = renderer.upload(&scene).unwrap();
             let fresh = renderer.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
-            wrong += differing(&found, &fresh);
-            changed += last.replace(found).map_or(0, |last| differing(&last, &fresh));
+            wrong += differing(&actual, &fresh);
+            changed += last.replace(actual).map_or(0, |last| differing(&last, &fresh));
         }
         println!("{sample}: {wrong} pixels differ from a fresh upload, {changed} from the image before");
         let pixels = TIMES.len() * (POSED.0 * POSED.1) as usize;
         assert!(wrong <= otherwise_rounded(gpu, pixels), "{sample}: {wrong} of {pixels} pixels");
-        // It can fail: another moment is another image. The truck's wheels turn alone, and are round.
+        // Negative control: another moment is another image. The truck's wheels turn alone, and are round.
         assert!(changed > pixels / 200 || sample.contains("Truck"), "{sample}: {changed} of {pixels} pixels");
     }
 }
 
-/// A floor, and above it a sheet of two joints of which an animation moves one: half of it folds down, and its lamp goes with it.
+/// A floor, and above it a sheet with two joints, one of which is animated: half of the sheet folds down with its lamp.
 fn folding() -> (Scene, Camera) {
     let surface = |base_color: [f32; 3]| Material {
         base_color: Vec3::from(base_color).extend(1.0),
@@ -216,11 +219,11 @@ fn folding() -> (Scene, Camera) {
     (scene, Camera::look_at(Vec3::new(0.2, 1.0, 2.4), Vec3::new(0.0, 0.3, 0.0), projection))
 }
 
-/// What bends changes shadows, occlusion and indirect light in the frame in which it does, through every structure that is traced; and what
-/// is brought to the device is what would be uploaded again.
+/// A skinned surface changes shadows, occlusion and indirect light in the same frame, through every structure that is traced; and an update
+/// on the device equals a fresh upload.
 #[test]
-fn gpu_what_bends_is_seen_by_everything() {
-    let Some(gpu) = crate::gpu("gpu_what_bends_is_seen_by_everything") else { return };
+fn gpu_skinned_surfaces_change_all_lighting() {
+    let Some(gpu) = crate::gpu("gpu_skinned_surfaces_change_all_lighting") else { return };
     let (mut scene, camera) = folding();
     let direct = || Settings { shadows: Shadows::None, ..Settings::direct_light() };
     let deep = |settings: Settings| {
@@ -237,7 +240,7 @@ fn gpu_what_bends_is_seen_by_everything() {
     ];
     for tracer in Tracer::all().into_iter() {
         if tracer == Tracer::RAY_QUERY && !gpu.description.ray_query {
-            testing::left_out("gpu_what_bends_is_seen_by_everything", "this adapter has no ray query");
+            testing::left_out("gpu_skinned_surfaces_change_all_lighting", "this adapter has no ray query");
             continue;
         }
         let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
@@ -257,24 +260,20 @@ fn gpu_what_bends_is_seen_by_everything() {
         renderer.update(&mut uploaded, &scene).unwrap();
         let after = shown(&mut renderer, &uploaded);
         let fresh = renderer.upload(&scene).unwrap();
-        assert_eq!(
-            differing(&after, &shown(&mut renderer, &fresh)),
-            0,
-            "{name}: what was brought is not what is uploaded"
-        );
-        // By the device alone, of which the host knows no vertex.
+        assert_eq!(differing(&after, &shown(&mut renderer, &fresh)), 0, "{name}: the update differs from an upload");
+        // Skinned by the device only; the host has no posed vertices.
         scene.pose_at_rest();
         let mut animated = renderer.upload(&scene).unwrap();
         renderer.animate(&mut animated, &scene, Some((0, 1.0))).unwrap();
         let wrong = differing(&after, &shown(&mut renderer, &animated));
         assert!(wrong <= otherwise_rounded(gpu, after.radiance.len()), "{name}: {wrong} pixels, bent by the device");
-        // On the floor and the wall alone: whatever of the sheet is seen before or after is left out by its colour.
+        // On the floor and the wall only: pixels that show the sheet before or after are excluded by their colour.
         let is_grey = |[r, _, b, _]: &[f32; 4]| *r <= 1.8 * *b;
         let pairs = || before.radiance.iter().zip(&after.radiance).filter(|(a, b)| is_grey(a) && is_grey(b));
         let changed = pairs().filter(|(a, b)| (a[1] - b[1]).abs() > 0.02 * a[1].max(b[1])).count();
         println!("{name}: {changed} of {} pixels of floor and wall change", pairs().count());
         assert!(pairs().count() > 2000 && changed > 35, "{name}: {changed} of {}", pairs().count());
-        // It can fail: without what brings light the floor does not change, as the last of these frames with itself.
+        // Negative control: the difference comes from the light, since the last of these frames equals its repetition.
         let again = shown(&mut renderer, &uploaded);
         assert_eq!(differing(&after, &again), 0, "{name}: the same frame again");
     }

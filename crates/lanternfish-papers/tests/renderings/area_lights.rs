@@ -1,4 +1,4 @@
-//! Disks and rectangles that shine: against the path tracer, and alike however they are found.
+//! Area lights: disks and rectangles against the path tracer, and equal images for every culling technique.
 
 use glam::Vec3;
 use lanternfish::{
@@ -21,7 +21,7 @@ fn surface(base_color: [f32; 3], metallic: f32, perceptual_roughness: f32) -> Ma
     Material { base_color, metallic, perceptual_roughness, double_sided: true, ..Material::default() }
 }
 
-/// A panel, a disk and a point light over a matt floor, a glossy and a metal plate, and a sheet that casts a shadow on them.
+/// A panel, a disk and a point light over a diffuse floor, a glossy and a metal plate, and a sheet that casts a shadow on them.
 fn still_life() -> (Scene, Camera) {
     let materials = vec![
         surface([0.8, 0.8, 0.8], 0.0, 1.0),
@@ -45,7 +45,7 @@ fn still_life() -> (Scene, Camera) {
     (scene, Camera::look_at(Vec3::new(0.0, 1.7, 3.2), Vec3::new(0.0, 0.3, 0.0), projection))
 }
 
-/// Direct light alone.
+/// Direct light only.
 fn ground_truth(scene: &Scene, camera: &Camera, samples: u64) -> RgbImage {
     let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
     let tracer = reference::Tracer::new(scene, settings).unwrap();
@@ -54,8 +54,8 @@ fn ground_truth(scene: &Scene, camera: &Camera, samples: u64) -> RgbImage {
     RgbImage::new(SIZE.0 as usize, SIZE.1 as usize, film.mean()).unwrap()
 }
 
-fn compare(name: &str, found: &RgbImage, ground_truth: &RgbImage) -> RelativeError {
-    let error = RelativeError::measure(found, ground_truth, 1e-3).unwrap();
+fn compare(name: &str, actual: &RgbImage, ground_truth: &RgbImage) -> RelativeError {
+    let error = RelativeError::measure(actual, ground_truth, 1e-3).unwrap();
     println!(
         "{name}: median {:.3} %, {:.2} % within 5 %, energy {:+.3} %",
         100.0 * error.median(),
@@ -75,32 +75,32 @@ fn gpu_area_lights_are_the_path_tracers() {
     let (scene, camera) = still_life();
     let expected = ground_truth(&scene, &camera, 2048);
     let settings = || Settings { accumulate: 64, shadows: Shadows::BVH, ..Settings::direct_light() };
-    let found = accumulated(gpu, &scene, &camera, settings());
-    // The noise of both: 0.8 % at the median. With several samples a pixel, surfaces at edges take the rays of a neighbour.
-    let check = |name: &str, found: &RgbImage, within: f32| {
-        let error = compare(name, found, &expected);
+    let actual = accumulated(gpu, &scene, &camera, settings());
+    // The noise of both: 0.8 % at the median. With several samples per pixel, surfaces at edges use the rays of a neighbour.
+    let check = |name: &str, actual: &RgbImage, within: f32| {
+        let error = compare(name, actual, &expected);
         assert!(error.median() < 0.01, "{name}: median {}", error.median());
         assert!(error.fraction_within(0.05) > within, "{name}: within 5 %: {}", error.fraction_within(0.05));
         assert!((error.energy_ratio() - 1.0).abs() < 0.005, "{name}: energy {}", error.energy_ratio());
     };
-    check("64 frames of 16 rays", &found, 0.97);
-    // Lights of all kinds have more bits with a radius; with several samples a pixel some rays start in shading.
+    check("64 frames of 16 rays", &actual, 0.97);
+    // Lights of all kinds have more shadow bits with a radius; with several samples per pixel some rays start in shading.
     let soft = Settings { light_radius: 1e-3, ..settings() };
     check("beside soft shadows", &accumulated(gpu, &scene, &camera, soft), 0.97);
     let samples = Settings { samples: Samples::Four, accumulate: 32, ..settings() };
     check("four samples", &accumulated(gpu, &scene, &camera, samples), 0.93);
-    // More rays than a frame has bits for.
+    // More rays than a frame has shadow bits.
     let many = Settings { shadow_rays: 255, accumulate: 32, ..settings() };
     check("255 rays", &accumulated(gpu, &scene, &camera, many), 0.97);
 
-    // It can fail: one per cent of light, the sheet's shadow, and light that comes from the middle.
+    // Negative control: one per cent of light, the sheet's shadow, and light that comes from the middle.
     let mut brighter = scene.clone();
     brighter.lights.iter_mut().for_each(|light| light.intensity *= 1.01);
     let error = compare("1 % brighter", &accumulated(gpu, &brighter, &camera, settings()), &expected);
-    assert!(error.energy_ratio() > 1.005, "blind to 1 % of light");
-    let open = Settings { shadows: Shadows::None, ..settings() };
-    let error = compare("without shadows", &accumulated(gpu, &scene, &camera, open), &expected);
-    assert!(error.energy_ratio() > 1.02 && error.fraction_within(0.05) < 0.95, "blind to shadows");
+    assert!(error.energy_ratio() > 1.005, "insensitive to 1 % of light");
+    let unshadowed = Settings { shadows: Shadows::None, ..settings() };
+    let error = compare("without shadows", &accumulated(gpu, &scene, &camera, unshadowed), &expected);
+    assert!(error.energy_ratio() > 1.02 && error.fraction_within(0.05) < 0.95, "insensitive to shadows");
     let mut smaller = scene.clone();
     for light in smaller.lights.iter_mut().filter(|light| light.area().is_some()) {
         let (area, position) = (light.area().unwrap(), light.position);
@@ -108,13 +108,13 @@ fn gpu_area_lights_are_the_path_tracers() {
         light.intensity *= area / light.area().unwrap();
     }
     let error = compare("small lights", &accumulated(gpu, &smaller, &camera, settings()), &expected);
-    assert!(error.fraction_within(0.05) < 0.9, "blind to the lights' size");
+    assert!(error.fraction_within(0.05) < 0.9, "insensitive to the lights' size");
 }
 
-/// Without what could cast a shadow, `shadows none` is the ground truth too: the whole of the light, and not that of its middle.
+/// Without occluders, `shadows none` equals the ground truth too: all of the light, not only that of the light's centre.
 #[test]
-fn gpu_area_lights_without_shadows_are_whole() {
-    let Some(gpu) = crate::gpu("gpu_area_lights_without_shadows_are_whole") else { return };
+fn gpu_area_lights_without_shadows_keep_all_light() {
+    let Some(gpu) = crate::gpu("gpu_area_lights_without_shadows_keep_all_light") else { return };
     let (mut scene, camera) = still_life();
     scene.meshes[0].primitives.truncate(1);
     scene.materials[0].perceptual_roughness = 0.4;
@@ -126,10 +126,10 @@ fn gpu_area_lights_without_shadows_are_whole() {
 
 /// Transparent surfaces trace their own rays.
 #[test]
-fn gpu_area_lights_on_a_blended_pane_are_the_path_tracers() {
-    let Some(gpu) = crate::gpu("gpu_area_lights_on_a_blended_pane_are_the_path_tracers") else { return };
+fn gpu_area_lights_on_a_transparent_sheet_are_the_path_tracers() {
+    let Some(gpu) = crate::gpu("gpu_area_lights_on_a_transparent_sheet_are_the_path_tracers") else { return };
     let (mut scene, camera) = still_life();
-    // A rough pane beneath the sheet, in its shadow, over the black of nothing.
+    // A rough transparent sheet beneath the opaque one, in its shadow, over a black background.
     scene.materials[1].alpha_mode = AlphaMode::Blend;
     scene.materials[1].base_color.w = 0.5;
     scene.materials[1].perceptual_roughness = 1.0;
@@ -138,19 +138,20 @@ fn gpu_area_lights_on_a_blended_pane_are_the_path_tracers() {
     primitives.remove(0);
     let expected = ground_truth(&scene, &camera, 2048);
     let settings = || Settings { accumulate: 64, shadows: Shadows::BVH, ..Settings::direct_light() };
-    let error = compare("a pane", &accumulated(gpu, &scene, &camera, settings()), &expected);
-    // The path tracer meets a blended surface by chance, half of the time: that is its noise, 1.7 % at the median.
+    let error = compare("a transparent sheet", &accumulated(gpu, &scene, &camera, settings()), &expected);
+    // The path tracer hits a transparent surface at random, half of the time: its noise is 1.7 % at the median.
     assert!(error.median() < 0.025 && (error.energy_ratio() - 1.0).abs() < 0.005, "{}", error.energy_ratio());
-    let open = Settings { shadows: Shadows::None, ..settings() };
-    let error = compare("a pane without shadows", &accumulated(gpu, &scene, &camera, open), &expected);
-    assert!(error.energy_ratio() > 1.02, "blind to shadows");
+    let unshadowed = Settings { shadows: Shadows::None, ..settings() };
+    let error =
+        compare("a transparent sheet without shadows", &accumulated(gpu, &scene, &camera, unshadowed), &expected);
+    assert!(error.energy_ratio() > 1.02, "insensitive to shadows");
 }
 
-/// Rays of indirect light find what the lights' points send: the same bounce as the path tracer's.
+/// Indirect rays see surfaces lit by area lights: the same bounce as the path tracer's.
 #[test]
 fn gpu_a_bounce_of_area_lights_is_the_path_tracers() {
     let Some(gpu) = crate::gpu("gpu_a_bounce_of_area_lights_is_the_path_tracers") else { return };
-    // Two walls that face each other; the panel lights one of them, and is too near to be taken for its middle.
+    // Two walls that face each other; the panel lights one of them, and is too near for its centre to represent it.
     let white = surface([0.8; 3], 0.0, 1.0);
     let walls = vec![
         quad(0, Vec3::ZERO, 1.5 * Vec3::X, -1.5 * Vec3::Z),
@@ -166,7 +167,7 @@ fn gpu_a_bounce_of_area_lights_is_the_path_tracers() {
     let mut film = reference::Film::new(SIZE.0 as usize, SIZE.1 as usize).unwrap();
     tracer.render(&camera, &mut film, 1024);
     let expected = RgbImage::new(SIZE.0 as usize, SIZE.1 as usize, film.mean()).unwrap();
-    // Few lights are all weighed; many are chosen by the tree: beside dark ones the panel is the same.
+    // Few lights are all weighted; many are selected by the tree: with additional dark lights the panel's light is the same.
     for others in [0, 20] {
         let dim = (0..others).map(|i| Light::point(Vec3::new(0.0, 0.5 + 0.01 * i as f32, 9.0), Vec3::splat(1e-6)));
         let lit = Scene { lights: scene.lights.iter().cloned().chain(dim).collect(), ..scene.clone() };
@@ -175,10 +176,10 @@ fn gpu_a_bounce_of_area_lights_is_the_path_tracers() {
             indirect: Indirect::from(Sampled::default().one_bounce()),
             ..Settings::default()
         };
-        let found = accumulated(gpu, &lit, &camera, settings);
-        // Squares of 64 pixels, of which what is left is the noise of both, close to the panel: 3 % at the median, 9 % of single pixels.
-        let [found, expected] = [&found, &expected].map(|image| image.box_downsampled(8).unwrap());
-        let error = compare(&format!("one bounce, {others} other lights"), &found, &expected);
+        let actual = accumulated(gpu, &lit, &camera, settings);
+        // Squares of 64 pixels reduce the noise of both close to the panel to 3 % at the median, from 9 % for single pixels.
+        let [actual, expected] = [&actual, &expected].map(|image| image.box_downsampled(8).unwrap());
+        let error = compare(&format!("one bounce, {others} other lights"), &actual, &expected);
         assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{}", error.energy_ratio());
         assert!(error.median() < 0.05, "median {}", error.median());
     }
@@ -196,8 +197,8 @@ fn cullings() -> Vec<Culling> {
 }
 
 #[test]
-fn gpu_points_and_areas_are_the_same_under_every_culling() {
-    let Some(gpu) = crate::gpu("gpu_points_and_areas_are_the_same_under_every_culling") else { return };
+fn gpu_points_and_areas_are_the_same_with_every_culling_technique() {
+    let Some(gpu) = crate::gpu("gpu_points_and_areas_are_the_same_with_every_culling_technique") else { return };
     let mut scene = generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     scene.lights.extend(generate::light_rain(&scene.bounds(), 500, Some(0.4), 2, 0.0));
@@ -215,28 +216,28 @@ fn gpu_points_and_areas_are_the_same_under_every_culling() {
     let all = rendering(&scene, Culling::NONE);
     let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");
     for culling in cullings() {
-        let found = rendering(&scene, culling.clone());
-        assert_eq!(differing(&found, &all), 0, "{culling:?}");
-        assert_eq!(rays(&found), rays(&all), "{culling:?}");
+        let actual = rendering(&scene, culling.clone());
+        assert_eq!(differing(&actual, &all), 0, "{culling:?}");
+        assert_eq!(rays(&actual), rays(&all), "{culling:?}");
     }
-    // It can fail: areas whose range is a tenth shorter, and those without an area alone.
+    // Negative control: areas whose range is a tenth shorter, and only the lights without an area.
     let mut shorter = scene.clone();
     let areas = shorter.lights.iter_mut().filter(|light| light.area().is_some());
     areas.for_each(|light| light.range = light.range.map(|range| 0.9 * range));
     assert!(differing(&rendering(&shorter, Culling::default()), &all) > 500);
-    // Lights come and go: the scene that has areas no more is as if it never had.
+    // Lights are added and removed: a scene without its area lights equals one that never had any.
     let mut points = scene.clone();
     points.lights.retain(|light| light.area().is_none());
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
     for (scene, expected) in [(&scene, &all), (&points, &rendering(&points, Culling::NONE)), (&scene, &all)] {
         renderer.update(&mut uploaded, scene).unwrap();
-        let found = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap();
-        assert_eq!(differing(&found, expected), 0, "{} lights", scene.lights.len());
+        let actual = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap();
+        assert_eq!(differing(&actual, expected), 0, "{} lights", scene.lights.len());
     }
 }
 
-/// Where nothing is hidden all rays are open: as many lights as are listed, each counted once.
+/// Without occluders all rays are unoccluded: the count equals that of the listed lights, each counted once.
 #[test]
 fn gpu_views_of_rays_count_those_to_areas() {
     let Some(gpu) = crate::gpu("gpu_views_of_rays_count_those_to_areas") else { return };
@@ -251,6 +252,6 @@ fn gpu_views_of_rays_count_those_to_areas() {
     let lit = fractions.display.iter().filter(|pixel| pixel[0] == 255).count();
     let shown = fractions.display.iter().filter(|pixel| pixel[0] > 0).count();
     assert!(lit > 2000 && lit == shown, "{lit} of {shown} see all of the light");
-    // Sixteen rays to each pixel of the floor, and no others.
+    // Sixteen rays for each pixel of the floor, and no others.
     assert_eq!(counter(&rays, "shadows/rays"), 16 * lit as u64);
 }

@@ -1,4 +1,4 @@
-//! Hundreds of frames with changes at random: what comes of them is what a fresh upload shows.
+//! Hundreds of frames with random changes: the result equals that of a fresh upload.
 
 use glam::{Affine3A, Quat, Vec3};
 use lanternfish::{
@@ -14,12 +14,12 @@ use crate::support::differing;
 
 /// Frames of a run.
 const FRAMES: usize = 400;
-/// After so many frames all settings have been met, which is asserted, and nothing more is to be kept.
+/// Warm-up frames: all settings have been used by then, which is asserted, and no more memory may be retained after.
 const WARM: usize = 200;
-/// Bytes that a run may take beyond what it had when it was warm: what an allocator keeps of sizes that differ.
+/// Bytes that a run may retain in addition after the warm-up: allocator slack for varying sizes.
 const KEPT: u64 = 24 << 20;
 
-/// Numbers that are the same in every run [Steele2014].
+/// Pseudo-random numbers, equal in every run [Steele2014].
 struct Random(u64);
 
 impl Random {
@@ -45,21 +45,21 @@ impl Random {
 
 /// The Cornell box with each of its parts an instance, in light rain.
 fn scene() -> Scene {
-    let whole = generate::demo("cornell").unwrap();
-    let mut scene = Scene { meshes: Vec::new(), instances: Vec::new(), ..whole.clone() };
-    for instance in &whole.instances {
-        for primitive in &whole.meshes[instance.mesh].primitives {
+    let cornell = generate::demo("cornell").unwrap();
+    let mut scene = Scene { meshes: Vec::new(), instances: Vec::new(), ..cornell.clone() };
+    for instance in &cornell.instances {
+        for primitive in &cornell.meshes[instance.mesh].primitives {
             scene.instances.push(Instance { mesh: scene.meshes.len(), ..instance.clone() });
             scene.meshes.push(Mesh { name: String::new(), primitives: vec![primitive.clone()] });
         }
     }
-    // What shines and moves takes an update.
+    // A moving emitter would need an update.
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     scene.lights.extend(generate::light_rain(&scene.bounds(), 12, Some(0.8), 1, 0.0));
     scene
 }
 
-/// An instance comes or goes, now and then with a mesh and a material of its own.
+/// Adds or removes an instance, sometimes with a mesh and a material of its own.
 fn come_or_go(scene: &mut Scene, random: &mut Random) {
     let (few, many) = (scene.instances.len() < 6, scene.instances.len() > 20);
     if few || (!many && random.below(2) == 0) {
@@ -78,7 +78,7 @@ fn come_or_go(scene: &mut Scene, random: &mut Random) {
         return;
     }
     scene.instances.remove(random.below(scene.instances.len()));
-    // The last mesh goes with its last instance, and its material, which is the last too.
+    // The last mesh is removed with its last instance, and so is its material, the last one too.
     let last = scene.meshes.len() - 1;
     let is_placed = scene.instances.iter().any(|instance| instance.mesh == last);
     if last >= 8 && !is_placed && scene.meshes[last].primitives[0].material == scene.materials.len() - 1 {
@@ -87,7 +87,7 @@ fn come_or_go(scene: &mut Scene, random: &mut Random) {
     }
 }
 
-/// Settings that a scene need not be uploaded again for, where it has hits to shade and a BVH.
+/// Settings that do not require another upload of a scene with hit shading and a BVH.
 fn settings() -> Vec<Settings> {
     let few = Sampled { diffuse_rays: 1, first_rays: 1, glossy_rays: 1, cache_samples: 2, ..Sampled::default() };
     let sampled = Sampled { tracer: Tracer::BVH.into(), ..few };
@@ -108,7 +108,7 @@ fn settings() -> Vec<Settings> {
     ]
 }
 
-/// Bytes of memory that this process has; none where the system does not say it.
+/// Resident memory of this process, bytes; none if the system does not report it.
 fn resident() -> Option<u64> {
     let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
     pages.split(' ').nth(1)?.parse::<u64>().ok().map(|pages| 4096 * pages)
@@ -123,24 +123,24 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
     let mut uploaded = renderer.upload(&scene).unwrap();
     let mut size = (24, 16);
     let (mut refused, mut compared, mut changed) = (0, 0, 0);
-    let mut met: Vec<bool> = (0..all.len()).map(|which| which == 0).collect();
+    let mut used: Vec<bool> = (0..all.len()).map(|which| which == 0).collect();
     let mut last = None;
     let mut warm = None;
     for frame in 0..FRAMES {
         match random.below(15) {
             0..=5 => {
                 let instance = random.below(scene.instances.len());
-                let turn = Quat::from_scaled_axis(0.3 * random.vector());
-                let step = Affine3A::from_rotation_translation(turn, 0.05 * random.vector());
-                let place = &mut scene.instances[instance].world_from_object;
-                *place = step * *place;
-                renderer.move_instances(&mut uploaded, &[(instance, *place)]).unwrap();
+                let rotation = Quat::from_scaled_axis(0.3 * random.vector());
+                let step = Affine3A::from_rotation_translation(rotation, 0.05 * random.vector());
+                let transform = &mut scene.instances[instance].world_from_object;
+                *transform = step * *transform;
+                renderer.move_instances(&mut uploaded, &[(instance, *transform)]).unwrap();
             }
             6 => {
-                let place = random.below(scene.lights.len());
-                scene.lights[place] = Light::point(0.4 * random.vector() + 0.5 * Vec3::Y, Vec3::splat(0.2));
-                // Where hits are shaded lights are in a tree.
-                if renderer.set_light(&mut uploaded, place, &scene.lights[place]).is_err() {
+                let index = random.below(scene.lights.len());
+                scene.lights[index] = Light::point(0.4 * random.vector() + 0.5 * Vec3::Y, Vec3::splat(0.2));
+                // With hit shading, lights are in a tree.
+                if renderer.set_light(&mut uploaded, index, &scene.lights[index]).is_err() {
                     refused += 1;
                     renderer.update(&mut uploaded, &scene).unwrap();
                 }
@@ -150,8 +150,8 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
                 renderer.update(&mut uploaded, &scene).unwrap();
             }
             8 => {
-                let place = random.below(scene.lights.len());
-                scene.lights.remove(place);
+                let index = random.below(scene.lights.len());
+                scene.lights.remove(index);
                 scene.lights.push(Light::point(0.2 * random.vector(), Vec3::splat(0.1)));
                 let primitive = &mut scene.meshes[random.below(2)].primitives[0];
                 primitive.positions.iter_mut().for_each(|p| *p *= 1.01);
@@ -159,8 +159,8 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
             }
             9 => size = (8 + random.below(40) as u32, 8 + random.below(30) as u32),
             10 => {
-                let which = met.iter().position(|met| !met).unwrap_or_else(|| random.below(all.len()));
-                met[which] = true;
+                let which = used.iter().position(|used| !used).unwrap_or_else(|| random.below(all.len()));
+                used[which] = true;
                 let cost = renderer.set(all[which].clone()).unwrap();
                 if cost == Change::Upload {
                     uploaded = renderer.upload(&scene).unwrap();
@@ -171,28 +171,28 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
                 renderer.update(&mut uploaded, &scene).unwrap();
             }
             12 => {
-                let place = random.below(scene.materials.len());
-                scene.materials[place].base_color = (random.vector() + 0.5).extend(1.0);
-                renderer.set_material(&mut uploaded, place, &scene.materials[place]).unwrap();
+                let index = random.below(scene.materials.len());
+                scene.materials[index].base_color = (random.vector() + 0.5).extend(1.0);
+                renderer.set_material(&mut uploaded, index, &scene.materials[index]).unwrap();
             }
             _ => {}
         }
         let shown =
             |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, size.0, size.1).unwrap();
-        let found = shown(&mut renderer, &uploaded);
+        let actual = shown(&mut renderer, &uploaded);
         if frame == WARM {
-            assert!(met.iter().all(|met| *met), "{met:?}");
+            assert!(used.iter().all(|used| *used), "{used:?}");
             warm = resident();
         }
         if frame % 40 == 39 {
             let fresh = renderer.upload(&scene).unwrap();
             let mut another = Renderer::with_engine(&testing::engine(gpu), renderer.settings().clone()).unwrap();
-            assert_eq!(differing(&found, &shown(&mut renderer, &fresh)), 0, "frame {frame}");
+            assert_eq!(differing(&actual, &shown(&mut renderer, &fresh)), 0, "frame {frame}");
             let fresh = another.upload(&scene).unwrap();
-            assert_eq!(differing(&found, &shown(&mut another, &fresh)), 0, "frame {frame}, another renderer");
+            assert_eq!(differing(&actual, &shown(&mut another, &fresh)), 0, "frame {frame}, another renderer");
             compared += 1;
         }
-        changed += usize::from(last.replace(found.radiance.clone()) != Some(found.radiance));
+        changed += usize::from(last.replace(actual.radiance.clone()) != Some(actual.radiance));
     }
     if let (Some(warm), Some(end)) = (warm, resident()) {
         println!("{} MiB after {WARM} frames, {} at the end", warm >> 20, end >> 20);

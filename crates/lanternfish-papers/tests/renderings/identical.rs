@@ -1,4 +1,4 @@
-//! Images that must be one, bit for bit, however they were made.
+//! Images that must be equal, bit for bit.
 
 use glam::Vec3;
 use lanternfish::{
@@ -36,7 +36,7 @@ fn all_cullings() -> Vec<Culling> {
     cullings
 }
 
-/// The Cornell box in light rain, with spots, a sun, and a coloured pane in front of it all.
+/// The Cornell box with many random small lights, with spots, a sun, and a coloured thin dielectric in front.
 fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
     let mut scene = generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
@@ -62,8 +62,8 @@ fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
 }
 
 #[test]
-fn gpu_tiles_and_clusters_change_no_pixel() {
-    let Some(gpu) = crate::gpu("gpu_tiles_and_clusters_change_no_pixel") else { return };
+fn gpu_tiles_and_clusters_do_not_change_pixels() {
+    let Some(gpu) = crate::gpu("gpu_tiles_and_clusters_do_not_change_pixels") else { return };
     let (scene, camera) = cornell_in_rain(1);
     let rendering =
         |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
@@ -73,20 +73,20 @@ fn gpu_tiles_and_clusters_change_no_pixel() {
         let tiled = rendering(&scene, culling.clone());
         assert_eq!(differing(&tiled, &all), 0, "{culling:?}");
         assert_eq!(tiled.display, all.display, "{culling:?}");
-        // The same rays, too: a light more in a list is a light out of reach.
+        // The same rays, too: an additional light in a list is out of range.
         assert_eq!(counter(&tiled, "shadows/rays"), counter(&all, "shadows/rays"), "{culling:?}");
         let tests = counter(&tiled, "light_culling/light_tests");
         listed.push((counter(&tiled, "light_culling/listed_lights"), tests));
     }
     println!("listed lights, all, then 8, 16, 32 px without and with boxes, and in 1, 7, 32 layers: {listed:?}");
-    // It can fail: other rain is another image, and so is a light whose range is a tenth shorter.
+    // Negative control: other lights give another image, and so does a light whose range is a tenth shorter.
     assert!(differing(&rendering(&cornell_in_rain(2).0, Culling::NONE), &all) > 1000);
     let mut shorter = scene.clone();
     shorter.lights.iter_mut().for_each(|light| light.range = light.range.map(|range| 0.9 * range));
     assert!(differing(&rendering(&shorter, Culling::default()), &all) > 1000);
 }
 
-/// Two eyes of one head, and a mirror that looks the other way.
+/// Two stereo views, and a mirrored one in the opposite direction.
 fn views(head: &Camera) -> Vec<Camera> {
     let [left, right] = StereoRig::vive().cameras(head, 0.05);
     let mut back = head.clone();
@@ -95,10 +95,10 @@ fn views(head: &Camera) -> Vec<Camera> {
 }
 
 #[test]
-fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
-    let Some(gpu) = crate::gpu("gpu_views_that_share_clusters_show_what_each_shows_alone") else { return };
+fn gpu_views_that_share_clusters_equal_single_views() {
+    let Some(gpu) = crate::gpu("gpu_views_that_share_clusters_equal_single_views") else { return };
     let (scene, mut head) = cornell_in_rain(1);
-    // Into the box: the eyes' frusta are wide.
+    // Into the box: the frusta of the eyes are wide.
     head.world_from_camera *= glam::Affine3A::from_translation(2.0 * Vec3::NEG_Z);
     let cameras = views(&head);
     let renderings = |cameras: &[Camera], culling, samples| {
@@ -125,7 +125,7 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
         ] {
             for grouping in Grouping::ALL.iter().copied() {
                 let culling = Culling::from(Clustered { shape, grouping, ..Clustered::default() });
-                // No perspective grid holds views that face apart.
+                // No perspective grid covers views with opposite directions.
                 let through_eye = !matches!(shape, ClusterShape::Orthographic { .. });
                 if through_eye && grouping == Grouping::Enclosed {
                     let error = renderings(&cameras, culling.clone(), samples).unwrap_err().to_string();
@@ -138,17 +138,17 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
                 }
             }
         }
-        // It can fail: the eyes do not see the same.
+        // Negative control: the eyes do not see the same.
         assert!(differing(&alone[0], &alone[1]) > 1000);
     }
 }
 
-/// Edges are smoother with more samples: closer to what a much larger image shows, averaged.
+/// More samples smooth edges: the image is closer to the mean of a much larger one.
 #[test]
-fn gpu_more_samples_are_closer_to_the_truth_at_edges() {
-    let Some(gpu) = crate::gpu("gpu_more_samples_are_closer_to_the_truth_at_edges") else { return };
-    // The atrium has edges at which walls, steps and mouldings meet: what is lit beside its triangle there is lit inside another.
-    // Measured: 0.45 and 0.63; lit at the pixels' middles, by rays from there: 0.61 and 0.73.
+fn gpu_more_samples_are_closer_to_the_ground_truth_at_edges() {
+    let Some(gpu) = crate::gpu("gpu_more_samples_are_closer_to_the_ground_truth_at_edges") else { return };
+    // The atrium has edges where walls, steps and mouldings touch: points beside their triangle are inside another one. Measured: 0.45 and
+    // 0.63; with shading at the pixels' centres: 0.61 and 0.73.
     for (name, (scene, camera), scale, most) in
         [("the box", cornell_in_rain(1), 8, 0.53), ("the atrium", atrium(), 4, 0.66)]
     {
@@ -158,13 +158,13 @@ fn gpu_more_samples_are_closer_to_the_truth_at_edges() {
     }
 }
 
-/// Root mean square errors with one and with four samples a pixel, against an image `fine` times as wide and high.
+/// Root mean square errors with one and with four samples per pixel, against an image `fine` times as wide and high.
 fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64, f64) {
     let rendering = |samples, scale: u32| {
         let settings = Settings { samples, ..Settings::direct_light() };
         linear(&render(gpu, scene, camera, (scale * SIZE.0, scale * SIZE.1), settings))
     };
-    // What is brighter than a display shows is left out: highlights are no edges of triangles.
+    // Values above the display range are ignored: highlights are not triangle edges.
     let ground_truth = rendering(Samples::One, fine).box_downsampled(fine as usize).unwrap();
     let error = |samples| {
         let image = rendering(samples, 1);
@@ -193,7 +193,7 @@ fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
     let first = render(gpu, scene, camera, SIZE, settings());
     assert_eq!(differing(&render(gpu, scene, camera, SIZE, settings()), &first), 0, "a new renderer");
 
-    // A renderer that has made other images keeps lists and targets; none of it may show.
+    // A renderer that has rendered other images reuses lists and targets, without an effect on the image.
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings()).unwrap();
     let other = cornell_in_rain(4);
     let (scene, other_scene) = (renderer.upload(scene).unwrap(), renderer.upload(&other.0).unwrap());
@@ -202,7 +202,7 @@ fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
         let again = renderer.render(&scene, camera, SIZE.0, SIZE.1).unwrap();
         assert_eq!(differing(&again, &first), 0, "run {run} of one renderer");
     }
-    // It can fail.
+    // Negative control.
     let same_size = renderer.render(&other_scene, camera, SIZE.0, SIZE.1).unwrap();
     assert!(differing(&same_size, &first) > 1000 && other.width == SIZE.0 + 13);
 }
@@ -214,24 +214,24 @@ fn atrium() -> (Scene, Camera) {
 }
 
 #[test]
-fn gpu_texture_arrays_change_no_pixel() {
-    let test = "gpu_texture_arrays_change_no_pixel";
+fn gpu_texture_arrays_do_not_change_pixels() {
+    let test = "gpu_texture_arrays_do_not_change_pixels";
     let Some(gpu) = crate::gpu(test) else { return };
     if !gpu.description.texture_arrays {
         return testing::left_out(test, "this adapter has no texture arrays");
     }
     let (scene, camera) = atrium();
-    // Means of frames are filtered by other gradients.
+    // Means of frames use other texture gradients.
     for accumulate in [1, 3] {
         let usual = Settings { accumulate, shadows: Shadows::None, ..Settings::direct_light() };
         let rendering =
             |scene: &Scene, textures| render(gpu, scene, &camera, SIZE, Settings { textures, ..usual.clone() });
         let array = rendering(&scene, TextureBinding::Array);
         assert_eq!(differing(&rendering(&scene, TextureBinding::PerMaterial), &array), 0);
-        // It can fail: with the textures in another order.
-        let mut turned = scene.clone();
-        turned.textures.rotate_left(1);
-        assert!(differing(&rendering(&turned, TextureBinding::PerMaterial), &array) > 1000);
+        // Negative control: with the textures in another order.
+        let mut reordered = scene.clone();
+        reordered.textures.rotate_left(1);
+        assert!(differing(&rendering(&reordered, TextureBinding::PerMaterial), &array) > 1000);
     }
 }
 
@@ -247,12 +247,12 @@ fn gpu_a_thousand_lights_over_one_tile() {
     };
     let all = rendering(Culling::NONE, 1000);
     let tiled = rendering(Culling::default(), 1000);
-    // One tile of 16 pixels is the whole image.
+    // One tile of 16 pixels covers the image.
     let listed = counter(&tiled, "light_culling/listed_lights");
     println!("{listed} lights over one tile, {} rays", counter(&tiled, "shadows/rays"));
     assert!(listed > 900, "{listed} lights over one tile");
     assert_eq!(differing(&tiled, &all), 0);
-    // It can fail: each hundred of the lights shows, the last ones too.
+    // Negative control: each hundred of the lights shows, the last ones too.
     let mut fewer = all;
     for count in [900, 500, 32] {
         let rendering = rendering(Culling::default(), count);
@@ -262,8 +262,8 @@ fn gpu_a_thousand_lights_over_one_tile() {
 }
 
 #[test]
-fn gpu_rays_to_lights_behind_a_surface_change_no_pixel() {
-    let test = "gpu_rays_to_lights_behind_a_surface_change_no_pixel";
+fn gpu_rays_to_lights_behind_a_surface_do_not_change_pixels() {
+    let test = "gpu_rays_to_lights_behind_a_surface_do_not_change_pixels";
     let Some(gpu) = crate::gpu(test) else { return };
     if left_out_on_old_software(test, gpu, "2 pixels of the atrium differ there; the cause is not known") {
         return;
@@ -281,7 +281,7 @@ fn gpu_rays_to_lights_behind_a_surface_change_no_pixel() {
         let surface = rendering(RayCulling::Surface);
         assert_eq!(differing(&surface, &none), 0, "{}", scene.name);
         assert!(rays(&surface) < rays(&none), "{}: no ray was saved", scene.name);
-        // Normals from depth are wrong at edges, the five-sample one less often [Elagabani2025, §4.3.1].
+        // Normals from depth are wrong at edges, the five-sample variant less often [Elagabani2025, §4.3.1].
         let naive = rendering(RayCulling::Naive);
         let improved = rendering(RayCulling::Improved);
         let wrong = [differing(&naive, &none), differing(&improved, &none)];
@@ -297,8 +297,8 @@ fn gpu_rays_to_lights_behind_a_surface_change_no_pixel() {
     }
 }
 
-/// Share of pixels that two tracers may see differently. Each of a pixel's rays is decided by a rounding where it passes an
-/// edge closer than a few of them, or starts that close to another surface. Measured: 33 and 3 of 57,600 pixels.
+/// Fraction of pixels in which two tracers may differ. A pixel's ray depends on rounding if it passes an edge within a few rounding errors,
+/// or starts that close to another surface. Measured: 33 and 3 of 57,600 pixels.
 const TRACER_PIXELS: f64 = 1e-3;
 
 #[test]
@@ -320,7 +320,7 @@ fn gpu_tracers_agree() {
         println!("{}: {differ} of {pixels} pixels differ between tracers", scene.name);
         assert_eq!(counter(&bvh, "shadows/rays"), counter(&ray_query, "shadows/rays"));
         assert!(differ as f64 <= TRACER_PIXELS * pixels as f64, "{}: {differ} of {pixels}", scene.name);
-        // It can fail: without shadows much more differs.
+        // Negative control: without shadows much more differs.
         assert!(differing(&bvh, &none) > pixels / 10, "{}: shadows do not show", scene.name);
     }
 }

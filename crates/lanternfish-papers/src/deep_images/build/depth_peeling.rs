@@ -1,5 +1,4 @@
-//! Lists of a chunk from depth peeling: the scene is drawn once for every layer of surfaces that any texel has
-//! [Niessner2010, §3.1].
+//! Lists of a chunk from depth peeling: the scene is drawn once for every layer of surfaces in any texel [Niessner2010, §3.1].
 
 use glam::UVec2;
 use lanternfish::{RenderError, common::workgroups, texture::target};
@@ -40,7 +39,7 @@ struct Layer {
     count: u32,
 }
 
-/// A layer while it is drawn: every image is a tile.
+/// Render targets of a layer: every image is a tile.
 struct Atlas {
     depth: wgpu::TextureView,
     layer: wgpu::TextureView,
@@ -77,7 +76,7 @@ impl DepthPeeling {
         })
     }
 
-    /// Images whose tiles fit one texture, and whose first layer fits one binding; at least one.
+    /// Number of images whose tiles fit one texture, and whose first layer fits one binding; at least one.
     pub fn most_images(device: &wgpu::Device, resolution: u32) -> u32 {
         let limits = device.limits();
         let columns = u64::from(limits.max_texture_dimension_2d / resolution);
@@ -98,19 +97,19 @@ impl DepthPeeling {
         Ok(())
     }
 
-    /// Draws layer after layer until one is empty, and gives them: 12 bytes a fragment of the layer before each.
+    /// Draws layer after layer until one is empty, and returns them: 12 bytes per fragment of the previous layer.
     fn peel(&self, frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>) -> Result<Vec<Layer>, RenderError> {
         let device = frame.device;
-        // As square as can be.
+        // As square as possible.
         let columns = f64::from(grid.image_count).sqrt().ceil() as u32;
         let size = grid.resolution * UVec2::new(columns, grid.image_count.div_ceil(columns));
         let (mut atlas, mut before) = (Atlas::new(device, size), Atlas::new(device, size));
         let lists = grid.image_count * grid.resolution * grid.resolution;
-        let mut room = lists;
+        let mut capacity = lists;
         let mut layers = Vec::new();
         loop {
             self.draw(frame, grid, &atlas, &before, bindings);
-            let bytes = size_of::<PeeledFragment>() as u64 * u64::from(room);
+            let bytes = size_of::<PeeledFragment>() as u64 * u64::from(capacity);
             let fragments = storage_buffer(device, "deep_images/peeled_fragments", bytes)?;
             let count_buffer = storage_buffer(device, "deep_images/peeled_count", 4)?;
             let keeping = bindings
@@ -124,7 +123,7 @@ impl DepthPeeling {
                 return Ok(layers);
             }
             layers.push(Layer { fragments, count_buffer, count });
-            room = count;
+            capacity = count;
             std::mem::swap(&mut atlas, &mut before);
         }
     }

@@ -1,4 +1,4 @@
-//! Building deep images: a builder finds fragments and puts them into lists, a store makes lists of them.
+//! Builds deep images: a builder generates fragments and puts them into lists, a store finalizes the lists.
 
 mod depth_peeling;
 mod per_direction;
@@ -29,22 +29,22 @@ use super::{
 };
 use crate::deep_images::settings::{DeepBuilder, DeepImageSettings, DeepStore};
 
-/// How fragments are found.
+/// How fragments are generated.
 #[derive(Debug)]
 enum Builder {
     /// The scene is drawn once into samples, which are then put into all images.
     SinglePass(SinglePass),
-    /// Every triangle is put into all images by arithmetic.
+    /// Every triangle is put into all images by computation.
     PerTriangle(PerTriangle),
     /// The scene is drawn for each image.
     PerDirection(PerDirection),
-    /// The scene is drawn for each layer of surfaces, of all images at once.
+    /// The scene is drawn for each layer of surfaces, for all images at once.
     DepthPeeling(DepthPeeling),
 }
 
-/// What a builder has found before the first chunk.
+/// Results of a builder before the first chunk.
 #[derive(Debug)]
-enum Found {
+enum Prepared {
     /// Samples of all surfaces.
     Samples(Samples),
     /// Nothing.
@@ -61,11 +61,11 @@ impl Builder {
         })
     }
 
-    /// What is found once for all chunks.
-    fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, grid: &DeepGrid) -> Result<Found, RenderError> {
+    /// Work that is done once for all chunks.
+    fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, grid: &DeepGrid) -> Result<Prepared, RenderError> {
         match self {
-            Self::SinglePass(builder) => builder.sample(frame, scene, grid).map(Found::Samples),
-            Self::PerTriangle(_) | Self::PerDirection(_) | Self::DepthPeeling(_) => Ok(Found::Nothing),
+            Self::SinglePass(builder) => builder.sample(frame, scene, grid).map(Prepared::Samples),
+            Self::PerTriangle(_) | Self::PerDirection(_) | Self::DepthPeeling(_) => Ok(Prepared::Nothing),
         }
     }
 
@@ -73,16 +73,16 @@ impl Builder {
     fn gather(
         &mut self,
         frame: &mut Frame<'_>,
-        found: &Found,
+        prepared: &Prepared,
         grid: &DeepGrid,
         bindings: &Bindings<'_>,
     ) -> Result<(), RenderError> {
-        match (self, found) {
-            (Self::SinglePass(builder), Found::Samples(samples)) => builder.gather(frame, samples, bindings),
+        match (self, prepared) {
+            (Self::SinglePass(builder), Prepared::Samples(samples)) => builder.gather(frame, samples, bindings),
             (Self::PerTriangle(builder), _) => builder.gather(frame, grid, bindings),
             (Self::PerDirection(builder), _) => builder.gather(frame, grid, bindings),
             (Self::DepthPeeling(builder), _) => builder.gather(frame, grid, bindings)?,
-            (Self::SinglePass(_), Found::Nothing) => unreachable!("a single pass has taken its samples"),
+            (Self::SinglePass(_), Prepared::Nothing) => unreachable!("a single pass has taken its samples"),
         }
         Ok(())
     }
@@ -94,18 +94,18 @@ pub struct DeepImageBuilder {
     settings: DeepImageSettings,
     builder: Builder,
     store: Store,
-    /// Not turned.
+    /// The set without rotation.
     directions: Directions,
     rotation: Quat,
     direction_cells: wgpu::Buffer,
-    /// Images of a chunk at most: fewer, again of them were too many for a binding; and of which scene, by [`GpuScene::triangle_order`]: while
-    /// it moves they stay too many.
+    /// Maximum number of images per chunk, lowered if their fragments exceeded a binding; with the scene's [`GpuScene::triangle_order`]:
+    /// while it moves, the limit stays.
     most_images: (u64, u32),
 }
 
 impl DeepImageBuilder {
-    /// Compiles the passes, and lays out the directions, whose table costs time by the square of their number. An error where
-    /// the settings do not go together.
+    /// Compiles the passes, and lays out the directions, whose table costs time by the square of their number. An error if the settings do
+    /// not go together.
     pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
         if !(1..=64).contains(&settings.slices) {
             return Err(RenderError::Together { setting: "deep images", needed: "1 to 64 slices" });
@@ -125,7 +125,7 @@ impl DeepImageBuilder {
         })
     }
 
-    /// An error unless frames that get their room so can build them: what reads counts on the host cannot be in one that does not wait.
+    /// An error unless frames with this readback can build them: deferred frames cannot use a builder that reads counts on the host.
     pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
         let counts_on_the_device = matches!(self.builder, Builder::PerTriangle(_) | Builder::PerDirection(_));
         if growth == Growth::Blocking || (counts_on_the_device && self.settings.store == DeepStore::LinearArray) {
@@ -135,14 +135,13 @@ impl DeepImageBuilder {
         Err(RenderError::Together { setting: "a frame that does not wait", needed })
     }
 
-    /// Turns the set of directions for the images that are recorded from now on: world space from the set's own, unit.
-    /// Frames whose sets are turned differently see each other's blind spots ([`lanternfish::view::rotations`]).
+    /// Rotates the set of directions for the images recorded from now on: world space from the set's own, unit. Frames with different
+    /// rotations cover each other's gaps ([`lanternfish::view::rotations`]).
     pub fn set_rotation(&mut self, rotation: Quat) {
         self.rotation = rotation;
     }
 
-    /// Builds the images of the scene's triangles; blended surfaces are not in them. A scene that was not uploaded for the BVH
-    /// is an error.
+    /// Builds the images of the scene's triangles; transparent surfaces are omitted. A scene that was not uploaded for the BVH is an error.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
         self.check_growth(frame.growth())?;
         scene.check_parts(frame.device, Parts::BVH)?;
@@ -155,8 +154,8 @@ impl DeepImageBuilder {
             .collect();
         let frames = storage_buffer_of(frame.device, "deep_images/frames", &axes, wgpu::BufferUsages::empty())?;
         let images = axes.len() as u32;
-        let (order, known) = self.most_images;
-        let most_images = if order == scene.triangle_order() { known } else { u32::MAX };
+        let (order, stored) = self.most_images;
+        let most_images = if order == scene.triangle_order() { stored } else { u32::MAX };
         let slices = if frame.growth() == Growth::Deferred { self.settings.slices.max(1) } else { 1 };
         let mut most = self.images_a_chunk(frame.device).min(most_images).min(images.div_ceil(slices));
         let mut chunks = Vec::new();
@@ -166,7 +165,7 @@ impl DeepImageBuilder {
             while first_image < images {
                 let image_count = most.min(images - first_image);
                 match store.record(frame, DeepGrid { first_image, image_count, ..grid }, source) {
-                    // More than one binding holds, of several images: of fewer it may hold them.
+                    // Several images exceed one binding; fewer may fit.
                     Err(RenderError::Overflow { .. }) if image_count > 1 => {
                         (most, was_divided) = (image_count / 2, true);
                         continue;
@@ -187,8 +186,8 @@ impl DeepImageBuilder {
         Ok(images)
     }
 
-    /// Builds the images of one chunk again: those of the scene as it is, whose triangles are still in the order in which they were when
-    /// the others were built.
+    /// Builds the images of one chunk again from the current scene, whose triangles must be in the same order as when the others were
+    /// built.
     pub fn renew(
         &mut self,
         frame: &mut Frame<'_>,
@@ -205,7 +204,7 @@ impl DeepImageBuilder {
         Ok(())
     }
 
-    /// Runs `work` with what the builder finds of the scene, and the grid of its images.
+    /// Runs `work` with the builder's results for the scene, and the grid of its images.
     fn gathered<R>(
         &mut self,
         frame: &mut Frame<'_>,
@@ -229,19 +228,19 @@ impl DeepImageBuilder {
             ..DeepGrid::default()
         };
         let builder = &mut self.builder;
-        let found = builder.begin(frame, scene, &grid)?;
+        let prepared = builder.begin(frame, scene, &grid)?;
         let scene_bindings = scene.bindings();
         let mut bindings = scene_bindings.buffer("deep_frames", frames);
-        if let Found::Samples(samples) = &found {
+        if let Prepared::Samples(samples) = &prepared {
             bindings = samples.bind(bindings);
         }
         let mut gather = |frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>| {
-            builder.gather(frame, &found, grid, bindings)
+            builder.gather(frame, &prepared, grid, bindings)
         };
         work(&mut self.store, frame, grid, &mut Source { bindings, gather: &mut gather })
     }
 
-    /// Images whose lists fit one binding, and, at a guess, whose fragments do.
+    /// Number of images whose lists, and by estimate whose fragments, fit one binding.
     fn images_a_chunk(&self, device: &wgpu::Device) -> u32 {
         let entries = device.limits().max_storage_buffer_binding_size / 4;
         let most = images_that_fit(entries, self.settings.resolution, self.settings.fragments_a_texel);
@@ -252,8 +251,8 @@ impl DeepImageBuilder {
     }
 }
 
-/// The builder that is used for the one that was requested: on a driver that ends loops early, which would leave triangles out
-/// without a word, the single pass stands in for the arithmetic.
+/// The builder used for the requested one: on a driver that ends loops early, which would silently lose triangles, the single pass replaces
+/// the computation.
 pub(super) fn sound_builder(requested: DeepBuilder, adapter: &wgpu::AdapterInfo) -> DeepBuilder {
     if requested == DeepBuilder::PerTriangle && faulty_software(adapter) {
         tracing::warn!(
@@ -265,17 +264,17 @@ pub(super) fn sound_builder(requested: DeepBuilder, adapter: &wgpu::AdapterInfo)
     requested
 }
 
-/// Images whose lists, and so many fragments of each, fit a binding of so many entries: at least one.
+/// Number of images whose lists, with this many fragments each, fit a binding of this many entries; at least one.
 fn images_that_fit(entries: u64, resolution: u32, fragments_a_texel: u64) -> u32 {
     let texels = u64::from(resolution).pow(2);
     // There are two entries more than lists.
     (entries.saturating_sub(2) / (texels * fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
 }
 
-/// Written by nothing: a pass needs an attachment.
+/// Never written: a pass needs an attachment.
 const NO_TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
-/// Compiles a pass that draws triangles into nothing.
+/// Compiles a pass that draws triangles without color output.
 fn raster(
     device: &wgpu::Device,
     module: &str,
@@ -289,7 +288,7 @@ fn raster(
     Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", label, &state))
 }
 
-/// Draws all triangles, pulled by their index, into nothing.
+/// Draws all triangles, fetched by index, without color output.
 fn draw(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,
@@ -318,8 +317,8 @@ mod tests {
     use super::{DeepImageSettings, Directions, images_that_fit};
 
     #[test]
-    fn a_chunk_has_room_for_the_ends_of_its_lists() {
-        // 128 of 512 x 512 texels would be the whole of 128 MiB.
+    fn a_chunk_has_capacity_for_the_ends_of_its_lists() {
+        // 128 images of 512 x 512 texels would take all of 128 MiB.
         assert_eq!(images_that_fit(1 << 25, 512, 1), 127);
         assert_eq!(images_that_fit(1 << 25, 512, 0), 127);
         assert_eq!(images_that_fit((1 << 25) + 2, 512, 1), 128);
@@ -327,12 +326,12 @@ mod tests {
         assert_eq!(images_that_fit(16, 512, 1), 1);
     }
 
-    /// Rays go through one chunk after the other, and most of them for nothing.
+    /// Rays go through one chunk after the other, and most chunks do not hold their image.
     #[test]
     fn the_usual_images_are_in_one_chunk_at_128_texels() {
         let DeepImageSettings { directions, fragments_a_texel, .. } = DeepImageSettings::default();
         let images = Directions::new(directions).unwrap().len() as u32;
-        // Of the 128 MiB that every device can bind.
+        // Every device can bind 128 MiB.
         assert!(images_that_fit(1 << 25, 128, fragments_a_texel) >= images);
     }
 }

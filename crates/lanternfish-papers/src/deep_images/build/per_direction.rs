@@ -1,4 +1,4 @@
-//! The scene drawn for each image.
+//! Draws the scene once per image.
 
 use glam::UVec2;
 use lanternfish::RenderError;

@@ -1,4 +1,4 @@
-//! Every triangle into all images, by arithmetic.
+//! Computes the fragments of every triangle in all images.
 
 use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
@@ -7,9 +7,9 @@ use super::super::DECLARED;
 use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
 
 gpu_constants! {
-    /// Images that a workgroup looks at.
+    /// Images per workgroup.
     const SLICE: u32 = 32;
-    /// Triangles that an invocation looks at as one.
+    /// Triangles that an invocation tests as one group.
     const EIGHT: u32 = 8;
 }
 

@@ -1,4 +1,4 @@
-//! All images from one draw of the scene: samples, which are then put into all images.
+//! All images from one draw of the scene: samples, which are then distributed to all images.
 
 use glam::UVec2;
 use lanternfish::{RenderError, common::workgroups, gpu_scene::GpuScene};
@@ -11,12 +11,12 @@ use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_featu
 pub(super) struct SinglePass {
     sample: RasterPipeline,
     distribute: ComputeKernel,
-    /// Samples that there is room for.
+    /// Capacity for samples.
     capacity: u32,
     supersampling: u32,
 }
 
-/// What the single pass has met.
+/// The samples of the single pass.
 #[derive(Debug)]
 pub(super) struct Samples {
     samples: wgpu::Buffer,
@@ -36,13 +36,13 @@ impl SinglePass {
         Ok(Self {
             sample: raster(device, "deep_images/build/single_pass", &[], "deep_images/sample")?,
             distribute: ComputeKernel::new(device, &distribute, "distribute", "deep_images/gather"),
-            // Three axes, and a few surfaces behind each other.
+            // Three axes, with a few surfaces behind each other.
             capacity: 12 * (settings.resolution * settings.supersampling).pow(2),
             supersampling: settings.supersampling,
         })
     }
 
-    /// Samples of all surfaces. The list is grown and drawn again where it was too small.
+    /// Samples of all surfaces. If the list is too small, it is grown and the scene is drawn again.
     pub fn sample(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, grid: &DeepGrid) -> Result<Samples, RenderError> {
         let raster = grid.resolution * self.supersampling;
         let grid_buffer = uniform_buffer_of(frame.device, "deep_images/grid", grid);

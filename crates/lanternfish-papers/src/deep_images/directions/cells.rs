@@ -1,7 +1,7 @@
 //! Candidate axes per direction: a table over the cube's faces.
 //!
-//! A direction and its opposite go through the same cell: the face is the axis of its largest component, and u and v are
-//! the other two divided by it. The table is one array of words, as `nearest_image.wesl` walks it:
+//! A direction and its opposite have the same cell: the face is the axis of its largest component, and u and v are the other two divided by
+//! it. The table is one array of words, as `nearest_image.wesl` reads it:
 //!
 //! | words | |
 //! |---|---|
@@ -9,19 +9,18 @@
 //! | 1 to 3 n² + 1 | where each cell's candidates start in this array; the last is its length |
 //! | the rest | candidates: images, ascending within a cell |
 //!
-//! The directions that are nearest to one of the points ±axis are a convex cone: its sides are the planes half-way to the
-//! other points. On a face a cone is a convex polygon. A cell's candidates are the points whose polygon reaches into it,
-//! so no list could be shorter.
+//! The directions nearest to one of the points ±axis are a convex cone: its sides are the planes half-way to the other points. On a face a
+//! cone is a convex polygon. A cell's candidates are the points whose polygon overlaps it, so no list could be shorter.
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// How far a cell reaches over its border, in u and v. Both are quotients in −1..1 that one addition and two
-/// multiplications turn into cells: eight roundings of 2⁻²⁴ in all, where a shader's division has 2.5 units in the last place.
+/// Margin of a cell beyond its border, in u and v. Both are quotients in −1..1 that one addition and two multiplications map to cells:
+/// eight roundings of 2⁻²⁴ in total, if a shader's division has 2.5 units in the last place.
 const CELL_MARGIN: f64 = 1e-6;
-/// By how much a point may lose against another and stay a candidate, for directions as long as those to a face, at most
+/// Maximum difference by which a point may lose against another and stay a candidate, for directions as long as those to a face, at most
 /// √3. A scalar product in single precision is off by up to 3 · 2⁻²⁴ of that; two are compared.
 const DOT_MARGIN: f64 = 1e-6;
-/// Cells for each axis that are aimed at.
+/// Target number of cells per axis.
 const CELLS_PER_AXIS: f64 = 8.0;
 
 /// The table for these unit axes.
@@ -36,7 +35,7 @@ pub(super) fn build(axes: &[Vec3]) -> Vec<u32> {
             scan(&polygon, edge, |row, column| entries.push(((face * edge + row) * edge + column, i as u32 / 2)));
         }
     }
-    // Both points of an axis may reach into a cell where axes are few.
+    // With few axes, both points of an axis may overlap a cell.
     entries.sort_unstable();
     entries.dedup();
 
@@ -61,12 +60,12 @@ pub(super) fn cell_of(direction: Vec3, edge: u32) -> u32 {
     (face * edge + along(p.z)) * edge + along(p.y)
 }
 
-/// Where a cell's candidates are in the table.
+/// Range of a cell's candidates in the table.
 pub(super) fn range(table: &[u32], cell: u32) -> std::ops::Range<usize> {
     table[1 + cell as usize] as usize..table[2 + cell as usize] as usize
 }
 
-/// The image nearest to ±direction, and whether it is −axis that is near; CPU reference of `nearest_direction`.
+/// The image nearest to ±direction, and true if −axis is the nearer end; CPU reference of `nearest_direction`.
 pub(super) fn nearest(axes: &[Vec3], table: &[u32], direction: Vec3) -> (u32, bool) {
     let cell = cell_of(direction, table[0]);
     let mut image = 0;
@@ -81,7 +80,7 @@ pub(super) fn nearest(axes: &[Vec3], table: &[u32], direction: Vec3) -> (u32, bo
     (image, cosine < 0.0)
 }
 
-/// A point of the face of a cell, not unit.
+/// A point on the face of a cell, not unit length.
 fn on_face(face: u32, uv: DVec2) -> DVec3 {
     match face {
         0 => DVec3::new(1.0, uv.x, uv.y),
@@ -90,12 +89,12 @@ fn on_face(face: u32, uv: DVec2) -> DVec3 {
     }
 }
 
-/// Where on a face directions are nearest to one of the points, or nearly: a convex polygon in u and v, or nothing.
+/// The part of a face where directions are nearest to one of the points, or nearly: a convex polygon in u and v, or empty.
 fn nearest_to(points: &[DVec3], i: usize, face: u32) -> Vec<DVec2> {
     let far = 1.0 + CELL_MARGIN;
     let mut polygon = vec![DVec2::splat(-far), DVec2::new(far, -far), DVec2::splat(far), DVec2::new(-far, far)];
     let point = points[i];
-    // No direction of the polygon is more than an angle from the point; a point twice as far is nearer to none of them.
+    // Every direction of the polygon is within an angle of the point; a point at twice that angle is nearer to none of them.
     let mut cosine_of_twice = -1.0;
     for (j, other) in points.iter().enumerate() {
         if j == i || point.dot(*other) < cosine_of_twice {
@@ -113,7 +112,7 @@ fn nearest_to(points: &[DVec3], i: usize, face: u32) -> Vec<DVec2> {
     polygon
 }
 
-/// Names row and column of every cell that a convex polygon reaches into.
+/// Calls `reached` with row and column of every cell that a convex polygon overlaps.
 fn scan(polygon: &[DVec2], edge: u32, mut reached: impl FnMut(u32, u32)) {
     let cell = |w: f64| ((0.5 * w + 0.5) * f64::from(edge)).clamp(0.0, f64::from(edge - 1)) as u32;
     let cells = |range: [f64; 2]| cell(range[0] - CELL_MARGIN)..=cell(range[1] + CELL_MARGIN);
@@ -135,7 +134,7 @@ fn scan(polygon: &[DVec2], edge: u32, mut reached: impl FnMut(u32, u32)) {
     }
 }
 
-/// Keeps the part of a convex polygon where a linear function is not negative; whether anything went.
+/// Clips a convex polygon to where a linear function is not negative; true if anything was removed.
 fn clip(polygon: &mut Vec<DVec2>, inside: impl Fn(DVec2) -> f64) -> bool {
     if polygon.iter().all(|p| inside(*p) >= 0.0) {
         return false;

@@ -1,4 +1,4 @@
-//! The nearest axis against brute force, and how evenly the sets cover the sphere.
+//! The nearest axis against brute force, and the uniformity of the sets.
 
 mod uniformity;
 
@@ -41,8 +41,8 @@ fn brute_force(axes: &[Vec3], direction: Vec3) -> (u32, bool) {
     (best.0, best.1 < 0.0)
 }
 
-/// Next to where the answer changes: between axes, where three meet, on the borders and corners of cells and faces, at the
-/// poles, on the rim of the hemisphere, and at the axes.
+/// Directions next to a change of the answer: between axes, at the corners of three cells, on the borders and corners of cells and faces,
+/// at the poles, on the rim of the hemisphere, and at the axes.
 fn adversarial(directions: &Directions, random: &mut Random, count: usize) -> Vec<Vec3> {
     let axes = directions.axes();
     let edge = directions.cells()[0];
@@ -59,7 +59,7 @@ fn adversarial(directions: &Directions, random: &mut Random, count: usize) -> Ve
     all.extend(axes);
     let mut pick = |n: usize| ((random.unit() * n as f32) as usize).min(n - 1);
     for _ in 0..count {
-        // Neighbours: the nearest of a few to the one, either way round.
+        // Neighbours: the nearest of a few to the one, in either direction.
         let axis = axes[pick(axes.len())];
         let mut others: Vec<Vec3> =
             axes.iter().filter(|other| **other != axis).map(|other| *other * other.dot(axis).signum()).collect();
@@ -81,7 +81,7 @@ fn adversarial(directions: &Directions, random: &mut Random, count: usize) -> Ve
         all.push(Vec3::new(sin, cos, sin));
     }
     all.retain(|direction| direction.length_squared() > 1e-8);
-    // And all of them a rounding to either side, backwards, and of other lengths.
+    // All of them displaced by a rounding error to either side, reversed, and of other lengths.
     let nudged: Vec<Vec3> = all.iter().map(|d| *d * Vec3::new(1.0 + 1e-7, 1.0, 1.0 - 1e-7)).collect();
     all.extend(nudged);
     let backwards: Vec<Vec3> = all.iter().enumerate().map(|(i, d)| *d * [-1.0, -1e-9, -1e9][i % 3]).collect();
@@ -89,7 +89,7 @@ fn adversarial(directions: &Directions, random: &mut Random, count: usize) -> Ve
     all
 }
 
-/// How many of the directions get another image than brute force finds: equals included, the first counts.
+/// Number of directions with another image than brute force gives: for equals, the first is expected.
 fn wrong<'d>(directions: &Directions, requested: impl IntoIterator<Item = &'d Vec3>) -> usize {
     let wrong = |d: &&Vec3| directions.nearest(**d) != brute_force(&directions.axes_in_set, **d);
     requested.into_iter().filter(wrong).count()
@@ -106,10 +106,10 @@ fn nearest_is_brute_forces() {
     }
 }
 
-/// Without one of its candidates a cell is wrong somewhere. But for those whose polygon touches a cell with a tip or only
-/// by its margin, which the symmetric cube has most of.
+/// Without one of its candidates a cell is wrong somewhere. Exceptions are candidates whose polygon touches a cell with a corner or only by
+/// its margin; the symmetric cube has most of them.
 #[test]
-fn a_lost_candidate_is_noticed() {
+fn a_lost_candidate_is_detected() {
     for set in [SETS[4], SETS[9], SETS[14]] {
         let directions = Directions::new(set).unwrap();
         let mut random = Random::new(7);
@@ -152,9 +152,9 @@ proptest! {
     }
 }
 
-/// Walks are short: two candidates on average and four at most, but for the slices that meet at a pole and sets of few axes.
+/// Candidate lists are short: two on average and at most four, except for the slices that share a pole and sets of few axes.
 #[test]
-fn the_walk_does_not_grow_with_the_set() {
+fn candidate_lists_do_not_grow_with_the_set() {
     for set in SETS {
         let directions = Directions::new(set).unwrap();
         let edge = directions.cells()[0];
@@ -167,7 +167,7 @@ fn the_walk_does_not_grow_with_the_set() {
         let pole = if let DirectionSet::StacksSlices { slices, .. } = set { slices as usize } else { 0 };
         assert!(longest <= pole.max(6), "{set:?}: {longest}");
         assert!(mean < 3.2, "{set:?}: {mean}");
-        // What a shader reads without asking is there.
+        // All words that a shader reads without a bounds check exist.
         let cells = directions.cells();
         let starts = &cells[1..=(3 * edge * edge + 1) as usize];
         assert!(starts.is_sorted_by(|a, b| a < b) && *starts.last().unwrap() as usize == cells.len());
@@ -190,19 +190,19 @@ fn axes_are_unit_and_no_two_are_parallel() {
 }
 
 #[test]
-fn a_set_turns_with_its_frames() {
+fn a_set_rotates_with_its_frames() {
     let mut random = Random::new(11);
     for set in SETS {
         let directions = Directions::new(set).unwrap();
         let by = Quat::from_euler(EulerRot::XYZ, 6.0 * random.unit(), 3.0 * random.unit(), 6.0 * random.unit());
-        let turned = directions.rotated(by);
-        assert!(Arc::ptr_eq(&turned.cells, &directions.cells));
-        // A quarter turn four times over is none.
+        let rotated = directions.rotated(by);
+        assert!(Arc::ptr_eq(&rotated.cells, &directions.cells));
+        // Four quarter rotations are the identity.
         let quarter = Quat::from_rotation_y(0.25 * TAU);
-        let again = (0..4).fold(turned.clone(), |set, _| set.rotated(quarter));
-        assert!(again.axes().iter().zip(turned.axes()).all(|(a, b)| a.distance(*b) < 2e-6), "{set:?}");
+        let again = (0..4).fold(rotated.clone(), |set, _| set.rotated(quarter));
+        assert!(again.axes().iter().zip(rotated.axes()).all(|(a, b)| a.distance(*b) < 2e-6), "{set:?}");
         for image in 0..directions.len() as u32 {
-            for set in [&directions, &turned] {
+            for set in [&directions, &rotated] {
                 let frame = set.frame(image);
                 assert!((frame.transpose() * frame).abs_diff_eq(Mat3::IDENTITY, 1e-6), "{frame}");
                 assert!(
@@ -211,14 +211,14 @@ fn a_set_turns_with_its_frames() {
                 );
             }
             let expected = Mat3::from_quat(by) * directions.frame(image);
-            assert!(turned.frame(image).abs_diff_eq(expected, 1e-6));
+            assert!(rotated.frame(image).abs_diff_eq(expected, 1e-6));
         }
         for _ in 0..5000 {
             let direction = random.direction();
-            let (image, reversed) = turned.nearest(direction);
-            let cosine = |image: u32| turned.axes()[image as usize].dot(direction);
-            // Both the direction and the axes are turned, each to a few roundings.
-            let best = cosine(brute_force(turned.axes(), direction).0).abs();
+            let (image, reversed) = rotated.nearest(direction);
+            let cosine = |image: u32| rotated.axes()[image as usize].dot(direction);
+            // Both the direction and the axes are rotated, each with a few rounding errors.
+            let best = cosine(brute_force(rotated.axes(), direction).0).abs();
             assert!(cosine(image).abs() > best - 2e-6, "{set:?}: {direction}");
             assert!(reversed == (cosine(image) < 0.0) || best < 2e-6, "{set:?}: {direction}");
         }

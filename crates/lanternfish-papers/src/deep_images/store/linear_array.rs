@@ -1,4 +1,4 @@
-//! Lists behind each other in one array, sorted, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
+//! Contiguous sorted lists in one array, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
 
 use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{
@@ -19,7 +19,7 @@ pub(crate) struct LinearArray {
     fill: ComputeKernel,
     sort: ComputeKernel,
     compact: ComputeKernel,
-    /// Packs depths, where they have 16 bits.
+    /// Packs depths of 16 bits.
     pack: Option<ComputeKernel>,
     payload: bool,
     /// Fragments of the fullest chunk so far.
@@ -75,15 +75,15 @@ impl LinearArray {
             let taken = 4 * (u64::from(lists) + 1);
             frame.encoder().copy_buffer_to_buffer(&filled_starts, taken, &counted, 0, 4);
             self.scan.record(frame, &filled_starts, lists + 2)?;
-            let room = frame.counted_capacity(&counted_slots(&counted, guess, limit), capacity)?;
-            // Where frames do not wait, what is told may be of larger chunks, before they were divided.
-            if frame.growth() == Growth::Blocking || room.words[1] <= grid.image_count {
-                check_capacity(room.elements, limit)?;
+            let counts = frame.counted_capacity(&counted_slots(&counted, guess, limit), capacity)?;
+            // With deferred readback, the count may be of larger chunks, before they were divided.
+            if frame.growth() == Growth::Blocking || counts.words[1] <= grid.image_count {
+                check_capacity(counts.elements, limit)?;
             }
             match frame.growth() {
-                Growth::Blocking if room.elements > capacity => self.capacity = room.elements,
+                Growth::Blocking if counts.elements > capacity => self.capacity = counts.elements,
                 Growth::Blocking => {
-                    grid.capacity = room.elements as u32;
+                    grid.capacity = counts.elements as u32;
                     break (slots, filled_starts);
                 }
                 Growth::Deferred => break (slots, filled_starts),
@@ -105,11 +105,11 @@ impl LinearArray {
         let sorting = shared.buffer("filled_starts", &filled_starts).buffer("kept", &kept);
         frame.dispatch(&self.sort, &sorting, workgroups(lists));
 
-        // Compact: `kept` becomes the starts of what is left, in the same form as `filled_starts`.
+        // Compact: `kept` becomes the starts of the remaining fragments, in the same form as `filled_starts`.
         let total = self.scan.record(frame, &kept, lists + 2)?;
         let fragments = match frame.growth() {
             Growth::Blocking => u64::from(frame.read_now::<u32>(&total, 1)?[0]),
-            // At most.
+            // An upper bound.
             Growth::Deferred => drawn,
         };
         let depths = storage_buffer(device, "deep_images/depths", 4 * fragments)?;

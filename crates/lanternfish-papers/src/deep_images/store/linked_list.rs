@@ -1,6 +1,5 @@
-//! Lists of links: the builder puts each fragment once, into the next slot. Unsorted, it becomes the head of its list there and
-//! then; sorted, a pass over all fragments puts each where it belongs. Nothing is merged, since lists are never walked as a whole
-//! while they are built.
+//! Linked lists: the builder puts each fragment once, into the next slot. Unsorted, it becomes the head of its list immediately; sorted, a
+//! pass over all fragments inserts each in order. Nothing is merged, since lists are never traversed completely during the build.
 
 use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, storage_buffer};
@@ -13,7 +12,7 @@ use crate::deep_images::{
 
 #[derive(Debug)]
 pub(crate) struct LinkedLists {
-    /// Where they are sorted.
+    /// The sorting pass, for sorted lists.
     link: Option<ComputeKernel>,
     payload: bool,
     /// Fragments of the largest chunk so far.

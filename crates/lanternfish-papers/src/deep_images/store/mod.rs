@@ -10,7 +10,7 @@ use self::{linear_array::LinearArray, linked_list::LinkedLists};
 use super::{APPEND, Chunk, DeepGrid, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
 use crate::deep_images::settings::{DeepImageSettings, DeepStore};
 
-/// Features of `store/put_fragment.wesl`, in which every builder's pass ends.
+/// Features of `store/put_fragment.wesl`, with which every builder's pass ends.
 pub(crate) fn put_features(settings: &DeepImageSettings) -> Vec<Feature> {
     let mut features = vec![match settings.store {
         DeepStore::LinearArray => APPEND,
@@ -21,22 +21,21 @@ pub(crate) fn put_features(settings: &DeepImageSettings) -> Vec<Feature> {
     features
 }
 
-/// Adds the passes that put every fragment of a chunk's images, once, into its list; the bindings are the source's and the
-/// store's.
+/// Adds the passes that put every fragment of a chunk's images, once, into its list; the bindings are the source's and the store's.
 pub(crate) type Gather<'g> = dyn FnMut(&mut Frame<'_>, &DeepGrid, &Bindings<'_>) -> Result<(), RenderError> + 'g;
 
-/// Where the fragments of a chunk come from.
+/// The source of a chunk's fragments.
 pub(crate) struct Source<'s> {
-    /// The scene, `deep_frames`, and the builder's own.
+    /// The scene, `deep_frames`, and the builder's own bindings.
     pub bindings: Bindings<'s>,
     /// The builder.
     pub gather: &'s mut Gather<'s>,
 }
 
-/// Fragments of a texel that the first chunk has room for; grown to what was counted.
+/// Capacity of the first chunk, fragments per texel; grown to the count.
 const FIRST_GUESS: u64 = 4;
 
-/// Where a builder puts fragments, in the order in which they come.
+/// Slots for fragments, in the order of arrival.
 struct Slots {
     depths: wgpu::Buffer,
     triangles: Option<wgpu::Buffer>,
@@ -66,9 +65,9 @@ impl Slots {
 /// The passes of a store.
 #[derive(Debug)]
 pub(crate) enum Store {
-    /// Lists behind each other.
+    /// Contiguous lists.
     LinearArray(Box<LinearArray>),
-    /// Lists of links, sorted or not.
+    /// Linked lists, sorted or not.
     Linked(LinkedLists),
 }
 
@@ -101,21 +100,20 @@ impl Store {
     }
 }
 
-/// Fragments that the first chunk has room for, before any were counted.
+/// Capacity of the first chunk, fragments, before any are counted.
 fn first_guess(limits: &wgpu::Limits, lists: u32) -> u64 {
     (FIRST_GUESS * u64::from(lists)).min(most_fragments(limits))
 }
 
-/// Name of the list of slots, of which every chunk has one.
+/// Name of the slot list of a chunk.
 pub(super) const SLOTS: &str = "deep_images/fragments";
 
-/// The slots of a chunk that were taken, in the first word of `words`; the second is the number of its images.
+/// Number of taken slots of a chunk, in the first word of `words`; the second is the number of its images.
 fn counted_slots(words: &wgpu::Buffer, guess: u64, limit: u64) -> Counted<'_> {
     Counted { list: SLOTS, words, starts: (words, 1), may_wrap: &|_| false, guess, limit }
 }
 
-/// Where frames do not wait: notes in this one, which reads a chunk that an earlier one built, whether that had room for all of its
-/// fragments.
+/// With deferred readback: records in this frame, which reads a chunk of an earlier one, if the chunk's capacity held all of its fragments.
 pub(super) fn note_again(frame: &mut Frame<'_>, chunk: &Chunk) -> Result<(), RenderError> {
     if let Some(counted) = &chunk.counted {
         let limit = most_fragments(&frame.device.limits());
@@ -124,7 +122,7 @@ pub(super) fn note_again(frame: &mut Frame<'_>, chunk: &Chunk) -> Result<(), Ren
     Ok(())
 }
 
-/// An error where no binding holds so many fragments.
+/// An error if no binding holds this many fragments.
 fn check_capacity(taken: u64, limit: u64) -> Result<(), RenderError> {
     if taken <= limit {
         return Ok(());
@@ -133,7 +131,7 @@ fn check_capacity(taken: u64, limit: u64) -> Result<(), RenderError> {
 }
 
 gpu_constants! {
-    /// Slots from which on none is counted: whoever asks for more does not start over at zero.
+    /// Maximum slot count: further requests do not wrap to zero.
     pub(super) const MOST_SLOTS: u32 = 1 << 30;
 }
 
@@ -146,15 +144,15 @@ fn the_first_guess_fits_a_binding() {
     let limits = wgpu::Limits { max_storage_buffer_binding_size: 4000, ..Default::default() };
     assert_eq!(first_guess(&limits, 10), 40);
     assert_eq!(first_guess(&limits, 250), 1000);
-    // An image of 2,897 texels a side has more lists than a quarter of what a binding of 128 MiB holds.
+    // An image of 2,897 texels per side has more lists than a quarter of the entries of a 128 MiB binding.
     assert_eq!(first_guess(&limits, 251), 1000);
     assert_eq!(first_guess(&limits, u32::MAX), 1000);
-    // More is not counted, however much a binding holds.
+    // The count is limited for any binding size.
     let limits = wgpu::Limits { max_storage_buffer_binding_size: 1 << 40, ..Default::default() };
     assert_eq!(most_fragments(&limits), u64::from(MOST_SLOTS));
 }
 
-/// The grid with room for so many fragments, on the device.
+/// The grid with this capacity, fragments, on the device.
 fn with_capacity(grid: &mut DeepGrid, device: &wgpu::Device, capacity: u64) -> wgpu::Buffer {
     grid.capacity = capacity as u32;
     uniform_buffer_of(device, "deep_images/grid", grid)

@@ -11,39 +11,39 @@ use crate::{
     testing::{self, quad, scene_of},
 };
 
-/// Over the texels where the exact axis meets something: the share that is empty, the share whose first surface is off by more than a
-/// texel, and the number of texels that hold something where there is nothing, over the same number.
-pub(super) fn compare(found: &[Vec<Fragment>], exact: &[Vec<Fragment>], texel: f32) -> (f64, f64, f64) {
-    let (mut met, mut empty, mut off, mut false_hits) = (0, 0, 0, 0);
-    for (found, exact) in found.iter().zip(exact) {
-        match (found.first(), exact.first()) {
-            (None, Some(_)) => (met, empty) = (met + 1, empty + 1),
-            (Some(found), Some(exact)) => {
-                met += 1;
-                off += usize::from((found.depth - exact.depth).abs() > texel);
+/// Over the texels whose exact axis hits a surface: the fraction that is empty, the fraction whose first surface is off by more than a
+/// texel, and the number of texels with a surface where there is none, over the same number.
+pub(super) fn compare(actual: &[Vec<Fragment>], exact: &[Vec<Fragment>], texel: f32) -> (f64, f64, f64) {
+    let (mut hit_count, mut empty, mut off, mut false_hits) = (0, 0, 0, 0);
+    for (actual, exact) in actual.iter().zip(exact) {
+        match (actual.first(), exact.first()) {
+            (None, Some(_)) => (hit_count, empty) = (hit_count + 1, empty + 1),
+            (Some(actual), Some(exact)) => {
+                hit_count += 1;
+                off += usize::from((actual.depth - exact.depth).abs() > texel);
             }
             (Some(_), None) => false_hits += 1,
             (None, None) => {}
         }
     }
-    let fraction = |count: usize| count as f64 / met as f64;
+    let fraction = |count: usize| count as f64 / hit_count as f64;
     (fraction(empty), fraction(off), fraction(false_hits))
 }
 
 #[test]
-fn gpu_images_of_a_direction_each_are_exact_but_at_edges() {
-    let Some(gpu) = testing::gpu("gpu_images_of_a_direction_each_are_exact_but_at_edges") else { return };
+fn gpu_images_by_a_draw_for_each_direction_are_exact_except_at_edges() {
+    let Some(gpu) = testing::gpu("gpu_images_by_a_draw_for_each_direction_are_exact_except_at_edges") else { return };
     let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
     let images = build(gpu, &scene, settings(DeepBuilder::PerDirection));
     for chunk in &images.chunks {
-        let (found, exact) = (lists(gpu, &images, chunk), exact(gpu, &scene, &images, chunk));
-        let (empty, off, false_hits) = compare(&found, &exact, 1.0 / chunk.grid.texels_per_metre);
+        let (actual, exact) = (lists(gpu, &images, chunk), exact(gpu, &scene, &images, chunk));
+        let (empty, off, false_hits) = compare(&actual, &exact, 1.0 / chunk.grid.texels_per_metre);
         println!("empty {empty:.4}, off {off:.4}, false {false_hits:.4}");
-        // A texel's middle that lies on an edge may go either way; half a per cent of them do.
+        // A texel's middle that lies on an edge may count either way; this affects 0.5 % of them.
         assert!(empty < 0.005 && off < 0.005 && false_hits < 0.005, "{empty} {off} {false_hits}");
-        // It can fail: the lists of another image are something else.
+        // Negative control: the lists of another image differ.
         let shifted: Vec<_> = exact.iter().cycle().skip(48 * 48).take(exact.len()).cloned().collect();
-        let (_, off, _) = compare(&found, &shifted, 1.0 / chunk.grid.texels_per_metre);
+        let (_, off, _) = compare(&actual, &shifted, 1.0 / chunk.grid.texels_per_metre);
         assert!(off > 0.2, "{off}");
     }
 }
@@ -82,7 +82,7 @@ fn gpu_a_single_pass_leaves_few_holes() {
     }
 }
 
-/// What the images of `settings` miss of those of a draw for each direction.
+/// Difference of the images of `settings` from those of a draw for each direction.
 fn holes(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> Holes {
     let images = build(gpu, scene, settings);
     let baseline = build(gpu, scene, DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings });
@@ -97,17 +97,17 @@ fn gpu_images_by_triangle_hold_every_surface() {
         let [by_triangle, single_pass] =
             [DeepBuilder::PerTriangle, DeepBuilder::SinglePass].map(|builder| holes(gpu, &scene, settings(builder)));
         println!("{name}: by triangle {by_triangle:.5?}, in a single pass {single_pass:.5?}");
-        // A texel's middle on an edge may go either way.
+        // A texel's middle on an edge may count either way.
         assert!(by_triangle.missing < 0.002 && by_triangle.spurious < 0.002, "{name}: {by_triangle:?}");
-        // It can fail.
+        // Negative control.
         assert!(single_pass.missing > 0.02, "{name}: {single_pass:?}");
     }
 }
 
-/// Images of several chunks and slices, of which the last are not full, are those of a draw for each direction.
+/// Images of several chunks and slices, the last of which are not full, equal those of a draw for each direction.
 #[test]
-fn gpu_images_by_triangle_go_on_from_chunk_to_chunk() {
-    let Some(gpu) = testing::gpu("gpu_images_by_triangle_go_on_from_chunk_to_chunk") else { return };
+fn gpu_images_by_triangle_continue_across_chunks() {
+    let Some(gpu) = testing::gpu("gpu_images_by_triangle_continue_across_chunks") else { return };
     let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
     let entries = gpu.device.limits().max_storage_buffer_binding_size / 4;
     for (images_a_chunk, expected) in [(7, vec![7, 7, 7, 7, 7, 7, 3]), (40, vec![40, 5])] {
@@ -119,13 +119,13 @@ fn gpu_images_by_triangle_go_on_from_chunk_to_chunk() {
         let images = build(gpu, &scene, settings);
         let chunks: Vec<u32> = images.chunks.iter().map(|chunk| chunk.grid.image_count).collect();
         assert_eq!(chunks, expected);
-        let found = holes(gpu, &scene, settings);
-        println!("{images_a_chunk} images a chunk: {found:?}");
-        assert!(found.missing < 0.002 && found.spurious < 0.002, "{found:?}");
+        let actual = holes(gpu, &scene, settings);
+        println!("{images_a_chunk} images per chunk: {actual:?}");
+        assert!(actual.missing < 0.002 && actual.spurious < 0.002, "{actual:?}");
     }
 }
 
-/// A triangle that is tiny beside a texel is in the texel whose axis meets it.
+/// A triangle much smaller than a texel is in the texel whose axis intersects it.
 #[test]
 fn gpu_tiny_triangles_are_in_coarse_images() {
     let Some(gpu) = testing::gpu("gpu_tiny_triangles_are_in_coarse_images") else { return };
@@ -135,7 +135,7 @@ fn gpu_tiny_triangles_are_in_coarse_images() {
         merge_texels: 0.0,
         ..settings(DeepBuilder::PerTriangle)
     };
-    // Two corners of a scene of 600 m; between them a square of a millimetre, where an axis passes.
+    // Two corners of a scene of 600 m; between them a square of 1 mm that an axis passes through.
     let corners = [-200.0f32, 200.0].map(|x| quad(0, Vec3::splat(x), 0.1 * Vec3::X, 0.1 * Vec3::Y));
     let built = |primitives: Vec<_>| {
         let scene = upload(gpu, &scene_of(primitives, vec![Default::default()]));

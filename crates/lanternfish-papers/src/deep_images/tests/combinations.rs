@@ -1,4 +1,4 @@
-//! Every combination of directions, builder, store, depth, payload and tracer, against the loops of `cpu_reference.rs`.
+//! Every combination of directions, builder, store, depth, payload and tracer, against the CPU reference in `cpu_reference.rs`.
 
 use std::collections::HashSet;
 
@@ -35,7 +35,7 @@ fn stored(settings: DeepImageSettings) -> impl Iterator<Item = DeepImageSettings
     })
 }
 
-/// Lists in order: those of a store that does not sort come in any.
+/// Lists in order: a store that does not sort returns any order.
 fn sorted(mut lists: Vec<Vec<Fragment>>) -> Vec<Vec<Fragment>> {
     for list in &mut lists {
         list.sort_by(|a, b| a.depth.total_cmp(&b.depth).then(a.triangle.cmp(&b.triangle)));
@@ -43,7 +43,7 @@ fn sorted(mut lists: Vec<Vec<Fragment>>) -> Vec<Vec<Fragment>> {
     lists
 }
 
-/// What a store should make of the fragments that a builder found.
+/// The expected lists of a store for the fragments of a builder.
 fn expected(drawn: &[Vec<Fragment>], images: &DeepImages) -> Vec<Vec<Fragment>> {
     let DeepImageSettings { store, depth, payload, .. } = images.settings;
     let grid = &images.chunks[0].grid;
@@ -61,8 +61,8 @@ fn expected(drawn: &[Vec<Fragment>], images: &DeepImages) -> Vec<Vec<Fragment>> 
     sorted(merged.map(|list| list.iter().map(as_stored).collect()).collect())
 }
 
-/// Lists that differ. Depths in 16 bits may be a step apart, and so in another order: the device rounds for itself.
-fn differing(found: &[Vec<Fragment>], expected: &[Vec<Fragment>], images: &DeepImages) -> usize {
+/// Number of lists that differ. Depths in 16 bits may differ by a step, and so in order: the device rounds differently.
+fn differing(actual: &[Vec<Fragment>], expected: &[Vec<Fragment>], images: &DeepImages) -> usize {
     let step = match images.settings.depth {
         DeepDepth::Bits32 => 0.0,
         DeepDepth::Bits16 => 2.001 * images.chunks[0].grid.radius / 65534.0,
@@ -72,11 +72,11 @@ fn differing(found: &[Vec<Fragment>], expected: &[Vec<Fragment>], images: &DeepI
     let same = |(a, b): &(&Vec<Fragment>, &Vec<Fragment>)| {
         a.len() == b.len() && a.iter().zip(b.iter()).all(|(a, b)| near(a, b))
     };
-    assert_eq!(found.len(), expected.len());
-    found.iter().zip(expected).filter(|pair| !same(pair)).count()
+    assert_eq!(actual.len(), expected.len());
+    actual.iter().zip(expected).filter(|pair| !same(pair)).count()
 }
 
-/// Distance, depth and triangle of what each ray hits, from the function that other passes call.
+/// Distance, depth and triangle of the hit of each ray, from the function that other passes call.
 fn hits(gpu: &Gpu, images: &DeepImages, entry: &str, rays: &[TracedRay]) -> Vec<[f32; 4]> {
     let kernel = probe(gpu, "testing/deep_hits", &images.settings.fragment_features(), entry);
     let queries = storage_buffer_of(&gpu.device, "queries", rays, wgpu::BufferUsages::empty()).unwrap();
@@ -102,7 +102,7 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
             images.ray(origin, random.direction(), if i % 2 == 0 { 0.0 } else { 0.05 * grid.radius })
         })
         .collect();
-    // A fragment as the device holds it: its depth in steps, where the host's arithmetic may round differently.
+    // A fragment as the device stores it: its depth in steps, where the host's arithmetic may round differently.
     let key = |depth: f32, triangle: Option<u32>| match images.settings.depth {
         DeepDepth::Bits32 => (depth.to_bits(), triangle),
         DeepDepth::Bits16 => ((depth / grid.radius * 32767.0).round() as i32 as u32, triangle),
@@ -117,34 +117,37 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
             let walk = if through == WITHIN_TEXEL { cpu_reference::within_texel } else { cpu_reference::across_texels };
             walk(grid, &frame, &lists[first..first + texels], ray)
         };
-        let agrees = |ray: &TracedRay, found: f32| match cpu_reference(ray) {
-            Some((distance, _)) => (found - distance).abs() < 1e-4 * grid.radius.max(distance),
-            None => found == -1.0,
+        let agrees = |ray: &TracedRay, actual: f32| match cpu_reference(ray) {
+            Some((distance, _)) => (actual - distance).abs() < 1e-4 * grid.radius.max(distance),
+            None => actual == -1.0,
         };
-        let (mut met, mut other, mut other_turned, mut depths) = (0, 0, 0, 0.0);
-        for ((ray, found), [distance, depth, triangle, along]) in rays.iter().zip(traced).zip(answers) {
-            assert!((found - distance).abs() < 1e-5 * grid.radius, "{what} {entry}: {found}, {distance}");
-            assert!(along >= 0.0, "{what} {entry}: a step went elsewhere than a search");
+        let (mut hit_count, mut other, mut other_opposite, mut depths) = (0, 0, 0, 0.0);
+        for ((ray, actual), [distance, depth, triangle, along]) in rays.iter().zip(traced).zip(answers) {
+            assert!((actual - distance).abs() < 1e-5 * grid.radius, "{what} {entry}: {actual}, {distance}");
+            assert!(along >= 0.0, "{what} {entry}: a step and a search differ");
             depths += along;
-            other += usize::from(!agrees(ray, found));
-            let turned = TracedRay { image_and_side: ray.image_and_side ^ 1, direction: -ray.direction, ..*ray };
-            other_turned += usize::from(!agrees(&turned, found));
+            other += usize::from(!agrees(ray, actual));
+            let opposite = TracedRay { image_and_side: ray.image_and_side ^ 1, direction: -ray.direction, ..*ray };
+            other_opposite += usize::from(!agrees(&opposite, actual));
             if distance >= 0.0 {
-                met += 1;
+                hit_count += 1;
                 let triangle = images.settings.payload.then_some(triangle as u32);
                 assert!(held.contains(&key(depth, triangle)), "{what} {entry}: no fragment at {depth} of {triangle:?}");
             }
         }
-        // Starts within rounding of a texel's border, or of a surface.
+        // Rays that start within rounding of a texel's border or of a surface.
         assert!(200 * other <= RAYS, "{what} {entry}: {other} of {RAYS} rays");
-        // It can fail: rays the other way meet something else.
-        assert!(2 * other_turned > met && 2 * met > RAYS, "{what} {entry}: {other_turned}, {met}");
-        // There is something to step to.
-        assert!(entry == "across" || depths > 1.2 * met as f32, "{what} {entry}: {depths} depths, {met}");
+        // Negative control: rays in the opposite direction hit other surfaces.
+        assert!(
+            2 * other_opposite > hit_count && 2 * hit_count > RAYS,
+            "{what} {entry}: {other_opposite}, {hit_count}"
+        );
+        // Lists have several depths to step through.
+        assert!(entry == "across" || depths > 1.2 * hit_count as f32, "{what} {entry}: {depths} depths, {hit_count}");
     }
 }
 
-/// Bytes are what each store says of itself: linked lists may have more room than they took.
+/// Bytes are those that each store reports: linked lists may have a larger capacity than they use.
 fn check_bytes(images: &DeepImages) {
     let DeepImageSettings { store, depth, payload, .. } = images.settings;
     let chunk = &images.chunks[0];
@@ -176,13 +179,13 @@ fn check_all(gpu: &Gpu, builder: DeepBuilder, most_wrong: f64) {
             images.validate(&gpu.device, &gpu.queue).unwrap();
             assert_eq!(images.counts.drawn, unmerged.counts.drawn, "{settings:?}");
             check_bytes(&images);
-            let found = sorted(lists(gpu, &images, &images.chunks[0]));
+            let actual = sorted(lists(gpu, &images, &images.chunks[0]));
             let mut expected = expected(&drawn, &images);
-            assert_eq!(differing(&found, &expected, &images), 0, "{settings:?}");
-            // It can fail: lists that are a texel beside their own.
+            assert_eq!(differing(&actual, &expected, &images), 0, "{settings:?}");
+            // Negative control: lists that are a texel beside their own.
             expected.rotate_left(1);
-            assert!(10 * differing(&found, &expected, &images) > found.len(), "{settings:?}");
-            check_rays(gpu, &tracer, &scene, &images, &found);
+            assert!(10 * differing(&actual, &expected, &images) > actual.len(), "{settings:?}");
+            check_rays(gpu, &tracer, &scene, &images, &actual);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `validate` notices broken images; and stores hold what is put into them, whoever puts it.
+//! `validate` detects broken images, and stores hold the fragments of any builder.
 
 use glam::{Quat, Vec4};
 use lanternfish::RenderError;
@@ -19,7 +19,7 @@ use crate::{
 
 const TRIANGLES: u32 = 1000;
 
-/// Three images of 2 x 2 texels, whose fragments (list, depth, triangle) are put into lists by hand.
+/// Three images of 2 x 2 texels, with given fragments (list, depth, triangle).
 fn images_of(gpu: &Gpu, settings: DeepImageSettings, put: &[Vec4]) -> DeepImages {
     let none = wgpu::BufferUsages::empty();
     let buffer = |label, content: &[Vec4]| storage_buffer_of(&gpu.device, label, content, none).unwrap();
@@ -65,7 +65,7 @@ fn by_hand(store: DeepStore, merge_texels: f32) -> DeepImageSettings {
     DeepImageSettings { directions, resolution: 2, store, merge_texels, ..DeepImageSettings::default() }
 }
 
-/// Lists of every length about the sort's bounds, some depths equal, some zero, some at the sphere's ends.
+/// Lists of every length around the sort's bounds, some depths equal, some zero, some at the sphere's ends.
 fn fragments() -> Vec<Vec4> {
     let mut random = Random::new(9);
     let lengths = [3, 0, 1, 2, 47, 48, 49, 50, 0, 300, 1000, 1];
@@ -79,22 +79,22 @@ fn fragments() -> Vec<Vec4> {
                 3 => 1.0,
                 _ => random.between(-1.0, 1.0),
             };
-            // No two of a list are of one triangle: those of one depth have an order.
+            // No two fragments of a list have the same triangle, so fragments of one depth have an order.
             all.push(Vec4::new(list as f32, depth, ((i * 617) % TRIANGLES) as f32, 0.0));
         }
     }
     all
 }
 
-/// However many fragments are put: the counter of slots stays where it is full, and does not start over at zero.
+/// For any number of fragments, the counter of slots saturates and does not wrap to zero.
 #[test]
-fn gpu_the_counter_of_slots_does_not_start_over() {
-    let Some(gpu) = testing::gpu("gpu_the_counter_of_slots_does_not_start_over") else { return };
+fn gpu_the_counter_of_slots_saturates() {
+    let Some(gpu) = testing::gpu("gpu_the_counter_of_slots_saturates") else { return };
     let none = wgpu::BufferUsages::empty();
     let settings = by_hand(DeepStore::LinearArray, 0.0);
     let kernel = probe(gpu, "testing/put_fragments", &put_features(&settings), "put");
     let grid = DeepGrid { resolution: 2, image_count: 1, capacity: 4, ..DeepGrid::default() };
-    // Four lists, nothing, and the slots that were taken.
+    // Four lists, an unused word, and the number of taken slots.
     let counters = [0, 0, 0, 0, 0, MOST_SLOTS - 100];
     let counters = storage_buffer_of(&gpu.device, "counters", &counters, none).unwrap();
     let queries = storage_buffer_of(&gpu.device, "put", &[Vec4::ZERO; 640], none).unwrap();
@@ -108,15 +108,15 @@ fn gpu_the_counter_of_slots_does_not_start_over() {
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     frame.dispatch(&kernel, &bindings, [10, 1, 1]);
     frame.submit();
-    let found = read_back::<u32>(&gpu.device, &gpu.queue, &counters, 6).unwrap();
-    assert_eq!(found[5], MOST_SLOTS + 1);
-    // Only what took a slot is in its list.
-    assert_eq!(found[0], 101);
+    let actual = read_back::<u32>(&gpu.device, &gpu.queue, &counters, 6).unwrap();
+    assert_eq!(actual[5], MOST_SLOTS + 1);
+    // A list holds only fragments that took a slot.
+    assert_eq!(actual[0], 101);
 }
 
 #[test]
-fn gpu_stores_hold_what_is_put_into_them() {
-    let Some(gpu) = testing::gpu("gpu_stores_hold_what_is_put_into_them") else { return };
+fn gpu_stores_hold_their_fragments() {
+    let Some(gpu) = testing::gpu("gpu_stores_hold_their_fragments") else { return };
     let put = fragments();
     let ascending = |list: &mut Vec<Fragment>| {
         list.sort_by(|a, b| a.depth.total_cmp(&b.depth).then(a.triangle.cmp(&b.triangle)));
@@ -127,8 +127,8 @@ fn gpu_stores_hold_what_is_put_into_them() {
                 let settings = DeepImageSettings { depth, payload, ..by_hand(store, merge_texels) };
                 let images = images_of(gpu, settings, &put);
                 images.validate(&gpu.device, &gpu.queue).unwrap();
-                let found = lists(gpu, &images, &images.chunks[0]);
-                for (list, mut found) in found.into_iter().enumerate() {
+                let actual = lists(gpu, &images, &images.chunks[0]);
+                for (list, mut actual) in actual.into_iter().enumerate() {
                     let of_list = put.iter().filter(|fragment| fragment.x as usize == list);
                     let mut expected: Vec<Fragment> = of_list
                         .map(|fragment| Fragment {
@@ -142,17 +142,17 @@ fn gpu_stores_hold_what_is_put_into_them() {
                         expected = cpu_reference::merge(&expected, merge_texels);
                     }
                     if store == DeepStore::LinkedList {
-                        ascending(&mut found);
+                        ascending(&mut actual);
                     }
-                    assert_eq!(found.len(), expected.len(), "{settings:?}, list {list}");
-                    for (found, expected) in found.iter().zip(&expected) {
+                    assert_eq!(actual.len(), expected.len(), "{settings:?}, list {list}");
+                    for (actual, expected) in actual.iter().zip(&expected) {
                         // 16 bits: half a step, and the host's rounding.
                         let slack = if depth == DeepDepth::Bits16 { 1.01 / 65534.0 } else { 0.0 };
-                        let near = (found.depth - expected.depth).abs() <= slack;
-                        // Those that 16 bits make equal stay in the order that they had.
-                        let same = !payload || found.triangle == expected.triangle;
-                        assert!(near && same, "{settings:?}, list {list}: {found:?}, not {expected:?}");
-                        assert_eq!(found.triangle.is_some(), payload);
+                        let near = (actual.depth - expected.depth).abs() <= slack;
+                        // Fragments with equal 16-bit depths stay in their original order.
+                        let same = !payload || actual.triangle == expected.triangle;
+                        assert!(near && same, "{settings:?}, list {list}: {actual:?}, not {expected:?}");
+                        assert_eq!(actual.triangle.is_some(), payload);
                     }
                 }
             }
@@ -160,7 +160,7 @@ fn gpu_stores_hold_what_is_put_into_them() {
     }
 }
 
-/// What `validate` says.
+/// The fault that `validate` reports.
 fn fault(gpu: &Gpu, images: &DeepImages) -> Option<ListFault> {
     match images.validate(&gpu.device, &gpu.queue) {
         Ok(()) => None,
@@ -169,12 +169,12 @@ fn fault(gpu: &Gpu, images: &DeepImages) -> Option<ListFault> {
     }
 }
 
-/// A way to break images, and the fault that comes of it.
+/// A way to break images, and the resulting fault.
 struct Break {
     store: DeepStore,
     what: &'static str,
     break_images: fn(&Gpu, &mut DeepImages),
-    is_found: fn(&ListFault) -> bool,
+    is_expected: fn(&ListFault) -> bool,
 }
 
 fn write(gpu: &Gpu, buffer: &wgpu::Buffer, index: usize, word: u32) {
@@ -191,7 +191,7 @@ macro_rules! breaks {
             store: DeepStore::$store,
             what: $what,
             break_images: |$gpu, $images| $how,
-            is_found: |fault| matches!(fault, $fault),
+            is_expected: |fault| matches!(fault, $fault),
         }),+]
     };
 }
@@ -226,7 +226,7 @@ fn gpu_validation_notices_every_fault() {
             |gpu, i| gpu.queue.write_buffer(&i.frames, 48 * 2, &[0; 48]) => Direction { image: 2 },
         LinkedList "slots that were not taken": |gpu, i| write(gpu, &i.chunks[0].list_starts, 0, 9) => End { .. },
         LinkedList "a link to nowhere": |gpu, i| write(gpu, next(&i.chunks[0]), 4, 1 << 30) => Link { .. },
-        LinkedList "a circle": |gpu, i| write(gpu, next(&i.chunks[0]), 4, 5) => Twice { index: 4, .. },
+        LinkedList "a cycle": |gpu, i| write(gpu, next(&i.chunks[0]), 4, 5) => Twice { index: 4, .. },
         LinkedList "a list is lost": |gpu, i| lose_a_list(gpu, i) => Unlisted { .. },
         LinkedList "a hole": |gpu, i| write(gpu, &i.chunks[0].depths, 100, 0) => Unwritten { index: 100 },
         SortedLinkedList "a list out of order": |gpu, i| swap_first_two(gpu, i) => Unsorted { .. },
@@ -234,17 +234,17 @@ fn gpu_validation_notices_every_fault() {
             |gpu, i| write(gpu, next(&i.chunks[0]), 4, 0x8000_0000) => Link { .. },
         SortedLinkedList "fewer kept than drawn": |_, i| i.counts.drawn += 1 => Lost { .. },
     };
-    for Break { store, what, break_images, is_found } in breaks {
+    for Break { store, what, break_images, is_expected } in breaks {
         let settings = DeepImageSettings { store, merge_texels: 0.0, ..settings(DeepBuilder::SinglePass) };
         let mut images = build(gpu, &scene, settings);
         assert_eq!(fault(gpu, &images), None, "{what}");
         break_images(gpu, &mut images);
-        let found = fault(gpu, &images);
-        assert!(found.as_ref().is_some_and(is_found), "{store} {what}: {found:?}");
+        let actual = fault(gpu, &images);
+        assert!(actual.as_ref().is_some_and(is_expected), "{store} {what}: {actual:?}");
     }
 }
 
-/// Makes the first fragment of a list with several the farthest.
+/// Makes the first fragment of a list with several fragments the farthest.
 fn swap_first_two(gpu: &Gpu, images: &DeepImages) {
     let chunk = &images.chunks[0];
     let all = lists(gpu, images, chunk);
@@ -260,7 +260,7 @@ fn swap_first_two(gpu: &Gpu, images: &DeepImages) {
     write(gpu, &chunk.depths, first, chunk.grid.radius.to_bits());
 }
 
-/// Empties a list that holds something.
+/// Empties a list that has fragments.
 fn lose_a_list(gpu: &Gpu, images: &DeepImages) {
     let chunk = &images.chunks[0];
     let list = lists(gpu, images, chunk).iter().position(|list| !list.is_empty()).unwrap();

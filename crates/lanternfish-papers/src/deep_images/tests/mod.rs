@@ -44,7 +44,7 @@ pub(super) fn lists(gpu: &Gpu, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fr
     images.read_lists(&gpu.device, &gpu.queue, chunk).unwrap()
 }
 
-/// Distances that rays go; −1 where they meet nothing.
+/// Hit distances of rays, m; −1 if they hit nothing.
 fn distances(
     gpu: &Gpu,
     tracer: &RayTracer,
@@ -69,7 +69,7 @@ fn distances(
     read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap()
 }
 
-/// Triangles in the order in which the device holds them.
+/// Triangles in the device's order.
 pub(super) fn triangles(gpu: &Gpu, scene: &GpuScene) -> Vec<[Vec3; 3]> {
     let count = scene.traced_triangles() as usize;
     let words = read_back::<[f32; 12]>(&gpu.device, &gpu.queue, scene.bvh_triangles().unwrap(), count).unwrap();
@@ -82,7 +82,7 @@ fn frame_of(images: &DeepImages, image: u32) -> DeepFrame {
     DeepFrame { x: axes.x_axis, y: axes.y_axis, z: axes.z_axis, ..DeepFrame::default() }
 }
 
-/// What exact intersection makes of a chunk.
+/// The lists of a chunk by exact intersection.
 fn exact(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fragment>> {
     let triangles = triangles(gpu, scene);
     let all = (0..chunk.grid.image_count).flat_map(|image| {

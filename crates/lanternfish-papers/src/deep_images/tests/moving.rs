@@ -1,4 +1,4 @@
-//! Deep images of what moves, of sets that turn, and kept ones.
+//! Deep images of moving scenes, of rotated direction sets, and cached ones.
 
 use glam::{Quat, Vec4};
 use lanternfish::{Renderer, Settings, settings::Shadows, view::rotations::frame_rotation};
@@ -18,8 +18,8 @@ fn depths(gpu: &lanternfish_gpu::Gpu, images: &DeepImages) -> Vec<Vec<f32>> {
 }
 
 #[test]
-fn gpu_deep_images_follow_what_moves() {
-    let Some(gpu) = testing::gpu("gpu_deep_images_follow_what_moves") else { return };
+fn gpu_deep_images_follow_moving_objects() {
+    let Some(gpu) = testing::gpu("gpu_deep_images_follow_moving_objects") else { return };
     let before = apart(&lanternfish_scene::generate::demo("cornell").unwrap());
     let after = moved(&before, 5, 0.2);
     let renderer =
@@ -30,17 +30,17 @@ fn gpu_deep_images_follow_what_moves() {
         let mut uploaded = renderer.upload(&before).unwrap();
         let first = depths(gpu, &build(gpu, &uploaded, settings(builder)));
         renderer.update(&mut uploaded, &after).unwrap();
-        let found = depths(gpu, &build(gpu, &uploaded, settings(builder)));
+        let actual = depths(gpu, &build(gpu, &uploaded, settings(builder)));
         let fresh = depths(gpu, &build(gpu, &fresh_scene, settings(builder)));
-        assert!(found == fresh, "{builder}: lists differ");
-        let changed = found.iter().zip(&first).filter(|(a, b)| a != b).count();
-        assert!(5 * changed > found.len(), "{builder}: {changed} of {} lists", found.len());
+        assert!(actual == fresh, "{builder}: lists differ");
+        let changed = actual.iter().zip(&first).filter(|(a, b)| a != b).count();
+        assert!(5 * changed > actual.len(), "{builder}: {changed} of {} lists", actual.len());
     }
 }
 
 #[test]
-fn gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned() {
-    let Some(gpu) = testing::gpu("gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned") else { return };
+fn gpu_the_nearest_image_is_the_hosts_for_any_rotation_of_the_set() {
+    let Some(gpu) = testing::gpu("gpu_the_nearest_image_is_the_hosts_for_any_rotation_of_the_set") else { return };
     let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
     let kernel = probe(gpu, "testing/directions", &[], "nearest");
     let mut random = Random::new(12);
@@ -64,27 +64,27 @@ fn gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned() {
             Bindings::new().buffer("queries", &requested).buffer("answers", &answers).with(&chunk).with(&of_directions);
         frame.dispatch(&kernel, &bindings, [queries.len().div_ceil(64) as u32, 1, 1]);
         frame.submit();
-        let found = read_back::<Vec4>(&gpu.device, &gpu.queue, &answers, queries.len()).unwrap();
+        let actual = read_back::<Vec4>(&gpu.device, &gpu.queue, &answers, queries.len()).unwrap();
         let mut elsewhere = 0;
-        for (query, found) in queries.iter().zip(found) {
+        for (query, actual) in queries.iter().zip(actual) {
             let direction = query.truncate();
             let (image, reversed) = images.directions.nearest(direction);
             let cosine = |image: usize| images.directions.axes()[image].dot(direction);
-            // Between two that are equally near, either may be found: the turn is rounded.
-            let tied = (cosine(found.x as usize).abs() - cosine(image as usize).abs()).abs() < 2e-6;
-            assert!(tied, "{set:?} {direction}: {found}, not {image}");
-            assert!(found.x as u32 != image || (found.y == 1.0) == reversed, "{set:?} {direction}: {found}");
+            // Between two axes that are equally near, either is correct: the rotation is rounded.
+            let tied = (cosine(actual.x as usize).abs() - cosine(image as usize).abs()).abs() < 2e-6;
+            assert!(tied, "{set:?} {direction}: {actual}, not {image}");
+            assert!(actual.x as u32 != image || (actual.y == 1.0) == reversed, "{set:?} {direction}: {actual}");
             elsewhere += usize::from(straight.directions.nearest(direction).0 != image);
         }
-        // A set that is not turned has other answers.
+        // A set without rotation has other answers.
         assert!(elsewhere > queries.len() / 2, "{elsewhere}");
     }
 }
 
-/// A turned set's images are exact along its own axes, as those of a set that is not turned are.
+/// A rotated set's images are exact along its own axes, like those of a set without rotation.
 #[test]
-fn gpu_images_of_a_turned_set_are_of_its_axes() {
-    let Some(gpu) = testing::gpu("gpu_images_of_a_turned_set_are_of_its_axes") else { return };
+fn gpu_images_of_a_rotated_set_follow_its_axes() {
+    let Some(gpu) = testing::gpu("gpu_images_of_a_rotated_set_follow_its_axes") else { return };
     let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
     let mut builder = DeepImageBuilder::new(&gpu.device, settings(DeepBuilder::PerDirection)).unwrap();
     let mut record = |rotation: Quat| {
@@ -95,16 +95,16 @@ fn gpu_images_of_a_turned_set_are_of_its_axes() {
         frame.submit();
         images
     };
-    let (straight, turned, back) = (record(Quat::IDENTITY), record(frame_rotation(6)), record(Quat::IDENTITY));
-    for (chunk, other) in turned.chunks.iter().zip(&straight.chunks) {
-        let (found, exact) = (lists(gpu, &turned, chunk), super::exact(gpu, &scene, &turned, chunk));
+    let (straight, rotated, back) = (record(Quat::IDENTITY), record(frame_rotation(6)), record(Quat::IDENTITY));
+    for (chunk, other) in rotated.chunks.iter().zip(&straight.chunks) {
+        let (actual, exact) = (lists(gpu, &rotated, chunk), super::exact(gpu, &scene, &rotated, chunk));
         let texel = 1.0 / chunk.grid.texels_per_metre;
-        let (empty, off, false_hits) = compare(&found, &exact, texel);
+        let (empty, off, false_hits) = compare(&actual, &exact, texel);
         assert!(empty < 0.005 && off < 0.005 && false_hits < 0.005, "{empty} {off} {false_hits}");
         let (_, off, _) = compare(&lists(gpu, &straight, other), &exact, texel);
         assert!(off > 0.2, "{off}");
     }
-    assert!(depths(gpu, &back) == depths(gpu, &straight), "a turn leaves a trace");
+    assert!(depths(gpu, &back) == depths(gpu, &straight), "a rotation changes later images");
 }
 
 #[test]
@@ -128,22 +128,22 @@ fn gpu_images_are_built_again_only_when_something_has_changed() {
     let straight = Quat::IDENTITY;
     let first = evaluate(&mut kept, &uploaded, straight);
     assert_eq!(first.0, 1);
-    // Nothing moves; a light does.
+    // Nothing moves; a light changes.
     assert_eq!(evaluate(&mut kept, &uploaded, straight), first);
     renderer.update(&mut uploaded, &scene).unwrap();
     scene.lights.clear();
     renderer.update(&mut uploaded, &scene).unwrap();
     assert_eq!(evaluate(&mut kept, &uploaded, straight), first);
-    // Something moves.
+    // An object moves.
     renderer.update(&mut uploaded, &moved(&scene, 1, 0.1)).unwrap();
     let second = evaluate(&mut kept, &uploaded, straight);
     assert!(second.0 == 2 && second.1 != first.1);
     assert_eq!(evaluate(&mut kept, &uploaded, straight), second);
-    // The set turns, and stays.
-    let turned = frame_rotation(3);
-    assert_eq!(evaluate(&mut kept, &uploaded, turned).0, 3);
-    assert_eq!(evaluate(&mut kept, &uploaded, turned).0, 3);
+    // The set is rotated once.
+    let rotated = frame_rotation(3);
+    assert_eq!(evaluate(&mut kept, &uploaded, rotated).0, 3);
+    assert_eq!(evaluate(&mut kept, &uploaded, rotated).0, 3);
     // Another scene.
     let other = renderer.upload(&scene).unwrap();
-    assert_eq!(evaluate(&mut kept, &other, turned).0, 4);
+    assert_eq!(evaluate(&mut kept, &other, rotated).0, 4);
 }

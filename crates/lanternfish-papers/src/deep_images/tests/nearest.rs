@@ -47,18 +47,18 @@ fn gpu_the_nearest_direction_is_the_hosts() {
             .buffer("direction_cells", &cells);
         frame.dispatch(&kernel, &bindings, [queries.len().div_ceil(64) as u32, 1, 1]);
         frame.submit();
-        let found = read_back::<Vec4>(&gpu.device, &gpu.queue, &answers, queries.len()).unwrap();
-        for (query, found) in queries.iter().zip(found) {
+        let actual = read_back::<Vec4>(&gpu.device, &gpu.queue, &answers, queries.len()).unwrap();
+        for (query, actual) in queries.iter().zip(actual) {
             let direction = query.truncate();
             let (image, reversed) = directions.nearest(direction);
             let cosine = |image: usize| directions.axes()[image].dot(direction);
-            // Between two that are equally near to the last bits, either may be found.
-            let tied = (cosine(found.x as usize).abs() - cosine(image as usize).abs()).abs() < 1e-6;
+            // Between two axes that are equally near up to the last bits, either is correct.
+            let tied = (cosine(actual.x as usize).abs() - cosine(image as usize).abs()).abs() < 1e-6;
             assert!(
-                tied && (found.y == 1.0) == (cosine(found.x as usize) < 0.0),
-                "{set:?} {direction}: {found}, not {image}"
+                tied && (actual.y == 1.0) == (cosine(actual.x as usize) < 0.0),
+                "{set:?} {direction}: {actual}, not {image}"
             );
-            assert!(found.x as u32 != image || (found.y == 1.0) == reversed);
+            assert!(actual.x as u32 != image || (actual.y == 1.0) == reversed);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The adapter's own structure against the BVH.
+//! The adapter's ray query against the BVH.
 
 use super::*;
 use crate::testing::{self, Random};
@@ -10,7 +10,7 @@ fn gpu_ray_query_finds_what_the_bvh_finds() {
     if !gpu.description.ray_query {
         return testing::left_out(test, "this adapter has no ray query");
     }
-    // It has surfaces with holes.
+    // The scene has alpha-masked surfaces.
     let scene = lanternfish_scene::generate::demo("atrium").unwrap();
     let bounds = scene.bounds();
     let mut random = Random::new(10);
@@ -37,16 +37,16 @@ fn gpu_ray_query_finds_what_the_bvh_finds() {
     };
     let hits = bvh.iter().filter(|distance| **distance >= 0.0).count();
     println!("{} of {hits} differ", other(&bvh, &ray_query));
-    // Edges of triangles and of masks: 0.2 %.
+    // Edges of triangles and of alpha masks: 0.2 %.
     assert!(hits > 2000 && other(&bvh, &ray_query) <= 8, "{} of {hits}", other(&bvh, &ray_query));
-    // It can fail.
+    // Negative control.
     assert!(other(&bvh[1..], &ray_query) > 1000);
 }
 
 #[test]
 fn gpu_a_device_without_ray_query_says_so() {
     let Some(gpu) = testing::gpu("gpu_a_device_without_ray_query_says_so") else { return };
-    // The same adapter, opened with nothing that is optional.
+    // The same adapter, opened without optional features.
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     let adapter = adapters.iter().find(|adapter| adapter.get_info().name == gpu.description.name);

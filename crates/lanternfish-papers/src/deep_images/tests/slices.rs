@@ -1,4 +1,4 @@
-//! Deep images of what moves, a slice of which is built in each frame.
+//! Deep images of moving scenes, with one slice built in each frame.
 
 use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
@@ -33,7 +33,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// An instance that stays within the scene's bounds while it rises by 0.4 m: where they grow all images are built at once.
+/// An instance that stays within the scene's bounds while it rises by 0.4 m: if the bounds grow, all images are built at once.
 fn block(scene: &Scene) -> usize {
     let bounds = scene.bounds();
     let is_inside = |instance: &Instance| {
@@ -45,8 +45,8 @@ fn block(scene: &Scene) -> usize {
     scene.instances.iter().position(is_inside).expect("the box has blocks")
 }
 
-/// The image and the report of a frame that is whole; one that is not for want of room comes again.
-fn whole(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> (Vec<Vec3>, FrameReport) {
+/// The image and the report of a complete frame; a frame that lacks capacity is rendered again.
+fn complete_frame(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> (Vec<Vec3>, FrameReport) {
     let request = ViewRequest::of_camera(0, &scene.cameras[0], SIZE, Target::Own);
     for _ in 0..8 {
         let mut commands = gpu.device.create_command_encoder(&Default::default());
@@ -60,17 +60,17 @@ fn whole(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene)
             return (rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect(), report);
         }
     }
-    panic!("no frame is whole");
+    panic!("no frame is complete");
 }
 
 fn age(report: &FrameReport) -> Option<u64> {
     report.counters.iter().find(|(name, _)| name == "deep_images/age").map(|(_, age)| *age)
 }
 
-/// Images are as old as there are slices at most, and once nothing moves any more as good as those that are built at once.
+/// The age of images is at most the number of slices; once nothing moves, they equal those that are built at once.
 #[test]
-fn gpu_slices_of_deep_images_are_built_in_turn() {
-    const TEST: &str = "gpu_slices_of_deep_images_are_built_in_turn";
+fn gpu_slices_of_deep_images_are_built_one_per_frame() {
+    const TEST: &str = "gpu_slices_of_deep_images_are_built_one_per_frame";
     let Some(gpu) = testing::gpu(TEST) else { return };
     if faulty_software(&gpu.device.adapter_info()) {
         testing::left_out(TEST, "this driver would lose triangles");
@@ -83,42 +83,42 @@ fn gpu_slices_of_deep_images_are_built_in_turn() {
         let uploaded = renderer.upload(&scene).unwrap();
         (renderer, uploaded)
     };
-    let ((mut at_once, mut all), (mut in_turn, mut sliced)) = (of(1), of(slices));
+    let ((mut at_once, mut all), (mut by_slices, mut sliced)) = (of(1), of(slices));
     let request = ViewRequest::of_camera(0, &scene.cameras[0], SIZE, Target::Own);
-    in_turn.ready(&sliced, &[request]).unwrap();
-    let (first, report) = whole(gpu, &mut at_once, &all, &scene);
+    by_slices.ready(&sliced, &[request]).unwrap();
+    let (first, report) = complete_frame(gpu, &mut at_once, &all, &scene);
     assert_eq!(age(&report), None);
-    let (same, report) = whole(gpu, &mut in_turn, &sliced, &scene);
+    let (same, report) = complete_frame(gpu, &mut by_slices, &sliced, &scene);
     assert_eq!(age(&report), Some(0));
-    assert!(first == same, "what the images hold does not depend on slices");
+    assert!(first == same, "the images depend on the number of slices");
     let inside = block(&scene);
     let rest = scene.instances[inside].world_from_object;
     let (mut ages, mut apart) = (Vec::new(), 0.0_f32);
     for step in 1..=10 {
         let moved = [(inside, Affine3A::from_translation(0.04 * step as f32 * Vec3::Y) * rest)];
         at_once.move_instances(&mut all, &moved).unwrap();
-        in_turn.move_instances(&mut sliced, &moved).unwrap();
-        let (ground_truth, _) = whole(gpu, &mut at_once, &all, &scene);
-        let (rendering, report) = whole(gpu, &mut in_turn, &sliced, &scene);
+        by_slices.move_instances(&mut sliced, &moved).unwrap();
+        let (ground_truth, _) = complete_frame(gpu, &mut at_once, &all, &scene);
+        let (rendering, report) = complete_frame(gpu, &mut by_slices, &sliced, &scene);
         ages.push(age(&report).unwrap());
         let sum = |pixels: &[Vec3]| pixels.iter().map(|pixel| pixel.element_sum()).sum::<f32>();
         apart = apart.max((sum(&rendering) / sum(&ground_truth) - 1.0).abs());
     }
     println!("ages {ages:?}, light off by {apart:.4} at most");
     assert!(ages.iter().all(|age| (1..u64::from(slices)).contains(age)) && apart < 0.02, "{ages:?}, {apart}");
-    let (ground_truth, _) = whole(gpu, &mut at_once, &all, &scene);
-    let rested: Vec<_> = (1..slices).map(|_| whole(gpu, &mut in_turn, &sliced, &scene)).collect();
+    let (ground_truth, _) = complete_frame(gpu, &mut at_once, &all, &scene);
+    let rested: Vec<_> = (1..slices).map(|_| complete_frame(gpu, &mut by_slices, &sliced, &scene)).collect();
     let ages: Vec<u64> = rested.iter().map(|(_, report)| age(report).unwrap()).collect();
     assert!(ages[..2].iter().all(|age| *age > 0) && ages[2] == 0, "{ages:?}");
     assert!(
         rested[0].0 != ground_truth && rested[2].0 == ground_truth,
-        "the images are not those of the scene as it is"
+        "the images are not those of the current scene"
     );
     // Images that no longer hold all of the scene are built again at once.
     let outside = [(inside, Affine3A::from_translation(3.0 * Vec3::Y) * rest)];
     at_once.move_instances(&mut all, &outside).unwrap();
-    in_turn.move_instances(&mut sliced, &outside).unwrap();
-    let (ground_truth, _) = whole(gpu, &mut at_once, &all, &scene);
-    let (rendering, report) = whole(gpu, &mut in_turn, &sliced, &scene);
+    by_slices.move_instances(&mut sliced, &outside).unwrap();
+    let (ground_truth, _) = complete_frame(gpu, &mut at_once, &all, &scene);
+    let (rendering, report) = complete_frame(gpu, &mut by_slices, &sliced, &scene);
     assert!(age(&report) == Some(0) && rendering == ground_truth, "{:?}", age(&report));
 }

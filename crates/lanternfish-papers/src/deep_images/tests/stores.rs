@@ -1,4 +1,4 @@
-//! What each store makes of fragments.
+//! The lists of each store.
 
 use glam::{Affine3A, Vec3};
 use lanternfish::{GpuScene, Renderer, Settings, settings::Shadows};
@@ -12,8 +12,8 @@ use crate::{
 };
 
 #[test]
-fn gpu_lists_are_the_same_whatever_order_the_atomics_ran_in() {
-    let Some(gpu) = testing::gpu("gpu_lists_are_the_same_whatever_order_the_atomics_ran_in") else { return };
+fn gpu_lists_do_not_depend_on_the_order_of_atomics() {
+    let Some(gpu) = testing::gpu("gpu_lists_do_not_depend_on_the_order_of_atomics") else { return };
     let scene = upload(gpu, &lanternfish_scene::generate::demo("atrium").unwrap());
     for builder in [DeepBuilder::SinglePass, DeepBuilder::PerTriangle] {
         let once = build(gpu, &scene, settings(builder));
@@ -41,7 +41,7 @@ fn gpu_linked_lists_refuse_depths_in_16_bits() {
     }
 }
 
-/// More fragments than a binding holds, in three images: one image at a time they fit.
+/// More fragments than a binding holds, in three images: each single image fits.
 #[test]
 fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
     let test = "gpu_images_that_are_too_full_for_one_chunk_are_split";
@@ -49,7 +49,7 @@ fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
     let limit = gpu.device.limits().max_storage_buffer_binding_size / 4;
     let (sheets, resolution) = (150u32, 512u32);
     if limit > 1 << 25 {
-        // The same would take a larger scene.
+        // Overflow would need a larger scene.
         return testing::left_out(test, "this adapter's bindings are too large to be filled");
     }
     let sheet = |axis: Vec3, i: u32| {
@@ -73,7 +73,7 @@ fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
     println!("{} fragments in chunks of {chunks:?} images", images.counts.drawn);
     assert!(images.counts.drawn > limit && images.counts.kept == images.counts.drawn, "{:?}", images.counts);
     assert_eq!(chunks, [1, 1, 1]);
-    // What has moved is not tried in one chunk again.
+    // A moved scene is not tried in one chunk again.
     let mut builder = DeepImageBuilder::new(&gpu.device, settings).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut passes = |uploaded: &GpuScene| {
@@ -89,10 +89,10 @@ fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
     renderer.update(&mut scene, &flat).unwrap();
     assert_ne!(scene.generation(), generation);
     let then = passes(&scene);
-    assert!(then == again && again < first, "{first} passes, {again}, {then} of what has moved");
+    assert!(then == again && again < first, "{first} passes, {again}, {then} after a motion");
 }
 
-/// 10,000 sheets behind each other: a list as long is sorted, and in no quadratic time.
+/// 10,000 surfaces behind each other: a list of this length is sorted in subquadratic time.
 #[test]
 fn gpu_long_lists_are_sorted() {
     let test = "gpu_long_lists_are_sorted";
@@ -100,7 +100,7 @@ fn gpu_long_lists_are_sorted() {
     if lanternfish::gpu_scene::automatic_anisotropy(&gpu.device.adapter_info()) == 1 {
         return testing::left_out(
             test,
-            "this driver ends a shader's loops after 65,536 turns: 4 of 40,000 fragments are left",
+            "this driver ends a shader's loops after 65,536 iterations: 4 of 40,000 fragments are left",
         );
     }
     let sheets = (0..10_000u32).map(|i| {

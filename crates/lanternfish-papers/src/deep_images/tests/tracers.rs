@@ -26,22 +26,22 @@ fn gpu_the_bvh_finds_the_closest_surface() {
             TracedRay { origin, direction: random.direction(), ..TracedRay::default() }
         })
         .collect();
-    let found = distances(gpu, &RayTracer::new(&gpu.device).unwrap(), &uploaded, (Tracer::BVH, None), &rays);
+    let actual = distances(gpu, &RayTracer::new(&gpu.device).unwrap(), &uploaded, (Tracer::BVH, None), &rays);
     let (mut hits, mut other) = (0, 0);
-    for (ray, found) in rays.iter().zip(found) {
+    for (ray, actual) in rays.iter().zip(actual) {
         let expected = exact.nearest(ray.origin.into(), ray.direction.into());
-        let same = expected.map_or(found < 0.0, |expected| (found - expected).abs() < 1e-3 * expected.max(1.0));
+        let same = expected.map_or(actual < 0.0, |expected| (actual - expected).abs() < 1e-3 * expected.max(1.0));
         other += usize::from(!same);
         hits += usize::from(expected.is_some());
     }
-    // Edges, and blended surfaces, which only the path tracer's rays hit.
+    // Differences at edges, and transparent surfaces, which only the path tracer's rays hit.
     assert!(hits > 2000 && other <= 20, "{other} of {hits}");
 }
 
-/// Rays that are followed from texel to texel end closer to the ground truth than those that stay in one.
+/// Rays traced across texels end closer to the ground truth than those that stay in one texel.
 #[test]
-fn gpu_rays_across_texels_are_closer_to_the_truth() {
-    let Some(gpu) = testing::gpu("gpu_rays_across_texels_are_closer_to_the_truth") else { return };
+fn gpu_rays_across_texels_are_closer_to_the_ground_truth() {
+    let Some(gpu) = testing::gpu("gpu_rays_across_texels_are_closer_to_the_ground_truth") else { return };
     let scene = lanternfish_scene::generate::demo("atrium").unwrap();
     let uploaded = upload(gpu, &scene);
     let exact = lanternfish_reference::Tracer::new(&scene, lanternfish_reference::Settings::default()).unwrap();
@@ -58,13 +58,13 @@ fn gpu_rays_across_texels_are_closer_to_the_truth() {
         .collect();
     let tracer = RayTracer::new(&gpu.device).unwrap();
     let median = |through| {
-        let found = distances(gpu, &tracer, &uploaded, (through, Some(&images)), &rays);
-        let pairs = rays.iter().zip(found);
+        let actual = distances(gpu, &tracer, &uploaded, (through, Some(&images)), &rays);
+        let pairs = rays.iter().zip(actual);
         let mut errors: Vec<f32> = pairs
-            .filter_map(|(ray, found)| {
+            .filter_map(|(ray, actual)| {
                 let expected = exact.nearest(ray.origin.into(), ray.direction.into())?;
-                // A miss is as wrong as can be.
-                Some(if found < 0.0 { f32::INFINITY } else { (found - expected).abs() / expected })
+                // A miss counts as an infinite error.
+                Some(if actual < 0.0 { f32::INFINITY } else { (actual - expected).abs() / expected })
             })
             .collect();
         errors.sort_unstable_by(f32::total_cmp);

@@ -1,6 +1,6 @@
-//! Deep images to look at: their fragments as points in the scene, and one image's texels as images.
+//! Visualization of deep images: their fragments as points in the scene, and one image's texels as images.
 //!
-//! Fragments are read in one place, `fragments.wesl`, from the lists that tracers read: an image shows what a tracer gets.
+//! Fragments are read in one place, `fragments.wesl`, from the lists that tracers read: an image shows what a tracer reads.
 
 mod points;
 #[cfg(test)]
@@ -16,7 +16,7 @@ pub use self::{
 use super::{Chunk, DeepImages};
 use crate::deep_images::settings::{DeepImageSettings, DeepStore};
 
-/// An error unless fragments can be read by number.
+/// An error unless fragments can be read by index.
 fn check_store(settings: &DeepImageSettings) -> Result<(), RenderError> {
     match settings.store {
         DeepStore::LinearArray => Ok(()),
@@ -26,7 +26,7 @@ fn check_store(settings: &DeepImageSettings) -> Result<(), RenderError> {
     }
 }
 
-/// The chunk that an image is in, and which of the chunk's images it is. An error where there is no such image.
+/// The chunk that holds an image, and the image's index in it. An error if there is no such image.
 fn invocation_index(images: &DeepImages, image: u32) -> Result<(&Chunk, u32), RenderError> {
     let holds = |chunk: &&Chunk| image.checked_sub(chunk.grid.first_image).is_some_and(|i| i < chunk.grid.image_count);
     let chunk = images.chunks.iter().find(holds).ok_or_else(|| RenderError::NoSuch {

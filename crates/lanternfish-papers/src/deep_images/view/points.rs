@@ -1,4 +1,4 @@
-//! Fragments as a cloud of points, seen by a camera [Archer2019, fig. 6; Aalund2015, fig. 3].
+//! Fragments as a point cloud, seen by a camera [Archer2019, fig. 6; Aalund2015, fig. 3].
 
 use lanternfish::{
     RenderError,
@@ -17,42 +17,42 @@ use super::{
 use crate::deep_images::settings::{DeepImageSettings, DeepSearch};
 
 gpu_struct! {
-    /// Which fragments of a chunk are drawn, and how large.
+    /// The fragments of a chunk to draw, and their size.
     pub struct PointRange {
-        /// The first list whose fragments are drawn, counted from the chunk's first.
+        /// First list to draw, counted from the chunk's first.
         first_list: u32,
         /// Number of lists that are drawn, from the first one on.
         list_count: u32,
         /// Radius of a point, m.
         radius: f32,
-        /// Radius that no point is smaller than, pixels.
+        /// Minimum radius of a point, pixels.
         least_pixels: f32,
     }
 }
 
-/// How large points are: the larger of the two.
+/// Size of points: the larger of the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointSize {
-    /// Diameter in the widths of a texel. More: fewer gaps; less of what lies behind is seen, and silhouettes grow.
+    /// Diameter in texel widths. More: fewer gaps; more occlusion of points behind, and larger silhouettes.
     pub texels: f32,
-    /// Diameter that no point is smaller than, pixels. More: far points stay visible, and merge.
+    /// Minimum diameter of a point, pixels. More: far points stay visible, and merge.
     pub least_pixels: f32,
 }
 
 impl PointSize {
-    /// For so many images at once: one and a half times the distance between points of a surface that all of them see, which
-    /// shrinks with the root of their number, but no more than half a texel.
+    /// For this many images at once: 1.5 times the distance between points of a surface that all of them see, which shrinks with the square
+    /// root of their number, but at most half a texel.
     pub fn for_images(count: usize) -> Self {
         Self { texels: (1.5 / (count.max(1) as f32).sqrt()).min(0.5), least_pixels: 1.5 }
     }
 }
 
-/// What [`PointCloud::record`] makes.
+/// The result of [`PointCloud::record`].
 #[derive(Debug)]
 pub struct PointImage {
-    /// [`DISPLAY_FORMAT`]; black where no point is.
+    /// [`DISPLAY_FORMAT`]; black where there is no point.
     pub display: wgpu::TextureView,
-    /// [`DEPTH_FORMAT`], of the points' middles; 0 where no point is.
+    /// [`DEPTH_FORMAT`], of the points' middles; 0 where there is no point.
     pub depth: wgpu::TextureView,
 }
 
@@ -63,14 +63,11 @@ pub struct PointCloud {
 }
 
 impl PointCloud {
-    /// Compiles the pass for images of these settings: linear arrays that know their triangles.
+    /// Compiles the pass for images of these settings: linear arrays with triangles.
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         check_store(settings)?;
         if !settings.payload {
-            return Err(RenderError::Together {
-                setting: "a cloud of points",
-                needed: "deep images that know their triangles",
-            });
+            return Err(RenderError::Together { setting: "a point cloud", needed: "deep images with triangles" });
         }
         let depth = wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
@@ -80,7 +77,7 @@ impl PointCloud {
             bias: Default::default(),
         };
         let targets = [Some(DISPLAY_FORMAT.into())];
-        // All are shown: nothing is searched for.
+        // All fragments are shown, so nothing is searched.
         let every_fragment = DeepImageSettings { search: DeepSearch::Bisection, ..*settings };
         let state = RasterState { depth: Some(depth), targets: &targets, ..Default::default() };
         let shader = DECLARED.link("deep_images/view/points", &every_fragment.fragment_features())?;
@@ -88,10 +85,10 @@ impl PointCloud {
         Ok(Self { pipeline })
     }
 
-    /// Draws the fragments of all images, or of one, as round points tinted by where their triangles face: red is ±x,
-    /// green ±y, blue ±z; lit from the eye, darker with distance. `scene` is what the images were built of.
+    /// Draws the fragments of all images, or of one, as round points tinted by their triangles' normals: red is ±x, green ±y, blue ±z; lit
+    /// from the eye, darker with distance. `scene`: the scene of the images.
     ///
-    /// An error where there is no such image, or the device cannot draw as large an image or as many points.
+    /// An error if there is no such image, or if the device cannot draw an image of this size or this many points.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -121,7 +118,7 @@ impl PointCloud {
         let view_buffer = view.record(frame);
         let scene_bindings = scene.bindings();
         for (i, (chunk, first_list, list_count)) in drawn.into_iter().enumerate() {
-            // The fragments of one image are not known here: what lies beyond them is left out by the shader.
+            // The number of one image's fragments is unknown here: the shader drops the excess vertices.
             let vertices = u32::try_from(6 * chunk.fragments).map_err(|_| RenderError::Overflow {
                 list: "deep_images/view/points",
                 needed: chunk.fragments,

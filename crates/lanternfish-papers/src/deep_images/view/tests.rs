@@ -45,7 +45,7 @@ fn points(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, image: Option<u32>, 
     depths
 }
 
-/// From a point to a triangle, m.
+/// Distance from a point to a triangle, m.
 fn distance(p: Vec3, corners: &[Vec3; 3]) -> f32 {
     let [a, b, c] = *corners;
     let normal = (b - a).cross(c - a).normalize();
@@ -60,7 +60,7 @@ fn distance(p: Vec3, corners: &[Vec3; 3]) -> f32 {
     edges.into_iter().map(to_edge).fold(f32::INFINITY, f32::min)
 }
 
-/// Pixels that show a point, and the share of them whose point is within a texel of a surface.
+/// Number of pixels that show a point, and the fraction of them whose point is within a texel of a surface.
 fn points_on_surfaces(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, view: &View) -> (usize, f64) {
     let triangles = triangles(gpu, scene);
     let texel = 1.0 / images.chunks[0].grid.texels_per_metre;
@@ -85,9 +85,10 @@ fn gpu_points_lie_on_surfaces() {
     let view = view_of(&scene);
     let mut images = in_chunks(gpu, &uploaded);
     let (shown, near) = points_on_surfaces(gpu, &uploaded, &images, &view);
-    // A point lies on a plane that passes its texel: beside the triangle by half a texel's diagonal, and by its own radius.
+    // A point lies on a plane that passes its texel: its distance beside the triangle is at most half a texel's diagonal, plus its own
+    // radius.
     assert!(shown > 10_000 && near > 0.99, "{near} of {shown}");
-    // It can fail: a cloud three texels beside the scene.
+    // Negative control: a cloud displaced by three texels.
     for chunk in &mut images.chunks {
         chunk.grid.center += 3.0 / chunk.grid.texels_per_metre;
         chunk.grid_buffer = uniform_buffer_of(&gpu.device, "shifted", &chunk.grid);
@@ -102,7 +103,7 @@ fn lists_of(gpu: &Gpu, images: &DeepImages, image: u32) -> Vec<Vec<Fragment>> {
     lists(gpu, images, chunk).into_iter().skip(image as usize * 48 * 48).take(48 * 48).collect()
 }
 
-/// How many of an image's fragments within the image are neither seen nor hidden by a nearer point, and how many lie within it.
+/// Number of an image's fragments in the viewport that are neither visible nor hidden by a nearer point, and number of all in the viewport.
 fn fragments_without_point(gpu: &Gpu, images: &DeepImages, image: u32, view: &View, depths: &[f32]) -> (usize, usize) {
     let grid = images.chunks[0].grid;
     let axes = images.directions.frame(image);
@@ -117,8 +118,8 @@ fn fragments_without_point(gpu: &Gpu, images: &DeepImages, image: u32, view: &Vi
             let inside = clip.w > clip.z && x >= 0.0 && y >= 0.0 && x < SIZE.x as f32 && y < SIZE.y as f32;
             if inside {
                 within += 1;
-                let seen = depths[y as usize * SIZE.x as usize + x as usize];
-                missing += usize::from(seen < clip.z / clip.w * (1.0 - 1e-4));
+                let visible = depths[y as usize * SIZE.x as usize + x as usize];
+                missing += usize::from(visible < clip.z / clip.w * (1.0 - 1e-4));
             }
         }
     }
@@ -136,15 +137,15 @@ fn gpu_every_fragment_of_an_image_is_a_point() {
         let depths = points(gpu, &uploaded, &images, Some(image), &view);
         let (missing, within) = fragments_without_point(gpu, &images, image, &view, &depths);
         assert!(missing == 0 && within > 500, "image {image}: {missing} of {within}");
-        // It can fail: another image has points elsewhere.
+        // Negative control: another image has points elsewhere.
         let (missing, within) = fragments_without_point(gpu, &images, (image + 5) % 20, &view, &depths);
         assert!(2 * missing > within, "{missing} of {within}");
     }
 }
 
 #[test]
-fn gpu_chunks_change_no_point() {
-    let Some(gpu) = testing::gpu("gpu_chunks_change_no_point") else { return };
+fn gpu_chunks_do_not_change_points() {
+    let Some(gpu) = testing::gpu("gpu_chunks_do_not_change_points") else { return };
     let scene = generate::demo("cornell").unwrap();
     let uploaded = upload(gpu, &scene);
     let (many, one) = (in_chunks(gpu, &uploaded), build(gpu, &uploaded, settings(DeepBuilder::SinglePass)));
@@ -166,7 +167,7 @@ fn gpu_numbers_of_texels_are_those_of_the_lists() {
         let expected: Vec<_> = lists.iter().map(|list| Some(list.len() as f32)).collect();
         assert_eq!(counts.values, expected, "image {image}");
         let deepest = lists.iter().map(Vec::len).max().unwrap();
-        assert_eq!(counts.extent().unwrap(), (0.0, deepest as f32), "corners of an image are outside of the scene");
+        assert_eq!(counts.extent().unwrap(), (0.0, deepest as f32), "corners of an image are outside the scene");
         let kept = lists.iter().map(Vec::len).sum::<usize>() as f64;
         assert!((counts.mean() - kept / lists.len() as f64).abs() < 1e-9);
         for layer in [0, 1, deepest - 1] {
@@ -182,8 +183,8 @@ fn gpu_numbers_of_texels_are_those_of_the_lists() {
 }
 
 #[test]
-fn gpu_what_is_not_there_is_an_error_that_says_what_is() {
-    let Some(gpu) = testing::gpu("gpu_what_is_not_there_is_an_error_that_says_what_is") else { return };
+fn gpu_missing_images_and_layers_are_errors_that_name_the_valid_ones() {
+    let Some(gpu) = testing::gpu("gpu_missing_images_and_layers_are_errors_that_name_the_valid_ones") else { return };
     let images = in_chunks(gpu, &upload(gpu, &generate::demo("cornell").unwrap()));
     let views = TexelViews::new(&gpu.device, &images.settings).unwrap();
     let error = frame(gpu, |frame| views.counts(frame, &images, 20)).unwrap_err().to_string();
@@ -207,7 +208,7 @@ fn gpu_what_is_not_there_is_an_error_that_says_what_is() {
     }
 }
 
-/// What the shader says of a number, as 8 bits.
+/// The shader's colour of a number, as 8 bits.
 fn color(number: Option<f32>, colors: Colors) -> [f32; 3] {
     match (number, colors) {
         (None, _) => [0.08, 0.10, 0.28],
@@ -244,11 +245,11 @@ fn gpu_images_show_the_numbers() {
             for (i, pixel) in pixels.iter().enumerate() {
                 let texel = i / edge / upscale as usize * 48 + i % edge / upscale as usize;
                 let number = numbers.values[if up { 48 * 48 - 1 - texel } else { texel }];
-                for (found, expected) in pixel.iter().zip(color(number, colors)) {
-                    assert!((f32::from(*found) - 255.0 * expected).abs() <= 1.0, "{number:?}, {colors:?}: {pixel:?}");
+                for (actual, expected) in pixel.iter().zip(color(number, colors)) {
+                    assert!((f32::from(*actual) - 255.0 * expected).abs() <= 1.0, "{number:?}, {colors:?}: {pixel:?}");
                 }
             }
         }
     }
-    assert_eq!(rotations, [true; 2], "images that are turned and such that are not");
+    assert_eq!(rotations, [true; 2], "images with and without a rotation by 180°");
 }

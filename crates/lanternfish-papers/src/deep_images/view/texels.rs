@@ -1,4 +1,4 @@
-//! One image's texels as numbers and as images: how many fragments, or one layer's depth.
+//! One image's texels as numbers and as images: the number of fragments, or one layer's depth.
 
 use glam::UVec2;
 use lanternfish::{
@@ -17,27 +17,27 @@ use super::{
 use crate::deep_images::settings::DeepImageSettings;
 
 gpu_struct! {
-    /// What is asked of every texel.
+    /// The query for every texel.
     pub struct TexelQuery {
         /// Index of the image, counted from the chunk's first.
         image: u32,
-        /// Which fragment of a list is requested: 0 is the first, -1 the last.
+        /// Index of the fragment in a list: 0 is the first, -1 the last.
         layer: i32,
     }
 }
 
 gpu_struct! {
-    /// How numbers become colours.
+    /// Mapping from numbers to colours.
     pub struct TexelScale {
-        /// Number that is shown white (grey), or black (heat).
+        /// Number shown as white (grey) or black (heat).
         lowest: f32,
-        /// Number that is shown in the darkest grey, or red.
+        /// Number shown as the darkest grey or as red.
         highest: f32,
         /// Texels across and down the image.
         resolution: u32,
         /// Pixels of a texel across and down.
         upscale: u32,
-        /// 1: the image is turned by half a turn.
+        /// 1: the image is rotated by 180°.
         turned: u32,
         /// 0: grey; 1: heat.
         colors: u32,
@@ -49,10 +49,10 @@ gpu_constants! {
     pub(super) const NO_FRAGMENT: f32 = 3e38;
 }
 
-/// The scale that numbers are shown on.
+/// The colour scale of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Colors {
-    /// White at the first number, dark grey at the second; dark blue where there is no number.
+    /// White at the first number, dark grey at the second; dark blue if there is no number.
     Grey(f32, f32),
     /// Black for 0, then blue, cyan, green, yellow, and red for this number.
     Heat(f32),
@@ -63,7 +63,7 @@ pub enum Colors {
 pub struct TexelValues {
     /// Texels across and down.
     pub resolution: u32,
-    /// By rows of texels, as the lists are; `None` where a list ends before the layer.
+    /// By rows of texels, as the lists are; `None` if a list ends before the layer.
     pub values: Vec<Option<f32>>,
     /// True if images are turned by half a turn so that +y of the world is upwards.
     turned: bool,
@@ -71,7 +71,7 @@ pub struct TexelValues {
 }
 
 impl TexelValues {
-    /// The least and the greatest number there is; `None` without any.
+    /// The least and the greatest number; `None` without any.
     pub fn extent(&self) -> Option<(f32, f32)> {
         let join = |(low, high): (f32, f32), number: &f32| (low.min(*number), high.max(*number));
         let mut numbers = self.values.iter().flatten();
@@ -79,7 +79,7 @@ impl TexelValues {
         Some(numbers.fold((first, first), join))
     }
 
-    /// The mean of the numbers there are; 0 without any.
+    /// The mean of the numbers; 0 without any.
     pub fn mean(&self) -> f64 {
         let numbers = || self.values.iter().flatten();
         numbers().map(|number| f64::from(*number)).sum::<f64>() / numbers().count().max(1) as f64
@@ -108,7 +108,7 @@ impl TexelViews {
         })
     }
 
-    /// Fragments of every texel of an image. An error where there is no such image.
+    /// Fragments of every texel of an image. An error if there is no such image.
     pub fn counts(&self, frame: &mut Frame<'_>, images: &DeepImages, image: u32) -> Result<TexelValues, RenderError> {
         self.read(frame, images, image, &self.count, 0)
     }
@@ -116,7 +116,7 @@ impl TexelViews {
     /// Depth of one fragment of every texel of an image, m along the image's axis from the scene's middle. Layer 0 is the first
     /// fragment of each list, -1 the last.
     ///
-    /// An error where there is no such image, or no list of it is as long.
+    /// An error if there is no such image, or if no list of it is long enough.
     pub fn layer(
         &self,
         frame: &mut Frame<'_>,
@@ -159,15 +159,15 @@ impl TexelViews {
         frame.dispatch(kernel, &chunk.bindings(&images.frames).with(&own), groups);
         let numbers = frame.read_now::<f32>(&buffer, texels)?;
         let values = numbers.into_iter().map(|number| (number != NO_FRAGMENT).then_some(number)).collect();
-        // Rows go along the frame's y; seen along z with x to the right that is downwards.
+        // Rows follow the frame's y; seen along z with x to the right that is downwards.
         let turned = images.directions.frame(image).y_axis.y > 0.0;
         Ok(TexelValues { resolution, values, turned, buffer })
     }
 
-    /// A square image of the numbers, as seen by one who looks along the image's axis, turned by half a turn where that brings
-    /// +y of the world upwards. Each texel is `upscale` pixels across and down, at least 1.
+    /// A square image of the numbers, seen along the image's axis, rotated by 180° if that turns +y of the world upwards. Each texel is
+    /// `upscale` pixels across and down, at least 1.
     ///
-    /// An error where the device cannot draw as large an image.
+    /// An error if the device's texture limit is exceeded.
     pub fn paint(
         &self,
         frame: &mut Frame<'_>,

@@ -186,7 +186,10 @@ fn gpu_photons_are_the_same_for_every_splatting_method() {
     }
     let chunks = of(PhotonSplatting { chunk: 1024, ..technique }, Culling::NONE);
     assert!(chunks.radiance == all.radiance, "chunks");
-    assert!(of(PhotonSplatting { radius: 0.4, ..technique }, Culling::NONE).radiance != all.radiance, "blind");
+    assert!(
+        of(PhotonSplatting { radius: 0.4, ..technique }, Culling::NONE).radiance != all.radiance,
+        "insensitive to the radius"
+    );
     let drawn = of(PhotonSplatting { splat: Splat::Raster, ..technique }, Culling::NONE);
     let again = of(PhotonSplatting { splat: Splat::Raster, chunk: 4096, ..technique }, Culling::NONE);
     for rendering in [&drawn, &again] {

@@ -137,17 +137,19 @@ impl LightBuilder {
 
         // The reflective shadow map.
         let views = map.record(frame, scene, view.frame_index)?;
-        let found = frame.scratch("indirect/virtual_lights/texels", size_of::<Texel>() as u64 * u64::from(texels))?;
+        let texel_buffer =
+            frame.scratch("indirect/virtual_lights/texels", size_of::<Texel>() as u64 * u64::from(texels))?;
         let uniform = frame.uniform(&parameters);
         let tracing = scene_bindings.clone().part("virtual_lights", &uniform);
-        let tracing = tracing.with(&views.bindings()).buffer("texels", &found);
+        let tracing = tracing.with(&views.bindings()).buffer("texels", &texel_buffer);
         if let Some(raster) = &mut self.raster {
             raster.record(frame, scene, &map.views, self.settings.map.texels(), &tracing)?;
         }
         frame.dispatch(&self.trace, &tracing, workgroups(count - parameters.first_traced));
         for level in (1..=MOST_LEVELS).filter(|_| parameters.spacing > 0.0) {
             let uniform = frame.uniform(&VirtualLightParameters { level, ..parameters });
-            let merging = lanternfish_gpu::Bindings::new().part("virtual_lights", &uniform).buffer("texels", &found);
+            let merging =
+                lanternfish_gpu::Bindings::new().part("virtual_lights", &uniform).buffer("texels", &texel_buffer);
             frame.dispatch(&self.merge, &merging, workgroups((count >> (2 * level)).max(1)));
         }
 
@@ -157,7 +159,7 @@ impl LightBuilder {
         let weights = frame.scratch("indirect/virtual_lights/texel_weights", 4 * (u64::from(count) + 1))?;
         let weighing = lanternfish_gpu::Bindings::new()
             .part("virtual_lights", &uniform)
-            .buffer("texels", &found)
+            .buffer("texels", &texel_buffer)
             .buffer("texel_weights", &weights)
             .buffer("light_counters", counters.buffer());
         frame.dispatch(&self.count_texels, &weighing, workgroups(count));
@@ -169,14 +171,14 @@ impl LightBuilder {
             let lights = taken.insert(frame.scratch("indirect/virtual_lights/taken", bytes)?);
             frame.dispatch(&self.thin, &weighing.buffer("taken_texels", lights), workgroups(parameters.taken_count));
         }
-        let found = taken.unwrap_or(found);
+        let texel_buffer = taken.unwrap_or(texel_buffer);
         (parameters.texel_count, parameters.level) = (parameters.taken_count, 0);
         let (count, texels) = (parameters.texel_count, parameters.texel_count);
         let uniform = frame.uniform(&parameters);
 
         // Measure the range of each light.
         let distances = frame.zeroed("indirect/virtual_lights/distances", 4 * RANGE_RAYS * u64::from(texels))?;
-        let shared = scene_bindings.part("virtual_lights", &uniform).buffer("texels", &found);
+        let shared = scene_bindings.part("virtual_lights", &uniform).buffer("texels", &texel_buffer);
         if let Some(range_rays) = &self.range_rays {
             let tracing = shared.clone().buffer("range_distances", &distances);
             range_rays.dispatch(frame, view_context, &tracing, workgroups(count));

@@ -46,7 +46,7 @@ gpu_struct! {
         capacity: u32,
         /// Number of lights that carry cut-off flux.
         far_count: u32,
-        /// Rays from a pixel to virtual lights.
+        /// Rays per pixel to virtual lights.
         shadow_rays: u32,
         /// Number of lights at which a pixel gets their full light, for weighting by the number of lights that reach it; 0: unweighted.
         weight_count: u32,

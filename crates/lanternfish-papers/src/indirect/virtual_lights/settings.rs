@@ -204,8 +204,8 @@ impl Technique for VirtualLights {
             "vpl-least-distance",
             "METRES",
             Range::Positive,
-            "Least distance to a virtual light that counts. Larger: darker corners, no spots. Without it, a light counts as a \
-             disk of the area that it stands for",
+            "Minimum distance to a virtual light in its inverse-square law. Larger: darker corners, no spots. Without it, a light counts as a \
+             disk of the area that it represents",
             |s: &mut Self| &mut s.least_distance,
         ),
         Parameter::new(

@@ -104,7 +104,7 @@ fn gpu_virtual_lights_are_the_same_with_every_culling_technique() {
         }
     }
     let other = render(gpu, of(Culling::NONE), &scene, &looking([0.0, 1.0, 4.1], [0.0, 1.0, 0.0]));
-    assert!(other.radiance != all.radiance, "blind to another view");
+    assert!(other.radiance != all.radiance, "insensitive to another view");
 }
 
 /// The flux of the virtual lights is the flux on a closed room less the absorption of its walls: by rays and by rasterization, for any
@@ -222,7 +222,7 @@ fn gpu_no_light_leaks_into_a_closed_room() {
     let lit = energy(&render_technique(gpu, technique, &scene, &lit_view()));
     let unshadowed = VirtualLights { shadows: Shadows::None, ..technique };
     let leak = energy(&render_technique(gpu, unshadowed, &scene, &dark_view)) / lit;
-    assert!(leak > 0.03, "test without power: {leak} without shadows");
+    assert!(leak > 0.03, "negative control failed: {leak} without shadows");
     let tracers = [Tracer::BVH, Tracer::RAY_QUERY].into_iter().filter(|tracer| tracer.is_supported(&gpu.device));
     for tracer in tracers {
         let shadowed = VirtualLights { shadows: Shadows::Traced(tracer), ..technique };

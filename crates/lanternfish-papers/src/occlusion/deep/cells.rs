@@ -80,23 +80,23 @@ mod tests {
     };
 
     #[test]
-    fn every_direction_has_the_mean_of_what_is_near_it() {
+    fn every_direction_has_the_mean_of_its_cell() {
         let set = Directions::new(DirectionSet::ZonalEqualArea { count: 169 }).unwrap();
         let even = samples_of(&image(32, 16, 0.0, |_| Vec3::new(0.3, 1.0, 7.0)));
         let half = samples_of(&half_white());
         for frame in [None, Some(0), Some(7)] {
-            let turned = set.rotated(frame.map_or(Quat::IDENTITY, frame_rotation));
-            let cells = cell_radiances(&even, &turned);
+            let rotated = set.rotated(frame.map_or(Quat::IDENTITY, frame_rotation));
+            let cells = cell_radiances(&even, &rotated);
             let off = cells.iter().map(|cell| (*cell - Vec4::new(0.3, 1.0, 7.0, 0.0)).length());
             assert!(off.fold(0.0, f32::max) < 1e-6);
             // A cell is less than 10° wide.
             let wrong = |directions: &Directions| {
                 let cells = cell_radiances(&half, directions);
-                let axes = turned.axes().iter().flat_map(|axis| [*axis, -*axis]);
+                let axes = rotated.axes().iter().flat_map(|axis| [*axis, -*axis]);
                 let is_wrong = |(axis, cell): &(Vec3, &Vec4)| axis.y.abs() > 0.2 && cell.x != f32::from(axis.y > 0.0);
                 axes.zip(&cells).filter(is_wrong).count()
             };
-            assert_eq!(wrong(&turned), 0);
+            assert_eq!(wrong(&rotated), 0);
             // Negative control: cells of a set with another rotation.
             assert!(wrong(&set.rotated(frame_rotation(3))) > 50);
         }

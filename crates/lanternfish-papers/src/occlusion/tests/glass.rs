@@ -64,8 +64,8 @@ fn assert_near(actual: Vec3, expected: Vec3, most: f32, what: &str) {
 }
 
 #[test]
-fn gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it() {
-    let Some(gpu) = testing::gpu("gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it") else { return };
+fn gpu_glass_tints_the_background_and_mirrors_the_foreground() {
+    let Some(gpu) = testing::gpu("gpu_glass_tints_the_background_and_mirrors_the_foreground") else { return };
     for rotation in [0.0f32, 0.8, 1.3] {
         let reflected = 0.04 + 0.96 * (1.0 - rotation.cos()).powi(5);
         let passing = (1.0 - reflected) * TINT;

@@ -61,7 +61,7 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_ambient_visibility_away() {
     let [without, with] = [History::Off, History::On].map(|history| walked(gpu, settings(history), &scene, &walk));
     let [noise, accumulated] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
     let light = mean(&with) / mean(&ground_truth);
-    println!("off by {noise:.4} without, {accumulated:.4} with; {light:.4} of the light");
+    println!("error {noise:.4} without, {accumulated:.4} with; {light:.4} of the light");
     assert!(accumulated < 0.8 * noise && (light - 1.0).abs() < 0.01, "{noise} {accumulated} {light}");
 }
 
@@ -81,7 +81,7 @@ fn gpu_moved_objects_reset_the_history_of_ambient_visibility() {
     let moved = pixels(&renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap());
     let alone = walked(gpu, settings(History::Off), &after, &steps(1));
     let later = (0..8).map(|_| renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap()).last().unwrap();
-    assert!(moved == alone, "off by {}", off(&moved, &alone));
+    assert!(moved == alone, "error {}", off(&moved, &alone));
     // Later frames accumulate the new state.
     assert!(off(&pixels(&later), &alone) < 0.05, "{}", off(&pixels(&later), &alone));
     // Negative control: the block's motion is visible.

@@ -65,8 +65,8 @@ fn gpu_a_mirror_shows_what_is_above_it_through_deep_images() {
 
 /// A closed box that emits evenly: its own emission, half of it from all sides, and half of what was reflected once.
 #[test]
-fn gpu_a_closed_box_sends_each_bounce_through_deep_images() {
-    let Some(gpu) = gpu("gpu_a_closed_box_sends_each_bounce_through_deep_images") else { return };
+fn gpu_a_closed_box_has_the_light_of_each_bounce_through_deep_images() {
+    let Some(gpu) = gpu("gpu_a_closed_box_has_the_light_of_each_bounce_through_deep_images") else { return };
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in TRACERS {

@@ -93,8 +93,8 @@ static OTHER: TracerInfo = TracerInfo {
 };
 
 #[test]
-fn gpu_a_tracer_with_a_structure_of_its_own_is_traced_and_stands_alone() {
-    let Some(gpu) = testing::gpu("gpu_a_tracer_with_a_structure_of_its_own_is_traced_and_stands_alone") else { return };
+fn gpu_a_tracer_with_its_own_structure_is_traced_without_others() {
+    let Some(gpu) = testing::gpu("gpu_a_tracer_with_its_own_structure_is_traced_without_others") else { return };
     let other = Tracer::new(&OTHER);
     other.register();
     assert!(Tracer::all().contains(&other) && "other".parse() == Ok(other));

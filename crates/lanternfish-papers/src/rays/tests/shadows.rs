@@ -110,7 +110,7 @@ fn gpu_chunks_and_depths_of_deep_images_do_not_change_shadows() {
     );
     assert!(
         one.1 != of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().resolution = 63).1,
-        "blind to the images"
+        "insensitive to the images"
     );
     let sums =
         [one.1, of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().depth = DeepDepth::Bits16).1]
@@ -136,7 +136,7 @@ fn gpu_a_shadow_moves_with_its_caster() {
     let fresh = Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap();
     let fresh = fresh.upload(&after).unwrap();
     assert!(moved != still, "nothing moved");
-    assert!(moved == frame(&fresh), "not what a new upload shows");
+    assert!(moved == frame(&fresh), "differs from a fresh upload");
 }
 
 #[test]

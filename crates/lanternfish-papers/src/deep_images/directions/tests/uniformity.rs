@@ -1,4 +1,4 @@
-//! How evenly the sets cover the sphere, and what makes the zonal one equal in area.
+//! Uniformity of the sets, and the equal areas of the zonal one.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -16,7 +16,7 @@ fn area(region: &Region) -> f64 {
     (top.cos() - bottom.cos()) * (region.longitudes[1] - region.longitudes[0])
 }
 
-/// The largest distance of two points of the region's border, sampled in 32 steps a side.
+/// The largest distance between two points of the region's border, sampled in 32 steps per side.
 fn diameter(region: &Region) -> f64 {
     let mut border = Vec::new();
     for i in 0..=32 {
@@ -33,7 +33,7 @@ fn zonal_regions_are_equal_in_area_and_half_of_the_sphere() {
     for count in (1..=300).chain([511, 512, 1000, 4095, 4096]) {
         let regions = zonal_regions(count);
         assert_eq!(regions.len(), count as usize);
-        // With their opposites they tile the sphere: collars follow on one another, and close.
+        // With their opposites they tile the sphere: collars are adjacent and closed.
         let mut bottom = 0.0;
         for collar in regions.chunk_by(|a, b| a.colatitudes == b.colatitudes) {
             assert_eq!(collar[0].colatitudes[0], bottom, "{count}");
@@ -62,7 +62,7 @@ fn zonal_regions_of_ten() {
     assert!(regions[1..].iter().all(|r| r.colatitudes[0] == cap && (r.colatitudes[1] - FRAC_PI_2).abs() < 1e-12));
 }
 
-/// Diameters are at most K / √M for M regions [Leopardi2006, §1]. A square has √(4π) √2 = 5.01; measured here is 5.145 at most.
+/// Diameters are at most K / √M for M regions [Leopardi2006, §1]. A square has √(4π) √2 = 5.01; the measured maximum is 5.145.
 #[test]
 fn zonal_regions_are_small() {
     for count in (1..=64).chain([100, 169, 512, 1000]) {
@@ -73,11 +73,11 @@ fn zonal_regions_are_small() {
 }
 
 struct Evenness {
-    /// Root mean square and largest error of 2 / N Σ |cos θ| over normals, where 1 is right [Aalund2015, eq. 2].
+    /// Root mean square and largest error of 2 / N Σ |cos θ| over normals, where 1 is exact [Aalund2015, eq. 2].
     cosine_sum: [f64; 2],
-    /// Least and largest angle from one of the points ±axis to the nearest other, degrees.
+    /// Least and largest angle from one of the points ±axis to its nearest neighbour, degrees.
     neighbor: [f64; 2],
-    /// Mean and largest angle of a direction from its image, degrees.
+    /// Mean and largest angle between a direction and its image's axis, degrees.
     off_axis: [f64; 2],
 }
 
