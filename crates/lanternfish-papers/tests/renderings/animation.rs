@@ -105,11 +105,11 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             let updated = once.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
             let fresh = once.upload(&scene).unwrap();
             let fresh = once.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
-            assert_eq!(differing(&brought, &fresh), 0, "{sample} at {time}: what was brought is not what is uploaded");
-            let found = renderer.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
-            let (found, expected) = (linear(&found), ground_truth(&scene, &camera));
+            assert_eq!(differing(&updated, &fresh), 0, "{sample} at {time}: the update differs from the upload");
+            let actual = renderer.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
+            let (actual, expected) = (linear(&actual), ground_truth(&scene, &camera));
             if let Ok(folder) = std::env::var("LANTERNFISH_TEST_IMAGES") {
-                for (kind, image) in [("found", &found), ("ground_truth", &expected)] {
+                for (kind, image) in [("actual", &actual), ("ground_truth", &expected)] {
                     let file = format!("{}-{time}-{kind}.exr", sample.replace('/', "-"));
                     write_exr(&std::path::Path::new(&folder).join(file), image).expect("the folder can be written");
                 }
