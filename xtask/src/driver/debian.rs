@@ -235,7 +235,7 @@ mod tests {
         let docker = source("https://download.docker.com/linux/debian", "bookworm", "stable", "/k/docker.asc");
         let debian = source("http://mirror.example/debian/", "bookworm", "main contrib", "");
         let signed =
-            source("http://cache.local/d", "oldstable", "main", "/usr/fraction/keyrings/debian-archive-keyring.gpg");
+            source("http://cache.local/d", "oldstable", "main", "/usr/share/keyrings/debian-archive-keyring.gpg");
         let updates = source("http://mirror.example/debian", "bookworm-updates", "main", "");
         let chosen = |sources: &[&Source]| mirror(&sources.iter().copied().cloned().collect::<Vec<_>>()).cloned();
         assert_eq!(chosen(&[&adoptium, &docker, &debian, &updates]), Some(debian.clone()));
