@@ -133,7 +133,7 @@ fn another_vote_is_found_out() {
             ("intersect", "atomicAdd(&entry_counters[LOST], 1u)", "atomicAdd(&entry_counters[LOST], 2u)"),
             ("indirect/sampled/hit_point", "PLACE_BITS = 26u", "PLACE_BITS = 25u"),
             ("indirect/sampled/hit_point", "SAMPLE_BITS = 5u", "SAMPLE_BITS = 4u"),
-            ("indirect/sampled/hit_point", "round - sample_slots.round", "round"),
+            ("indirect/sampled/hit_point", "sample - sample_slots.round", "sample"),
             ("vote", "step * sample", "step + sample"),
             ("vote", "mask + 1u", "2u * (mask + 1u)"),
         ],
