@@ -95,7 +95,7 @@ impl Entries {
         let of_frame = self.cache.begin(frame, view)?;
         let sample_count = if of_frame.first_samples().is_some() { first_samples } else { sample_count };
         let pixels = u64::from(place_count(size));
-        let together = if of_frame.is_steady() {
+        let together = if of_frame.is_accumulated() {
             traced_together(frame.device, size, sample_count)
         } else {
             in_parts(sample_count, u32::try_from(MOST_BYTES / (4 * pixels).max(1)).unwrap_or(u32::MAX).max(1))
@@ -203,7 +203,7 @@ impl FrameEntries<'_> {
             voting_mask: voting.mask,
             voting_step: voting.step,
             sky_is_dark: self.sky_is_dark,
-            adds_found: self.of_frame.is_steady().into(),
+            adds_found: self.of_frame.is_accumulated().into(),
             ..parameters
         }
     }
@@ -238,7 +238,7 @@ impl FrameEntries<'_> {
             .buffer("insert_dispatch", insert)
             .buffer("shade_dispatch", shade)
             .buffer("shadow_dispatch", shadow);
-        let find = if self.of_frame.is_steady() { &self.entries.find_and_add } else { &self.entries.find };
+        let find = if self.of_frame.is_accumulated() { &self.entries.find_and_add } else { &self.entries.find };
         frame.dispatch(find, &finding, workgroups_in_rows(self.size));
         frame.dispatch(&self.entries.before_insert, &finding, [1; 3]);
         frame.dispatch_indirect(&self.entries.insert, &finding, insert);
@@ -285,7 +285,7 @@ impl FrameEntries<'_> {
         let entries = self.of_frame.bindings();
         let gathering =
             summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.hits);
-        if self.of_frame.is_steady() {
+        if self.of_frame.is_accumulated() {
             // As many as were inserted into the table.
             let [missing, ..] = &self.dispatches;
             frame.dispatch_indirect(&self.entries.gather_missing, &gathering, missing);
