@@ -80,7 +80,8 @@ mod tests {
     fn gpu_random_numbers_are_the_hosts_bit_for_bit() {
         let Some(gpu) = testing::gpu("gpu_random_numbers_are_the_hosts_bit_for_bit") else { return };
         let extremes = [0, 1, 2, 255, 65_535, 65_536, 0x7fff_ffff, 0x8000_0000, u32::MAX];
-        let mut queries: Vec<UVec4> = extremes.iter().flat_map(|x| extremes.map(|y| UVec4::new(*x, y, x ^ y, *x))).collect();
+        let mut queries: Vec<UVec4> =
+            extremes.iter().flat_map(|x| extremes.map(|y| UVec4::new(*x, y, x ^ y, *x))).collect();
         queries.extend((0..10_000).map(|i| random_words(UVec4::splat(i))));
         let none = wgpu::BufferUsages::empty();
         let requested = storage_buffer_of(&gpu.device, "queries", &queries, none).expect("a few queries fit");
