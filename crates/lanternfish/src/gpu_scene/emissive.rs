@@ -28,12 +28,12 @@ pub fn shining_of(material: &Material) -> Shining {
 /// are left out, which only BSDF samples hit: those of alpha masks, which may have holes anywhere, and those of unlit surfaces, whose
 /// radiance is their base colour.
 pub fn triangles(scene: &Scene, shading: Shading, parts: &[Part], traced: &[TracedTriangle]) -> Vec<EmissiveTriangle> {
-    let shines = |part: &Part| {
+    let matrix_if_emissive = |part: &Part| {
         let material = &scene.materials[part.of(scene).1.material];
         let is_unlit = material.unlit && shading == Shading::File;
         (material.emissive.max_element() > 0.0 && !is_unlit).then(|| normal_matrix_of(scene, part))
     };
-    let normal_matrices: Vec<Option<Mat3>> = parts.par_iter().map(shines).collect();
+    let normal_matrices: Vec<Option<Mat3>> = parts.par_iter().map(matrix_if_emissive).collect();
     let emissive = |(triangle, traced): (usize, &TracedTriangle)| {
         let Source { part, triangle: number, record } = traced.source;
         let normal_matrix = normal_matrices[part as usize].filter(|_| record == 0)?;

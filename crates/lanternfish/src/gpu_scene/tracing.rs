@@ -154,13 +154,13 @@ impl Part {
 /// Triangles of these sources with the scene's current transforms, world space, in the same order. A triangle whose corners are not finite
 /// becomes a point: no ray hits it.
 pub fn pose(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<TracedTriangle> {
-    let place = |source: &Source| {
+    let pose_triangle = |source: &Source| {
         let (instance, primitive) = parts[source.part as usize].of(scene);
         let corners = corners(instance, primitive, source.triangle as usize);
         let finite = corners.iter().all(|corner| corner.is_finite());
         TracedTriangle { corners: if finite { corners } else { [Vec3::ZERO; 3] }, source: *source }
     };
-    sources.par_iter().map(place).collect()
+    sources.par_iter().map(pose_triangle).collect()
 }
 
 /// Panics unless both hold the same triangles in the same order, with corners within a few roundings: a device may fuse a product and a
@@ -250,11 +250,11 @@ fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> Vec
     }
     fit(&mut images, (mask_bytes / 4).saturating_sub(first_texel as u64) as usize);
     let mut total = first_texel;
-    let mut place = |image: &MaskImage| {
+    let mut reserve = |image: &MaskImage| {
         total += image.words();
         (total - image.words()) as u32
     };
-    let addresses: Vec<u32> = images.iter().map(&mut place).collect();
+    let addresses: Vec<u32> = images.iter().map(&mut reserve).collect();
     for header in &mut headers {
         let image = header.texels as usize;
         (header.size, header.texels) = (images[image].size, addresses[image]);
@@ -264,17 +264,17 @@ fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> Vec
     words[..first_header].copy_from_slice(bytemuck::cast_slice(records));
     words[first_header..first_texel].copy_from_slice(bytemuck::cast_slice(&headers));
     let mut rest = &mut words[first_texel..];
-    let places: Vec<&mut [u32]> = images
+    let slots: Vec<&mut [u32]> = images
         .iter()
         .map(|image| {
-            let (place, after) = std::mem::take(&mut rest).split_at_mut(image.words());
+            let (slot, after) = std::mem::take(&mut rest).split_at_mut(image.words());
             rest = after;
-            place
+            slot
         })
         .collect();
-    images.par_iter().zip(places).for_each(|(image, place)| {
+    images.par_iter().zip(slots).for_each(|(image, slot)| {
         let alpha = image.alpha(scene);
-        bytemuck::cast_slice_mut(place)[..alpha.len()].copy_from_slice(&alpha);
+        bytemuck::cast_slice_mut(slot)[..alpha.len()].copy_from_slice(&alpha);
     });
     words
 }

@@ -196,12 +196,12 @@ impl Placed {
     pub fn first_shining(&self, moved: &[(usize, Affine3A)], geometry: &Geometry) -> Option<usize> {
         let (primitives, first_of_mesh) = geometry.primitives();
         let meshes: Vec<usize> = self.outline.meshes().collect();
-        let shines = |instance: &usize| {
+        let is_emissive = |instance: &usize| {
             let first = first_of_mesh.get(meshes[*instance]).copied().unwrap_or(primitives.len());
             let end = first_of_mesh.get(meshes[*instance] + 1).copied().unwrap_or(primitives.len());
             primitives[first..end].iter().any(|[.., material]| self.shining[*material as usize].0.max_element() > 0.0)
         };
-        moved.iter().map(|(instance, _)| *instance).find(shines)
+        moved.iter().map(|(instance, _)| *instance).find(is_emissive)
     }
 }
 

@@ -7,7 +7,8 @@ use super::{super::GpuScene, Moved, Moving, MovingParameters, Sent, rebuild::Reb
 use crate::error::RenderError;
 
 impl GpuScene {
-    /// An error if the device cannot bind buffers that only drawing used before: vertices, and corners of its own structure.
+    /// An error if the device cannot bind, for moves, the buffers that otherwise only drawing uses: vertices, and corners of its own
+    /// structure.
     pub(super) fn check_bindings(&self) -> Result<(), RenderError> {
         let geometry = &self.geometry;
         let buffers = [&geometry.positions, &geometry.attributes, &geometry.indices];

@@ -17,7 +17,7 @@ use crate::{
 pub struct Clustered {
     /// Shape of the clusters. Smaller: fewer lights a pixel, more lists.
     pub shape: ClusterShape,
-    /// Whether several views share one grid [VanGelderen2020, §4.1].
+    /// Grouping of several views into grids [VanGelderen2020, §4.1].
     pub grouping: Grouping,
     /// How lights are assigned to clusters. The lists are the same.
     pub assignment: Assignment,
@@ -41,7 +41,7 @@ impl Default for Clustered {
 }
 
 named_enum! {
-    /// Whether several views share one grid of clusters.
+    /// Grouping of several views into grids of clusters.
     Grouping {
         /// A grid, lists and all for each view.
         Individual = "individual": "A grid for each view",

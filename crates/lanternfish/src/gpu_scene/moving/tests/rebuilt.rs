@@ -30,7 +30,7 @@ fn scene() -> Scene {
     scene
 }
 
-fn shines(scene: &Scene, instance: usize) -> bool {
+fn is_emissive(scene: &Scene, instance: usize) -> bool {
     let mut primitives = scene.meshes[scene.instances[instance].mesh].primitives.iter();
     primitives.any(|primitive| scene.materials[primitive.material].emissive != Vec3::ZERO)
 }
@@ -38,7 +38,7 @@ fn shines(scene: &Scene, instance: usize) -> bool {
 /// The scene with every instance that is not emissive moved.
 fn elsewhere(before: &Scene, seed: u64) -> Scene {
     let mut after = moved(before, seed, 0.3);
-    for i in (0..after.instances.len()).filter(|i| shines(before, *i)) {
+    for i in (0..after.instances.len()).filter(|i| is_emissive(before, *i)) {
         after.instances[i] = before.instances[i].clone();
     }
     after
@@ -47,7 +47,7 @@ fn elsewhere(before: &Scene, seed: u64) -> Scene {
 /// Transforms of all instances that are not emissive.
 fn transforms(scene: &Scene) -> Vec<(usize, Affine3A)> {
     let transforms = scene.instances.iter().map(|instance| instance.world_from_object).enumerate();
-    transforms.filter(|(i, _)| !shines(scene, *i)).collect()
+    transforms.filter(|(i, _)| !is_emissive(scene, *i)).collect()
 }
 
 /// Calls until another tree has replaced the first one; returns the number of calls.

@@ -84,8 +84,8 @@ fn straight_rig() -> impl Strategy<Value = Rig> {
 
 /// General rigs: canted displays, unequal heights, far planes nearer than far.
 fn rig() -> impl Strategy<Value = Rig> {
-    let turned = (straight_rig(), -0.26f32..0.26, -0.005f32..0.005, 0.05f32..5.0);
-    turned.prop_map(|(rig, cant, disparity, log_ratio)| Rig {
+    let canted = (straight_rig(), -0.26f32..0.26, -0.005f32..0.005, 0.05f32..5.0);
+    canted.prop_map(|(rig, cant, disparity, log_ratio)| Rig {
         cant,
         disparity,
         far: rig.near * 10f32.powf(log_ratio),
