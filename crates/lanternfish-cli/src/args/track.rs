@@ -1,4 +1,4 @@
-//! Flags of time: moments and sequences.
+//! Flags of time: single frames and sequences.
 
 use clap::Args;
 
@@ -7,25 +7,25 @@ use crate::parse::{self, Frames};
 /// Flags of time.
 #[derive(Debug, Args)]
 pub struct TrackArgs {
-    /// The moment that is rendered, seconds: where the camera is on its track, and all else that moves. Without it: the first
-    /// keyframe's.
+    /// Time of the frame, seconds: position on the camera track, and time of everything else that moves. Without it: the first
+    /// keyframe.
     #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub time: Option<f32>,
-    /// Renders a sequence, name.0001.png and so on: N images, from the track's first keyframe to its last; or A-B, the
-    /// frames of these numbers, frame I at I / --fps seconds. A frame is the same image whichever others are requested.
+    /// Renders a sequence, name.0001.png and so on. N: N frames, from the track's first keyframe to its last. A-B: the frames
+    /// of these
+    /// numbers, frame I at I / --fps seconds. A frame does not depend on which others are requested.
     #[arg(long, value_name = "N|A-B", value_parser = parse::frames)]
     #[arg(allow_hyphen_values = true, hide_short_help = true)]
     pub frames: Option<Frames>,
-    /// Frames a second of --frames A-B.
+    /// Frames per second of --frames A-B.
     #[arg(long, value_name = "N", value_parser = parse::fps, allow_hyphen_values = true, default_value_t = 24.0)]
     #[arg(hide_short_help = true)]
     pub fps: f32,
-    /// The animation of the file that is played, by name or by number: after its end it starts again. Without it, where a time or
-    /// frames are requested, the first.
+    /// The animation of the file to play, by name or index. It loops. Without it: the first, if a time or frames are requested.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true, hide_short_help = true)]
     pub animation: Option<String>,
-    /// Leaves out frames of the sequence whose files are there and whole, of the size that is requested.
+    /// Skips frames whose files exist, are complete and have the requested size.
     #[arg(long, hide_short_help = true)]
     pub skip_existing: bool,
 }

@@ -55,7 +55,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let mut progress = Progress::start(args.run.quiet);
     let there = planned.iter().filter(|planned| planned.is_there).count();
     if there > 0 {
-        progress.note(&format!("{there} of {} images are there and whole", planned.len()));
+        progress.note(&format!("{there} of {} images exist and are complete", planned.len()));
     }
     if there == planned.len() {
         if args.run.report.is_some() {

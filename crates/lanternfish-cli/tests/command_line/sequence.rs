@@ -151,7 +151,7 @@ fn gpu_what_is_there_and_whole_is_left_out() {
     let path = |number: u32| folder.path().join(format!("out/walk.{number:04}.png"));
     let render = |words: &str| run(folder.path(), &format!("render walk.toml --frames 1-4 --skip-existing {words}"));
     let (stdout, stderr) = render("");
-    assert!(stdout.lines().count() == 4 && !stderr.contains("are there"), "{stderr}");
+    assert!(stdout.lines().count() == 4 && !stderr.contains("exist and"), "{stderr}");
     let whole = renderings(folder.path());
     // One is missing, one is cut off, one is of another size; the fourth is not touched.
     let marked = fs::metadata(path(4)).unwrap().modified().unwrap();
@@ -159,7 +159,7 @@ fn gpu_what_is_there_and_whole_is_left_out() {
     fs::write(path(2), &fs::read(path(2)).unwrap()[..900]).unwrap();
     run(folder.path(), "render walk.toml --size 32x18 --frames 3-3");
     let (again, stderr) = render("");
-    assert!(stderr.contains("1 of 4 images are there and whole"), "{stderr}");
+    assert!(stderr.contains("1 of 4 images exist and are complete"), "{stderr}");
     assert_eq!(again, stdout, "all paths are told");
     assert!(renderings(folder.path()) == whole);
     assert_eq!(fs::metadata(path(4)).unwrap().modified().unwrap(), marked);
@@ -198,7 +198,7 @@ fn gpu_a_killed_chunk_is_gone_on_with() {
         fs::write(folder.path().join("walk.toml"), format!("{WALK}[technique]\naccumulate = 4\n")).unwrap();
     }
     run(whole.path(), "render walk.toml --fps 12 --frames 1-12");
-    assert_eq!(run(whole.path(), "frames walk.toml 1-12").0, "12 of 12 frames are whole\n");
+    assert_eq!(run(whole.path(), "frames walk.toml 1-12").0, "12 of 12 frames are complete\n");
 
     run(parts.path(), "render walk.toml --fps 12 --frames 1-4");
     let words = "render walk.toml --fps 12 --frames 5-12 --skip-existing";
@@ -215,11 +215,11 @@ fn gpu_a_killed_chunk_is_gone_on_with() {
     let said = String::from_utf8(verified.stdout).unwrap();
     assert_eq!(verified.status.code(), Some(1), "{said}");
     assert!(said.contains("broken   out/walk.0002.png: ") && said.contains("missing  out/walk.0012.png\n"), "{said}");
-    assert!(said.lines().last().unwrap().contains(" of 12 frames are whole; not 2, "), "{said}");
+    assert!(said.lines().last().unwrap().contains(" of 12 frames are complete; not 2, "), "{said}");
 
     let (_, stderr) = run(parts.path(), "render walk.toml --fps 12 --frames 1-12 --skip-existing");
-    assert!(stderr.contains("of 12 images are there and whole"), "{stderr}");
-    assert_eq!(run(parts.path(), "frames walk.toml 1-12").0, "12 of 12 frames are whole\n");
+    assert!(stderr.contains("of 12 images exist and are complete"), "{stderr}");
+    assert_eq!(run(parts.path(), "frames walk.toml 1-12").0, "12 of 12 frames are complete\n");
     let (whole, mut parts) = (renderings(whole.path()), renderings(parts.path()));
     // What was being written when it was killed.
     parts.retain(|name, _| !name.starts_with(".lanternfish-"));
@@ -235,8 +235,8 @@ fn frames_that_are_not_there_are_named() {
     };
     write_png(&folder.path().join("out/walk.0002.png"), 64, 36, ColorType::Rgb, &[7; 64 * 36 * 3]).unwrap();
     let (code, said) = frames("walk.toml 1-3");
-    assert_eq!((code, said.lines().last()), (Some(1), Some("1 of 3 frames are whole; not 1, 3")));
-    assert_eq!(frames("walk.toml 2"), (Some(0), "1 of 1 frames are whole\n".to_owned()));
+    assert_eq!((code, said.lines().last()), (Some(1), Some("1 of 3 frames are complete; not 1, 3")));
+    assert_eq!(frames("walk.toml 2"), (Some(0), "1 of 1 frames are complete\n".to_owned()));
     // Flags go before the shot's keys.
     let (code, said) = frames("walk.toml 2-2 --size 128x72");
     assert!(code == Some(1) && said.contains("out/walk.0002.png: 64 x 36 pixels, not 128 x 72"), "{said}");
@@ -299,6 +299,6 @@ fn gpu_a_job_is_run() {
     };
     openjd("check job.yaml");
     let said = openjd(&format!("run job.yaml -p Lanternfish={}", env!("CARGO_BIN_EXE_lanternfish")));
-    assert!(said.contains("openjd_progress: 100.0") && said.contains("12 of 12 frames are whole"), "{said}");
+    assert!(said.contains("openjd_progress: 100.0") && said.contains("12 of 12 frames are complete"), "{said}");
     assert!(renderings(parts.path()) == renderings(whole.path()));
 }
