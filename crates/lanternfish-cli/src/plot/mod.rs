@@ -186,7 +186,7 @@ impl Svg {
     }
 }
 
-/// Text as XML and HTML take it.
+/// Escapes text for XML and HTML.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_where_the_axes_say() {
+    fn points_follow_the_axes() {
         let axis = |ends, logarithmic| Axis { label: "a < b", ends, logarithmic, ticks: vec![] };
         let (x, y) = (axis([1.0, 100.0], true), axis([0.0, 4.0], false));
         let curve = Curve {
@@ -217,7 +217,8 @@ mod tests {
             points: vec![(10.0, 1.0), (1000.0, 4.0)],
         };
         let svg = curves("t", &x, &y, &[curve]);
-        // Half of the way across, a quarter of the way up; then a corner, for what lies beyond an end is drawn there.
+        // First point at half of the width and a quarter of the height. The second lies beyond the axes and is clamped to a
+        // corner.
         assert!(svg.contains("M315.00 283.75L560.00 40.00") && svg.contains("a &lt; b"), "{svg}");
         let rows = [("r".to_owned(), vec![1.0, 3.0])];
         let svg = bars("t", "ms", &[("one", "red"), ("two", "blue")], &rows);

@@ -66,7 +66,7 @@ fn gpu_what_is_not_there_is_refused_with_what_is() {
         ("--view layer --layer -99", "there is no layer -99"),
         ("--view count --upscale 1024", "choose a smaller --upscale"),
         ("--view layers --image 3 --upscale 512", "choose a smaller --upscale"),
-        ("--directions zonal:4096 --resolution 1024", "2147483648 are the most"),
+        ("--directions zonal:4096 --resolution 1024", "at most 2147483648 are supported"),
         ("--builder single_pass --resolution 2500", "choose a smaller --resolution"),
     ] {
         let (success, stdout, stderr) = deep_images(folder.path(), &format!("{SMALL} -o a.png {words}"));

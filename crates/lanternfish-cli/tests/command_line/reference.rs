@@ -35,7 +35,7 @@ fn cornell(folder: &Path, words: &str) -> (String, String) {
 /// Lines of standard error other than the estimate and the result's line, of which there must be exactly one.
 #[track_caller]
 fn more_than_usual(stderr: &str) -> String {
-    let is_result = |line: &&str| line.contains(" samples a pixel in ") && line.contains(", expected error ");
+    let is_result = |line: &&str| line.contains(" samples per pixel in ") && line.contains(", expected error ");
     assert_eq!(stderr.lines().filter(is_result).count(), 1, "{stderr}");
     let rest = stderr.lines().filter(|line| !is_result(line) && !is_estimate(line));
     rest.map(|line| format!("{line}\n")).collect()
@@ -126,7 +126,7 @@ fn resumed_is_as_if_never_interrupted() {
     let read = |name: &str, layer: &str| read_exr_layer(&folder.path().join(name), layer).unwrap();
     cornell(folder.path(), "--spp 64 -o whole.exr");
     let (_, stderr) = cornell(folder.path(), "--spp 1 --resume -o parts.exr");
-    assert!(stderr.starts_with("note: parts.exr: not there yet"), "{stderr}");
+    assert!(stderr.starts_with("note: parts.exr: no such file yet"), "{stderr}");
     for spp in [32, 64] {
         assert_eq!(cornell(folder.path(), &format!("--spp {spp} --resume -o parts.exr")).1, "");
     }
@@ -156,7 +156,7 @@ fn another_making_is_not_gone_on_from() {
         ("demo:cornell --size 32x16 -o a.exr", "size is 32x32 there and 32x16 here"),
         ("demo:cornell --size 32x32 --max-depth 2 -o a.exr", "max-depth is unlimited there and 2 here"),
         ("demo:cornell --size 32x32 --eye 0,1,3 -o a.exr", "eye is"),
-        ("demo:cornell --size 32x32 --point 0,1,0,5 -o a.exr", "content is another"),
+        ("demo:cornell --size 32x32 --point 0,1,0,5 -o a.exr", "content differs"),
         ("demo:cornell --size 32x32 --seed 6 -o a.exr", "its seed is 5, not 6"),
     ] {
         let error = refused(words);
@@ -219,7 +219,7 @@ fn it_stops_at_an_error() {
     assert!(fs::read(folder.path().join("a.exr")).unwrap() == bytes);
     // A number of samples beside it is the most there are.
     let stderr = run("--until-error 1e-6 --spp 20");
-    assert!(stderr.contains("after 20 samples a pixel, not yet") && count() == 20, "{stderr}");
+    assert!(stderr.contains("after 20 samples per pixel, not yet") && count() == 20, "{stderr}");
 }
 
 /// Two rows of many pixels, all of which see walls: each takes longer than there is.
@@ -253,7 +253,7 @@ fn it_says_what_came_of_it() {
         text(&output.stderr).to_owned()
     };
     let said = line("--spp 9 -o a.exr");
-    assert!(said.starts_with("a.exr: 9 samples a pixel in ") && said.ends_with(" %\n"), "{said}");
+    assert!(said.starts_with("a.exr: 9 samples per pixel in ") && said.ends_with(" %\n"), "{said}");
     assert!(line("--spp 1 -o a.exr").ends_with("expected error unknown below 2 samples\n"));
     assert_eq!(line("--spp 9 --quiet -o a.exr"), "");
 }
@@ -276,7 +276,7 @@ fn seeds_of_noise_and_of_rain_are_two() {
 fn the_table_counts() {
     let folder = tempfile::tempdir().unwrap();
     let (stdout, _) = cornell(folder.path(), "--spp 2 --timings -o a.png");
-    for line in ["triangles", "samples a pixel", "samples dropped", "expected error", "trace", "total"] {
+    for line in ["triangles", "samples per pixel", "samples dropped", "expected error", "trace", "total"] {
         assert!(stdout.lines().any(|l| l.starts_with(line)), "{line}: {stdout}");
     }
     assert!(stdout.lines().any(|line| line.split_whitespace().eq(["samples,", "this", "run", "2,048"])), "{stdout}");

@@ -181,7 +181,7 @@ fn gpu_occlusion_beside_rays_says_that_it_does_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let exr = |name: &str, words: &str| {
         let said = render_scene(folder.path(), "demo:cornell", &format!("--sky 1,1,1 -o {name} {words}")).1;
-        (read_exr(&folder.path().join(name)).unwrap().pixels, said.contains("--occlusion has no part in this image"))
+        (read_exr(&folder.path().join(name)).unwrap().pixels, said.contains("--occlusion has no effect on this image"))
     };
     let (rays, said) = exr("rays.exr", "");
     assert!(!said);
@@ -190,7 +190,7 @@ fn gpu_occlusion_beside_rays_says_that_it_does_nothing() {
     let (alone, said) = exr("alone.exr", "--occlusion deep --indirect none");
     assert!(!said && alone != exr("none.exr", "--indirect none").0, "without rays it does something");
     let view = render_scene(folder.path(), "demo:cornell", "--occlusion deep --debug-view occlusion -o view.png").1;
-    assert!(!view.contains("has no part"), "{view}");
+    assert!(!view.contains("has no effect"), "{view}");
 }
 
 #[test]

@@ -51,8 +51,7 @@ fn a_signal_writes_what_there_is() {
         assert!(output.status.code().is_some_and(|code| codes.contains(&code)), "{:?}: {stderr}", output.status);
         assert_eq!(text(&output.stdout), "a.exr\n", "{stderr}");
         let count = samples(&folder.path().join("a.exr"));
-        let said =
-            format!("note: stopped at {count} samples a pixel; the same command with --resume goes on from there\n");
+        let said = format!("note: stopped at {count} samples per pixel; the same command with --resume continues\n");
         assert_eq!(more_than_usual(&stderr), said);
         assert_eq!(names(folder.path()), ["a.exr"]);
         cornell(folder.path(), &format!("--spp {} --resume -o a.exr", count + 3));
