@@ -143,7 +143,7 @@ mod tests {
     use super::*;
     use crate::shot;
 
-    /// The plan of a shot of a file.
+    /// The plan of a shot with this text.
     fn plan(text: &str) -> Plan {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("shot.toml");
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_a_mean_are_played_as_single_frames() {
+    fn accumulated_frames_are_replayed_as_single_frames() {
         let settings = |accumulate: u32| {
             plan(&format!("scene = \"demo:cornell\"\n[technique]\naccumulate = {accumulate}\n")).settings
         };

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use crate::support::lanternfish;
 
-/// Whether it succeeded, standard output, standard error.
+/// Success, standard output and standard error.
 fn deep_images(folder: &Path, words: &str) -> (bool, String, String) {
     let output = lanternfish(folder)
         .arg("deep-images")
@@ -31,7 +31,7 @@ fn rendering(path: &Path) -> (usize, usize, Vec<[f32; 3]>) {
 const SMALL: &str = "demo:cornell --directions stacks:3x4 --resolution 32";
 
 #[test]
-fn gpu_every_view_is_a_image() {
+fn gpu_every_view_gives_an_image() {
     let folder = tempfile::tempdir().unwrap();
     for (view, size, lines) in [
         ("points --size 96x54", (96, 54), &["shown       all images"][..]),
@@ -52,12 +52,12 @@ fn gpu_every_view_is_a_image() {
         }
         let (width, height, pixels) = rendering(&folder.path().join("a.png"));
         assert_eq!((width, height), size, "{view}");
-        assert!(pixels.iter().any(|pixel| *pixel != pixels[0]), "{view}: nothing is seen");
+        assert!(pixels.iter().any(|pixel| *pixel != pixels[0]), "{view}: the image is uniform");
     }
 }
 
 #[test]
-fn gpu_what_is_not_there_is_refused_with_what_is() {
+fn gpu_missing_images_and_layers_are_refused_with_the_valid_range() {
     let folder = tempfile::tempdir().unwrap();
     for (words, known) in [
         ("--image 12", "there is no image 12: 12 directions have images 0 to 11"),
@@ -77,7 +77,7 @@ fn gpu_what_is_not_there_is_refused_with_what_is() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_before_any_work() {
+fn invalid_flags_are_refused_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     for (words, known) in [
         ("demo:cornell --directions ball:9", "zonal:169, stacks:13x13 or cube:5"),
@@ -104,7 +104,7 @@ fn gpu_a_shot_gives_scene_and_camera() {
     assert_eq!((width, height), (80, 60));
     said(folder.path(), &format!("demo:cornell {words} --eye 0,1,2 --size 80x60 -o b.png"));
     assert_eq!(rendering(&folder.path().join("b.png")).2, from_shot);
-    // A flag goes before the shot's key.
+    // A flag overrides the shot's key.
     said(folder.path(), &format!("a.toml {words} --eye 0.3,1,2 -o c.png"));
     assert_ne!(rendering(&folder.path().join("c.png")).2, from_shot);
 }
