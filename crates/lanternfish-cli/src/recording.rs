@@ -304,7 +304,7 @@ mod tests {
         assert_eq!(read("scene = \"demo:cornell\"\n"), Ok(None));
         assert_eq!(read("no toml"), Ok(None));
         assert_eq!(Recorded::read(&"demo:cornell".into()).unwrap(), None);
-        let whole = recorded().text("demo:cornell");
+        let valid = recorded().text("demo:cornell");
         for (from, to, expected) in [
             ("recording = 1", "recording = 2", "another version"),
             ("step = 0.016666668", "step = 0", "above 0"),
@@ -316,8 +316,8 @@ mod tests {
             ("steps = [\n", "steps = [\n 3,\n", "starts with a step"),
             ("speed = 0.33333334", "speed = inf", "expected a number"),
         ] {
-            assert!(whole.contains(from), "{from}");
-            let error = read(&whole.replacen(from, to, 1)).unwrap_err();
+            assert!(valid.contains(from), "{from}");
+            let error = read(&valid.replacen(from, to, 1)).unwrap_err();
             assert!(error.contains(expected) && error.contains("walk.toml"), "{error} for {to:?}");
         }
     }

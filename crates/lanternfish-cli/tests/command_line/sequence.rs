@@ -130,7 +130,7 @@ fn gpu_motion_of_a_frame_is_from_the_moment_before() {
 /// An animated file: skinned vertices, in the renderer and in the path tracer.
 #[test]
 fn gpu_an_animated_file_depends_on_the_time_only() {
-    let test = "gpu_an_animated_file_is_at_each_time_what_it_is";
+    let test = "gpu_an_animated_file_depends_on_the_time_only";
     let Some(man) = lanternfish_gpu::testing::shared(test, "assets/conformance/CesiumMan.glb") else { return };
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
@@ -283,7 +283,7 @@ fn a_job_has_relative_paths() {
 
 #[test]
 fn gpu_a_job_runs() {
-    let test = "gpu_a_job_is_run";
+    let test = "gpu_a_job_runs";
     let is_there = Command::new("openjd").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
     if !is_there {
         println!("LEFT OUT (tool): {test}: openjd is not on PATH (pip install openjd-cli)");
