@@ -1,7 +1,6 @@
 //! Installs Mesa's software driver if there is no suitable graphics driver.
 //!
-//! Only Linux can lack one: macOS and Windows include Metal and Direct3D. Drivers of graphics cards are
-//! never changed.
+//! Only Linux can lack one: macOS and Windows include Metal and Direct3D. Drivers of graphics cards are never changed.
 
 mod debian;
 mod sources;
@@ -32,15 +31,13 @@ impl Driver {
     }
 
     /// Installs missing packages if this machine certainly has no graphics card. This happens before the build, while the user
-    /// is still
-    /// present to enter a password.
+    /// is still present to enter a password.
     pub fn before_build(&mut self) -> Result<(), String> {
         if may_have_graphics_card() { Ok(()) } else { self.install(false) }
     }
 
     /// Completes the set-up, now that `list_adapters` (a built `lanternfish info --adapters`) can list adapters. Returns an
-    /// error if there is
-    /// no adapter.
+    /// error if there is no adapter.
     pub fn after_build(&mut self, mut list_adapters: impl FnMut() -> Command) -> Result<(), String> {
         let mut list = || list_adapters().output().ok().filter(|output| output.status.success());
         let hardware = list().is_some_and(|output| has_graphics_card(&String::from_utf8_lossy(&output.stdout)));

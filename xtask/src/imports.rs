@@ -1,10 +1,8 @@
 //! Tests the imports of every crate: no large cycle of files, and no technique imported outside its folder.
 //!
 //! An edge leads from a file to the file that an imported path names, as far as the path consists of files: an item that a
-//! module
-//! re-exports counts as the module's. Paths begin with `crate`, `super`, `self` or `package`: `pub use child::X` is part of a
-//! module's
-//! declarations, like `mod child`, and `package::chosen` is not a file. Tests may import anything.
+//! module re-exports counts as the module's. Paths begin with `crate`, `super`, `self` or `package`: `pub use child::X` is part
+//! of a module's declarations, like `mod child`, and `package::chosen` is not a file. Tests may import anything.
 
 use std::{
     collections::{BTreeMap, BTreeSet},

@@ -1,7 +1,7 @@
 //! `cargo xtask test`: runs all tests, those of a name, or the quick ones.
 //!
-//! A test that cannot run here (no ray query, no shared assets) passes and appends a line to the file
-//! that `LANTERNFISH_LEFT_OUT` names:
+//! A test that cannot run here (no ray query, no shared assets) passes and appends a line to the file that
+//! `LANTERNFISH_LEFT_OUT` names:
 //! - `LEFT OUT: name: reason`: the adapter lacks support. A failure if `LANTERNFISH_REQUIRE_ALL` is 1.
 //! - `LEFT OUT (shared): name: reason`: assets outside the repository are missing. Never a failure.
 

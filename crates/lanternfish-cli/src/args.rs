@@ -60,19 +60,16 @@ Units: metres, degrees, candela, lux. +y is up.
 The last line of standard output is the image's path.";
 
 /// Limits on what a run may read and how much memory it may take. Every subcommand has them, on the command line alone: no shot
-/// sets
-/// them.
+/// sets them.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Files from strangers")]
 pub struct TrustArgs {
     /// Reads nothing outside the scene's folder, through links either. Without it a scene may name any file that you can read.
-    /// Files
-    /// that the command line or a shot names are always read.
+    /// Files that the command line or a shot names are always read.
     #[arg(long, global = true, hide_short_help = true)]
     pub confine: bool,
     /// Most memory to take, in bytes or as 500M, 4G. A run that needs more ends with an error that states the amount. Without
-    /// it: the
-    /// machine's free memory.
+    /// it: the machine's free memory.
     #[arg(long, global = true, value_name = "BYTES", value_parser = parse::bytes, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub memory_limit: Option<u64>,
@@ -162,8 +159,7 @@ pub struct OutputArgs {
     /// The image: .png (tone-mapped) or .exr (linear).
     ///
     /// Its ending chooses the format: .png (tone-mapped) or .exr (linear, scene-referred, half floats). Without it: the name of
-    /// the
-    /// scene or shot with .png, in the current folder.
+    /// the scene or shot with .png, in the current folder.
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Width and height of the image, pixels.
@@ -205,11 +201,10 @@ pub struct ViewArgs {
     /// A camera of the file, by name or index.
     ///
     /// `lanternfish info` lists them. Without it: the first camera of the file. A file without cameras is framed from the
-    /// front, a
-    /// little from the right and above; a closed interior is seen from inside.
+    /// front, a little from the right and above; a closed interior is seen from inside.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub camera: Option<String>,
-    /// Frames the whole scene from one side, instead of using the file's cameras.
+    /// Frames the complete scene from one side, without the file's cameras.
     ///
     /// The scene's bounding box fills 80 % of the tighter side of the image.
     #[arg(long, value_name = "SIDE", value_parser = choice::<Viewpoint>())]
@@ -221,10 +216,8 @@ pub struct ViewArgs {
 #[derive(Debug, Args)]
 pub struct StereoArgs {
     /// Renders in stereo: vive (HTC Vive), parallel or parallel:METRES (both eyes have the camera's direction), or
-    /// l,r,b,t,METRES
-    /// with ,DEGREES for canted eyes: slopes of the left eye's frustum sides, mirrored for the right eye, distance between the
-    /// eyes, and
-    /// outward rotation of each eye. --size is that of one eye.
+    /// l,r,b,t,METRES with ,DEGREES for canted eyes: slopes of the left eye's frustum sides, mirrored for the right eye,
+    /// distance between the eyes, and outward rotation of each eye. --size is that of one eye.
     #[arg(long, value_name = "EYES", value_parser = crate::stereo::eyes, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub stereo: Option<Eyes>,

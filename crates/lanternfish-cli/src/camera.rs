@@ -11,8 +11,7 @@ use crate::{args::ViewArgs, error::CliError};
 const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 
 /// The camera that the flags request: `--camera` or `--view`, else the file's first, else one that frames the whole scene.
-/// `--eye`,
-/// `--target` and `--fov-y` then move, rotate and zoom it. `aspect` is width / height.
+/// `--eye`, `--target` and `--fov-y` then move, rotate and zoom it. `aspect` is width / height.
 pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, CliError> {
     choose_within(scene, &LazyCell::new(|| scene.bounds()), flags, aspect).map(|(camera, _)| camera)
 }
@@ -32,8 +31,7 @@ pub(crate) const INSIDE: &str = "a closed interior, seen from inside; --eye and 
                           shows it from outside";
 
 /// The camera of `flags` at another time. Only a camera of the file moves: it takes its transform from `scene` and stays
-/// otherwise as
-/// it was `chosen`.
+/// otherwise as it was `chosen`.
 ///
 /// A camera that frames the scene keeps its first framing, so that the image does not sway with moving objects.
 pub(crate) fn follow(

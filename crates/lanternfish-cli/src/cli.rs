@@ -84,8 +84,7 @@ pub enum Command {
     /// Checks this machine: its adapters and techniques, correct images, speed.
     ///
     /// Renders small built-in scenes with every technique and compares them with a path tracer on the CPU; times rays, sorting
-    /// and
-    /// the passes of a fixed frame. Takes at most 3 minutes without a graphics card, 40 seconds with --quick.
+    /// and the passes of a fixed frame. Takes at most 3 minutes without a graphics card, 40 seconds with --quick.
     #[command(after_help = doctor::HELP)]
     Doctor(DoctorArgs),
     /// Prints the contents of a scene, or the adapters that can render it.

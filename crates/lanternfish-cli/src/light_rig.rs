@@ -19,8 +19,7 @@ pub(crate) struct Lighting {
 }
 
 /// Adds the rig of `--light-rig`. If nothing else lights the scene, it adds a rig around `camera` by default. `say` receives
-/// notes about
-/// an added rig, missing light or missing geometry.
+/// notes about an added rig, missing light or missing geometry.
 pub(crate) fn light(
     scene: &mut Scene,
     flags: &LightArgs,

@@ -18,8 +18,7 @@ pub struct Motion {
 
 impl Motion {
     /// The motion that these flags and the scene define; `None` if nothing moves. If a time is requested without an animation,
-    /// the file's
-    /// first one plays.
+    /// the file's first one plays.
     pub fn of(scene: &Scene, flags: &TrackArgs, rain: Option<Rain>) -> Result<Option<Self>, CliError> {
         let has_time = flags.time.is_some() || flags.frames.is_some();
         let animation = match &flags.animation {
@@ -47,8 +46,7 @@ impl Motion {
     /// Sets everything in `scene` to its state at `time`, s.
     ///
     /// **All motion over time happens here**, for `render` and for `reference`. The result depends on `time` and on the scene
-    /// as it was
-    /// loaded, never on earlier times: frames come in any order.
+    /// as it was loaded, never on earlier times: frames come in any order.
     pub fn at_time(&self, scene: &mut Scene, time: f32) {
         if let Some(rain) = &self.rain {
             rain.fall(&mut scene.lights, time);

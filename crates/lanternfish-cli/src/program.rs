@@ -13,8 +13,7 @@ use crate::{
 };
 
 /// Parses this process's arguments and runs `work` with them, as declared and as given. Prints help and argument errors. Call
-/// it first
-/// in `main`, before any other thread starts.
+/// it first in `main`, before any other thread starts.
 pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> ExitCode) -> ExitCode {
     error::install_panic_message();
     lanternfish_papers::register();
@@ -50,8 +49,7 @@ fn print(error: &clap::Error) -> Result<u8, CliError> {
 }
 
 /// Mesa's device-select layer asks Wayland for the preferred adapter. Without a desktop session it reports an "error" on
-/// standard
-/// error (seen with Mesa 22.3), and there is no preference to apply.
+/// standard error (seen with Mesa 22.3), and there is no preference to apply.
 fn quieten_mesa() {
     if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // SAFETY: called first in `main`, before any thread could read the environment.

@@ -61,8 +61,7 @@ pub fn cameras(eyes: Eyes, head: &Camera, aspect: f32) -> Result<[Camera; 2], Cl
 }
 
 /// Joins two images of equal height, the first on the left. Times and counters are the first's and, if only the second has
-/// them, the
-/// second's; counters of both are summed.
+/// them, the second's; counters of both are summed.
 pub fn side_by_side(left: RenderedImage, right: RenderedImage) -> RenderedImage {
     let width = left.width + right.width;
     let rows = |height: u32| 0..height as usize;

@@ -160,8 +160,7 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
 }
 
 /// A shot's settings for interactive frames: with temporal accumulation, unless the shot sets it, and with the multisampling of
-/// single
-/// frames, because frames are shown alone while the view moves.
+/// single frames, because frames are shown alone while the view moves.
 fn in_window(shot: &Shot) -> Settings {
     let samples = shot.args.settings_of(1).samples;
     let mut settings = Settings { samples, ..shot.args.settings() };

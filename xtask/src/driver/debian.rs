@@ -65,8 +65,7 @@ impl Machine {
 }
 
 /// If there may be a graphics card, no driver is replaced, because it may be the card's own. Beside a working card, only tests
-/// get a
-/// software driver, from the distribution, if there is none.
+/// get a software driver, from the distribution, if there is none.
 pub fn plan(machine: &Machine, purpose: Purpose) -> Step {
     let has_one = machine.mesa.is_some() && machine.has_loader;
     let is_fit = has_one && machine.mesa >= Some(WANTED_MESA);

@@ -17,8 +17,7 @@ const NEEDS_ADAPTER: &str = "gpu_";
 const RENDERS: &str = "tests::light_paths::";
 
 /// Part of the names that libtest skips. Libtest cannot match the last segment only, so this also skips modules below the root
-/// with
-/// such names; a module `gpu_…` at the root is not skipped.
+/// with such names; a module `gpu_…` at the root is not skipped.
 const SKIP_ADAPTER: &str = "::gpu_";
 
 /// The tests to run.

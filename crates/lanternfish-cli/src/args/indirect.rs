@@ -12,8 +12,7 @@ use super::parameters::{ParameterFlags, TechniqueFlag};
 use crate::{choices::choice, parse};
 
 /// Least number of averaged frames at which one sample per pixel gives edges as accurate as four, at lower cost. More frames
-/// give
-/// more accurate edges.
+/// give more accurate edges.
 const SMOOTH_FRAMES: u32 = 8;
 
 /// Flags of indirect light and occlusion.
@@ -38,14 +37,12 @@ pub struct IndirectArgs {
     #[arg(hide_short_help = true)]
     pub deep_resolution: Option<u32>,
     /// Set of deep-image directions: zonal:N, stacks:AxB or cube:K, as in `lanternfish help deep-images`. Each direction also
-    /// serves
-    /// its opposite. More: smoother, slower.
+    /// serves its opposite. More: smoother, slower.
     #[arg(long, value_name = "SET", value_parser = parse::direction_set, default_value = "zonal:169")]
     #[arg(hide_short_help = true)]
     pub deep_directions: DirectionSet,
     /// Frames over which deep images are rebuilt after something moved, in a window and in replays. More: less time per frame,
-    /// and
-    /// some directions lag by up to this many frames.
+    /// and some directions lag by up to this many frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), default_value_t = 1)]
     #[arg(hide_short_help = true)]
     pub deep_slices: u32,
@@ -58,8 +55,7 @@ impl IndirectArgs {
     }
 
     /// Samples per pixel for an image that averages `frames` frames. Averaged frames jitter the sample position, so edges are
-    /// smooth
-    /// without multisampling; with multisampling too, edges smear over neighbouring pixels.
+    /// smooth without multisampling; with multisampling too, edges smear over neighbouring pixels.
     pub fn samples(&self, frames: u32) -> Samples {
         match self.indirect.0.is_none() {
             _ if frames >= SMOOTH_FRAMES => Samples::One,

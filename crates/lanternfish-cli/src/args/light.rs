@@ -24,8 +24,7 @@ pub struct LightArgs {
     /// Adds a one-sided disk light. Repeatable.
     ///
     /// `x,y,z,dx,dy,dz,radius,nits[,r,g,b[,range]]`: centre (m), normal, radius (m), radiance (nits), colour that scales it,
-    /// range
-    /// (m). The disk itself is not visible.
+    /// range (m). The disk itself is not visible.
     #[arg(long = "disk", value_name = "x,y,z,...", hide_short_help = true)]
     #[arg(value_parser = parse::disk, allow_hyphen_values = true)]
     pub disks: Vec<Light>,
@@ -44,8 +43,7 @@ pub struct LightArgs {
     /// The environment: an equirectangular image (.hdr, .exr).
     ///
     /// Linear radiance (nits), instead of --sky. Its centre lies along -z, its right half towards +x. It is visible, and it
-    /// lights the
-    /// scene with --indirect sampled or --occlusion.
+    /// lights the scene with --indirect sampled or --occlusion.
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
     /// Rotates the --environment about +y, counter-clockwise seen from above, degrees.
@@ -64,15 +62,13 @@ pub struct LightArgs {
     /// Built-in light rig around the camera.
     ///
     /// It adds to the lights of the other flags; an environment of the scene or of the flags stays. Without it: studio if
-    /// nothing else
-    /// lights the scene, or sun if an environment is present but does not light the scene.
+    /// nothing else lights the scene, or sun if an environment is present but does not light the scene.
     #[arg(long, value_name = "NAME", value_parser = choice::<LightRig>())]
     pub light_rig: Option<LightRig>,
     /// Many coloured point lights: rain:N.
     ///
     /// At most 2097152, those of the file included. rain:N or rain:N:radius: falling through the scene's bounds. --seed chooses
-    /// the
-    /// positions; the radius is the range of each light, m, by default chosen by the scene's size and N.
+    /// the positions; the radius is the range of each light, m, by default chosen by the scene's size and N.
     /// random:N:radius:seed:x0,y0,z0,x1,y1,z1: at random positions in a box, by a rule that other renderers can implement.
     #[arg(long, value_name = "SET", value_parser = parse::light_set, allow_hyphen_values = true)]
     pub lights: Option<LightSet>,

@@ -15,8 +15,7 @@ pub struct LookArgs {
     /// Exposure in stops: 1 doubles, -1 halves; auto: metered to show most of the image.
     ///
     /// 0 leaves the image as it is. auto meters the image and prints the value; of a sequence, it meters the first frame and
-    /// applies the
-    /// value to all. PNG only.
+    /// applies the value to all. PNG only.
     #[arg(long, value_name = "auto|EV", value_parser = parse::exposure_or_auto, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().exposure)]
     pub exposure: Exposure,

@@ -31,8 +31,7 @@ pub struct TechniqueArgs {
     /// Temporal accumulation of indirect light and area-light shadows.
     ///
     /// On: less noise while the camera moves, and changes of light show with a delay. The first image, and its mean, are the
-    /// same with
-    /// either. In a window: on.
+    /// same with either. In a window: on.
     #[arg(long, value_name = "ON|OFF", value_parser = choice::<History>(), hide_short_help = true)]
     #[arg(default_value_t = Settings::default().history)]
     pub history: History,
@@ -43,9 +42,8 @@ pub struct TechniqueArgs {
     /// Samples per pixel at edges.
     ///
     /// Multisampling of triangle edges. More: smoother edges. Every adapter supports 4. Without it: 4, where they cost a small
-    /// part of
-    /// the frame; 1 with --quality draft, --indirect none, debug views, and images of --accumulate 8 or more, whose edges are
-    /// smooth without.
+    /// part of the frame; 1 with --quality draft, --indirect none, debug views, and images of --accumulate 8 or more, whose
+    /// edges are smooth without.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     pub samples: Option<Samples>,
     /// Averages N frames: smooth edges, less noise.

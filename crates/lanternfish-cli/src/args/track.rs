@@ -13,8 +13,7 @@ pub struct TrackArgs {
     #[arg(hide_short_help = true)]
     pub time: Option<f32>,
     /// Renders a sequence, name.0001.png and so on. N: N frames, from the track's first keyframe to its last. A-B: the frames
-    /// of these
-    /// numbers, frame I at I / --fps seconds. A frame does not depend on which others are requested.
+    /// of these numbers, frame I at I / --fps seconds. A frame does not depend on which others are requested.
     #[arg(long, value_name = "N|A-B", value_parser = parse::frames)]
     #[arg(allow_hyphen_values = true, hide_short_help = true)]
     pub frames: Option<Frames>,

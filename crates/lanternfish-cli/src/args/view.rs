@@ -28,8 +28,7 @@ pub struct OnlyWindowArgs {
     #[arg(long, value_name = "TRACK.toml")]
     pub record: Option<PathBuf>,
     /// Renders with the shaders in this folder, the library's `src`, and reloads them when they are saved. A shader that does
-    /// not
-    /// compile only changes the status line below the image.
+    /// not compile only changes the status line below the image.
     #[arg(long, value_name = "FOLDER")]
     pub shaders: Option<PathBuf>,
 }

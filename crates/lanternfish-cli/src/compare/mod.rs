@@ -63,8 +63,8 @@ pub struct CompareArgs {
     #[arg(allow_hyphen_values = true)]
     pub pixels_per_degree: f32,
 
-    /// Variances of A's pixel values, for the z-test: an EXR file, its layer `variance` or its image. Without it: the
-    /// layer `variance` of A, if present.
+    /// Variances of A's pixel values, for the z-test: an EXR file, its layer `variance` or its image. Without it: the layer
+    /// `variance` of A, if present.
     #[arg(long, value_name = "FILE.exr")]
     pub variance_a: Option<PathBuf>,
     /// Variances of B's pixel values; as --variance-a. If only one of A and B has variances, the other counts as exact.

@@ -109,8 +109,7 @@ pub struct ShownArgs {
     #[arg(default_value_t = 6)]
     pub layers: u32,
     /// Diameter of a point in texel widths. More: fewer gaps, and more points hidden behind others. Without it: half a texel
-    /// for
-    /// one image, less for all images, whose points are denser.
+    /// for one image, less for all images, whose points are denser.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     pub point_size: Option<f32>,
 }

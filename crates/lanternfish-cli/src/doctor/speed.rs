@@ -28,8 +28,7 @@ use super::{
 use crate::error::CliError;
 
 /// Most and least measured runs, after one warm-up run, and the time after which no further run starts, s. After twice that
-/// time,
-/// fewer runs than the least suffice.
+/// time, fewer runs than the least suffice.
 const MOST_RUNS: usize = 7;
 const LEAST_RUNS: usize = 3;
 const SECONDS: f64 = 2.0;
@@ -38,8 +37,7 @@ const SECONDS: f64 = 2.0;
 #[derive(Clone, Debug)]
 pub struct Extent {
     /// Sizes of frames with direct light. On software adapters, frames with all light have half the width and height, because
-    /// the
-    /// radiance cache alone takes seconds.
+    /// the radiance cache alone takes seconds.
     pub sizes: Vec<[u32; 2]>,
     /// Light counts of frames with direct light.
     pub lights: Vec<u32>,
@@ -177,8 +175,7 @@ fn rate(name: String, unit: &str, count: usize, ms: &[f64]) -> Rate {
 }
 
 /// Submits the frame that `record` fills and waits for it. Returns its time in milliseconds, from device timestamps or else
-/// from the
-/// host's clock.
+/// from the host's clock.
 fn timed<R>(
     bench: &Bench,
     profiler: &mut Profiler,

@@ -15,8 +15,7 @@ pub fn disk(text: &str) -> Result<Light, String> {
 }
 
 /// Parses a rectangle, `x,y,z,dx,dy,dz,width,height,nits[,r,g,b[,range]]`, as a disk. Its width is horizontal; along x if it
-/// faces
-/// straight up or down.
+/// faces straight up or down.
 pub fn rectangle(text: &str) -> Result<Light, String> {
     let expected = "expected x,y,z,dx,dy,dz,width,height,nits[,r,g,b[,range]], e.g. 0,2.5,0,0,-1,0,1.2,0.3,500";
     let values = numbers(text).filter(|v| matches!(v.len(), 9 | 12 | 13)).ok_or(expected)?;

@@ -64,9 +64,9 @@ pub struct ReferenceArgs {
 
 #[derive(Debug, Args)]
 pub struct OutputArgs {
-    /// The image. Its ending chooses the format: .exr (linear, 32 bits, with the variance, resumable) or .png
-    /// (tone-mapped). Without it: the name of the scene or shot with .reference.exr, in the current folder; with
-    /// .reference.A-B.exr for --samples A-B.
+    /// The image. Its ending chooses the format: .exr (linear, 32 bits, with the variance, resumable) or .png (tone-mapped).
+    /// Without it: the name of the scene or shot with .reference.exr, in the current folder; with .reference.A-B.exr for
+    /// --samples A-B.
     #[arg(id = "reference_output", short = 'o', long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Also writes the variance of every value as a separate image.
@@ -101,14 +101,12 @@ pub struct TransportArgs {
 
 #[derive(Debug, Args)]
 pub struct SampleArgs {
-    /// Samples per pixel. Four times as many: half the noise. Without it: 256, or no limit with --until-error or
-    /// --time-limit.
+    /// Samples per pixel. Four times as many: half the noise. Without it: 256, or no limit with --until-error or --time-limit.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
     #[arg(allow_hyphen_values = true)]
     pub spp: Option<u64>,
     /// Traces only samples A to B of a ground truth. `lanternfish merge` adds the parts: the result equals that of a single run
-    /// to the
-    /// bit, for any division.
+    /// to the bit, for any division.
     #[arg(id = "sample_range", long = "samples", value_name = "A-B", value_parser = parse::samples)]
     #[arg(allow_hyphen_values = true, conflicts_with_all = ["spp", "until_error", "time_limit"])]
     pub range: Option<Span<u64>>,
@@ -145,8 +143,7 @@ pub enum IntegratorName {
 }
 
 /// The flags that `reference` shares with `render`: all flags of scene, lights and view, and some more. The shot parses their
-/// values
-/// again.
+/// values again.
 #[derive(Debug)]
 pub struct SharedArgs;
 

@@ -158,8 +158,7 @@ impl Target {
     }
 
     /// The file's state to resume from; `None` if there is no file. Returns an error if its settings differ from `making`, or
-    /// if its seed
-    /// differs from the requested `seed`.
+    /// if its seed differs from the requested `seed`.
     pub fn before(&self, making: &Making, size: Size, seed: Option<u64>) -> Result<Option<Before>, CliError> {
         if !self.path.exists() {
             return Ok(None);

@@ -1,8 +1,7 @@
 //! `lanternfish merge`: adds the parts of one ground truth.
 //!
 //! Each part stores its sums as integers (`lanternfish_reference::Film`), so addition is exact: the image equals that of a
-//! single run to
-//! the bit, for any division. Fingerprint and seed must be equal in all parts.
+//! single run to the bit, for any division. Fingerprint and seed must be equal in all parts.
 
 use std::{
     collections::BTreeMap,

@@ -1,8 +1,7 @@
 //! The exact sums of a part, as layers of its file.
 //!
 //! A sum has 128 bits, in two's complement. Each layer holds 24 of them as an integer, which 32-bit floats represent exactly. A
-//! sum takes
-//! six layers, `sum.0` (the lowest bits) to `sum.5`, and the sum of squares six more, `square.0` to `square.5`.
+//! sum takes six layers, `sum.0` (the lowest bits) to `sum.5`, and the sum of squares six more, `square.0` to `square.5`.
 
 use std::path::Path;
 

@@ -17,8 +17,7 @@ use crate::{
 };
 
 /// Adds the lights of the flags to those of the file and replaces the file's environment if a flag sets one. Returns the light
-/// rain, in
-/// its state at 0 s.
+/// rain, in its state at 0 s.
 pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<Option<Rain>, CliError> {
     let mut rain = None;
     match flags.lights {

@@ -2,7 +2,7 @@
 //!
 //! 1. Refuse what can be refused without work. Skip existing frames, if requested ([`existing`]).
 //! 2. Read the scene, choose cameras and light ([`lights`], [`crate::camera`], [`crate::light_rig`]), all at 0 s, whichever
-//! frames are requested.
+//!    frames are requested.
 //! 3. Upload it in this state and render frame after frame ([`renderings`]).
 
 pub mod existing;

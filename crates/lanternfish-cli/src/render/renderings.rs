@@ -81,8 +81,7 @@ impl<'a> RenderedImages<'a> {
     }
 
     /// Chooses the exposure of all images by the sequence's first frame, whether requested or not; metering each alone would
-    /// flicker. May add
-    /// a faint sky to a night scene. If the first frame `is_next`, its images are reused.
+    /// flicker. May add a faint sky to a night scene. If the first frame `is_next`, its images are reused.
     pub fn meter(
         &mut self,
         first: &ShotFrame,
@@ -157,8 +156,7 @@ impl<'a> RenderedImages<'a> {
     }
 
     /// Renders the images at a frame's time, one per eye. They depend on the frame alone, except for motion, which is relative
-    /// to the
-    /// previous one.
+    /// to the previous one.
     fn drawn(
         &mut self,
         frame: &ShotFrame,

@@ -1,16 +1,14 @@
 //! Detects passes that became slower beyond noise.
 //!
 //! A run is one value, its relative time: the mean over the middle half of its frames of the frame's time relative to its
-//! average over both
-//! replays ([`Series::speeds`]). So each frame is compared with itself, and disturbances of a few frames of a run do not count.
-//! Frames of
-//! one run are correlated, because a slow machine stays slow for a while; runs are assumed to be independent.
+//! average over both replays ([`Series::speeds`]). So each frame is compared with itself, and disturbances of a few frames of a
+//! run do not count. Frames of one run are correlated, because a slow machine stays slow for a while; runs are assumed to be
+//! independent.
 //!
 //! 1. A rank test compares the values of the new replay's runs with those of the old one ([`rank_sum`]). It assumes no
-//! distribution.
+//!    distribution.
 //! 2. Many passes are tested, so some would differ by chance. Their p values are judged together `[Holm1979]`, with a
-//! probability of 0.05
-//! that any pass is reported although none is slower.
+//!    probability of 0.05 that any pass is reported although none is slower.
 //! 3. A pass is slower if the test says so and its time grew by more than the least change that matters.
 //!
 //! Passes that take less than a hundredth of the frame are not tested.

@@ -1,9 +1,8 @@
 //! Plays the frames: once to count, then several times to measure.
 //!
 //! Counting reads images and lists back, which takes time. So counting and timing are separate, and timed runs read back
-//! nothing
-//! [VanGelderen2020, §6.1.1]. A timed frame only reads a few words: the lengths of its lists, by which the renderer sets
-//! capacities.
+//! nothing [VanGelderen2020, §6.1.1]. A timed frame only reads a few words: the lengths of its lists, by which the renderer
+//! sets capacities.
 
 use std::{collections::BTreeMap, time::Instant};
 

@@ -83,8 +83,7 @@ impl Plan {
     }
 
     /// Leaves light rain as the only light and the only motion. About the same number of lights reaches each point, whatever
-    /// their count
-    /// [VanGelderen2020, §6.1.4].
+    /// their count [VanGelderen2020, §6.1.4].
     pub fn rain_alone(&mut self, count: u32, seed: u32) {
         (self.scene.lights, self.scene.environment) = (Vec::new(), None);
         self.motion = Some(Motion::of_rain(Rain::add(&mut self.scene, count, None, seed)));

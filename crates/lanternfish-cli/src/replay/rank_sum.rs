@@ -1,8 +1,7 @@
 //! The exact rank-sum test `[MannWhitney1947]`: are the values of one set larger than those of another?
 
 /// The p value: probability of at least this many pairs with a value of `above` over one of `below`, if every order of all
-/// values is
-/// equally likely. 1 if a set is empty.
+/// values is equally likely. 1 if a set is empty.
 ///
 /// The test assumes no distribution: an outlier counts as one value. Equal values count as not above, which increases the p
 /// value.
@@ -20,8 +19,7 @@ pub fn least_chance(below: usize, above: usize) -> f64 {
 /// Fraction of the orders of `n` and `m` values that have 0, 1, … n m pairs in which one of the `m` values is above.
 fn fractions(n: usize, m: usize) -> Vec<f64> {
     // Of i and j values the highest is one of the m, above all i, in the fraction j / (i + j) of the orders, or else one of the
-    // n. A row
-    // holds all j of one i.
+    // n. A row holds all j of one i.
     let mut row: Vec<Vec<f64>> = vec![vec![1.0]; m + 1];
     for i in 1..=n {
         for j in 1..=m {

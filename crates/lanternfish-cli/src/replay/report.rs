@@ -37,8 +37,7 @@ pub struct Report {
     /// Device times by pass, in order of execution. Empty if the adapter has no timestamps.
     pub passes: Vec<Series>,
     /// Host times: `host/update` (updating moved objects), `host/record` (recording a frame) and `host/frame` (from then until
-    /// the
-    /// device has finished).
+    /// the device has finished).
     pub host: Vec<Series>,
     /// Expected times of another replay, by the names of [`Self::passes`] and [`Self::host`], and `all passes`.
     pub estimates: BTreeMap<String, Estimate>,
@@ -100,8 +99,7 @@ impl Report {
     }
 
     /// Times as CSV: one line per frame and pass. `ms` is the least of all runs; the median of all possible runs lies between
-    /// `low` and
-    /// `high`.
+    /// `low` and `high`.
     pub fn passes_csv(&self) -> String {
         let mut text = "frame,pass,category,ms,median,low,high\n".to_owned();
         let series: Vec<_> = self.passes.iter().chain(&self.host).collect();

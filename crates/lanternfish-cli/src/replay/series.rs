@@ -21,8 +21,7 @@ pub struct Estimate {
     /// Milliseconds per frame: the mean over frames of the geometric mean over runs.
     pub ms: f64,
     /// Interval that contains the `ms` of another replay, of as many runs, in 19 of 20 cases. `None` for a single run, which
-    /// has no
-    /// variance.
+    /// has no variance.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -80,8 +79,8 @@ impl Series {
     }
 
     /// Logarithms of the frames' mean times over all these runs, and of every run's relative time: the ratio of its times to
-    /// the frames'
-    /// means, averaged over the middle half of all frames. Excludes frames in which the pass did not run in any of the runs.
+    /// the frames' means, averaged over the middle half of all frames. Excludes frames in which the pass did not run in any of
+    /// the runs.
     ///
     /// A disturbance of less than a quarter of a run's frames is not in the middle half. So a run is one robust value.
     pub fn speeds(of: &[&Self]) -> (Vec<Option<f64>>, Vec<f64>) {
@@ -104,8 +103,7 @@ impl Series {
     }
 
     /// The expected result of another replay. Assumes that the logarithms of the runs' relative times are normally distributed:
-    /// Student's t
-    /// for the difference of two means.
+    /// Student's t for the difference of two means.
     pub fn estimate(&self) -> Estimate {
         let (means, speeds) = Self::speeds(&[self]);
         let frames = means.len().max(1) as f64;
@@ -123,8 +121,7 @@ impl Series {
 }
 
 /// Indices of two of `runs` ascending values between which the median of all possible runs lies, and the probability of that.
-/// It is at
-/// least 0.95 from 6 runs on; with fewer, the interval spans all values, at the returned probability.
+/// It is at least 0.95 from 6 runs on; with fewer, the interval spans all values, at the returned probability.
 ///
 /// Each run is above the median with probability ½, whatever the distribution, so the number of runs above is binomial.
 pub fn median_ranks(runs: usize) -> (usize, usize, f64) {
@@ -139,8 +136,7 @@ pub fn median_ranks(runs: usize) -> (usize, usize, f64) {
 }
 
 /// Standard errors either way that contain 95 % of Student's t, by degrees of freedom. Above 30, the first terms of its
-/// expansion at
-/// the normal's 1.96 [AbramowitzStegun1964, 26.7.5], accurate to four digits.
+/// expansion at the normal's 1.96 [AbramowitzStegun1964, 26.7.5], accurate to four digits.
 fn student_95(freedom: usize) -> f64 {
     const TABLE: [f64; 30] = [
         12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060, 2.2622, 2.2281, 2.2010, 2.1788, 2.1604,

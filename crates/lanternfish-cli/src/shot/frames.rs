@@ -71,8 +71,7 @@ impl Shot {
     }
 
     /// The frame that sets light and exposure of all images: the first one. For frames by number it is the one at 0 s,
-    /// whichever are
-    /// requested.
+    /// whichever are requested.
     pub fn first(&self) -> ShotFrame {
         match self.args.track.frames {
             Some(Frames::Span(_)) => self.at(None, Some(0.0)),
@@ -81,8 +80,7 @@ impl Shot {
     }
 
     /// The frame that motion is relative to: one frame's time earlier, whichever other frames are requested. `None` if the
-    /// frame has no
-    /// time.
+    /// frame has no time.
     pub fn before(&self, frame: &ShotFrame) -> Option<ShotFrame> {
         let apart = match (self.args.track.frames, &self.track) {
             (Some(Frames::Count(count)), Some(track)) => track.moment(1, count.max(2)) - track.first(),

@@ -3,9 +3,9 @@
 //! `lanternfish help shot` has an example.
 //!
 //! A key is the long name of a flag, and a table is the flag's heading in `lanternfish help render --all`. Both come from the
-//! flags themselves, so a new flag is a new key. The flags' own parsers read the values. Only `scene`, and
-//! `interpolation` and `keyframes` of `[track]`, have no flag. Paths are relative to the shot's folder. A flag on the
-//! command line overrides the shot's key; `--point`, `--disk` and `--rectangle` add to the shot's.
+//! flags themselves, so a new flag is a new key. The flags' own parsers read the values. Only `scene`, and `interpolation` and
+//! `keyframes` of `[track]`, have no flag. Paths are relative to the shot's folder. A flag on the command line overrides the
+//! shot's key; `--point`, `--disk` and `--rectangle` add to the shot's.
 
 mod frames;
 mod keys;
@@ -79,8 +79,7 @@ pub struct Shot {
 }
 
 /// Resolves the arguments of a command: its `scene`, or the shot that it names, with its flags. For every command with some or
-/// all flags
-/// of `render`, under the same ids.
+/// all flags of `render`, under the same ids.
 pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, CliError> {
     let flags = said(matches);
     let shot = match is_shot(scene) {

@@ -76,8 +76,7 @@ pub struct Shown<'a> {
 
 impl Opened {
     /// Creates the state from `scene`, lit by the shot's flags at 0 s, and its first `camera`. The last `by_rig` lights belong
-    /// to a rig, and
-    /// those of `rain` fall.
+    /// to a rig, and those of `rain` fall.
     pub fn new(shot: Shot, scene: &Scene, camera: &Camera, by_rig: usize, rain: Option<Rain>) -> Self {
         let flags = &shot.args.lights;
         let said = flags.points.len() + flags.disks.len() + flags.rectangles.len() + usize::from(flags.sun.is_some());

@@ -89,8 +89,7 @@ impl Track {
 /// same.
 ///
 /// Catmull–Rom is the cubic Hermite curve whose slope at a value is that of the line from the previous to the next value, so
-/// keyframes
-/// need not be equally spaced.
+/// keyframes need not be equally spaced.
 fn between<T>(interpolation: Interpolation, time: f32, times: [f32; 4], values: [Option<T>; 4]) -> Option<T>
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,

@@ -24,8 +24,7 @@ fn output(folder: &Path, words: &str) -> Output {
 }
 
 /// Standard output and standard error of a successful run of `reference demo:cornell` at 32 × 32, without the result's line and
-/// the
-/// estimate of the time left, which slow machines print.
+/// the estimate of the time left, which slow machines print.
 #[track_caller]
 fn cornell(folder: &Path, words: &str) -> (String, String) {
     let output = output(folder, &format!("reference demo:cornell --size 32x32 {words}"));
@@ -133,8 +132,7 @@ fn a_resumed_run_equals_an_uninterrupted_one() {
     }
     assert_eq!(samples(&folder.path().join("parts.exr")), 64);
     // The mean is rounded to 24 bits twice. The variance is a difference of squares, so the mean's rounding errors grow by the
-    // ratio of
-    // mean to variance.
+    // ratio of mean to variance.
     for ((whole, part), variance) in
         values(&read("whole.exr", "")).zip(values(&read("parts.exr", ""))).zip(values(&read("whole.exr", "variance")))
     {

@@ -114,8 +114,7 @@ fn gpu_images_are_metered_to_be_visible() {
     };
     let mean = |pixels: &[[f32; 3]]| pixels.iter().flatten().sum::<f32>() / (3 * pixels.len()) as f32;
     // Seventeen doublings: from a lamp that is negligible beside the box's own lamp to one beside which that is negligible; and
-    // the sun
-    // of a bright day, through the open side.
+    // the sun of a bright day, through the open side.
     let lamps = ["0,1,0,1", "0,1,0,100", "0,1,0,10000", "0,1,0,100000"].map(|point| format!("--point {point}"));
     let mut evs = Vec::new();
     for light in lamps.into_iter().chain(["--sun 0.2,-0.3,-1,100000".to_owned()]) {

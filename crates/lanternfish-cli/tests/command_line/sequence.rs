@@ -25,8 +25,8 @@ fn run(folder: &Path, words: &str) -> (String, String) {
     (String::from_utf8(output.stdout).unwrap(), stderr)
 }
 
-/// A camera that moves through rain for a second. With automatic exposure, each image alone would be metered differently.
-/// Few rays, and few samples of each entry of the radiance cache.
+/// A camera that moves through rain for a second. With automatic exposure, each image alone would be metered differently. Few
+/// rays, and few samples of each entry of the radiance cache.
 const WALK: &str = "scene = \"demo:cornell\"
 [output]
 output = \"out/walk.png\"

@@ -270,8 +270,7 @@ fn gpu_shaders_are_read_again_when_they_are_saved() {
 }
 
 /// Opens a window, hides the panels, flies, shows the keys, draws and drags the line of Compare, focuses a clicked pixel, saves
-/// a shot and
-/// closes the window. The shot then renders the window's image to the bit.
+/// a shot and closes the window. The shot then renders the window's image to the bit.
 #[test]
 fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
     let Some(display) = Display::open("gpu_a_window_is_driven_and_its_shot_is_its_image") else { return };

@@ -39,11 +39,9 @@ const FRAMES: usize = 150;
 const RUNS: usize = 7;
 
 /// A replay on a busy machine. The scene takes 1 to 1.6 times as long along the track. Noise: each sample by 15 % (log-normal),
-/// and one
-/// in twenty by a further factor of up to four; each run by 1.5 %, and each pass of it by another 0.5 %. The machine warms up,
-/// so that the
-/// last run is 1.5 % slower than the first. Each run has twenty successive frames that take 1.3 times as long. `slower`
-/// multiplies one pass.
+/// and one in twenty by a further factor of up to four; each run by 1.5 %, and each pass of it by another 0.5 %. The machine
+/// warms up, so that the last run is 1.5 % slower than the first. Each run has twenty successive frames that take 1.3 times as
+/// long. `slower` multiplies one pass.
 fn replay(seed: u64, slower: Option<(&str, f64)>) -> Report {
     let mut noise = Noise(seed.wrapping_mul(0x2545_f491_4f6c_dd1d));
     let mut series: Vec<Series> = PASSES.iter().map(|(name, _)| Series::new(name, Category::of(name))).collect();
