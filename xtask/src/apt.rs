@@ -1,23 +1,23 @@
-//! Installing packages of Debian and Ubuntu.
+//! Installs packages on Debian and Ubuntu.
 
 use std::process::Command;
 
 use crate::command::{find_program, run};
 
-/// The flag against installing anything.
+/// The flag that forbids installing anything.
 pub const NO_INSTALL: &str = "--no-driver-install";
 
-/// Whether this is Debian, or like it.
+/// True on Debian and its derivatives.
 pub fn is_there() -> bool {
     cfg!(target_os = "linux") && find_program("apt-get").is_some()
 }
 
-/// Installs packages; `from` are flags that choose the release.
+/// Installs packages; the flags `from` select the release.
 pub fn install(from: &[&str], packages: &[&str]) -> Result<(), String> {
     let apt_get = ["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"];
-    // Standing sources may be partly out of reach: whether the install works is what counts.
+    // Some configured sources may be unreachable; only the installation must succeed.
     if let Err(error) = run(&mut as_root(&[&apt_get[..], &["update"]].concat())?) {
-        eprintln!("{error}; trying all the same");
+        eprintln!("{error}; trying to install anyway");
     }
     run(&mut as_root(&[&apt_get[..], &["install", "--yes", "--no-install-recommends"], from, packages].concat())?)
 }
@@ -33,7 +33,9 @@ pub fn as_root(words: &[&str]) -> Result<Command, String> {
         command
     } else {
         let words = words.join(" ");
-        return Err(format!("no right to install packages: run `{words}` as root, or call this with {NO_INSTALL}"));
+        return Err(format!(
+            "no permission to install packages: run `{words}` as root, or call this with {NO_INSTALL}"
+        ));
     };
     command.args(&words[1..]);
     Ok(command)

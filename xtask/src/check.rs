@@ -1,11 +1,11 @@
-//! `cargo xtask check`: all that is not a test.
+//! `cargo xtask check`: all checks other than tests.
 
 use crate::{
     command::{cargo, run as step},
     compiler,
 };
 
-/// Format, lints and documentation, with warnings as errors. Lints run the build scripts, which need a C++ compiler.
+/// Checks format, lints and documentation, with warnings as errors. Lints run the build scripts, which need a C++ compiler.
 pub fn run(may_install: bool) -> Result<(), String> {
     compiler::ensure(may_install)?;
     step(&mut cargo(["fmt", "--all", "--check"]))?;

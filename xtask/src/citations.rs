@@ -1,4 +1,4 @@
-//! Every source that a comment or a page cites is in `docs/references.bib`.
+//! Tests that `docs/references.bib` lists every source that a comment or a page cites.
 
 use std::{collections::BTreeSet, fs, path::Path};
 
@@ -16,34 +16,34 @@ fn cited(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Keys cited below a folder, with the file of one citation.
-fn gather(folder: &Path, found: &mut BTreeSet<(String, String)>) {
+/// Collects keys cited below a folder, each with the file of one citation.
+fn gather(folder: &Path, citations: &mut BTreeSet<(String, String)>) {
     for entry in fs::read_dir(folder).expect("the workspace can be read") {
         let path = entry.expect("the workspace can be read").path();
         let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
         if path.is_dir() {
-            gather(&path, found);
+            gather(&path, citations);
         } else if ["rs", "wesl", "md"].contains(&ending) {
             let text = fs::read_to_string(&path).expect("sources are UTF-8");
-            found.extend(cited(&text).map(|key| (key.to_owned(), path.display().to_string())));
+            citations.extend(cited(&text).map(|key| (key.to_owned(), path.display().to_string())));
         }
     }
 }
 
 #[test]
-fn every_source_that_is_cited_is_listed() {
+fn every_cited_source_is_listed() {
     let list = fs::read_to_string(workspace().join("docs/references.bib")).expect("the list is there");
     let entries = list.lines().filter_map(|line| line.strip_prefix('@')?.split_once('{')?.1.strip_suffix(','));
     let listed: BTreeSet<&str> = entries.collect();
-    let mut found = BTreeSet::new();
-    gather(&workspace().join("crates"), &mut found);
-    assert!(found.len() > 30, "{} citations found", found.len());
-    let missing: Vec<_> = found.iter().filter(|(key, _)| !listed.contains(key.as_str())).collect();
+    let mut citations = BTreeSet::new();
+    gather(&workspace().join("crates"), &mut citations);
+    assert!(citations.len() > 30, "{} citations", citations.len());
+    let missing: Vec<_> = citations.iter().filter(|(key, _)| !listed.contains(key.as_str())).collect();
     assert!(missing.is_empty(), "not in docs/references.bib: {missing:?}");
 }
 
 #[test]
-fn citations_are_told_from_other_brackets() {
+fn citations_are_distinguished_from_other_brackets() {
     let text = "[Elagabani2025, §4.2; Harada2012] a[0] [`Culling`] [IEC 61966-2-1] [2020] [Schlick1994].";
     assert_eq!(cited(text).collect::<Vec<_>>(), ["Elagabani2025", "Harada2012", "Schlick1994"]);
 }

@@ -1,4 +1,4 @@
-//! Running other programs, visibly.
+//! Runs other programs and prints their command lines.
 
 use std::{
     ffi::OsStr,
@@ -7,7 +7,7 @@ use std::{
     process::{Command, ExitStatus, Stdio},
 };
 
-/// The folder of the workspace, wherever the task was called from.
+/// The workspace's folder, independent of the current folder.
 pub fn workspace() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the workspace")
 }
@@ -19,22 +19,22 @@ pub fn cargo<S: AsRef<OsStr>>(words: impl IntoIterator<Item = S>) -> Command {
     command
 }
 
-/// Prints the command line, then runs it to its end; an error unless it succeeds.
+/// Prints the command line and runs it. Returns an error unless it succeeds.
 pub fn run(command: &mut Command) -> Result<(), String> {
     told(command, Command::status)
 }
 
-/// As [`run`], with this on its standard input, and without its standard output.
+/// As [`run`], with `input` on its standard input and without its standard output.
 pub fn run_with_input(command: &mut Command, input: &str) -> Result<(), String> {
     told(command.stdin(Stdio::piped()).stdout(Stdio::null()), |command| {
         let mut child = command.spawn()?;
-        // Whoever reads no further says why by its exit status.
+        // A program that stops reading states the reason by its exit status.
         let _ = child.stdin.take().expect("it is piped").write_all(input.as_bytes());
         child.wait()
     })
 }
 
-/// As [`run`], and returns its standard output.
+/// As [`run`]; returns its standard output.
 pub fn run_for_output(command: &mut Command) -> Result<String, String> {
     let mut text = Vec::new();
     told(command.stdout(Stdio::piped()), |command| {
@@ -55,18 +55,18 @@ fn told(command: &mut Command, run: impl FnOnce(&mut Command) -> io::Result<Exit
     }
 }
 
-/// True if a command succeeds, without a word of its own.
+/// True if a command succeeds. Prints nothing.
 pub fn succeeds(command: &mut Command) -> bool {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|s| s.success())
 }
 
-/// Where a program is, if it can be called by its name.
+/// The path of a program, if it can be called by name.
 pub fn find_program(name: &str) -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     std::env::split_paths(&folders).map(|folder| folder.join(name)).find(|path| path.is_file())
 }
 
-/// A command as it would be typed.
+/// The command as typed in a shell.
 fn line(command: &Command) -> String {
     let program = Path::new(command.get_program());
     let program = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy().into_owned();
@@ -77,7 +77,7 @@ fn line(command: &Command) -> String {
     variables.chain([program]).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// What git calls this state of the sources; `None` without git, or outside a repository.
+/// Git's description of the sources; `None` without git, or outside a repository.
 pub fn commit() -> Option<String> {
     let mut git = Command::new("git");
     let output = git.args(["describe", "--always", "--dirty"]).current_dir(workspace()).stderr(Stdio::null()).output();
@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_command_is_printed_as_it_would_be_typed() {
+    fn a_command_is_printed_as_typed() {
         let mut command = Command::new("some/folder/cargo");
         command.args(["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-Dwarnings");
         assert_eq!(line(&command), "RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps");
@@ -98,7 +98,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_command_reads_what_it_is_given() {
+    fn a_command_reads_its_input() {
         assert_eq!(
             run_with_input(Command::new("sh").args(["-c", "test \"$(cat)\" = 'two words'"]), "two words\n"),
             Ok(())
@@ -108,7 +108,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_command_returns_what_it_prints() {
+    fn a_command_returns_its_output() {
         assert_eq!(run_for_output(Command::new("echo").arg("two words")).as_deref(), Ok("two words\n"));
         assert!(run_for_output(&mut Command::new("false")).is_err());
     }

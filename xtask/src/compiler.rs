@@ -1,4 +1,4 @@
-//! A C++ compiler, where there is none: meshopt's decoder, which glTF files are compressed with, is written in it.
+//! Installs a C++ compiler if there is none. The decoder of meshoptimizer, for compressed glTF files, is written in C++.
 
 use std::env;
 
@@ -7,9 +7,9 @@ use crate::{
     command::find_program,
 };
 
-/// Installs one on Debian and Ubuntu; elsewhere the build says what it misses.
+/// Installs one on Debian and Ubuntu; elsewhere the build reports what is missing.
 pub fn ensure(may_install: bool) -> Result<(), String> {
-    // What the build asks for, on Linux.
+    // The compilers that the build looks for on Linux.
     let has_one = env::var_os("CXX").is_some() || find_program("c++").is_some();
     if has_one || !may_install || !apt::is_there() {
         return Ok(());

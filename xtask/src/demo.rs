@@ -5,15 +5,15 @@ use crate::{
     program::{self, called},
 };
 
-/// What is seen.
+/// The scene of the demo.
 const SCENE: [&str; 5] = ["demo:atrium", "--lights", "rain:1000", "--seed", "1"];
 
-/// Sets up, builds, and renders the built-in scene; `flags` go to `lanternfish render`, after the demo's own.
+/// Sets up, builds, and renders the built-in scene. `flags` go to `lanternfish render`, after the demo's own.
 pub fn run(flags: Vec<String>, may_install: bool) -> Result<(), String> {
     let program = program::ready_as_tests(may_install)?;
     let rendering = workspace().join("lanternfish-demo.png");
     let mut render = called(&program, &["render"]);
-    // The image's path is the last thing it prints.
+    // The program prints the image's path last.
     command::run(render.args(SCENE).args(["--timings", "-o"]).arg(rendering).args(flags))?;
     eprintln!("==> The same in a window: {} view {}", program.display(), SCENE.join(" "));
     Ok(())

@@ -1,7 +1,6 @@
-//! A graphics driver where there is none, or none that is fit: Mesa's software one.
+//! Installs Mesa's software driver if there is no suitable graphics driver.
 //!
-//! Only Linux can be without: on macOS and Windows the system brings Metal and Direct3D. Drivers of a graphics card are
-//! never touched.
+//! Only Linux can lack one: macOS and Windows include Metal and Direct3D. Drivers of graphics cards are never changed.
 
 mod debian;
 mod sources;
@@ -10,16 +9,16 @@ use std::{path::Path, process::Command};
 
 use crate::apt;
 
-/// What a driver is wanted for.
+/// The purpose of a driver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Purpose {
-    /// Images: any adapter will do.
+    /// Images: any adapter suffices.
     RenderedImages,
-    /// Tests, which run on a software adapter even where there is a graphics card.
+    /// Tests, which run on a software adapter even if there is a graphics card.
     Tests,
 }
 
-/// The set-up of the driver, which may install one, once.
+/// The driver's set-up, which installs a driver at most once.
 #[derive(Debug)]
 pub struct Driver {
     purpose: Purpose,
@@ -31,13 +30,14 @@ impl Driver {
         Self { purpose, may_install: may_install && cfg!(target_os = "linux") }
     }
 
-    /// Installs what is missing where it is sure that this machine has no graphics card: before anything is built, so that
-    /// whoever must be asked for a password is there.
+    /// Installs missing packages if this machine certainly has no graphics card. This happens before the build, while the user
+    /// is still present to enter a password.
     pub fn before_build(&mut self) -> Result<(), String> {
         if may_have_graphics_card() { Ok(()) } else { self.install(false) }
     }
 
-    /// The rest, now that `list_adapters` (a built `lanternfish info --adapters`) can tell; an error where there is no adapter.
+    /// Completes the set-up, now that `list_adapters` (a built `lanternfish info --adapters`) can list adapters. Returns an
+    /// error if there is no adapter.
     pub fn after_build(&mut self, mut list_adapters: impl FnMut() -> Command) -> Result<(), String> {
         let mut list = || list_adapters().output().ok().filter(|output| output.status.success());
         let hardware = list().is_some_and(|output| has_graphics_card(&String::from_utf8_lossy(&output.stdout)));
@@ -50,7 +50,7 @@ impl Driver {
             return Ok(());
         }
         let step = debian::plan(&debian::Machine::look(hardware, may_have_graphics_card()), self.purpose);
-        // What failed once is not tried again after the build.
+        // A failed installation is not repeated after the build.
         self.may_install &= step == debian::Step::Nothing;
         debian::install(step)
     }
@@ -65,15 +65,15 @@ impl Driver {
     }
 }
 
-/// Whether the kernel shows a device that a graphics card's driver may use. A virtual machine may show one and have no driver.
+/// True if the kernel shows a device that a graphics card's driver may use. A virtual machine may show one without a driver.
 fn may_have_graphics_card() -> bool {
     let render_nodes = std::fs::read_dir("/dev/dri").into_iter().flatten().flatten();
     let mut render_nodes = render_nodes.filter(|entry| entry.file_name().to_string_lossy().starts_with("renderD"));
-    // NVIDIA's own driver, and Windows' cards in its subsystem for Linux.
+    // NVIDIA's own driver, and graphics cards in the Windows Subsystem for Linux.
     render_nodes.next().is_some() || ["/dev/nvidiactl", "/dev/dxg"].iter().any(|path| Path::new(path).exists())
 }
 
-/// True if `lanternfish info --adapters` lists anything but software.
+/// True if `lanternfish info --adapters` lists an adapter other than software.
 fn has_graphics_card(adapters: &str) -> bool {
     let mut kinds = adapters.lines().filter_map(|line| line.trim_start().strip_prefix("kind"));
     kinds.any(|kind| !kind.trim_start().starts_with("Cpu,"))
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_graphics_card_is_told_from_software() {
+    fn graphics_cards_are_distinguished_from_software() {
         let software =
             "adapter      llvmpipe (LLVM 15.0.6, 256 bits)\n  kind       Cpu, through vulkan\n  driver     llvmpipe\n";
         let card = "adapter      Some card\n  kind       DiscreteGpu, through vulkan\n";
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn without_an_adapter_the_error_says_what_to_install() {
+    fn without_an_adapter_the_error_names_the_packages() {
         let mut driver = Driver::new(Purpose::Tests, false);
         let nothing = || Command::new("no-such-program-at-all");
         assert!(driver.after_build(nothing).unwrap_err().contains("mesa-vulkan-drivers libvulkan1"));

@@ -1,11 +1,12 @@
-//! `cargo xtask hardware`: a kit for a bare machine with a graphics card (no Rust, no repository, perhaps no Vulkan loader).
+//! `cargo xtask hardware`: packs a kit for a bare machine with a graphics card (without Rust, repository or possibly Vulkan
+//! loader).
 //!
-//! `target/hardware` then holds:
-//! - `run.sh` and the scripts that it sources: `run.sh --help` says what it does;
+//! Contents of `target/hardware`:
+//! - `run.sh` and the scripts that it sources; see `run.sh --help`;
 //! - `lanternfish.tar.gz` and `lanternfish-bench.tar.gz`: the command line and the benches, built for release, without symbols;
-//! - `tests.tar.gz`: the test programs that need an adapter, as `cargo xtask test` builds them, without symbols;
-//! - `shared.tar.gz`: scenes and a shot, in the layout that `LANTERNFISH_SHARED` names;
-//! - `lib.tar.gz`: libraries, which `run.sh` lends to a machine that lacks them.
+//! - `tests.tar.gz`: the test programs that need an adapter, as built by `cargo xtask test`, without symbols;
+//! - `shared.tar.gz`: scenes and a shot, in the layout of `LANTERNFISH_SHARED`;
+//! - `lib.tar.gz`: libraries that `run.sh` provides to a machine that lacks them.
 
 mod libraries;
 pub mod programs;
@@ -23,10 +24,10 @@ use crate::{
     compiler, test,
 };
 
-/// The most bytes that a kit may have in all.
+/// Largest total size of a kit, bytes.
 const MOST_BYTES: u64 = 60 << 20;
 
-/// The scripts by name. The last is what users call: without it a folder is no kit.
+/// The scripts by name. The last is the entry point, written last: a folder without it is not a complete kit.
 const SCRIPTS: [(&str, &str); 4] = [
     ("driver.sh", include_str!("hardware/kit/driver.sh")),
     ("tests.sh", include_str!("hardware/kit/tests.sh")),
@@ -37,7 +38,7 @@ const SCRIPTS: [(&str, &str); 4] = [
 /// Scenes, below the shared folder.
 const SCENES: [&str; 2] = ["assets/sponza/Sponza.glb", "assets/candela-city/candela_city.glb"];
 
-/// A shot, below `docs`, and how its scene's path starts there and in the kit, where `shots` lies beside `assets`.
+/// A shot, below `docs`, and the start of its scene's path there and in the kit, where `shots` lies beside `assets`.
 const SHOT: (&str, &str, &str) = ("shots/sponza-ten.toml", "\"../../../shared/", "\"../");
 
 /// Builds, and packs the kit.
@@ -49,7 +50,7 @@ pub fn run(may_install: bool) -> Result<(), String> {
     let tests = programs::build(cargo(test::TARGETS).arg("--no-run"))?;
 
     let kit = workspace().join("target/hardware");
-    // What is packed, and what packages unpack to.
+    // The contents to pack, and a scratch folder for unpacked packages.
     let contents = workspace().join("target/hardware-contents");
     let scratch = workspace().join("target/hardware-packages");
     for folder in [&kit, &contents, &scratch] {
@@ -66,7 +67,7 @@ pub fn run(may_install: bool) -> Result<(), String> {
     }
     copy_scenes(&contents.join("shared"))?;
     if let Err(what) = libraries::gather(&scratch, &contents.join("lib")) {
-        eprintln!("==> Left out: libraries to lend ({what})");
+        eprintln!("==> Left out: libraries ({what})");
     }
     pack(&contents, &kit)?;
     for folder in [contents, scratch] {
@@ -83,7 +84,7 @@ pub fn run(may_install: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// Sizes as a table, an error where they are too much in all.
+/// Formats sizes as a table. Returns an error if the total is too large.
 fn table(files: &[(String, u64)]) -> Result<String, String> {
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let total: u64 = files.iter().map(|(_, size)| size).sum();
@@ -96,7 +97,7 @@ fn table(files: &[(String, u64)]) -> Result<String, String> {
     Ok(table)
 }
 
-/// Copies what is there of the scenes, and the shot where its scene is.
+/// Copies the scenes that are present, and the shot if its scene is.
 fn copy_scenes(shared: &Path) -> Result<(), String> {
     let source = env::var_os("LANTERNFISH_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
     for scene in SCENES {
@@ -133,7 +134,7 @@ fn pack(contents: &Path, kit: &Path) -> Result<(), String> {
         tar.args(["--owner=0", "--group=0", "--use-compress-program=gzip -9", "-cf"]).arg(tarball);
         step(tar.arg("-C").arg(contents).arg(name))?;
     }
-    // The doctor's report names it.
+    // The doctor's report states it.
     let file = kit.join("commit");
     fs::write(&file, commit().unwrap_or_default()).map_err(|error| format!("{}: {error}", file.display()))?;
     for (name, text) in SCRIPTS {
@@ -145,7 +146,7 @@ fn pack(contents: &Path, kit: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Lets users call a file as a program.
+/// Makes a file executable.
 fn make_executable(file: &Path) -> io::Result<()> {
     #[cfg(unix)]
     fs::set_permissions(file, std::os::unix::fs::PermissionsExt::from_mode(0o755))?;
@@ -154,7 +155,7 @@ fn make_executable(file: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Makes a folder that is there and empty.
+/// Creates an empty folder.
 fn make_empty(folder: &Path) -> Result<(), String> {
     match fs::remove_dir_all(folder) {
         Err(error) if folder.exists() => return Err(format!("{}: {error}", folder.display())),

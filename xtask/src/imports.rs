@@ -1,8 +1,8 @@
-//! Imports of every crate, file by file: no large cycle, and no technique named outside its folder.
+//! Tests the imports of every crate: no large cycle of files, and no technique imported outside its folder.
 //!
-//! An edge leads from a file to the file that an imported path names, as far as the path is one of files: an item that a module
-//! re-exports counts as that module's. Paths begin with `crate`, `super`, `self` or `package`: `pub use child::X` is part of a module's
-//! declarations, as `mod child` is, and `package::chosen` is no file. Tests import what they like.
+//! An edge leads from a file to the file that an imported path names, as far as the path consists of files: an item that a
+//! module re-exports counts as the module's. Paths begin with `crate`, `super`, `self` or `package`: `pub use child::X` is part
+//! of a module's declarations, like `mod child`, and `package::chosen` is not a file. Tests may import anything.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -10,19 +10,19 @@ use std::{
     path::Path,
 };
 
-/// The files of a crate by module path and language, each with the files that it imports.
+/// The files of a crate by language and module path, each with the files that it imports.
 type Imports = BTreeMap<File, BTreeSet<File>>;
 
 /// `("rs", "gpu_scene/bvh")`; the root is `("rs", "")`.
 type File = (&'static str, String);
 
-/// Files of the largest cycle that a crate may have.
+/// Most files in a cycle of imports within a crate.
 const LARGEST_CYCLE: usize = 15;
 
-/// Folders of techniques of the library. Beside their own files only the registration may import from them.
+/// Folders of techniques of the library. Outside of them, only the registration may import from them.
 const TECHNIQUES: &[&str] = &["indirect/sampled", "light_culling/clustered", "light_culling/tiled"];
 
-/// The one list that names techniques.
+/// The list that registers all techniques.
 const REGISTRATION: &str = "techniques";
 
 /// The imports between the files below a crate's `src`.
@@ -39,7 +39,7 @@ fn imports(source: &Path) -> Imports {
     texts.iter().map(of).collect()
 }
 
-/// Reads every source file that is no test.
+/// Reads every source file except tests.
 fn visit(folder: &Path, module: &mut Vec<String>, texts: &mut BTreeMap<File, String>) {
     for entry in fs::read_dir(folder).expect("a folder of the crate").filter_map(Result::ok) {
         let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
@@ -57,7 +57,7 @@ fn visit(folder: &Path, module: &mut Vec<String>, texts: &mut BTreeMap<File, Str
             "wesl" => "wesl",
             _ => continue,
         };
-        // CPU references are for tests alone.
+        // CPU references are for tests only.
         if ["tests", "cpu_reference"].contains(&stem) {
             continue;
         }
@@ -66,27 +66,27 @@ fn visit(folder: &Path, module: &mut Vec<String>, texts: &mut BTreeMap<File, Str
         let path_of_module: Vec<String> = module.iter().cloned().chain(own).collect();
         let text = fs::read_to_string(&path).expect("source is text");
         if text.contains("\ngpu_struct! {") || text.contains("\ngpu_constants! {") {
-            // The build script makes it of the folder's declarations; it imports nothing.
+            // The build script generates it from the folder's declarations; it imports nothing.
             texts.entry(("wesl", [&module[..], &["host".to_owned()]].concat().join("/"))).or_default();
         }
         texts.insert((language, path_of_module.join("/")), text);
     }
 }
 
-/// The file that a path names: its longest beginning that is one.
+/// The file that a path names: its longest prefix that is a file.
 fn named(files: &BTreeSet<File>, language: &'static str, path: &[String]) -> Option<File> {
     let begins = (0..=path.len()).rev().map(|length| (language, path[..length].join("/")));
     begins.into_iter().find(|file| files.contains(file))
 }
 
-/// Everything that a file imports of its own crate, as paths from the crate's root.
+/// All imports of a file from its own crate, as paths from the crate's root.
 fn paths((language, module): &File, text: &str) -> Vec<Vec<String>> {
     let code = without_tests(text);
     let module: Vec<String> = module.split('/').filter(|name| !name.is_empty()).map(str::to_owned).collect();
-    let mut found = Vec::new();
+    let mut paths = Vec::new();
     for root in ["crate::", "package::", "super::", "self::"] {
         for (at, _) in code.match_indices(root) {
-            // Not the end of a longer path, nor a macro's `$crate`.
+            // Skip the end of a longer path, and a macro's `$crate`.
             let before = code[..at].chars().next_back();
             if before.is_some_and(|c| c.is_alphanumeric() || "_:$".contains(c)) {
                 continue;
@@ -101,18 +101,18 @@ fn paths((language, module): &File, text: &str) -> Vec<Vec<String>> {
                 base.pop();
                 rest = further;
             }
-            found.extend(tree(rest).0.into_iter().map(|path| [base.clone(), path].concat()));
+            paths.extend(tree(rest).0.into_iter().map(|path| [base.clone(), path].concat()));
         }
     }
     let is_item = |name: &String| *language == "rs" && name == "self";
-    found.iter_mut().for_each(|path| path.retain(|name| !is_item(name)));
-    found
+    paths.iter_mut().for_each(|path| path.retain(|name| !is_item(name)));
+    paths
 }
 
-/// A file without comments and without what is compiled for tests alone.
+/// The text of a file without comments and code that is compiled for tests only.
 fn without_tests(text: &str) -> String {
     let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-    let mut kept = String::new();
+    let mut rest = String::new();
     let mut is_test = false;
     for line in code.lines() {
         let line = line.trim_start();
@@ -121,16 +121,16 @@ fn without_tests(text: &str) -> String {
         } else if is_test && line.ends_with(';') {
             is_test = false;
         } else if !line.starts_with("//") && !is_test {
-            kept += line;
-            kept.push('\n');
+            rest += line;
+            rest.push('\n');
         } else if is_test && line.ends_with('{') {
             is_test = false;
         }
     }
-    kept
+    rest
 }
 
-/// The paths of an import tree that a text begins with (`a::{b, c::d}`), and what comes behind it.
+/// Parses the import tree at the start of a text (`a::{b, c::d}`). Returns its paths and the remaining text.
 fn tree(text: &str) -> (Vec<Vec<String>>, &str) {
     let text = text.trim_start();
     if let Some(mut rest) = text.strip_prefix('{') {
@@ -160,7 +160,7 @@ fn tree(text: &str) -> (Vec<Vec<String>>, &str) {
     (paths.into_iter().map(|path| [vec![name.to_owned()], path].concat()).collect(), behind)
 }
 
-/// The files of each cycle: those that lead to each other, by however many imports. The largest first.
+/// The files of each import cycle, the largest cycle first.
 fn cycles(imports: &Imports) -> Vec<BTreeSet<File>> {
     let reach = |file: &File| {
         let (mut reached, mut next) = (BTreeSet::new(), vec![file.clone()]);
@@ -186,17 +186,17 @@ fn is_in((_, module): &File, folder: &str) -> bool {
     module.strip_prefix(folder).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
-/// Imports of a technique's folder from outside it, and of the registration.
+/// Imports of a technique's folder, or of the registration, from outside it.
 fn outside(imports: &Imports, techniques: &[&str]) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut imports_from_outside = Vec::new();
     for (file, imported) in imports.iter().filter(|((_, module), _)| module != REGISTRATION) {
         let others = techniques.iter().filter(|folder| !is_in(file, folder));
         for folder in others.chain([&REGISTRATION]) {
             let names = imported.iter().filter(|other| is_in(other, folder));
-            found.extend(names.map(|other| format!("{}.{} imports {}", file.1, file.0, other.1)));
+            imports_from_outside.extend(names.map(|other| format!("{}.{} imports {}", file.1, file.0, other.1)));
         }
     }
-    found
+    imports_from_outside
 }
 
 fn source(name: &str) -> std::path::PathBuf {
@@ -217,21 +217,21 @@ fn no_crate_has_a_large_cycle_of_files() {
 }
 
 #[test]
-fn techniques_are_named_by_the_registration_alone() {
+fn only_the_registration_imports_techniques() {
     let imports = imports(&source("lanternfish"));
     for folder in TECHNIQUES {
         assert!(imports.keys().any(|(_, module)| module.starts_with(folder)), "there is no {folder}");
     }
     assert!(
         imports.contains_key(&("wesl", "light_culling/tiled/host".to_owned())),
-        "what Rust declares for shaders is left out"
+        "declarations of Rust for shaders are missing"
     );
-    let found = outside(&imports, TECHNIQUES);
-    assert!(found.is_empty(), "{found:#?}");
+    let actual = outside(&imports, TECHNIQUES);
+    assert!(actual.is_empty(), "{actual:#?}");
 }
 
 #[test]
-fn cycles_and_names_are_found() {
+fn cycles_and_imports_from_outside_are_detected() {
     let file = |module: &str| ("rs", module.to_owned());
     let imports = |edges: &[(&str, &str)]| {
         let mut imports = Imports::new();
@@ -242,21 +242,21 @@ fn cycles_and_names_are_found() {
         imports
     };
     assert!(cycles(&imports(&[("a", "b"), ("b", "c"), ("a", "c")])).is_empty());
-    let found = cycles(&imports(&[("a", "b/x"), ("b/x", "c"), ("c", "a"), ("c", "d"), ("d", "e"), ("e", "d")]));
-    assert_eq!(found, [[file("a"), file("b/x"), file("c")].into(), [file("d"), file("e")].into()]);
+    let actual = cycles(&imports(&[("a", "b/x"), ("b/x", "c"), ("c", "a"), ("c", "d"), ("d", "e"), ("e", "d")]));
+    assert_eq!(actual, [[file("a"), file("b/x"), file("c")].into(), [file("d"), file("e")].into()]);
     let edges =
         [("a", "t/x"), ("t", "t/x"), ("t/x", "a"), (REGISTRATION, "t"), ("u", "tt"), ("v", "t"), ("w", REGISTRATION)];
-    let found = ["a.rs imports t/x", "v.rs imports t", "w.rs imports techniques"];
-    assert_eq!(outside(&imports(&edges), &["t", "v"]), found);
+    let expected = ["a.rs imports t/x", "v.rs imports t", "w.rs imports techniques"];
+    assert_eq!(outside(&imports(&edges), &["t", "v"]), expected);
 }
 
 #[test]
-fn imports_are_read() {
+fn imports_are_parsed() {
     let names = |file: &File, text| paths(file, text).iter().map(|path| path.join("/")).collect::<BTreeSet<_>>();
     let rust = "//! [`crate::no`]\nuse crate::{\n    a::{b, c as x},\n    d,\n};\nuse super::{e, f::g};\nuse self::h::I;\n\
                 fn k() { crate::l::m() }\n#[cfg(test)]\nuse crate::no;\n#[cfg(test)]\nmod tests {\n use crate::no;\n}";
-    let found = names(&("rs", "p/q".to_owned()), rust);
-    assert_eq!(found.into_iter().collect::<Vec<_>>(), ["a/b", "a/c", "d", "l/m", "p/e", "p/f/g", "p/q/h/I"]);
+    let actual = names(&("rs", "p/q".to_owned()), rust);
+    assert_eq!(actual.into_iter().collect::<Vec<_>>(), ["a/b", "a/c", "d", "l/m", "p/e", "p/f/g", "p/q/h/I"]);
     let shader = names(&("wesl", "x".to_owned()), "// package::no::x\n@if(y) import package::a::b::{c, d};");
     assert_eq!(shader.into_iter().collect::<Vec<_>>(), ["a/b/c", "a/b/d"]);
     let files: BTreeSet<File> = ["", "a", "a/b"].map(|module| ("rs", module.to_owned())).into();

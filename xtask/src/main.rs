@@ -1,4 +1,4 @@
-//! The project's chores, on a machine that has Rust and nothing else.
+//! Development tasks, for a machine that only has Rust.
 
 mod apt;
 mod check;

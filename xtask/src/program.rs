@@ -1,4 +1,5 @@
-//! The programs, built: for the demo as tests build them, so that nothing is compiled twice; for measurements as users build them.
+//! Builds the programs: for the demo with the tests' features, so that nothing is compiled twice; for measurements in release
+//! mode.
 
 use std::{
     path::{Path, PathBuf},
@@ -12,36 +13,36 @@ use crate::{
     hardware::programs,
 };
 
-/// Builds the command line with the features that tests build it with: cargo takes those of all packages and of what only tests and
-/// examples need where one of these is requested, so an example is.
+/// Builds the command line with the same features as the tests. Cargo unifies the features of all packages, and those of
+/// dev-dependencies only if a test or an example is requested, hence the example.
 const AS_TESTS_DO: [&str; 6] = ["build", "--workspace", "--bin", "lanternfish", "--example", "own_device"];
 
-/// Sets up what is missing, and builds the command line; returns its path. `cargo xtask test` has its dependencies then.
+/// Sets up missing packages, builds the command line and returns its path. `cargo xtask test` then has its dependencies built.
 pub fn ready_as_tests(may_install: bool) -> Result<PathBuf, String> {
     let [command_line, _] = &programs::RELEASED;
     let build = || command_line.find(&programs::build(&mut cargo(AS_TESTS_DO))?);
     ready(build, |program, words| called(program, words), may_install)
 }
 
-/// A call of a program that is built, in the workspace's folder.
+/// A command that runs a built program in the workspace's folder.
 pub fn called(program: &Path, words: &[&str]) -> Command {
     let mut command = Command::new(program);
     command.args(words).current_dir(workspace());
     command
 }
 
-/// Sets up what is missing, and builds the command line and the benches for release.
+/// Sets up missing packages, and builds the command line and the benches in release mode.
 pub fn ready_for_release(may_install: bool) -> Result<(), String> {
     let packages = ["build", "--release", "--package", "lanternfish-cli", "--package", "lanternfish-bench"];
     ready(|| command::run(&mut cargo(packages)), |_, words| released("lanternfish-cli", words), may_install)
 }
 
-/// A call of a package's program, built for release, in the workspace's folder.
+/// A command that runs a package's program, built in release mode, in the workspace's folder.
 pub fn released(package: &str, words: &[&str]) -> Command {
     cargo(["run", "--quiet", "--release", "--package", package, "--"].iter().chain(words))
 }
 
-/// Sets up what is missing and builds; `lanternfish` calls what was built.
+/// Sets up missing packages and builds; `lanternfish` runs the built program.
 fn ready<T>(
     build: impl FnOnce() -> Result<T, String>,
     lanternfish: fn(&T, &[&str]) -> Command,

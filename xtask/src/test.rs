@@ -1,8 +1,8 @@
-//! `cargo xtask test`: every test, those of a name, or the quick ones.
+//! `cargo xtask test`: runs all tests, those of a name, or the quick ones.
 //!
-//! A test that cannot run here (no ray query, no shared assets) passes, and says so by appending a line to the file
-//! that `LANTERNFISH_LEFT_OUT` names:
-//! - `LEFT OUT: name: reason`: this adapter cannot. A failure where `LANTERNFISH_REQUIRE_ALL` is 1.
+//! A test that cannot run here (no ray query, no shared assets) passes and appends a line to the file that
+//! `LANTERNFISH_LEFT_OUT` names:
+//! - `LEFT OUT: name: reason`: the adapter lacks support. A failure if `LANTERNFISH_REQUIRE_ALL` is 1.
 //! - `LEFT OUT (shared): name: reason`: assets outside the repository are missing. Never a failure.
 
 mod selection;
@@ -28,13 +28,13 @@ use times::{JUnit, SLOWEST, Test};
 
 pub use selection::TARGETS;
 
-/// How a line starts that says an adapter could not.
+/// Prefix of a line about missing support of the adapter.
 const LEFT_OUT: &str = "LEFT OUT: ";
 
-/// Tests at a time without nextest; `gpu` in `.config/nextest.toml`.
+/// Concurrent tests without nextest; `gpu` in `.config/nextest.toml`.
 const MOST_AT_ONCE: usize = 4;
 
-/// The adapter that quick tests are given. No adapter has this name: a test that opens one fails wherever there is a driver.
+/// The adapter name for quick tests. No adapter has this name: a test that opens one fails wherever there is a driver.
 const NO_ADAPTER: &str = "none-for-quick-tests";
 
 pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
@@ -48,8 +48,8 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
     let (built, build_time) = timed(|| step(&mut selection.build()));
     built?;
     if let Some(driver) = &mut driver {
-        // The tests of the command line have it built, beside this program.
-        let here = env::current_exe().map_err(|error| format!("where this program lies: {error}"))?;
+        // The tests of the command line build its program beside this one.
+        let here = env::current_exe().map_err(|error| format!("path of this program: {error}"))?;
         let lanternfish = here.with_file_name(format!("lanternfish{EXE_SUFFIX}"));
         driver.after_build(|| {
             let mut command = Command::new(&lanternfish);
@@ -66,7 +66,7 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
         }
         command
     };
-    // Failures here keep no other test from running.
+    // A failure in documentation does not prevent other tests.
     let (documented, documentation_time) = timed(|| {
         let mut command = prepare(cargo(["test", "--workspace", "--doc"]));
         if selection.has_documentation() { step(&mut command) } else { Ok(()) }
@@ -98,9 +98,9 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs each selected test once, and returns those that ran, if only with a failure. The slowest are printed where nextest is installed.
+/// Runs each selected test once and returns those that ran, including failed ones. Prints the slowest if nextest is installed.
 fn run_tests(selection: &Selection, prepare: impl Fn(Command) -> Command) -> (Result<(), String>, Vec<Test>) {
-    // Nextest, at a version for which the project's profiles are written.
+    // Nextest, in a version that supports the project's profiles.
     if succeeds(&mut cargo(["nextest", "show-config", "version"])) {
         let junit = JUnit::of(selection.profile());
         junit.remove();
@@ -117,14 +117,14 @@ fn run_tests(selection: &Selection, prepare: impl Fn(Command) -> Command) -> (Re
         (Ok(all), Ok(ignored)) => times::listed_tests(&all, &ignored),
         (Err(error), _) | (_, Err(error)) => return (Err(error), Vec::new()),
     };
-    // No more at a time than nextest is configured for.
+    // At most as many at a time as configured for nextest.
     let threads = thread::available_parallelism().map_or(1, |count| count.get().min(MOST_AT_ONCE));
     let result = match tests.is_empty() {
-        // The caller knows what to say.
+        // The caller prints the message.
         true => Ok(()),
         false => step(&mut prepare(selection.libtest([format!("--test-threads={threads}")]))),
     };
-    eprintln!("\ncargo-nextest 0.9.77 or later tells how long each test takes");
+    eprintln!("\ncargo-nextest 0.9.77 or later shows the time of each test");
     (result, tests)
 }
 
@@ -133,7 +133,7 @@ fn timed<T>(run: impl FnOnce() -> T) -> (T, Duration) {
     (run(), started.elapsed())
 }
 
-/// An error if something had to run and did not.
+/// Returns an error if a required test did not run.
 fn check_left_out(lines: &[String], all_required: bool) -> Result<(), String> {
     let count = lines.iter().filter(|line| line.starts_with(LEFT_OUT)).count();
     if all_required && count > 0 {
@@ -142,18 +142,18 @@ fn check_left_out(lines: &[String], all_required: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// The file that tests append to, removed when dropped.
+/// The file that tests append to. Removed on drop.
 struct List(PathBuf);
 
 impl List {
     fn new() -> Self {
         let path = env::temp_dir().join(format!("lanternfish-left-out-{}", std::process::id()));
-        // One of a process of the same number that was killed.
+        // Remove the file of a killed process with the same id.
         let _ = fs::remove_file(&path);
         Self(path)
     }
 
-    /// Each line once, in order: a test may run in more than one way.
+    /// Sorted lines without duplicates: a test may run in several ways.
     fn lines(&self) -> Vec<String> {
         sorted_lines(&fs::read_to_string(Path::new(&self.0)).unwrap_or_default())
     }
@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_the_adapter_cannot_do_fails_and_only_where_all_is_required() {
+    fn missing_adapter_support_fails_only_if_all_tests_are_required() {
         let lines = sorted_lines(
             "LEFT OUT (shared): sponza: no assets\nLEFT OUT: rays: no ray query\nLEFT OUT: rays: no ray query\n",
         );

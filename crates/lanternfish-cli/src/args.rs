@@ -1,4 +1,4 @@
-//! The flags of `render`, some of which other commands take. Their names are fixed: scripts call them.
+//! The flags of `render`, some of which other commands share. Scripts use these names, so they are fixed.
 
 mod indirect;
 mod light;
@@ -28,7 +28,7 @@ use crate::{
     stereo::StereoLayout,
 };
 
-/// What the short help of `render` ends with.
+/// Text after the short help of `render`.
 pub(crate) const RENDER_SHORT_HELP: &str = "\
 Examples:
   lanternfish render demo:atrium --lights rain:1000 -o atrium.png
@@ -37,45 +37,46 @@ Examples:
 Units: metres, degrees, candela, lux. +y is up. The last line of output is the image's path.
 `lanternfish help render --all` shows every flag, and what each value means.";
 
-/// What the long help of `render` ends with.
+/// Text after the long help of `render`.
 pub(crate) const RENDER_HELP: &str = "\
 Examples:
-  A built-in scene with a thousand lights, and what each pass cost:
+  A built-in scene with a thousand lights, and the time of each pass:
     lanternfish render demo:atrium --lights rain:1000 --timings -o atrium.png
-  Your scene from where you want to stand, in the sun:
+  Your scene from a chosen viewpoint, in the sun:
     lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --fov-y 60 --sun 0.3,-1,-0.6,3
-  A warm lamp of 100 cd that reaches 5 m, and a cold one:
+  A warm lamp of 100 cd with a range of 5 m, and a cold one:
     lanternfish render scene.glb --point 0,2.5,0,100,1,0.9,0.7,5 --point 3,2,1,80,0.6,0.8,1
   A panel of 1.2 x 0.3 m and 2,000 nits that faces down:
     lanternfish render scene.glb --rectangle 0,2.5,0,0,-1,0,1.2,0.3,2000
   Linear radiance for further work:
     lanternfish render scene.glb -o scene.exr
-  How many lights each pixel looks at:
+  How many lights each pixel evaluates:
     lanternfish render demo:atrium --lights rain:1000 --debug-view light-count -o lights.png
-  All flags in a file, and a flag that goes before the file's:
+  All flags in a file, and a flag that overrides the file:
     lanternfish shot scene.glb --sun 0.3,-1,-0.6,3 > shot.toml
     lanternfish render shot.toml --exposure 1
 
 Units: metres, degrees, candela, lux. +y is up.
 The last line of standard output is the image's path.";
 
-/// What a run may read and take. For every subcommand, and for the command line alone: no shot decides it.
+/// Limits on what a run may read and how much memory it may take. Every subcommand has them, on the command line alone: no shot
+/// sets them.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Files from strangers")]
 pub struct TrustArgs {
-    /// Reads nothing outside the scene's folder, whatever the scene names and wherever links lead. (Without it a scene may
-    /// name any file that you can read.) What the command line and a shot name is read all the same.
+    /// Reads nothing outside the scene's folder, through links either. Without it a scene may name any file that you can read.
+    /// Files that the command line or a shot names are always read.
     #[arg(long, global = true, hide_short_help = true)]
     pub confine: bool,
-    /// Most memory to take, in bytes or as 500M, 4G: what needs more ends with an error that says how much. Without it: what
-    /// the machine has free.
+    /// Most memory to take, in bytes or as 500M, 4G. A run that needs more ends with an error that states the amount. Without
+    /// it: the machine's free memory.
     #[arg(long, global = true, value_name = "BYTES", value_parser = parse::bytes, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub memory_limit: Option<u64>,
 }
 
 impl TrustArgs {
-    /// Holds for this process from now on. To be said once, before anything is read.
+    /// Applies these limits to the process. Call it once, before anything is read.
     pub fn obey(self) {
         scene::trust(self.confine, self.memory_limit);
     }
@@ -84,23 +85,23 @@ impl TrustArgs {
 /// All flags of `render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// What is rendered.
+    /// The scene.
     #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, a shot (.toml), or a built-in scene: {}", demos()))]
     pub scene: SceneName,
 
-    /// The image, and its size.
+    /// The image and its size.
     #[command(flatten, next_help_heading = "Output")]
     pub output: OutputArgs,
-    /// Which scene of the file.
+    /// The scene of the file.
     #[command(flatten, next_help_heading = "View")]
     pub part: PartArgs,
     /// The camera.
     #[command(flatten, next_help_heading = "View")]
     pub view: ViewArgs,
-    /// One eye or two.
+    /// Mono or stereo.
     #[command(flatten, next_help_heading = "View")]
     pub stereo: StereoArgs,
-    /// One moment, or a sequence.
+    /// A single frame or a sequence.
     #[command(flatten, next_help_heading = "Track (and what moves)")]
     pub track: TrackArgs,
     /// Lights and environment.
@@ -115,12 +116,12 @@ pub struct RenderArgs {
     /// Indirect light and occlusion.
     #[command(flatten, next_help_heading = "Indirect (light)")]
     pub indirect: IndirectArgs,
-    /// The adapter, and what is printed.
+    /// The adapter and the console output.
     #[command(flatten, next_help_heading = "Run")]
     pub run: RunArgs,
 }
 
-/// `render`, by itself.
+/// The command `render` alone.
 pub(crate) fn render_command() -> Command {
     lanternfish_papers::register();
     let command =
@@ -128,7 +129,7 @@ pub(crate) fn render_command() -> Command {
     RenderArgs::augment_args(command).args_override_self(true)
 }
 
-/// The flags of `render`, which `help render` tells of.
+/// The flags of `render`; `help render` describes them.
 #[derive(Debug)]
 pub(crate) struct ShotArgs(pub RenderArgs);
 
@@ -157,8 +158,8 @@ impl FromArgMatches for ShotArgs {
 pub struct OutputArgs {
     /// The image: .png (tone-mapped) or .exr (linear).
     ///
-    /// Its ending chooses the format: .png (tone-mapped) or .exr (linear, scene-referred, half floats). Without it: the scene's
-    /// (or shot's) name with .png, in the current folder.
+    /// Its ending chooses the format: .png (tone-mapped) or .exr (linear, scene-referred, half floats). Without it: the name of
+    /// the scene or shot with .png, in the current folder.
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Width and height of the image, pixels.
@@ -167,7 +168,7 @@ pub struct OutputArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
-    /// Shows the finished image in a window; of a sequence, the last one.
+    /// Opens the image in a window when it is ready; of a sequence, the last frame.
     #[arg(long)]
     pub open: bool,
 }
@@ -175,7 +176,7 @@ pub struct OutputArgs {
 /// The flag that chooses a scene of a file.
 #[derive(Debug, Args)]
 pub struct PartArgs {
-    /// A scene of the file, by name or number. Default: the file's default scene.
+    /// A scene of the file, by name or index. Without it: the file's default scene.
     #[arg(long = "scene", value_name = "NAME|INDEX", value_parser = NonEmptyStringValueParser::new())]
     #[arg(allow_hyphen_values = true, hide_short_help = true)]
     pub scene_of_file: Option<String>,
@@ -186,26 +187,26 @@ pub struct PartArgs {
 pub struct ViewArgs {
     /// Camera position, world space, m.
     ///
-    /// Without --target it looks the way it did.
+    /// Without --target the camera keeps its direction.
     #[arg(long, value_name = "x,y,z", value_parser = parse::position, allow_hyphen_values = true)]
     pub eye: Option<Vec3>,
     /// Point that the camera looks at, world space, m.
     #[arg(long, value_name = "x,y,z", value_parser = parse::position, allow_hyphen_values = true)]
     pub target: Option<Vec3>,
-    /// Vertical angle of view, degrees.
+    /// Vertical field of view, degrees.
     ///
-    /// Without it: the camera's, or 45.
+    /// Without it: that of the camera, or 45.
     #[arg(long, value_name = "DEG", value_parser = parse::fov_y, allow_hyphen_values = true)]
     pub fov_y: Option<f32>,
-    /// A camera of the file, by name or by number.
+    /// A camera of the file, by name or index.
     ///
-    /// `lanternfish info` lists them. Without it: the first of the file, or one that sees the whole scene from the front, a
-    /// little from the right and above; a closed interior, from inside.
+    /// `lanternfish info` lists them. Without it: the first camera of the file. A file without cameras is framed from the
+    /// front, a little from the right and above; a closed interior is seen from inside.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub camera: Option<String>,
-    /// Shows the whole scene from one side, instead of a camera of the file.
+    /// Frames the complete scene from one side, without the file's cameras.
     ///
-    /// The scene fills 80 % of the image along its tighter side.
+    /// The scene's bounding box fills 80 % of the tighter side of the image.
     #[arg(long, value_name = "SIDE", value_parser = choice::<Viewpoint>())]
     #[arg(conflicts_with_all = ["eye", "target", "camera"])]
     pub view: Option<Viewpoint>,
@@ -214,14 +215,13 @@ pub struct ViewArgs {
 /// Flags of stereo images.
 #[derive(Debug, Args)]
 pub struct StereoArgs {
-    /// Stereo: vive (HTC Vive), parallel or parallel:METRES (both eyes look parallel to the camera), or
-    /// l,r,b,t,METRES with ,DEGREES if they are turned:
-    /// slopes of the left eye's sides, mirrored for the right one, the distance of the eyes, and how far each is turned out.
-    /// --size is that of one eye.
+    /// Renders in stereo: vive (HTC Vive), parallel or parallel:METRES (both eyes have the camera's direction), or
+    /// l,r,b,t,METRES with ,DEGREES for canted eyes: slopes of the left eye's frustum sides, mirrored for the right eye,
+    /// distance between the eyes, and outward rotation of each eye. --size is that of one eye.
     #[arg(long, value_name = "EYES", value_parser = crate::stereo::eyes, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub stereo: Option<Eyes>,
-    /// How the two eyes' images become one file.
+    /// Layout of the two eyes' images in one file.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = StereoLayout::default(), hide_short_help = true)]
     pub stereo_layout: StereoLayout,
 }
@@ -229,30 +229,29 @@ pub struct StereoArgs {
 /// Flags of a run.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// The adapter to render on: a part of its name, gpu or cpu.
+    /// The adapter: a part of its name, gpu or cpu.
     ///
     /// gpu is a graphics card, cpu a software adapter. Without it: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
-    /// Where the rain of --lights falls: another seed, other places and colours; the same seed, the same image.
-    /// Nothing else is random.
+    /// Seed of --lights rain: positions and colours of the lights. The same seed gives the same image. Nothing else is random.
     #[arg(long, value_name = "N", default_value_t = 0, allow_hyphen_values = true, hide_short_help = true)]
     pub seed: u32,
-    /// Prints what each pass cost, and what it counted.
+    /// Prints the time and counters of each pass.
     #[arg(long)]
     pub timings: bool,
-    /// Writes passes, counters, adapter, settings, seconds and peak memory as JSON.
+    /// Writes passes, counters, adapter, settings, time (s) and peak memory as JSON.
     #[arg(long, value_name = "FILE.json", hide_short_help = true)]
     pub report: Option<PathBuf>,
-    /// Says nothing but errors and the image's path.
+    /// Prints only errors and the image's path.
     #[arg(short, long)]
     pub quiet: bool,
-    /// Tells a farm how far a sequence is, on standard output, frame by frame.
+    /// Reports the progress of a sequence to a render farm, on standard output, frame by frame.
     #[arg(long, value_name = "NAME", value_enum, hide_short_help = true)]
     pub progress: Option<ToldTo>,
 }
 
-/// The built-in scenes as they are named on the command line.
+/// The names of the built-in scenes on the command line.
 pub(crate) fn demos() -> String {
     DEMOS.iter().map(|name| format!("demo:{name}")).collect::<Vec<_>>().join(", ")
 }
@@ -268,17 +267,17 @@ pub fn adapter(text: &str) -> Result<AdapterChoice, String> {
 }
 
 impl RenderArgs {
-    /// The arguments that these words say, after `lanternfish render`.
+    /// Parses words as the arguments of `lanternfish render`.
     pub(crate) fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         Self::from_arg_matches(&render_command().no_binary_name(true).try_get_matches_from(words)?)
     }
 
-    /// The library's settings as these flags choose them.
+    /// The library's settings that these flags choose.
     pub fn settings(&self) -> Settings {
         self.settings_of(self.technique.accumulate)
     }
 
-    /// The same where an image is the mean of so many frames, whatever `--accumulate` says.
+    /// The same for an image that averages `frames` frames, instead of the count of `--accumulate`.
     pub fn settings_of(&self, frames: u32) -> Settings {
         let technique = &self.technique;
         Settings {

@@ -1,4 +1,4 @@
-//! From flags and a scene's cameras to one camera.
+//! Chooses the camera from the flags and the scene's cameras.
 
 use std::cell::LazyCell;
 
@@ -7,18 +7,18 @@ use lanternfish_scene::{Bounds, Camera, Projection, Scene, near_plane};
 
 use crate::{args::ViewArgs, error::CliError};
 
-/// Vertical angle of view where neither file nor flags say one: 45°, that of a 50 mm lens held upright.
+/// Vertical field of view if neither file nor flags set one: 45°, that of a 50 mm lens held upright.
 const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 
-/// The camera the flags ask for: `--camera` or `--view`, else the file's first, else one that sees the whole scene; moved,
-/// turned and zoomed by `--eye`, `--target` and `--fov-y`. `aspect` is width / height.
+/// The camera that the flags request: `--camera` or `--view`, else the file's first, else one that frames the whole scene.
+/// `--eye`, `--target` and `--fov-y` then move, rotate and zoom it. `aspect` is width / height.
 pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, CliError> {
     choose_within(scene, &LazyCell::new(|| scene.bounds()), flags, aspect).map(|(camera, _)| camera)
 }
 
-/// As [`choose`], for every view of a sequence; and whether one of them is inside a room where nobody said so.
+/// As [`choose`], for every view of a sequence. The flag is true if a camera was placed inside a closed interior by default.
 pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<(Vec<Camera>, bool), CliError> {
-    // Every vertex is looked at for the box, so that is done once.
+    // Computing the bounds visits every vertex, so do it once.
     let bounds = LazyCell::new(|| scene.bounds());
     let chosen = views.iter().map(|flags| choose_within(scene, &bounds, flags, aspect));
     let chosen = chosen.collect::<Result<Vec<_>, _>>()?;
@@ -26,14 +26,14 @@ pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<(Ve
     Ok((chosen.into_iter().map(|(camera, _)| camera).collect(), is_inside))
 }
 
-/// What is said where nobody chose a camera and the scene is a room.
-pub(crate) const INSIDE: &str = "a closed interior, looked at from inside; --eye and --target choose another place, --view iso \
+/// Note for a closed interior whose camera was placed by default.
+pub(crate) const INSIDE: &str = "a closed interior, seen from inside; --eye and --target choose another viewpoint, --view iso \
                           shows it from outside";
 
-/// What `flags` take at another time, where all else that they choose by is as it was: a camera of the file that has moved in
-/// `scene` since it was `chosen`, which stays what it is otherwise.
+/// The camera of `flags` at another time. Only a camera of the file moves: it takes its transform from `scene` and stays
+/// otherwise as it was `chosen`.
 ///
-/// What frames a scene frames it as it was chosen, so that an image does not sway with what moves in it.
+/// A camera that frames the scene keeps its first framing, so that the image does not sway with moving objects.
 pub(crate) fn follow(
     scene: &Scene,
     bounds: &Bounds,
@@ -61,7 +61,7 @@ fn choose_within<F: FnOnce() -> Bounds>(
         (Some(wanted), ..) => (named(scene, wanted)?.clone(), false),
         (None, Some(side), _) => (Camera::framing_scene(scene, Some(side), fov_y, aspect), false),
         (None, None, Some(camera)) => (camera.clone(), false),
-        // Only how it is turned may be left of it.
+        // Only its orientation may have been kept.
         (None, None, None) if is_placed => (Camera::framing(bounds, fov_y, aspect), false),
         (None, None, None) => Camera::overview(scene, flags.fov_y, aspect),
     };
@@ -76,7 +76,7 @@ fn choose_within<F: FnOnce() -> Bounds>(
             ));
         }
         camera.world_from_camera = Camera::look_at(eye, target, camera.projection).world_from_camera;
-        // The near plane of a file's camera belongs to where that camera stood.
+        // The near plane of a file's camera suits its original position only.
         if let Projection::Perspective { near, .. } = &mut camera.projection {
             *near = near.min(near_plane(bounds));
         }
@@ -91,7 +91,7 @@ fn choose_within<F: FnOnce() -> Bounds>(
     Ok((camera, is_inside))
 }
 
-/// A camera by name, else by number.
+/// A camera by name, else by index.
 fn named<'s>(scene: &'s Scene, wanted: &str) -> Result<&'s Camera, CliError> {
     let by_name = scene.cameras.iter().find(|camera| camera.name == wanted);
     let by_index = || wanted.parse().ok().and_then(|index: usize| scene.cameras.get(index));
@@ -100,8 +100,8 @@ fn named<'s>(scene: &'s Scene, wanted: &str) -> Result<&'s Camera, CliError> {
         if scene.cameras.is_empty() {
             return CliError::new(what, "the file has none; place one with --eye and --target");
         }
-        let known: Vec<_> = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} {:?}", c.name)).collect();
-        CliError::new(what, format!("there are {}", known.join(", ")))
+        let available: Vec<_> = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} {:?}", c.name)).collect();
+        CliError::new(what, format!("there are {}", available.join(", ")))
     })
 }
 
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn cameras_are_found_by_name_then_by_number() {
+    fn cameras_are_selected_by_name_then_by_index() {
         let find = |wanted: &str| choose(&scene(), &ViewArgs { camera: Some(wanted.to_owned()), ..flags() }, 1.0);
         assert_eq!(find("left").unwrap().name, "left");
         assert_eq!(find("1").unwrap().name, "0");
@@ -157,7 +157,7 @@ mod tests {
         assert!(forward(&sides(Viewpoint::Top)).abs_diff_eq(Vec3::NEG_Y, 1e-6));
         let zoomed = ViewArgs { view: Some(Viewpoint::Front), fov_y: Some(0.3), ..flags() };
         let zoomed = choose(&scene(), &zoomed, 1.0).unwrap();
-        // The farther away, the smaller the angle: it is framed by it.
+        // Framing adapts the distance to the field of view: smaller angle, larger distance.
         assert!(zoomed.eye().length() > 2.0 * sides(Viewpoint::Front).eye().length());
     }
 

@@ -1,4 +1,4 @@
-//! The program `lanternfish`: its commands, and what each of them runs.
+//! The program `lanternfish`: its commands and their entry points.
 
 use std::{ffi::OsString, process::ExitCode, time::Instant};
 
@@ -29,7 +29,7 @@ Examples:
 
 `lanternfish help render` shows the flags of every day, `lanternfish help render --all` every flag.";
 
-/// Renders scenes with thousands of lights and ray-traced shadows, on any GPU, or none.
+/// Renders scenes with thousands of lights and ray-traced shadows, on any GPU or none.
 #[derive(Debug, Parser)]
 #[command(name = "lanternfish", version, after_help = EXAMPLES, max_term_width = 100, arg_required_else_help = true)]
 #[command(disable_help_flag = true, disable_help_subcommand = true, arg = help::flag("lanternfish"))]
@@ -44,84 +44,83 @@ pub struct Cli {
 pub enum Command {
     /// Renders a scene to a PNG or EXR file.
     ///
-    /// The last use of a repeated flag counts; --point, --disk and --rectangle add a light each time.
+    /// The last value of a repeated flag counts; --point, --disk and --rectangle add a light each time.
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
     #[command(after_help = RENDER_SHORT_HELP, after_long_help = RENDER_HELP, args_override_self = true)]
     Render(Box<RenderArgs>),
-    /// Opens a window on a scene: fly through it, change every setting, see what each pass costs.
+    /// Opens a window on a scene: fly through it, change every setting, see the time of each pass.
     ///
-    /// Takes the flags of `render`; without a scene it shows the built-in atrium.
+    /// Takes the flags of `render`. Without a scene it shows the built-in atrium.
     #[command(after_help = window::HELP, args_override_self = true)]
     #[command(
         override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]\n       \
         lanternfish view IMAGE [IMAGE...]"
     )]
     View(Box<WindowArgs>),
-    /// Prints a shot: a file that renders what these flags render, with every flag as a key.
+    /// Prints a shot: a file that stores these flags of `render`, with every flag as a key.
     ///
     /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder.
     #[command(after_help = shot::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish shot [OPTIONS OF render] <SCENE>")]
     Shot(Box<ShotArgs>),
-    /// Says which frames of a sequence are there and whole, and names the others.
+    /// Lists the complete, broken and missing frames of a sequence.
     ///
-    /// Every pixel is decoded, and sizes are compared with what is requested. Exits with 0 if all are whole, else with 1.
+    /// Decodes every pixel and compares the sizes with the requested one. Exits with 0 if all frames are complete, else with 1.
     #[command(after_help = frames::HELP, args_override_self = true)]
     Frames(Box<FramesArgs>),
-    /// Writes a job that renders a sequence on many machines, for Open Job Description.
+    /// Writes an Open Job Description job that renders a sequence on many machines.
     ///
-    /// The job renders chunks of frames, in any order and at once, and verifies them with `lanternfish frames`.
+    /// The job renders chunks of frames in parallel and in any order, and verifies them with `lanternfish frames`.
     #[command(after_help = farm::HELP)]
     Farm(FarmArgs),
-    /// Traces every path light takes, on the processor: the ground truth of an image.
+    /// Path-traces the ground truth of an image on the CPU.
     ///
-    /// Takes what `render` takes. What a shot says of culling, shadows and the like has no meaning here and is left aside, as
-    /// is the shot's output.
+    /// Takes the flags of `render`. Ignores a shot's culling, shadows and other real-time techniques, and its output.
     #[command(after_help = reference::HELP, args_override_self = true)]
     Reference(Box<ReferenceArgs>),
-    /// Adds up parts of one ground truth, traced on many machines: the same file as traced at once.
+    /// Merges parts of one ground truth, traced on many machines. The result equals that of a single run.
     #[command(after_help = reference::merge::HELP)]
     Merge(MergeArgs),
-    /// Checks this machine: which adapters and techniques it has, whether images are right, how fast it is.
+    /// Checks this machine: its adapters and techniques, correct images, speed.
     ///
-    /// Renders small built-in scenes by every technique and compares them with a path tracer on the processor; times rays, sorting and
-    /// the passes of a fixed frame. Takes three minutes at most without a graphics card, 40 seconds with --quick.
+    /// Renders small built-in scenes with every technique and compares them with a path tracer on the CPU; times rays, sorting
+    /// and the passes of a fixed frame. Takes at most 3 minutes without a graphics card, 40 seconds with --quick.
     #[command(after_help = doctor::HELP)]
     Doctor(DoctorArgs),
-    /// Prints what a scene holds, or which adapters can render it.
+    /// Prints the contents of a scene, or the adapters that can render it.
     Info(InfoArgs),
-    /// Says how two images differ: in numbers, in an image, and by its exit code.
+    /// Compares two images: error measures, an error map, and an exit code.
     ///
     /// A is the image under test, B the reference.
     #[command(after_help = compare::HELP)]
     Compare(Box<CompareArgs>),
-    /// Plays a camera track frame by frame: what every pass takes, what every frame counts, and what became slower.
+    /// Plays a camera track frame by frame: times of every pass, counters of every frame, and regressions.
     ///
-    /// Takes the flags of `render`. Times are of --runs equal runs, in which nothing is read back; counts and images' hashes are of
-    /// one run of their own. Writes report.html with plots, report.json, passes.csv and counts.csv.
+    /// Takes the flags of `render`. Times come from --runs equal runs without readback; counters and image hashes come from one
+    /// separate run. Writes report.html with plots, report.json, passes.csv and counts.csv.
     #[command(after_help = replay::HELP, args_override_self = true)]
     Replay(Box<ReplayArgs>),
-    /// Shows the scene as sorted rays: deep images as points in the scene, by layers, or by how many surfaces each texel holds.
+    /// Shows deep images of the scene: as points, by layers, or by the number of fragments per texel.
     ///
-    /// Takes the camera of `render`. What a shot says of lights, look and technique has no meaning here and is left aside, as is
-    /// the shot's output.
+    /// Takes the camera of `render`. Ignores a shot's lights, look and technique, and its output.
     #[command(after_help = deep_images::HELP, args_override_self = true)]
     DeepImages(Box<DeepImagesArgs>),
-    /// Is a program of its own, `lanternfish-bench`.
+    /// Points to the separate program `lanternfish-bench`.
     #[command(hide = true)]
     Bench(BenchArgs),
-    /// Prints this, or the help of a command.
+    /// Prints the help of a command.
     Help(HelpArgs),
 }
 
-/// What was said after `bench`.
+/// The words after `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
     words: Vec<OsString>,
 }
 
-/// The program `lanternfish`, from this process's arguments to its exit code. To be called first in `main`.
+/// The entry point of the program `lanternfish`: runs the process's arguments and returns its exit code. Call it first in
+/// `main`.
 pub fn main() -> ExitCode {
     let started = Instant::now();
     program::run(|cli: Cli, matches| {
@@ -130,7 +129,7 @@ pub fn main() -> ExitCode {
     })
 }
 
-/// Runs a command. `said`: its arguments as they were given, for what knows them from defaults.
+/// Runs a command. `said` holds the arguments as given, to tell them from defaults.
 fn run(cli: Cli, said: &ArgMatches, started: Instant) -> ExitCode {
     cli.trust.obey();
     told(match cli.command {
@@ -155,8 +154,8 @@ fn run(cli: Cli, said: &ArgMatches, started: Instant) -> ExitCode {
     })
 }
 
-/// Benches are in another program, which users need not have.
+/// Benches are in a separate program, which users need not have.
 fn not_here(args: &BenchArgs) -> CliError {
     let words: String = args.words.iter().map(|word| format!(" {}", word.display())).collect();
-    CliError::new("bench: benches are a program of their own", format!("run `lanternfish-bench{words}`"))
+    CliError::new("bench: benches are a separate program", format!("run `lanternfish-bench{words}`"))
 }

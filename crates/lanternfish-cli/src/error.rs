@@ -1,4 +1,4 @@
-//! The one error a run ends with: what, where, and what to do.
+//! The error type of the command line: the fault, its location, and a hint.
 
 use std::{
     backtrace::{Backtrace, BacktraceStatus},
@@ -19,24 +19,24 @@ use crate::{flags::as_flags, output::has_ending};
 /// Why the program stops.
 #[derive(Debug)]
 pub enum CliError {
-    /// Something a user can do something about.
+    /// An error that the user can act on.
     Failed {
-        /// What went wrong, and where.
+        /// The fault and its location.
         what: String,
-        /// What to do, as a sentence without capital and full stop.
+        /// The remedy, as a sentence without capital letter and full stop.
         hint: String,
     },
-    /// Standard output was closed by its reader: not an error.
+    /// The reader closed standard output. This is not a failure.
     ReaderGone,
 }
 
 impl CliError {
-    /// What went wrong and where, and what to do about it; see [`CliError::Failed`].
+    /// Creates an error from a fault and a hint; see [`CliError::Failed`].
     pub fn new(what: impl fmt::Display, hint: impl Into<String>) -> Self {
         Self::Failed { what: what.to_string(), hint: hint.into() }
     }
 
-    /// What went wrong, in a line, without what to do.
+    /// The fault in one line, without the hint.
     pub fn what(&self) -> String {
         match self {
             Self::Failed { what, .. } => what.clone(),
@@ -44,7 +44,7 @@ impl CliError {
         }
     }
 
-    /// An error of writing to standard output.
+    /// Converts an error of writing to standard output.
     pub(crate) fn from_stdout(error: io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::ReaderGone,
@@ -73,7 +73,7 @@ impl From<SceneError> for CliError {
             SceneError::TooMuch { need, .. } => memory_hint(need),
             SceneError::Outside { .. } => "put the file into the scene's folder, or leave --confine out",
             SceneError::UnknownFormat { .. } => {
-                "export the scene as glTF 2.0 (.glb), which every modelling program can"
+                "export the scene as glTF 2.0 (.glb), which most modelling programs support"
             }
             SceneError::UnknownEnvironmentFormat { .. } => {
                 "save it as Radiance (.hdr) or OpenEXR (.exr); a constant background is --sky"
@@ -94,15 +94,15 @@ impl From<SceneError> for CliError {
     }
 }
 
-/// What to do where memory is short.
+/// A hint for lack of memory.
 pub(crate) fn memory_hint(need: &TooMuch) -> &'static str {
     match need.limit {
         Some(_) => "allow more with a larger --memory-limit, or choose a smaller file",
-        None => "free memory, or choose a smaller file; --memory-limit sets another limit than what is free",
+        None => "free memory, or choose a smaller file; --memory-limit replaces the limit, which is the free memory",
     }
 }
 
-/// Whether it is a file that only [`lanternfish_scene::Environment`] is read from.
+/// True if only [`lanternfish_scene::Environment`] reads this file type.
 fn is_environment(path: &Path) -> bool {
     has_ending(path, "hdr") || has_ending(path, "exr")
 }
@@ -110,11 +110,11 @@ fn is_environment(path: &Path) -> bool {
 impl From<GpuError> for CliError {
     fn from(error: GpuError) -> Self {
         let hint = match &error {
-            // These messages say what to do themselves.
-            GpuError::NoAdapter => "`cargo xtask demo` installs one; `lanternfish info --adapters` lists what is there",
+            // These messages contain their own hint.
+            GpuError::NoAdapter => "`cargo xtask demo` installs one; `lanternfish info --adapters` lists the adapters",
             GpuError::UnknownAdapter { .. } => "`lanternfish info --adapters` lists them; a part of the name is enough",
             GpuError::NoHardware { .. } => {
-                "install the card's driver; `lanternfish info --adapters` lists what is found, and --adapter cpu takes software"
+                "install the card's driver; `lanternfish info --adapters` lists the adapters, and --adapter cpu selects software"
             }
             GpuError::Device { .. } => "choose another adapter with --adapter; --adapter cpu is the safest",
             GpuError::TooLarge { .. } => {
@@ -147,7 +147,7 @@ impl From<ReferenceError> for CliError {
         let hint = match &error {
             ReferenceError::TooMuch(need) => memory_hint(need),
             ReferenceError::InvalidScene { .. } => "this is a bug of Lanternfish; please report it with the scene",
-            // The others say what may be given.
+            // The other messages state the valid values.
             _ => "",
         };
         Self::new(&error, hint)
@@ -156,21 +156,21 @@ impl From<ReferenceError> for CliError {
 
 impl From<MetricsError> for CliError {
     fn from(error: MetricsError) -> Self {
-        Self::new(&error, "check that the disk has room and the folder can be written to")
+        Self::new(&error, "check that the disk has free space and the folder is writable")
     }
 }
 
-/// Prints a line to standard error. Where that is full or closed there is nobody left to tell, so failing is no error.
+/// Prints a line to standard error. A failure is ignored, because nothing is left to report it to.
 pub fn say(what: &dyn fmt::Display) {
     let _ = writeln!(io::stderr(), "{what}");
 }
 
-/// A panic is a bug of ours: it is reported like any other error, with what is needed to report it.
+/// A panic is a bug in Lanternfish. It is reported like any other error, with the details for a bug report.
 pub(crate) fn install_panic_message() {
     panic::set_hook(Box::new(|info| {
         let message = info.payload_as_str().unwrap_or("no message");
-        let place = info.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();
-        let what = format!("internal error: {message}{place}");
+        let location = info.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();
+        let what = format!("internal error: {message}{location}");
         let hint = "this is a bug of Lanternfish; please report it with the command line and the scene";
         say(&CliError::new(what, hint));
         let backtrace = Backtrace::capture();
@@ -185,9 +185,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hint_does_not_blame_what_is_not_at_fault() {
+    fn hints_name_only_possible_causes() {
         let hint = |error: GpuError| CliError::from(error).to_string().split_once("hint: ").unwrap().1.to_owned();
-        // Buffers grow with the scene's geometry, its lights, or the image: the label alone does not tell which.
+        // Buffers grow with the geometry, the lights or the image, and the label does not tell which.
         let buffer = hint(GpuError::TooLarge { what: "scene/positions".to_owned(), needed: 2, limit: 1 });
         for word in ["--size", "lights", "simpler scene", "--adapter"] {
             assert!(buffer.contains(word), "{buffer}");

@@ -1,4 +1,4 @@
-//! `lanternfish farm`: a sequence as a job for many machines, in the words of Open Job Description.
+//! `lanternfish farm`: writes a sequence as an Open Job Description job for many machines.
 
 use std::{
     fs, io,
@@ -18,7 +18,7 @@ use crate::{
 
 pub const HELP: &str = "\
 Examples:
-  240 frames in chunks of 10, as a job beside the shot, and the job on this machine:
+  240 frames in chunks of 10, as a job beside the shot, then run on this machine:
     lanternfish farm shot.toml --frames 1-240 --chunk 10 -o job.yaml
     openjd run job.yaml
 
@@ -30,21 +30,21 @@ one.";
 pub struct FarmArgs {
     #[arg(help = format!("What is rendered: a shot (.toml), a scene's file, or {}", demos()))]
     pub scene: SceneName,
-    /// Which frames: A-B.
+    /// Frame range: A-B.
     #[arg(id = "wanted", long = "frames", value_name = "A-B", value_parser = parse::span)]
     pub wanted: Span<u32>,
-    /// Frames that a machine renders in one go: it loads the scene and compiles its shaders once for all of them.
+    /// Frames per task. A machine loads the scene and compiles the shaders once per task.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=99_999))]
     pub chunk: u32,
-    /// Frames a second, where the shot does not say.
+    /// Frames per second, if the shot does not set them.
     #[arg(id = "rate", long = "fps", value_name = "N", value_parser = parse::fps)]
     pub fps: Option<f32>,
-    /// The images, frame numbers put before the ending: what `render` calls --output. Without it: as the shot says, or its name with
-    /// .png.
+    /// The images, with the frame number before the extension: --output of `render`. Without it: as in the shot, or the shot's
+    /// name with .png.
     #[arg(long = "image", alias = "picture", value_name = "FILE")]
     pub rendering: Option<PathBuf>,
-    /// The job's file. Shot and images must lie in its folder, or below. Without it: standard output, for a file in the
-    /// current folder.
+    /// The job's file. Shot and images must lie in its folder or below. Without it: standard output, for a file in the current
+    /// folder.
     #[arg(id = "job", short = 'o', long = "output", value_name = "FILE.yaml")]
     pub output: Option<PathBuf>,
 }
@@ -80,16 +80,16 @@ pub fn run(args: &FarmArgs) -> Result<(), CliError> {
     }
 }
 
-/// `path` relative to `folder`, with slashes. Templates take no file elsewhere: a job could then read or write anything.
+/// `path` relative to `folder`, with slashes. Paths outside the folder are refused: a job could read or write any file.
 fn below(folder: &Path, path: &Path) -> Result<String, CliError> {
-    let whole = |path: &Path| -> io::Result<PathBuf> {
+    let canonical = |path: &Path| -> io::Result<PathBuf> {
         let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         Ok(fs::canonicalize(parent)?.join(path.file_name().unwrap_or_default()))
     };
     let failed =
         |error: io::Error| CliError::new(format_args!("{}: {error}", path.display()), "create its folder first");
     let base = fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).map_err(failed)?;
-    let path = whole(path).map_err(failed)?;
+    let path = canonical(path).map_err(failed)?;
     let inner = path.strip_prefix(&base).ok().and_then(|inner| {
         inner.iter().map(|part| part.to_str()).collect::<Option<Vec<_>>>().map(|parts| parts.join("/"))
     });
@@ -101,9 +101,9 @@ fn below(folder: &Path, path: &Path) -> Result<String, CliError> {
     })
 }
 
-/// The job. Paths are relative to it.
+/// The job template. Its paths are relative to the job's file.
 fn template(args: &FarmArgs, shot: &str, rendering: &str, is_file: bool) -> String {
-    // A string of JSON is one of YAML.
+    // A JSON string is also a YAML string.
     let quoted = |text: &str| serde_json::to_string(text).expect("text");
     let (wanted, chunk) = (args.wanted, args.chunk);
     let name: String =
@@ -127,7 +127,7 @@ parameterDefinitions:
     type: {kind}
     default: {shot}
   - name: Image
-    description: The images. A frame's number goes before the ending.
+    description: The images. The frame number goes before the extension.
     type: PATH
     objectType: FILE
     dataFlow: OUT
@@ -137,12 +137,12 @@ parameterDefinitions:
     type: STRING
     default: "{wanted}"
   - name: Chunk
-    description: Frames that a machine renders in one go.
+    description: Frames per task.
     type: INT
     minValue: 1
     default: {chunk}
   - name: Lanternfish
-    description: The program, as the machines that render find it.
+    description: Path of the program on the render machines.
     type: STRING
     default: lanternfish
 steps:

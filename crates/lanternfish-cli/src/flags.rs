@@ -1,6 +1,6 @@
-//! The library's texts name settings in backticks, by name and value: `shadows bvh`. On the command line they are flags.
+//! Converts settings in the library's texts to flags. The texts name settings in backticks, by name and value: `shadows bvh`.
 
-/// A text of the library with its settings as flags: `--shadows bvh`.
+/// Replaces settings in a text of the library with flags: `--shadows bvh`.
 pub fn as_flags(text: &str) -> String {
     let mut parts = text.split('`');
     let mut words = parts.next().unwrap_or_default().to_owned();
@@ -17,7 +17,7 @@ pub fn as_flags(text: &str) -> String {
     words
 }
 
-/// Whether it is a setting's name, alone or with a value.
+/// True for a setting's name, alone or with a value.
 fn is_setting(quoted: &str) -> bool {
     let mut words = quoted.split(' ');
     let name = words.next().unwrap_or_default();
@@ -36,7 +36,7 @@ mod tests {
     use crate::cli::Cli;
 
     #[test]
-    fn settings_are_flags_and_all_else_stays() {
+    fn settings_become_flags_and_other_text_is_unchanged() {
         for (text, expected) in [
             (
                 "`shadows ray-query` needs ray queries; use `shadows bvh`",
@@ -53,7 +53,7 @@ mod tests {
         }
     }
 
-    /// The string literals of a source file, without those of its comments. A literal that goes on in the next line is one.
+    /// The string literals of a source file, without comments. A literal over several lines counts as one.
     fn literals(source: &str) -> Vec<String> {
         let code = source.lines().filter(|line| !line.trim_start().starts_with("//"));
         let joined = code.fold(String::new(), |text, line| match text.strip_suffix('\\') {
@@ -64,23 +64,23 @@ mod tests {
     }
 
     #[test]
-    fn literals_of_several_lines_are_read_whole() {
+    fn literals_may_span_several_lines() {
         let source = "let a = \"use `shadows \\\n             bvh` or\";\n// \"a comment\"\nlet b = \"--flag\";";
         assert_eq!(literals(source), ["use `shadows bvh` or", "--flag"]);
     }
 
-    fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
+    fn sources(folder: &Path, files: &mut Vec<(String, String)>) {
         for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
             let path = entry.path();
             if path.is_dir() {
-                sources(&path, found);
+                sources(&path, files);
             } else if path.extension().is_some_and(|ending| ending == "rs") {
-                found.push((path.display().to_string(), fs::read_to_string(&path).unwrap()));
+                files.push((path.display().to_string(), fs::read_to_string(&path).unwrap()));
             }
         }
     }
 
-    /// What the library calls a setting is a flag of `render`, and it speaks of no flags.
+    /// Every setting that the library's texts name is a flag of `render`, and the texts name no flags.
     #[test]
     fn every_setting_that_the_library_names_is_a_flag() {
         lanternfish_papers::register();

@@ -1,4 +1,4 @@
-//! `lanternfish frames`: which frames of a sequence are there and whole.
+//! `lanternfish frames`: lists the complete, broken and missing frames of a sequence.
 
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use rayon::prelude::*;
@@ -15,31 +15,30 @@ use crate::{
 
 pub const HELP: &str = "\
 Examples:
-  Whether a sequence is complete, and what is not:
+  Check whether a sequence is complete:
     lanternfish frames shot.toml 1-240
-  What is missing is rendered, and nothing else:
+  Render only the missing frames:
     lanternfish render shot.toml --frames 1-240 --skip-existing
 
 Each frame that is missing or broken is a line of standard output; the last line counts those that
-are whole.";
+are complete.";
 
 #[derive(Debug, Args)]
 pub struct FramesArgs {
-    #[arg(help = format!("The scene or the shot that the frames are of, as `render` is given it: a file, or {}", demos()))]
+    #[arg(help = format!("The scene or shot of the frames, as for `render`: a file, or {}", demos()))]
     pub scene: SceneName,
-    /// Which frames: A-B, or one.
+    /// Frame range: A-B, or one frame.
     #[arg(value_name = "A-B", value_parser = parse::span)]
     pub wanted: Span<u32>,
     #[command(flatten)]
     pub shared: ImageArgs,
 }
 
-/// The flags of `render` that say which file an image is, and how large. Their values come through the shot, which reads
-/// them again.
+/// The flags of `render` that set an image's file and size. The shot parses their values again.
 #[derive(Debug)]
 pub struct ImageArgs;
 
-/// These flags, by id.
+/// The ids of these flags.
 const SHARED: [&str; 5] = ["output", "size", "stereo", "stereo_layout", "debug_view"];
 
 impl Args for ImageArgs {
@@ -64,7 +63,7 @@ impl FromArgMatches for ImageArgs {
     }
 }
 
-/// Says what is not whole, and gives what the process exits with: 0 where all is.
+/// Prints the broken and missing frames. Returns the exit code: 0 if all frames are complete.
 pub fn run(args: &FramesArgs, said: &ArgMatches) -> Result<u8, CliError> {
     let shot = shot::resolve(&args.scene, said)?;
     let flags = &shot.args;
@@ -85,7 +84,7 @@ pub fn run(args: &FramesArgs, said: &ArgMatches) -> Result<u8, CliError> {
             Fault::Broken(why) => format!("broken   {why}\n"),
         };
     }
-    text += &format!("{} of {} frames are whole", numbers.len() - faults.len(), numbers.len());
+    text += &format!("{} of {} frames are complete", numbers.len() - faults.len(), numbers.len());
     let others: Vec<_> = faults.iter().map(|(number, ..)| *number).collect();
     if !others.is_empty() {
         text += &format!("; not {}", spans(&others));
@@ -94,7 +93,7 @@ pub fn run(args: &FramesArgs, said: &ArgMatches) -> Result<u8, CliError> {
     Ok(u8::from(!faults.is_empty()))
 }
 
-/// Ascending numbers as ranges: `1-3, 7`.
+/// Formats ascending numbers as ranges: `1-3, 7`.
 fn spans(numbers: &[u32]) -> String {
     let runs = numbers.chunk_by(|a, b| a + 1 == *b);
     let spans = runs.map(|run| match run {
@@ -105,7 +104,7 @@ fn spans(numbers: &[u32]) -> String {
 }
 
 #[test]
-fn numbers_that_follow_each_other_are_ranges() {
+fn consecutive_numbers_form_ranges() {
     assert_eq!(spans(&[1, 2, 3, 7, 9, 10]), "1-3, 7, 9-10");
     assert_eq!(spans(&[0]), "0");
 }

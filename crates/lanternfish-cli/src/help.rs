@@ -1,7 +1,7 @@
-//! `lanternfish help`: what every day needs, or everything.
+//! `lanternfish help`: the common flags of a command, or all flags.
 //!
-//! A flag that only research asks for says so where it is declared, by `hide_short_help`: `--help` and `help COMMAND` leave
-//! it out, `help COMMAND --all` has every flag with the meaning of every value.
+//! A flag that only research needs is declared with `hide_short_help`. `--help` and `help COMMAND` omit it; `help COMMAND
+//! --all` lists every flag and the meaning of every value.
 
 use std::io::{self, IsTerminal as _};
 
@@ -12,15 +12,15 @@ use crate::{error::CliError, output};
 /// Flags of `help`.
 #[derive(Debug, Args)]
 pub struct HelpArgs {
-    /// The command. Without it: the commands there are.
+    /// The command. Without it: lists the commands.
     #[arg(value_name = "COMMAND")]
     pub command: Vec<String>,
-    /// Every flag, and what each value means; without it: the flags of every day.
+    /// Lists every flag and the meaning of every value. Without it: the common flags.
     #[arg(long)]
     pub all: bool,
 }
 
-/// `--help` of every command of a program: clap's own would tell everything.
+/// The `--help` flag of every command of a program. It replaces clap's own, which would print every flag.
 pub fn flag(program: &str) -> Arg {
     Arg::new("help")
         .short('h')
@@ -28,24 +28,24 @@ pub fn flag(program: &str) -> Arg {
         .global(true)
         .action(ArgAction::HelpShort)
         .help_heading(None)
-        .help(format!("Prints this; `{program} help COMMAND --all` prints all there is"))
+        .help(format!("Prints help; `{program} help COMMAND --all` prints all flags"))
 }
 
-/// Prints the help of a program that was requested.
+/// Prints the help of a command of the program.
 pub fn run<C: CommandFactory>(args: &HelpArgs) -> Result<(), CliError> {
     let mut root = C::command();
     root.build();
     let mut command = &mut root;
     for name in &args.command {
-        let known = command.get_subcommands().filter(|known| !known.is_hide_set());
-        let known: Vec<_> = known.map(|known| known.get_name().to_owned()).collect();
-        let whole = command.get_bin_name().unwrap_or_else(|| command.get_name()).to_owned();
+        let commands = command.get_subcommands().filter(|command| !command.is_hide_set());
+        let names: Vec<_> = commands.map(|command| command.get_name().to_owned()).collect();
+        let path = command.get_bin_name().unwrap_or_else(|| command.get_name()).to_owned();
         command = command.find_subcommand_mut(name).ok_or_else(|| {
-            let hint = match known.is_empty() {
-                true => format!("{whole} has no commands of its own"),
-                false => format!("there are: {}", known.join(", ")),
+            let hint = match names.is_empty() {
+                true => format!("{path} has no subcommands"),
+                false => format!("there are: {}", names.join(", ")),
             };
-            CliError::new(format_args!("{whole} {name}: no such command"), hint)
+            CliError::new(format_args!("{path} {name}: no such command"), hint)
         })?;
     }
     let text = if args.all { command.render_long_help() } else { command.render_help() };
@@ -60,10 +60,10 @@ mod tests {
     use super::*;
     use crate::cli::Cli;
 
-    /// Lines of a terminal that is as high as a usual screen, and columns that text is wrapped at.
+    /// Height of a usual terminal, lines, and the column at which text is wrapped.
     const SCREEN: (usize, usize) = (60, 100);
 
-    /// The command of this name as the program has it, and its short and its long help.
+    /// The command of this name in the program, and its short and long help.
     fn help_of(name: &str) -> (Command, String, String) {
         let mut root = Cli::command().term_width(SCREEN.1);
         root.build();
@@ -72,7 +72,7 @@ mod tests {
         (command.clone(), short, long)
     }
 
-    /// True if a flag is in the list, not just spoken of.
+    /// True if a flag is listed, not only mentioned.
     fn lists(help: &str, flag: &str) -> bool {
         let is_flag = |line: &str| {
             let line = line.trim_start();
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn what_every_day_needs_fits_a_screen_and_all_is_there_for_who_asks() {
+    fn common_flags_fit_a_screen_and_all_lists_every_flag() {
         let (render, short, long) = help_of("render");
         let lines = short.lines().count();
         assert!(lines <= SCREEN.0, "{lines} lines:\n{short}");
@@ -98,22 +98,22 @@ mod tests {
             assert_eq!(lists(&short, name), !is_research, "--{name}:\n{short}");
             *if is_research { &mut research } else { &mut everyday } += 1;
         }
-        assert!(everyday >= 15 && research >= 15, "{everyday} and {research}: the division is gone");
+        assert!(everyday >= 15 && research >= 15, "{everyday} and {research}: the division is lost");
         for name in ["output", "size", "eye", "sun", "lights", "exposure", "quality"] {
             assert!(lists(&short, name), "--{name}:\n{short}");
         }
         for name in ["cluster-test", "ray-culling", "tile-size", "textures", "deep-directions"] {
             assert!(!lists(&short, name), "--{name}:\n{short}");
         }
-        // What values mean is told with all.
+        // Only `--all` prints the meaning of values.
         assert!(!short.contains("Fewest lights a pixel") && long.contains("Fewest lights a pixel"));
     }
 
     #[test]
-    fn no_flag_of_any_command_is_untold() {
-        // Whose flags are those of `render`.
-        let tells_of_render = |command: &&clap::Command| ["shot", "view"].contains(&command.get_name());
-        for command in Cli::command().get_subcommands().filter(|command| !tells_of_render(command)) {
+    fn every_flag_of_every_command_is_documented() {
+        // `shot` and `view` refer to the flags of `render`.
+        let refers_to_render = |command: &&clap::Command| ["shot", "view"].contains(&command.get_name());
+        for command in Cli::command().get_subcommands().filter(|command| !refers_to_render(command)) {
             let (command, _, long) = help_of(command.get_name());
             for flag in command.get_arguments().filter_map(|flag| flag.get_long()) {
                 assert!(lists(&long, flag), "{}: --{flag} is not in:\n{long}", command.get_name());
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn the_help_of_a_shot_is_of_shots() {
+    fn the_help_of_shot_describes_shots() {
         let (_, short, long) = help_of("shot");
         for help in [&short, &long] {
             for flag in ["size", "sun", "cluster-test", "exposure"] {

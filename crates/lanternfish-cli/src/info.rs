@@ -21,7 +21,7 @@ pub struct InfoArgs {
     pub scene: Option<SceneName>,
     #[command(flatten)]
     pub part: PartArgs,
-    /// Lists the adapters of this machine: name, driver, and which optional features they have.
+    /// Lists the adapters of this machine: name, driver and optional features.
     #[arg(long)]
     pub adapters: bool,
 }
@@ -29,7 +29,7 @@ pub struct InfoArgs {
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let mut text = String::new();
     if let Some(source) = &args.scene {
-        // Warnings are said as `render` says them.
+        // Print warnings as `render` does.
         let progress = Progress::start(false);
         text += &describe(&scene::load_part(source, args.part.scene_of_file.as_deref())?);
         drop(progress);
@@ -129,9 +129,9 @@ fn describe(scene: &Scene) -> String {
     lines.0
 }
 
-/// ` (3 point, 1 spot)`: how many of each kind there are, or nothing where there are none.
-fn by_kind<'k>(kinds: impl Iterator<Item = &'k str> + Clone, known: &[&str]) -> String {
-    let counts: Vec<_> = known
+/// Counts per kind, ` (3 point, 1 spot)`; empty if there are none.
+fn by_kind<'k>(kinds: impl Iterator<Item = &'k str> + Clone, names: &[&str]) -> String {
+    let counts: Vec<_> = names
         .iter()
         .map(|kind| (kinds.clone().filter(|k| k == kind).count(), kind))
         .filter(|(count, _)| *count > 0)
@@ -155,9 +155,12 @@ fn adapters() -> Result<String, CliError> {
         lines.add("  driver", &adapter.driver);
         lines.add(
             "  ray query",
-            yes(adapter.ray_query, "--shadows and --indirect-tracer ray-query work", "rays use the BVH"),
+            yes(adapter.ray_query, "supports --shadows ray-query and --indirect-tracer ray-query", "rays use the BVH"),
         );
-        lines.add("  arrays", yes(adapter.texture_arrays, "--textures array works", "textures are bound per material"));
+        lines.add(
+            "  arrays",
+            yes(adapter.texture_arrays, "supports --textures array", "textures are bound per material"),
+        );
         lines.add("  timestamps", yes(adapter.timestamps, "--timings times every pass", "--timings has counters only"));
         text += &lines.0;
     }
@@ -175,7 +178,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn everything_is_counted() {
+    fn all_scene_contents_are_counted() {
         let primitive = Primitive {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(0.0, 2.0, 0.5)],
             indices: vec![0, 1, 2],

@@ -1,25 +1,25 @@
-//! The scale of a debug view, drawn below its image.
+//! The colour scale of a debug view, drawn below its image.
 
 use font8x8::legacy::BASIC_LEGACY;
 use lanternfish::{RenderedImage, debug_views::Scale};
 
-/// Pixels of a glyph's side, and of the margin around everything.
+/// Width of a glyph, and of the margin around everything, pixels.
 const GLYPH: usize = 8;
 const MARGIN: usize = 8;
 const BAR_HEIGHT: usize = 12;
 const TICK_HEIGHT: usize = 3;
-/// Between two lines.
+/// Gap between two lines, pixels.
 const GAP: usize = 4;
 const HEIGHT: usize = MARGIN + BAR_HEIGHT + TICK_HEIGHT + GAP + GLYPH + GAP + GLYPH + MARGIN;
-/// An image that is narrower gets a strip at its right.
+/// Least width with a legend, pixels. A narrower image is padded at the right.
 const LEAST_WIDTH: usize = 288;
-/// Images from this width on have letters of twice the size, and so on.
+/// The letters double in size at this image width, pixels, triple at twice the width, and so on.
 const LETTERS_WIDTH: usize = 1000;
 
 const PAPER: [u8; 4] = [24, 24, 24, 255];
 const INK: [u8; 4] = [230, 230, 230, 255];
 
-/// The image, untouched, and below it a bar of the scale's colours with numbers and with what they are of.
+/// Returns the unchanged image with a colour bar, numbers and the quantity's name below it.
 pub fn below(rendering: RenderedImage, scale: &Scale) -> RenderedImage {
     let (width, height) = (rendering.width as usize, rendering.height as usize);
     let (wide, high) = size_with(width, height);
@@ -31,13 +31,13 @@ pub fn below(rendering: RenderedImage, scale: &Scale) -> RenderedImage {
     RenderedImage { width: sheet.width as u32, height: sheet.height as u32, display: sheet.pixels, ..rendering }
 }
 
-/// Width and height, pixels, of an image of this size with its legend below it.
+/// Width and height of an image of this size with its legend, pixels.
 pub fn size_with(width: usize, height: usize) -> (usize, usize) {
     let wide = width.max(LEAST_WIDTH);
     (wide, height + letters(wide) * HEIGHT)
 }
 
-/// Pixels of a sheet this wide for one of a letter, across and down.
+/// Scale of the letters for a sheet of this width: sheet pixels per glyph pixel.
 fn letters(wide: usize) -> usize {
     (wide / LETTERS_WIDTH).max(1)
 }
@@ -45,7 +45,7 @@ fn letters(wide: usize) -> usize {
 struct Sheet {
     width: usize,
     height: usize,
-    /// Pixels of the sheet for one of a letter, across and down.
+    /// Sheet pixels per glyph pixel, across and down.
     letters: usize,
     pixels: Vec<[u8; 4]>,
 }
@@ -65,10 +65,10 @@ impl Sheet {
         }
         let ticks = bar + BAR_HEIGHT * unit;
         let numbers = ticks + (TICK_HEIGHT + GAP) * unit;
-        for (place, text) in marks(scale) {
-            let x = left + (place * (length - 1) as f32).round() as usize;
+        for (position, text) in marks(scale) {
+            let x = left + (position * (length - 1) as f32).round() as usize;
             self.fill(x.min(left + length - unit), ticks, unit, TICK_HEIGHT * unit, INK);
-            // Centred at the tick, but whole.
+            // Centred at the tick, but within the sheet.
             let wide = text.len() * GLYPH * unit;
             let most = self.width.saturating_sub(wide + unit);
             self.write(x.saturating_sub(wide / 2).min(most), numbers, &text);
@@ -97,14 +97,14 @@ impl Sheet {
     }
 }
 
-/// Places that get a number, and the number: five steps of the scale, as many as the heat has colours.
+/// Positions with a number, and the numbers: five steps, one fewer than the heat map has colours.
 fn marks(scale: &Scale) -> Vec<(f32, String)> {
     const STEPS: usize = 5;
-    let places = (0..=STEPS).map(|step| step as f32 / STEPS as f32);
-    places.map(|place| (place, number(scale.value(place)))).collect()
+    let positions = (0..=STEPS).map(|step| step as f32 / STEPS as f32);
+    positions.map(|position| (position, number(scale.value(position)))).collect()
 }
 
-/// Three digits at most, but whole numbers whole.
+/// At most three digits; integers without decimals.
 fn number(value: f32) -> String {
     match value {
         v if v.fract() == 0.0 => format!("{v}"),
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_image_stays_and_the_bar_has_the_scales_colours() {
+    fn the_image_is_unchanged_and_the_bar_matches_the_scale() {
         for view in
             [DebugView::LightCount, DebugView::ClusterLights, DebugView::Depth, DebugView::Occlusion, DebugView::Motion]
         {
@@ -139,15 +139,15 @@ mod tests {
                     rendering.display[first..first + width as usize].to_vec()
                 };
                 assert!((0..height).all(|y| row(&with, y) == row(&plain, y)), "{view} {width}");
-                // Along the middle of the bar.
+                // Sample the middle row of the bar.
                 let letters = (with.width as usize / LETTERS_WIDTH).max(1);
                 let (left, middle) = (MARGIN * letters, height as usize + (MARGIN + BAR_HEIGHT / 2) * letters);
                 let length = with.width as usize - 2 * left;
-                for place in [0.0, 0.2, 0.5, 0.77, 1.0] {
-                    let x = (place * (length - 1) as f32).round() as usize;
+                for position in [0.0, 0.2, 0.5, 0.77, 1.0] {
+                    let x = (position * (length - 1) as f32).round() as usize;
                     let [red, green, blue, _] = with.display[middle * with.width as usize + left + x];
                     let expected = scale.color(x as f32 / (length - 1) as f32);
-                    assert_eq!([red, green, blue], expected, "{view} {width} {place}");
+                    assert_eq!([red, green, blue], expected, "{view} {width} {position}");
                 }
                 assert!(with.display[(height * with.width) as usize..].contains(&INK), "numbers");
             }
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_the_scales() {
+    fn numbers_match_the_scale() {
         let of = |view| marks(&Scale::of(view).unwrap()).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
         assert_eq!(of(DebugView::LightCount), ["0", "2", "4", "6", "8", "10"]);
         assert_eq!(of(DebugView::ClusterLights), ["0", "3", "15", "63", "255", "1023"]);

@@ -1,4 +1,4 @@
-//! The command line of Lanternfish: the program `lanternfish`, and what `lanternfish-bench` shares with it.
+//! The command line of Lanternfish: the program `lanternfish`, and the code that `lanternfish-bench` shares with it.
 
 pub mod args;
 pub mod camera;

@@ -1,4 +1,4 @@
-//! Light for a scene that has none, and what is said about it.
+//! Adds light to dark scenes, and notes for the user.
 
 use glam::Vec3;
 use lanternfish::RenderedImage;
@@ -9,17 +9,17 @@ use lanternfish_scene::{
 
 use crate::{args::LightArgs, error::CliError};
 
-/// What an image makes of light.
+/// How an image depends on light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lighting {
-    /// True if light is what it shows.
+    /// True if the image shows light.
     pub is_seen: bool,
-    /// True if environment lights surfaces.
+    /// True if environment light reaches surfaces.
     pub reaches_surfaces: bool,
 }
 
-/// Adds the rig of `--light-rig`, or where nothing else lights the scene one of its own choice, made about `camera`; `say`
-/// is told what, and where light or surfaces are missing all the same.
+/// Adds the rig of `--light-rig`. If nothing else lights the scene, it adds a rig around `camera` by default. `say` receives
+/// notes about an added rig, missing light or missing geometry.
 pub(crate) fn light(
     scene: &mut Scene,
     flags: &LightArgs,
@@ -29,7 +29,7 @@ pub(crate) fn light(
 ) -> Result<(), CliError> {
     add(scene, flags, camera)?;
     if scene.bounds().is_empty() {
-        say("the scene has no geometry: nothing but its environment is seen");
+        say("the scene has no geometry: only its environment is visible");
         return Ok(());
     }
     if !lighting.is_seen || !rig::is_dark(scene) {
@@ -38,9 +38,7 @@ pub(crate) fn light(
     if flags.light_rig.is_some() || has_light(flags) {
         let towards = rig::sun(camera).direction;
         let sun = [towards.x, towards.y, towards.z].map(|x| format!("{x:.2}")).join(",");
-        say(&format!(
-            "little or nothing in the scene shines; try --light-rig studio, --sun {sun},3 or --lights rain:100"
-        ));
+        say(&format!("the scene has little or no light; try --light-rig studio, --sun {sun},3 or --lights rain:100"));
         return Ok(());
     }
     match lighting.reaches_surfaces {
@@ -48,7 +46,7 @@ pub(crate) fn light(
             LightRig::Studio.add(scene, camera);
             say("the scene has no light of its own: lit by the built-in studio (--light-rig studio|sun|none)");
         }
-        // The studio's light comes from its environment.
+        // The studio lights the scene through its environment.
         false => {
             LightRig::Sun.add(scene, camera);
             say("the scene has no light of its own: lit by a built-in sun (--light-rig studio|sun|none)");
@@ -57,21 +55,21 @@ pub(crate) fn light(
     Ok(())
 }
 
-/// Luminance below which next to nothing is made out, as a share of white at the image's exposure.
+/// Luminance below which surfaces are hardly visible, as a fraction of white at the image's exposure.
 const NEARLY_BLACK: f32 = 0.02;
-/// Share of the surfaces in an image that may be nearly black.
+/// Fraction of the surfaces in an image that may be nearly black.
 const MOST_NEARLY_BLACK: f32 = 0.6;
-/// The sky that is added then, as a share of white.
+/// The sky to add in that case, as a fraction of white.
 const FAINT_SKY: Vec3 = Vec3::new(0.08, 0.11, 0.16);
 
-/// Whether a scene may be given a faint sky: it has no environment, and no flag says what light there is.
+/// True if a scene may get a faint sky: it has no environment, and no flag sets light.
 pub(crate) fn may_have_faint_sky(scene: &Scene, flags: &LightArgs) -> bool {
     let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
     !has_environment && flags.light_rig.is_none() && !has_light(flags)
 }
 
-/// A faint sky, nits, for a scene whose own lights leave most of `rendering` black, as streets at night are. None where there is enough
-/// to see.
+/// A faint sky, nits, for a scene whose lights leave most of `rendering` black, such as streets at night. `None` if enough is
+/// visible.
 pub(crate) fn faint_sky(rendering: &RenderedImage) -> Option<Vec3> {
     let white = (-rendering.exposure?).exp2();
     let (mut surface, mut black) = (0.0, 0.0);
@@ -84,25 +82,25 @@ pub(crate) fn faint_sky(rendering: &RenderedImage) -> Option<Vec3> {
     (black > MOST_NEARLY_BLACK * surface).then_some(FAINT_SKY * white)
 }
 
-/// Adds the rig of `--light-rig`, if there is one.
+/// Adds the rig of `--light-rig`, if given.
 pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<(), CliError> {
     let Some(rig) = flags.light_rig else { return Ok(()) };
-    let environment_light = match (&flags.environment, flags.sky) {
+    let environment_flag = match (&flags.environment, flags.sky) {
         (Some(_), _) => Some("--environment"),
         (None, Some(_)) => Some("--sky"),
         (None, None) => None,
     };
-    if let Some(flag) = environment_light.filter(|_| rig == LightRig::Studio) {
+    if let Some(flag) = environment_flag.filter(|_| rig == LightRig::Studio) {
         return Err(CliError::new(
-            format_args!("both --light-rig studio and {flag}: the studio is environment"),
-            "choose one of them, or --light-rig sun, whose sun shines beside other environment",
+            format_args!("both --light-rig studio and {flag}: the studio is an environment"),
+            "choose one of them, or --light-rig sun, which keeps the environment",
         ));
     }
     rig.add(scene, camera);
     Ok(())
 }
 
-/// True if a flag says what light there is.
+/// True if a flag adds light.
 fn has_light(flags: &LightArgs) -> bool {
     [&flags.points, &flags.disks, &flags.rectangles].iter().any(|lights| !lights.is_empty())
         || flags.sun.is_some()

@@ -1,24 +1,24 @@
-//! What moves in a scene by itself, beside the camera: the rain of lights, and the animations of its file.
+//! Moving parts of a scene other than the camera: light rain, and the animations of the file.
 
 use lanternfish_scene::{Scene, generate::Rain};
 
 use crate::{args::TrackArgs, error::CliError};
 
-/// What is said where a time is requested and nothing moves.
+/// Note for a requested time in a scene without motion.
 pub const NOTHING_MOVES: &str =
-    "neither the camera nor anything in the scene moves: at every time it is the same image";
+    "neither the camera nor anything in the scene moves: the image is the same at every time";
 
-/// What moves in a scene.
+/// The moving parts of a scene.
 #[derive(Debug)]
 pub struct Motion {
     rain: Option<Rain>,
-    /// Index of the animation that is played.
+    /// Index of the animation to play.
     animation: Option<usize>,
 }
 
 impl Motion {
-    /// What these flags and the scene say; none where nothing moves. Where a time is requested, and no animation, the file's first is
-    /// played.
+    /// The motion that these flags and the scene define; `None` if nothing moves. If a time is requested without an animation,
+    /// the file's first one plays.
     pub fn of(scene: &Scene, flags: &TrackArgs, rain: Option<Rain>) -> Result<Option<Self>, CliError> {
         let has_time = flags.time.is_some() || flags.frames.is_some();
         let animation = match &flags.animation {
@@ -28,25 +28,25 @@ impl Motion {
         Ok((rain.is_some() || animation.is_some()).then_some(Self { rain, animation }))
     }
 
-    /// Index of the animation that is played.
+    /// Index of the animation to play.
     pub fn animation(&self) -> Option<usize> {
         self.animation
     }
 
-    /// The rain that falls.
+    /// The light rain.
     pub fn rain(&self) -> Option<&Rain> {
         self.rain.as_ref()
     }
 
-    /// Rain alone.
+    /// Light rain without an animation.
     pub fn of_rain(rain: Rain) -> Self {
         Self { rain: Some(rain), animation: None }
     }
 
-    /// Brings everything in `scene` to where it is at `time`, s.
+    /// Sets everything in `scene` to its state at `time`, s.
     ///
-    /// **All that moves with time moves here**, for `render` and for `reference`. What it leaves depends on `time` and on the scene
-    /// as it was loaded, never on the times before: frames come in any order.
+    /// **All motion over time happens here**, for `render` and for `reference`. The result depends on `time` and on the scene
+    /// as it was loaded, never on earlier times: frames come in any order.
     pub fn at_time(&self, scene: &mut Scene, time: f32) {
         if let Some(rain) = &self.rain {
             rain.fall(&mut scene.lights, time);
@@ -57,7 +57,7 @@ impl Motion {
     }
 }
 
-/// Index of an animation by name, else by number.
+/// Index of an animation by name, else by index.
 fn named(scene: &Scene, wanted: &str) -> Result<usize, CliError> {
     let animations = &scene.motion.animations;
     let by_name = animations.iter().position(|animation| animation.name == wanted);
@@ -67,8 +67,8 @@ fn named(scene: &Scene, wanted: &str) -> Result<usize, CliError> {
         if animations.is_empty() {
             return CliError::new(what, "the file has none: leave --animation out");
         }
-        let known: Vec<_> = animations.iter().enumerate().map(|(i, a)| format!("{i} {:?}", a.name)).collect();
-        CliError::new(what, format!("there are {}", known.join(", ")))
+        let available: Vec<_> = animations.iter().enumerate().map(|(i, a)| format!("{i} {:?}", a.name)).collect();
+        CliError::new(what, format!("there are {}", available.join(", ")))
     })
 }
 
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn animations_are_found_by_name_and_by_number() {
+    fn animations_are_selected_by_name_and_by_index() {
         let animation = |name: &str| Animation { name: name.to_owned(), ..Animation::default() };
         let mut scene = Scene { name: "fox".to_owned(), ..Scene::default() };
         assert!(named(&scene, "0").unwrap_err().to_string().contains("the file has none"));

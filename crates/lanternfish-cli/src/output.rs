@@ -10,7 +10,7 @@ use lanternfish_metrics::{ColorType, RgbImage, destination, write_aside, write_e
 
 use crate::{error::CliError, scene::SceneName};
 
-/// An image's file, in a format that is known and a folder that can be written to.
+/// An image file in a supported format and a writable folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Output {
     /// Its path.
@@ -20,21 +20,21 @@ pub(crate) struct Output {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
-    /// What a display shows: tone-mapped, sRGB-encoded, 8 bits.
+    /// Display colours: tone-mapped, sRGB-encoded, 8 bits.
     Png,
-    /// Linear, scene-referred, half floats.
+    /// Linear, scene-referred, half-precision floats.
     Exr,
 }
 
 impl Output {
-    /// The file `-o` names, or the scene's name with `.png`; an error where it cannot be written.
+    /// The file that `-o` names, or the scene's name with `.png`. Returns an error if it cannot be written.
     pub fn choose(path: Option<&Path>, scene: &SceneName) -> Result<Self, CliError> {
         let output = Self::named(path, scene)?;
         check_writable(&output.path)?;
         Ok(output)
     }
 
-    /// As [`Output::choose`], of a file that is not written.
+    /// As [`Output::choose`], for a file that is not written.
     pub fn named(path: Option<&Path>, scene: &SceneName) -> Result<Self, CliError> {
         let path = path.map_or_else(|| default_path(scene), Path::to_owned);
         let format = if has_ending(&path, "png") {
@@ -43,14 +43,14 @@ impl Output {
             Format::Exr
         } else {
             return Err(CliError::new(
-                format_args!("{}: the ending names no format that is written", path.display()),
+                format_args!("{}: unsupported output format", path.display()),
                 "end the name with .png (tone-mapped) or .exr (linear)",
             ));
         };
         Ok(Self { path, format })
     }
 
-    /// The file of a sequence's image: `name.0001.png`.
+    /// The file of one frame of a sequence: `name.0001.png`.
     pub fn numbered(&self, number: u32) -> Self {
         let mut name = self.path.file_stem().unwrap_or_default().to_owned();
         name.push(format!(".{number:04}."));
@@ -58,12 +58,12 @@ impl Output {
         Self { path: self.path.with_file_name(name), format: self.format }
     }
 
-    /// True if the file holds the scene's radiance, not what a display shows.
+    /// True if the file holds scene radiance, not display colours.
     pub fn is_radiance(&self) -> bool {
         self.format == Format::Exr
     }
 
-    /// Images of one size as layers of an EXR file, by name.
+    /// Writes images of one size as layers of an EXR file, by name.
     pub fn write_layers(&self, renderings: &[(&str, &RenderedImage)]) -> Result<(), CliError> {
         let images = renderings.iter().map(|(name, rendering)| Ok((*name, radiance(rendering)?)));
         let images = images.collect::<Result<Vec<_>, CliError>>()?;
@@ -71,7 +71,7 @@ impl Output {
         Ok(write_exr_layers(&self.path, &layers, &[])?)
     }
 
-    /// Writes an image, as its ending chooses.
+    /// Writes an image in the format of the file name's ending.
     pub fn write(&self, rendering: &RenderedImage) -> Result<(), CliError> {
         match self.format {
             Format::Png => {
@@ -92,7 +92,7 @@ fn radiance(rendering: &RenderedImage) -> Result<RgbImage, CliError> {
     Ok(RgbImage::new(rendering.width as usize, rendering.height as usize, pixels)?)
 }
 
-/// The scene's name with `.png`, in the current folder: never beside the scene, which may not be ours to write to.
+/// The scene's name with `.png`, in the current folder. The scene's own folder may not be writable.
 pub(crate) fn default_path(scene: &SceneName) -> PathBuf {
     let name = match scene.demo() {
         Some(name) => name.as_ref(),
@@ -103,7 +103,7 @@ pub(crate) fn default_path(scene: &SceneName) -> PathBuf {
     PathBuf::from(file)
 }
 
-/// An error unless something can be written to `path`, before minutes of work depend on it. Leaves nothing behind.
+/// Returns an error unless `path` can be written, before minutes of work depend on it. Leaves no file behind.
 pub(crate) fn check_writable(path: &Path) -> Result<(), CliError> {
     lanternfish_metrics::check_writable(path).map_err(|error| {
         let hint = match error.kind() {
@@ -111,18 +111,18 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), CliError> {
             ErrorKind::NotFound => "create the folder first, or choose another",
             ErrorKind::InvalidFilename => "choose a shorter name",
             ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "make it writable, or choose another name",
-            _ => "choose another place",
+            _ => "choose another path",
         };
         CliError::new(format_args!("{}: {error}", path.display()), hint)
     })
 }
 
-/// True if two paths in folders that exist name one file, which need not exist.
+/// True if two paths in existing folders name the same file. The file itself need not exist.
 pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     destination(a).is_some_and(|path| destination(b) == Some(path))
 }
 
-/// An error where one of the files that are written is one of the others, each with what it is called.
+/// Returns an error if an output file is one of the other files. Each path comes with its name for the message.
 pub(crate) fn refuse_same(written: &[(&Path, &str)], others: &[(&Path, &str)]) -> Result<(), CliError> {
     for (path, name) in written {
         if let Some((_, other)) = others.iter().find(|(other, _)| same_file(path, other)) {
@@ -133,21 +133,21 @@ pub(crate) fn refuse_same(written: &[(&Path, &str)], others: &[(&Path, &str)]) -
     Ok(())
 }
 
-/// Whether a file's name ends so, behind its last dot, in capitals or not.
+/// True if the file name has this extension, in upper or lower case.
 pub(crate) fn has_ending(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
 }
 
-/// Writes to standard output, and makes sure that it arrives.
+/// Writes to standard output and flushes it.
 pub fn print(text: &str) -> Result<(), CliError> {
     let mut stdout = std::io::stdout();
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(CliError::from_stdout)
 }
 
-/// Writes text whole or not at all.
+/// Writes a text file completely or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
     write_aside(path, |file| file.write_all(text.as_bytes())).map_err(|error: std::io::Error| {
-        CliError::new(format_args!("{}: {error}", path.display()), "check that the disk has room")
+        CliError::new(format_args!("{}: {error}", path.display()), "check that the disk has free space")
     })
 }
 
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn the_name_comes_from_the_scene() {
+    fn the_default_name_is_the_scenes() {
         for (scene, path) in [
             ("demo:atrium", "atrium.png"),
             ("Sponza.glb", "Sponza.png"),
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn one_file_by_two_names() {
+    fn different_paths_to_one_file_are_equal() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         fs::create_dir(path("inner")).unwrap();
@@ -197,7 +197,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_is_what_it_leads_to() {
+    fn links_are_resolved() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         std::os::unix::fs::symlink("a", path("link")).unwrap();
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn folders_that_are_not_there_or_not_folders_are_refused() {
+    fn missing_and_invalid_folders_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         assert!(chosen(&folder.path().join("missing/a.png")).unwrap_err().contains("there is no folder"));
         fs::write(folder.path().join("file"), "").unwrap();

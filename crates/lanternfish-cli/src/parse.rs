@@ -1,4 +1,4 @@
-//! Parses words of the command line into vectors, sizes and lights. Messages say what was expected, with an example.
+//! Parses words of the command line as vectors, sizes and lights. Messages state the expected form, with an example.
 
 mod area_light;
 mod range;
@@ -15,16 +15,16 @@ pub use self::{
     range::{Frames, Span, fps, frames, samples, span},
 };
 
-/// Widths and heights of images that are accepted, pixels.
+/// Valid image widths and heights, pixels.
 pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
 
-/// Most lights made by rule: at 64 bytes each they fill 128 MiB, which every adapter can bind at once.
+/// Most generated lights: at 64 bytes each they fill 128 MiB, which every adapter can bind at once.
 const MOST_LIGHTS: u32 = (128 << 20) / 64;
 
-/// Farthest that anything may be or reach, m.
+/// Largest distance from the origin and largest range, m.
 const FARTHEST: f32 = Scene::FARTHEST;
 
-/// Greatest number that a half float holds, in which images are kept.
+/// Largest half-precision float, the format of rendered images.
 const BRIGHTEST: f32 = 65504.0;
 
 /// A number of bytes: `500000000`, `500M`, `0.5G`.
@@ -54,7 +54,7 @@ pub fn size(text: &str) -> Result<Size, String> {
         if text.is_empty() || !text.bytes().all(|b| b.is_ascii_digit()) {
             return Err(malformed());
         }
-        // Digits that do not fit are too many pixels as well.
+        // Overflowing numbers are out of range too.
         text.parse().ok().filter(|side| SIDES.contains(side)).ok_or_else(|| format!("{what} {text}: expected {range}"))
     };
     Ok(Size { width: side("width", width)?, height: side("height", height)? })
@@ -102,10 +102,10 @@ pub fn sun(text: &str) -> Result<Light, String> {
     Ok(Light::directional(direction(&values)?, intensity(&values[3..])?))
 }
 
-/// Vector along the first three values, which are of any length but zero; its own is about 1.
+/// The direction of the first three values, which may have any length but zero. The result has a length of about 1.
 fn direction(values: &[f32]) -> Result<Vec3, String> {
     let direction = Vec3::from_slice(values);
-    // The greatest component becomes 1, so that the length of what is very long or short is a number.
+    // Scale the largest component to 1, so that the length does not overflow or underflow.
     let direction = direction / direction.abs().max_element();
     if !direction.is_finite() {
         return Err("direction 0,0,0: expected where the light travels to, e.g. 0,-1,0 for straight down".to_owned());
@@ -113,7 +113,7 @@ fn direction(values: &[f32]) -> Result<Vec3, String> {
     Ok(direction)
 }
 
-/// Product of a light's strength and its colour: `values` are the strength, then red, green and blue if there is a colour.
+/// A light's strength times its colour. `values` are the strength, then red, green and blue if a colour is given.
 fn intensity(values: &[f32]) -> Result<Vec3, String> {
     let color = values.get(1..4).map_or(Vec3::ONE, Vec3::from_slice);
     if values[0] < 0.0 || color.cmplt(Vec3::ZERO).any() {
@@ -126,30 +126,30 @@ fn intensity(values: &[f32]) -> Result<Vec3, String> {
     Ok(intensity)
 }
 
-/// Lights made by rule.
+/// Generated lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightSet {
-    /// Light rain: lights that fall through the scene's box.
+    /// Light rain: lights that fall through the scene's bounds.
     Rain {
-        /// How many.
+        /// Number of lights.
         count: u32,
-        /// Range of each light, m; `None`: chosen by the scene's size.
+        /// Range of each light, m; `None`: derived from the scene's size.
         radius: Option<f32>,
     },
-    /// Lights at random places in a box, by a rule that other renderers can follow.
+    /// Lights at random positions in a box, by a rule that other renderers can implement.
     Random {
-        /// How many.
+        /// Number of lights.
         count: u32,
         /// Range of each light, m.
         radius: f32,
         /// Seed of the random numbers.
         seed: u64,
-        /// The box that the lights are in, world space, m.
+        /// Bounds of the lights, world space, m.
         bounds: Bounds,
     },
 }
 
-/// Parses lights made by rule: `rain:N[:radius]` or `random:N:radius:seed:x0,y0,z0,x1,y1,z1`.
+/// Parses generated lights: `rain:N[:radius]` or `random:N:radius:seed:x0,y0,z0,x1,y1,z1`.
 pub fn light_set(text: &str) -> Result<LightSet, String> {
     let expected = "expected rain:N, rain:N:radius or random:N:radius:seed:x0,y0,z0,x1,y1,z1, e.g. rain:1000 or \
                     random:1000:1.5:7:-9,0,-4,9,9,4";
@@ -172,7 +172,7 @@ pub fn light_set(text: &str) -> Result<LightSet, String> {
             Ok(LightSet::Random {
                 count: light_count(count, expected)?,
                 radius: radius_of(radius)?,
-                seed: seed.parse().map_err(|_| format!("seed {seed:?}: expected a whole number, 0 to {}", u64::MAX))?,
+                seed: seed.parse().map_err(|_| format!("seed {seed:?}: expected an integer, 0 to {}", u64::MAX))?,
                 bounds: Bounds { min, max },
             })
         }
@@ -184,24 +184,24 @@ fn light_count(text: &str, expected: &str) -> Result<u32, String> {
     if text.is_empty() || !text.bytes().all(|b| b.is_ascii_digit()) {
         return Err(format!("number of lights {text:?}: {expected}"));
     }
-    // Digits that do not fit are too many lights as well.
+    // Overflowing numbers are out of range too.
     let count = text.parse().ok().filter(|count| *count <= MOST_LIGHTS);
     count.ok_or_else(|| format!("number of lights {text}: expected at most {MOST_LIGHTS}"))
 }
 
-/// Parses a set of directions: `zonal:N`, `stacks:AxB` or `cube:K`. An error where it has more directions than there may be.
+/// Parses a set of directions: `zonal:N`, `stacks:AxB` or `cube:K`. Returns an error if it has too many directions.
 pub fn direction_set(text: &str) -> Result<DirectionSet, String> {
     let expected = "expected zonal:N, stacks:STACKSxSLICES or cube:K, e.g. zonal:169, stacks:13x13 or cube:5";
     let number = |text: &str| {
         let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-        // Digits that do not fit are too many directions as well.
+        // Overflowing numbers are out of range too.
         if digits { Ok(text.parse::<u32>().unwrap_or(u32::MAX)) } else { Err(format!("{text:?}: {expected}")) }
     };
     let set = match text.split_once(':') {
         Some(("zonal", count)) => DirectionSet::ZonalEqualArea { count: number(count)? },
         Some(("cube", k)) => DirectionSet::Cube { k: number(k)? },
-        Some(("stacks", cells)) => {
-            let (stacks, slices) = cells.split_once('x').ok_or(expected)?;
+        Some(("stacks", counts)) => {
+            let (stacks, slices) = counts.split_once('x').ok_or(expected)?;
             DirectionSet::StacksSlices { stacks: number(stacks)?, slices: number(slices)? }
         }
         _ => return Err(expected.to_owned()),
@@ -217,7 +217,7 @@ pub fn direction_set(text: &str) -> Result<DirectionSet, String> {
     }
 }
 
-/// A set of directions as text that [`direction_set`] parses.
+/// Formats a set of directions as [`direction_set`] parses it.
 pub fn direction_set_text(set: DirectionSet) -> String {
     match set {
         DirectionSet::ZonalEqualArea { count } => format!("zonal:{count}"),
@@ -226,7 +226,7 @@ pub fn direction_set_text(set: DirectionSet) -> String {
     }
 }
 
-/// Checks the range of a light, m: above 0 and at most [`FARTHEST`].
+/// Checks a light's range, m: above 0 and at most [`FARTHEST`].
 fn reach(metres: f32) -> Result<f32, String> {
     if metres > 0.0 && metres <= FARTHEST {
         return Ok(metres);
@@ -244,10 +244,10 @@ pub fn radius(text: &str) -> Result<f32, String> {
     number(text).filter(|n| *n >= 0.0).ok_or_else(|| "expected a number of metres, 0 or above".to_owned())
 }
 
-/// Vertical angles of view that are accepted, degrees.
+/// Valid vertical fields of view, degrees.
 pub const FOV_Y: std::ops::RangeInclusive<f32> = 0.1..=179.0;
 
-/// Parses a vertical angle of view, degrees, and returns it in radians.
+/// Parses a vertical field of view, degrees, and returns it in radians.
 pub fn fov_y(text: &str) -> Result<f32, String> {
     number(text)
         .filter(|degrees| FOV_Y.contains(degrees))
@@ -255,7 +255,7 @@ pub fn fov_y(text: &str) -> Result<f32, String> {
         .ok_or_else(|| format!("expected degrees from {} to {}", FOV_Y.start(), FOV_Y.end()))
 }
 
-/// Parses a rotation, degrees, small enough for a float to keep thousandths of a degree.
+/// Parses a rotation, degrees. The limit keeps thousandths of a degree in an `f32`.
 pub fn rotation(text: &str) -> Result<f32, String> {
     number(text).filter(|d| d.abs() <= 3600.0).ok_or_else(|| "expected degrees from -3600 to 3600".to_owned())
 }
@@ -265,7 +265,7 @@ pub fn time(text: &str) -> Result<f32, String> {
     number(text).filter(|s| s.abs() <= 1e6).ok_or_else(|| "expected seconds from -1e6 to 1e6".to_owned())
 }
 
-/// Parses an exposure in stops, −64 to 64: 2^±64 is far beyond any image and far inside `f32`.
+/// Parses an exposure in stops, −64 to 64: 2^±64 exceeds any image's range and is well within `f32`.
 pub fn exposure(text: &str) -> Result<f32, String> {
     number(text)
         .filter(|ev| ev.abs() <= 64.0)
@@ -280,12 +280,12 @@ pub fn exposure_or_auto(text: &str) -> Result<Exposure, String> {
     }
 }
 
-/// Parses numbers between commas; `None` where one of them is not a finite number.
+/// Parses comma-separated numbers; `None` if one of them is not a finite number.
 pub fn numbers(text: &str) -> Option<Vec<f32>> {
     text.split(',').map(number).collect()
 }
 
-/// A finite number.
+/// Parses a finite number.
 pub(crate) fn number(text: &str) -> Option<f32> {
     text.trim().parse().ok().filter(|n: &f32| n.is_finite())
 }

@@ -1,4 +1,4 @@
-//! What every program of the project does before its work and after it.
+//! Start and end of every program of the project.
 
 use std::{
     io::{self, Write as _},
@@ -12,14 +12,14 @@ use crate::{
     signals,
 };
 
-/// Reads this process's arguments and runs `work` with them: as they are declared, and as they were given. Prints help, and mistakes in
-/// the arguments. To be called first in `main`, before there is any other thread.
+/// Parses this process's arguments and runs `work` with them, as declared and as given. Prints help and argument errors. Call
+/// it first in `main`, before any other thread starts.
 pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> ExitCode) -> ExitCode {
     error::install_panic_message();
     lanternfish_papers::register();
     quieten_mesa();
     if let Err(error) = signals::install() {
-        error::say(&CliError::new(format_args!("signals cannot be listened to: {error}"), ""));
+        error::say(&CliError::new(format_args!("cannot listen to signals: {error}"), ""));
         return ExitCode::FAILURE;
     }
     let matches = P::command().try_get_matches();
@@ -29,11 +29,11 @@ pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> ExitCode) -> ExitCode
     }
 }
 
-/// What the process exits with, after the error is told, if there is one.
+/// Prints the error, if any, and returns the process's exit code.
 pub fn told(result: Result<u8, CliError>) -> ExitCode {
     match result {
         Ok(code) => ExitCode::from(code),
-        // Whoever read our output has seen enough (`lanternfish info … | head`).
+        // The reader closed the pipe because it has enough (`lanternfish info … | head`).
         Err(CliError::ReaderGone) => ExitCode::SUCCESS,
         Err(error) => {
             error::say(&error);
@@ -42,18 +42,17 @@ pub fn told(result: Result<u8, CliError>) -> ExitCode {
     }
 }
 
-/// Prints what clap has to say of the arguments, a mistake or what `--help` and `--version` ask for, and gives what the
-/// process exits with.
+/// Prints clap's message, an argument error or the text of `--help` and `--version`, and returns the exit code.
 fn print(error: &clap::Error) -> Result<u8, CliError> {
     error.print().and_then(|()| io::stdout().flush()).map_err(CliError::from_stdout)?;
     Ok(u8::try_from(error.exit_code()).unwrap_or(u8::MAX))
 }
 
-/// Mesa's layer that sorts adapters by what the desktop prefers asks Wayland, which complains on standard error, as an
-/// "error", where nobody is logged in (seen with Mesa 22.3). Without a desktop there is nothing to prefer.
+/// Mesa's device-select layer asks Wayland for the preferred adapter. Without a desktop session it reports an "error" on
+/// standard error (seen with Mesa 22.3), and there is no preference to apply.
 fn quieten_mesa() {
     if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
-        // Safety: called first in `main`, before any thread could read the environment.
+        // SAFETY: called first in `main`, before any thread could read the environment.
         unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
     }
 }

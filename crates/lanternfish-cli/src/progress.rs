@@ -1,4 +1,4 @@
-//! What is being done, on the terminal, and how long each step took.
+//! Progress on the terminal, and the duration of each step.
 
 use std::{
     io::{self, Write},
@@ -11,7 +11,7 @@ use tracing_subscriber::{EnvFilter, fmt::MakeWriter};
 
 use crate::error::say;
 
-/// Who reads how far a run is.
+/// The reader of a run's progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ToldTo {
     /// Open Job Description: lines openjd_progress: PERCENT and openjd_status: TEXT
@@ -19,7 +19,7 @@ pub enum ToldTo {
 }
 
 impl ToldTo {
-    /// What is printed where `done` of `all` are done, and `status` says what that means.
+    /// The lines for `done` of `all` frames, with `status` as text.
     pub fn lines(self, done: usize, all: usize, status: &str) -> String {
         let Self::Openjd = self;
         let percent = 100.0 * done as f64 / all.max(1) as f64;
@@ -27,7 +27,7 @@ impl ToldTo {
     }
 }
 
-/// The steps of a run. Silent when asked to be, or when nobody looks (standard error is no terminal).
+/// The steps of a run. Silent with --quiet, or if standard error is not a terminal.
 pub struct Progress {
     line: ProgressBar,
     quiet: bool,
@@ -35,7 +35,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Starts the line on the terminal, and sends the libraries' log above it (`RUST_LOG` chooses how much).
+    /// Starts the progress line and sends the libraries' log above it. `RUST_LOG` chooses the log level.
     pub fn start(quiet: bool) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let line = ProgressBar::with_draw_target(None, target);
@@ -52,12 +52,13 @@ impl Progress {
         Self { line, quiet, seconds: Vec::new() }
     }
 
-    /// Shows nothing, and leaves the log where it goes: for steps while another line may be shown.
+    /// Shows nothing and leaves the log unchanged, for steps while another line may be shown.
     pub fn hidden() -> Self {
         Self { line: ProgressBar::hidden(), quiet: true, seconds: Vec::new() }
     }
 
-    /// Runs a step and remembers how long it took; a step that is run again adds to its seconds. `name` is the report's, `doing` the terminal's.
+    /// Runs a step and records its duration. A repeated step adds to its seconds. `name` is for the report, `doing` for the
+    /// terminal.
     pub fn step<T, E>(&mut self, name: &'static str, doing: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         self.line.reset_elapsed();
         self.line.set_message(doing.to_owned());
@@ -65,7 +66,7 @@ impl Progress {
         let started = Instant::now();
         let result = work();
         let seconds = started.elapsed().as_secs_f64();
-        match self.seconds.iter_mut().find(|(known, _)| *known == name) {
+        match self.seconds.iter_mut().find(|(other, _)| *other == name) {
             Some((_, sum)) => *sum += seconds,
             None => self.seconds.push((name, seconds)),
         }
@@ -76,31 +77,31 @@ impl Progress {
         result
     }
 
-    /// Something the user may want to know. Shown to scripts too, unless they asked for quiet.
+    /// Prints a note, also without a terminal, unless quiet.
     pub fn note(&self, text: &str) {
         self.bar().note(text);
     }
 
-    /// What came of it, in a line. Shown to scripts too, unless they asked for quiet.
+    /// Prints the result in one line, also without a terminal, unless quiet.
     pub(crate) fn result(&self, text: &str) {
         if !self.quiet {
             self.line.suspend(|| say(&text));
         }
     }
 
-    /// Something that is wrong with the result, if anything is. Shown as [`Progress::note`] is.
+    /// Prints a warning about the result, if any, as [`Progress::note`] does.
     pub(crate) fn warn(&self, text: Option<String>) {
         if let Some(text) = text.filter(|_| !self.quiet) {
             self.line.suspend(|| say(&format_args!("warning: {text}")));
         }
     }
 
-    /// The line as a bar, for a step that knows how far it is.
+    /// Shows the line as a bar, for a step with known progress.
     pub(crate) fn bar(&self) -> Bar {
         Bar { line: self.line.clone(), quiet: self.quiet }
     }
 
-    /// Removes the line, so that results can be printed, and gives the seconds each step took.
+    /// Removes the line, so that results can be printed, and returns the seconds of each step.
     pub fn finish(mut self) -> Vec<(&'static str, f64)> {
         std::mem::take(&mut self.seconds)
     }
@@ -108,19 +109,19 @@ impl Progress {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        // The log keeps a handle to the line, so it does not go away by itself.
+        // The log keeps a handle to the line, so dropping this one does not remove it.
         self.line.finish_and_clear();
     }
 }
 
-/// The progress line while a step says how far it is; the step's name again when dropped.
+/// The progress line as a bar. When dropped, the line shows the step's name again.
 pub(crate) struct Bar {
     line: ProgressBar,
     quiet: bool,
 }
 
 impl Bar {
-    /// True if anybody looks.
+    /// True if the bar is visible.
     pub fn is_seen(&self) -> bool {
         !self.line.is_hidden()
     }
@@ -132,7 +133,7 @@ impl Bar {
         }
     }
 
-    /// `fraction` of the work is done, 0 to 1.
+    /// Shows that `fraction` of the work is done, 0 to 1.
     pub fn show(&self, fraction: f64, text: String) {
         const LENGTH: u64 = 1000;
         let template = "{spinner:.cyan} [{bar:20}] {msg}";

@@ -1,4 +1,4 @@
-//! What a hand did to the camera, as a file: what `view --record` writes and `replay` plays.
+//! Recorded camera input as a file: `view --record` writes it, `replay` plays it.
 //!
 //! ```toml
 //! recording = 1
@@ -15,8 +15,9 @@
 //! ]
 //! ```
 //!
-//! `flags` are those of `render` that were said, but for the camera's. A step is a list of what was done in it; a number in the place of a
-//! step is the step before, so many times more. A camera is its projection and the columns of the matrix that brings it into the world.
+//! `flags` are the given flags of `render`, except those of the camera. A step is the list of its camera moves; a number in
+//! place of a
+//! step repeats the previous step that many times. A camera is its projection and the columns of its world-from-camera matrix.
 
 use std::{fmt::Write as _, fs, path::Path};
 
@@ -35,12 +36,12 @@ use crate::{
     shot::quoted,
 };
 
-/// What the format is, so that another one is refused.
+/// Version of the format. Other versions are refused.
 const VERSION: i64 = 1;
-/// Most bytes of a file, and most steps: ten hours.
+/// Limits: bytes of a file, and steps (ten hours).
 const MOST: (u64, usize) = (64 << 20, 2_160_000);
 
-/// A recording, and in which scene it was made.
+/// A recording and its scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recorded {
     pub scene: SceneName,
@@ -50,7 +51,7 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// Writes it whole, or not at all. A scene's path is written as an absolute one.
+    /// Writes the file completely or not at all. The path of the scene is written as an absolute path.
     pub fn write(&self, path: &Path) -> Result<(), CliError> {
         let scene = match self.scene.demo() {
             Some(_) => self.scene.to_string(),
@@ -66,7 +67,7 @@ impl Recorded {
         let Recording { first, speed, reach, step, steps } = &self.recording;
         let flags = self.flags.iter().map(|(name, value)| format!("[{}, {}]", quoted(name), quoted(value)));
         let mut text = format!(
-            "# What a hand did to the camera: `lanternfish replay` plays it.\n\nrecording = {VERSION}\nscene = {}\nflags = [{}]\n\
+            "# Recorded camera input: `lanternfish replay` plays it.\n\nrecording = {VERSION}\nscene = {}\nflags = [{}]\n\
              step = {step:?}\nspeed = {speed:?}\nreach = {reach:?}\nfirst = [{}]\nsteps = [\n",
             quoted(scene),
             flags.collect::<Vec<_>>().join(", "),
@@ -82,13 +83,13 @@ impl Recorded {
         text + "]\n"
     }
 
-    /// Reads a recording; none where the source is something else, such as a shot.
+    /// Reads a recording; `None` if the source is something else, such as a shot.
     pub fn read(source: &SceneName) -> Result<Option<Self>, CliError> {
         let path = source.path();
         let is_file = source.demo().is_none() && has_ending(path, "toml");
         let size = fs::metadata(path).ok().filter(|file| is_file && file.is_file() && file.len() <= MOST.0);
         let Some(text) = size.and_then(|_| fs::read_to_string(path).ok()) else { return Ok(None) };
-        // What is no TOML is an error of shots, which say where.
+        // Invalid TOML is reported by the shot reader, which states the position.
         let Ok(table) = DeTable::parse(&text) else { return Ok(None) };
         let reader = Reader { table: table.get_ref() };
         if reader.get("recording").is_err() {
@@ -104,7 +105,7 @@ impl Recorded {
     }
 }
 
-/// What was done, as a list.
+/// Formats one move as a list.
 fn one(one: &Move) -> String {
     match one {
         Move::Look(right, down) => format!("[\"look\", {right:?}, {down:?}]"),
@@ -117,7 +118,7 @@ fn one(one: &Move) -> String {
     }
 }
 
-/// A camera, as the values of a list.
+/// Formats a camera as the values of a list.
 fn camera(camera: &Camera) -> String {
     let (name, of_projection) = match camera.projection {
         Projection::Perspective { fov_y, near } => ("perspective", vec![fov_y, near]),
@@ -154,7 +155,7 @@ impl Reader<'_> {
         let recording =
             Recording { first: place(list(self.get("first")?)?)?, speed, reach, step, steps: self.steps()? };
         if let Some(what) = recording.cameras().iter().find_map(|camera| camera.validate().err()) {
-            return Err(format!("a camera is none: {what}"));
+            return Err(format!("invalid camera: {what}"));
         }
         Ok(Recorded { scene: scene.into(), flags, recording })
     }
@@ -201,7 +202,7 @@ fn done(value: &Value<'_>) -> Result<Move, String> {
         ("orbit", [right, down]) => Ok(Move::Orbit(*right, *down)),
         ("fly", &[right, up, forward, seconds]) => Ok(Move::Fly(Way { right, up, forward }, seconds)),
         ("accelerate", [notches]) => Ok(Move::Accelerate(*notches)),
-        _ => Err(format!("{name:?} with {} numbers: no move is so", numbers.len())),
+        _ => Err(format!("unknown move: {name:?} with {} numbers", numbers.len())),
     }
 }
 
@@ -214,7 +215,7 @@ fn place(values: &[Value<'_>]) -> Result<Camera, String> {
         ("perspective", &[fov_y, near]) => Projection::Perspective { fov_y, near },
         ("frustum", &[left, right, bottom, top, near]) => Projection::Frustum { left, right, bottom, top, near },
         ("orthographic", &[half_height, near, far]) => Projection::Orthographic { half_height, near, far },
-        _ => return Err(format!("no camera is a {name:?} of {} numbers", numbers.len())),
+        _ => return Err(format!("unknown camera: {name:?} with {} numbers", numbers.len())),
     };
     let columns: &[f32; 12] = columns.try_into().expect("twelve are split off");
     Ok(Camera { name: String::new(), world_from_camera: Affine3A::from_cols_array(columns), projection })
@@ -223,7 +224,7 @@ fn place(values: &[Value<'_>]) -> Result<Camera, String> {
 fn list<'v, 't>(value: &'v Value<'t>) -> Result<&'v [Value<'t>], String> {
     match value.get_ref() {
         DeValue::Array(list) => Ok(list),
-        _ => Err("a list is expected where none is".to_owned()),
+        _ => Err("expected a list".to_owned()),
     }
 }
 
@@ -245,10 +246,10 @@ fn number(value: &Value<'_>) -> Result<f32, String> {
     let text = match value.get_ref() {
         DeValue::Float(number) => number.as_str(),
         DeValue::Integer(number) if number.radix() == 10 => number.as_str(),
-        _ => return Err("a number is expected where none is".to_owned()),
+        _ => return Err("expected a number".to_owned()),
     };
     let number = text.parse().ok().filter(|number: &f32| number.is_finite());
-    number.ok_or_else(|| format!("{text}: a number is expected"))
+    number.ok_or_else(|| format!("{text}: expected a number"))
 }
 
 #[cfg(test)]
@@ -278,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_is_read_as_it_was_written_to_the_bit() {
+    fn recordings_survive_a_round_trip_to_the_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("walk.toml");
         let written = recorded();
@@ -288,12 +289,12 @@ mod tests {
         let bits = |camera: &Camera| camera.world_from_camera.to_cols_array().map(f32::to_bits);
         let (again, cameras) = (read.recording.cameras(), written.recording.cameras());
         assert!(again.len() == 306 && again.iter().zip(&cameras).all(|(again, camera)| bits(again) == bits(camera)));
-        // Equal steps are said once.
+        // Equal steps are written once.
         assert!(fs::read_to_string(&path).unwrap().contains("\n    2,\n"));
     }
 
     #[test]
-    fn what_is_no_recording_is_told_from_one_that_is_broken() {
+    fn broken_recordings_differ_from_other_files() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("walk.toml");
         let read = |text: &str| {
@@ -303,20 +304,20 @@ mod tests {
         assert_eq!(read("scene = \"demo:cornell\"\n"), Ok(None));
         assert_eq!(read("no toml"), Ok(None));
         assert_eq!(Recorded::read(&"demo:cornell".into()).unwrap(), None);
-        let whole = recorded().text("demo:cornell");
+        let valid = recorded().text("demo:cornell");
         for (from, to, expected) in [
             ("recording = 1", "recording = 2", "another version"),
             ("step = 0.016666668", "step = 0", "above 0"),
-            ("\"orbit\", 3.0", "\"orbits\", 3.0", "no move is so"),
-            ("\"perspective\", 0.7", "\"perspective\"", "no camera"),
-            ("\"perspective\", 0.7", "\"perspective\", -1", "a camera is none"),
+            ("\"orbit\", 3.0", "\"orbits\", 3.0", "unknown move"),
+            ("\"perspective\", 0.7", "\"perspective\"", "unknown camera"),
+            ("\"perspective\", 0.7", "\"perspective\", -1", "invalid camera"),
             ("\n    2,\n", "\n    99999999,\n", "more than"),
             ("reach = 4.0\n", "", "`reach` is missing"),
             ("steps = [\n", "steps = [\n 3,\n", "starts with a step"),
-            ("speed = 0.33333334", "speed = inf", "a number is expected"),
+            ("speed = 0.33333334", "speed = inf", "expected a number"),
         ] {
-            assert!(whole.contains(from), "{from}");
-            let error = read(&whole.replacen(from, to, 1)).unwrap_err();
+            assert!(valid.contains(from), "{from}");
+            let error = read(&valid.replacen(from, to, 1)).unwrap_err();
             assert!(error.contains(expected) && error.contains("walk.toml"), "{error} for {to:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! `lanternfish view a.exr b.exr`, and `render --open`: images of files in a window.
+//! `lanternfish view a.exr b.exr`, and `render --open`: shows image files in a window.
 
 use std::path::{Path, PathBuf};
 
@@ -16,10 +16,10 @@ use crate::{
     window,
 };
 
-/// Flags that mean something where images are shown.
+/// Flags that apply to images.
 const KNOWN: [&str; 5] = ["size", "exposure", "tone-map", "adapter", "quiet"];
 
-/// Whether what is named is an image, and no scene.
+/// True if the name is that of an image, not a scene.
 pub fn is_image(name: &SceneName) -> bool {
     name.demo().is_none() && is_of_image(name.path())
 }
@@ -28,22 +28,22 @@ fn is_of_image(path: &Path) -> bool {
     has_ending(path, "exr") || has_ending(path, "png")
 }
 
-/// Shows what the command line names.
+/// Shows the images on the command line.
 pub fn run(shot: &Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     let own = [("record", window.record.is_some()), ("shaders", window.shaders.is_some())];
     let own = own.into_iter().filter_map(|(name, is_said)| is_said.then_some(name.to_owned()));
     if let Some(flag) = shot.names().into_iter().chain(own).find(|name| !KNOWN.contains(&name.as_str())) {
-        let what = format_args!("--{flag}: {} is an image, and is shown as it is", shot.args.scene);
+        let what = format_args!("--{flag}: {} is an image, to which this flag does not apply", shot.args.scene);
         return Err(CliError::new(what, format!("leave the flag out; images take --{}", KNOWN.join(", --"))));
     }
     let paths: Vec<_> =
         [shot.args.scene.path()].into_iter().chain(window.renderings.iter().map(PathBuf::as_path)).collect();
-    // The window's log goes where others' do.
+    // Sets up the log as for other commands.
     Progress::start(shot.args.run.quiet).finish();
     show(&shot.args, &paths)
 }
 
-/// Opens a window on images, and returns when it is closed.
+/// Opens a window on images and returns when it is closed.
 pub fn show(args: &RenderArgs, paths: &[&Path]) -> Result<(), CliError> {
     let renderings = paths.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     open(RenderedImages {
@@ -60,7 +60,7 @@ fn open(renderings: RenderedImages) -> Result<(), CliError> {
     lanternfish_viewer::compare(renderings).map_err(window::failed)
 }
 
-/// The image of a file, or all its layers where it has no other.
+/// The image of a file, or all its layers if it has no unnamed one.
 fn read(path: &Path) -> Result<Vec<ImageOfFile>, CliError> {
     let name = path.file_name().unwrap_or(path.as_os_str()).display();
     if has_ending(path, "png") {
@@ -68,7 +68,7 @@ fn read(path: &Path) -> Result<Vec<ImageOfFile>, CliError> {
         return Ok(vec![ImageOfFile { name: name.to_string(), image, is_radiance: false }]);
     }
     if !has_ending(path, "exr") {
-        let what = format_args!("{}: the ending names no image that is shown", path.display());
+        let what = format_args!("{}: unsupported image format", path.display());
         return Err(CliError::new(what, "name .exr files (linear radiance) or .png files"));
     }
     let layers = exr_layers(path).map_err(failed)?;

@@ -16,7 +16,7 @@ use crate::{
     scene::SceneName,
 };
 
-/// Everything worth knowing about a run.
+/// The report of a run.
 #[derive(Debug, Serialize)]
 struct RunReport<'r> {
     /// Lanternfish's version.
@@ -29,21 +29,21 @@ struct RunReport<'r> {
     driver: &'r str,
     width: u32,
     height: u32,
-    /// Number of images in a sequence, whose costs are added up; `None` for a single image.
+    /// Number of images in a sequence, whose costs are summed; `None` for a single image.
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<u32>,
-    /// Exposure at which the image is shown, EV; `None` where it is not exposed.
+    /// Exposure of the image, EV; `None` for radiance.
     #[serde(skip_serializing_if = "Option::is_none")]
     exposure_ev: Option<f32>,
-    /// Values of settings, by their names on the command line.
+    /// Values of settings, by flag name.
     settings: BTreeMap<&'static str, String>,
-    /// Passes in the order in which they ran.
+    /// Passes in order of execution.
     passes: Vec<Pass<'r>>,
-    /// Counts by name, exact on any machine.
+    /// Counters by name, exact on any machine.
     counters: BTreeMap<&'r str, u64>,
-    /// Seconds that each step took, and `total` from the start of the process.
+    /// Seconds of each step, and `total` from the start of the process.
     seconds: BTreeMap<&'static str, f64>,
-    /// Most memory the process ever held; `None` where the system does not say.
+    /// Peak memory of the process; `None` if the system does not report it.
     peak_memory_bytes: Option<u64>,
 }
 
@@ -53,28 +53,28 @@ struct Pass<'r> {
     ms: f64,
 }
 
-/// What a report of a run is made from.
+/// The input of a report.
 #[derive(Debug)]
 pub(crate) struct Run<'r> {
-    /// What was rendered.
+    /// The scene.
     pub scene: &'r SceneName,
     /// The image's path.
     pub output: &'r Path,
-    /// What rendered it.
+    /// The adapter.
     pub adapter: &'r AdapterDescription,
-    /// The image's.
+    /// Size of the image.
     pub size: Size,
     /// Number of images in a sequence; `None` for a single image.
     pub frames: Option<u32>,
-    /// Exposure at which the image is shown, EV; `None` where it is not exposed.
+    /// Exposure of the image, EV; `None` for radiance.
     pub exposure: Option<f32>,
-    /// How it was rendered.
+    /// The settings.
     pub settings: &'r Settings,
     /// Seed of the light rain.
     pub seed: u32,
     /// Passes and counters.
     pub cost: &'r Report,
-    /// Seconds that each step took, and `total` from the start of the process.
+    /// Seconds of each step, and `total` from the start of the process.
     pub seconds: &'r [(&'static str, f64)],
 }
 
@@ -116,23 +116,23 @@ impl Run<'_> {
     }
 }
 
-/// Adds the cost of another image to what came before.
+/// Adds the cost of another image.
 pub(crate) fn add(total: &mut Report, rendering: Report) {
     for pass in rendering.passes {
-        match total.passes.iter_mut().find(|known| known.name == pass.name) {
-            Some(known) => known.ms += pass.ms,
+        match total.passes.iter_mut().find(|other| other.name == pass.name) {
+            Some(sum) => sum.ms += pass.ms,
             None => total.passes.push(pass),
         }
     }
     for (name, value) in rendering.counters {
-        match total.counters.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, known)) => *known += value,
+        match total.counters.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, sum)) => *sum += value,
             None => total.counters.push((name, value)),
         }
     }
 }
 
-/// Settings by the names of the command line.
+/// Settings by flag name.
 pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
     let mut names = BTreeMap::from([
         ("shadows", settings.shadows.to_string()),
@@ -166,7 +166,7 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
     names
 }
 
-/// A technique and its parameters, by the names of their flags.
+/// A technique and its parameters, by flag name.
 fn add_technique<K: Kind + ?Sized>(names: &mut BTreeMap<&'static str, String>, choice: &Choice<K>) {
     names.insert(K::FLAG, choice.name().to_owned());
     if let Some(technique) = choice.technique() {
@@ -204,7 +204,7 @@ fn table(Report { passes, counters }: &Report, seconds: &[(&'static str, f64)]) 
     text.lines().flat_map(|line| [line.trim_end(), "\n"]).collect()
 }
 
-/// A count with a comma between thousands.
+/// Formats a count with commas between thousands.
 pub fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
@@ -217,7 +217,7 @@ pub fn grouped(count: u64) -> String {
     text
 }
 
-/// The most memory this process ever held, bytes: `VmHWM` of Linux; nothing is known elsewhere.
+/// Peak memory of this process, bytes: `VmHWM` on Linux; `None` elsewhere.
 fn peak_memory_bytes() -> Option<u64> {
     peak_in_status(&std::fs::read_to_string("/proc/self/status").ok()?)
 }

@@ -1,4 +1,4 @@
-//! From the name of a scene to the scene.
+//! Names of scenes, and loading them.
 
 use std::{
     ffi::{OsStr, OsString},
@@ -13,7 +13,7 @@ use serde::{Serialize, Serializer};
 
 use crate::error::CliError;
 
-/// A scene as it is named: a path, in any spelling that the system has, or `demo:NAME`.
+/// The name of a scene: a path, in any spelling that the system supports, or `demo:NAME`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneName(OsString);
 
@@ -23,12 +23,12 @@ impl SceneName {
         self.0.to_str()?.strip_prefix("demo:")
     }
 
-    /// The name as a path: that of a file, where [`Self::demo`] gives none.
+    /// The name as a path; valid if [`Self::demo`] returns `None`.
     pub fn path(&self) -> &Path {
         Path::new(&self.0)
     }
 
-    /// As it was spelt.
+    /// The original spelling.
     pub fn spelling(&self) -> &OsStr {
         &self.0
     }
@@ -40,7 +40,7 @@ impl<T: Into<OsString>> From<T> for SceneName {
     }
 }
 
-/// For people: what is not UTF-8 is replaced.
+/// For people: invalid UTF-8 is replaced.
 impl fmt::Display for SceneName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.display().fmt(f)
@@ -53,7 +53,7 @@ impl Serialize for SceneName {
     }
 }
 
-/// What a word of the command line says.
+/// Parses a word of the command line.
 type Read = fn(OsString) -> Result<SceneName, &'static str>;
 
 impl ValueParserFactory for SceneName {
@@ -68,10 +68,11 @@ impl ValueParserFactory for SceneName {
     }
 }
 
-/// True if scenes are read from their folders alone, as the command line says.
+/// True if scenes may only be read from their own folders, as set on the command line.
 static CONFINES: AtomicBool = AtomicBool::new(false);
 
-/// Says once, before anything is read, whether this process reads scenes from their folders alone, and the most bytes that it takes.
+/// Sets, once and before anything is read, whether this process reads scenes from their folders only, and its memory limit,
+/// bytes.
 pub(crate) fn trust(confine: bool, memory_limit: Option<u64>) {
     CONFINES.store(confine, Relaxed);
     if let Some(bytes) = memory_limit {
@@ -79,9 +80,9 @@ pub(crate) fn trust(confine: bool, memory_limit: Option<u64>) {
     }
 }
 
-/// Reads a scene of a file, by name or by number, or makes a built-in one.
+/// Reads a scene of a file, by name or index, or generates a built-in one.
 ///
-/// Devices and pipes are refused: they may have no end, and reading them may never return.
+/// Devices and pipes are refused: they may be endless, and reading them may never return.
 pub fn load_part(source: &SceneName, scene: Option<&str>) -> Result<Scene, CliError> {
     if source.demo().is_none() && fs::metadata(source.path()).is_ok_and(|m| !m.is_file()) {
         return Err(CliError::new(format_args!("{source}: this is no file"), "name a .gltf, .glb or .obj file"));

@@ -1,7 +1,7 @@
-//! Requests to end: Ctrl-C, the system's, those of a terminal that is gone.
+//! Signals that request termination: Ctrl-C, the system's, and that of a closed terminal.
 //!
-//! A signal ends the process at once, but for files that are half written: those are removed. A run that calls
-//! [`end_when_requested`] hears the first in its own time, by [`requested`].
+//! A signal ends the process at once, after half-written files are removed. A run that calls [`end_when_requested`] checks
+//! [`requested`] instead and ends in its own time after the first signal.
 
 use std::{
     io,
@@ -14,26 +14,26 @@ use std::{
 
 use lanternfish_metrics::remove_unfinished;
 
-/// Who ends a program for another (`timeout`, `cargo run`) may signal it twice at once, by itself and with its group: what
-/// comes so soon after the first is the first again.
+/// Programs that end another (`timeout`, `cargo run`) may signal it twice at once, directly and through its group. A signal
+/// within this time after the first counts as the same.
 const ECHO: Duration = Duration::from_millis(500);
 
 /// True if the first signal waits for the run.
 static ENDS_WHEN_REQUESTED: AtomicBool = AtomicBool::new(false);
-/// When the first came, and its number.
+/// Time and number of the first signal.
 static REQUESTED: OnceLock<(Instant, i32)> = OnceLock::new();
 
-/// Starts to listen, in a thread of its own.
+/// Starts to listen, in a separate thread.
 pub fn install() -> io::Result<()> {
     system::listen(hear)
 }
 
-/// From here on the first signal is told by [`requested`] and does nothing else; a second one ends the process.
+/// From now on the first signal only sets [`requested`]; a second one ends the process.
 pub fn end_when_requested() {
     ENDS_WHEN_REQUESTED.store(true, Ordering::Relaxed);
 }
 
-/// Whether somebody wants the run to end: what the process exits with then, as shells have it: 128 and the signal's number.
+/// The exit code if the run is requested to end, as in shells: 128 plus the signal's number.
 pub fn requested() -> Option<u8> {
     REQUESTED.get().map(|(_, signal)| 128 + *signal as u8)
 }
@@ -58,7 +58,7 @@ mod system {
     };
 
     pub fn listen(hear: fn(i32)) -> io::Result<()> {
-        // What the caller ignores stays ignored: `nohup`, and Ctrl-C where a script put the job in the background.
+        // Signals that the caller ignores stay ignored: `nohup`, and Ctrl-C for background jobs of a script.
         let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal));
         let mut signals = Signals::new(heard)?;
         thread::Builder::new().name("signals".to_owned()).spawn(move || signals.forever().for_each(hear))?;
@@ -67,14 +67,14 @@ mod system {
 
     fn is_ignored(signal: i32) -> bool {
         let mut action = MaybeUninit::<libc::sigaction>::zeroed();
-        // Safety: without a new action, the call only fills the one it is given, for which zeros are a value too.
+        // SAFETY: without a new action, the call only fills the one it is given, for which zeros are a valid value.
         unsafe {
             libc::sigaction(signal, ptr::null(), action.as_mut_ptr()) == 0
                 && action.assume_init().sa_sigaction == libc::SIG_IGN
         }
     }
 
-    /// Ends the process as the signal would have: who waits for it, a shell's loop, learns that it was the signal.
+    /// Ends the process by the signal itself, so that its parent, such as a shell's loop, learns the cause.
     pub fn end_by(signal: i32) {
         if emulate_default_handler(signal).is_err() {
             std::process::exit(128 + signal);
@@ -86,7 +86,7 @@ mod system {
 mod system {
     use std::io;
 
-    /// What Ctrl-C is elsewhere.
+    /// Number of Ctrl-C on other systems.
     const SIGINT: i32 = 2;
 
     pub fn listen(hear: fn(i32)) -> io::Result<()> {
@@ -114,7 +114,7 @@ mod tests {
 
     const FOLDER: &str = "LANTERNFISH_TEST_FOLDER";
 
-    /// The process that is signalled: writes half a file, says so, and waits for ever.
+    /// The child process: writes half a file, reports that, and waits forever.
     #[test]
     #[ignore = "only as a child of the test below"]
     fn child() {
@@ -124,14 +124,14 @@ mod tests {
             file.write_all(b"half a pict")?;
             file.flush()?;
             println!("\nhalf written");
-            // Standard input stays open for as long as the parent lives.
+            // Standard input stays open while the parent lives.
             io::stdin().read_exact(&mut [0])
         };
         lanternfish_metrics::write_aside(&Path::new(&folder).join("rendering"), write).unwrap();
     }
 
     #[test]
-    fn a_signal_amid_a_write_leaves_what_was_there_and_nothing_else() {
+    fn a_signal_during_a_write_leaves_the_old_file_only() {
         for signal in [SIGINT, SIGTERM, SIGHUP] {
             let folder = tempfile::tempdir().unwrap();
             fs::write(folder.path().join("rendering"), "whole").unwrap();
@@ -142,9 +142,9 @@ mod tests {
                 .env(FOLDER, folder.path())
                 .stdin(Stdio::piped())
                 .stdout(Stdio::piped());
-            // Who starts the tests in the background may have had the signal ignored, which processes inherit.
+            // A caller that starts the tests in the background may ignore the signal, which processes inherit.
             let heed_signal = move || {
-                // SAFETY: async-signal-safe, with a handler that the system itself has.
+                // SAFETY: async-signal-safe, with the system's default handler.
                 unsafe { libc::signal(signal, libc::SIG_DFL) };
                 Ok(())
             };
@@ -153,11 +153,11 @@ mod tests {
             let mut child = command.spawn().unwrap();
             let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
             assert!(lines.any(|line| line.unwrap() == "half written"), "the child ended early");
-            assert_eq!(names(), 2, "the file and what is written beside it");
-            // The shell's own: a bare machine has no program of that name.
+            assert_eq!(names(), 2, "the file and the temporary file beside it");
+            // Use the shell's built-in kill: a minimal machine has no such program.
             let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status();
             assert!(kill.unwrap().success());
-            // Not wait(), which would close standard input first.
+            // Do not call wait() first, which closes standard input.
             let rest = lines.count();
             assert_eq!(child.wait().unwrap().signal(), Some(signal), "{rest} more lines");
             assert_eq!(names(), 1);

@@ -1,4 +1,4 @@
-//! Images for two eyes.
+//! Stereo images.
 
 use clap::ValueEnum;
 use lanternfish::RenderedImage;
@@ -6,17 +6,17 @@ use lanternfish_scene::{Camera, Eyes};
 
 use crate::{error::CliError, parse};
 
-/// How two images become one file.
+/// Layout of two images in one file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum StereoLayout {
-    /// The left eye's image beside the right eye's: twice as wide as --size
+    /// Side by side, the left eye's image on the left: twice as wide as --size
     #[default]
     SideBySide,
     /// Two layers of one file, called left and right. EXR only
     Layers,
 }
 
-/// `vive`, `parallel[:metres]` or `l,r,b,t,metres[,degrees]`.
+/// Parses `vive`, `parallel[:metres]` or `l,r,b,t,metres[,degrees]`.
 pub fn eyes(text: &str) -> Result<Eyes, String> {
     let expected = "expected vive, parallel, parallel:METRES or l,r,b,t,METRES[,DEGREES] (slopes of the left eye's sides, the \
                     distance of the eyes, how far each is turned out), e.g. -1.39,1.25,-1.47,1.46,0.063";
@@ -44,7 +44,7 @@ pub fn eyes(text: &str) -> Result<Eyes, String> {
     Ok(Eyes::Rig(slopes, apart(values[4])?, degrees.to_radians()))
 }
 
-/// The eyes as [`eyes`] reads them.
+/// Formats the eyes as [`eyes`] parses them.
 pub fn text(eyes: Eyes) -> String {
     match eyes {
         Eyes::Vive => "vive".to_owned(),
@@ -53,15 +53,15 @@ pub fn text(eyes: Eyes) -> String {
     }
 }
 
-/// The two cameras of a head where `head` is.
+/// The two cameras of a head with the pose of `head`.
 pub fn cameras(eyes: Eyes, head: &Camera, aspect: f32) -> Result<[Camera; 2], CliError> {
     eyes.cameras(head, aspect).ok_or_else(|| {
         CliError::new("--stereo parallel: the camera is orthographic", "choose a perspective one, or --stereo vive")
     })
 }
 
-/// Two images of one height as one, the first on the left. Times and counts are the first's and, where only the second has
-/// them, its own; counts of both are added.
+/// Joins two images of equal height, the first on the left. Times and counters are the first's and, if only the second has
+/// them, the second's; counters of both are summed.
 pub fn side_by_side(left: RenderedImage, right: RenderedImage) -> RenderedImage {
     let width = left.width + right.width;
     let rows = |height: u32| 0..height as usize;
@@ -74,8 +74,8 @@ pub fn side_by_side(left: RenderedImage, right: RenderedImage) -> RenderedImage 
         joined.display.extend_from_slice(&right.display[y * r..][..r]);
     }
     for (name, count) in right.report.counters {
-        // What belongs to the scene is not there twice.
-        match joined.report.counters.iter_mut().find(|(known, _)| *known == name) {
+        // Counters of the scene are the same for both eyes; add them once.
+        match joined.report.counters.iter_mut().find(|(other, _)| *other == name) {
             Some(_) if name.starts_with("scene/") => {}
             Some((_, sum)) => *sum += count,
             None => joined.report.counters.push((name, count)),
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn eyes_are_read() {
+    fn eyes_are_parsed() {
         assert_eq!(eyes("vive"), Ok(Eyes::Vive));
         assert_eq!(eyes("parallel"), Ok(Eyes::Parallel(0.063)));
         assert_eq!(eyes("parallel:0.1"), Ok(Eyes::Parallel(0.1)));
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn two_images_stand_beside_each_other() {
+    fn two_images_are_joined_side_by_side() {
         let rendering = |value: u8, counters: &[(&str, u64)]| RenderedImage {
             width: 2,
             height: 2,

@@ -1,4 +1,4 @@
-//! `lanternfish view`: a scene in a window, under the flags of `render`.
+//! `lanternfish view`: a scene in a window, with the flags of `render`.
 
 use std::{
     cell::RefCell,
@@ -37,20 +37,20 @@ Examples:
 
 W A S D fly, dragging looks about; F1 shows all keys. V looks at the
 camera and its clusters from above. A file that is dropped on the window is opened. The window's size and
-place are kept in lanternfish/window.toml of the folder of settings (XDG_CONFIG_HOME, or ~/.config).
+position are stored in lanternfish/window.toml of the folder of settings (XDG_CONFIG_HOME, or ~/.config).
 Images (.exr, .png) are shown side by side, with a map and the mean of what differs.
 ";
 
-/// Seconds of a step of what is recorded.
+/// Duration of a recorded step, seconds.
 const STEP: f32 = 1.0 / 60.0;
 
-/// Opens the window, and returns when it is closed.
+/// Opens the window and returns when it is closed.
 pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     if renderings::is_image(&shot.args.scene) {
         return renderings::run(&shot, window);
     }
     if let Some(more) = window.renderings.first() {
-        let what = format_args!("{}: the window shows one scene, and this is another file", more.display());
+        let what = format_args!("{}: the window shows one scene, and this is a second file", more.display());
         return Err(CliError::new(what, "name one scene, or images alone: .exr and .png files"));
     }
     let args = &shot.args;
@@ -66,7 +66,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     let size_is_chosen = shot.names().iter().any(|name| name == "size");
     let Loaded { scene, camera, by_rig, moment, rain } = loaded(&shot, &mut progress)?;
     progress.finish();
-    // What is opened now: a file that is dropped takes its place.
+    // The opened scene. A file that is dropped on the window replaces it.
     let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig, rain.clone())));
     let open_another = Rc::clone(&opened);
     eyes.map(|eyes| stereo::cameras(eyes, &camera, size.width as f32 / size.height as f32)).transpose()?;
@@ -95,7 +95,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     lanternfish_viewer::run(start).map_err(failed)
 }
 
-/// What keeps a window from opening.
+/// Converts an error that keeps a window from opening.
 pub fn failed(error: ViewerError) -> CliError {
     match error {
         ViewerError::Gpu(error) => error.into(),
@@ -104,14 +104,14 @@ pub fn failed(error: ViewerError) -> CliError {
     }
 }
 
-/// An error for a folder that has no shaders.
+/// Returns an error for a folder without shaders.
 fn check_folder(folder: &Path) -> Result<(), CliError> {
     let holds = folder.join("shading").join("forward.wesl").is_file();
     let remedy = "name the library's sources: --shaders crates/lanternfish/src";
-    holds.then_some(()).ok_or_else(|| CliError::new(format!("{}: no shaders are there", folder.display()), remedy))
+    holds.then_some(()).ok_or_else(|| CliError::new(format!("{}: there are no shaders", folder.display()), remedy))
 }
 
-/// Writes what was recorded, at the end; that it can be written is known before.
+/// Writes the recording when the window closes. The path was checked before.
 fn recorder(shot: &Shot, path: &Path) -> Result<RecordKeeper, CliError> {
     check_writable(path)?;
     let (path, scene, flags) = (path.to_owned(), shot.args.scene.clone(), shot.said()?);
@@ -121,7 +121,7 @@ fn recorder(shot: &Shot, path: &Path) -> Result<RecordKeeper, CliError> {
     }))
 }
 
-/// Where the window leaves its size and place: in the user's folder of settings; none where the user has no such folder.
+/// The file for the window's size and position, in the user's configuration folder; `None` if the user has none.
 fn kept_at() -> Option<PathBuf> {
     let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let of_home = || Some(folder("HOME")?.join(".config"));
@@ -130,17 +130,17 @@ fn kept_at() -> Option<PathBuf> {
     Some(folder.join("lanternfish").join("window.toml"))
 }
 
-/// What is opened.
+/// A loaded scene.
 struct Loaded {
-    /// In its light, as it is at 0 s.
+    /// The scene with its lights, at 0 s.
     scene: Scene,
-    /// Where it is seen from.
+    /// The camera.
     camera: Camera,
-    /// How many of its lights, the last, are a rig's.
+    /// Number of lights, at the end, that belong to a rig.
     by_rig: usize,
-    /// The moment that is shown.
+    /// The animation and time to show.
     moment: Option<Moment>,
-    /// Lights that fall.
+    /// The light rain.
     rain: Option<Rain>,
 }
 
@@ -159,8 +159,8 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     Ok(Loaded { scene, camera, by_rig, moment, rain })
 }
 
-/// A shot's settings for frames that follow each other: with a history, unless the shot says something of it, and with as many samples a pixel as
-/// single frames have, since a frame is shown alone while the view moves.
+/// A shot's settings for interactive frames: with temporal accumulation, unless the shot sets it, and with the multisampling of
+/// single frames, because frames are shown alone while the view moves.
 fn in_window(shot: &Shot) -> Settings {
     let samples = shot.args.settings_of(1).samples;
     let mut settings = Settings { samples, ..shot.args.settings() };
@@ -170,7 +170,7 @@ fn in_window(shot: &Shot) -> Settings {
     settings
 }
 
-/// A file that was dropped on the window, under the flags that nobody gave. A shot says how it is rendered, a scene does not.
+/// A file that was dropped on the window, with default flags. A shot sets the renderer's settings, a scene does not.
 fn dropped(path: &Path) -> Result<(shown::Opened, Opened), CliError> {
     let name = SceneName::from(path.as_os_str());
     let is_shot = shot::is_shot(&name);
@@ -182,7 +182,7 @@ fn dropped(path: &Path) -> Result<(shown::Opened, Opened), CliError> {
     Ok((now, Opened { name, scene, camera, eyes, settings, moment, rain }))
 }
 
-/// What is seen, as a shot in the current folder under a name that is not taken, or as a line for a shell.
+/// Writes the window's state as a shot in the current folder, under a free name, or as a command line for a shell.
 fn written(opened: &shown::Opened, seen: &Shown<'_>, form: Form) -> Result<Written, CliError> {
     let Shown { settings, scene, camera, eyes, size, moment } = *seen;
     let (shot, camera) = opened.shown(&shown::Shown { settings, scene, camera, eyes, size, moment })?;
@@ -191,24 +191,24 @@ fn written(opened: &shown::Opened, seen: &Shown<'_>, form: Form) -> Result<Writt
         Form::File => {
             let path = free_name("toml");
             output::write_text(&path, &shown::text(&shot)?)?;
-            let note = if opened.is_studio() { "; its studio light turns with its camera" } else { "" };
-            format!("{} is written{note}", path.display())
+            let note = if opened.is_studio() { "; its studio light follows its camera" } else { "" };
+            format!("{} written{note}", path.display())
         }
     };
     Ok(Written { text, camera })
 }
 
-/// A name in the current folder that is not taken.
+/// A free file name in the current folder.
 fn free_name(ending: &str) -> PathBuf {
     let mut names = (1..).map(|i| PathBuf::from(format!("lanternfish-{i}.{ending}")));
-    names.find(|path| !path.exists()).expect("there is always another number")
+    names.find(|path| !path.exists()).expect("numbers do not run out")
 }
 
-/// Writes a screenshot into the current folder, under a name that is not taken.
+/// Writes a screenshot to the current folder, under a free name.
 fn keep(pixels: &[u8], [width, height]: [u32; 2]) -> Result<String, String> {
     let path = free_name("png");
     write_png(&path, width, height, ColorType::Rgba, pixels).map_err(|error| error.to_string())?;
-    Ok(format!("{} is written", path.display()))
+    Ok(format!("{} written", path.display()))
 }
 
 #[cfg(test)]
@@ -216,7 +216,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_is_dropped_is_opened_or_refused_with_a_reason() {
+    fn a_dropped_file_is_opened_or_refused_with_a_reason() {
         let folder = tempfile::tempdir().unwrap();
         let shot = folder.path().join("box.toml");
         let text =
@@ -225,19 +225,19 @@ mod tests {
         let (now, opened) = dropped(&shot).unwrap();
         assert!(!opened.scene.lights.is_empty() && now.shot.args.scene.to_string() == "demo:cornell");
         assert_eq!((opened.camera.eye(), opened.moment), (glam::Vec3::new(0.0, 1.0, 3.0), None));
-        // How it is rendered is the shot's; of a scene by itself, what was there before.
+        // A shot sets the renderer's settings; a scene keeps the window's.
         assert_eq!(opened.settings.unwrap().tone_map, lanternfish::settings::ToneMap::Aces);
         let scene = folder.path().join("one.gltf");
         std::fs::write(&scene, r#"{"asset": {"version": "2.0"}, "scenes": [{}], "scene": 0}"#).unwrap();
         assert!(dropped(&scene).unwrap().1.settings.is_none());
-        // A frame is seen alone, whatever the shot says of means.
+        // Frames are shown alone, whatever the shot's accumulation.
         std::fs::write(&shot, "scene = \"demo:cornell\"\n[technique]\naccumulate = 64\n").unwrap();
         assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().samples, lanternfish::settings::Samples::Four);
         let missing = dropped(&folder.path().join("nothing.glb")).err().unwrap().to_string();
         assert!(missing.contains("nothing.glb"), "{missing}");
     }
 
-    /// A file whose one node moves for 2 s.
+    /// A file whose only node moves for 2 s.
     const MOVING: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{}],
         "buffers": [{"byteLength": 32, "uri": "data:application/octet-stream;base64,AAAAAAAAAEAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAA="}],
         "bufferViews": [{"buffer": 0, "byteLength": 8}, {"buffer": 0, "byteOffset": 8, "byteLength": 24}],
@@ -247,7 +247,7 @@ mod tests {
             "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]}]}"#;
 
     #[test]
-    fn the_moment_of_a_shot_is_the_moment_of_the_window() {
+    fn the_window_starts_at_the_time_of_the_shot() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("moving.gltf"), MOVING).unwrap();
         let opened = |text: &str| {

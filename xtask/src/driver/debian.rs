@@ -1,4 +1,4 @@
-//! What to install on Debian and Ubuntu, and how.
+//! Packages to install on Debian and Ubuntu.
 
 use std::{fs, path::Path, process::Command};
 
@@ -11,40 +11,41 @@ use crate::{
     command::{run, run_with_input},
 };
 
-/// Mesa's drivers, the software one among them, and the loader that wgpu opens.
+/// Mesa's drivers, including the software one, and the Vulkan loader that wgpu opens.
 pub const PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
-/// The first Mesa whose software driver has all that the renderer and its tests use.
+/// The first version of Mesa whose software driver supports everything that the renderer and its tests use.
 const WANTED_MESA: u32 = 25;
-/// The release whose own Mesa, 22.3.6, is older, and the one beside it that has a newer.
+/// The release with an older Mesa, 22.3.6, whose backports have a newer one.
 const OLD_RELEASE: &str = "bookworm";
 const BACKPORTS: &str = "bookworm-backports";
-/// As what else the mirrors of a machine of that release may be written down.
+/// Other names of that release in the sources of a machine.
 const OLD_RELEASE_ALIASES: [&str; 2] = ["oldstable", "stable"];
-/// Where the newer one is added to apt's sources: a name that nobody else has.
+/// The file that adds the backports to apt's sources. The name is unique to this project.
 const BACKPORTS_FILE: &str = "/etc/apt/sources.list.d/lanternfish-bookworm-backports.sources";
 
-/// What decides.
+/// The state of the machine on which the plan depends.
 #[derive(Clone, Copy, Debug)]
 pub struct Machine {
-    /// True if it is the release whose Mesa is too old.
+    /// True for the release whose Mesa is too old.
     pub is_old_release: bool,
-    /// The first number of the installed Mesa's version.
+    /// The major version of the installed Mesa.
     pub mesa: Option<u32>,
     /// True if the Vulkan loader is installed.
     pub has_loader: bool,
     /// True if a graphics card's driver works.
     pub has_graphics_card: bool,
-    /// Whether there may be a card that this user's list of adapters does not show, e.g. outside the group `render`.
+    /// True if there may be a card that this user's list of adapters lacks, e.g. for a user outside the group `render`.
     pub may_have_graphics_card: bool,
 }
 
-/// What there is to do.
+/// The installation to perform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
     Nothing,
-    /// Install what the distribution has.
+    /// Install the distribution's packages.
     Distributions,
-    /// Install from the backports; where that fails, go on with the older driver: `has_one`, or the distribution's.
+    /// Install from the backports. If that fails, continue with the older driver: the installed one if `has_one`, or the
+    /// distribution's.
     Backport {
         has_one: bool,
     },
@@ -63,8 +64,8 @@ impl Machine {
     }
 }
 
-/// Where there may be a graphics card no driver is replaced, which may be its own. Beside one that works, only tests get a
-/// software driver, if there is none, and the distribution's.
+/// If there may be a graphics card, no driver is replaced, because it may be the card's own. Beside a working card, only tests
+/// get a software driver, from the distribution, if there is none.
 pub fn plan(machine: &Machine, purpose: Purpose) -> Step {
     let has_one = machine.mesa.is_some() && machine.has_loader;
     let is_fit = has_one && machine.mesa >= Some(WANTED_MESA);
@@ -96,7 +97,7 @@ pub fn install(step: Step) -> Result<(), String> {
     }
 }
 
-/// The newer driver; where it cannot be had, the older one that is there, or that the distribution has.
+/// Installs the newer driver. If that fails, keeps the installed older one, or installs the distribution's.
 fn backport_or_older(
     has_one: bool,
     backport: impl FnOnce() -> Result<(), String>,
@@ -105,7 +106,7 @@ fn backport_or_older(
     match backport() {
         Ok(()) => Ok(()),
         Err(error) if has_one => {
-            eprintln!("warning: {error}; going on with the driver that is there");
+            eprintln!("warning: {error}; continuing with the installed driver");
             Ok(())
         }
         Err(error) => {
@@ -124,7 +125,7 @@ fn install_backport() -> Result<(), String> {
     }
     let installed = apt::install(&["--target-release", BACKPORTS], &PACKAGES);
     if installed.is_err() && is_added {
-        // A mirror without backports would fail every update from now on.
+        // A mirror without backports would make every later update fail.
         if let Err(error) = as_root(&["rm", "--force", BACKPORTS_FILE]).and_then(|mut rm| run(&mut rm)) {
             eprintln!("warning: {error}; {BACKPORTS_FILE} stays");
         }
@@ -132,7 +133,7 @@ fn install_backport() -> Result<(), String> {
     installed
 }
 
-/// Debian's own source, or one of its mirrors; else the first that has a release of this name.
+/// Debian's own source or one of its mirrors; else the first source with a release of this name.
 fn mirror(sources: &[Source]) -> Option<&Source> {
     let has_release =
         |source: &&Source| source.offers(OLD_RELEASE) || OLD_RELEASE_ALIASES.iter().any(|alias| source.offers(alias));
@@ -147,11 +148,11 @@ fn installed_version(package: &str) -> Option<String> {
     text.lines().find_map(|line| line.strip_prefix("installed ")).map(str::to_owned)
 }
 
-/// True if `/etc/os-release` is that of the release whose Mesa is too old.
+/// True if `/etc/os-release` describes the release whose Mesa is too old.
 fn is_old_release(os_release: &str) -> bool {
     let is = |name: &str, value: &str| {
-        let found = os_release.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix('='));
-        found.is_some_and(|found| found.trim_matches('"') == value)
+        let actual = os_release.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix('='));
+        actual.is_some_and(|actual| actual.trim_matches('"') == value)
     };
     is("ID", "debian") && is("VERSION_CODENAME", OLD_RELEASE)
 }
@@ -171,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_driver_is_installed_where_there_is_none_or_none_that_is_fit() {
+    fn a_driver_is_installed_if_none_is_suitable() {
         let of = |is_old_release, mesa: Option<u32>, has_graphics_card, purpose| {
             let has_loader = mesa.is_some();
             let may_have_graphics_card = has_graphics_card;
@@ -183,14 +184,14 @@ mod tests {
             assert_eq!(of(true, None, false, purpose), Step::Backport { has_one: false });
             assert_eq!(of(true, Some(22), false, purpose), Step::Backport { has_one: true });
             assert_eq!(of(true, Some(25), false, purpose), Step::Nothing);
-            // Elsewhere the distribution's driver, however old.
+            // Elsewhere the distribution's driver, of any version.
             assert_eq!(of(false, None, false, purpose), Step::Distributions);
             assert_eq!(of(false, Some(23), false, purpose), Step::Nothing);
-            // What drives a graphics card stays as it is.
+            // A graphics card's driver is not changed.
             assert_eq!(of(true, Some(22), true, purpose), Step::Nothing);
             assert_eq!(of(false, Some(23), true, purpose), Step::Nothing);
         }
-        // Another maker's card brings no software driver.
+        // The driver of another vendor's card includes no software driver.
         for is_old_release in [true, false] {
             assert_eq!(of(is_old_release, None, true, Purpose::RenderedImages), Step::Nothing);
             assert_eq!(of(is_old_release, None, true, Purpose::Tests), Step::Distributions);
@@ -203,7 +204,7 @@ mod tests {
             may_have_graphics_card: false,
         };
         assert_eq!(plan(&no_loader, Purpose::RenderedImages), Step::Backport { has_one: false });
-        // A card that the list does not show, as of a user outside the group `render`: its driver stays.
+        // A card that the list lacks, as for a user outside the group `render`: its driver is kept.
         let hidden = Machine { mesa: Some(22), has_loader: true, may_have_graphics_card: true, ..no_loader };
         for purpose in [Purpose::RenderedImages, Purpose::Tests] {
             assert_eq!(plan(&hidden, purpose), Step::Nothing);
@@ -213,9 +214,9 @@ mod tests {
     }
 
     #[test]
-    fn without_backports_the_older_driver_is_taken() {
+    fn without_backports_the_older_driver_is_used() {
         let fails = || Err("no backports here".to_owned());
-        let never = || panic!("the driver that is there is enough");
+        let never = || panic!("the installed driver suffices");
         assert_eq!(backport_or_older(true, fails, never), Ok(()));
         assert_eq!(backport_or_older(false, || Ok(()), never), Ok(()));
         assert_eq!(backport_or_older(false, fails, || Ok(())), Ok(()));
@@ -223,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn backports_come_from_debian_and_not_from_whoever_has_a_suite_of_that_name() {
+    fn backports_come_from_debian_and_not_from_third_parties() {
         let source = |uri: &str, suite: &str, components: &str, signed_by: &str| Source {
             uris: uri.to_owned(),
             suites: vec![suite.to_owned()],

@@ -1,32 +1,33 @@
-//! apt's sources, as much of them as another suite of the same mirror needs.
+//! Parses apt's sources, as far as needed to add another suite of the same mirror.
 
 use std::{collections::HashMap, fs, path::Path};
 
-/// A source of binary packages that is switched on.
+/// An enabled source of binary packages.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Source {
-    /// Mirrors, with spaces between them.
+    /// Mirrors, separated by spaces.
     pub uris: String,
     /// Releases of the distribution, e.g. `bookworm`, `bookworm-updates`.
     pub suites: Vec<String>,
-    /// Parts of a release, with spaces between them.
+    /// Components of a release, separated by spaces.
     pub components: String,
-    /// Whose signature is believed, as a stanza writes it behind the colon: files, or a whole key in lines of its own.
+    /// The trusted keys, as in a stanza after the colon: files, or an inline key over several lines.
     pub signed_by: String,
-    /// What else holds for all releases of a mirror, by [`OPTIONS`]: names and values of a stanza.
+    /// Further options for all releases of a mirror, from [`OPTIONS`]: names and values of a stanza.
     pub options: Vec<(&'static str, String)>,
 }
 
-/// Options that are kept: as lines spell them, and as stanzas do.
+/// Supported options: their names in lines and in stanzas.
 const OPTIONS: [(&str, &str); 2] = [("arch", "Architectures"), ("trusted", "Trusted")];
 
 impl Source {
     /// True if it offers this release.
     pub fn offers(&self, suite: &str) -> bool {
-        self.suites.iter().any(|known| known == suite)
+        self.suites.iter().any(|other| other == suite)
     }
 
-    /// The less, the more likely it is Debian's own, or a mirror of it: third parties name their suites after Debian's too.
+    /// A score that is lower the more likely the source is Debian or a mirror of it. Third parties use Debian's suite names
+    /// too.
     pub fn strangeness(&self) -> u32 {
         let has_main = self.components.split_whitespace().any(|component| component == "main");
         let is_debian = self.uris.split_whitespace().any(|uri| uri.trim_end_matches('/').ends_with("/debian"));
@@ -38,7 +39,7 @@ impl Source {
         }
     }
 
-    /// Another release of the same mirrors, components, key and options, as a file of sources has it.
+    /// A stanza for another release of the same mirrors, components, key and options.
     pub fn stanza(&self, suite: &str) -> String {
         let mut text = format!(
             "Types: deb\nURIs: {}\nSuites: {suite}\nComponents: {}\n",
@@ -54,7 +55,7 @@ impl Source {
     }
 }
 
-/// All sources below apt's folder, `/etc/apt`, file by file in apt's order.
+/// Reads all sources in apt's folder, `/etc/apt`, file by file in apt's order.
 pub fn read(folder: &Path) -> Vec<Source> {
     let mut files = vec![folder.join("sources.list")];
     let more = fs::read_dir(folder.join("sources.list.d")).into_iter().flatten().flatten();
@@ -71,7 +72,7 @@ pub fn read(folder: &Path) -> Vec<Source> {
     parsed.flatten().collect()
 }
 
-/// One-line style: `deb [option=value …] URI SUITE COMPONENT…`.
+/// Parses the one-line style: `deb [option=value …] URI SUITE COMPONENT…`.
 fn from_lines(text: &str) -> Vec<Source> {
     let source = |line: &str| {
         let line = line.split('#').next()?.trim();
@@ -98,14 +99,14 @@ fn from_lines(text: &str) -> Vec<Source> {
     text.lines().filter_map(source).collect()
 }
 
-/// deb822 style: stanzas of fields, whose values go on in lines that start with a space.
+/// Parses the deb822 style: stanzas of fields. Values continue on lines that start with a space.
 fn from_stanzas(text: &str) -> Vec<Source> {
     let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
     let stanzas = lines.split(|line| line.trim().is_empty());
     stanzas.filter_map(|stanza| from_fields(&fields(stanza))).collect()
 }
 
-/// Values by names in lower case.
+/// Values by lower-case name.
 fn fields(stanza: &[&str]) -> HashMap<String, String> {
     let mut fields: HashMap<String, String> = HashMap::new();
     let mut last = String::new();
@@ -188,12 +189,12 @@ mod tests {
         let stanza = "Types: deb\nURIs: http://a.example/debian http://b.example/debian\nSuites: bookworm-backports\n\
                       Components: main\nSigned-By: /k/a.gpg\nArchitectures: amd64\nTrusted: yes\n";
         assert_eq!(sources[0].stanza("bookworm-backports"), stanza);
-        // What is written is read.
+        // The written stanza can be parsed.
         assert!(from_stanzas(stanza)[0].offers("bookworm-backports"));
     }
 
     #[test]
-    fn a_key_in_the_stanza_stays_whole() {
+    fn an_inline_key_is_kept_completely() {
         let key =
             "Signed-By:\n -----BEGIN PGP PUBLIC KEY BLOCK-----\n .\n mQINBF\n -----END PGP PUBLIC KEY BLOCK-----\n";
         let sources =
@@ -202,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_both_styles_are_found() {
+    fn files_of_both_styles_are_read() {
         let folder = std::env::temp_dir().join(format!("lanternfish-sources-{}", std::process::id()));
         fs::create_dir_all(folder.join("sources.list.d")).unwrap();
         let write = |name: &str, text: &str| fs::write(folder.join(name), text).unwrap();

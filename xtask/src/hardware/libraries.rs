@@ -1,4 +1,5 @@
-//! Libraries that a bare machine may lack: the Vulkan loader, those of X that NVIDIA's driver links to, and that of the compiler.
+//! Libraries that a bare machine may lack: the Vulkan loader, X libraries that NVIDIA's driver links to, and the compiler's
+//! runtime.
 
 use std::{
     fs,
@@ -15,12 +16,12 @@ use crate::{
 const PACKAGES: [&str; 9] =
     ["libvulkan1", "libx11-6", "libxext6", "libxcb1", "libxau6", "libxdmcp6", "libbsd0", "libmd0", "libgcc-s1"];
 
-/// Fills the folder `lib` with the libraries, by way of the empty folder `scratch`. An error names what is missing here.
+/// Fills the folder `lib` with the libraries, using the empty folder `scratch`. Returns an error that names what is missing.
 pub fn gather(scratch: &Path, lib: &Path) -> Result<(), String> {
     if !apt::is_there() || find_program("dpkg").is_none() {
         return Err("no apt-get and dpkg here".to_owned());
     }
-    // As root, apt would warn that its own user cannot write to the folder.
+    // Run as root, apt would warn that its sandbox user cannot write to the folder.
     let download = ["--quiet", "--quiet", "--option=APT::Sandbox::User=root", "download"];
     run(Command::new("apt-get").args(download).args(PACKAGES).current_dir(scratch))?;
     let root = scratch.join("root");
@@ -30,26 +31,26 @@ pub fn gather(scratch: &Path, lib: &Path) -> Result<(), String> {
     for file in files_below(&root)? {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         if is_linked_by_name(&name) {
-            // The name may be a link to one with more numbers: its content is copied.
+            // The name may be a link to a file with more version numbers: copy the content.
             fs::copy(&file, lib.join(&*name)).map_err(|error| format!("{}: {error}", file.display()))?;
         }
     }
     Ok(())
 }
 
-/// Whether programs link to a library by this name: one number after `.so`, as in `libX11.so.6`.
+/// True if programs link to a library by this name: one number after `.so`, as in `libX11.so.6`.
 fn is_linked_by_name(file: &str) -> bool {
     let version = file.strip_prefix("lib").and_then(|rest| rest.split_once(".so.")).map(|(_, version)| version);
     version.is_some_and(|version| !version.is_empty() && version.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
-/// Every file below a folder, in order; links to files count as files.
+/// All files below a folder, sorted; links to files count as files.
 pub fn files_below(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let error = |error| format!("{}: {error}", folder.display());
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(error)? {
         let path = entry.map_err(error)?.path();
-        // Packages link between folders: only a folder itself is entered.
+        // Packages link between folders: enter real folders only.
         if path.is_dir() && !path.is_symlink() {
             files.extend(files_below(&path)?);
         } else if path.is_file() {
@@ -65,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn libraries_are_taken_by_the_name_that_programs_link_to() {
+    fn libraries_have_the_name_that_programs_link_to() {
         for name in ["libX11.so.6", "libvulkan.so.1", "libstdc++.so.6"] {
             assert!(is_linked_by_name(name), "{name}");
         }

@@ -1,4 +1,4 @@
-//! The programs of the kit, as cargo builds them, without symbols.
+//! The programs of the kit: built by cargo, without symbols.
 
 use std::{
     ffi::OsStr,
@@ -10,15 +10,15 @@ use serde_json::Value;
 
 use crate::command::{find_program, run, run_for_output};
 
-/// A program among those that cargo builds.
+/// A program that cargo builds.
 pub struct Program {
-    /// Folder of its package below `crates`, which is the package's name.
+    /// Name of its package, and of its folder below `crates`.
     package: &'static str,
     /// Cargo's kind of target: `bin`, `lib` or `test`.
     kind: &'static str,
-    /// The target's name, where the package may have several of this kind.
+    /// The target's name, if the package may have several of this kind.
     target: Option<&'static str>,
-    /// True if it is built to run tests.
+    /// True if it is built as a test.
     is_test: bool,
     /// Its name in the kit.
     pub name: &'static str,
@@ -38,20 +38,20 @@ pub const TESTS: [Program; 4] = [
     Program { package: "lanternfish-papers", kind: "lib", target: None, is_test: true, name: "lanternfish-papers" },
 ];
 
-/// Builds with cargo; returns its messages, a line of JSON each.
+/// Builds with cargo. Returns its messages, one line of JSON each.
 pub fn build(command: &mut Command) -> Result<String, String> {
     run_for_output(command.arg("--message-format=json-render-diagnostics"))
 }
 
 impl Program {
-    /// Its path, by cargo's messages.
+    /// Its path, from cargo's messages.
     pub fn find(&self, messages: &str) -> Result<PathBuf, String> {
         let messages = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
         let mut paths = messages.filter_map(|message| self.path_of(&message));
         paths.next().ok_or_else(|| format!("cargo built no {} of package {}", self.kind, self.package))
     }
 
-    /// The path that a message gives, where it is about this program.
+    /// The path in a message about this program.
     fn path_of(&self, message: &Value) -> Option<PathBuf> {
         let target = &message["target"];
         let manifest = Path::new(message["manifest_path"].as_str()?);
@@ -60,12 +60,12 @@ impl Program {
             && target["kind"].as_array()?.iter().any(|kind| kind == self.kind)
             && self.target.is_none_or(|name| target["name"] == name)
             && message["profile"]["test"] == self.is_test;
-        // A library by itself has none.
+        // A library that is not a test has no executable.
         message["executable"].as_str().filter(|_| is_this).map(PathBuf::from)
     }
 }
 
-/// An error where a program cannot lose its symbols.
+/// Returns an error if symbols cannot be stripped.
 pub fn check_strip() -> Result<(), String> {
     match find_program("strip") {
         Some(_) => Ok(()),
@@ -73,7 +73,7 @@ pub fn check_strip() -> Result<(), String> {
     }
 }
 
-/// A copy of a program without symbols.
+/// Copies a program without symbols.
 pub fn strip(program: &Path, copy: &Path) -> Result<(), String> {
     run(Command::new("strip").arg("-o").args([copy, program]))
 }
@@ -82,7 +82,7 @@ pub fn strip(program: &Path, copy: &Path) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// Messages as cargo prints them, with fewer fields.
+    /// Messages of cargo, with fewer fields.
     const MESSAGES: &str = r#"
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["lib"],"name":"lanternfish"},"profile":{"test":false},"executable":null}
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["lib"],"name":"lanternfish"},"profile":{"test":true},"executable":"/t/lanternfish-1"}
@@ -97,7 +97,7 @@ not JSON
 "#;
 
     #[test]
-    fn programs_are_found_in_the_messages_of_cargo() {
+    fn programs_are_parsed_from_the_messages_of_cargo() {
         let find = |program: &Program| program.find(MESSAGES);
         assert_eq!(find(&RELEASED[0]), Ok("/t/lanternfish".into()));
         assert_eq!(find(&RELEASED[1]), Ok("/t/lanternfish-bench".into()));

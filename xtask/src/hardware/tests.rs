@@ -11,14 +11,14 @@ fn a_kit_that_is_too_large_is_an_error_with_its_sizes() {
 }
 
 #[test]
-fn the_shot_names_its_scene_as_it_lies_in_the_kit() {
+fn the_shot_has_the_path_of_its_scene_in_the_kit() {
     let (shot, start, start_in_kit) = SHOT;
     let text = fs::read_to_string(workspace().join("docs").join(shot)).expect("the shot is there");
     let scene = format!("scene = {start_in_kit}{}\"", SCENES[0]);
     assert!(text.replace(start, start_in_kit).lines().any(|line| line == scene), "{text}");
 }
 
-/// What the scripts do on a machine, played by fakes of the programs.
+/// Tests the scripts with fake programs.
 #[cfg(target_os = "linux")]
 mod on_a_machine {
     use std::process::Output;
@@ -29,7 +29,7 @@ mod on_a_machine {
     const SOFTWARE: &str = "adapter      Some software\n  kind       Cpu, through vulkan\n  driver     x\n";
     const CARD: &str = "adapter      Some card\n  kind       DiscreteGpu, through vulkan\n  driver     x\n";
 
-    /// A test program with three tests for an adapter, of which `gpu_good` passes, and one for none.
+    /// A test program with three tests that need an adapter, of which `gpu_good` passes, and one other test.
     const TEST_PROGRAM: &str = r#"#!/bin/sh
 if [ "$1" = --list ]; then
     printf 'a::gpu_good: test\na::gpu_second: test\ngpu_third: test\na::gpu::other: test\n'
@@ -44,11 +44,11 @@ esac
 printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
 "#;
 
-    /// A kit of fakes in a folder that goes when this goes.
+    /// A kit of fakes in a folder that is removed on drop.
     struct Kit(PathBuf);
 
     impl Kit {
-        /// `second` is what the test `gpu_second` does.
+        /// `second` is the command of the test `gpu_second`.
         fn new(name: &str, adapters: &str, second: &str) -> Self {
             let folder = env::temp_dir().join(format!("lanternfish-kit-{name}-{}", std::process::id()));
             let contents = folder.join("contents");
@@ -76,7 +76,7 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
             bash.envs(variables.iter().copied()).output().expect("bash is there")
         }
 
-        /// A result.
+        /// Reads a result.
         fn read(&self, name: &str) -> String {
             fs::read_to_string(self.0.join("out").join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
         }
@@ -101,7 +101,7 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
     }
 
     #[test]
-    fn software_alone_ends_the_run() {
+    fn a_software_adapter_alone_ends_the_run() {
         let kit = Kit::new("software", SOFTWARE, "true");
         let output = kit.run(&[], &[]);
         assert_eq!(output.status.code(), Some(3));
@@ -111,7 +111,7 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
     }
 
     #[test]
-    fn software_is_taken_where_it_is_allowed() {
+    fn software_is_used_if_it_is_allowed() {
         let kit = Kit::new("allowed", SOFTWARE, "test -z \"${LANTERNFISH_TEST_ADAPTER+set}\" || exit 1");
         let output = kit.run(&["--allow-software"], &[]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout) + &text(&output.stderr));
@@ -122,7 +122,7 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
         assert!(kit.read("frames.json").contains(r#"{"frame": "atrium", "status": 0, "report": null"#));
         let left = fs::read_dir(&kit.0).expect("it is there").filter_map(Result::ok);
         let left: Vec<_> = left.map(|entry| entry.file_name()).filter(|name| name != "out" && name != "kit").collect();
-        assert_eq!(left, ["contents"], "the temporary folder goes");
+        assert_eq!(left, ["contents"], "the temporary folder is removed");
     }
 
     #[test]

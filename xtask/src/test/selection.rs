@@ -1,23 +1,23 @@
-//! Which tests are run, by the words after `cargo xtask test`.
+//! The tests to run, chosen by the words after `cargo xtask test`.
 
 use std::process::Command;
 
 use crate::command::cargo;
 
-/// Everything that is built for tests but the tests in documentation. Each call names the same, so that nothing is built twice.
+/// All test targets except documentation. Every call uses the same list, so that nothing is built twice.
 pub const TARGETS: [&str; 6] = ["test", "--workspace", "--lib", "--bins", "--tests", "--examples"];
 
-/// The programs that hold unit tests. Those that start the command line or render are neither built nor linked.
+/// The programs with unit tests. Programs that start the command line or render are neither built nor linked.
 const UNIT_TARGETS: [&str; 4] = ["test", "--workspace", "--lib", "--bins"];
 
-/// How the last segment of a test's name starts where the test needs an adapter.
+/// Prefix of the last segment of a test's name if the test needs an adapter.
 const NEEDS_ADAPTER: &str = "gpu_";
 
 /// Part of the names of unit tests that render for minutes, with the path tracer.
 const RENDERS: &str = "tests::light_paths::";
 
-/// What libtest leaves out by a part of the whole name. It has no way to name the last segment, and leaves out modules below
-/// the root that are named so as well; a module `gpu_…` at the root stays in.
+/// Part of the names that libtest skips. Libtest cannot match the last segment only, so this also skips modules below the root
+/// with such names; a module `gpu_…` at the root is not skipped.
 const SKIP_ADAPTER: &str = "::gpu_";
 
 /// The tests to run.
@@ -25,12 +25,12 @@ const SKIP_ADAPTER: &str = "::gpu_";
 pub struct Selection {
     /// Part of the tests' names.
     filter: Option<String>,
-    /// True if only unit tests are run that need no adapter and do not render.
+    /// True to run only unit tests that need no adapter and do not render.
     pub is_quick: bool,
 }
 
 impl Selection {
-    /// By the words after `cargo xtask test`: `[FILTER] [--quick | --full]`.
+    /// Parses the words after `cargo xtask test`: `[FILTER] [--quick | --full]`.
     pub fn parse(words: &[String]) -> Result<Self, String> {
         let mut selection = Self::default();
         let mut is_full = false;
@@ -53,12 +53,12 @@ impl Selection {
         Ok(selection)
     }
 
-    /// Whether the tests in documentation are run too: where every test is.
+    /// True if documentation tests run too: only without a filter.
     pub fn has_documentation(&self) -> bool {
         !self.is_quick && self.filter.is_none()
     }
 
-    /// Nextest's profile, which also names the folder of its results.
+    /// Nextest's profile, and the name of the folder of its results.
     pub fn profile(&self) -> &'static str {
         if self.is_quick { "quick" } else { "default" }
     }
@@ -70,7 +70,7 @@ impl Selection {
         command
     }
 
-    /// Runs the tests with nextest. No test at all is no failure of nextest's: [`Selection::check`] says more.
+    /// Runs the tests with nextest. It does not fail without tests: [`Selection::check`] gives a better message.
     pub fn nextest(&self) -> Command {
         let mut command = cargo(["nextest", "run", "--workspace", "--profile", self.profile()]);
         command.env("NEXTEST_NO_TESTS", "pass");
@@ -81,7 +81,7 @@ impl Selection {
         command
     }
 
-    /// Runs the tests without nextest, after which come words for libtest.
+    /// Runs the tests without nextest, with further words for libtest.
     pub fn libtest<S: AsRef<str>>(&self, words: impl IntoIterator<Item = S>) -> Command {
         let mut command = cargo(self.targets());
         command.args(["--no-fail-fast", "--"]);
@@ -97,7 +97,7 @@ impl Selection {
         if self.is_quick { &UNIT_TARGETS } else { &TARGETS }
     }
 
-    /// An error if no test has these names, or one of those that ran should not have.
+    /// Returns an error if no test ran, or if a test ran that the selection excludes.
     pub fn check(&self, names: &[&str]) -> Result<(), String> {
         let quick = if self.is_quick { " among the quick ones" } else { "" };
         if names.is_empty() {
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn tests_in_documentation_are_run_where_all_are() {
+    fn documentation_tests_run_only_with_all_tests() {
         let runs = |line| parse(line).unwrap().has_documentation();
         assert!(runs("") && runs("--full"));
         assert!(!runs("scan") && !runs("--quick") && !runs("--full scan"));
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_needs_an_adapter_is_not_quick() {
+    fn tests_that_need_an_adapter_are_not_quick() {
         let names = ["gpu_scene::tests::counts", "primitives::scan::tests::gpu_scan"];
         assert!(!needs_adapter(names[0]) && needs_adapter(names[1]) && needs_adapter("gpu_scan"));
         assert_eq!(parse("--quick").unwrap().check(&names[..1]), Ok(()));
@@ -195,9 +195,9 @@ mod tests {
         assert_eq!(rule("default-filter = "), format!("(kind(lib) + kind(bin)) - {gpu} - test({RENDERS})"));
     }
 
-    /// libtest would leave out more than nextest.
+    /// Otherwise libtest would skip more tests than nextest.
     #[test]
-    fn no_folder_below_a_root_is_named_as_tests_that_need_an_adapter() {
+    fn no_module_below_a_root_has_the_prefix_of_adapter_tests() {
         for package in std::fs::read_dir(workspace().join("crates")).unwrap() {
             let root = package.unwrap().path().join("src");
             let mut folders: Vec<_> = std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path()).collect();

@@ -1,4 +1,4 @@
-//! Which tests ran, and how long each took: by nextest's JUnit file, or by libtest's list, which has no times.
+//! The tests that ran, with their times from nextest's JUnit file, or without times from libtest's list.
 
 use std::{
     fs,
@@ -7,19 +7,19 @@ use std::{
 
 use crate::command::workspace;
 
-/// The tests that are printed as the slowest.
+/// Number of slowest tests to print.
 pub const SLOWEST: usize = 20;
 
 /// A test that ran.
 #[derive(Debug, PartialEq)]
 pub struct Test {
-    /// The program that holds it, as nextest names it; empty where it is not known.
+    /// The test program, as named by nextest; empty if unknown.
     program: String,
     pub name: String,
     seconds: f64,
 }
 
-/// The JUnit file of one of nextest's profiles. Its folder does not follow cargo's target folder.
+/// The JUnit file of a nextest profile. Its folder does not follow cargo's target folder.
 pub struct JUnit(PathBuf);
 
 impl JUnit {
@@ -27,12 +27,12 @@ impl JUnit {
         Self(workspace().join("target/nextest").join(profile).join("junit.xml"))
     }
 
-    /// So that nothing of an earlier run is read.
+    /// Removes the file, so that results of an earlier run are not read.
     pub fn remove(&self) {
         let _ = fs::remove_file(&self.0);
     }
 
-    /// The tests, none where no test ran.
+    /// The tests; empty if no test ran.
     pub fn tests(&self) -> Vec<Test> {
         junit_tests(&fs::read_to_string(&self.0).unwrap_or_default())
     }
@@ -42,7 +42,7 @@ impl JUnit {
     }
 }
 
-/// The test cases of a JUnit file. What a test prints has no `<` there.
+/// Parses the test cases of a JUnit file. Output of tests contains no `<` there.
 fn junit_tests(xml: &str) -> Vec<Test> {
     let cases = xml.split("<testcase").skip(1).filter_map(|rest| rest.split_once('>'));
     let test = |(attributes, _)| {
@@ -62,12 +62,12 @@ fn attribute(attributes: &str, name: &str) -> Option<String> {
     rest.split_once('"').map(|(value, _)| value.to_owned())
 }
 
-/// The tests that libtest lists, without those that it lists as ignored.
+/// The tests in libtest's list, without ignored ones.
 pub fn listed_tests(all: &str, ignored: &str) -> Vec<Test> {
     let names = |list: &str| list.lines().filter_map(|line| Some(line.strip_suffix(": test")?.to_owned())).collect();
     let (mut all, ignored): (Vec<String>, Vec<String>) = (names(all), names(ignored));
     for name in ignored {
-        // Programs may have tests of the same name.
+        // Programs may have tests with the same name.
         if let Some(at) = all.iter().position(|other| *other == name) {
             all.remove(at);
         }
@@ -75,7 +75,7 @@ pub fn listed_tests(all: &str, ignored: &str) -> Vec<Test> {
     all.into_iter().map(|name| Test { program: String::new(), name, seconds: 0.0 }).collect()
 }
 
-/// The slowest tests, a line each, the slowest first.
+/// The slowest tests, one line each, the slowest first.
 pub fn slowest(tests: &[Test]) -> Vec<String> {
     let mut tests: Vec<&Test> = tests.iter().collect();
     tests.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn no_more_than_so_many_are_the_slowest() {
+    fn the_list_of_slowest_tests_is_limited() {
         let test = |seconds| Test { program: String::new(), name: String::new(), seconds };
         assert_eq!(slowest(&(0..50).map(|i| test(f64::from(i))).collect::<Vec<_>>()).len(), SLOWEST);
     }
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_listed_and_not_ignored_runs() {
+    fn listed_tests_run_unless_ignored() {
         let all = "a::one: test\nb::two: test\n\n2 tests, 0 benchmarks\na::one: test\n\n1 test, 0 benchmarks\n";
         let names = |ignored| listed_tests(all, ignored).into_iter().map(|test| test.name).collect::<Vec<_>>();
         assert_eq!(names(""), ["a::one", "b::two", "a::one"]);

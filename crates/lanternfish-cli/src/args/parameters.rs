@@ -1,4 +1,4 @@
-//! The flags of kinds of techniques: one that chooses a technique, and one for each parameter of any of them.
+//! The flags of each kind of technique: one flag that chooses the technique, and one for each parameter.
 
 use std::marker::PhantomData;
 
@@ -7,7 +7,7 @@ use lanternfish::technique::{Choice, Kind, ParameterInfo, Range};
 
 use crate::{choices::names, flags::as_flags, parse};
 
-/// Names that parameters had before version 0.2, and have still, hidden: the old one and the new one.
+/// Parameter names before version 0.2, kept as hidden aliases: old name, new name.
 const RENAMED: [(&str, &str); 1] = [("cache-cells", "cache-entries")];
 
 /// The flag that chooses a technique.
@@ -41,7 +41,7 @@ impl<K: Kind + ?Sized> FromArgMatches for TechniqueFlag<K> {
     }
 }
 
-/// The flags of the parameters of a kind's techniques: their values, by their names.
+/// The flags of the parameters of a kind's techniques: values by parameter name.
 #[derive(Clone, Debug)]
 pub struct ParameterFlags<K: ?Sized> {
     said: Vec<(&'static str, String)>,
@@ -49,7 +49,7 @@ pub struct ParameterFlags<K: ?Sized> {
 }
 
 impl<K: Kind + ?Sized> ParameterFlags<K> {
-    /// A technique with the parameters that were given. Those of other techniques are left aside.
+    /// Sets the given parameters of a technique. Ignores those of other techniques.
     pub fn turned(&self, mut choice: Choice<K>) -> Choice<K> {
         if let Some(technique) = choice.technique_mut() {
             for (name, text) in &self.said {
@@ -63,7 +63,7 @@ impl<K: Kind + ?Sized> ParameterFlags<K> {
 /// A technique, one of its parameters, and the names of the parameter's values.
 type ParameterOf<K> = (Choice<K>, ParameterInfo, Vec<(&'static str, &'static str)>);
 
-/// Every parameter of a kind's techniques, once.
+/// Every parameter of a kind's techniques, without duplicates.
 fn parameters<K: Kind + ?Sized>() -> Vec<ParameterOf<K>> {
     let mut all: Vec<ParameterOf<K>> = Vec::new();
     for choice in Choice::<K>::all() {
@@ -101,7 +101,7 @@ impl<K: Kind + ?Sized> Args for ParameterFlags<K> {
             };
             let renamed = RENAMED.into_iter().filter(|(_, new)| *new == words.name);
             let flag = renamed.fold(flag, |flag, (old, _)| flag.alias(old));
-            // The parser keeps it as long as it lives, and there are few.
+            // The parser holds the text for its lifetime; leaking the few texts is acceptable.
             let flag = default.into_iter().fold(flag, |flag, text| flag.default_value(&*text.leak()));
             with_help(flag, words.help)
         }))
@@ -125,7 +125,7 @@ impl<K: Kind + ?Sized> FromArgMatches for ParameterFlags<K> {
     }
 }
 
-/// Help as clap derives it from a comment: the first paragraph is the short one.
+/// Splits help text as clap does for a comment: the first paragraph is the short help.
 fn with_help(flag: Arg, text: &str) -> Arg {
     let text = as_flags(text);
     match text.split_once("\n\n") {

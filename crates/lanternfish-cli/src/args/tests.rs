@@ -179,12 +179,12 @@ fn quality_says_what_is_not_said_otherwise() {
     assert_eq!((best.diffuse_rays, best.tracer, fine), (3, TracerChoice::Auto, 32));
     let none = parsed(&["--indirect", "none"]).unwrap().settings();
     assert_eq!((none.indirect, DeepImageSettings::of(&none.structure)), (Indirect::NONE, DeepImageSettings::default()));
-    // Several samples a pixel where they are a small part of the frame, or where they are requested.
+    // Multisampling is the default where it costs a small part of the frame, and can be requested.
     let samples = |words: &[&str]| parsed(words).unwrap().settings().samples;
     assert_eq!((samples(&[]), samples(&["--quality", "draft"])), (Samples::Four, Samples::One));
     assert_eq!((samples(&["--indirect", "none"]), samples(&["--samples", "1"])), (Samples::One, Samples::One));
     assert_eq!(samples(&["--indirect", "none", "--samples", "4"]), Samples::Four);
-    // A mean has smooth edges by itself.
+    // An averaged image has smooth edges without multisampling.
     assert_eq!((samples(&["--accumulate", "7"]), samples(&["--accumulate", "8"])), (Samples::Four, Samples::One));
     assert_eq!(samples(&["--accumulate", "64", "--samples", "4"]), Samples::Four);
 }

@@ -6,10 +6,10 @@ use clap::{ArgMatches, Args, FromArgMatches};
 
 use super::{RenderArgs, ShotArgs};
 
-/// The built-in scene that is seen where none is named.
+/// The scene that `view` shows if none is named.
 const FIRST: &str = "demo:atrium";
 
-/// The flags of `render`, a scene where none is named, and what the window alone does.
+/// The flags of `render`, with an optional scene, and the flags of the window.
 #[derive(Debug)]
 pub struct WindowArgs {
     /// The flags of `render`.
@@ -21,14 +21,14 @@ pub struct WindowArgs {
 /// Flags of `view` alone.
 #[derive(Debug, Args)]
 pub struct OnlyWindowArgs {
-    /// More images, where the first file is one (.exr, .png): they are compared.
+    /// More images to compare, if the first file is an image (.exr, .png).
     #[arg(value_name = "IMAGE", index = 2)]
     pub renderings: Vec<PathBuf>,
-    /// Keeps what is done to the camera, step by step, for `lanternfish replay`. The file is written when the window is closed.
+    /// Records the camera step by step, for `lanternfish replay`. The file is written when the window is closed.
     #[arg(long, value_name = "TRACK.toml")]
     pub record: Option<PathBuf>,
-    /// Renders with the shaders below this folder, the library's `src`, and reads them again when they are saved. One that does not
-    /// compile changes nothing but the line below the image.
+    /// Renders with the shaders in this folder, the library's `src`, and reloads them when they are saved. A shader that does
+    /// not compile only changes the status line below the image.
     #[arg(long, value_name = "FOLDER")]
     pub shaders: Option<PathBuf>,
 }

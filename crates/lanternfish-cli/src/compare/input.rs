@@ -1,4 +1,4 @@
-//! What is compared: two images of one kind and size, and their variances.
+//! The input of a comparison: two images of one kind and size, and their variances.
 
 use std::path::{Path, PathBuf};
 
@@ -14,27 +14,27 @@ use crate::{
 /// The layer of an EXR file that holds the variances of its pixel values.
 pub const VARIANCE: &str = "variance";
 
-/// Most memory that all measures take at one time, bytes a pixel: FLIP's maps of both images.
+/// Peak memory of the measures, bytes per pixel: FLIP's maps of both images.
 const BYTES_PER_PIXEL: u64 = 100;
 
-/// What the numbers of a file stand for.
+/// The meaning of the pixel values of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Linear radiance: EXR.
     Linear,
-    /// What a display shows: PNG.
+    /// Display colours: PNG.
     Display,
 }
 
-/// Everything that was read: the two images, A and B, and their variances.
+/// All input: images A and B, and their variances.
 pub struct Inputs {
     pub kind: Kind,
     pub pair: Pair,
-    /// Variances of A's and of B's pixel values; `None` where an image has none.
+    /// Variances of the pixel values of A and B; `None` for an image without variances.
     pub variances: [Option<Variance>; 2],
 }
 
-/// Variances of an image's pixel values, and the file and layer that they come from.
+/// Variances of an image's pixel values, and their source: file and layer.
 pub struct Variance {
     pub source: String,
     pub image: RgbImage,
@@ -46,7 +46,7 @@ impl Inputs {
         if kind != reference_kind {
             let (a, b) = (args.image.display(), args.reference.display());
             return Err(CliError::new(
-                format_args!("{a} and {b}: linear radiance (EXR) and what a display shows (PNG) cannot be compared"),
+                format_args!("{a} and {b}: linear radiance (EXR) and display colours (PNG) cannot be compared"),
                 "render both as .exr, or both as .png",
             ));
         }
@@ -69,7 +69,7 @@ impl Inputs {
     }
 }
 
-/// Refuses flags that mean nothing for what a display shows.
+/// Refuses flags that do not apply to display colours.
 fn refuse_for_png(args: &CompareArgs) -> Result<(), CliError> {
     let given = [
         ("--exposure", args.exposure.is_some()),
@@ -80,7 +80,7 @@ fn refuse_for_png(args: &CompareArgs) -> Result<(), CliError> {
     ];
     match given.into_iter().find(|(_, is_given)| *is_given) {
         Some((flag, _)) => Err(CliError::new(
-            format_args!("{flag}: {} is no linear radiance, but what a display shows", args.image.display()),
+            format_args!("{flag}: {} holds display colours, not linear radiance", args.image.display()),
             "compare .exr files, or leave the flag out",
         )),
         None => Ok(()),
@@ -88,7 +88,7 @@ fn refuse_for_png(args: &CompareArgs) -> Result<(), CliError> {
 }
 
 impl Variance {
-    /// Reads an image's variances from the file that a flag names, or else from the image's own layer; `None` where it has none.
+    /// Reads an image's variances from the given file, else from the image's own layer. Returns `None` if there are none.
     fn read(rendering: &Path, named: Option<&PathBuf>, image: &RgbImage) -> Result<Option<Self>, CliError> {
         let path = named.map_or(rendering, PathBuf::as_path);
         if !has_ending(path, "exr") {
@@ -131,8 +131,8 @@ fn kind_of(path: &Path) -> Result<Kind, CliError> {
         Ok(Kind::Display)
     } else {
         Err(CliError::new(
-            format_args!("{}: the ending names no format that is compared", path.display()),
-            "compare two .exr files (linear radiance), or two .png files (what a display shows)",
+            format_args!("{}: unsupported format", path.display()),
+            "compare two .exr files (linear radiance), or two .png files (display colours)",
         ))
     }
 }
@@ -145,7 +145,7 @@ fn read(path: &Path, kind: Kind) -> Result<RgbImage, CliError> {
     .map_err(failed)
 }
 
-/// An error of reading or comparing, with what to do about it.
+/// Converts an error of reading or comparing, and adds a hint.
 pub fn failed(error: MetricsError) -> CliError {
     let hint = match &error {
         MetricsError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => "check the path",
@@ -153,8 +153,8 @@ pub fn failed(error: MetricsError) -> CliError {
         MetricsError::TooMuch { need, .. } => memory_hint(need),
         MetricsError::Invalid { .. } => "write the file again; `lanternfish render` writes both formats",
         MetricsError::MissingChannels { .. } => "write the image as R, G and B, or as Y",
-        MetricsError::NothingFinite => "render the images again, or look at them: no pixel is left",
-        // These messages say what to do themselves.
+        MetricsError::NothingFinite => "check the images: no finite pixel is left",
+        // These messages contain their own hint.
         _ => "",
     };
     CliError::new(&error, hint)

@@ -1,4 +1,4 @@
-//! The figures for scripts.
+//! The comparison as JSON.
 
 use lanternfish_metrics::{PixelFaults, RELATIVE_EPSILON, Spread, ZVerdict};
 use serde::Serialize;
@@ -70,14 +70,14 @@ struct LinearErrors<'r> {
     energy_ratio: f64,
     hdr_flip: Figures,
     hdr_flip_tone_map: &'r str,
-    /// First, last: stops.
+    /// First and last exposure, stops.
     hdr_flip_exposures: [f32; 2],
     hdr_flip_exposure_count: u32,
 }
 
 #[derive(Serialize)]
 struct DisplayErrors {
-    /// Stops; `None` of PNG.
+    /// Exposure, stops; `None` for PNG.
     exposure: Option<f32>,
     pixels_per_degree: f32,
     mse: f64,

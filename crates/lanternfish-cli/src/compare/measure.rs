@@ -1,4 +1,4 @@
-//! Every measure there is for what is compared.
+//! All error measures of a comparison.
 
 use lanternfish_metrics::{Exposures, FlipMap, FlipToneMapper, HdrFlip, ImageErrors, Pair, Spread, ZTest};
 
@@ -9,24 +9,24 @@ use super::{
 use crate::error::CliError;
 
 pub struct Measures {
-    /// Errors of linear radiance; `None` where the images are what a display shows.
+    /// Errors of linear radiance; `None` for display colours.
     pub linear: Option<ImageErrors>,
-    /// Errors of what a display shows.
+    /// Errors of display colours.
     pub display: ImageErrors,
-    /// Peak signal-to-noise ratio of what a display shows, dB; infinite where both images show the same.
+    /// Peak signal-to-noise ratio of display colours, dB; infinite if both images are equal.
     pub psnr: f64,
-    /// Structural similarity of what a display shows; `None` where no window of it is whole.
+    /// Structural similarity of display colours; `None` if no complete window fits.
     pub ssim: Option<f64>,
-    /// LDR-FLIP of what a display shows.
+    /// LDR-FLIP of display colours.
     pub flip_ldr: Spread,
-    /// HDR-FLIP where the images are linear radiance, else LDR-FLIP.
+    /// HDR-FLIP of linear radiance, else LDR-FLIP.
     pub flip: Spread,
-    /// The map of errors that `flip` sums up.
+    /// The error map that `flip` summarizes.
     pub map: FlipMap,
-    /// Tone mapper and exposures of HDR-FLIP; `None` where `flip` is LDR-FLIP.
+    /// Tone mapper and exposures of HDR-FLIP; `None` if `flip` is LDR-FLIP.
     pub hdr: Option<(FlipToneMapper, Exposures)>,
     pub z_test: Option<ZTest>,
-    /// The two images as a display shows them.
+    /// The two images in display colours.
     pub shown: Pair,
 }
 
@@ -51,7 +51,7 @@ impl Measures {
             linear: is_linear.then(|| pair.errors()),
             display: shown.errors(),
             psnr: shown.psnr(),
-            // The only thing that can be wrong is the size, or that there are holes everywhere.
+            // Fails only for images smaller than a window, or if every window has a pixel that is not finite.
             ssim: shown.ssim().ok(),
             flip_ldr,
             flip: pair.spread_of(&map),
@@ -62,12 +62,12 @@ impl Measures {
         })
     }
 
-    /// Name of the measure that `flip` is.
+    /// Name of the measure in `flip`.
     pub fn flip_name(&self) -> &'static str {
         if self.hdr.is_some() { "HDR-FLIP" } else { "LDR-FLIP" }
     }
 
-    /// True if every value that was compared is the same.
+    /// True if all compared values are equal.
     pub fn is_equal(&self) -> bool {
         self.linear.unwrap_or(self.display).absolute.max == 0.0
     }

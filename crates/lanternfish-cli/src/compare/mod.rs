@@ -1,4 +1,4 @@
-//! `lanternfish compare`: how two images differ, in numbers, in an image, and as an exit code.
+//! `lanternfish compare`: compares two images by error measures, an error map and an exit code.
 
 mod input;
 mod json;
@@ -22,23 +22,23 @@ use crate::{
     parse,
 };
 
-/// Bad input: what clap exits with as well.
+/// Exit code for bad input, the same as clap's.
 const BAD_INPUT: u8 = 2;
 
 pub const HELP: &str = "\
 Examples:
   How far an image is from its reference:
     lanternfish compare fast.exr reference.exr
-  Where they differ, to look at:
+  An error map:
     lanternfish compare fast.exr reference.exr --map error.png --side-by-side both.png --exposure 1
-  Whether the difference of two noisy images is more than noise, of their layers `variance`:
+  A test whether two noisy images differ by more than noise, with their layers `variance`:
     lanternfish compare a.exr b.exr
-  In a script, which stops if an image got worse:
+  In a script, to stop at a regression:
     lanternfish compare new.png old.png --max-flip 0.02 --json - > differences.json
 
 EXR files hold linear radiance: errors of values, HDR-FLIP, and display measures at --exposure.
-PNG files hold what a display shows: display measures only.
-A pixel that is not finite in one of the images is counted, and left out of both.
+PNG files hold display colours: display measures only.
+A pixel that is not finite in either image is counted and excluded from both.
 
 Exits with 0; 1 if a limit is exceeded; 2 if the images cannot be compared.";
 
@@ -51,38 +51,38 @@ pub struct CompareArgs {
     #[arg(value_name = "B")]
     pub reference: PathBuf,
 
-    /// Exposure in stops at which display measures and --side-by-side look at EXR files, 0 without it: clamped to 0..1
-    /// and sRGB-encoded. HDR-FLIP finds its own exposures.
+    /// Exposure in stops of EXR files for display measures and --side-by-side, 0 without it. Values are clamped to 0..1 and
+    /// sRGB-encoded. HDR-FLIP chooses its own exposures.
     #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
     pub exposure: Option<f32>,
-    /// How HDR-FLIP brings radiance to a display: aces without it.
+    /// Tone mapper of HDR-FLIP: aces without it.
     #[arg(long, value_name = "NAME", value_enum)]
     pub flip_tone_map: Option<ToneMapName>,
-    /// Pixels in a degree of the visual angle, for FLIP. Higher: seen from further off, less is noticed.
+    /// Pixels per degree of visual angle, for FLIP. Higher: a larger viewing distance, and smaller errors.
     #[arg(long, value_name = "X", value_parser = pixels_per_degree, default_value_t = PIXELS_PER_DEGREE)]
     #[arg(allow_hyphen_values = true)]
     pub pixels_per_degree: f32,
 
-    /// Variances of A's pixel values, for the z-test: an EXR file, its layer `variance` or its image. Without it: the
-    /// layer `variance` of A, if there is one.
+    /// Variances of A's pixel values, for the z-test: an EXR file, its layer `variance` or its image. Without it: the layer
+    /// `variance` of A, if present.
     #[arg(long, value_name = "FILE.exr")]
     pub variance_a: Option<PathBuf>,
-    /// Variances of B's pixel values; as --variance-a. Where only one of A and B has variances, the other is exact.
+    /// Variances of B's pixel values; as --variance-a. If only one of A and B has variances, the other counts as exact.
     #[arg(long, value_name = "FILE.exr")]
     pub variance_b: Option<PathBuf>,
 
-    /// Writes all figures as JSON; - is standard output, instead of the table.
+    /// Writes all measures as JSON; - is standard output, instead of the table.
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
-    /// Writes FLIP's error of every pixel: black is none, through purple and orange, pale yellow the largest; cyan is
-    /// left out. HDR-FLIP of EXR files.
+    /// Writes FLIP's error map: black is zero, through purple and orange, pale yellow the largest; cyan pixels are excluded.
+    /// HDR-FLIP for EXR files.
     #[arg(long, value_name = "FILE.png")]
     pub map: Option<PathBuf>,
-    /// Writes A, B and the error map beside one another.
+    /// Writes A, B and the error map side by side.
     #[arg(long, value_name = "FILE.png")]
     pub side_by_side: Option<PathBuf>,
 
-    /// Exits with 1 if FLIP's mean (HDR-FLIP of EXR files) is above X, or if A has a pixel that is not finite.
+    /// Exits with 1 if FLIP's mean (HDR-FLIP for EXR files) is above X, or if A has a pixel that is not finite.
     #[arg(long, value_name = "X", value_parser = limit, allow_hyphen_values = true)]
     pub max_flip: Option<f64>,
     /// Exits with 1 if relMSE is above X, or if A has a pixel that is not finite. EXR only.
@@ -90,7 +90,7 @@ pub struct CompareArgs {
     pub max_relmse: Option<f64>,
 }
 
-/// The tone mappers of the authors of HDR-FLIP.
+/// The tone mappers in the reference implementation of HDR-FLIP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ToneMapName {
     /// The fit of the ACES curve by Narkowicz: the authors' default
@@ -123,7 +123,7 @@ fn pixels_per_degree(text: &str) -> Result<f32, String> {
     })
 }
 
-/// Compares, tells, and says by the exit code how it went.
+/// Compares two images, prints the result and returns the exit code.
 pub fn main(args: &CompareArgs) -> ExitCode {
     match run(args) {
         Ok(None) | Err(CliError::ReaderGone) => ExitCode::SUCCESS,
@@ -138,7 +138,7 @@ pub fn main(args: &CompareArgs) -> ExitCode {
     }
 }
 
-/// The limit that was exceeded, if any.
+/// Returns an error that names the exceeded limits, if any.
 fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
     check(args)?;
     let inputs = Inputs::read(args)?;
@@ -155,19 +155,19 @@ fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
             .and_then(|()| print(&table::to_table(args, &inputs, &measures))),
         None => print(&table::to_table(args, &inputs, &measures)),
     };
-    // A reader that has seen enough does not make an image better.
+    // A closed output pipe must not hide an exceeded limit.
     match told {
         Ok(()) | Err(CliError::ReaderGone) => Ok(exceeded(args, &inputs, &measures)),
         Err(error) => Err(error),
     }
 }
 
-/// Everything that can be known before a file is read.
+/// Checks everything that can be checked before a file is read.
 fn check(args: &CompareArgs) -> Result<(), CliError> {
     for (flag, path) in [("--map", &args.map), ("--side-by-side", &args.side_by_side)] {
         if let Some(path) = path.as_deref().filter(|path| !has_ending(path, "png")) {
             return Err(CliError::new(
-                format_args!("{flag} {}: the ending names no format that is written", path.display()),
+                format_args!("{flag} {}: unsupported output format", path.display()),
                 "end the name with .png",
             ));
         }
@@ -182,14 +182,14 @@ fn check(args: &CompareArgs) -> Result<(), CliError> {
         if others.into_iter().any(|other| same_file(path, other)) {
             return Err(CliError::new(
                 format_args!("{flag} {}: this file is named twice", path.display()),
-                "choose another name: no image that is compared is replaced",
+                "choose another name: compared images are never overwritten",
             ));
         }
     }
     Ok(())
 }
 
-/// What is said where a limit is exceeded: every one that is.
+/// The error that lists every exceeded limit.
 fn exceeded(args: &CompareArgs, inputs: &Inputs, measures: &Measures) -> Option<CliError> {
     let mut reasons = Vec::new();
     if let Some(limit) = args.max_flip.filter(|limit| measures.flip.mean > *limit) {
@@ -203,7 +203,7 @@ fn exceeded(args: &CompareArgs, inputs: &Inputs, measures: &Measures) -> Option<
     }
     let [faults, _] = inputs.pair.faults();
     if (args.max_flip.is_some() || args.max_relmse.is_some()) && faults.not_finite > 0 {
-        reasons.push(format!("pixels that are not finite meet no limit ({faults})"));
+        reasons.push(format!("pixels that are not finite exceed every limit ({faults})"));
     }
     if reasons.is_empty() {
         return None;

@@ -1,4 +1,4 @@
-//! The difference to look at.
+//! Images of the difference.
 
 use std::path::Path;
 
@@ -6,10 +6,10 @@ use lanternfish_metrics::{ColorType, FlipMap, Pair, RgbImage, write_png};
 
 use crate::error::CliError;
 
-/// What no colour of the map is: a pixel that was left out.
+/// Cyan, which the error map does not contain: an excluded pixel.
 const LEFT_OUT: [u8; 3] = [0, 255, 255];
 
-/// Between the images, pixels of a grey that neither is likely to end with.
+/// Gap between the images, pixels. Its grey is unlikely to occur at their borders.
 const GAP: usize = 8;
 const GAP_COLOR: [u8; 3] = [96, 96, 96];
 
@@ -17,7 +17,7 @@ pub fn write_map(path: &Path, pair: &Pair, map: &FlipMap) -> Result<(), CliError
     write(path, map.width, map.height, &map_panel(pair, map).concat())
 }
 
-/// A, B, error map.
+/// Writes A, B and the error map side by side.
 pub fn write_side_by_side(path: &Path, shown: &Pair, map: &FlipMap) -> Result<(), CliError> {
     let panels = [image_panel(shown, shown.image()), image_panel(shown, shown.reference()), map_panel(shown, map)];
     let width = 3 * map.width + 2 * GAP;
@@ -46,7 +46,7 @@ fn image_panel(shown: &Pair, rendering: &RgbImage) -> Vec<[u8; 3]> {
 }
 
 fn write(path: &Path, width: usize, height: usize, bytes: &[u8]) -> Result<(), CliError> {
-    // What was read has sides of at most 31 bits, by its formats.
+    // File formats limit each side to 31 bits.
     let side = |pixels: usize| u32::try_from(pixels).expect("three images fit");
     Ok(write_png(path, side(width), side(height), ColorType::Rgb, bytes)?)
 }

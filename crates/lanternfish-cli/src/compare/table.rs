@@ -1,4 +1,4 @@
-//! The figures for people: a table.
+//! The comparison as a table.
 
 use std::fmt::Write as _;
 
@@ -11,12 +11,12 @@ use super::{
 };
 use crate::report::grouped;
 
-/// Columns of figures are this wide.
+/// Width of a column of values, characters.
 const COLUMN: usize = 14;
-/// Names of figures are.
+/// Width of the names, characters.
 const NAME: usize = 26;
 
-/// Lines of a name and figures in columns.
+/// Lines of a name and values in columns.
 #[derive(Default)]
 struct Table(String);
 
@@ -40,7 +40,7 @@ impl Table {
     }
 }
 
-/// Six significant digits at most, short ones plain.
+/// Formats a value with at most six significant digits, short values without an exponent.
 fn figure(value: f64) -> String {
     if value == 0.0 {
         "0".to_owned()
@@ -145,12 +145,12 @@ fn z_lines(table: &mut Table, inputs: &Inputs, test: &ZTest) {
     }
 }
 
-/// The one line that a reader in a hurry wants.
+/// The conclusion in one sentence.
 pub fn conclusion(inputs: &Inputs, measures: &Measures) -> String {
     if measures.is_equal() {
         return match inputs.pair.is_compared().len() - inputs.pair.compared_count() {
             0 => "A and B are equal, value by value.".to_owned(),
-            count => format!("A and B are equal, value by value, but for the {count} pixels that were left out."),
+            count => format!("A and B are equal, value by value, but for the {count} pixels that were excluded."),
         };
     }
     let mut line = match &measures.linear {
@@ -169,7 +169,7 @@ pub fn conclusion(inputs: &Inputs, measures: &Measures) -> String {
             ZVerdict::Noise => format!("Noise explains the difference (p = {p})."),
             ZVerdict::Offset => format!("Noise does not explain the difference in brightness (p = {p})."),
             ZVerdict::Spread => format!(
-                "Noise does not explain the difference from place to place, or the variances are too small (p = {p})."
+                "Noise does not explain the difference from region to region, or the variances are too small (p = {p})."
             ),
             ZVerdict::TooAlike => {
                 format!(

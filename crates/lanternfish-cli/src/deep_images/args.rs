@@ -14,27 +14,27 @@ use crate::{
     scene::SceneName,
 };
 
-/// Texels of all images that are accepted: without any fragment they fill 8 GiB.
+/// Most texels of all images. Without any fragment they fill 8 GiB.
 const MOST_TEXELS: u64 = 1 << 31;
 
 pub const HELP: &str = "\
 Examples:
-  All fragments of all images, from where a shot's camera stands:
+  All fragments of all images, from a shot's camera:
     lanternfish deep-images shot.toml -o points.png
   Those of one image, and finer:
     lanternfish deep-images scene.glb --image 12 --resolution 256 --eye 6,2,-1 --target -4,3,0 -o points.png
-  What one image sees first, and what it sees last:
+  The first and the last layer of one image:
     lanternfish deep-images scene.glb --view layer --image 12 -o first.png
     lanternfish deep-images scene.glb --view layer --image 12 --layer -1 -o last.png
   Its first eight layers side by side:
     lanternfish deep-images scene.glb --view layers --image 12 --layers 8 -o layers.png
-  How many surfaces lie behind each other, with 48 directions of a cube's faces:
+  Surfaces per texel, with 48 directions on a cube's faces:
     lanternfish deep-images scene.glb --view count --directions cube:4 --resolution 128 -o counts.png
 
-Points: red faces ±x, green ±y, blue ±z. Layers: lighter is nearer, dark blue is where there is no fragment.
+Points: red faces ±x, green ±y, blue ±z. Layers: lighter is nearer, dark blue: no fragment.
 The last line of standard output is the image's path.";
 
-// `--view` says here what of the images is shown.
+// `--view` selects what to show here, so the camera's `--view` is called `--side`.
 #[derive(Debug, Args)]
 #[command(mut_arg("view", |side| side.long("side")))]
 pub struct DeepImagesArgs {
@@ -62,19 +62,19 @@ pub struct OutputArgs {
     /// The image, a .png file. Without it: the scene's (or shot's) name with .deep-images.png, in the current folder.
     #[arg(id = "deep_images_output", short = 'o', long = "output", value_name = "FILE.png")]
     pub output: Option<PathBuf>,
-    /// Width and height of an image of points, pixels, each from 1 to 16384.
+    /// Width and height of the image of points, pixels, each from 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
-    /// Pixels of a texel, across and down, in images of texels. Without it: as many as make the image about 1280 wide.
+    /// Pixels per texel, across and down, in images of texels. Without it: chosen so that the image is about 1280 pixels wide.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), allow_hyphen_values = true)]
     pub upscale: Option<u32>,
 }
 
-/// How deep images are built.
+/// Parameters of the deep images.
 #[derive(Debug, Args)]
 pub struct DeepImageArgs {
-    /// Their directions: zonal:N (N of equal area each), stacks:AxB (A steps from the pole down, B around it) or cube:K (K × K on
+    /// Direction set: zonal:N (N of equal area each), stacks:AxB (A steps from the pole down, B around it) or cube:K (K × K on
     /// each face of a cube).
     #[arg(long, value_name = "SET", value_parser = parse::direction_set, allow_hyphen_values = true)]
     #[arg(default_value = "zonal:169")]
@@ -83,11 +83,11 @@ pub struct DeepImageArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), allow_hyphen_values = true)]
     #[arg(default_value_t = DeepImageSettings::default().resolution)]
     pub resolution: u32,
-    /// How many times finer than an image the scene is drawn, with --builder single_pass. More: fewer holes, slower.
+    /// Resolution of the rasterized scene, as a multiple of an image's, with --builder single_pass. More: fewer holes, slower.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8), allow_hyphen_values = true)]
     #[arg(default_value_t = DeepImageSettings::default().supersampling)]
     pub supersampling: u32,
-    /// How they are built.
+    /// Builder.
     #[arg(long, value_name = "NAME", value_parser = choice::<DeepBuilder>())]
     #[arg(default_value_t = DeepImageSettings::default().builder)]
     pub builder: DeepBuilder,
@@ -95,62 +95,62 @@ pub struct DeepImageArgs {
 
 #[derive(Debug, Args)]
 pub struct ShownArgs {
-    /// What of the deep images is shown.
+    /// What to show.
     #[arg(id = "deep_images_view", long = "view", value_name = "NAME", value_enum, default_value_t = DeepView::Points)]
     pub view: DeepView,
-    /// One image, by its number. Without it: all images as points, the first one's texels.
+    /// Index of one image. Without it: all images as points, or the texels of the first.
     #[arg(long, value_name = "I", allow_hyphen_values = true)]
     pub image: Option<u32>,
-    /// Which fragment of each texel --view layer shows: 0 is the first along the image's axis, -1 the last.
+    /// Index of the fragment in each texel for --view layer: 0 is the first along the image's axis, -1 the last.
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 0)]
     pub layer: i32,
-    /// Number of layers --view layers shows, from the first on; fewer where the image has fewer.
+    /// Number of layers for --view layers, from the first; fewer if the image has fewer.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), allow_hyphen_values = true)]
     #[arg(default_value_t = 6)]
     pub layers: u32,
-    /// Diameter of a point in widths of a texel. More: fewer gaps, and less is seen between them. Without it: half a texel for
-    /// one image, less for all of them, which have points closer together.
+    /// Diameter of a point in texel widths. More: fewer gaps, and more points hidden behind others. Without it: half a texel
+    /// for one image, less for all images, whose points are denser.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     pub point_size: Option<f32>,
 }
 
 #[derive(Debug, Args)]
 pub struct MomentArgs {
-    /// The moment of a shot's camera track, seconds. Without it: the first keyframe's.
+    /// Time on a shot's camera track, seconds. Without it: the first keyframe.
     #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
     pub time: Option<f32>,
 }
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Where to run: a part of an adapter's name, gpu for a graphics card, cpu for software. Without it: the most capable.
+    /// The adapter: a part of its name, gpu for a graphics card, cpu for software. Without it: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
-    /// Says nothing but errors and the results.
+    /// Prints only errors and the results.
     #[arg(short, long)]
     pub quiet: bool,
 }
 
-/// What of the deep images is shown.
+/// What to show of the deep images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DeepView {
-    /// Fragments where they are in the scene, seen by the camera
+    /// Fragments at their positions in the scene, seen by the camera
     Points,
-    /// Depth of one fragment of each texel of an image
+    /// Depth of one fragment per texel of an image
     Layer,
     /// The first layers of an image side by side
     Layers,
-    /// Fragments of each texel of an image, as a heat map
+    /// Fragments per texel of an image, as a heat map
     Count,
 }
 
 impl DeepImageArgs {
-    /// The library's settings as these flags choose them. `limit`: texels across that the device can draw.
+    /// The library's settings that these flags choose. `limit` is the device's largest texture width, texels.
     pub fn settings(&self, limit: u32) -> Result<DeepImageSettings, CliError> {
-        // The single pass draws along three axes side by side.
+        // The single pass draws three axes side by side.
         let drawn = match self.builder {
             DeepBuilder::SinglePass => 3 * self.resolution * self.supersampling,
-            // Nothing is.
+            // This builder does not rasterize.
             DeepBuilder::PerTriangle => 0,
             DeepBuilder::PerDirection | DeepBuilder::DepthPeeling => self.resolution,
         };
@@ -160,7 +160,7 @@ impl DeepImageArgs {
                     "--resolution {}: {drawn} pixels would be drawn across, this adapter has {limit}",
                     self.resolution
                 ),
-                "choose a smaller --resolution, or --builder per_triangle, which draws nothing",
+                "choose a smaller --resolution, or --builder per_triangle, which does not rasterize",
             ));
         }
         if self.supersampling > 1 && self.builder != DeepBuilder::SinglePass {
@@ -172,7 +172,7 @@ impl DeepImageArgs {
         let texels = self.directions.count() * u64::from(self.resolution).pow(2);
         if texels > MOST_TEXELS {
             return Err(CliError::new(
-                format!("{texels} texels in all images: {MOST_TEXELS} are the most"),
+                format!("{texels} texels in all images: at most {MOST_TEXELS} are supported"),
                 "choose a smaller --resolution or fewer --directions",
             ));
         }
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_adapter_cannot_draw_is_refused() {
+    fn images_beyond_the_adapters_limits_are_refused() {
         let settings = |words: &str| parsed(words).unwrap().images.settings(8192).map_err(|error| error.to_string());
         assert!(settings("--builder single_pass --resolution 2730").is_ok());
         assert!(settings("--builder single_pass --resolution 910 --supersampling 3").is_ok());

@@ -1,4 +1,4 @@
-//! From a scene to an image of its deep images, and what is said beside it.
+//! Renders an image of a scene's deep images, and its description.
 
 use std::{fmt::Display, time::Instant};
 
@@ -23,9 +23,9 @@ use super::{
 };
 use crate::{error::CliError, parse::direction_set_text, progress::Progress, report::grouped};
 
-/// Greatest width of images of texels without --upscale, pixels, unless one pixel a texel is wider.
+/// Greatest width of images of texels without --upscale, pixels, unless one pixel per texel is wider.
 const WIDTH: u32 = 1280;
-/// Steps of the heat map from black to red.
+/// Colours of the heat map, from least to most.
 const HEAT: [&str; 6] = ["black", "blue", "cyan", "green", "yellow", "red"];
 
 /// The image, and the lines to print.
@@ -56,7 +56,7 @@ struct Looker<'a> {
     args: &'a DeepImagesArgs,
     gpu: &'a Gpu,
     profiler: Profiler,
-    /// What is printed.
+    /// The lines to print.
     lines: String,
 }
 
@@ -65,7 +65,7 @@ impl Looker<'_> {
         self.lines += &format!("{name:<12}{value}\n");
     }
 
-    /// Records a frame, hands it to the device, has `wait` wait for it, and says how long it took.
+    /// Records and submits a frame, waits with `wait`, and reports its time.
     fn frame<R, W>(
         &mut self,
         name: &str,
@@ -81,7 +81,7 @@ impl Looker<'_> {
         let passes = self.profiler.finished();
         match passes.is_empty() {
             false => self.say(name, format_args!("{:.1} ms", passes.iter().map(|pass| pass.ms).sum::<f64>())),
-            // The device has no clock of its own.
+            // The device has no timestamps.
             true => self.say(name, format_args!("{wall:.1} ms, with compiling and waiting")),
         }
         Ok((recorded, waited))
@@ -100,8 +100,8 @@ impl Looker<'_> {
         self.say("directions", direction_set_text(settings.directions));
         self.say("images", format_args!("{count} of {resolution} x {resolution} texels, {}", settings.builder));
         let each = counts.kept as f64 / texels;
-        let (kept, drawn) = (grouped(counts.kept), grouped(counts.drawn));
-        self.say("fragments", format_args!("{kept}, {each:.2} a texel, of {drawn} drawn"));
+        let (stored, drawn) = (grouped(counts.kept), grouped(counts.drawn));
+        self.say("fragments", format_args!("{stored}, {each:.2} per texel, of {drawn} drawn"));
         self.say("bytes", grouped(counts.bytes));
         Ok(images)
     }
@@ -123,7 +123,7 @@ impl Looker<'_> {
         Ok(Sheet::new(view.size.x, pixels))
     }
 
-    /// Layers of one image, on one scale of greys. Where several are requested, those beyond the longest list's end are left out.
+    /// Layers of one image, on one grey scale. Layers beyond the longest list are omitted.
     fn layers(&mut self, images: &DeepImages, layers: &[i32]) -> Result<Sheet, CliError> {
         let texels = TexelViews::new(&self.gpu.device, &images.settings)?;
         let image = self.args.shown.image.unwrap_or(0);
@@ -134,7 +134,7 @@ impl Looker<'_> {
         let (_, renderings) = self.frame(
             "layers",
             |frame| {
-                // The scale spans the whole image, from its nearest first surface to its farthest last one.
+                // The scale spans the complete image, from the nearest first surface to the farthest last one.
                 let first = texels.layer(frame, images, image, 0)?.extent();
                 let last = texels.layer(frame, images, image, -1)?.extent();
                 scale = (first.map_or(0.0, |(least, _)| least), last.map_or(0.0, |(_, most)| most));
@@ -173,7 +173,7 @@ impl Looker<'_> {
             "count",
             |frame| {
                 let counts = texels.counts(frame, images, image)?;
-                // Every colour stands for a whole number.
+                // Each colour stands for an integer.
                 let steps = HEAT.len() as u32 - 1;
                 let red = counts.extent().map_or(1, |(_, most)| most as u32).max(1).next_multiple_of(steps);
                 let rendering = texels.paint(frame, &counts, Colors::Heat(red as f32), upscale)?;
@@ -183,14 +183,14 @@ impl Looker<'_> {
         )?;
         self.say_image(images, image);
         let most = counts.extent().map_or(0.0, |(_, most)| most);
-        self.say("count", format_args!("{:.2} a texel on average, {most} at most", counts.mean()));
+        self.say("count", format_args!("{:.2} per texel on average, {most} at most", counts.mean()));
         let steps = HEAT.len() as u32 - 1;
         let legend: Vec<_> = (0..).zip(HEAT).map(|(i, color)| format!("{color} {}", i * red / steps)).collect();
         self.say("scale", legend.join(", "));
         Ok(Sheet::new(images.chunks[0].grid.resolution * upscale, pixels))
     }
 
-    /// Pixels a side of a texel, where the sheet holds `count` images.
+    /// Pixels per texel edge, for a sheet of `count` images.
     fn upscale(&self, images: &DeepImages, count: u32) -> u32 {
         let wide = WIDTH / (Sheet::columns(count) * images.chunks[0].grid.resolution);
         self.args.output.upscale.unwrap_or(wide.max(1))
@@ -202,7 +202,7 @@ impl Looker<'_> {
     }
 }
 
-/// The error as the command line's, with a remedy among this command's flags.
+/// Converts an error for the command line, with a hint that names this command's flags.
 fn with_remedy(error: RenderError, view: DeepView) -> CliError {
     let hint = match &error {
         RenderError::Size { .. } if view != DeepView::Points => "choose a smaller --upscale, --resolution or --layers",

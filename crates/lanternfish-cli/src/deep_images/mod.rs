@@ -1,8 +1,8 @@
-//! `lanternfish deep-images`: images of deep images, to look at.
+//! `lanternfish deep-images`: renders images of deep images.
 //!
 //! 1. Read the scene and the camera as `render` does.
-//! 2. Build the images ([`looker`]).
-//! 3. Draw points, or read texels and paint them; put several images side by side ([`sheet`]).
+//! 2. Build the deep images ([`looker`]).
+//! 3. Draw points, or read texels and colour them; arrange several images side by side ([`sheet`]).
 
 mod args;
 mod looker;

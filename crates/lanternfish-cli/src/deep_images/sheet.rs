@@ -4,11 +4,11 @@ use lanternfish::{RenderError, RenderedImage, Report};
 
 use crate::parse::SIDES;
 
-/// Between two images.
+/// Gap between two images, pixels.
 const GAP: u32 = 8;
 const GAP_COLOR: [u8; 4] = [255; 4];
 
-/// An image for a display, by rows from the top.
+/// A display image, by rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sheet {
     width: u32,
@@ -16,7 +16,7 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// Whole rows.
+    /// Creates a sheet from complete rows.
     pub fn new(width: u32, pixels: Vec<[u8; 4]>) -> Self {
         assert_eq!(pixels.len() % width as usize, 0, "{width} wide");
         Self { width, pixels }
@@ -26,19 +26,19 @@ impl Sheet {
         self.pixels.len() as u32 / self.width
     }
 
-    /// Columns that so many images stand in: rows are filled, three images at most.
+    /// Columns of a grid of `count` images: rows are filled, with at most three images each.
     pub fn columns(count: u32) -> u32 {
         count.clamp(1, 3)
     }
 
-    /// Width and height of so many images of one size side by side.
+    /// Width and height of a grid of `count` images of one size.
     fn size(count: u32, width: u32, height: u32) -> (u32, u32) {
         let columns = Self::columns(count);
-        let whole = |count: u32, edge: u32| count.saturating_mul(edge.saturating_add(GAP)).saturating_sub(GAP);
-        (whole(columns, width), whole(count.div_ceil(columns), height))
+        let total = |count: u32, edge: u32| count.saturating_mul(edge.saturating_add(GAP)).saturating_sub(GAP);
+        (total(columns, width), total(count.div_ceil(columns), height))
     }
 
-    /// An error where so many squares of `edge` pixels make too large an image.
+    /// Returns an error if a grid of `count` squares of `edge` pixels is too large.
     pub fn check(count: u32, edge: u32) -> Result<(), RenderError> {
         let (width, height) = Self::size(count, edge, edge);
         match width.max(height) > *SIDES.end() {
@@ -47,23 +47,23 @@ impl Sheet {
         }
     }
 
-    /// Images of one size, at least one, row by row.
+    /// Arranges images of one size, at least one, row by row.
     pub fn side_by_side(sheets: Vec<Self>) -> Self {
         let count = sheets.len() as u32;
         let columns = Self::columns(count);
         let (width, height) = (sheets[0].width, sheets[0].height());
-        let (whole, rows) = Self::size(count, width, height);
-        let mut pixels = vec![GAP_COLOR; whole as usize * rows as usize];
+        let (total, rows) = Self::size(count, width, height);
+        let mut pixels = vec![GAP_COLOR; total as usize * rows as usize];
         for (i, sheet) in (0..).zip(&sheets) {
             let (left, top) = (i % columns * (width + GAP), i / columns * (height + GAP));
             for (y, row) in (0..).zip(sheet.pixels.chunks_exact(width as usize)) {
-                pixels[((top + y) * whole + left) as usize..][..width as usize].copy_from_slice(row);
+                pixels[((top + y) * total + left) as usize..][..width as usize].copy_from_slice(row);
             }
         }
-        Self { width: whole, pixels }
+        Self { width: total, pixels }
     }
 
-    /// As an image without radiance.
+    /// Converts to an image without radiance.
     pub fn into_image(self) -> RenderedImage {
         let (width, height) = (self.width, self.height());
         RenderedImage {
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn images_stand_in_rows_with_gaps_between() {
+    fn images_are_arranged_in_rows_with_gaps() {
         let sheet = |value: u8| Sheet::new(2, vec![[value; 4]; 6]);
         assert_eq!(Sheet::side_by_side(vec![sheet(7)]), sheet(7));
         let four = Sheet::side_by_side((1..=4).map(sheet).collect()).into_image();

@@ -13,24 +13,24 @@ use super::{
     scenes::Name,
 };
 
-/// A check that is to be made.
+/// A planned check.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub group: Group,
     pub name: String,
     pub scene: Name,
-    /// True if `--quick` makes it too.
+    /// True if `--quick` includes it.
     pub is_quick: bool,
     pub kind: Kind,
 }
 
 impl Plan {
-    /// Whether its group, name or scene contains a text.
+    /// True if its group, name or scene contains the text.
     pub fn matches(&self, text: &str) -> bool {
         [self.group.name(), &self.name, self.scene.text()].iter().any(|part| part.contains(text))
     }
 
-    /// Its row before anything is known: failed.
+    /// Its row before it runs: failed.
     pub fn check(&self) -> Check {
         let scene = match self.kind {
             Kind::Sort => "a list",
@@ -47,7 +47,7 @@ impl Plan {
         }
     }
 
-    /// What a file of it is called.
+    /// File name of its image.
     pub fn file_name(&self) -> String {
         let text = format!("{} {} {}", self.group.name(), self.name, self.scene.text());
         let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
@@ -55,12 +55,12 @@ impl Plan {
     }
 }
 
-/// Direct light by the reference implementation of culling, without shadows: what is left is materials and lights.
+/// Direct light with exact light culling and without shadows, which isolates materials and lights.
 fn unshadowed() -> Settings {
     Settings { culling: Culling::NONE, shadows: Shadows::None, ..Settings::direct_light() }
 }
 
-/// Every check.
+/// All checks.
 pub fn plans() -> Vec<Plan> {
     let mut plans = Vec::new();
     let mut add = |group, name: &str, scene, is_quick, kind| {

@@ -1,4 +1,4 @@
-//! A figure with a skin: a column of three joints that bends over a floor.
+//! A skinned figure: a column of three joints that bends over a floor.
 
 use std::f32::consts::{FRAC_PI_4, TAU};
 
@@ -14,7 +14,7 @@ use lanternfish_scene::{
 use super::scenes::{place, rectangle};
 
 const JOINTS: usize = 3;
-/// Rings of vertices along the column, and vertices of a ring.
+/// Rings of vertices along the column, and vertices per ring.
 const RINGS: u32 = 13;
 const SIDES: u32 = 16;
 /// Height and radius of the column, m.
@@ -46,7 +46,7 @@ pub fn scene() -> Scene {
         ..Node::default()
     };
     let bend = |node: usize| {
-        let values = [Quat::IDENTITY, Quat::from_rotation_z(-0.5)].map(|turn| turn.to_array()).concat();
+        let values = [Quat::IDENTITY, Quat::from_rotation_z(-0.5)].map(|rotation| rotation.to_array()).concat();
         let sampler = Sampler { interpolation: Interpolation::Linear, times: vec![0.0, 1.0], values };
         Channel { node, property: Property::Rotation, sampler }
     };
@@ -70,7 +70,7 @@ pub fn scene() -> Scene {
     scene
 }
 
-/// A closed column whose vertices go with the two joints nearest to them.
+/// A closed column; the two nearest joints weight each vertex.
 fn column() -> Primitive {
     let (mut positions, mut normals, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     let (mut joints, mut weights) = (Vec::new(), Vec::new());

@@ -10,7 +10,7 @@ use lanternfish_papers::DeepImageSettings;
 use super::report::{Adapter, Technique};
 use crate::flags::as_flags;
 
-/// An adapter, without what its techniques say.
+/// Describes an adapter, without its techniques.
 pub fn describe(adapter: &AdapterDescription, info: Option<&wgpu::AdapterInfo>) -> Adapter {
     let named = [
         ("ray query", wgpu::Features::EXPERIMENTAL_RAY_QUERY),
@@ -38,7 +38,7 @@ pub fn describe(adapter: &AdapterDescription, info: Option<&wgpu::AdapterInfo>) 
     }
 }
 
-/// Which techniques and tracers the device of an engine can run: each is built.
+/// The techniques and tracers that the engine's device can run. Each is built to find out.
 pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let direct = Settings::direct_light;
     let mut requested: Vec<(String, Settings)> = Vec::new();

@@ -1,4 +1,4 @@
-//! One check: what is rendered, what it is compared with, and by which limits.
+//! Runs one check: renders an image, compares it with its reference, and applies limits.
 
 use std::{
     collections::{HashMap, hash_map::Entry},
@@ -25,25 +25,25 @@ use super::{
 };
 use crate::error::CliError;
 
-/// What a check does.
+/// The kind of a check.
 #[derive(Clone, Debug)]
 pub enum Kind {
     /// Sorts keys on the device and on the host.
     Sort,
-    /// Renders under two settings whose images must be the same to the bit.
+    /// Renders with two settings whose images must be identical to the bit.
     Same(Box<[Settings; 2]>),
     /// Renders and compares with the path tracer.
     Against(Reference, Box<Settings>, Limits),
-    /// Renders twice, by renderers and scenes of their own: the same to the bit.
+    /// Renders twice, with separate renderers and scenes: identical to the bit.
     Twice(Box<Settings>),
-    /// Renders a scene that was brought up to date, and the changed scene uploaded: the same to the bit.
+    /// Renders an updated scene, and the changed scene uploaded as new: identical to the bit.
     Update(Box<Settings>),
 }
 
-/// What the path tracer traces.
+/// The reference that the path tracer renders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reference {
-    /// Paths of two segments: light straight from lights, or from the environment.
+    /// Paths of two segments: direct light from lights or from the environment.
     Direct,
     /// Paths of two or three segments.
     OneBounce,
@@ -51,7 +51,7 @@ pub enum Reference {
     Full,
     /// Visibility of the hemisphere above each surface.
     Visibility,
-    /// The same, closed by what is nearer than a metre, less the farther it is.
+    /// The same, where an occluder within a metre weighs less the farther it is.
     Obscurance,
 }
 
@@ -74,7 +74,7 @@ impl Reference {
         }
     }
 
-    /// Samples a pixel: short paths are cheap, and what most is judged by should be the least noisy.
+    /// Samples per pixel: short paths are cheap, and references that judge most checks should have the least noise.
     fn samples(self) -> u64 {
         match self {
             Self::Direct | Self::Visibility | Self::Obscurance => 256,
@@ -83,15 +83,15 @@ impl Reference {
     }
 }
 
-/// Limits of an image beside its reference. Each is one and a half times to twice what is measured on Mesa's software adapter, so that another driver's
-/// texture filters and rounding pass and a wrong constant does not.
+/// Limits of the difference between an image and its reference. Each is 1.5 to 2 times the value measured on Mesa's software
+/// adapter, so that another driver's texture filters and rounding pass and a wrong constant fails.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Mean LDR-FLIP, at most.
+    /// Largest mean LDR-FLIP.
     pub flip: f64,
-    /// How far the ratio of all light may be from 1.
+    /// Largest deviation of the ratio of total energy from 1.
     pub energy: f64,
-    /// Share of pixels that are off by more than half of their light and of the mean light, at most.
+    /// Largest fraction of outliers: pixels off by more than half of their radiance and of the mean radiance.
     pub outliers: f64,
 }
 
@@ -101,13 +101,13 @@ impl Limits {
     }
 }
 
-/// The state that all checks of one adapter use.
+/// State that all checks of one adapter share.
 pub struct Bench {
     pub gpu: Gpu,
     pub engine: Engine,
     subjects: HashMap<Name, Subject>,
     references: HashMap<(Name, Reference), RgbImage>,
-    /// Where images are written, beside their references.
+    /// Folder for images and their references.
     images: Option<PathBuf>,
 }
 
@@ -116,7 +116,7 @@ impl Bench {
         Self { gpu, engine, subjects: HashMap::new(), references: HashMap::new(), images }
     }
 
-    /// The figures of a check, or why it cannot be made on this adapter.
+    /// The measured values of a check, or the reason why this adapter cannot run it.
     pub fn run(&mut self, plan: &Plan) -> Result<Result<Vec<Figure>, String>, CliError> {
         match self.figures(plan) {
             Ok(figures) => Ok(Ok(figures)),
@@ -125,15 +125,15 @@ impl Bench {
         }
     }
 
-    /// True if nothing more can be asked of the device.
+    /// True if the device is lost.
     pub fn is_lost(&self) -> bool {
         is_lost(&self.gpu.device)
     }
 
     fn figures(&mut self, plan: &Plan) -> Result<Vec<Figure>, Fault> {
         let (scene, kind) = (plan.scene, &plan.kind);
-        if let Entry::Vacant(place) = self.subjects.entry(scene) {
-            place.insert(scene.subject()?);
+        if let Entry::Vacant(entry) = self.subjects.entry(scene) {
+            entry.insert(scene.subject()?);
         }
         match kind {
             Kind::Sort => self.sort(),
@@ -152,7 +152,7 @@ impl Bench {
                 let later = Subject { scene: changed(&subject.scene), camera: subject.camera.clone(), ..*subject };
                 let mut renderer = Renderer::with_engine(&self.engine, (**settings).clone())?;
                 let mut uploaded = renderer.upload(&subject.scene)?;
-                // A frame before the update: stale history would show.
+                // Render a frame before the update, so that stale history would show.
                 let before = render(&mut renderer, &uploaded, subject)?;
                 renderer.update(&mut uploaded, &later.scene)?;
                 let updated = render(&mut renderer, &uploaded, &later)?;
@@ -160,7 +160,7 @@ impl Bench {
                 let mut figures = differing(&updated, &fresh);
                 let moved = differing(&before, &updated)[0].value;
                 let all = updated.radiance.len() as f64;
-                figures.push(Figure::new("pixels that the change shows in", moved, 1.0, all));
+                figures.push(Figure::new("changed pixels", moved, 1.0, all));
                 Ok(figures)
             }
             Kind::Against(reference, settings, limits) => {
@@ -203,7 +203,7 @@ impl Bench {
         render(&mut renderer, &uploaded, subject)
     }
 
-    /// Keys around the sizes of a block, and a million of them.
+    /// Sorts lists with lengths around a block's size, and one of a million keys.
     fn sort(&self) -> Result<Vec<Figure>, Fault> {
         let Gpu { device, queue, .. } = &self.gpu;
         let sort = RadixSort::new(device, "doctor/sort")?;
@@ -219,15 +219,15 @@ impl Bench {
             frame.submit();
             let mut expected = pairs;
             expected.sort_by_key(|pair| pair.0);
-            let found = read_back::<u32>(device, queue, &on_device, count as usize)?;
+            let actual = read_back::<u32>(device, queue, &on_device, count as usize)?;
             let places = read_back::<u32>(device, queue, &values, count as usize)?;
-            wrong += found.iter().zip(&places).zip(&expected).filter(|((k, v), e)| (**k, **v) != **e).count();
+            wrong += actual.iter().zip(&places).zip(&expected).filter(|((k, v), e)| (**k, **v) != **e).count();
         }
         Ok(vec![Figure::new("pairs in a wrong place", wrong as f64, 0.0, 0.0)])
     }
 }
 
-/// Keys, and where each stands.
+/// Keys, each with its index.
 pub fn keys(count: u32) -> Vec<(u32, u32)> {
     let mut random = Random::new(5, u64::from(count), 0);
     (0..count).map(|i| ((random.unit() * f64::from(u32::MAX)) as u32, i)).collect()
@@ -238,14 +238,14 @@ fn render(renderer: &mut Renderer, scene: &GpuScene, subject: &Subject) -> Resul
     Ok(renderer.render(scene, &subject.camera, width, height)?)
 }
 
-/// Number of pixels that differ in any bit.
+/// Counts the pixels that differ in any bit.
 fn differing(a: &RenderedImage, b: &RenderedImage) -> Vec<Figure> {
     let bits = |pixel: &[f32; 4]| pixel.map(f32::to_bits);
     let count = a.radiance.iter().zip(&b.radiance).filter(|(a, b)| bits(a) != bits(b)).count();
     vec![Figure::new("pixels that differ", count as f64, 0.0, 0.0)]
 }
 
-/// An image and its reference: linear, and as a display shows them at the exposure that suits the reference.
+/// An image and its reference, as linear radiance and as display colours at the reference's automatic exposure.
 struct Shown {
     linear: Pair,
     display: Pair,
@@ -272,7 +272,7 @@ impl Shown {
         ])
     }
 
-    /// The image, then its reference, side by side and four times as large.
+    /// Writes the image and its reference side by side, at four times the size.
     fn write(&self, file: &Path) -> Result<(), Fault> {
         const SCALE: usize = 4;
         let (image, reference) = (self.display.image(), self.display.reference());
@@ -300,9 +300,9 @@ fn outliers(image: &RgbImage, reference: &RgbImage) -> f64 {
     far as f64 / reference.pixels.len() as f64
 }
 
-/// Why there are no figures.
+/// Why a check has no measured values.
 enum Fault {
-    /// The adapter cannot, and the renderer says so.
+    /// The adapter lacks support; the renderer's message says why.
     Cannot(String),
     /// Something went wrong.
     Broken(CliError),
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn each_limit_can_fail_by_itself() {
+    fn each_limit_can_fail_alone() {
         let limits = Limits::new(0.05, 0.02, 0.01);
         assert_eq!(failing(&[1.0; 64], limits), Vec::<String>::new());
         assert_eq!(failing(&[1.03; 64], limits), ["energy"]);

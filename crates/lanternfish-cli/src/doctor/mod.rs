@@ -1,4 +1,4 @@
-//! `lanternfish doctor`: what is here, whether it is right, how fast it is.
+//! `lanternfish doctor`: describes the machine, checks images and measures speed.
 
 mod checks;
 mod figure;
@@ -50,34 +50,34 @@ pub struct DoctorArgs {
     /// The adapter to check: a part of its name, gpu for a graphics card, cpu for software. Without it: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
-    /// One check of each kind, and few times.
+    /// Runs one check of each kind, and fewer timings.
     #[arg(long)]
     pub quick: bool,
     /// Also writes the report as JSON. The file exists from the first check on and survives a crash of the driver.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Size of the frames that are timed. Without it: 1280x720 and 1920x1080, on a software adapter 320x180.
+    /// Size of the timed frames. Without it: 1280x720 and 1920x1080, on a software adapter 320x180.
     #[arg(long, value_name = "WxH", value_parser = parse::size)]
     pub size: Option<Size>,
-    /// One part alone. Repeatable.
+    /// Runs one part alone. Repeatable.
     #[arg(long, value_name = "PART", value_enum)]
     pub only: Vec<Part>,
-    /// Checks alone, and of them those whose group, name or scene contains this.
+    /// Runs only the checks whose group, name or scene contains this text.
     #[arg(long, value_name = "TEXT")]
     pub filter: Option<String>,
-    /// Writes what is compared into this folder, as PNG: each image, and its reference to the right of it.
+    /// Writes the compared images into this folder, as PNG: each image with its reference to the right.
     #[arg(long, value_name = "FOLDER")]
     pub images: Option<PathBuf>,
-    /// Checks the shaders below this folder, the library's `src`, in the place of those that are built in.
+    /// Checks the shaders in this folder, the library's `src`, instead of the built-in ones.
     #[arg(long, value_name = "FOLDER")]
     pub shaders: Option<PathBuf>,
-    /// What the report calls the state of the sources.
+    /// Version of the sources to state in the report.
     #[arg(long, value_name = "TEXT", hide_short_help = true)]
     pub commit: Option<String>,
-    /// Prints a report that --json wrote before, and checks nothing.
+    /// Prints an existing report of --json, and checks nothing.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["adapter", "quick", "json", "size", "only", "filter", "images", "shaders", "commit"])]
     pub read: Option<PathBuf>,
-    /// With --read: as a page in Markdown.
+    /// With --read: prints the report as a Markdown page.
     #[arg(long, requires = "read")]
     pub page: bool,
 }
@@ -85,9 +85,9 @@ pub struct DoctorArgs {
 /// A part of the report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Part {
-    /// Whether images are right
+    /// Correctness of images
     Checks,
-    /// How fast it is
+    /// Speed
     Speed,
 }
 
@@ -108,7 +108,7 @@ pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
     }
 }
 
-/// Makes what the report in `file` does not have yet. A file with a report is one of a process that a driver ended.
+/// Runs the steps that the report in `file` lacks. An existing report comes from a process that a driver ended.
 fn work(args: &DoctorArgs, file: &Path) -> Result<u8, CliError> {
     let texts = args.shaders.as_deref().map(read_shader_texts).transpose();
     let texts = texts.map_err(|what| CliError::new(what, "name the library's folder `src` of a source tree"))?;
@@ -117,7 +117,7 @@ fn work(args: &DoctorArgs, file: &Path) -> Result<u8, CliError> {
     let mut doctor = Doctor::new(args, file, before, &progress)?;
     if let Some(texts) = texts {
         if !SHADERS.sources().iter().any(|(path, _)| texts.contains_key(*path)) {
-            let what = "--shaders: no file there is one of the library's";
+            let what = "--shaders: the folder has none of the library's files";
             return Err(CliError::new(what, "name the library's folder `src` of a source tree"));
         }
         lanternfish::shaders::edit(&doctor.bench.engine, texts);
@@ -136,7 +136,7 @@ fn read(file: &Path) -> Result<Report, CliError> {
     let report: Report = serde_json::from_str(&text).map_err(|error| what(&error))?;
     match report.format {
         FORMAT => Ok(report),
-        other => Err(what(&format_args!("its format is {other}, and {FORMAT} is known"))),
+        other => Err(what(&format_args!("its format is {other}, the supported one is {FORMAT}"))),
     }
 }
 
@@ -151,15 +151,15 @@ struct Doctor<'a> {
     steps: usize,
 }
 
-/// What is done in one go. A process that ends in the middle of a step leaves the others to the next process.
+/// A step. If the process ends during a step, the next process runs the remaining ones.
 enum Step {
-    /// Asks an adapter that is not checked what it can run, by its number.
+    /// Lists the techniques of an adapter that is not checked, by its index.
     Adapter(usize),
     Check(Plan),
     Time(speed::Step),
 }
 
-/// The steps that no process has begun; of the last one that was begun its process did not come to the end.
+/// The steps that no process has begun. Marks the last begun step as failed: its process did not finish it.
 fn remaining<'s>(report: &mut Report, steps: &'s [Step]) -> &'s [Step] {
     let begun = report.begun.min(steps.len());
     if let Some(last) = begun.checked_sub(1) {
@@ -169,7 +169,7 @@ fn remaining<'s>(report: &mut Report, steps: &'s [Step]) -> &'s [Step] {
 }
 
 impl<'a> Doctor<'a> {
-    /// Opens the adapter, and says what is here, unless a process before this one has said it.
+    /// Opens the adapter and describes the machine, unless a previous process has described it.
     fn new(
         args: &'a DoctorArgs,
         file: &'a Path,
@@ -185,7 +185,7 @@ impl<'a> Doctor<'a> {
         Ok(Self { bench, report, file, progress, started, seconds_before, steps: 0 })
     }
 
-    /// Gives what the process exits with: [`supervise::LOST`] where another one has to go on.
+    /// Returns the exit code: [`supervise::LOST`] if another process has to continue.
     fn examine(&mut self, args: &DoctorArgs) -> Result<u8, CliError> {
         let is_filtered = args.filter.is_some();
         let wants = |part| match args.only.is_empty() {
@@ -222,7 +222,7 @@ impl<'a> Doctor<'a> {
     }
 
     fn adapter(&mut self, number: usize) -> Result<(), CliError> {
-        self.tell(format!("what {} can run", self.report.adapters[number].name))?;
+        self.tell(format!("techniques of {}", self.report.adapters[number].name))?;
         if let Some(description) = adapters().get(number) {
             self.report.adapters[number] = other(description);
         }
@@ -243,7 +243,7 @@ impl<'a> Doctor<'a> {
             Err(error) => check.reason = Some(error.what()),
         }
         check.seconds = started.elapsed().as_secs_f64();
-        // Of a lost device the next process says so.
+        // If the device is lost, the next process reports this check.
         if !self.bench.is_lost() {
             self.report.checks.push(check);
         }
@@ -261,7 +261,7 @@ impl<'a> Doctor<'a> {
         Ok(())
     }
 
-    /// Says what comes next: on the terminal, and in the file, which says so if the process ends now.
+    /// Announces the next step on the terminal and in the file, which then names it if the process ends.
     fn tell(&mut self, doing: String) -> Result<(), CliError> {
         self.progress.bar().show(self.report.begun as f64 / self.steps.max(1) as f64, doing.clone());
         self.report.begun += 1;
@@ -288,11 +288,11 @@ fn mark_ended(report: &mut Report, step: &Step) {
     }
 }
 
-/// A report of what is here, without what adapters can run that are not checked.
+/// A report with the machine's description, without the techniques of adapters that are not checked.
 fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine) -> Report {
-    let known = adapters();
-    let chosen = known.iter().position(|adapter| adapter.is(&gpu.description)).unwrap_or_default();
-    let adapters = known.iter().enumerate().map(|(i, description)| match i == chosen {
+    let available = adapters();
+    let chosen = available.iter().position(|adapter| adapter.is(&gpu.description)).unwrap_or_default();
+    let adapters = available.iter().enumerate().map(|(i, description)| match i == chosen {
         true => described(gpu, engine),
         false => machine::describe(description, None),
     });
@@ -317,13 +317,13 @@ fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine) -> Report {
     }
 }
 
-/// An adapter that is open.
+/// Describes an open adapter and its techniques.
 fn described(gpu: &Gpu, engine: &Engine) -> Adapter {
     let adapter = machine::describe(&gpu.description, Some(&gpu.device.adapter_info()));
     Adapter { techniques: machine::techniques(engine), ..adapter }
 }
 
-/// One that is not checked: opened for as long as it takes to ask it.
+/// Describes an adapter that is not checked. It is open only while its techniques are listed.
 fn other(description: &AdapterDescription) -> Adapter {
     match Gpu::open_listed(description) {
         Ok(gpu) => described(&gpu, &Engine::new(&gpu.device, &gpu.queue)),
@@ -334,7 +334,7 @@ fn other(description: &AdapterDescription) -> Adapter {
     }
 }
 
-/// The flags that change what is measured.
+/// The command line, with the flags that affect the measurement.
 fn command(args: &DoctorArgs) -> String {
     let mut words = vec!["lanternfish doctor".to_owned()];
     match &args.adapter {
@@ -351,10 +351,10 @@ fn command(args: &DoctorArgs) -> String {
     words.join(" ")
 }
 
-/// The day of a time, UTC: 2026-01-31.
+/// The date of a time, UTC: 2026-01-31.
 fn date(time: SystemTime) -> String {
     let days = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400) as i64;
-    // Days to year, month and day in the proleptic Gregorian calendar, whose years are taken to begin in March.
+    // Converts days to year, month and day of the proleptic Gregorian calendar; years begin in March here.
     let shifted = days + 719_468;
     let (era, of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
     let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;

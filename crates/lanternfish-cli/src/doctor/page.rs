@@ -136,9 +136,9 @@ mod tests {
 
     use super::{super::read, *};
 
-    /// A page of `docs/measured` is written by the program, from the report beside it.
+    /// Pages in `docs/measured` are generated from the reports beside them.
     #[test]
-    fn pages_of_the_docs_are_those_of_their_reports() {
+    fn pages_in_docs_match_their_reports() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/measured");
         let files = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
         let reports: Vec<_> = files.filter(|file| file.extension().is_some_and(|ending| ending == "json")).collect();

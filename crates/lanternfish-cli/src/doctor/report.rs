@@ -1,43 +1,43 @@
-//! What a run of the doctor found: for machines as JSON, for people as a table.
+//! The report of `lanternfish doctor`, as JSON and as a table.
 
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-/// Raised when a field changes its meaning.
+/// Version of the JSON format, increased when a field changes its meaning.
 pub const FORMAT: u32 = 1;
 
-/// Everything that was found. It names nothing of the user or the machine's name: hardware, driver and system alone.
+/// The complete report. It names hardware, driver and system, but neither the user nor the host name.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Report {
     pub format: u32,
-    /// Of this program.
+    /// Version of this program.
     pub version: String,
-    /// What --commit says of the state of the sources.
+    /// Version of the sources, from --commit.
     pub commit: Option<String>,
-    /// Day of the run, UTC, as 2026-01-31.
+    /// Date of the run, UTC, as 2026-01-31.
     pub date: String,
-    /// The flags of the run.
+    /// The command line of the run.
     pub command: String,
     /// Operating system and processor architecture.
     pub system: String,
-    /// Threads that the processor runs at once.
+    /// Hardware threads of the CPU.
     pub threads: usize,
-    /// False while it runs; false in a file: the process was ended, by a driver or from outside.
+    /// False while the run continues. In a finished file: a driver or a signal ended the process.
     pub complete: bool,
-    /// What it was doing when the file was written, unless it is complete.
+    /// The step in progress when the file was written, unless the report is complete.
     pub doing: Option<String>,
     /// Number of steps begun.
     pub begun: usize,
-    /// Seconds from start to end.
+    /// Duration of the run, seconds.
     pub seconds: f64,
     pub adapters: Vec<Adapter>,
-    /// The number of the adapter, among the above, that all figures below are of.
+    /// Index into `adapters` of the adapter that was checked.
     pub chosen: usize,
     pub checks: Vec<Check>,
     pub rates: Vec<Rate>,
     pub frames: Vec<Timed>,
-    /// What could not be timed at all, and why.
+    /// Steps that could not be timed: name and reason.
     pub not_timed: Vec<(String, String)>,
 }
 
@@ -51,26 +51,26 @@ pub struct Adapter {
     pub driver: String,
     /// Known faults of the driver, and the remedy.
     pub faults: Option<String>,
-    /// The tracer that `auto` takes for shadows and indirect light.
+    /// The tracer that `auto` selects for shadows and indirect light.
     pub automatic_tracer: String,
-    /// Optional features that some technique uses: name, and whether the adapter has it.
+    /// Optional features that some technique uses: name, and true if the adapter has it.
     pub features: Vec<(String, bool)>,
-    /// Limits that bound scenes and images, in bytes or as counts.
+    /// Limits on scenes and images, in bytes or as counts.
     pub limits: Vec<(String, u64)>,
-    /// Techniques and tracers: which can run.
+    /// All techniques and tracers, each with the reason why it cannot run, if any.
     pub techniques: Vec<Technique>,
 }
 
 /// A technique on an adapter.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Technique {
-    /// The flag that chooses it, and its name.
+    /// Its flag and name.
     pub name: String,
-    /// Why it cannot run; none: it can.
+    /// Why it cannot run; `None` if it can.
     pub reason: Option<String>,
 }
 
-/// What is checked.
+/// The subject of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Group {
@@ -110,11 +110,11 @@ pub struct Check {
     pub name: String,
     pub scene: String,
     pub verdict: Verdict,
-    /// What it is judged by.
+    /// The measured values and their limits.
     pub figures: Vec<Figure>,
-    /// Why it was left out, or what stopped it.
+    /// Why it was skipped, or the error that stopped it.
     pub reason: Option<String>,
-    /// Seconds that it took, compiling shaders and tracing its reference included.
+    /// Duration, seconds, including shader compilation and the reference image.
     pub seconds: f64,
 }
 
@@ -126,11 +126,11 @@ pub enum Verdict {
     LeftOut,
 }
 
-/// A measured value, and between what it must lie.
+/// A measured value and its limits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     pub name: String,
-    /// JSON has no NaN: null stands for it.
+    /// JSON has no NaN; null represents it.
     #[serde(deserialize_with = "number_or_nan")]
     pub value: f64,
     pub least: f64,
@@ -146,17 +146,17 @@ impl Figure {
         Self { name: name.to_owned(), value, least, most }
     }
 
-    /// NaN passes nothing.
+    /// True if the value is within its limits. NaN never is.
     pub fn passes(&self) -> bool {
         (self.least..=self.most).contains(&self.value)
     }
 }
 
-/// How fast something is that has a rate.
+/// A measured rate.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Rate {
     pub name: String,
-    /// What is counted: `Mrays/s`, `Mkeys/s`.
+    /// Unit: `Mrays/s`, `Mkeys/s`.
     pub unit: String,
     pub median: f64,
     pub least: f64,
@@ -172,17 +172,17 @@ pub struct Timed {
     pub height: u32,
     pub lights: usize,
     pub runs: usize,
-    /// Milliseconds on the device, all passes: median, least and most of the runs. Of the host's clock where `is_wall`.
+    /// Milliseconds on the device, all passes: median, least and most of the runs. Host time if `is_wall`.
     pub median_ms: f64,
     pub least_ms: f64,
     pub most_ms: f64,
-    /// Whether the device has no timestamps, and the host's clock was read.
+    /// True if the device has no timestamps and the host's clock was read.
     pub is_wall: bool,
-    /// Median milliseconds of each pass, in order.
+    /// Median of each pass, ms, in order.
     pub passes: Vec<(String, f64)>,
-    /// Single commands of all runs that took longer than [`WATCHDOG_MS`], the longest of each pass.
+    /// Single commands of all runs that took longer than [`WATCHDOG_MS`], the longest of each pass: pass, ms.
     pub over_watchdog: Vec<(String, f64)>,
-    /// Counts of the last run, such as rays.
+    /// Counters of the last run, such as rays.
     pub counters: Vec<(String, u64)>,
     /// Why there are no times.
     pub reason: Option<String>,
@@ -193,7 +193,7 @@ impl Report {
         self.checks.iter().filter(|check| check.verdict == Verdict::Failed)
     }
 
-    /// Passes whose single commands take longer than a display driver lets them: frame, pass, milliseconds.
+    /// Passes with a single command over [`WATCHDOG_MS`]: frame, pass, milliseconds.
     pub fn slow_passes(&self) -> Vec<(&str, &str, f64)> {
         let slow = self.frames.iter().flat_map(|frame| frame.over_watchdog.iter().map(move |pass| (frame, pass)));
         slow.map(|(frame, (pass, ms))| (frame.name.as_str(), pass.as_str(), *ms)).collect()
@@ -203,7 +203,7 @@ impl Report {
         serde_json::to_string_pretty(self).expect("plain numbers and strings") + "\n"
     }
 
-    /// For people: what is here, what failed, how fast it is.
+    /// The report as a table: machine, failed checks, speed.
     pub fn to_table(&self) -> String {
         let mut text = String::new();
         for (i, adapter) in self.adapters.iter().enumerate() {
@@ -231,11 +231,11 @@ impl Report {
             }
         }
         if !self.checks.is_empty() {
-            text += "\nIs it right? Against a path tracer on this processor; where nothing else is said, images are compared.\n";
+            text += "\nCorrectness: images compared with a path tracer on the CPU, unless stated otherwise.\n";
             self.write_checks(&mut text);
         }
         if !self.rates.is_empty() || !self.frames.is_empty() {
-            text += "\nHow fast? Medians, with least and most of the runs.\n";
+            text += "\nSpeed: medians, with least and most of the runs.\n";
             self.write_speed(&mut text);
         }
         let (failed, left_out) = (self.failures().count(), self.count(Verdict::LeftOut));
@@ -245,7 +245,7 @@ impl Report {
         if let Some(first) = self.failures().next() {
             let _ = writeln!(
                 text,
-                "first failure: {}, {} ({}). Later checks rest on earlier ones: begin there.",
+                "first failure: {}, {} ({}). Later checks depend on earlier ones: begin there.",
                 first.group.name(),
                 first.name,
                 first.scene
@@ -317,7 +317,7 @@ impl Report {
     }
 }
 
-/// A display driver stops a command that takes longer, on usual settings.
+/// A display driver stops a command that takes longer, with usual settings, ms.
 pub const WATCHDOG_MS: f64 = 2000.0;
 
 fn line(text: &mut String, name: &str, value: impl std::fmt::Display) {
@@ -328,7 +328,7 @@ fn listed(names: &[&str]) -> String {
     if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
 }
 
-/// A value and its limits: `energy 1.002 (0.98 to 1.02)`.
+/// Formats a value and its limits: `energy 1.002 (0.98 to 1.02)`.
 pub fn figure(figure: &Figure) -> String {
     let Figure { name, value, least, most } = figure;
     let mark = if figure.passes() { "" } else { " OUT OF LIMITS" };

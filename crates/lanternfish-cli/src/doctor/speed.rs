@@ -27,30 +27,31 @@ use super::{
 };
 use crate::error::CliError;
 
-/// Runs that count, at most and at least, after one that does not; and seconds after which no further one is begun. After twice as many
-/// seconds fewer than the least have to do.
+/// Most and least measured runs, after one warm-up run, and the time after which no further run starts, s. After twice that
+/// time, fewer runs than the least suffice.
 const MOST_RUNS: usize = 7;
 const LEAST_RUNS: usize = 3;
 const SECONDS: f64 = 2.0;
 
-/// What is measured, and how large.
+/// The measurements and their sizes.
 #[derive(Clone, Debug)]
 pub struct Extent {
-    /// Sizes of frames with direct light. Those with all light are half as wide and high on software, where their cache alone takes seconds.
+    /// Sizes of frames with direct light. On software adapters, frames with all light have half the width and height, because
+    /// the radiance cache alone takes seconds.
     pub sizes: Vec<[u32; 2]>,
-    /// Numbers of lights of frames with direct light.
+    /// Light counts of frames with direct light.
     pub lights: Vec<u32>,
-    /// Rays of a list.
+    /// Rays per list.
     pub rays: u32,
     pub sorted_keys: u32,
     pub qualities: Vec<Quality>,
-    /// Whether deep images are built, and rays traced through them.
+    /// True if deep images are built and traced.
     pub has_deep_images: bool,
     pub is_software: bool,
 }
 
 impl Extent {
-    /// A graphics card does a hundred times as much in the same time.
+    /// A graphics card gets a hundred times the work of a software adapter.
     pub fn new(is_software: bool, is_quick: bool, size: Option<[u32; 2]>) -> Self {
         let usual = if is_software { vec![[320, 180]] } else { vec![[1280, 720], [1920, 1080]] };
         let mut sizes = size.map_or(usual, |size| vec![size]);
@@ -68,12 +69,12 @@ impl Extent {
         }
     }
 
-    /// What is measured, in this order.
+    /// The measurements, in order.
     pub fn steps(&self) -> Vec<Step> {
         let mut steps = vec![Step::Sort];
         let tracers = Tracer::all()
             .into_iter()
-            .filter(|tracer| tracer.is_exact() || (self.has_deep_images && goes_through_deep_images(*tracer)));
+            .filter(|tracer| tracer.is_exact() || (self.has_deep_images && uses_deep_images(*tracer)));
         steps.extend(tracers.map(Step::Trace));
         for size in self.sizes.iter().copied() {
             steps.extend(self.lights.iter().map(|lights| Step::DirectLight { size, lights: *lights }));
@@ -85,7 +86,7 @@ impl Extent {
     }
 }
 
-/// One thing that is measured.
+/// One measurement.
 #[derive(Clone, Copy, Debug)]
 pub enum Step {
     Sort,
@@ -95,7 +96,7 @@ pub enum Step {
     DeepImages,
 }
 
-/// Lights of the frames with all light.
+/// Light count of frames with all light.
 const LIGHTS: u32 = 1000;
 
 impl Step {
@@ -111,7 +112,7 @@ impl Step {
         }
     }
 
-    /// Measures it. An error is of what cannot be measured at all; a frame that fails says why in its row.
+    /// Runs the measurement. Returns an error if it cannot run at all; the row of a failed frame holds the reason.
     pub fn measure(
         self,
         bench: &Bench,
@@ -135,7 +136,7 @@ impl Step {
     }
 }
 
-/// The atrium with so many lights in all: its own first, then light rain.
+/// The atrium with `lights` lights: its own first, then light rain.
 fn atrium(lights: u32) -> Result<Scene, CliError> {
     let mut scene = demo("atrium")?;
     let rain = (lights as usize).saturating_sub(scene.lights.len()) as u32;
@@ -144,14 +145,14 @@ fn atrium(lights: u32) -> Result<Scene, CliError> {
     Ok(scene)
 }
 
-/// Runs as long as there is time, and gives what each run gives but the first, which compiles.
+/// Repeats a run within the time limit. Returns the results without the first, which compiles shaders.
 fn repeated<T>(mut run: impl FnMut() -> Result<T, CliError>) -> Result<Vec<T>, CliError> {
     run()?;
     let started = Instant::now();
     let mut all = Vec::new();
     while all.len() < LEAST_RUNS || (all.len() < MOST_RUNS && started.elapsed().as_secs_f64() < SECONDS) {
         all.push(run()?);
-        // What is so slow is known well enough by one.
+        // One result is enough for a run this slow.
         if started.elapsed().as_secs_f64() > 2.0 * SECONDS {
             break;
         }
@@ -167,13 +168,14 @@ fn spread(values: impl IntoIterator<Item = f64>) -> [f64; 3] {
     [0.5 * (sorted[last / 2] + sorted[sorted.len() / 2]), sorted[0], sorted[last]]
 }
 
-/// Millions a second, of so many in each of these milliseconds.
+/// Millions per second, from runs of `count` items in these milliseconds.
 fn rate(name: String, unit: &str, count: usize, ms: &[f64]) -> Rate {
     let [median, least, most] = spread(ms.iter().map(|ms| count as f64 / ms.max(1e-6) / 1e3));
     Rate { name, unit: unit.to_owned(), median, least, most, runs: ms.len() }
 }
 
-/// Hands over a frame that `record` fills, and waits: milliseconds by the device's clock, or the host's where that has none.
+/// Submits the frame that `record` fills and waits for it. Returns its time in milliseconds, from device timestamps or else
+/// from the host's clock.
 fn timed<R>(
     bench: &Bench,
     profiler: &mut Profiler,
@@ -184,7 +186,7 @@ fn timed<R>(
     let result = record(&mut frame)?;
     let started = Instant::now();
     frame.submit();
-    let lost = |error| CliError::new(format_args!("the device does not answer: {error}"), "");
+    let lost = |error| CliError::new(format_args!("the device does not respond: {error}"), "");
     device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
     let wall = 1e3 * started.elapsed().as_secs_f64();
     let passes: f64 = sound(bench, profiler.finished()).iter().map(|pass| pass.ms).sum();
@@ -207,12 +209,12 @@ fn sort(bench: &Bench, extent: &Extent) -> Result<Rate, CliError> {
     Ok(rate(format!("sort, {} pairs of 32 bits", extent.sorted_keys), "Mkeys/s", pairs.len(), &ms))
 }
 
-/// True if the lists of rays, which have directions of deep images, are for it.
-fn goes_through_deep_images(tracer: Tracer) -> bool {
+/// True if the tracer needs ray lists with directions of deep images.
+fn uses_deep_images(tracer: Tracer) -> bool {
     tracer.structure(&Structure::NONE).is::<DeepImageSettings>()
 }
 
-/// Rays from the camera through neighbouring pixels, and from all over the scene in all directions.
+/// Coherent rays from the camera through neighbouring pixels, and random rays from all over the scene.
 fn lists(
     scene: &Scene,
     camera: &Camera,
@@ -228,7 +230,7 @@ fn lists(
     let offset = 0.75 * bounds.size().length() / RESOLUTION as f32;
     let width = f64::from(count).sqrt() as u32;
     let through = |i: u32| {
-        // Squares of 8 x 8 pixels, as workgroups of a frame have them.
+        // Squares of 8 x 8 pixels, like the workgroups of a frame.
         let (square, inside) = (i / 64, i % 64);
         let across = (width / 8).max(1);
         let (x, y) = (square % across * 8 + inside % 8, square / across * 8 + inside / 8);
@@ -245,7 +247,7 @@ fn lists(
     [("coherent", (0..count).map(through).collect()), ("random", (0..count).map(anywhere).collect())]
 }
 
-/// Rays a second of a tracer, if the device has it.
+/// Rays per second of a tracer, if the device supports it.
 fn trace(
     bench: &Bench,
     extent: &Extent,
@@ -264,7 +266,7 @@ fn trace(
     let images = (!through.is_exact()).then(|| built(bench, &mut profiler, &uploaded)).transpose()?;
     let tracer = RayTracer::new(device)?;
     let camera = scene.default_camera(1.0);
-    // A software adapter's own structure is slow.
+    // A software adapter's own acceleration structure is slow.
     let count = if extent.is_software && through == Tracer::RAY_QUERY { extent.rays / 8 } else { extent.rays };
     for (order, rays) in lists(scene, &camera, images.as_ref(), count) {
         let list = tracer.upload(device, &rays)?;
@@ -286,10 +288,10 @@ fn trace(
     Ok(())
 }
 
-/// Texels across the deep images.
+/// Texels across each deep image.
 const RESOLUTION: u32 = 64;
 
-/// Deep images of the default directions, and waits for them.
+/// Builds deep images with the default directions and waits for them.
 fn built(bench: &Bench, profiler: &mut Profiler, scene: &GpuScene) -> Result<DeepImages, CliError> {
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let settings = DeepImageSettings { resolution: RESOLUTION, ..DeepImageSettings::default() };
@@ -303,12 +305,12 @@ fn built(bench: &Bench, profiler: &mut Profiler, scene: &GpuScene) -> Result<Dee
     Ok(images)
 }
 
-/// The times of passes; none where the driver's timestamps are wrong (Mesa 22.3: a thousand times too short).
+/// The times of passes; empty if the driver's timestamps are wrong (Mesa 22.3: a thousand times too short).
 fn sound(bench: &Bench, passes: Vec<PassTime>) -> Vec<PassTime> {
     if faulty_software(&bench.gpu.device.adapter_info()) { Vec::new() } else { passes }
 }
 
-/// Times of a frame, or why there are none.
+/// Times of a frame, or the reason why there are none.
 fn frame(bench: &Bench, name: &str, scene: &Scene, [width, height]: [u32; 2], settings: Settings) -> Timed {
     let camera = scene.default_camera(width as f32 / height as f32);
     let mut counters = Vec::new();
@@ -326,7 +328,7 @@ fn frame(bench: &Bench, name: &str, scene: &Scene, [width, height]: [u32; 2], se
     of_runs(name, [width, height], scene.lights.len(), runs(), counters)
 }
 
-/// Times of building the deep images of the default directions, 64 x 64 texels each.
+/// Times of building deep images with the default directions, 64 x 64 texels each.
 fn deep_images(bench: &Bench, scene: &Scene) -> Timed {
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let runs = || -> Result<Vec<(f64, Vec<PassTime>)>, CliError> {
@@ -385,7 +387,7 @@ fn of_runs(
     timed
 }
 
-/// The passes of a run, those of one name added up.
+/// The passes of a run. Passes of one name are summed.
 fn by_name(passes: &[PassTime]) -> Vec<(String, f64)> {
     let mut all: Vec<(String, f64)> = Vec::new();
     for pass in passes {
@@ -397,7 +399,7 @@ fn by_name(passes: &[PassTime]) -> Vec<(String, f64)> {
     all
 }
 
-/// Of each pass the longest of its commands, where a display driver would stop it.
+/// The longest command over [`WATCHDOG_MS`] of each pass.
 fn over_watchdog<'p>(commands: impl Iterator<Item = &'p PassTime>) -> Vec<(String, f64)> {
     let mut longest: Vec<(String, f64)> = Vec::new();
     for command in commands.filter(|command| command.ms > WATCHDOG_MS) {
@@ -409,11 +411,11 @@ fn over_watchdog<'p>(commands: impl Iterator<Item = &'p PassTime>) -> Vec<(Strin
     longest
 }
 
-/// Of each pass of the last run the median of all runs.
+/// The median over all runs, for each pass of the last run.
 fn pass_medians(runs: &[Vec<(String, f64)>]) -> Vec<(String, f64)> {
     let Some(last) = runs.last() else { return Vec::new() };
     let median = |name: &String| {
-        let of_runs = runs.iter().filter_map(|run| Some(run.iter().find(|(known, _)| known == name)?.1));
+        let of_runs = runs.iter().filter_map(|run| Some(run.iter().find(|(other, _)| other == name)?.1));
         (name.clone(), spread(of_runs)[0])
     };
     last.iter().map(|(name, _)| median(name)).collect()
@@ -424,7 +426,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn medians_are_of_each_pass() {
+    fn medians_are_taken_per_pass() {
         let pass = |name: &str, ms| PassTime { name: name.to_owned(), ms };
         let runs = [[1.0, 9.0], [5.0, 1.0], [2.0, 4.0]]
             .map(|[a, b]| by_name(&[pass("trace", a), pass("shade", b), pass("trace", 1.0)]));
@@ -434,14 +436,14 @@ mod tests {
     }
 
     #[test]
-    fn a_display_driver_stops_single_commands_and_not_sums_of_them() {
+    fn the_watchdog_limit_applies_to_single_commands() {
         let pass = |name: &str, ms| PassTime { name: name.to_owned(), ms };
         let commands = [pass("relax", 1500.0), pass("relax", 1500.0), pass("trace", 2100.0), pass("trace", 2500.0)];
         assert_eq!(over_watchdog(commands.iter()), [("trace".to_owned(), 2500.0)]);
     }
 
     #[test]
-    fn a_slow_run_is_not_repeated_for_ever_and_a_fast_one_has_enough() {
+    fn slow_runs_stop_early_and_fast_ones_repeat() {
         let mut count = 0;
         let fast = repeated(|| {
             count += 1;

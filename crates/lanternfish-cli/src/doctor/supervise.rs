@@ -1,4 +1,4 @@
-//! Runs the checks in a process of their own: a driver that ends it ends one check, and the rest is made by the next process.
+//! Runs the checks in a separate process. If a driver ends it, that check fails and the next process runs the rest.
 
 use std::{
     env, fs, io,
@@ -11,23 +11,23 @@ use std::{
 use super::{DoctorArgs, exit_code, read, report::Report};
 use crate::{error::CliError, output::print};
 
-/// What a process exits with that has lost its device: the next one opens another.
+/// Exit code of a process that lost its device: the next process opens a new one.
 pub const LOST: u8 = 75;
 
-/// How long a step may take.
+/// Time limit of a step.
 const HARDWARE_STEP: Duration = Duration::from_secs(60);
 const SOFTWARE_STEP: Duration = Duration::from_secs(600);
 
-/// Processes that a driver may end before the rest is given up.
+/// Ended processes after which the run gives up.
 const MOST_ENDED: usize = 16;
 
-/// The variable by which a process knows that it does the work, and in which file the report is.
+/// Environment variable that marks a worker process. Its value is the path of the report.
 pub const WORKER: &str = "LANTERNFISH_DOCTOR_WORKER";
 
 pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
     let of_run = env::temp_dir().join(format!("lanternfish-doctor-{}.json", std::process::id()));
     let file = args.json.clone().unwrap_or_else(|| of_run.clone());
-    // The report of another run is none that this one goes on with.
+    // Remove the report of another run, which this run must not continue.
     let _ = fs::remove_file(&file);
     let program = env::current_exe().map_err(|error| CliError::new(format_args!("this program: {error}"), ""))?;
     let work = || {
@@ -47,7 +47,7 @@ pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
     }
 }
 
-/// Waits for a process, and ends it where it has not begun another step for too long: the device hangs.
+/// Waits for a process. Kills it if no new step began for too long: the device hangs.
 fn wait(worker: &mut Child, file: &Path) -> io::Result<ExitStatus> {
     let started = SystemTime::now();
     let mut longest = SOFTWARE_STEP;
@@ -70,22 +70,22 @@ fn wait(worker: &mut Child, file: &Path) -> io::Result<ExitStatus> {
 }
 
 enum Outcome {
-    /// What was found; not complete where processes ended again and again.
+    /// The report. It is incomplete if processes ended too often.
     Report(Box<Report>),
-    /// A process said on standard error why it could not begin.
+    /// A process wrote to standard error why it could not begin. Holds its exit code.
     Refused(u8),
 }
 
-/// Starts processes until one has made the rest.
+/// Starts processes until one has finished the remaining steps.
 fn processes(file: &Path, mut work: impl FnMut() -> Result<ExitStatus, CliError>) -> Result<Outcome, CliError> {
     for ended in 0..=MOST_ENDED {
         let status = work()?;
         if !file.is_file() {
-            // It has said why, unless it was ended.
+            // The process has reported the reason, unless it was killed.
             if let Some(code) = status.code().and_then(|code| u8::try_from(code).ok()).filter(|code| *code != 0) {
                 return Ok(Outcome::Refused(code));
             }
-            let hint = "another --adapter may do better; a newer driver may be at hand";
+            let hint = "try another --adapter, or update the driver";
             return Err(CliError::new("the driver ended the process before the first check", hint));
         }
         let report = read(file)?;
@@ -93,7 +93,7 @@ fn processes(file: &Path, mut work: impl FnMut() -> Result<ExitStatus, CliError>
             return Ok(Outcome::Report(Box::new(report)));
         }
     }
-    unreachable!("the last round returns")
+    unreachable!("the last iteration returns")
 }
 
 #[cfg(all(test, unix))]
@@ -109,7 +109,7 @@ mod tests {
         ExitStatus::from_raw(11)
     }
 
-    /// Processes of two steps, of which the first ends in the first process.
+    /// Runs two steps; the first step ends the first process with this status.
     fn goes_on_after(first: ExitStatus) {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("report.json");
@@ -134,22 +134,22 @@ mod tests {
     }
 
     #[test]
-    fn a_check_that_ends_its_process_has_failed_and_the_rest_is_made() {
+    fn a_check_that_ends_its_process_fails_and_the_rest_runs() {
         goes_on_after(signal());
-        // A lost device, and a panic.
+        // Test a lost device and a panic.
         goes_on_after(ExitStatus::from_raw(i32::from(LOST) << 8));
         goes_on_after(ExitStatus::from_raw(101 << 8));
     }
 
     #[test]
-    fn a_process_that_goes_on_is_not_ended() {
+    fn a_process_that_makes_progress_is_not_killed() {
         let folder = tempfile::tempdir().unwrap();
         let mut short = Command::new("true").spawn().unwrap();
         assert!(wait(&mut short, &folder.path().join("report.json")).unwrap().success());
     }
 
     #[test]
-    fn processes_that_end_again_and_again_are_given_up() {
+    fn the_run_gives_up_after_too_many_ended_processes() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("report.json");
         let report = Report { complete: false, doing: Some("sorting".to_owned()), ..sample(Vec::new()) };
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_process_that_is_ended_before_it_writes_is_an_error_and_one_that_refuses_is_its_code() {
+    fn a_process_without_a_report_is_an_error_or_returns_its_exit_code() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("report.json");
         assert!(processes(&file, || Ok(signal())).is_err());

@@ -1,4 +1,4 @@
-//! That the doctor finds what is wrong.
+//! Tests that the doctor detects faults.
 
 use lanternfish::shaders::{SHADERS, edit};
 use lanternfish_gpu::{Engine, Gpu, ShaderTexts, testing};
@@ -9,7 +9,7 @@ use super::{
     report::Group,
 };
 
-/// The figures of a check that are out of their limits, under shaders in which a text stands for another.
+/// The values of a check that exceed their limits, with one text of the shaders replaced.
 fn faults(gpu: &Gpu, plan: &Plan, edited: Option<(&str, &str, &str)>) -> Vec<String> {
     let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
     let engine = Engine::new(&gpu.device, &gpu.queue);
@@ -25,10 +25,10 @@ fn faults(gpu: &Gpu, plan: &Plan, edited: Option<(&str, &str, &str)>) -> Vec<Str
     figures.into_iter().filter(|figure| !figure.passes()).map(|figure| figure.name).collect()
 }
 
-/// A wrong constant in each kind of technique is found by the check of that kind, which finds nothing without it.
+/// The check of each kind of technique detects a wrong constant in it, and passes without the fault.
 #[test]
-fn gpu_a_wrong_constant_is_found_by_the_check_of_its_kind() {
-    let Some(gpu) = testing::gpu("gpu_a_wrong_constant_is_found_by_the_check_of_its_kind") else { return };
+fn gpu_each_kind_of_check_detects_a_wrong_constant() {
+    let Some(gpu) = testing::gpu("gpu_each_kind_of_check_detects_a_wrong_constant") else { return };
     let edits = [
         (Group::Materials, "BRDF", ("materials/brdf", "return k * k / PI;", "return k * k / 3.0;")),
         (
@@ -56,7 +56,7 @@ fn gpu_a_wrong_constant_is_found_by_the_check_of_its_kind() {
         let plan = plans.iter().find(|plan| plan.is_quick && plan.group == group && plan.name.contains(name));
         let plan = plan.expect("--quick makes it");
         assert_eq!(faults(gpu, plan, None), Vec::<String>::new(), "{}: sound shaders", group.name());
-        let found = faults(gpu, plan, Some(edited));
-        assert!(!found.is_empty(), "{}: blind to {edited:?}", group.name());
+        let actual = faults(gpu, plan, Some(edited));
+        assert!(!actual.is_empty(), "{}: blind to {edited:?}", group.name());
     }
 }

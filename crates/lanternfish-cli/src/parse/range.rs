@@ -1,19 +1,19 @@
-//! Ranges of numbers: frames of a sequence, samples of a ground truth.
+//! Ranges of integers: frames of a sequence, samples of a ground truth.
 
 use std::{fmt, ops::RangeInclusive, str::FromStr};
 
-/// Numbers that frames may have.
+/// Valid frame numbers.
 pub const FRAMES: RangeInclusive<u32> = 0..=99_999;
 
-/// Numbers that samples of a pixel may have.
+/// Valid sample numbers of a pixel.
 pub const SAMPLES: RangeInclusive<u64> = 1..=1 << 32;
 
-/// Whole numbers from `first` to `last`, both of them in it; `first` is not above `last`.
+/// Integers from `first` to `last`, both included; `first` is at most `last`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span<N> {
-    /// The first.
+    /// The first number.
     pub first: N,
-    /// The last, which is one of them.
+    /// The last number, included.
     pub last: N,
 }
 
@@ -23,34 +23,34 @@ impl<N: fmt::Display> fmt::Display for Span<N> {
     }
 }
 
-/// Which images a sequence has.
+/// The frames of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frames {
-    /// So many, numbered from 1: the first where the camera track starts, the last where it ends.
+    /// This many frames, numbered from 1: the first at the start of the camera track, the last at its end.
     Count(u32),
-    /// Those of these numbers, each at number / rate seconds.
+    /// The frames of these numbers, each at number / rate seconds.
     Span(Span<u32>),
 }
 
-/// Parses a number of frames, `N`, or which, `A-B`.
+/// Parses a number of frames, `N`, or a frame range, `A-B`.
 pub fn frames(text: &str) -> Result<Frames, String> {
     let frames = match text.contains('-') {
         true => span(text).ok().map(Frames::Span),
-        false => whole::<u32>(text).filter(|count| *count > 0 && FRAMES.contains(count)).map(Frames::Count),
+        false => digits::<u32>(text).filter(|count| *count > 0 && FRAMES.contains(count)).map(Frames::Count),
     };
     let (first, last) = (FRAMES.start(), FRAMES.end());
     frames.ok_or_else(|| {
-        format!("expected how many, 1 to {last}, or which, A-B from {first} to {last}, e.g. 48 or 1-48 (5-5 is frame 5 alone)")
+        format!("expected a count, 1 to {last}, or a range A-B from {first} to {last}, e.g. 48 or 1-48 (5-5 is frame 5 alone)")
     })
 }
 
-/// Parses a range of frames, `A-B`, or one, `A`.
+/// Parses a frame range, `A-B`, or one frame, `A`.
 pub fn span(text: &str) -> Result<Span<u32>, String> {
     let (first, last) = (FRAMES.start(), FRAMES.end());
     within(text, &FRAMES).ok_or_else(|| format!("expected frames A-B, or one, from {first} to {last}, e.g. 1-48"))
 }
 
-/// Parses a range of samples, `A-B`, or one, `A`.
+/// Parses a sample range, `A-B`, or one sample, `A`.
 pub fn samples(text: &str) -> Result<Span<u64>, String> {
     let (first, last) = (SAMPLES.start(), SAMPLES.end());
     within(text, &SAMPLES).ok_or_else(|| format!("expected samples A-B from {first} to {last}, e.g. 1-256"))
@@ -58,19 +58,19 @@ pub fn samples(text: &str) -> Result<Span<u64>, String> {
 
 fn within<N: FromStr + PartialOrd>(text: &str, range: &RangeInclusive<N>) -> Option<Span<N>> {
     let (first, last) = text.trim().split_once('-').unwrap_or((text, text));
-    let number = |text: &str| whole(text).filter(|number| range.contains(number));
+    let number = |text: &str| digits(text).filter(|number| range.contains(number));
     number(first).zip(number(last)).filter(|(first, last)| first <= last).map(|(first, last)| Span { first, last })
 }
 
-/// Parses frames a second.
+/// Parses frames per second.
 pub fn fps(text: &str) -> Result<f32, String> {
     super::number(text)
         .filter(|fps| (1e-3..=1e4).contains(fps))
-        .ok_or_else(|| "expected frames a second, from 0.001 to 10000, e.g. 24 or 29.97".to_owned())
+        .ok_or_else(|| "expected frames per second, from 0.001 to 10000, e.g. 24 or 29.97".to_owned())
 }
 
-/// Digits alone: no sign, which would be part of a range.
-fn whole<N: FromStr>(text: &str) -> Option<N> {
+/// Parses digits without a sign, which would be part of a range.
+fn digits<N: FromStr>(text: &str) -> Option<N> {
     let text = text.trim();
     text.bytes().all(|b| b.is_ascii_digit()).then(|| text.parse().ok()).flatten()
 }
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_are_how_many_or_which() {
+    fn frames_are_a_count_or_a_range() {
         assert_eq!(frames("48"), Ok(Frames::Count(48)));
         assert_eq!(frames("5-8"), Ok(Frames::Span(Span { first: 5, last: 8 })));
         assert_eq!(frames("0-0"), Ok(Frames::Span(Span { first: 0, last: 0 })));

@@ -25,7 +25,7 @@ fn vectors_and_colours() {
     assert!(position("-1e12,0,1e12").is_ok());
     assert!(position("0,-2e12,0").unwrap_err().contains("-1e12 to 1e12 m"));
     assert_eq!(color("0,0.5,2"), Ok(Vec3::new(0.0, 0.5, 2.0)));
-    // More than a half float holds would be infinite in an EXR file.
+    // Larger values than the half-precision maximum would be infinite in an EXR file.
     assert!(color("0,-0.5,2").is_err() && color("65504,0,0").is_ok() && color("65600,0,0").is_err());
 }
 
@@ -41,7 +41,7 @@ fn points() {
     {
         assert!(point_light(bad).is_err(), "{bad}");
     }
-    // Each number is finite; their products and squares would not be.
+    // Each number is finite, but products and squares would overflow.
     for bad in ["0,0,0,1e38,1e38,1,1", "1e30,0,0,1", "0,0,0,1,1,1,1,1e30"] {
         assert!(point_light(bad).is_err(), "{bad}");
     }
@@ -69,7 +69,7 @@ fn disks() {
     {
         assert!(disk(bad).is_err(), "{bad}");
     }
-    // Numbers whose products are none.
+    // Products of these numbers overflow or underflow.
     for bad in ["0,0,0,0,-1,0,1e-30,1", "0,0,0,0,-1,0,1e11,1e30", "0,0,0,0,-1,0,2e12,1", "0,0,0,0,-1,0,1,1,1,1,1,0"] {
         assert!(disk(bad).is_err(), "{bad}");
     }
@@ -82,7 +82,7 @@ fn rectangles() {
         other => panic!("{other:?}"),
     };
     assert_eq!(shape("0,2,0,0,-1,0,3,0.5,100"), (1.5, 0.25, Vec3::X));
-    // Against a wall it lies level.
+    // On a wall its width is horizontal.
     let (_, _, right) = shape("0,2,0,1,-1,0,3,0.5,100");
     assert!(right.abs_diff_eq(Vec3::Z, 1e-6), "{right}");
     let light = rectangle("0,0,0,0,-1,0,1,2,10,1,0.5,0,4").unwrap();
@@ -128,7 +128,7 @@ fn sets_of_lights() {
 }
 
 #[test]
-fn shapes_of_clusters_are_read_as_they_are_written() {
+fn cluster_shapes_survive_a_round_trip() {
     for text in ["persp:64", "ortho:4", "ortho:0.25", "displ:64:32"] {
         assert_eq!(text.parse::<ClusterShape>().unwrap().to_string(), text);
     }
@@ -140,7 +140,7 @@ fn shapes_of_clusters_are_read_as_they_are_written() {
 }
 
 #[test]
-fn sets_of_directions_are_read_as_they_are_written() {
+fn direction_sets_survive_a_round_trip() {
     for text in ["zonal:1", "zonal:169", "zonal:4096", "stacks:13x13", "stacks:16x256", "cube:1", "cube:36"] {
         assert_eq!(direction_set_text(direction_set(text).unwrap()), text);
     }

@@ -1,22 +1,22 @@
-//! Areas stacked on each other.
+//! Stacked area plots.
 
 use std::fmt::Write;
 
-use super::{Axis, FRAME, SIZE, Svg, places};
+use super::{Axis, FRAME, SIZE, Svg, to_pixels};
 
-/// One of the areas.
+/// One area of the plot.
 #[derive(Clone, Debug)]
 pub struct Area {
-    /// As the legend has it.
+    /// Name in the legend.
     pub name: String,
-    /// As CSS has it.
+    /// CSS colour.
     pub color: &'static str,
-    /// Its height at 0, 1, 2 and so on.
+    /// Heights at x = 0, 1, 2 and so on.
     pub heights: Vec<f64>,
 }
 
-/// Areas over frames, the first at the bottom. `high`: the top of the axis at least, so that several plots may have the same; 0 chooses
-/// it.
+/// Stacks areas over frames, the first at the bottom. `high` is the least top of the axis, so that several plots can share one;
+/// 0 derives it from the data.
 pub fn stacked(title: &str, x_label: &str, y_label: &str, high: f64, areas: &[Area]) -> String {
     let count = areas.iter().map(|area| area.heights.len()).max().unwrap_or(0);
     let sum = |i: usize| areas.iter().map(|area| area.heights.get(i).unwrap_or(&0.0)).sum::<f64>();
@@ -25,9 +25,9 @@ pub fn stacked(title: &str, x_label: &str, y_label: &str, high: f64, areas: &[Ar
     x.ends[1] = count.saturating_sub(1).max(1) as f64;
     x.ticks.retain(|(value, _)| *value <= x.ends[1]);
     let y = Axis::linear(y_label, high);
-    let [px, py] = places(&x, &y);
+    let [px, py] = to_pixels(&x, &y);
     let mut svg = Svg::new(SIZE[0], SIZE[1], title);
-    // One frame alone is as wide as the plot.
+    // A single frame spans the width of the plot.
     let at = |i: usize| if count == 1 && i == 1 { 0 } else { i };
     let points = if count == 1 { 2 } else { count };
     let mut below = vec![0.0; points];
@@ -46,7 +46,7 @@ pub fn stacked(title: &str, x_label: &str, y_label: &str, high: f64, areas: &[Ar
         below = above;
     }
     svg.axes(&x, &y);
-    // The topmost first, as they lie.
+    // Legend from top to bottom, in stacking order.
     let [_, top, right, _] = FRAME;
     for (row, area) in areas.iter().rev().enumerate() {
         let y = top + 20.0 * row as f64;
@@ -60,7 +60,7 @@ pub fn stacked(title: &str, x_label: &str, y_label: &str, high: f64, areas: &[Ar
 fn areas_lie_on_each_other() {
     let area = |heights: &[f64]| Area { name: "a".to_owned(), color: "red", heights: heights.to_vec() };
     let svg = stacked("t", "frame", "ms", 0.0, &[area(&[1.0, 2.0]), area(&[1.0, 2.0])]);
-    // The axis goes to 4 ms; the second goes from half the way up on the right to a quarter on the left, where it is two.
+    // The axis ends at 4 ms. The top edge of the second area rises from half of the height to all of it.
     assert!(svg.contains(r#"d="M70.00 283.75L560.00 202.50L560.00 365.00L70.00 365.00Z""#), "{svg}");
     assert!(svg.contains(r#"d="M70.00 202.50L560.00 40.00L560.00 202.50L70.00 283.75Z""#), "{svg}");
     assert!(!stacked("t", "frame", "ms", 0.0, &[area(&[3.0])]).contains("NaN"));

@@ -1,16 +1,16 @@
 //! Histograms over frames, as a heat map [VanGelderen2020, fig. 6.9, fig. 6.10].
 
-use super::{Axis, FRAME, SIZE, Svg, places, short};
+use super::{Axis, FRAME, SIZE, Svg, short, to_pixels};
 
-/// Most columns: more frames are drawn several in one, by their mean.
+/// Most columns. More frames are averaged into columns.
 const COLUMNS: usize = 340;
 
-/// Colours of no, few, and most: a share of 0 is white.
+/// Colours from zero to most; 0 is white.
 const COLORS: [[f64; 3]; 5] =
     [[255.0, 255.0, 255.0], [254.0, 217.0, 118.0], [240.0, 110.0, 40.0], [165.0, 15.0, 60.0], [40.0, 0.0, 50.0]];
 
-/// Bins that double (0, 1, 2 to 3, 4 to 7, …) over frames, by how much is in each. The scale is logarithmic from 1 to the most there is,
-/// and of `high` at least, so that several maps may have the same.
+/// Draws bins that double (0, 1, 2 to 3, 4 to 7, …) over frames, coloured by their counts. The scale is logarithmic from 1 to
+/// the largest count, at least `high`, so that several maps can share a scale.
 pub fn heat_map(title: &str, x_label: &str, y_label: &str, high: f64, frames: &[&[u64]]) -> String {
     let bins = frames.iter().map(|bins| bins.len()).max().unwrap_or(0).max(1);
     let most = frames.iter().flat_map(|bins| bins.iter()).map(|count| *count as f64).fold(high.max(1.0), f64::max);
@@ -19,7 +19,7 @@ pub fn heat_map(title: &str, x_label: &str, y_label: &str, high: f64, frames: &[
     x.ticks.retain(|(value, _)| *value <= x.ends[1]);
     let ticks = (0..bins).map(|bin| (bin as f64 + 0.5, name(bin))).collect();
     let y = Axis { label: y_label, ends: [0.0, bins as f64], logarithmic: false, ticks };
-    let [px, py] = places(&x, &y);
+    let [px, py] = to_pixels(&x, &y);
     let mut svg = Svg::new(SIZE[0], SIZE[1], title);
     svg.axes(&x, &y);
     let columns = frames.len().min(COLUMNS);
@@ -46,7 +46,7 @@ pub fn heat_map(title: &str, x_label: &str, y_label: &str, high: f64, frames: &[
     svg.finish()
 }
 
-/// The bar that says what colours mean.
+/// The colour scale.
 fn scale(svg: &mut Svg, most: f64) {
     const STEPS: usize = 40;
     let [_, top, right, bottom] = FRAME;
@@ -63,7 +63,7 @@ fn scale(svg: &mut Svg, most: f64) {
     for step in 0..=4 {
         let fraction = f64::from(step) / 4.0;
         let value = (fraction * (1.0 + most).ln()).exp_m1();
-        // To three digits, which is more than colours tell.
+        // Three digits, more than colours can resolve.
         let digit = 10f64.powf(value.max(1.0).log10().floor() - 2.0);
         let value = (value / digit).round() * digit;
         svg.text([right + 42.0, bottom - (bottom - top) * fraction + 4.0], "start", &short(value));
@@ -71,11 +71,11 @@ fn scale(svg: &mut Svg, most: f64) {
 }
 
 fn color(fraction: f64) -> String {
-    let place = fraction.clamp(0.0, 1.0) * (COLORS.len() - 1) as f64;
-    let low = (place as usize).min(COLORS.len() - 2);
+    let position = fraction.clamp(0.0, 1.0) * (COLORS.len() - 1) as f64;
+    let low = (position as usize).min(COLORS.len() - 2);
     let [r, g, b] = [0, 1, 2].map(|c| {
         let (from, to) = (COLORS[low][c], COLORS[low + 1][c]);
-        (from + (to - from) * (place - low as f64)).round() as u8
+        (from + (to - from) * (position - low as f64)).round() as u8
     });
     format!("#{r:02x}{g:02x}{b:02x}")
 }
@@ -86,9 +86,9 @@ fn name(bin: usize) -> String {
 }
 
 #[test]
-fn bins_are_coloured_by_what_is_in_them() {
+fn bins_are_coloured_by_their_counts() {
     let svg = heat_map("t", "frame", "lights", 0.0, &[&[0, 5], &[9]]);
-    // The most there is, in the second frame's lowest bin; nothing is drawn where nothing is.
+    // The largest count is in the second frame's lowest bin. Empty bins are not drawn.
     assert!(svg.contains(r##"<rect x="315.00" y="202.50" width="245.05" height="162.50" fill="#280032"/>"##), "{svg}");
     assert_eq!(svg.matches("<rect").count(), 1 + 2 + 40, "{svg}");
     assert!(!heat_map("t", "frame", "lights", 0.0, &[]).contains("NaN"));

@@ -12,18 +12,18 @@ use std::fmt::Write;
 
 /// One axis of [`curves`].
 pub struct Axis<'a> {
-    /// What stands beside it.
+    /// Its label.
     pub label: &'a str,
-    /// Ends of what is shown, low < high; above 0 where logarithmic.
+    /// Range of values, low < high; above 0 if logarithmic.
     pub ends: [f64; 2],
-    /// True if equal ratios are equally long.
+    /// True for a logarithmic scale.
     pub logarithmic: bool,
-    /// Where a line is drawn across, and its name.
+    /// Values of grid lines, and their labels.
     pub ticks: Vec<(f64, String)>,
 }
 
 impl<'a> Axis<'a> {
-    /// From 0 to at least `high`, with about five ticks at round numbers.
+    /// An axis from 0 to at least `high`, with about five ticks at round numbers.
     pub fn linear(label: &'a str, high: f64) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
         let decade = 10f64.powf((high / 5.0).log10().floor());
@@ -33,7 +33,7 @@ impl<'a> Axis<'a> {
         let ticks = (0..=count).map(|i| (f64::from(i) * step, short(f64::from(i) * step))).collect();
         Self { label, ends: [0.0, f64::from(count) * step], logarithmic: false, ticks }
     }
-    /// 0 to 1 from one end to the other; beyond the ends it is the end.
+    /// Position along the axis, 0 to 1; clamped to the ends.
     fn fraction(&self, value: f64) -> f64 {
         let scale = |v: f64| if self.logarithmic { v.max(f64::MIN_POSITIVE).ln() } else { v };
         let [low, high] = self.ends.map(scale);
@@ -43,26 +43,26 @@ impl<'a> Axis<'a> {
 
 /// A curve of [`curves`].
 pub struct Curve {
-    /// As the legend has it.
+    /// Name in the legend.
     pub name: String,
-    /// As CSS has it.
+    /// CSS colour.
     pub color: &'static str,
-    /// True if it is dashed.
+    /// True for a dashed line.
     pub dashed: bool,
-    /// A mark at every point.
+    /// True to mark every point.
     pub marked: bool,
-    /// Where it goes through, in the axes' units.
+    /// Points, in the axes' units.
     pub points: Vec<(f64, f64)>,
 }
 
-/// Size of a plot and of the frame that its curves are in, pixels.
+/// Size of a plot, and the frame of its curves (left, top, right, bottom), pixels.
 const SIZE: [f64; 2] = [760.0, 420.0];
 const FRAME: [f64; 4] = [70.0, 40.0, 560.0, 365.0];
 
-/// Curves over two axes, with a legend.
+/// Draws curves over two axes, with a legend.
 pub fn curves(title: &str, x: &Axis<'_>, y: &Axis<'_>, curves: &[Curve]) -> String {
     let [_, top, right, _] = FRAME;
-    let [px, py] = places(x, y);
+    let [px, py] = to_pixels(x, y);
     let mut svg = Svg::new(SIZE[0], SIZE[1], title);
     svg.axes(x, y);
     for (i, curve) in curves.iter().enumerate() {
@@ -83,7 +83,7 @@ pub fn curves(title: &str, x: &Axis<'_>, y: &Axis<'_>, curves: &[Curve]) -> Stri
     svg.finish()
 }
 
-/// A row a bar: its name, and what it is made of, in the order of `parts`, names with colours.
+/// Draws one bar per row: its name and the lengths of its parts, in the order of `parts`, which holds names and colours.
 pub fn bars(title: &str, unit: &str, parts: &[(&str, &'static str)], rows: &[(String, Vec<f64>)]) -> String {
     const ROW: f64 = 24.0;
     let (left, top, width) = (150.0, 40.0, 410.0);
@@ -114,8 +114,8 @@ pub fn bars(title: &str, unit: &str, parts: &[(&str, &'static str)], rows: &[(St
     svg.finish()
 }
 
-/// Where values of the axes are in the image, pixels.
-fn places<'p>(x: &'p Axis<'_>, y: &'p Axis<'_>) -> [Box<dyn Fn(f64) -> f64 + 'p>; 2] {
+/// Functions from axis values to pixels.
+fn to_pixels<'p>(x: &'p Axis<'_>, y: &'p Axis<'_>) -> [Box<dyn Fn(f64) -> f64 + 'p>; 2] {
     let [left, top, right, bottom] = FRAME;
     [
         Box::new(move |v| left + (right - left) * x.fraction(v)),
@@ -123,7 +123,7 @@ fn places<'p>(x: &'p Axis<'_>, y: &'p Axis<'_>) -> [Box<dyn Fn(f64) -> f64 + 'p>
     ]
 }
 
-/// A number in few characters: 1,500,000 is 1.5M.
+/// Formats a number with few characters: 1,500,000 is 1.5M.
 fn short(value: f64) -> String {
     let (scaled, unit) = match value.abs() {
         v if v >= 1e9 => (value / 1e9, "G"),
@@ -147,10 +147,10 @@ impl Svg {
         svg
     }
 
-    /// Both axes with their ticks and labels.
+    /// Draws both axes with their ticks and labels.
     fn axes(&mut self, x: &Axis<'_>, y: &Axis<'_>) {
         let [left, top, right, bottom] = FRAME;
-        let [px, py] = places(x, y);
+        let [px, py] = to_pixels(x, y);
         for (value, name) in &x.ticks {
             self.line([px(*value), top, px(*value), bottom], "#ddd", 1.0);
             self.text([px(*value), bottom + 16.0], "middle", name);
@@ -186,7 +186,7 @@ impl Svg {
     }
 }
 
-/// Text as XML and HTML take it.
+/// Escapes text for XML and HTML.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_where_the_axes_say() {
+    fn points_follow_the_axes() {
         let axis = |ends, logarithmic| Axis { label: "a < b", ends, logarithmic, ticks: vec![] };
         let (x, y) = (axis([1.0, 100.0], true), axis([0.0, 4.0], false));
         let curve = Curve {
@@ -217,7 +217,8 @@ mod tests {
             points: vec![(10.0, 1.0), (1000.0, 4.0)],
         };
         let svg = curves("t", &x, &y, &[curve]);
-        // Half of the way across, a quarter of the way up; then a corner, for what lies beyond an end is drawn there.
+        // First point at half of the width and a quarter of the height. The second lies beyond the axes and is clamped to a
+        // corner.
         assert!(svg.contains("M315.00 283.75L560.00 40.00") && svg.contains("a &lt; b"), "{svg}");
         let rows = [("r".to_owned(), vec![1.0, 3.0])];
         let svg = bars("t", "ms", &[("one", "red"), ("two", "blue")], &rows);

@@ -18,31 +18,31 @@ use crate::{
 
 pub const HELP: &str = "\
 Examples:
-  What a shot looks like with all the light there is, 1024 samples a pixel:
+  Ground truth of a shot, 1024 samples per pixel:
     lanternfish reference shot.toml --spp 1024 -o reference.exr
-  The same later, with four times as many, from where it was left:
+  Resume later, up to four times as many samples:
     lanternfish reference shot.toml --spp 4096 --resume -o reference.exr
-  Until the expected error is 1 %, and whether a fast image agrees:
+  Trace until the expected error is 1 %, and compare a fast image:
     lanternfish reference demo:cornell --until-error 0.01 -o reference.exr
     lanternfish compare fast.exr reference.exr
-  On two machines, and put together:
+  Trace on two machines, and merge:
     lanternfish reference shot.toml --samples 1-512 -o a.exr
     lanternfish reference shot.toml --samples 513-1024 -o b.exr
     lanternfish merge a.exr b.exr -o reference.exr
   Direct light only; one bounce:
     lanternfish reference demo:cornell --max-depth 2 -o direct.exr
     lanternfish reference demo:cornell --max-depth 3 -o one-bounce.exr
-  How open every place is:
+  Ambient obscurance of every point:
     lanternfish reference demo:atrium --integrator obscurance --max-distance 1.5 -o obscurance.exr
 
 The EXR holds R, G, B (the mean), the layer `variance` (of that mean, by its own samples), and
-how it was made, as text attributes `lanternfish.…`. It is written once a minute while it grows, or
-less often where that takes long.
+the settings, as text attributes `lanternfish.…`. It is written once a minute while it grows, or
+less often if that takes long.
 
 Ctrl-C stops, writes what there is, and exits with 130; again, and it stops at once.
 The last line of standard output is the image's path.";
 
-/// Samples a pixel where nothing else says when to stop.
+/// Default samples per pixel.
 pub const SPP: u64 = 256;
 
 #[derive(Debug, Args)]
@@ -64,36 +64,36 @@ pub struct ReferenceArgs {
 
 #[derive(Debug, Args)]
 pub struct OutputArgs {
-    /// The image. Its ending chooses the format: .exr (linear, 32 bits, with the variance, resumable) or .png
-    /// (tone-mapped). Without it: the scene's (or shot's) name with .reference.exr, in the current folder; with
-    /// .reference.A-B.exr where --samples A-B says which.
+    /// The image. Its ending chooses the format: .exr (linear, 32 bits, with the variance, resumable) or .png (tone-mapped).
+    /// Without it: the name of the scene or shot with .reference.exr, in the current folder; with .reference.A-B.exr for
+    /// --samples A-B.
     #[arg(id = "reference_output", short = 'o', long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Writes the variance of every value as an image of its own, too.
+    /// Also writes the variance of every value as a separate image.
     #[arg(long, value_name = "FILE.exr")]
     pub variance: Option<PathBuf>,
-    /// Goes on from the output, if it is there: it must be of the same scene, view and settings. The result is that of an
-    /// uninterrupted run but for the rounding of 32 bits; of a part (--samples), to the bit.
+    /// Continues from the output, if it exists: it must have the same scene, view and settings. The result equals that of an
+    /// uninterrupted run except for 32-bit rounding; of a part (--samples), to the bit.
     #[arg(long)]
     pub resume: bool,
 }
 
 #[derive(Debug, Args)]
 pub struct TransportArgs {
-    /// What a pixel shows.
+    /// Quantity to render.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = IntegratorName::Path)]
     pub integrator: IntegratorName,
-    /// Longest path, in segments from the camera on: 1 shows what glows, 2 direct light, 3 one bounce.
+    /// Maximum path length, in segments from the camera: 1 shows emission, 2 direct light, 3 one bounce.
     #[arg(long, value_name = "N", value_parser = max_depth, default_value = "unlimited", allow_hyphen_values = true)]
     pub max_depth: u32,
-    /// Distance from which on nothing occludes, m: needed with --integrator obscurance.
+    /// Largest distance of an occluder, m. Required with --integrator obscurance.
     #[arg(long, value_name = "M", value_parser = parse::positive, allow_hyphen_values = true)]
     pub max_distance: Option<f32>,
-    /// How one of many lights is chosen at a surface. The image is the same, its noise is not.
+    /// Selection of one of many lights at a surface. It affects noise, not the expected image.
     #[arg(long, value_name = "NAME", value_parser = choice::<LightChoice>())]
     #[arg(default_value_t = Settings::default().light_choice)]
     pub light_choice: LightChoice,
-    /// Whether paths start at point and spot lights, too, where those have no radius. The image is the same, its noise is not.
+    /// Also starts paths at point and spot lights without a radius. It affects noise, not the expected image.
     #[arg(long, value_name = "on|off", value_parser = choice::<LightPaths>())]
     #[arg(default_value_t = Settings::default().light_paths)]
     pub light_paths: LightPaths,
@@ -101,61 +101,58 @@ pub struct TransportArgs {
 
 #[derive(Debug, Args)]
 pub struct SampleArgs {
-    /// Samples a pixel. Four times as many: half the noise. Without it: 256, or no limit with --until-error or
-    /// --time-limit.
+    /// Samples per pixel. Four times as many: half the noise. Without it: 256, or no limit with --until-error or --time-limit.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
     #[arg(allow_hyphen_values = true)]
     pub spp: Option<u64>,
-    /// Only samples A to B of a ground truth, as a part that `lanternfish merge` adds to others: the whole is the same to the last bit as
-    /// traced at once, wherever it is cut.
+    /// Traces only samples A to B of a ground truth. `lanternfish merge` adds the parts: the result equals that of a single run
+    /// to the bit, for any division.
     #[arg(id = "sample_range", long = "samples", value_name = "A-B", value_parser = parse::samples)]
     #[arg(allow_hyphen_values = true, conflicts_with_all = ["spp", "until_error", "time_limit"])]
     pub range: Option<Span<u64>>,
-    /// Stops where the expected relative error of the image, by its own variance, is this or less: 0.01 is 1 %. Looked at
-    /// from 16 samples on, each time there are an eighth more.
+    /// Stops when the expected relative error of the image, estimated from its variance, is at most X: 0.01 is 1 %. Checked
+    /// from 16 samples on, each time the count has grown by an eighth.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     pub until_error: Option<f32>,
-    /// Stops after so many seconds of tracing, wherever it is by then: some rows of the image may have more samples than
-    /// others, or none.
+    /// Stops after this many seconds of tracing, even within an image: some rows may have more samples than others, or none.
     #[arg(long, value_name = "SECONDS", value_parser = parse::positive, allow_hyphen_values = true)]
     pub time_limit: Option<f32>,
-    /// Another seed, other noise around the same image; the same seed, the same image to the last bit. Where the rain
-    /// of --lights falls is said by --rain-seed.
+    /// Seed of the noise. The same seed gives the same image to the bit. --rain-seed is the seed of --lights rain.
     #[arg(id = "noise_seed", long = "seed", value_name = "N", allow_hyphen_values = true)]
     pub seed: Option<u64>,
 }
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Processor threads that trace. Without it: all. The image is the same.
+    /// CPU threads for tracing. Without it: all. The image is the same.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_hyphen_values = true)]
     pub threads: Option<u16>,
 }
 
-/// What a pixel shows.
+/// The quantity in a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum IntegratorName {
     /// Radiance, by path tracing
     Path,
-    /// Share of the hemisphere around the normal, weighted by the cosine, that is open; 1 where there is no surface
+    /// Cosine-weighted fraction of the hemisphere around the normal that is visible; 1 where there is no surface
     Occlusion,
-    /// The same, with occluders the less the farther they are: 1 − (d / max-distance)²
+    /// The same, with occluders weighted down by distance: 1 − (d / max-distance)²
     Obscurance,
     /// The shading normal, world space, as (n + 1) / 2; 0 where there is no surface
     Normal,
 }
 
-/// The flags of `render` that say the same here: all that choose a scene, its lights and the view, and some more. Their
-/// values come through the shot, which reads them again.
+/// The flags that `reference` shares with `render`: all flags of scene, lights and view, and some more. The shot parses their
+/// values again.
 #[derive(Debug)]
 pub struct SharedArgs;
 
-/// Headings of which every flag is shared.
+/// Headings whose flags are all shared.
 const HEADINGS: [&str; 2] = ["View", "Lights (beside those of the file)"];
-/// More flags that are, by id.
+/// Ids of further shared flags.
 const MORE: [&str; 9] = ["size", "time", "animation", "materials", "exposure", "tone_map", "seed", "timings", "quiet"];
 
-/// True if a flag of `render` is one of `reference` as well.
+/// True if a flag of `render` is also one of `reference`.
 fn is_shared(flag: &Arg) -> bool {
     flag.get_long().is_some()
         && (flag.get_help_heading().is_some_and(|heading| HEADINGS.contains(&heading))
@@ -170,13 +167,14 @@ impl Args for SharedArgs {
             command = command.arg(match flag.get_id().as_str() {
                 "seed" => flag
                     .long("rain-seed")
-                    .help("Where the rain of --lights falls: what `render` calls --seed")
+                    .help("Seed of --lights rain: --seed of `render`")
                     .long_help(None)
                     .help_heading(HEADINGS[1]),
-                // There is no light that a path does not find.
+                // Path tracing includes all light.
                 "sky" | "environment" => {
                     let help = flag.get_long_help().map(ToString::to_string).unwrap_or_default();
-                    let help = help.replace("lights by --indirect sampled or --occlusion", "lights");
+                    let help =
+                        help.replace("lights the scene with --indirect sampled or --occlusion", "lights the scene");
                     flag.long_help(help)
                 }
                 _ => flag,
@@ -207,19 +205,19 @@ fn max_depth(text: &str) -> Result<u32, String> {
             .parse()
             .ok()
             .filter(|depth| *depth > 0)
-            .ok_or_else(|| "expected a whole number from 1, or unlimited".to_owned()),
+            .ok_or_else(|| "expected an integer from 1, or unlimited".to_owned()),
     }
 }
 
 impl ReferenceArgs {
-    /// The tracer's settings: what light does by these flags, what shines on what by the shot's.
+    /// The tracer's settings: light transport from these flags, materials and lights from the shot's.
     pub fn settings(&self, shot: &RenderArgs, seed: u64) -> Result<Settings, CliError> {
         let transport = &self.transport;
         let integrator = match (transport.integrator, transport.max_distance) {
             (IntegratorName::Obscurance, Some(max_distance)) => Integrator::Obscurance { max_distance },
             (IntegratorName::Obscurance, None) => {
                 return Err(CliError::new(
-                    "--integrator obscurance needs a distance from which on nothing occludes",
+                    "--integrator obscurance needs the largest distance of an occluder",
                     "give one in metres: --max-distance 1.5",
                 ));
             }
@@ -263,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn what_chooses_lights_and_view_is_that_of_render() {
+    fn flags_of_lights_and_view_are_those_of_render() {
         let mut command = Cli::command();
         let flags = |name: &str| -> Vec<_> {
             let command = command.find_subcommand(name).unwrap();
@@ -290,13 +288,13 @@ mod tests {
         }
         let help = command.find_subcommand_mut("reference").unwrap().render_long_help().to_string();
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert_eq!(help.matches("It is seen, and lights").count(), 2, "{help}");
+        assert_eq!(help.matches("It is visible, and it lights the scene").count(), 2, "{help}");
         assert!(!help.contains("--occlusion") && !help.contains("--indirect"), "{help}");
         assert!(help.contains("--rain-seed") && help.contains("--seed"), "{help}");
     }
 
     #[test]
-    fn depths_are_numbers_from_one_or_without_end() {
+    fn depths_are_numbers_from_one_or_unlimited() {
         let depth = |words: &str| parsed(words).map(|args| args.transport.max_depth);
         assert_eq!((depth("").unwrap(), depth("--max-depth 3").unwrap()), (UNLIMITED, 3));
         assert_eq!(depth("--max-depth unlimited").unwrap(), UNLIMITED);
@@ -307,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn a_distance_belongs_to_obscurance() {
+    fn a_distance_requires_obscurance() {
         let Subcommand::Render(shot) = Cli::parse_from(["lanternfish", "render", "a.glb"]).command else { panic!() };
         let settings = |words: &str| parsed(words).unwrap().settings(&shot, 7).map_err(|error| error.to_string());
         assert_eq!(settings(""), Ok(Settings { seed: 7, ..Settings::default() }));

@@ -1,4 +1,4 @@
-//! The image on disk: what it holds, and how a run resumes from it.
+//! The image file of a ground truth: its contents, and how a run resumes from it.
 
 use std::{
     collections::BTreeMap,
@@ -23,44 +23,44 @@ use crate::{
 
 /// Names of text attributes.
 pub const SAMPLES: &str = "lanternfish.samples";
-/// Samples a pixel of each row, where rows differ: `SAMPLESxROWS` for one block of rows after the other.
+/// Samples per pixel of each row, if rows differ: `SAMPLESxROWS` for successive blocks of rows.
 pub const ROW_SAMPLES: &str = "lanternfish.row-samples";
 pub const SEED: &str = "lanternfish.seed";
 pub const DROPPED: &str = "lanternfish.dropped";
 pub const NOISE: &str = "lanternfish.noise";
 pub const FINGERPRINT: &str = "lanternfish.fingerprint";
 
-/// Which samples a part is of, `A-B`, counted from 1.
+/// The samples of a part, `A-B`, counted from 1.
 pub const PART: &str = "lanternfish.part";
 
 /// Name of the layer that holds the variance.
 const VARIANCE: &str = "variance";
 
-/// The files that the image is written to.
+/// The output files.
 #[derive(Debug)]
 pub struct Target {
     pub path: PathBuf,
-    /// Whether the image is written as PNG, which holds the mean as a display shows it; else it is EXR.
+    /// True for PNG, which holds the tone-mapped mean; false for EXR.
     is_png: bool,
-    /// EXR file for the variance as an image of its own.
+    /// EXR file for the variance as a separate image.
     variance: Option<PathBuf>,
-    /// Whether files that are written can be replaced; what is in a pipe cannot.
+    /// True if written files can be replaced; false for a pipe.
     is_replaceable: bool,
 }
 
-/// How the image is made; stands in the file.
+/// The settings of the image, stored in the file.
 #[derive(Debug)]
 pub struct Making {
-    /// [`super::fingerprint::of`] all that its mean depends on.
+    /// [`super::fingerprint::of`] everything that affects the mean.
     pub fingerprint: String,
     pub seed: u64,
-    /// Which samples it is of, counted from 1, where it is a part; its exact sums are in the file then.
+    /// The samples of a part, counted from 1. The file then holds the exact sums.
     pub part: Option<Span<u64>>,
-    /// Other text attributes, for people to read, by name.
+    /// Further text attributes for people, by name.
     pub facts: Vec<(String, String)>,
 }
 
-/// What an earlier run left in the file.
+/// The state that an earlier run left in the file.
 #[derive(Debug)]
 pub struct Before {
     pub film: Film,
@@ -70,13 +70,13 @@ pub struct Before {
 }
 
 impl Target {
-    /// Chooses the files to write to. What can be refused without work is refused here.
+    /// Chooses the output files. Refuses everything that can be refused without work.
     pub fn choose(path: PathBuf, variance: Option<PathBuf>, resume: bool) -> Result<Self, CliError> {
         let failed = |path: &Path, what: &str, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
         let is_png = has_ending(&path, "png");
         if !is_png && !has_ending(&path, "exr") {
             let hint = "end the name with .exr (linear, with the variance) or .png (tone-mapped)";
-            return Err(failed(&path, "the ending names no format that is written", hint));
+            return Err(failed(&path, "unsupported output format", hint));
         }
         if is_png && resume {
             let what = "--resume needs the samples' sums, which PNG does not hold";
@@ -96,12 +96,12 @@ impl Target {
         Ok(Self { path, is_png, variance, is_replaceable })
     }
 
-    /// True if the image is written as a display shows it.
+    /// True if the image is tone-mapped.
     pub fn is_png(&self) -> bool {
         self.is_png
     }
 
-    /// Whether what there is so far may be written: whoever reads a pipe goes after the first whole image.
+    /// True if intermediate images may be written. The reader of a pipe leaves after the first complete image.
     pub fn takes_checkpoints(&self) -> bool {
         self.is_replaceable
     }
@@ -111,13 +111,13 @@ impl Target {
         !self.is_png && self.is_replaceable
     }
 
-    /// The first of its files that is one of `others`.
+    /// The first of its files that is also one of `others`.
     pub fn overlap<'o>(&self, mut others: impl Iterator<Item = &'o Path>) -> Option<&'o Path> {
         let own = || std::iter::once(&self.path).chain(&self.variance);
         others.find(|other| own().any(|path| same_file(path, other)))
     }
 
-    /// Puts the film as it is into the files, each whole or not at all. `dropped` counts samples of the film and before.
+    /// Writes the film to the files, each completely or not at all. `dropped` counts samples of the film and of earlier runs.
     pub fn write(&self, film: &Film, making: &Making, dropped: u64, look: &Look) -> Result<(), CliError> {
         let (width, height) = film.size();
         let image = |pixels| RgbImage::new(width, height, pixels);
@@ -157,14 +157,14 @@ impl Target {
         Ok(())
     }
 
-    /// What the file holds, to resume from; `None` where there is no file. An error where it was not made as `making` says, or where its
-    /// seed is another than `seed`, if one was requested.
+    /// The file's state to resume from; `None` if there is no file. Returns an error if its settings differ from `making`, or
+    /// if its seed differs from the requested `seed`.
     pub fn before(&self, making: &Making, size: Size, seed: Option<u64>) -> Result<Option<Before>, CliError> {
         if !self.path.exists() {
             return Ok(None);
         }
         let failed = |what: &str, hint: &str| CliError::new(format!("{}: {what}", self.path.display()), hint);
-        let unreadable = |error: MetricsError| CliError::new(error, "leave --resume out to start again in its place");
+        let unreadable = |error: MetricsError| CliError::new(error, "leave --resume out to replace it");
         let attributes = read_exr_attributes(&self.path).map_err(unreadable)?;
         let number = |name: &str| attributes.get(name).and_then(|text| text.parse::<u64>().ok());
         let height = size.height as usize;
@@ -173,17 +173,17 @@ impl Target {
             None => number(SAMPLES).map(|samples| vec![samples; height]),
         };
         let (Some(rows), Some(its_seed), Some(fingerprint)) = (rows, number(SEED), attributes.get(FINGERPRINT)) else {
-            let hint = "choose another name, or leave --resume out to start again in its place";
-            return Err(failed("not an image of `lanternfish reference`, so there is nothing to go on from", hint));
+            let hint = "choose another name, or leave --resume out to replace it";
+            return Err(failed("not an image of `lanternfish reference`, so there is nothing to resume from", hint));
         };
         if *fingerprint != making.fingerprint {
             let why = differences(&attributes, &making.facts, "here");
             let hint = "repeat the command that made it, choose another name, or leave --resume out to start again";
-            return Err(failed(&format!("cannot be gone on from: {why}"), hint));
+            return Err(failed(&format!("cannot resume from it: {why}"), hint));
         }
         if let Some(seed) = seed.filter(|seed| *seed != its_seed) {
             let what = format!("its seed is {its_seed}, not {seed}");
-            return Err(failed(&what, "leave --seed out: --resume goes on with the file's"));
+            return Err(failed(&what, "leave --seed out: --resume uses the file's"));
         }
         let (its_part, part) = (attributes.get(PART), making.part.map(|part| part.to_string()));
         if its_part != part.as_ref() {
@@ -206,7 +206,7 @@ impl Target {
     }
 }
 
-/// In what a file's making is another than the one that `facts` are of, which is `here`.
+/// The differences between a file's settings and `facts`, which belong to `here`.
 pub fn differences(attributes: &BTreeMap<String, String>, facts: &[(String, String)], here: &str) -> String {
     let other = |(name, value): &(String, String)| {
         let its = attributes.get(name).map_or("nothing", String::as_str);
@@ -215,18 +215,18 @@ pub fn differences(attributes: &BTreeMap<String, String>, facts: &[(String, Stri
     };
     let others: Vec<_> = facts.iter().filter_map(other).collect();
     match others.is_empty() {
-        true => "the scene's content is another".to_owned(),
+        true => "the scene's content differs".to_owned(),
         false => others.join(", "),
     }
 }
 
-/// Text for the samples a pixel of each row: `5x512 4x568` is 512 rows of 5 samples, then 568 rows of 4.
+/// Formats the samples per pixel of each row: `5x512 4x568` is 512 rows of 5 samples, then 568 rows of 4.
 fn blocks_of(rows: &[u64]) -> String {
     let blocks = rows.chunk_by(|a, b| a == b).map(|block| format!("{}x{}", block[0], block.len()));
     blocks.collect::<Vec<_>>().join(" ")
 }
 
-/// The samples of each row that [`blocks_of`] wrote; `None` where the text is not one of `height` rows.
+/// Parses the text of [`blocks_of`]; `None` if it does not describe `height` rows.
 fn rows_of(blocks: &str, height: usize) -> Option<Vec<u64>> {
     let mut rows = Vec::new();
     for block in blocks.split(' ') {
@@ -237,23 +237,23 @@ fn rows_of(blocks: &str, height: usize) -> Option<Vec<u64>> {
     (rows.len() == height).then_some(rows)
 }
 
-/// How the mean is turned into what PNG shows.
+/// The conversion of the mean to display colours for PNG.
 #[derive(Debug)]
 pub struct Look {
     pub integrator: Integrator,
     pub exposure: Exposure,
     pub tone_map: ToneMap,
-    /// Share of each pixel that surfaces cover, 0..=1; empty where the exposure is not metered.
+    /// Fraction of each pixel that surfaces cover, 0..=1; empty if the exposure is not metered.
     pub coverage: Vec<f32>,
 }
 
 impl Look {
-    /// That of images that are written as they are.
+    /// For images without exposure and tone map.
     pub fn plain(integrator: Integrator) -> Self {
         Self { integrator, exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, coverage: Vec::new() }
     }
 
-    /// Exposure at which radiance is shown, EV: as `render` finds it.
+    /// Exposure, EV, metered as in `render`.
     pub fn exposure(&self, mean: &[[f32; 3]]) -> f32 {
         self.exposure.of(mean.iter().zip(&self.coverage).map(|([r, g, b], covered)| [*r, *g, *b, *covered]))
     }
@@ -261,9 +261,9 @@ impl Look {
     fn bytes(&self, mean: &[[f32; 3]]) -> Vec<u8> {
         match self.integrator {
             Integrator::Path => display::encoded(mean, self.exposure(mean), self.tone_map),
-            // Shares of light, which no camera exposes.
+            // Visibility ratios have no exposure.
             Integrator::Occlusion | Integrator::Obscurance { .. } => display::encoded(mean, 0.0, ToneMap::None),
-            // As --debug-view normal has it.
+            // As in --debug-view normal.
             Integrator::Normal => display::raw(mean),
         }
     }
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_read_as_they_are_written() {
+    fn row_samples_survive_a_round_trip() {
         for rows in [&[3, 3, 2, 3][..], &[0, 1], &[7]] {
             assert_eq!(rows_of(&blocks_of(rows), rows.len()).as_deref(), Some(rows));
         }

@@ -1,4 +1,4 @@
-//! A number that two runs share if their samples may be put into one image.
+//! A fingerprint of the settings. Samples of two runs may be combined if their fingerprints are equal.
 
 use std::fmt::{self, Debug, Write as _};
 
@@ -8,12 +8,12 @@ use lanternfish_scene::{Camera, Environment, Image, Instance, Mesh, Primitive, S
 
 use crate::parse::Size;
 
-/// Hash, 16 hexadecimal digits, of everything that the mean of a pixel depends on: geometry, surfaces, images, lights,
-/// environment, camera, size and settings, by value, and the version of this program. Names and the seed do not enter into it.
+/// Hash, 16 hexadecimal digits, of everything that affects the mean of a pixel: geometry, surfaces, images, lights,
+/// environment, camera, size and settings, by value, and the version of this program. Excludes names and the seed.
 pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> String {
     let mut hash = Fnv::new();
     hash.text(&env!("CARGO_PKG_VERSION"));
-    // Whole, so that a new field of a scene does not compile before it is thought of here.
+    // Destructure completely, so that a new field does not compile until it is handled here.
     let Scene {
         name: _,
         meshes,
@@ -26,7 +26,7 @@ pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> St
         cameras: _,
         sky,
         environment,
-        // Everything is where it brought it.
+        // The scene is already posed.
         motion: _,
     } = scene;
     for Mesh { name: _, primitives } in meshes {
@@ -70,7 +70,7 @@ pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> St
     format!("{:016x}", hash.0)
 }
 
-/// The state of an FNV-1a hash of 64 bits.
+/// The state of a 64-bit FNV-1a hash.
 struct Fnv(u64);
 
 impl Fnv {
@@ -84,7 +84,7 @@ impl Fnv {
         }
     }
 
-    /// Adds a value as Rust's `Debug` writes it, in which floats are exact, and an end that no value contains.
+    /// Adds a value's `Debug` text, in which floats are exact, and a terminator that no value contains.
     fn text(&mut self, value: &dyn Debug) {
         write!(self, "{value:?}\n\n").expect("a number takes everything");
     }
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_image_depends_on_changes_it_and_nothing_else() {
+    fn only_inputs_of_the_image_change_the_fingerprint() {
         let same = of_cornell(|_, _, _| {});
         assert_eq!(same.len(), 16);
         assert_eq!(of_cornell(|scene, _, _| scene.materials[0].name = "other".to_owned()), same);

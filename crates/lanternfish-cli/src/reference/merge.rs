@@ -1,7 +1,7 @@
-//! `lanternfish merge`: parts of one ground truth, added up.
+//! `lanternfish merge`: adds the parts of one ground truth.
 //!
-//! Each part has its sums in whole steps (`lanternfish_reference::Film`), so adding is exact: the image is the same to the bit as traced at
-//! once, however it was cut. What must be the same in all parts is told by the fingerprint and the seed.
+//! Each part stores its sums as integers (`lanternfish_reference::Film`), so addition is exact: the image equals that of a
+//! single run to the bit, for any division. Fingerprint and seed must be equal in all parts.
 
 use std::{
     collections::BTreeMap,
@@ -24,15 +24,15 @@ use crate::{
 
 pub const HELP: &str = "\
 Examples:
-  A ground truth of 1024 samples a pixel, traced on two machines:
+  A ground truth of 1024 samples per pixel, traced on two machines:
     lanternfish reference shot.toml --samples 1-512 -o a.exr
     lanternfish reference shot.toml --samples 513-1024 -o b.exr
     lanternfish merge a.exr b.exr -o reference.exr
-  is the same file as
+  gives the same file as
     lanternfish reference shot.toml --spp 1024 -o reference.exr
 
-Parts may be cut anywhere and given in any order, but nothing may be missing between them. Parts that
-do not begin with sample 1 make a part of their own, which can be merged again.
+Parts may be cut anywhere and given in any order, but without gaps between them. Parts that
+do not begin with sample 1 make a larger part, which can be merged again.
 The last line of standard output is the image's path.";
 
 #[derive(Debug, Args)]
@@ -40,12 +40,12 @@ pub struct MergeArgs {
     /// Parts that `lanternfish reference --samples` wrote.
     #[arg(required = true, value_name = "PART.exr")]
     pub parts: Vec<PathBuf>,
-    /// The whole.
+    /// The merged image.
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: PathBuf,
 }
 
-/// A part, of which the sums are not read yet.
+/// A part whose sums are not read yet.
 struct Part<'a> {
     path: &'a Path,
     attributes: BTreeMap<String, String>,
@@ -59,7 +59,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
         return Err(CliError::new(what, "end the name with .exr"));
     }
     let parts: Vec<_> = args.parts.iter().map(|part| (part.as_path(), "a part")).collect();
-    output::refuse_same(&[(&target.path, "the whole")], &parts)?;
+    output::refuse_same(&[(&target.path, "the merged image")], &parts)?;
     let mut parts = args.parts.iter().map(|path| Part::open(path)).collect::<Result<Vec<_>, _>>()?;
     parts.sort_by_key(|part| part.range.first);
     for (part, next) in parts.iter().zip(&parts[1..]) {
@@ -85,7 +85,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let (path, error) = (target.path.display(), 100.0 * film.noise().relative);
     say(&format_args!("{path}: samples {range} of a pixel, of {} parts, expected error {error:.2} %", parts.len()));
     if making.part.is_some() {
-        say(&format_args!("note: a part itself: samples 1-{} are missing before it", range.first - 1));
+        say(&format_args!("note: the result is a part: samples 1-{} are missing before it", range.first - 1));
     }
     output::print(&format!("{path}\n"))
 }
@@ -95,14 +95,14 @@ impl<'a> Part<'a> {
         let attributes = read_exr_attributes(path).map_err(unreadable)?;
         let range = attributes.get(PART).and_then(|text| parse::samples(text).ok());
         let Some(range) = range.filter(|_| attributes.contains_key(FINGERPRINT)) else {
-            let what = format!("{}: no part of a ground truth", path.display());
+            let what = format!("{}: not a part of a ground truth", path.display());
             return Err(CliError::new(what, "name files that `lanternfish reference --samples A-B` wrote"));
         };
         let part = Self { path, attributes, range };
         let (has, wanted) = (part.number(SAMPLES)?, range.last - range.first + 1);
         if has != wanted || part.attributes.contains_key(ROW_SAMPLES) {
             let what = format!("{}: it has {has} of its {wanted} samples, {range}", path.display());
-            return Err(CliError::new(what, "the command that made it goes on with --resume"));
+            return Err(CliError::new(what, "continue it: repeat its command with --resume"));
         }
         Ok(part)
     }
@@ -113,7 +113,7 @@ impl<'a> Part<'a> {
         })
     }
 
-    /// What else is said of its making.
+    /// Its other settings, as text attributes.
     fn facts(&self) -> Vec<(String, String)> {
         let own = [SAMPLES, SEED, DROPPED, NOISE, FINGERPRINT, PART];
         let facts = self
@@ -127,7 +127,7 @@ impl<'a> Part<'a> {
         let failed = |why: &str| {
             let what =
                 format!("{}: not of the same ground truth as {}: {why}", other.path.display(), self.path.display());
-            Err(CliError::new(what, "trace the parts by the same command, but for --samples and -o"))
+            Err(CliError::new(what, "trace the parts with the same command, except for --samples and -o"))
         };
         if self.attributes[FINGERPRINT] != other.attributes[FINGERPRINT] {
             return failed(&file::differences(&other.attributes, &self.facts(), "in the other"));

@@ -1,8 +1,8 @@
-//! `lanternfish reference`: what a shot looks like with all the light there is, by path tracing on the processor.
+//! `lanternfish reference`: renders the ground truth of a shot by path tracing on the CPU.
 //!
 //! 1. Read the scene as `render` does ([`crate::shot`], [`crate::scene`], [`crate::camera`]).
-//! 2. Go on from the output, if that is requested and it is of the same making ([`fingerprint`], [`mod@file`]).
-//! 3. Add samples pass by pass until there are enough, or somebody asks to end ([`trace`], [`crate::signals`]).
+//! 2. Resume from the output, if requested and if its settings match ([`fingerprint`], [`mod@file`]).
+//! 3. Add samples pass by pass until the goal is reached or the user interrupts ([`trace`], [`crate::signals`]).
 //! 4. Write mean and variance.
 
 mod args;
@@ -44,7 +44,7 @@ use crate::{
     shot, signals,
 };
 
-/// Traces, and gives what the process exits with: 0, or what Ctrl-C and the like exit with.
+/// Traces, and returns the exit code: 0, or that of an interrupting signal such as Ctrl-C.
 pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<u8, CliError> {
     let mut shot = shot::resolve(&args.scene, said)?;
     let frames = shot.args.track.frames.take();
@@ -75,10 +75,10 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     }
     let mut progress = Progress::start(flags.run.quiet);
     if is_track {
-        progress.note("a reference is one image: the first of the track; --time chooses another moment");
+        progress.note("a reference is one image, at the start of the track; --time chooses another time");
     }
     if flags.lights.lights.is_some() && args.samples.seed.is_some() && flags.run.seed == 0 {
-        progress.note("--seed chooses the noise; where the rain of --lights falls is said by --rain-seed");
+        progress.note("--seed is the seed of the noise; --rain-seed is the seed of --lights rain");
     }
 
     let (mut scene, motion) = lit_scene(flags, &mut progress)?;
@@ -93,7 +93,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     }
     let lights = Lighting { is_seen: settings.integrator == Integrator::Path, reaches_surfaces: true };
     light_rig::light(&mut scene, &flags.lights, &camera, lights, |note| progress.note(note))?;
-    // As `render` does: cameras and light are chosen as things are at 0 s, and then all that moves is moved.
+    // As in `render`: choose cameras and light at 0 s, then move the scene to the frame's time.
     if let (Some(motion), Some(time)) = (motion, frame.time) {
         let bounds = scene.bounds();
         motion.at_time(&mut scene, time);
@@ -112,7 +112,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
         false => None,
     };
     if args.output.resume && before.is_none() {
-        progress.note(&format!("{}: not there yet, so this starts again", target.path.display()));
+        progress.note(&format!("{}: no such file yet, so tracing starts from 0", target.path.display()));
     }
     let Before { mut film, seed, dropped } = match before {
         Some(before) => before,
@@ -124,7 +124,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     };
     let (settings, making) = (Settings { seed, ..settings }, Making { seed, ..making });
 
-    let tracer = progress.step("build", "Building trees", || Tracer::new(&scene, settings.clone()))?;
+    let tracer = progress.step("build", "Building the BVHs", || Tracer::new(&scene, settings.clone()))?;
     let LookArgs { exposure, tone_map, .. } = flags.look;
     let meters = target.is_png() && settings.integrator == Integrator::Path && exposure == Exposure::Auto;
     let coverage = if meters { tracer.coverage(camera, size.width as usize, size.height as usize) } else { Vec::new() };
@@ -146,21 +146,21 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
 
     if meters {
         let ev = look.exposure(&film.mean());
-        progress.note(&format!("shown at {ev:+} EV; --exposure {ev} repeats that, more is brighter"));
+        progress.note(&format!("shown at {ev:+} EV; --exposure {ev} repeats it, larger is brighter"));
     }
     let noise = film.noise().relative;
     progress.result(&format!("{}: {}", target.path.display(), outcome(&film, noise, run.seconds)));
-    let on = if target.is_resumable() { "; the same command with --resume goes on from there" } else { "" };
+    let on = if target.is_resumable() { "; the same command with --resume continues" } else { "" };
     let black = film.row_samples().iter().filter(|row| **row == 0).count();
     if black > 0 {
         let height = film.row_samples().len();
-        progress.note(&format!("{black} of {height} rows have no sample yet, and are black{on}"));
+        progress.note(&format!("{black} of {height} rows have no samples yet and are black{on}"));
     } else if run.interrupted.is_some() {
         let goal = goal.spp.map(|spp| format!(" of {spp}")).unwrap_or_default();
-        progress.note(&format!("stopped at {}{goal} samples a pixel{on}", film.samples()));
+        progress.note(&format!("stopped at {}{goal} samples per pixel{on}", film.samples()));
     } else if let Some(error) = goal.until_error.filter(|error| noise > *error) {
         progress.note(&format!(
-            "the expected error is {:.3} % after {} samples a pixel, not yet {:.3} %",
+            "the expected error is {:.3} % after {} samples per pixel, not yet {:.3} %",
             100.0 * noise,
             film.samples(),
             100.0 * error
@@ -170,7 +170,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     seconds.push(("total", started.elapsed().as_secs_f64()));
     if dropped > 0 {
         say(&format_args!(
-            "warning: {} samples were no numbers and count as black: a fault of the scene or of Lanternfish",
+            "warning: {} samples were not finite and count as black: a fault of the scene or of Lanternfish",
             grouped(dropped)
         ));
     }
@@ -183,13 +183,13 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     Ok(run.interrupted.unwrap_or(0))
 }
 
-/// What the run came to: `256 samples a pixel in 51.2 s, expected error 1.21 %`.
+/// Summary of the run: `256 samples per pixel in 51.2 s, expected error 1.21 %`.
 fn outcome(film: &Film, noise: f64, seconds: f64) -> String {
     let most = film.row_samples().iter().max().copied().unwrap_or_default();
     let more = if most > film.samples() { format!(" to {most}") } else { String::new() };
     let error =
         if noise.is_finite() { format!("{:.2} %", 100.0 * noise) } else { "unknown below 2 samples".to_owned() };
-    format!("{}{more} samples a pixel in {seconds:.1} s, expected error {error}", film.samples())
+    format!("{}{more} samples per pixel in {seconds:.1} s, expected error {error}", film.samples())
 }
 
 fn goal(args: &ReferenceArgs) -> Goal {
@@ -205,7 +205,7 @@ fn goal(args: &ReferenceArgs) -> Goal {
     }
 }
 
-/// What stands in the file for people, and tells two makings apart.
+/// Text attributes that describe the settings and distinguish different ones.
 fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -> Vec<(String, String)> {
     let point = |p: glam::Vec3| format!("{},{},{}", p.x, p.y, p.z);
     let eye = camera.eye();
@@ -239,7 +239,7 @@ fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -
     facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-/// What was counted and how long it took.
+/// Table of counters and durations.
 fn table(
     tracer: &Tracer<'_>,
     scene: &Scene,
@@ -255,9 +255,9 @@ fn table(
     line("triangles", &grouped(tracer.triangle_count() as u64));
     line("lights", &grouped(scene.lights.len() as u64));
     line("threads", &rayon::current_num_threads().to_string());
-    line("samples a pixel", &grouped(film.samples()));
+    line("samples per pixel", &grouped(film.samples()));
     line("samples, this run", &grouped(run.added));
-    line("samples a second", &trace::metric(rate));
+    line("samples per second", &trace::metric(rate));
     line("samples dropped", &grouped(dropped));
     line("expected error", &format!("{:.3} %", 100.0 * film.noise().relative));
     line("", "");

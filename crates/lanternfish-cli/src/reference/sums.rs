@@ -1,21 +1,21 @@
-//! The exact sums of a part in layers of its file.
+//! The exact sums of a part, as layers of its file.
 //!
-//! A sum is 128 bits, in two's complement; a layer holds 24 of them as a whole number, which 32-bit floats hold exactly. So a sum is
-//! six layers, `sum.0` (the lowest bits) to `sum.5`, and the sum of squares six more, `square.0` to `square.5`.
+//! A sum has 128 bits, in two's complement. Each layer holds 24 of them as an integer, which 32-bit floats represent exactly. A
+//! sum takes six layers, `sum.0` (the lowest bits) to `sum.5`, and the sum of squares six more, `square.0` to `square.5`.
 
 use std::path::Path;
 
 use lanternfish_metrics::{MetricsError, RgbImage, read_exr_layer};
 use lanternfish_reference::Film;
 
-/// What the layers of a pixel's two sums begin with.
+/// Prefixes of the layer names of a pixel's two sums.
 const NAMES: [&str; 2] = ["sum", "square"];
-/// Bits of a layer.
+/// Bits per layer.
 const BITS: usize = 24;
-/// Layers of a sum.
+/// Layers per sum.
 const LAYERS: usize = (u128::BITS as usize).div_ceil(BITS);
 
-/// The film's sums as images by name.
+/// The film's sums as named images.
 pub fn layers(film: &Film) -> Result<Vec<(String, RgbImage)>, MetricsError> {
     let (width, height) = film.size();
     let mut layers = Vec::new();
@@ -29,7 +29,7 @@ pub fn layers(film: &Film) -> Result<Vec<(String, RgbImage)>, MetricsError> {
     Ok(layers)
 }
 
-/// Every pixel's sums, as [`Film::exact_sums`] gave them, from the file's layers.
+/// Reads every pixel's sums, in the format of [`Film::exact_sums`], from the file's layers.
 pub fn read(path: &Path) -> Result<Vec<[[i128; 3]; 2]>, MetricsError> {
     let mut sums = Vec::new();
     for (kind, name) in NAMES.into_iter().enumerate() {
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_are_read_to_the_bit() {
+    fn sums_survive_a_round_trip_to_the_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("part.exr");
         let sums = vec![

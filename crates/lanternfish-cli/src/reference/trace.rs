@@ -1,4 +1,4 @@
-//! Samples, pass by pass, until there are enough.
+//! Adds samples pass by pass until the goal is reached.
 
 use std::time::{Duration, Instant};
 
@@ -7,37 +7,37 @@ use lanternfish_scene::Camera;
 
 use crate::{error::CliError, progress::Bar, signals};
 
-/// A pass takes about this long, s, so that the progress line does not wait for more.
+/// Target duration of a pass, s, so that the progress line stays responsive.
 const PASS_SECONDS: f64 = 1.0;
-/// A pass of one sample a pixel that takes longer, s, is gone on with after the progress line has been looked after.
+/// A pass of one sample per pixel may be split after this time, s, to update the progress line.
 const LONG_PASS_SECONDS: f64 = 2.0;
-/// Most samples of a pass.
+/// Most samples per pass.
 const MOST_A_PASS: u64 = 64;
-/// The file is written this often, s.
+/// Interval between checkpoints, s.
 const CHECKPOINT_SECONDS: f64 = 60.0;
-/// Though less often where that would take more than this share of the time.
+/// Largest fraction of the time for checkpoints; beyond it they are less frequent.
 const MOST_SAVING: f64 = 0.1;
-/// After so many seconds, and not before, it is told how long the rest will take.
+/// Time before the remaining duration is estimated, s.
 const ESTIMATE_SECONDS: f64 = 1.0;
-/// Below so many samples the error that they estimate of themselves says little.
+/// With fewer samples the estimated error is unreliable.
 const FIRST_CHECK: u64 = 16;
 
-/// When there are enough. Without any, never.
+/// Goals that end a run. Without any, it never ends.
 #[derive(Clone, Debug, Default)]
 pub struct Goal {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: Option<u64>,
-    /// [`lanternfish_reference::Noise::relative`]. Looked at where the number of samples is one of a fixed row, so that the
-    /// image depends on no clock.
+    /// [`lanternfish_reference::Noise::relative`]. Checked at fixed sample counts only, so that the image does not depend on
+    /// timing.
     pub until_error: Option<f64>,
-    /// Seconds of this run; binds within a row.
+    /// Duration of this run, s; may stop within a row.
     pub time_limit: Option<f64>,
 }
 
-/// How a run ended.
+/// The result of a run.
 #[derive(Debug)]
 pub struct Run {
-    /// What the process exits with if somebody asked it to end.
+    /// Exit code if the user interrupted the run.
     pub interrupted: Option<u8>,
     /// Samples of all pixels that this run added.
     pub added: u64,
@@ -54,19 +54,19 @@ impl Goal {
                 .is_some_and(|error| is_check(samples) && film.is_even() && film.noise().relative <= error)
     }
 
-    /// Most samples of a pass after which the goal may have been reached.
+    /// Most samples of the next pass before a goal may be reached.
     fn most(&self, samples: u64) -> u64 {
         let spp = self.spp.map_or(u64::MAX, |spp| spp.saturating_sub(samples));
         let check = self.until_error.map_or(u64::MAX, |_| next_check(samples) - samples);
         spp.min(check).max(1)
     }
 
-    /// Seconds that are left at this pace, by whatever comes first.
+    /// Estimated seconds until the first goal is reached, at the present speed.
     fn seconds_left(&self, samples: f64, noise: f64, seconds: f64, each: f64) -> Option<f64> {
         let of_samples = |wanted: f64| ((wanted - samples) * each).max(0.0);
         let left = [
             self.spp.map(|spp| of_samples(spp as f64)),
-            // The error falls with the root of the samples.
+            // The error falls with the square root of the sample count.
             self.until_error.map(|error| of_samples(samples * (noise / error).powi(2))),
             self.time_limit.map(|limit| limit - seconds),
         ];
@@ -74,7 +74,7 @@ impl Goal {
     }
 }
 
-/// The first number of samples above `samples` at which the error is looked at: 16, and on by an eighth each time.
+/// The next sample count above `samples` at which the error is checked: 16, then an eighth more each time.
 fn next_check(samples: u64) -> u64 {
     let mut check = FIRST_CHECK;
     while check <= samples {
@@ -87,7 +87,7 @@ fn is_check(samples: u64) -> bool {
     samples > 0 && next_check(samples - 1) == samples
 }
 
-/// Adds samples until the goal is reached or somebody asks to end, and calls `save` once in a while.
+/// Adds samples until a goal is reached or the user interrupts. Calls `save` at checkpoints.
 pub fn trace(
     tracer: &Tracer<'_>,
     camera: &Camera,
@@ -114,7 +114,7 @@ pub fn trace(
             return Ok(end(Some(code)));
         }
         let pass_started = Instant::now();
-        // What is cut off is gone on with one by one, so that no row gets more than the goal looks at.
+        // Complete an interrupted pass one sample at a time, so that no row exceeds the goal's check.
         let samples = if film.is_even() { pass.min(goal.most(film.samples())) } else { 1 };
         let is_long = || samples == 1 && pass_started.elapsed().as_secs_f64() >= LONG_PASS_SECONDS;
         tracer.render_unless(camera, film, samples, is_long, is_over);
@@ -138,7 +138,7 @@ pub fn trace(
     }
 }
 
-/// Seconds that are left after `seconds` in which `added` samples of all pixels came, and the noise by now.
+/// Estimated seconds left, and the noise, after `seconds` in which `added` samples of all pixels were traced.
 fn left(film: &Film, goal: &Goal, added: u64, seconds: f64) -> (Option<f64>, f64) {
     let (pixels, noise) = (pixel_count(film), film.noise().relative);
     let each = seconds * pixels / added.max(1) as f64;
@@ -150,20 +150,20 @@ fn pixel_count(film: &Film) -> f64 {
     (width * height) as f64
 }
 
-/// Tells those who see no bar how long it will take; whether that is known by now.
+/// Prints the estimated duration if no bar is visible. Returns true if the estimate is known.
 fn estimate(bar: &Bar, film: &Film, goal: &Goal, added: u64, seconds: f64) -> bool {
     let (left, _) = left(film, goal, added, seconds);
     let Some(left) = left else { return false };
     let of = goal.spp.map(|spp| format!(" of {spp}")).unwrap_or_default();
     let (samples, so_far) = (film.samples(), duration(seconds));
-    bar.note(&format!("about {} left, after {so_far} with {samples}{of} samples a pixel", duration(left)));
+    bar.note(&format!("about {} left, after {so_far} with {samples}{of} samples per pixel", duration(left)));
     true
 }
 
 fn show(bar: &Bar, film: &Film, goal: &Goal, added: u64, seconds: f64) {
     let (left, noise) = left(film, goal, added, seconds);
     let of = goal.spp.map(|spp| format!(" of {spp}")).unwrap_or_default();
-    let mut text = format!("{}{of} samples a pixel, {} samples/s", film.samples(), metric(added as f64 / seconds));
+    let mut text = format!("{}{of} samples per pixel, {} samples/s", film.samples(), metric(added as f64 / seconds));
     if noise.is_finite() {
         text += &format!(", error {:.2} %", 100.0 * noise);
     }
@@ -174,7 +174,7 @@ fn show(bar: &Bar, film: &Film, goal: &Goal, added: u64, seconds: f64) {
     bar.show(fraction, text);
 }
 
-/// A number with three digits and k, M or G.
+/// Formats a number with three digits and k, M or G.
 pub fn metric(number: f64) -> String {
     let (unit, name) = [(1e9, " G"), (1e6, " M"), (1e3, " k")]
         .into_iter()
@@ -192,8 +192,8 @@ pub fn metric(number: f64) -> String {
 }
 
 fn duration(seconds: f64) -> String {
-    let whole = seconds.ceil() as u64;
-    match (whole / 3600, whole / 60 % 60, whole % 60) {
+    let total = seconds.ceil() as u64;
+    match (total / 3600, total / 60 % 60, total % 60) {
         (0, 0, s) => format!("{s} s"),
         (0, m, s) => format!("{m} min {s} s"),
         (h, m, _) => format!("{h} h {m} min"),
@@ -205,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn checks_are_a_fixed_row() {
+    fn checks_are_at_fixed_sample_counts() {
         let mut row = vec![next_check(0)];
         while row.len() < 6 {
             row.push(next_check(row[row.len() - 1]));
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_for_people() {
+    fn numbers_are_formatted_with_units() {
         for (number, text) in
             [(0.0, "0.00"), (999.9, "1.00 k"), (12_345.0, "12.3 k"), (1.5e6, "1.50 M"), (2e11, "200 G")]
         {

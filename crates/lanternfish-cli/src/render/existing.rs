@@ -1,11 +1,11 @@
-//! Images that are there already: whether they are what a run would write.
+//! Checks existing images against those that a run would write.
 
 use lanternfish::debug_views::Scale;
 use lanternfish_metrics::{RgbImage, read_exr_layer, read_png};
 
 use crate::{args::RenderArgs, legend, output::Output, stereo::StereoLayout};
 
-/// Size and layers of the images that flags ask for.
+/// Size and layers of the requested images.
 #[derive(Debug)]
 pub struct Expected {
     width: usize,
@@ -13,7 +13,7 @@ pub struct Expected {
     layers: &'static [&'static str],
 }
 
-/// Names of the layers of two eyes.
+/// Layer names of the two eyes.
 pub const EYES: [&str; 2] = ["left", "right"];
 
 impl Expected {
@@ -29,7 +29,7 @@ impl Expected {
         Self { width, height, layers: if has_layers { &EYES } else { &[""] } }
     }
 
-    /// What is wrong with the file, every pixel of which is decoded: none where it is whole.
+    /// The fault of a file, all of whose pixels are decoded; `None` if it is complete.
     pub fn fault(&self, output: &Output) -> Option<Fault> {
         if !output.path.exists() {
             return Some(Fault::Missing);
@@ -50,10 +50,10 @@ impl Expected {
     }
 }
 
-/// Why an image is not there.
+/// The fault of an image file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
     Missing,
-    /// It is there and is not what it should be: the file, and why.
+    /// The file exists but is invalid: the path and the reason.
     Broken(String),
 }

@@ -1,4 +1,4 @@
-//! The lights that flags say, in a scene.
+//! Adds the lights of the flags to a scene.
 
 use std::path::Path;
 
@@ -16,8 +16,8 @@ use crate::{
     scene,
 };
 
-/// Adds the lights of the flags to those of the file, and puts their environment in the place of the file's. Gives the rain,
-/// which is there as it is at 0 s.
+/// Adds the lights of the flags to those of the file and replaces the file's environment if a flag sets one. Returns the light
+/// rain, in its state at 0 s.
 pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<Option<Rain>, CliError> {
     let mut rain = None;
     match flags.lights {
@@ -38,22 +38,21 @@ pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<O
     Ok(rain)
 }
 
-/// Reads an environment, turns it by `rotation` degrees, and multiplies it.
+/// Reads an environment, rotates it by `rotation` degrees, and scales it.
 fn environment(path: &Path, rotation: f32, scale: f32) -> Result<Environment, CliError> {
     let mut environment = Environment::load(path)?;
     environment.rotation = rotation.to_radians();
     for pixel in &mut environment.pixels {
         *pixel *= scale;
         if !pixel.is_finite() {
-            let what =
-                format!("{}: --environment-scale {scale} makes a pixel brighter than numbers go", path.display());
+            let what = format!("{}: --environment-scale {scale} makes a pixel too bright for a float", path.display());
             return Err(CliError::new(what, "choose a smaller one"));
         }
     }
     Ok(environment)
 }
 
-/// The scene of these flags in its light, at 0 s, and what moves in it.
+/// The scene with the lights of these flags, at 0 s, and its motion.
 pub fn lit_scene(args: &RenderArgs, progress: &mut Progress) -> Result<(Scene, Option<Motion>), CliError> {
     let part = args.part.scene_of_file.as_deref();
     let (mut scene, rain) = progress.step("load", &format!("Loading {}", args.scene), || {

@@ -1,9 +1,9 @@
-//! From a scene's file to an image's, or to those of a sequence.
+//! Renders a scene's file to an image, or to the images of a sequence.
 //!
-//! 1. Refuse what can be refused without work; leave out frames that are there, where that is requested ([`existing`]).
-//! 2. Read the scene, choose cameras and light ([`lights`], [`crate::camera`], [`crate::light_rig`]): as things are at 0 s,
-//!    whichever frames are requested.
-//! 3. Upload it so, too, and render frame after frame ([`renderings`]).
+//! 1. Refuse what can be refused without work. Skip existing frames, if requested ([`existing`]).
+//! 2. Read the scene, choose cameras and light ([`lights`], [`crate::camera`], [`crate::light_rig`]), all at 0 s, whichever
+//!    frames are requested.
+//! 3. Upload it in this state and render frame after frame ([`renderings`]).
 
 pub mod existing;
 mod lights;
@@ -36,11 +36,11 @@ use crate::{
     stereo::StereoLayout,
 };
 
-/// An image that is made, or is there.
+/// An image to render, or an existing one.
 #[derive(Debug)]
 struct Planned {
     frame: ShotFrame,
-    /// What is rendered first, where the image is of what has changed since.
+    /// The frame to render first, for images that show changes since then.
     before: Option<ShotFrame>,
     output: Output,
     is_there: bool,
@@ -55,7 +55,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let mut progress = Progress::start(args.run.quiet);
     let there = planned.iter().filter(|planned| planned.is_there).count();
     if there > 0 {
-        progress.note(&format!("{there} of {} images are there and whole", planned.len()));
+        progress.note(&format!("{there} of {} images exist and are complete", planned.len()));
     }
     if there == planned.len() {
         if args.run.report.is_some() {
@@ -72,7 +72,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         progress.note(NOTHING_MOVES);
     }
     if settings.debug_view == Some(DebugView::Motion) && planned.iter().all(|planned| planned.before.is_none()) {
-        progress.note("motion is from one moment to another; --time SECONDS or --frames A-B says which");
+        progress.note("motion is relative to an earlier frame; --time SECONDS or --frames A-B sets the time");
     }
     let aspect = size.width as f32 / size.height as f32;
     let first = shot.first();
@@ -83,20 +83,20 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if is_inside {
         progress.note(camera::INSIDE);
     }
-    // An image of a quantity wants no light.
+    // Debug views need no light.
     let lights = Lighting {
         is_seen: settings.debug_view.is_none(),
         reaches_surfaces: settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE,
     };
     light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
-    note_what_lights_nothing(&progress, &scene, &settings);
+    note_unused_light(&progress, &scene, &settings);
 
     let choice = args.run.adapter.clone().unwrap_or_default();
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
     progress.warn(driver_warning(&gpu.device.adapter_info()));
     let renderer =
         progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
-    // As it is at 0 s: the tree that rays walk is the same then for every frame, whichever comes first.
+    // Upload the state at 0 s, so that every frame has the same acceleration structure, whichever frame is first.
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     let scale = settings.debug_view.and_then(Scale::of);
     if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
@@ -109,7 +109,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
     let mut cameras_before = cameras_before.iter();
     if is_metered {
-        // What is drawn first anyway is not drawn twice.
+        // Do not render a frame twice.
         let next = planned.iter().find(|planned| !planned.is_there).map(|planned| &planned.frame);
         let is_next = next.is_some_and(|next| next.time == first.time && next.view == first.view);
         renderings.meter(&first, camera_of_first, is_next, &mut progress)?;
@@ -124,7 +124,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
             renderings.make(&planned.frame, camera, &planned.output, &mut progress)?;
         }
         last = told.done(index, &planned.output);
-        // The last line of all is an image's path.
+        // The last line of output must be an image's path.
         if told.is_sequence && index + 1 < told.all {
             output::print(&last)?;
         }
@@ -153,7 +153,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     open(args, &planned)
 }
 
-/// Shows the last image, where that is requested, and a farm has not asked for it.
+/// Opens the last image in a window, if requested and if no render farm reads the progress.
 fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
     match planned.last().filter(|_| args.output.open && args.run.progress.is_none()) {
         Some(last) => crate::renderings::show(args, &[&last.output.path]),
@@ -161,7 +161,7 @@ fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
     }
 }
 
-/// The images and their files. Everything that can be refused without work is refused here.
+/// The images and their files. Refuses everything that can be refused without work.
 fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let args = &shot.args;
     let output = Output::choose(args.output.output.as_deref(), &args.scene)?;
@@ -195,7 +195,7 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     Ok(planned.map(|((frame, output), is_there)| Planned { before: before(&frame), frame, output, is_there }).collect())
 }
 
-/// What standard output says of images.
+/// The lines on standard output for finished images.
 struct Told<'a> {
     args: &'a RenderArgs,
     is_sequence: bool,
@@ -204,7 +204,7 @@ struct Told<'a> {
 }
 
 impl Told<'_> {
-    /// What is said once the image of this index is there, and all before it.
+    /// The lines when the image of this index and all before it are finished.
     fn done(&self, index: usize, output: &Output) -> String {
         let status = || format!("{} of {} frames", index + 1, self.all);
         let progress = self.args.run.progress.filter(|_| self.is_sequence);
@@ -213,28 +213,28 @@ impl Told<'_> {
     }
 }
 
-/// A warning where the radiance cache had no room for all of its cells.
+/// A warning if the radiance cache was full.
 fn lost_cells(counters: &[(String, u64)]) -> Option<String> {
     let lost = |(name, count): &&(String, u64)| {
         *count > 0 && ["indirect/lost_entries", "radiance_cache/lost"].contains(&name.as_str())
     };
     counters.iter().find(lost).map(|_| {
-        "the radiance cache had no room for all cells: some light of later bounces is a guess, and the image may be another one next time. \
-         Raise --cache-cells, or choose --hit-light shaded"
+        "the radiance cache is full; multi-bounce light is approximate and not reproducible. \
+         Raise --cache-entries, or choose --hit-light shaded"
             .to_owned()
     })
 }
 
 #[cfg(test)]
 #[test]
-fn lost_cells_are_warned_of() {
+fn a_full_cache_gives_a_warning() {
     let counters = |count| [("indirect/rays".to_owned(), 7), ("radiance_cache/lost".to_owned(), count)];
     assert_eq!(lost_cells(&counters(0)), None);
-    assert!(lost_cells(&counters(1)).is_some_and(|text| text.contains("--cache-cells")));
+    assert!(lost_cells(&counters(1)).is_some_and(|text| text.contains("--cache-entries")));
 }
 
-/// Says which light has no part in the image.
-fn note_what_lights_nothing(progress: &Progress, scene: &Scene, settings: &Settings) {
+/// Notes which light has no effect on the image.
+fn note_unused_light(progress: &Progress, scene: &Scene, settings: &Settings) {
     if settings.debug_view.is_some() {
         return;
     }
@@ -242,17 +242,17 @@ fn note_what_lights_nothing(progress: &Progress, scene: &Scene, settings: &Setti
         (settings.occlusion != Occlusion::NONE, settings.indirect.sees_environment());
     if has_occlusion && sees_environment {
         progress.note(
-            "--occlusion has no part in this image: rays of --indirect sampled see the environment themselves; \
-             with --indirect none they light what --occlusion finds open",
+            "--occlusion has no effect on this image: --indirect sampled traces rays to the environment; \
+             with --indirect none, --occlusion shades the environment's light",
         );
     }
     let misses_sky = settings.indirect != Indirect::NONE && !sees_environment;
     let has_sky = scene.sky != Vec3::ZERO || scene.environment.is_some();
     if misses_sky && !has_occlusion && has_sky {
         progress
-            .note("the environment lights nothing: --indirect virtual-lights does not see them, --occlusion deep does");
+            .note("the environment lights nothing: --indirect virtual-lights ignores it, --occlusion deep includes it");
     }
     if has_occlusion && !sees_environment && !has_sky {
-        progress.note("--occlusion shades the light of the environment, and there are none; try --sky 0.5,0.5,0.5 or --environment FILE");
+        progress.note("--occlusion shades the light of the environment, and there is none; try --sky 0.5,0.5,0.5 or --environment FILE");
     }
 }

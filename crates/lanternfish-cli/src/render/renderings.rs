@@ -1,4 +1,4 @@
-//! Frame after frame: each moved to its time, rendered, written.
+//! Renders frame after frame: moves the scene to its time, renders, writes.
 
 use lanternfish::{
     GpuScene, RenderedImage, Renderer, Report,
@@ -22,34 +22,34 @@ use crate::{
     stereo::{self, StereoLayout},
 };
 
-/// What images are made with.
+/// The state that renders images.
 pub struct RenderedImages<'a> {
     args: &'a RenderArgs,
     renderer: Renderer,
     uploaded: GpuScene,
-    /// As the last frame left it, where anything in it may be another in the next; what was uploaded is the same.
+    /// The scene as the last frame left it, if anything may change in the next; the uploaded scene has the same state.
     scene: Option<Scene>,
     motion: Option<Motion>,
-    /// The scene's box as it was loaded, where something moves.
+    /// The bounds of the scene as it was loaded, if something moves.
     bounds: Option<Bounds>,
     aspect: f32,
     scale: Option<Scale>,
     may_have_faint_sky: bool,
-    /// What was metered as the frame that is next.
+    /// The metered images, if they are also the next frame's.
     metered: Option<Vec<RenderedImage>>,
-    /// What all images cost that were made.
+    /// The cost of all rendered images.
     pub cost: Report,
-    /// Exposure at which images are shown, EV, once one is.
+    /// Exposure of the images, EV, once chosen.
     pub exposure: Option<f32>,
 }
 
-/// True if one of the images decides how all are shown.
+/// True if one image sets the exposure of all.
 pub fn are_metered(settings: &Settings, output: &Output) -> bool {
     settings.exposure == Exposure::Auto && settings.debug_view.is_none() && !output.is_radiance()
 }
 
 impl<'a> RenderedImages<'a> {
-    /// `scene` was just uploaded, as it is at 0 s. It is kept where something moves, or where it `may_have_faint_sky`.
+    /// `scene` was just uploaded, in its state at 0 s. It is kept if something moves, or if it `may_have_faint_sky`.
     pub fn new(
         args: &'a RenderArgs,
         renderer: Renderer,
@@ -80,8 +80,8 @@ impl<'a> RenderedImages<'a> {
         }
     }
 
-    /// Decides by the first frame of the sequence how all are shown, whether it is requested or not: each by itself would
-    /// flicker. A scene at night may be given a faint sky besides. Where it `is_next`, it is not drawn a second time.
+    /// Chooses the exposure of all images by the sequence's first frame, whether requested or not; metering each alone would
+    /// flicker. May add a faint sky to a night scene. If the first frame `is_next`, its images are reused.
     pub fn meter(
         &mut self,
         first: &ShotFrame,
@@ -99,7 +99,7 @@ impl<'a> RenderedImages<'a> {
             let sky = sky.to_array().map(|x| x.to_string()).join(",");
             progress.note(&format!(
                 "the scene's lights leave most of the image black, and it has no environment: a faint sky was added \
-                 (--sky {sky} repeats that, --light-rig none leaves it out)"
+                 (--sky {sky} repeats it, --light-rig none omits it)"
             ));
         }
         if let Some(ev) = renderings[0].exposure {
@@ -109,13 +109,13 @@ impl<'a> RenderedImages<'a> {
                 Some(Frames::Count(count)) if count > 1 => ", metered in the first image",
                 _ => "",
             };
-            progress.note(&format!("shown at {ev:+} EV{all}; --exposure {ev} repeats that, more is brighter"));
+            progress.note(&format!("shown at {ev:+} EV{all}; --exposure {ev} repeats it, larger is brighter"));
         }
         self.metered = Some(renderings).filter(|_| is_next);
         Ok(())
     }
 
-    /// Renders a frame, for what it leaves to the next one alone.
+    /// Renders a frame only for the history that it leaves to the next one.
     pub fn show(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<(), CliError> {
         self.drawn(frame, camera, progress).map(|_| ())
     }
@@ -155,8 +155,8 @@ impl<'a> RenderedImages<'a> {
         Ok(())
     }
 
-    /// What is seen at a frame's time, an image an eye. It depends on the frame alone, not on those before it; motion
-    /// is from what was drawn last.
+    /// Renders the images at a frame's time, one per eye. They depend on the frame alone, except for motion, which is relative
+    /// to the previous one.
     fn drawn(
         &mut self,
         frame: &ShotFrame,

@@ -1,36 +1,36 @@
-//! What a pass is for: the thesis' categories of a frame's time, and ours beside them.
+//! Categories of passes: the thesis' categories of a frame's time, and further ones.
 
 use serde::{Deserialize, Serialize};
 
-/// What a pass is for [VanGelderen2020, fig. 6.7, fig. 6.8].
+/// The category of a pass [VanGelderen2020, fig. 6.7, fig. 6.8].
 ///
-/// The thesis has clustering, which is the first four together, shading and miscellaneous. Shadows and light from other surfaces it does
-/// not have.
+/// The thesis has clustering, which is the first four together, shading and miscellaneous. It has no shadows and no light from
+/// other surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Category {
-    /// The depth pass, and finding which clusters have visible fragments.
+    /// The depth pass, and marking clusters with visible fragments.
     Visibility,
     /// Counting the lights of every cluster or tile.
     LightCounting,
-    /// Writing their lists.
+    /// Writing the light lists.
     LightWriting,
-    /// Bringing lights into the clusters' space, the tree over them, prefix sums, and other small work.
+    /// Transforming lights to cluster space, the hierarchy over them, prefix sums, and other small work.
     ClusteringRest,
-    /// Rays to lights.
+    /// Shadow rays.
     Shadows,
-    /// What arrives from other surfaces and from the environment.
+    /// Indirect light, from other surfaces and from the environment.
     ArrivingLight,
-    /// Shading, of blended surfaces too.
+    /// Shading, including transparent surfaces.
     Shading,
     /// All other passes: the sky, exposure, output.
     Miscellaneous,
-    /// Seconds of the host, and not a pass: in no sum of passes.
+    /// Host time. It is not a pass and not in any sum of passes.
     Host,
 }
 
 impl Category {
-    /// Those of passes, in the order in which plots stack them, with their colours.
+    /// The categories of passes, in the stacking order of plots, with their colours.
     pub const OF_PASSES: [(Self, &'static str); 8] = [
         (Self::Visibility, "#56b4e9"),
         (Self::LightCounting, "#e69f00"),
@@ -42,7 +42,7 @@ impl Category {
         (Self::Miscellaneous, "#bbbbbb"),
     ];
 
-    /// As it is written in tables and legends.
+    /// The name in tables and legends.
     pub fn name(self) -> &'static str {
         match self {
             Self::Visibility => "visibility",
@@ -57,15 +57,15 @@ impl Category {
         }
     }
 
-    /// Whether the thesis counts it as clustering in fig. 6.7.
+    /// True if the thesis counts it as clustering in fig. 6.7.
     pub fn is_clustering(self) -> bool {
         matches!(self, Self::Visibility | Self::LightCounting | Self::LightWriting | Self::ClusteringRest)
     }
 
-    /// That of a pass, by its label. Prefix sums are small work in the thesis, whatever they are of.
+    /// The category of a pass, by its label. The thesis counts all prefix sums as small work.
     pub fn of(pass: &str) -> Self {
-        let (room, last) = (pass.split('/').next().unwrap_or(pass), pass.rsplit('/').next().unwrap_or(pass));
-        match (room, last) {
+        let (module, last) = (pass.split('/').next().unwrap_or(pass), pass.rsplit('/').next().unwrap_or(pass));
+        match (module, last) {
             ("prepass", _) => Self::Visibility,
             ("light_culling", "mark" | "mark_drawn" | "bounds" | "mask") => Self::Visibility,
             ("light_culling", "count") if !pass.contains("/sort/") => Self::LightCounting,
@@ -80,7 +80,7 @@ impl Category {
 }
 
 #[test]
-fn passes_are_counted_as_figure_6_8_counts_them() {
+fn passes_have_the_categories_of_figure_6_8() {
     for (pass, category) in [
         ("prepass", Category::Visibility),
         ("light_culling/clustered/mark", Category::Visibility),
@@ -98,7 +98,7 @@ fn passes_are_counted_as_figure_6_8_counts_them() {
         ("output/count", Category::Miscellaneous),
     ] {
         assert_eq!(Category::of(pass), category, "{pass}");
-        assert!(Category::OF_PASSES.iter().any(|(known, _)| *known == category));
+        assert!(Category::OF_PASSES.iter().any(|(other, _)| *other == category));
     }
     let clustering = Category::OF_PASSES.iter().filter(|(category, _)| category.is_clustering());
     assert_eq!(clustering.count(), 4);

@@ -1,59 +1,61 @@
 //! Passes that became slower, beyond noise.
 //!
-//! A run is one value: how fast it was, as the mean over the middle half of its frames of what the frame took to what it took on average in
-//! both replays ([`Series::speeds`]). So frames are compared with themselves, and what disturbs a few frames of a run does not count. Frames of one run
-//! are not independent of each other, for a machine that is slow is slow for a while; runs are taken to be.
+//! A run is one value, its relative time: the mean over the middle half of its frames of the frame's time relative to its
+//! average over both replays ([`Series::speeds`]). So each frame is compared with itself, and disturbances of a few frames of a
+//! run do not count. Frames of one run are correlated, because a slow machine stays slow for a while; runs are assumed to be
+//! independent.
 //!
-//! 1. The values of the runs of the new replay are tested against those of the old one by ranks ([`rank_sum`]): no distribution is assumed.
-//! 2. Many passes are tested, so chance alone would find some: probabilities are judged together `[Holm1979]`, at 0.05 that one or more of
-//!    all passes is found where none is slower.
-//! 3. A pass is slower where it is found so, and takes longer by more than the least change that matters.
+//! 1. A rank test compares the values of the new replay's runs with those of the old one ([`rank_sum`]). It assumes no
+//!    distribution.
+//! 2. Many passes are tested, so some would differ by chance. Their p values are judged together `[Holm1979]`, with a
+//!    probability of 0.05 that any pass is reported although none is slower.
+//! 3. A pass is slower if the test says so and its time grew by more than the least change that matters.
 //!
-//! Left out are passes that take less than a hundredth of the frame.
+//! Passes that take less than a hundredth of the frame are not tested.
 
 use std::fmt::Write as _;
 
 use super::{rank_sum, report::Report, series::Series};
 use crate::error::CliError;
 
-/// How probable it may be that a pass is called slower where none is.
+/// Probability of reporting any pass as slower although none is.
 const LEVEL: f64 = 0.05;
-/// Share of the frame that a pass takes at least, if it is tested.
+/// Least fraction of the frame time of a tested pass.
 const LEAST_FRACTION: f64 = 0.01;
 
-/// What has become of one pass.
+/// The change of one pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
     pub name: String,
-    /// Milliseconds a frame: sums over frames of the least of all runs, divided by the frames.
+    /// Milliseconds per frame: the sum over frames of the least time of all runs, divided by the number of frames.
     pub old_ms: f64,
     pub new_ms: f64,
-    /// What a frame takes now to what it took, the middle of the runs.
+    /// New time divided by old time of a frame, the median of the runs.
     pub ratio: f64,
-    /// How probable values like these are where the pass is not slower.
+    /// The p value: probability of values like these if the pass is not slower.
     pub chance: f64,
     pub is_slower: bool,
 }
 
-/// What has become of all that takes time, in the order of the report, and whether images and counts are what they were.
+/// The changes of all passes and of the host, in the order of the report, and differences of images and counts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     pub changes: Vec<Change>,
-    /// Passes that only one of the two has.
+    /// Passes that only one replay has.
     pub unmatched: Vec<String>,
-    /// Frames whose image is another.
+    /// Number of frames with a different image.
     pub other_images: usize,
-    /// Frames whose counters or clusters are others.
+    /// Number of frames with different counters or clusters.
     pub other_counts: usize,
 }
 
 impl Comparison {
-    /// Those that became slower.
+    /// The passes that became slower.
     pub fn slower(&self) -> impl Iterator<Item = &Change> {
         self.changes.iter().filter(|change| change.is_slower)
     }
 
-    /// As a table, and a line of what came of it.
+    /// The changes as a table, and a conclusion.
     pub fn to_table(&self) -> String {
         let width = self.changes.iter().map(|change| change.name.len()).max().unwrap_or(0).max(4);
         let mut text =
@@ -65,11 +67,11 @@ impl Comparison {
                 .expect("String");
         }
         if !self.unmatched.is_empty() {
-            writeln!(text, "in one of the two alone: {}", self.unmatched.join(", ")).expect("String");
+            writeln!(text, "in one replay only: {}", self.unmatched.join(", ")).expect("String");
         }
-        for (count, what) in [(self.other_images, "renderings"), (self.other_counts, "counts")] {
+        for (count, what) in [(self.other_images, "images"), (self.other_counts, "counts")] {
             if count > 0 {
-                writeln!(text, "{count} frames have other {what} than before").expect("String");
+                writeln!(text, "{count} frames have different {what}").expect("String");
             }
         }
         text + &match self.slower().count() {
@@ -80,7 +82,7 @@ impl Comparison {
     }
 }
 
-/// Compares replays. A change of `matters`, such as 0.05, or less is none.
+/// Compares replays. Changes of at most `matters`, such as 0.05, are ignored.
 pub fn compare(old: &Report, new: &Report, matters: f64) -> Result<Comparison, CliError> {
     comparable(old, new)?;
     let (all_old, all_new) = (old.all_passes(), new.all_passes());
@@ -88,8 +90,8 @@ pub fn compare(old: &Report, new: &Report, matters: f64) -> Result<Comparison, C
         report.passes.iter().chain(all).chain(&report.host).cloned().collect()
     };
     let (olds, news) = (series(old, &all_old), series(new, &all_new));
-    let matching = |known: &Series, others: &[Series]| {
-        others.iter().find(|other| other.name == known.name && other.category == known.category).cloned()
+    let matching = |series: &Series, others: &[Series]| {
+        others.iter().find(|other| other.name == series.name && other.category == series.category).cloned()
     };
     let ms = |series: &Series| series.least().iter().sum::<f64>() / series.frames().max(1) as f64;
     let frame = all_new.as_ref().or(new.host.iter().find(|host| host.name == "host/frame")).map_or(0.0, ms);
@@ -110,7 +112,7 @@ pub fn compare(old: &Report, new: &Report, matters: f64) -> Result<Comparison, C
     if rank_sum::least_chance(old.runs, new.runs) > needed {
         return Err(CliError::new(
             format_args!(
-                "{} and {} runs are too few to tell {} passes from noise: whatever they took, chance could have done it",
+                "{} and {} runs are too few to tell {} passes from noise: any difference could be chance",
                 old.runs,
                 new.runs,
                 changes.len()
@@ -130,7 +132,7 @@ pub fn compare(old: &Report, new: &Report, matters: f64) -> Result<Comparison, C
     })
 }
 
-/// An error unless times of the two can be compared at all.
+/// Returns an error unless times of the two replays can be compared.
 fn comparable(old: &Report, new: &Report) -> Result<(), CliError> {
     let size = |report: &Report| format!("{} x {} pixels for {} eyes", report.width, report.height, report.eyes);
     let frames = |report: &Report| {
@@ -154,7 +156,7 @@ fn comparable(old: &Report, new: &Report) -> Result<(), CliError> {
     Ok(())
 }
 
-/// What has become of a pass, not judged yet.
+/// The change of a pass, not judged yet.
 fn change(old: &Series, new: &Series) -> Change {
     let (_, speeds) = Series::speeds(&[old, new]);
     let (before, now) = speeds.split_at(old.samples.len());
@@ -169,12 +171,12 @@ fn change(old: &Series, new: &Series) -> Change {
     }
 }
 
-/// Calls those slower that are, all judged together.
+/// Marks the slower passes, all judged together.
 fn judge(changes: &mut [Change], matters: f64) {
     let mut order: Vec<usize> = (0..changes.len()).collect();
     order.sort_by(|a, b| changes[*a].chance.total_cmp(&changes[*b].chance));
-    for (found, index) in order.iter().enumerate() {
-        let left = changes.len() - found;
+    for (rank, index) in order.iter().enumerate() {
+        let left = changes.len() - rank;
         if changes[*index].chance > LEVEL / left as f64 {
             break;
         }
@@ -182,9 +184,9 @@ fn judge(changes: &mut [Change], matters: f64) {
     }
 }
 
-/// Number of runs each replay needs so that a chance of `needed` can be found.
+/// Runs that each replay needs so that a p value of `needed` is possible.
 fn enough_runs(needed: f64) -> usize {
-    (1..).find(|runs| rank_sum::least_chance(*runs, *runs) <= needed).expect("chances fall with every run")
+    (1..).find(|runs| rank_sum::least_chance(*runs, *runs) <= needed).expect("p values fall with every run")
 }
 
 fn middle(values: &[f64]) -> f64 {

@@ -1,4 +1,4 @@
-//! What depends on the simulation and not on time: one run of it [VanGelderen2020, §6.1.1].
+//! Counters and images of a frame, which depend on the simulation and not on timing: one run of it [VanGelderen2020, §6.1.1].
 
 use std::collections::BTreeMap;
 
@@ -6,44 +6,44 @@ use bytemuck::cast_slice;
 use lanternfish::{RenderedImage, light_culling::clustered::GridContents};
 use serde::{Deserialize, Serialize};
 
-/// A frame's counts and images.
+/// Counters and image hash of a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counted {
     /// A hash of every bit of its images, radiance and display, of all eyes.
     #[serde(rename = "image", alias = "picture")]
     pub rendering: String,
-    /// Counters of all eyes, by name.
+    /// Counters summed over the eyes, by name.
     pub counters: BTreeMap<String, u64>,
-    /// What clusters hold; none with another scheme of light culling.
+    /// Statistics of the clusters; `None` with other light culling.
     pub clusters: Option<Clusters>,
 }
 
-/// What the clusters of all grids hold.
+/// Statistics of the clusters of all grids.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Clusters {
-    /// Those with visible fragments.
+    /// Clusters with visible fragments.
     pub visible: u64,
-    /// Their fragments.
+    /// Fragments in these clusters.
     pub fragments: u64,
-    /// Lights of its cluster's list, summed over all fragments.
+    /// Lighting operations: the length of its cluster's light list, summed over all fragments.
     pub lighting_operations: u64,
-    /// Fragments of the one that has most.
+    /// Fragments of the fullest cluster.
     pub most_fragments: u32,
-    /// Visible clusters by the lights that they list: none, 1, 2 to 3, 4 to 7, and so on [VanGelderen2020, fig. 6.9].
+    /// Visible clusters by the length of their light list: 0, 1, 2 to 3, 4 to 7, and so on [VanGelderen2020, fig. 6.9].
     pub by_lights: Vec<u64>,
     /// Visible clusters by their fragments, in the same bins [VanGelderen2020, fig. 6.10].
     pub by_fragments: Vec<u64>,
-    /// Fragments by the lights of their cluster's list, in the same bins: lights a pixel.
+    /// Fragments by the length of their cluster's light list, in the same bins: lights per pixel.
     pub fragments_by_lights: Vec<u64>,
 }
 
 impl Counted {
-    /// What a frame's images and grids say.
+    /// The counters of a frame's images and grids.
     pub fn of(renderings: &[RenderedImage], grids: &[GridContents]) -> Self {
         let mut counters = BTreeMap::new();
         for (eye, rendering) in renderings.iter().enumerate() {
             for (name, count) in &rendering.report.counters {
-                // What belongs to the scene is not there twice.
+                // Counters of the scene are the same for both eyes; add them once.
                 if eye == 0 || !name.starts_with("scene/") {
                     *counters.entry(name.clone()).or_insert(0) += count;
                 }
@@ -68,7 +68,7 @@ impl Clusters {
     }
 }
 
-/// How often a value is 0, 1, 2 to 3, 4 to 7, and so on to the largest: values, and how often each is there.
+/// Histogram with bins 0, 1, 2 to 3, 4 to 7, and so on up to the largest value. Input: values and their counts.
 pub fn histogram(values: impl Iterator<Item = (u32, u64)>) -> Vec<u64> {
     let mut bins = Vec::new();
     for (value, often) in values {
@@ -79,13 +79,13 @@ pub fn histogram(values: impl Iterator<Item = (u32, u64)>) -> Vec<u64> {
     bins
 }
 
-/// FNV-1a of 64 bits, over words of 64 bits: every bit of the images changes it.
+/// 64-bit FNV-1a over 64-bit words: every bit of the images affects it.
 fn hash(renderings: &[RenderedImage]) -> String {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut add = |word: u64| hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
     for rendering in renderings {
         add(u64::from(rendering.width) << 32 | u64::from(rendering.height));
-        // Halves of a word go in one after the other, so that equal changes of both do not cancel out.
+        // Add the halves of a word one after the other, so that equal changes of both do not cancel out.
         for words in [cast_slice::<_, u32>(&rendering.radiance), cast_slice::<_, u32>(&rendering.display)] {
             words.iter().for_each(|word| add(u64::from(*word)));
         }
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn the_least_bit_of_an_image_changes_its_hash() {
+    fn every_bit_of_an_image_changes_its_hash() {
         let of = |renderings: &[RenderedImage]| Counted::of(renderings, &[]).rendering;
         let one = of(&[rendering(1.0)]);
         assert_eq!(one, of(&[rendering(1.0)]));

@@ -1,8 +1,8 @@
-//! Plays the frames: once to count, then again and again to time.
+//! Plays the frames: once to count, then several times to measure.
 //!
-//! Counting reads images and lists back, which takes time of its own; so nothing is timed while it is done, and nothing is read back
-//! while times are taken [VanGelderen2020, §6.1.1]. What a timed frame does read is a few words: how long its lists were, by which the
-//! renderer makes room.
+//! Counting reads images and lists back, which takes time. So counting and timing are separate, and timed runs read back
+//! nothing [VanGelderen2020, §6.1.1]. A timed frame only reads a few words: the lengths of its lists, by which the renderer
+//! sets capacities.
 
 use std::{collections::BTreeMap, time::Instant};
 
@@ -13,7 +13,7 @@ use lanternfish_scene::{Camera, Eyes};
 use super::{category::Category, counted::Counted, plan::Plan, report::Report, series::Series};
 use crate::{error::CliError, parse::Size, progress::Progress, report::settings_by_name};
 
-/// How often a frame is handed to the device until there is room for its lists.
+/// Most submissions of a frame until its lists fit.
 const TRIES: usize = 32;
 
 /// A plan on a device.
@@ -27,14 +27,14 @@ pub struct Player<'a> {
 /// Times of all runs.
 #[derive(Debug, Default)]
 pub struct Times {
-    /// Of the device, pass by pass.
+    /// Device times, by pass.
     pub passes: Vec<Series>,
-    /// Of the host.
+    /// Host times.
     pub host: Vec<Series>,
 }
 
 impl<'a> Player<'a> {
-    /// Compiles, and uploads the scene.
+    /// Compiles the shaders and uploads the scene.
     pub fn new(gpu: &'a Gpu, plan: Plan, progress: &mut Progress) -> Result<Self, CliError> {
         let settings = plan.settings.clone();
         let renderer =
@@ -43,7 +43,7 @@ impl<'a> Player<'a> {
         Ok(Self { gpu, plan, renderer, uploaded })
     }
 
-    /// Renders by other settings, for these eyes, each of this size.
+    /// Renders with other settings, for these eyes, each of this size.
     pub fn set(&mut self, settings: &Settings, eyes: Option<Eyes>, size: Size) -> Result<(), CliError> {
         (self.plan.settings, self.plan.eyes, self.plan.size) = (settings.clone(), eyes, size);
         if self.renderer.set(settings.clone())? == Change::Upload {
@@ -52,7 +52,7 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    /// What is played, before anything is counted or timed.
+    /// A report of the plan, before anything is counted or timed.
     pub fn report(&self, source: &str, scene: String, runs: usize, seed: u32) -> Report {
         let (plan, adapter) = (&self.plan, &self.gpu.description);
         Report {
@@ -94,7 +94,7 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// Times every frame in `runs` runs that are the same, after one frame that is not timed.
+    /// Times every frame in `runs` equal runs, after one warm-up frame.
     pub fn time(&mut self, runs: usize, progress: &mut Progress) -> Result<Times, CliError> {
         let (bar, frames) = (progress.bar(), self.plan.frames());
         progress.step("time", "Timing", || {
@@ -116,7 +116,7 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// Brings everything to a frame's time.
+    /// Moves the scene to a frame's time.
     fn bring(&mut self, frame: usize) -> Result<(), CliError> {
         if self.plan.go_to(frame) {
             self.renderer.update(&mut self.uploaded, &self.plan.scene)?;
@@ -148,17 +148,17 @@ impl<'a> Player<'a> {
             self.gpu.queue.submit([commands]);
             self.renderer.submitted(id);
             self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| lost(&error))?;
-            let whole = ms_since(started);
+            let total = ms_since(started);
             let report = std::iter::from_fn(|| self.renderer.poll()).find(|report| report.frame == id);
-            let report = report.ok_or_else(|| lost(&"nothing is known of a frame that was waited for"))?;
+            let report = report.ok_or_else(|| lost(&"a completed frame has no report"))?;
             if !report.is_complete {
                 continue;
             }
-            times.add(run, frame, frames, &report, [updated, recorded, whole]);
+            times.add(run, frame, frames, &report, [updated, recorded, total]);
             return Ok(());
         }
         Err(CliError::new(
-            format_args!("frame {frame}: after {TRIES} tries there is no room for its lists"),
+            format_args!("frame {frame}: its lists did not fit after {TRIES} tries"),
             "choose a smaller --size, or fewer lights",
         ))
     }
@@ -171,18 +171,18 @@ impl Times {
         frame: usize,
         frames: usize,
         report: &FrameReport,
-        [update, record, whole]: [f64; 3],
+        [update, record, total]: [f64; 3],
     ) {
         for pass in &report.passes {
             named(&mut self.passes, &pass.name, Category::of(&pass.name)).add(run, frame, frames, pass.ms);
         }
-        for (name, ms) in [("host/update", update), ("host/record", record), ("host/frame", whole)] {
+        for (name, ms) in [("host/update", update), ("host/record", record), ("host/frame", total)] {
             named(&mut self.host, name, Category::Host).add(run, frame, frames, ms);
         }
     }
 }
 
-/// The series of this name, which is made if it is not there.
+/// The series of this name, created if missing.
 fn named<'s>(all: &'s mut Vec<Series>, name: &str, category: Category) -> &'s mut Series {
     let index = all.iter().position(|series| series.name == name).unwrap_or_else(|| {
         all.push(Series::new(name, category));

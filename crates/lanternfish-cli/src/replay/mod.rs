@@ -1,9 +1,9 @@
-//! `lanternfish replay`: the frames of a track, timed and counted [VanGelderen2020, §6.1].
+//! `lanternfish replay`: times and counts the frames of a track [VanGelderen2020, §6.1].
 //!
-//! 1. Say what is played ([`plan`]): a shot's frames, or what a hand did to the camera, at fixed times.
-//! 2. Count: one run that reads back counters, what clusters hold, and images ([`counted`]).
-//! 3. Time: runs that are the same, in which nothing is read back ([`measure`], [`series`]).
-//! 4. Write what was found ([`report`], [`page`]), and compare it with what was found before (`compare`).
+//! 1. Plan ([`plan`]): a shot's frames, or a recording of camera input, at fixed times.
+//! 2. Count: one run that reads back counters, clusters and images ([`counted`]).
+//! 3. Time: equal runs without readback ([`measure`], [`series`]).
+//! 4. Write the results ([`report`], [`page`]), and compare them with an earlier replay (`compare`).
 
 pub mod category;
 mod compare;
@@ -38,44 +38,44 @@ use crate::{
     shot::{self, Shot},
 };
 
-/// What the help of `replay` ends with.
+/// Text after the help of `replay`.
 pub(crate) const HELP: &str = "\
 Examples:
-  What every frame of a walk takes, and why:
+  Time and counters of every frame of a walk:
     lanternfish replay docs/tracks/sponza.toml --runs 7 -o before
-  Whether a change made a pass slower:
+  Check whether a change made a pass slower:
     lanternfish replay docs/tracks/sponza.toml --runs 7 -o after --compare before/report.json
-  A walk of your own, recorded in the window:
+  Record a walk in the window, and replay it:
     lanternfish view scene.glb --record walk.toml
     lanternfish replay walk.toml
   Twenty frames of rain through a scene that has no track:
     lanternfish replay demo:cornell --lights rain:1000 --frames 0-19
 
-Exits with 0, with 1 where --compare finds a pass that became slower, and with 2 after an error.
+Exits with 0, with 1 if --compare finds a pass that became slower, and with 2 after an error.
 The last line of standard output is the page's path.";
 
-/// What the process exits with where something cannot be replayed, or compared.
+/// Exit code if a replay or a comparison fails.
 const FAILED: u8 = 2;
 
 /// Flags of `replay`.
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {
-    /// What is played.
-    #[arg(help = format!("A shot (.toml) with a [track], or what `view --record` wrote; or a scene, as `render` is given it: a file, or {}", demos()))]
+    /// The source of the frames.
+    #[arg(help = format!("A shot (.toml) with a [track], or a recording of `view --record`; or a scene, as for `render`: a file, or {}", demos()))]
     pub scene: SceneName,
-    /// The folder for the report. It is made if it is not there.
+    /// The folder for the report. It is created if missing.
     #[arg(id = "replay_output", short = 'o', long = "output", value_name = "FOLDER", default_value = "replay")]
     pub output: PathBuf,
-    /// How often all frames are timed. More: the least of all runs is less noise, and --compare sees less.
+    /// Number of timed runs. More: less noise in the least times, and --compare detects smaller changes.
     #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub runs: u32,
-    /// Says which passes became slower since a report.json of before, and exits with 1 if any did.
+    /// Lists the passes that are slower than in an earlier report.json, and exits with 1 if there are any.
     #[arg(long, value_name = "OLD.json")]
     pub compare: Option<PathBuf>,
-    /// By how many percent a pass must be slower at least for --compare to say so, however sure it is.
+    /// Least slowdown of a pass that --compare reports, percent, however significant.
     #[arg(long, value_name = "PERCENT", default_value_t = 5.0, value_parser = percent, allow_hyphen_values = true)]
     pub matters: f64,
-    /// The flags of `render` that have a meaning here.
+    /// The flags of `render` that apply here.
     #[command(flatten)]
     pub shared: SimulationArgs,
 }
@@ -85,12 +85,11 @@ fn percent(text: &str) -> Result<f64, String> {
     number.filter(|x| (0.0..=1000.0).contains(x)).ok_or_else(|| "expected 0 to 1000 percent".to_owned())
 }
 
-/// The flags of `render` that say what is simulated, and how it is rendered. Their values come through the shot, which reads them once
-/// more.
+/// The flags of `render` that define the simulation and its rendering. The shot parses their values again.
 #[derive(Debug)]
 pub(crate) struct SimulationArgs;
 
-/// Flags of `render` that have no meaning here, by id.
+/// Ids of flags of `render` that do not apply here.
 const OTHERS: [&str; 8] = ["scene", "output", "time", "skip_existing", "accumulate", "timings", "report", "progress"];
 
 impl Args for SimulationArgs {
@@ -115,7 +114,7 @@ impl FromArgMatches for SimulationArgs {
     }
 }
 
-/// Replays, tells, and says by the exit code how it went.
+/// Replays, prints the results and returns the exit code.
 pub(crate) fn main(args: &ReplayArgs, said: &ArgMatches) -> ExitCode {
     match run(args, said) {
         Ok(code) => ExitCode::from(code),
@@ -131,7 +130,7 @@ fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<u8, CliError> {
     let old = args.compare.as_deref().map(Report::read).transpose()?;
     let (shot, recorded) = simulation(&args.scene, said)?;
     fs::create_dir_all(&args.output).map_err(|error| {
-        CliError::new(format_args!("{}: {error}", args.output.display()), "name a folder that can be made")
+        CliError::new(format_args!("{}: {error}", args.output.display()), "name a folder that can be created")
     })?;
     let report = replayed(&args.scene, &shot, recorded, args.runs as usize)?;
     let file = |name: &str| args.output.join(name);
@@ -151,17 +150,17 @@ fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<u8, CliError> {
         _ => 0,
     };
     let text = format!("{}{table}{}\n", page::summary(&report), page.display());
-    // A reader that has seen enough makes nothing faster.
+    // A closed output pipe must not hide a slower pass.
     match output::print(&text) {
         Ok(()) | Err(CliError::ReaderGone) => Ok(code),
         Err(error) => Err(error),
     }
 }
 
-/// Times and cameras of frames.
+/// Times, seconds, and cameras of frames.
 type Cameras = Vec<(f32, Camera)>;
 
-/// What is played: a shot, or a recording in the scene of a shot.
+/// The simulation: a shot, or a recording in the scene of a shot.
 fn simulation(source: &SceneName, said: &ArgMatches) -> Result<(Shot, Option<Cameras>), CliError> {
     let Some(recorded) = Recorded::read(source)? else { return Ok((shot::resolve(source, said)?, None)) };
     let (shot, frames) = shot::of_recording(&recorded.scene, &recorded.flags, said)?;
@@ -176,13 +175,13 @@ fn simulation(source: &SceneName, said: &ArgMatches) -> Result<(Shot, Option<Cam
     Ok((shot, Some(cameras.skip(first).take(count).collect())))
 }
 
-/// Counts and times what a shot shows, from these cameras where they are given.
+/// Counts and times the frames of a shot, from the given cameras if any.
 fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: usize) -> Result<Report, CliError> {
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
     let plan = Plan::of(shot, recorded, &mut progress)?;
     if plan.frames() == 1 {
-        progress.note("a single frame is replayed; --frames says how many, or which");
+        progress.note("a single frame is replayed; --frames sets how many, or which");
     } else if !plan.moves() {
         progress.note(NOTHING_MOVES);
     }
@@ -190,7 +189,7 @@ fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: us
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
     progress.warn(driver_warning(&gpu.device.adapter_info()));
     if !gpu.description.timestamps {
-        progress.note("the adapter cannot time its passes: times are the host's alone");
+        progress.note("the adapter cannot time its passes: only host times are measured");
     }
     let mut player = Player::new(&gpu, plan, &mut progress)?;
     let mut report = player.report(&shown(source.path(), source), args.scene.to_string(), runs, args.run.seed);
@@ -202,7 +201,7 @@ fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: us
     Ok(report)
 }
 
-/// A file by its name alone: in which folder it lay says nothing of what was measured.
+/// A file's name without its folder, which is irrelevant for the measurement.
 fn shown(path: &Path, source: &SceneName) -> String {
     match (source.demo(), path.file_name()) {
         (None, Some(name)) => name.to_string_lossy().into_owned(),

@@ -1,4 +1,4 @@
-//! What a replay found, as one page of HTML that needs nothing else, and in a few lines.
+//! The results of a replay as a self-contained HTML page, and as a short summary.
 
 use std::fmt::Write as _;
 
@@ -13,7 +13,7 @@ const STYLE: &str = "body{font-family:sans-serif;max-width:60rem;margin:1rem aut
                      table{border-collapse:collapse}td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd}\
                      td:first-child,th:first-child{text-align:left}pre{overflow-x:auto;background:#f4f4f4;padding:.6rem}";
 
-/// The page. `compared`: the table of a comparison, or nothing.
+/// The page. `compared` is the table of a comparison, or empty.
 pub(crate) fn html(report: &Report, compared: &str) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Replay of {title}</title><style>{STYLE}</style></head>\
@@ -23,7 +23,7 @@ pub(crate) fn html(report: &Report, compared: &str) -> String {
     );
     let mut add = |text: &str| writeln!(page, "{text}").expect("String");
     if !compared.is_empty() {
-        add(&format!("<h2>Compared with before</h2>\n<pre>{}</pre>", escaped(compared)));
+        add(&format!("<h2>Comparison</h2>\n<pre>{}</pre>", escaped(compared)));
     }
     add("<h2>Times</h2>");
     add(&format!("<p>{}</p>", escaped(&times(report))));
@@ -31,7 +31,7 @@ pub(crate) fn html(report: &Report, compared: &str) -> String {
         add(&plot);
     }
     add(&table(report));
-    add("<h2>Counts</h2>\n<p>Of one run that was not timed; they are exact.</p>");
+    add("<h2>Counts</h2>\n<p>From one run that was not timed; they are exact.</p>");
     for plot in count_plots(report) {
         add(&plot);
     }
@@ -43,12 +43,12 @@ pub(crate) fn html(report: &Report, compared: &str) -> String {
     page
 }
 
-/// The same in a few lines, for a terminal.
+/// A short summary for the terminal.
 pub(crate) fn summary(report: &Report) -> String {
     let mut text = conditions(report) + "\n";
     let all = [ALL_PASSES, "host/frame"].into_iter().filter_map(|name| Some((name, report.estimates.get(name)?)));
     for (name, estimate) in all {
-        writeln!(text, "{name}: {} ms a frame", spoken(estimate)).expect("String");
+        writeln!(text, "{name}: {} ms per frame", formatted(estimate)).expect("String");
     }
     text
 }
@@ -63,7 +63,7 @@ fn conditions(report: &Report) -> String {
     )
 }
 
-/// What the times are.
+/// Explains the times.
 fn times(report: &Report) -> String {
     let (_, _, level) = median_ranks(report.runs);
     format!(
@@ -74,14 +74,14 @@ fn times(report: &Report) -> String {
     )
 }
 
-fn spoken(estimate: &Estimate) -> String {
+fn formatted(estimate: &Estimate) -> String {
     match estimate.interval {
         Some([low, high]) => format!("{:.3} ({low:.3} to {high:.3})", estimate.ms),
         None => format!("{:.3}", estimate.ms),
     }
 }
 
-/// By frame, the sum of the least times of all passes of a category: none where nothing of it ran.
+/// The sum of the least times of all passes of a category, per frame; `None` if none of them ran.
 pub fn least_of(report: &Report, wanted: impl Fn(Category) -> bool) -> Option<Vec<f64>> {
     let mut sums: Option<Vec<f64>> = None;
     for series in report.passes.iter().filter(|series| wanted(series.category)) {
@@ -94,10 +94,10 @@ pub fn least_of(report: &Report, wanted: impl Fn(Category) -> bool) -> Option<Ve
     sums
 }
 
-/// Areas of the categories that are wanted and of which anything ran.
+/// Areas of the selected categories that ran.
 pub fn areas(report: &Report, wanted: impl Fn(Category) -> bool) -> Vec<Area> {
     let of = |(category, color): (Category, &'static str)| {
-        let heights = least_of(report, |known| known == category)?;
+        let heights = least_of(report, |other| other == category)?;
         Some(Area { name: category.name().to_owned(), color, heights })
     };
     Category::OF_PASSES.into_iter().filter(|(category, _)| wanted(*category)).filter_map(of).collect()
@@ -106,9 +106,9 @@ pub fn areas(report: &Report, wanted: impl Fn(Category) -> bool) -> Vec<Area> {
 fn time_plots(report: &Report) -> Vec<String> {
     let mut plots = Vec::new();
     if !report.passes.is_empty() {
-        plots.push(stacked("Times of a frame, by what for", "frame", "ms", 0.0, &areas(report, |_| true)));
+        plots.push(stacked("Times of a frame, by category", "frame", "ms", 0.0, &areas(report, |_| true)));
         let of_clustering = areas(report, Category::is_clustering);
-        plots.push(stacked("Times of light culling, by what for", "frame", "ms", 0.0, &of_clustering));
+        plots.push(stacked("Times of light culling, by category", "frame", "ms", 0.0, &of_clustering));
     }
     let host = [("host/frame", "#444444"), ("host/record", "#0072b2"), ("host/update", "#d55e00")];
     let of_host = host.into_iter().filter_map(|(name, color)| {
@@ -136,7 +136,7 @@ pub fn over_frames(title: &str, label: &str, of: Vec<(String, &'static str, Vec<
     curves(title, &x, &Axis::linear(label, high), &of.into_iter().map(curve).collect::<Vec<_>>())
 }
 
-/// The plots of what clusters hold; of other schemes, the lights they listed.
+/// Plots of the clusters' statistics; for other light culling, of the listed lights.
 fn count_plots(report: &Report) -> Vec<String> {
     let clusters: Option<Vec<_>> = report.frames.iter().map(|frame| frame.clusters.as_ref()).collect();
     let Some(clusters) = clusters.filter(|clusters| !clusters.is_empty()) else {
@@ -144,7 +144,7 @@ fn count_plots(report: &Report) -> Vec<String> {
             report.frames.iter().map(|frame| frame.counters.get(name).copied().unwrap_or(0) as f64).collect()
         };
         let curve = ("lights listed".to_owned(), "#0072b2", listed("light_culling/listed_lights"));
-        return vec![over_frames("Lights that all lists have", "lights", vec![curve])];
+        return vec![over_frames("Lights in all lists", "lights", vec![curve])];
     };
     let values = |of: fn(&super::counted::Clusters) -> u64| clusters.iter().map(|c| of(c) as f64).collect::<Vec<f64>>();
     let bins = |of: fn(&super::counted::Clusters) -> &Vec<u64>| clusters.iter().map(|c| of(c).as_slice()).collect();
@@ -152,19 +152,20 @@ fn count_plots(report: &Report) -> Vec<String> {
     vec![
         over_frames("Visible clusters", "clusters", vec![("visible".to_owned(), "#0072b2", values(|c| c.visible))]),
         over_frames(
-            "Lighting operations: lights of its cluster's list, summed over all pixels",
+            "Lighting operations: length of its cluster's light list, summed over all pixels",
             "operations",
             vec![("operations".to_owned(), "#009e73", values(|c| c.lighting_operations))],
         ),
-        map("Visible clusters by the lights that they list", "lights, from", bins(|c| &c.by_lights)),
+        map("Visible clusters by the length of their light list", "lights, from", bins(|c| &c.by_lights)),
         map("Visible clusters by their pixels", "pixels, from", bins(|c| &c.by_fragments)),
-        map("Pixels by the lights of their cluster's list", "lights, from", bins(|c| &c.fragments_by_lights)),
+        map("Pixels by the length of their cluster's light list", "lights, from", bins(|c| &c.fragments_by_lights)),
     ]
 }
 
-/// What another replay would find, pass by pass.
+/// The expected result of another replay, pass by pass.
 fn table(report: &Report) -> String {
-    let mut text = "<table><tr><th>pass</th><th>for</th><th>ms a frame</th><th>19 of 20 replays</th></tr>\n".to_owned();
+    let mut text =
+        "<table><tr><th>pass</th><th>category</th><th>ms per frame</th><th>19 of 20 replays</th></tr>\n".to_owned();
     let all = report.all_passes();
     for series in report.passes.iter().chain(&all).chain(&report.host) {
         let Some(Estimate { ms, interval }) = report.estimates.get(&series.name) else { continue };
@@ -183,7 +184,7 @@ mod tests {
     use crate::replay::report::tests::report;
 
     #[test]
-    fn the_page_needs_nothing_else_and_shows_everything() {
+    fn the_page_is_self_contained_and_complete() {
         let mut report = report(vec![vec![1.0, 2.0, 1.0]; 3], vec![vec![3.0, 4.0, 3.0]; 3]);
         report.source = "a<b>.toml".to_owned();
         let page = html(&report, "pass  slower <1>\n");
@@ -197,17 +198,17 @@ mod tests {
         }
         assert!(page.contains("75.0 %"), "three runs hold the median at 75 %");
         report.frames.iter_mut().for_each(|frame| frame.clusters = None);
-        assert!(html(&report, "").contains("Lights that all lists have"));
+        assert!(html(&report, "").contains("Lights in all lists"));
     }
 
     #[test]
-    fn a_page_of_times_of_the_host_alone_is_whole() {
+    fn a_page_with_host_times_only_is_complete() {
         let mut report = report(vec![vec![1.0]; 1], vec![vec![3.0]; 1]);
         (report.passes, report.host) = (Vec::new(), report.passes);
         report.host[0].name = "host/frame".to_owned();
         report.estimate();
         let page = html(&report, "");
         assert!(page.ends_with("</html>\n") && !page.contains("NaN") && !page.contains("inf"), "{page}");
-        assert!(summary(&report).contains("host/frame: 1.000 ms a frame"), "{}", summary(&report));
+        assert!(summary(&report).contains("host/frame: 1.000 ms per frame"), "{}", summary(&report));
     }
 }

@@ -1,4 +1,4 @@
-//! What is played: a scene in its light, and a camera for every frame.
+//! The plan of a replay: a lit scene, and a camera for every frame.
 
 use lanternfish::settings::{Indirect, Occlusion, Settings};
 use lanternfish_scene::{Bounds, Camera, Eyes, Scene, generate::Rain};
@@ -19,9 +19,9 @@ use crate::{
 /// One frame.
 #[derive(Clone, Debug)]
 struct Step {
-    /// Seconds; none where nothing says.
+    /// Time, seconds; `None` if not set.
     time: Option<f32>,
-    /// What the camera was chosen by; none where it was recorded.
+    /// Flags that chose the camera; `None` for a recorded camera.
     view: Option<ViewArgs>,
     camera: Camera,
 }
@@ -38,16 +38,16 @@ fn steps_of(scene: &Scene, shot: &Shot, progress: &Progress) -> Result<Vec<Step>
     Ok(frames.into_iter().zip(cameras).map(step).collect())
 }
 
-/// A simulation that is the same however often it is played.
+/// A deterministic simulation.
 #[derive(Debug)]
 pub struct Plan {
-    /// As it was loaded, at 0 s; then as the last frame left it.
+    /// The scene as loaded, at 0 s; later in the state of the last frame.
     pub scene: Scene,
-    /// How it is rendered.
+    /// Renderer settings.
     pub settings: Settings,
-    /// Of an eye.
+    /// Size of one eye's image.
     pub size: Size,
-    /// Two eyes, where there are two.
+    /// The two eyes; `None` in mono.
     pub eyes: Option<Eyes>,
     motion: Option<Motion>,
     bounds: Bounds,
@@ -55,7 +55,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// What a shot shows, or what a hand did to the camera in its scene. Each frame is one frame, whatever the shot says of means.
+    /// Plans a shot's frames, or recorded cameras in its scene. Each frame is rendered once, even if the shot averages frames.
     pub fn of(shot: &Shot, recorded: Option<Vec<(f32, Camera)>>, progress: &mut Progress) -> Result<Self, CliError> {
         let (args, size) = (&shot.args, shot.args.output.size);
         let settings = args.settings_of(1);
@@ -69,7 +69,7 @@ impl Plan {
         };
         if is_recorded && steps.is_empty() {
             return Err(CliError::new(
-                "nothing was recorded in these frames",
+                "the recording has none of these frames",
                 "choose other --frames, or record again",
             ));
         }
@@ -82,8 +82,8 @@ impl Plan {
         Ok(Self { scene, settings, size, motion, bounds, eyes: args.stereo.stereo, steps })
     }
 
-    /// Leaves nothing that shines or moves but falling lights: as many reach a point, whatever their number
-    /// [VanGelderen2020, §6.1.4].
+    /// Leaves light rain as the only light and the only motion. About the same number of lights reaches each point, whatever
+    /// their count [VanGelderen2020, §6.1.4].
     pub fn rain_alone(&mut self, count: u32, seed: u32) {
         (self.scene.lights, self.scene.environment) = (Vec::new(), None);
         self.motion = Some(Motion::of_rain(Rain::add(&mut self.scene, count, None, seed)));
@@ -94,22 +94,22 @@ impl Plan {
         self.steps.len()
     }
 
-    /// True if a frame may be another than the one before it.
+    /// True if a frame may differ from the previous one.
     pub fn moves(&self) -> bool {
         self.motion.is_some() || self.steps.windows(2).any(|pair| pair[0].camera != pair[1].camera)
     }
 
-    /// Images of a frame.
+    /// Images per frame.
     pub fn eyes(&self) -> usize {
         if self.eyes.is_some() { 2 } else { 1 }
     }
 
-    /// When each frame is, seconds; 0 where nothing says.
+    /// Time of each frame, seconds; 0 if not set.
     pub fn moments(&self) -> Vec<f32> {
         self.steps.iter().map(|step| step.time.unwrap_or(0.0)).collect()
     }
 
-    /// Brings the scene to a frame's time; whether anything may be another than before.
+    /// Moves the scene to a frame's time. Returns true if anything may have changed.
     pub fn go_to(&mut self, frame: usize) -> bool {
         match (&self.motion, self.steps[frame].time) {
             (Some(motion), Some(time)) => {
@@ -120,7 +120,7 @@ impl Plan {
         }
     }
 
-    /// The cameras of a frame to which the scene was brought, one an eye.
+    /// The cameras of the current frame, one per eye.
     pub fn cameras(&self, frame: usize) -> Result<Vec<Camera>, CliError> {
         let aspect = self.size.width as f32 / self.size.height as f32;
         let Step { time, view, camera } = &self.steps[frame];
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
     use crate::shot;
 
-    /// The plan of a shot of a file.
+    /// The plan of a shot with this text.
     fn plan(text: &str) -> Plan {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("shot.toml");
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_a_mean_are_played_as_single_frames() {
+    fn accumulated_frames_are_replayed_as_single_frames() {
         let settings = |accumulate: u32| {
             plan(&format!("scene = \"demo:cornell\"\n[technique]\naccumulate = {accumulate}\n")).settings
         };

@@ -1,24 +1,25 @@
-//! Whether one set of values lies above another: the rank-sum test `[MannWhitney1947]`, exact.
+//! The exact rank-sum test `[MannWhitney1947]`: are the values of one set larger than those of another?
 
-/// The probability that so many pairs or more, a value of `above` over one of `below`, are found by chance: where every order of all the
-/// values is equally likely. 1 where a set is empty.
+/// The p value: probability of at least this many pairs with a value of `above` over one of `below`, if every order of all
+/// values is equally likely. 1 if a set is empty.
 ///
-/// It asks for no distribution of the values: one value that is far off counts as one. Equal values count as not above, which makes the
-/// probability larger.
+/// The test assumes no distribution: an outlier counts as one value. Equal values count as not above, which increases the p
+/// value.
 pub fn chance(below: &[f64], above: &[f64]) -> f64 {
     let pairs = above.iter().map(|a| below.iter().filter(|b| a > b).count()).sum::<usize>();
-    // The small ones first.
+    // Sum the small terms first.
     fractions(below.len(), above.len())[pairs..].iter().rev().sum::<f64>().min(1.0)
 }
 
-/// The smallest probability that sets of these sizes can have: of all values of the one above all of the other.
+/// The smallest p value for sets of these sizes, when all values of one exceed all of the other.
 pub fn least_chance(below: usize, above: usize) -> f64 {
     (1..=above).map(|j| j as f64 / (below + j) as f64).product()
 }
 
-/// In which share of the orders of `n` and `m` values there are 0, 1, … n m pairs in which one of the `m` is above.
+/// Fraction of the orders of `n` and `m` values that have 0, 1, … n m pairs in which one of the `m` values is above.
 fn fractions(n: usize, m: usize) -> Vec<f64> {
-    // Of i and j values the highest is one of the m, above all i, as often as j of i + j, or one of the n. A row: all j of one i.
+    // Of i and j values the highest is one of the m, above all i, in the fraction j / (i + j) of the orders, or else one of the
+    // n. A row holds all j of one i.
     let mut row: Vec<Vec<f64>> = vec![vec![1.0]; m + 1];
     for i in 1..=n {
         for j in 1..=m {
@@ -37,19 +38,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn orders_are_those_of_the_tables() {
+    fn fractions_match_published_tables() {
         let orders: Vec<f64> = fractions(2, 2).iter().map(|fraction| (6.0 * fraction).round()).collect();
         assert_eq!(orders, [1.0, 1.0, 2.0, 1.0, 1.0]);
         assert!((fractions(3, 5)[7] - 6.0 / 56.0).abs() < 1e-12 && (least_chance(7, 7) - 1.0 / 3432.0).abs() < 1e-15);
-        // Large ones stay numbers.
+        // Large sets do not overflow.
         let many = fractions(100, 100);
         assert!((many.iter().sum::<f64>() - 1.0).abs() < 1e-9 && least_chance(100, 100) > 0.0);
         assert_eq!((chance(&[], &[1.0]), chance(&[1.0], &[])), (1.0, 1.0));
     }
 
     #[test]
-    fn the_chance_is_that_of_all_orders() {
-        // Every way to choose which three of seven values are the upper set's.
+    fn p_values_match_an_enumeration_of_all_orders() {
+        // All ways to choose three of seven values for the upper set.
         let values: Vec<f64> = (0..7).map(|i| f64::from(i) * 1.7).collect();
         let sets: Vec<(Vec<f64>, Vec<f64>)> = (0..128u32)
             .filter(|set| set.count_ones() == 3)
@@ -59,11 +60,11 @@ mod tests {
             })
             .collect();
         for level in [0.03, 0.1, 0.3, 0.6] {
-            let found = sets.iter().filter(|(below, above)| chance(below, above) <= level).count();
-            assert!(found as f64 / sets.len() as f64 <= level + 1e-12, "{found} at {level}");
+            let count = sets.iter().filter(|(below, above)| chance(below, above) <= level).count();
+            assert!(count as f64 / sets.len() as f64 <= level + 1e-12, "{count} at {level}");
         }
         assert!((chance(&[1.0, 2.0, 3.0], &[4.0, 5.0, 6.0]) - 0.05).abs() < 1e-12);
         assert!((chance(&[4.0, 5.0, 6.0], &[1.0, 2.0, 3.0]) - 1.0).abs() < 1e-12);
-        assert!((chance(&[1.0, 1.0], &[1.0, 1.0]) - 1.0).abs() < 1e-12, "what is equal is not above");
+        assert!((chance(&[1.0, 1.0], &[1.0, 1.0]) - 1.0).abs() < 1e-12, "equal values are not above");
     }
 }

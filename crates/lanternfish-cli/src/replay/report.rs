@@ -1,4 +1,4 @@
-//! What a replay found, as `report.json` keeps it: every sample of every run, so that another replay can be compared with it.
+//! The results of a replay in `report.json`: every sample of every run, so that other replays can be compared with it.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -7,49 +7,49 @@ use serde::{Deserialize, Serialize};
 use super::{category::Category, counted::Counted, series::Estimate, series::Series};
 use crate::error::CliError;
 
-/// What a replay found.
+/// The results of a replay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Lanternfish's version.
     pub version: String,
-    /// What was replayed: a shot, a recorded track or a scene.
+    /// The source: a shot, a recording or a scene.
     pub source: String,
-    /// The scene as it is named.
+    /// The scene's name.
     pub scene: String,
     /// The adapter's name.
     pub adapter: String,
-    /// Its driver.
+    /// The adapter's driver.
     pub driver: String,
-    /// Columns of an eye's image.
+    /// Width of one eye's image, pixels.
     pub width: u32,
-    /// Its rows.
+    /// Height of one eye's image, pixels.
     pub height: u32,
-    /// Images of a frame: 1, or 2 for two eyes.
+    /// Images per frame: 1, or 2 in stereo.
     pub eyes: usize,
     /// Lights of the scene.
     pub lights: usize,
-    /// Settings by the names of their flags.
+    /// Settings by flag name.
     pub settings: BTreeMap<String, String>,
-    /// How often the frames were timed.
+    /// Number of timed runs.
     pub runs: usize,
-    /// When each frame is, seconds. Of scenes in which nothing moves: 0.
+    /// Time of each frame, seconds; 0 if nothing moves.
     pub moments: Vec<f32>,
-    /// Device times, pass by pass, in the order in which they ran. Empty where the adapter cannot time its passes.
+    /// Device times by pass, in order of execution. Empty if the adapter has no timestamps.
     pub passes: Vec<Series>,
-    /// Times of the host: `host/update` (bringing what moved), `host/record` (recording a frame) and `host/frame` (from then until the
-    /// device is done).
+    /// Host times: `host/update` (updating moved objects), `host/record` (recording a frame) and `host/frame` (from then until
+    /// the device has finished).
     pub host: Vec<Series>,
-    /// What another replay would find, by the names of [`Self::passes`] and [`Self::host`], and `all passes`.
+    /// Expected times of another replay, by the names of [`Self::passes`] and [`Self::host`], and `all passes`.
     pub estimates: BTreeMap<String, Estimate>,
-    /// Counts, frame by frame, of a run that was not timed.
+    /// Counters by frame, from a run that was not timed.
     pub frames: Vec<Counted>,
 }
 
-/// The name of the sum of all passes.
+/// Name of the sum of all passes.
 pub const ALL_PASSES: &str = "all passes";
 
 impl Report {
-    /// The sum of all passes; none where none were timed.
+    /// The sum of all passes; `None` if no passes were timed.
     pub fn all_passes(&self) -> Option<Series> {
         let mut sum = Series::new(ALL_PASSES, Category::Miscellaneous);
         let frames = self.moments.len();
@@ -61,14 +61,14 @@ impl Report {
         (!sum.samples.is_empty()).then_some(sum)
     }
 
-    /// Finds the estimates.
+    /// Computes the estimates.
     pub fn estimate(&mut self) {
         let all = self.all_passes();
         let series = self.passes.iter().chain(&self.host).chain(&all);
         self.estimates = series.map(|series| (series.name.clone(), series.estimate())).collect();
     }
 
-    /// As JSON; times are rounded to a tenth of a microsecond.
+    /// The report as JSON; times are rounded to a tenth of a microsecond.
     pub fn to_json(&self) -> String {
         let mut rounded = self.clone();
         let round = |ms: &mut f64| *ms = (*ms * 1e4).round() / 1e4;
@@ -81,7 +81,7 @@ impl Report {
         serde_json::to_string(&rounded).expect("plain numbers and strings") + "\n"
     }
 
-    /// Reads what [`Self::to_json`] wrote.
+    /// Reads the JSON of [`Self::to_json`].
     pub fn read(path: &Path) -> Result<Self, CliError> {
         let failed = |what: &dyn std::fmt::Display| {
             CliError::new(format_args!("{}: {what}", path.display()), "name a report.json of `lanternfish replay`")
@@ -98,8 +98,8 @@ impl Report {
         Ok(report)
     }
 
-    /// Times as CSV: a line a frame and pass. `ms` is the least of all runs, and the median of all possible runs is between `low` and
-    /// `high`.
+    /// Times as CSV: one line per frame and pass. `ms` is the least of all runs; the median of all possible runs lies between
+    /// `low` and `high`.
     pub fn passes_csv(&self) -> String {
         let mut text = "frame,pass,category,ms,median,low,high\n".to_owned();
         let series: Vec<_> = self.passes.iter().chain(&self.host).collect();
@@ -114,7 +114,7 @@ impl Report {
         text
     }
 
-    /// Counts as CSV: a line a frame, a column a counter; empty where a frame has none of it.
+    /// Counters as CSV: one line per frame, one column per counter; empty if a frame lacks the counter.
     pub fn counts_csv(&self) -> String {
         let mut names: Vec<&str> =
             self.frames.iter().flat_map(|frame| frame.counters.keys().map(String::as_str)).collect();
@@ -183,7 +183,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_report_is_read_as_it_was_written() {
+    fn reports_survive_a_round_trip() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("report.json");
         let written = report(vec![vec![1.0, 2.0], vec![1.5, 2.5]], vec![vec![3.0, 4.0], vec![3.0, 5.0]]);
@@ -205,7 +205,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn tables_have_a_line_a_frame() {
+    fn tables_have_one_line_per_frame() {
         let report = report(vec![vec![1.0, 2.0], vec![1.5, 2.5]], vec![vec![3.0, 4.0], vec![3.0, 5.0]]);
         let passes = report.passes_csv();
         assert_eq!(passes.lines().count(), 1 + 2 * 2);

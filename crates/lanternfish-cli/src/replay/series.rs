@@ -1,37 +1,37 @@
-//! Times of one pass, every run and frame of them, and what they say.
+//! The times of one pass in every run and frame, and their statistics.
 
 use serde::{Deserialize, Serialize};
 
 use super::category::Category;
 
-/// Milliseconds of one pass, or of the host.
+/// Times of one pass or of the host, ms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// The pass's label.
     pub name: String,
-    /// What it is for.
+    /// The pass's category.
     pub category: Category,
-    /// By run, then by frame; 0 where it did not run.
+    /// Milliseconds by run, then by frame; 0 if it did not run.
     pub samples: Vec<Vec<f64>>,
 }
 
-/// What another replay would find, at equal conditions.
+/// The expected result of another replay under equal conditions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Milliseconds a frame: the mean over frames of the geometric mean over runs.
+    /// Milliseconds per frame: the mean over frames of the geometric mean over runs.
     pub ms: f64,
-    /// Between which the `ms` of another replay, of as many runs, lies in 19 of 20 cases. None for a single run, which says nothing of
-    /// others.
+    /// Interval that contains the `ms` of another replay, of as many runs, in 19 of 20 cases. `None` for a single run, which
+    /// has no variance.
     pub interval: Option<[f64; 2]>,
 }
 
 impl Series {
-    /// One without samples yet.
+    /// A series without samples.
     pub fn new(name: &str, category: Category) -> Self {
         Self { name: name.to_owned(), category, samples: Vec::new() }
     }
 
-    /// Adds to what the pass took in a run's frame.
+    /// Adds to the pass's time in a frame of a run.
     pub fn add(&mut self, run: usize, frame: usize, frames: usize, ms: f64) {
         if self.samples.len() <= run {
             self.samples.resize(run + 1, vec![0.0; frames]);
@@ -39,7 +39,7 @@ impl Series {
         self.samples[run][frame] += ms;
     }
 
-    /// Runs that are missing at the end are runs in which it did nothing.
+    /// Appends missing runs at the end, in which the pass did not run.
     pub fn fill(&mut self, runs: usize, frames: usize) {
         self.samples.resize(runs, vec![0.0; frames]);
     }
@@ -49,7 +49,7 @@ impl Series {
         self.samples.first().map_or(0, Vec::len)
     }
 
-    /// The least of all runs, by frame: what the frame takes where nothing disturbs it [VanGelderen2020, §6.1.1].
+    /// The least of all runs, by frame: the frame's time without disturbances [VanGelderen2020, §6.1.1].
     pub fn least(&self) -> Vec<f64> {
         self.by_frame(|of_runs| of_runs[0])
     }
@@ -62,13 +62,13 @@ impl Series {
         })
     }
 
-    /// By frame, the ends of the interval that [`median_ranks`] chooses.
+    /// The interval of [`median_ranks`], by frame.
     pub fn median_interval(&self) -> Vec<[f64; 2]> {
         let (low, high, _) = median_ranks(self.samples.len());
         self.by_frame(|of_runs| [of_runs[low], of_runs[high]])
     }
 
-    /// What `of` makes of the ascending times of all runs, by frame.
+    /// Applies `of` to the ascending times of all runs, by frame.
     fn by_frame<T>(&self, of: impl Fn(&[f64]) -> T) -> Vec<T> {
         let column = |frame: usize| {
             let mut of_runs: Vec<f64> = self.samples.iter().map(|run| run[frame]).collect();
@@ -78,11 +78,11 @@ impl Series {
         (0..self.frames()).map(column).collect()
     }
 
-    /// Logarithms of the frames' mean times in all these runs, and of every run's speed: what its times are to the frames' means, as the
-    /// mean of the middle half of all frames. Frames in which the pass did not run, in any of the runs, have no part in it.
+    /// Logarithms of the frames' mean times over all these runs, and of every run's relative time: the ratio of its times to
+    /// the frames' means, averaged over the middle half of all frames. Excludes frames in which the pass did not run in any of
+    /// the runs.
     ///
-    /// What disturbs less than a quarter of the frames of a run is not in the middle half, so that a run is one value, close to its
-    /// neighbours.
+    /// A disturbance of less than a quarter of a run's frames is not in the middle half. So a run is one robust value.
     pub fn speeds(of: &[&Self]) -> (Vec<Option<f64>>, Vec<f64>) {
         let runs: Vec<&Vec<f64>> = of.iter().flat_map(|series| &series.samples).collect();
         let frames = of.iter().map(|series| series.frames()).min().unwrap_or(0);
@@ -102,13 +102,14 @@ impl Series {
         (means, speeds)
     }
 
-    /// What another replay would find. The logarithms of runs' speeds are taken as normal: Student's t, of the difference of two means.
+    /// The expected result of another replay. Assumes that the logarithms of the runs' relative times are normally distributed:
+    /// Student's t for the difference of two means.
     pub fn estimate(&self) -> Estimate {
         let (means, speeds) = Self::speeds(&[self]);
         let frames = means.len().max(1) as f64;
         let runs = speeds.len() as f64;
         let middle = speeds.iter().sum::<f64>() / runs.max(1.0);
-        // Frames in which the pass did nothing count as 0.
+        // Frames in which the pass did not run count as 0.
         let ms = means.iter().flatten().map(|mean| mean.exp()).sum::<f64>() / frames * middle.exp();
         if speeds.len() < 2 {
             return Estimate { ms, interval: None };
@@ -119,10 +120,10 @@ impl Series {
     }
 }
 
-/// Which of `runs` ascending values, by index, the median of all possible runs lies between, and how probable that is. It is at least
-/// 0.95 from 6 runs on; with fewer, all values are between, at the probability that is given.
+/// Indices of two of `runs` ascending values between which the median of all possible runs lies, and the probability of that.
+/// It is at least 0.95 from 6 runs on; with fewer, the interval spans all values, at the returned probability.
 ///
-/// Each run is above the median with probability ½, whatever its distribution: the number of those that are is binomial.
+/// Each run is above the median with probability ½, whatever the distribution, so the number of runs above is binomial.
 pub fn median_ranks(runs: usize) -> (usize, usize, f64) {
     let mut chances = vec![1.0];
     for _ in 0..runs {
@@ -134,8 +135,8 @@ pub fn median_ranks(runs: usize) -> (usize, usize, f64) {
     (low, runs.saturating_sub(1 + low), if runs == 0 { 0.0 } else { level(low).max(0.0) })
 }
 
-/// Number of standard errors either way that hold 95 % of Student's t, by degrees of freedom. Above 30: by the first terms of its expansion
-/// at the normal's 1.96 [AbramowitzStegun1964, 26.7.5], right to four digits.
+/// Standard errors either way that contain 95 % of Student's t, by degrees of freedom. Above 30, the first terms of its
+/// expansion at the normal's 1.96 [AbramowitzStegun1964, 26.7.5], accurate to four digits.
 fn student_95(freedom: usize) -> f64 {
     const TABLE: [f64; 30] = [
         12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060, 2.2622, 2.2281, 2.2010, 2.1788, 2.1604,
@@ -157,17 +158,17 @@ mod tests {
     }
 
     #[test]
-    fn frames_have_their_least_and_their_median() {
+    fn least_and_median_are_per_frame() {
         let series = series(&[&[3.0, 1.0], &[1.0, 8.0], &[2.0, 2.0], &[9.0, 4.0]]);
         assert_eq!(series.least(), [1.0, 1.0]);
         assert_eq!(series.median(), [2.5, 3.0]);
-        // Of four runs, all lie between: at 1 − 2/16.
+        // With four runs the interval spans all values, with probability 1 − 2/16.
         assert_eq!(series.median_interval(), [[1.0, 9.0], [1.0, 8.0]]);
         assert_eq!(median_ranks(4), (0, 3, 0.875));
     }
 
     #[test]
-    fn medians_lie_between_as_often_as_is_said() {
+    fn median_intervals_have_the_stated_probability() {
         // From tables of the sign test.
         assert_eq!(median_ranks(6), (0, 5, 0.96875));
         assert_eq!(median_ranks(10).0, 1);
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_is_slower_as_a_whole_is_told_from_frames_that_are_disturbed() {
+    fn slow_runs_are_distinguished_from_disturbed_frames() {
         let quiet = [1.0, 2.0, 4.0, 8.0, 4.0, 2.0, 1.0];
         let mut disturbed = quiet;
         disturbed[3] = 80.0;
@@ -189,15 +190,15 @@ mod tests {
     }
 
     #[test]
-    fn what_did_not_run_has_no_part_in_speeds() {
+    fn frames_without_the_pass_are_excluded() {
         let estimate = series(&[&[0.0, 2.0], &[0.0, 2.0]]).estimate();
         assert!((estimate.ms - 1.0).abs() < 1e-12 && estimate.interval == Some([estimate.ms; 2]), "{estimate:?}");
         assert_eq!(series(&[&[0.0], &[0.0]]).estimate().ms, 0.0);
-        assert_eq!(series(&[&[1.0]]).estimate().interval, None, "one run says nothing of others");
+        assert_eq!(series(&[&[1.0]]).estimate().interval, None, "one run has no variance");
     }
 
     #[test]
-    fn students_t_goes_on_beyond_its_table() {
+    fn students_t_extends_beyond_its_table() {
         assert!((student_95(31) - 2.0395).abs() < 2e-4 && (student_95(120) - 1.9799).abs() < 1e-4);
         assert!(student_95(30) > student_95(31));
     }

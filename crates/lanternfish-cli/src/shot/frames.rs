@@ -1,4 +1,4 @@
-//! Which frames of a shot are rendered, when they are, and where the camera is then.
+//! The frames of a shot: which are rendered, their times and their cameras.
 
 use super::Shot;
 use crate::{
@@ -7,23 +7,23 @@ use crate::{
     parse::{Frames, LightSet},
 };
 
-/// An image of a shot.
+/// One frame of a shot.
 #[derive(Clone, Debug)]
 pub struct ShotFrame {
-    /// What stands in its file's name; none where the shot is one image.
+    /// Number in the file's name; `None` for a single image.
     pub number: Option<u32>,
-    /// Seconds; none where nothing says a time: all is as the file has it.
+    /// Time, seconds; `None` if no flag sets it: the scene stays as the file has it.
     pub time: Option<f32>,
-    /// What flags say of the camera stays as said; the rest follows the track.
+    /// The camera. Flags override the track.
     pub view: ViewArgs,
 }
 
 impl Shot {
-    /// What can be refused before any work.
+    /// Refuses everything that can be refused before any work.
     pub(super) fn check(&self) -> Result<(), CliError> {
         let when = &self.args.track;
         if when.time.is_some() && when.frames.is_some() {
-            return Err(CliError::new("both --time and --frames", "give one: a moment, or the whole sequence"));
+            return Err(CliError::new("both --time and --frames", "give one: a single time or the sequence"));
         }
         if self.track.is_none() && matches!(when.frames, Some(Frames::Count(_))) {
             return Err(CliError::new(
@@ -33,29 +33,29 @@ impl Shot {
             ));
         }
         match (&self.track, when.time) {
-            // What else moves may go on when the camera stands.
+            // Other motion may continue after the camera has stopped.
             (Some(track), Some(time)) if !self.moves() && !(track.first()..=track.last()).contains(&time) => {
                 Err(CliError::new(
                     format!("--time {time}: the camera track runs from {} to {} s", track.first(), track.last()),
-                    "choose a moment of it",
+                    "choose a time within it",
                 ))
             }
             _ => Ok(()),
         }
     }
 
-    /// True if flags say that something moves beside the camera.
+    /// True if flags request motion of something other than the camera.
     fn moves(&self) -> bool {
         self.args.track.animation.is_some() || matches!(self.args.lights.lights, Some(LightSet::Rain { .. }))
     }
 
-    /// Whether a time is requested, though the camera has no track: where nothing in the scene moves, it changes nothing.
+    /// True if a time is requested but the camera has no track. If nothing in the scene moves either, the time has no effect.
     pub fn has_only_a_time(&self) -> bool {
         let when = &self.args.track;
         self.track.is_none() && (when.time.is_some() || when.frames.is_some())
     }
 
-    /// The images, in the order of their numbers.
+    /// The frames, by ascending number.
     pub fn frames(&self) -> Vec<ShotFrame> {
         match self.args.track.frames {
             None => vec![self.at(None, self.time())],
@@ -70,8 +70,8 @@ impl Shot {
         }
     }
 
-    /// The moment by which light and exposure are chosen for all images: the first one; of frames by their numbers what is
-    /// at 0 s, whichever of them are requested.
+    /// The frame that sets light and exposure of all images: the first one. For frames by number it is the one at 0 s,
+    /// whichever are requested.
     pub fn first(&self) -> ShotFrame {
         match self.args.track.frames {
             Some(Frames::Span(_)) => self.at(None, Some(0.0)),
@@ -79,8 +79,8 @@ impl Shot {
         }
     }
 
-    /// What the motion of a frame is compared with: the moment a frame's time before it, whichever other frames are requested. None where
-    /// nothing says when the frame is.
+    /// The frame that motion is relative to: one frame's time earlier, whichever other frames are requested. `None` if the
+    /// frame has no time.
     pub fn before(&self, frame: &ShotFrame) -> Option<ShotFrame> {
         let apart = match (self.args.track.frames, &self.track) {
             (Some(Frames::Count(count)), Some(track)) => track.moment(1, count.max(2)) - track.first(),
@@ -89,12 +89,12 @@ impl Shot {
         frame.time.map(|time| self.at(None, Some(time - apart)))
     }
 
-    /// One view an image.
+    /// The views of the frames.
     pub fn views(&self) -> Vec<ViewArgs> {
         self.frames().into_iter().map(|frame| frame.view).collect()
     }
 
-    /// When a single image is. An animation that is requested starts at 0 s.
+    /// Time of a single image. A requested animation starts at 0 s.
     fn time(&self) -> Option<f32> {
         let when = &self.args.track;
         let start = || when.animation.as_ref().map(|_| 0.0);

@@ -1,4 +1,4 @@
-//! The keys of a shot, made from the flags of `render`.
+//! The keys of a shot, derived from the flags of `render`.
 
 use std::{
     any::TypeId,
@@ -20,30 +20,30 @@ use crate::{
 /// A flag as a key.
 #[derive(Debug)]
 pub struct Key {
-    /// The table it is in: the first word of the flag's heading, in lower case.
+    /// Its table: the first word of the flag's heading, in lower case.
     pub table: String,
-    /// Its name: the flag's.
+    /// Its name, that of the flag.
     pub name: String,
-    /// Whether it holds a list of values, not one: the flag may be said many times.
+    /// True if it holds a list of values, because the flag is repeatable.
     pub repeats: bool,
     pub kind: Kind,
-    /// What the flag's parser knows it by.
+    /// The id of the flag in its parser.
     pub id: String,
     arg: Arg,
 }
 
-/// What TOML may hold at a key.
+/// The type of a key's value in TOML.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// `true` or `false`: the flag or nothing.
+    /// `true` or `false`: the flag is given or not.
     Flag,
     /// `true` or `false`, or `"on"` or `"off"`.
     Switch,
     /// A number.
     Number,
-    /// A number, or a string that is a word in a number's place.
+    /// A number, or a string that replaces the number.
     NumberOrWord,
-    /// A list of numbers, or a string of them between commas, as on the command line.
+    /// A list of numbers, or a string of comma-separated numbers, as on the command line.
     Numbers,
     /// `"WxH"` or `[W, H]`.
     Size,
@@ -53,7 +53,7 @@ pub enum Kind {
     Text,
 }
 
-/// Every flag of `render`, in the order of help.
+/// All flags of `render`, in the order of help.
 pub fn keys() -> Vec<Key> {
     RenderArgs::augment_args(Command::new("render")).get_arguments().filter_map(Key::new).collect()
 }
@@ -86,12 +86,12 @@ impl Key {
         Some(Self { table, name, repeats, kind, id: arg.get_id().to_string(), arg: arg.clone() })
     }
 
-    /// Whether this is the key's name, or one that it had before.
+    /// True if this is the key's name or an old name of it.
     pub fn is_called(&self, name: &str) -> bool {
         self.name == name || self.arg.get_all_aliases().is_some_and(|old| old.contains(&name))
     }
 
-    /// The word of the command line that says this value; none for a flag that is off.
+    /// The word of the command line for this value; `None` for a flag that is off.
     pub fn word(&self, value: &OsStr) -> Option<OsString> {
         let mut word = OsString::from(format!("--{}", self.name));
         if self.kind == Kind::Flag {
@@ -102,9 +102,9 @@ impl Key {
         Some(word)
     }
 
-    /// The first of some values that the flag's parser refuses, and why.
+    /// The first value that the flag's parser refuses, and the reason.
     pub fn refused(&self, values: &[OsString]) -> Option<(usize, String)> {
-        // One by one only where that is needed: a shot may have thousands of lights.
+        // Test values one by one only if needed: a shot may have thousands of lights.
         self.refuses(values)?;
         (0..values.len()).find_map(|i| Some((i, self.refuses(&values[i..=i])?)))
     }
@@ -115,23 +115,23 @@ impl Key {
         let error = render_command().try_get_matches_from(words).err()?;
         if let Some(reason) = error.source() {
             let reason = reason.to_string();
-            // The standard library's reasons say nothing of what is expected.
+            // The standard library's messages do not state the expected form.
             return Some(match reason.contains("expected") {
                 true => reason,
                 false => format!("expected {}: {reason}", self.expected()),
             });
         }
         match error.get(ContextKind::ValidValue) {
-            Some(ContextValue::Strings(known)) if !known.is_empty() => {
+            Some(ContextValue::Strings(names)) if !names.is_empty() => {
                 let value = values.last().map(|value| value.to_string_lossy()).unwrap_or_default();
-                let nearest = nearest(&value, known.iter().map(String::as_str));
-                Some(format!("expected one of {}; did you mean {nearest:?}?", known.join(", ")))
+                let nearest = nearest(&value, names.iter().map(String::as_str));
+                Some(format!("expected one of {}; did you mean {nearest:?}?", names.join(", ")))
             }
             _ => Some(format!("expected {}", self.expected())),
         }
     }
 
-    /// What is written at this key, in words of an error: `a list of numbers, [x,y,z]`.
+    /// The expected value in an error message: `a list of numbers, [x,y,z]`.
     pub fn expected(&self) -> String {
         let kind = match self.kind {
             _ if self.repeats => "a list",
@@ -145,7 +145,7 @@ impl Key {
         format!("{kind}, {}", self.sample())
     }
 
-    /// What stands at this key where it is not set: `[x,y,z]`.
+    /// The placeholder of an unset key: `[x,y,z]`.
     pub fn sample(&self) -> String {
         let name = self.arg.get_value_names().and_then(|names| names.first()).map_or("", |name| name.as_str());
         let one = match self.kind {
@@ -157,19 +157,19 @@ impl Key {
         if self.repeats { format!("[{one}, …]") } else { one }
     }
 
-    /// The flag's help, and the names it knows.
+    /// The flag's help, and its valid names.
     pub fn help(&self) -> String {
-        // Where a flag's help is one paragraph, it leaves the last full stop out.
+        // A help text of one paragraph has no final full stop.
         let short = || self.arg.get_help().map(|help| format!("{help}."));
         let mut help = self.arg.get_long_help().map(ToString::to_string).or_else(short).unwrap_or_default();
-        let known: Vec<_> = self.arg.get_possible_values().iter().map(|value| value.get_name().to_owned()).collect();
-        if !known.is_empty() && matches!(self.kind, Kind::Text | Kind::Number) {
-            help += &format!(" One of: {}.", known.join(", "));
+        let names: Vec<_> = self.arg.get_possible_values().iter().map(|value| value.get_name().to_owned()).collect();
+        if !names.is_empty() && matches!(self.kind, Kind::Text | Kind::Number) {
+            help += &format!(" One of: {}.", names.join(", "));
         }
         help
     }
 
-    /// The value of the flag where nobody says one.
+    /// The flag's default value.
     pub fn default(&self) -> Option<&OsStr> {
         match self.kind {
             Kind::Flag => Some(OsStr::new("false")),
@@ -178,7 +178,7 @@ impl Key {
     }
 }
 
-/// The name that is spelt most like `name`.
-pub fn nearest<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> &'n str {
-    known.min_by_key(|known| strsim::damerau_levenshtein(name, known)).unwrap_or_default()
+/// The name that is closest to `name` in spelling.
+pub fn nearest<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> &'n str {
+    names.min_by_key(|other| strsim::damerau_levenshtein(name, other)).unwrap_or_default()
 }

@@ -1,11 +1,11 @@
-//! Shots: everything an image or a sequence is made from, in one TOML file.
+//! Shots: TOML files that define an image or a sequence completely.
 //!
 //! `lanternfish help shot` has an example.
 //!
-//! A key is a flag's long name, and a table is the flag's heading in `lanternfish help render --all`: both come from the
-//! flags themselves, so a new flag is a new key. Values are read by the flags' own parsers. Only `scene`, and
-//! `interpolation` and `keyframes` of `[track]`, are keys alone. Paths are relative to the shot's folder. A flag on the
-//! command line goes before the shot's key; `--point`, `--disk` and `--rectangle` add to the shot's.
+//! A key is the long name of a flag, and a table is the flag's heading in `lanternfish help render --all`. Both come from the
+//! flags themselves, so a new flag is a new key. The flags' own parsers read the values. Only `scene`, and `interpolation` and
+//! `keyframes` of `[track]`, have no flag. Paths are relative to the shot's folder. A flag on the command line overrides the
+//! shot's key; `--point`, `--disk` and `--rectangle` add to the shot's.
 
 mod frames;
 mod keys;
@@ -35,7 +35,7 @@ use crate::{
 use keys::{Key, Kind};
 use track::Track;
 
-/// What `lanternfish help shot` ends with.
+/// Text after the help of `shot`.
 pub(crate) const HELP: &str = r#"A shot is TOML. A key is the long name of a flag of `render`, in the table of the flag's heading:
 `lanternfish help render --all` lists them, and `lanternfish shot SCENE` prints a shot with every key.
 Paths are relative to the shot's folder. A flag on the command line goes before the shot's key;
@@ -58,28 +58,28 @@ Paths are relative to the shot's folder. A flag on the command line goes before 
       { time = 2, eye = [0, 2, 8], target = [0, 2, 0], fov-y = 45 },
   ]
 
-Keyframes have a time in seconds, and eye, target and fov-y, or some of them: the same in all.
-What [view] or a flag says of the camera stays as it is said. Between keyframes the camera moves
-"linear" or along a "catmull-rom" curve; before the first and after the last it stands. Without
-frames, time picks the moment. frames = "1-48" with fps = 24 are frames by their numbers, of any
-scene, with a track or without: see docs/sequences.md.
+Keyframes have a time in seconds, and some or all of eye, target and fov-y: the same keys in all.
+Camera values in [view] or in a flag override the track. Between keyframes the camera moves
+"linear" or along a "catmull-rom" curve; before the first and after the last it is static. Without
+frames, time selects one image. frames = "1-48" with fps = 24 are frames by number, of any
+scene, with or without a track: see docs/sequences.md.
 "#;
 
-/// Most bytes of a shot: what is larger is something else.
+/// Largest size of a shot, bytes. Larger files are not shots.
 const MOST_BYTES: u64 = 16 << 20;
 
-/// What is rendered, and how.
+/// A scene and its settings.
 #[derive(Debug)]
 pub struct Shot {
     /// The shot's keys and the command line's flags.
     pub args: RenderArgs,
     track: Option<Track>,
-    /// Every flag that was said, shot's first, in the command line's spelling.
+    /// All given flags, the shot's first, in the command line's spelling.
     words: Vec<(String, OsString)>,
 }
 
-/// What the arguments of a command ask for, whose scene is `scene`: that, or the shot that it names, under its flags. For every
-/// command that has flags of `render`, or some of them, by the same ids.
+/// Resolves the arguments of a command: its `scene`, or the shot that it names, with its flags. For every command with some or
+/// all flags of `render`, under the same ids.
 pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, CliError> {
     let flags = said(matches);
     let shot = match is_shot(scene) {
@@ -90,7 +90,7 @@ pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, C
     Ok(shot)
 }
 
-/// What a recording was made under, under a command's flags; and which of its frames these ask for.
+/// The flags of a recording, overridden by a command's flags, and the frames that these select.
 pub(crate) fn of_recording(
     scene: &SceneName,
     recorded: &[(String, String)],
@@ -100,7 +100,7 @@ pub(crate) fn of_recording(
     let flags = said(matches);
     let mut words = Vec::new();
     for (name, value) in recorded {
-        let known = keys.iter().find(|key| key.is_called(name)).ok_or_else(|| {
+        let key = keys.iter().find(|other| other.is_called(name)).ok_or_else(|| {
             let names = keys.iter().map(|key| key.name.as_str());
             let nearest = keys::nearest(name, names);
             CliError::new(
@@ -109,11 +109,11 @@ pub(crate) fn of_recording(
             )
         })?;
         let value = OsString::from(value);
-        if let Some((_, reason)) = known.refused(std::slice::from_ref(&value)) {
+        if let Some((_, reason)) = key.refused(std::slice::from_ref(&value)) {
             let what = format_args!("the recording's flag {name:?}: {reason}").to_string();
-            return Err(CliError::new(what, "mend the file, or record it again"));
+            return Err(CliError::new(what, "correct the file, or record it again"));
         }
-        words.push((known.id.clone(), value));
+        words.push((key.id.clone(), value));
     }
     words.extend(flags);
     let is_frames = |(id, _): &(String, OsString)| id == "frames";
@@ -124,7 +124,7 @@ pub(crate) fn of_recording(
     Ok((Shot { args, track: None, words }, frames))
 }
 
-/// A scene under no flags.
+/// A scene without flags.
 pub(crate) fn plain(scene: &SceneName) -> Shot {
     Shot { args: parsed(scene, &[], &keys::keys()), track: None, words: Vec::new() }
 }
@@ -134,7 +134,7 @@ pub fn is_shot(source: &SceneName) -> bool {
     source.demo().is_none() && output::has_ending(source.path(), "toml")
 }
 
-/// Reads a shot; `flags` (id and value) go before its keys.
+/// Reads a shot. `flags` (id and value) override its keys.
 pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliError> {
     let keys = keys::keys();
     let failed = |what: &dyn std::fmt::Display, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
@@ -145,12 +145,12 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
     let text = fs::read_to_string(path).map_err(|error| failed(&error, "a shot is text in UTF-8"))?;
     let read::File { scene, mut words, track } = read::file(path, &text, &keys)?;
 
-    // One moment or the whole track: what the command line says takes both keys' place.
+    // A time or frames on the command line replace both keys of the shot.
     let chooses_when = |(id, _): &(String, OsString)| id == "time" || id == "frames";
     if flags.iter().any(chooses_when) {
         words.retain(|word| !chooses_when(word));
     }
-    // One way of saying where the camera is, likewise.
+    // Likewise, camera flags on the command line replace the shot's other way of placing the camera.
     let places = |(id, _): &(String, OsString)| matches!(id.as_str(), "eye" | "target" | "camera");
     let sides = |(id, _): &(String, OsString)| id == "view";
     if flags.iter().any(places) {
@@ -172,12 +172,12 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
     Ok(Shot { args, track, words })
 }
 
-/// The flags that were said, in the order of help, by id and value.
+/// The given flags, in the order of help: id and value.
 fn said(matches: &ArgMatches) -> Vec<(String, OsString)> {
     let mut words = Vec::new();
-    // A subcommand that has but some of the flags does not know the ids of others.
-    let known = |key: &Key| matches.ids().any(|id| id.as_str() == key.id);
-    for key in keys::keys().into_iter().filter(known) {
+    // A subcommand with only some of the flags does not have the ids of the others.
+    let is_flag = |key: &Key| matches.ids().any(|id| id.as_str() == key.id);
+    for key in keys::keys().into_iter().filter(is_flag) {
         if matches.value_source(&key.id) == Some(ValueSource::CommandLine) {
             let values = matches.get_raw(&key.id).into_iter().flatten();
             words.extend(values.map(|value| (key.id.clone(), value.to_owned())));
@@ -186,7 +186,7 @@ fn said(matches: &ArgMatches) -> Vec<(String, OsString)> {
     words
 }
 
-/// The arguments of `render` for words that were each let through before.
+/// The arguments of `render` for words that the parser has accepted individually.
 fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> RenderArgs {
     let mut line: Vec<OsString> = Vec::new();
     for (id, value) in words {
@@ -197,7 +197,7 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
     RenderArgs::of(line).unwrap_or_else(|error| error.exit())
 }
 
-/// Flags that say where the camera is, when, and where results go: a recording says the first two itself.
+/// Flags of camera, time and output. A recording has its own camera and time.
 const OF_IMAGES: [&str; 17] = [
     "adapter",
     "eye",
@@ -219,17 +219,17 @@ const OF_IMAGES: [&str; 17] = [
 ];
 
 impl Shot {
-    /// The names of all flags that were said.
+    /// The names of all given flags.
     pub fn names(&self) -> Vec<String> {
         let name = |key: Key| self.words.iter().any(|(id, _)| *id == key.id).then_some(key.name);
         keys::keys().into_iter().filter_map(name).collect()
     }
 
-    /// The flags that were said of scene, light and technique, by name and value. Paths are absolute.
+    /// The given flags of scene, light and technique: name and value. Paths are absolute.
     pub fn said(&self) -> Result<Vec<(String, String)>, CliError> {
         let keys = keys::keys();
-        let kept = self.words.iter().filter(|(id, _)| !OF_IMAGES.contains(&id.as_str()));
-        let said = kept.map(|(id, value)| {
+        let recorded = self.words.iter().filter(|(id, _)| !OF_IMAGES.contains(&id.as_str()));
+        let said = recorded.map(|(id, value)| {
             let key = keys.iter().find(|key| key.id == *id).expect("words are made from keys");
             let value = match key.kind {
                 Kind::Path => std::path::absolute(value).unwrap_or_else(|_| value.into()).into_os_string(),

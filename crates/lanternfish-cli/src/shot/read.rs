@@ -1,4 +1,4 @@
-//! From a shot's text to the words of the command line. Every error is at a line and a column.
+//! Converts a shot's text to words of the command line. Every error has a line and a column.
 
 use std::{
     ffi::{OsStr, OsString},
@@ -17,12 +17,12 @@ use super::{
 };
 use crate::{error::CliError, parse, scene::SceneName};
 
-/// What a shot says.
+/// The contents of a shot.
 #[derive(Debug)]
 pub struct File {
     /// A file, relative to the current folder, or `demo:NAME`.
     pub scene: SceneName,
-    /// Its keys as flags: id and value, each of which the flag's parser has let through.
+    /// Its keys as flags: id and value, accepted by the flag's parser.
     pub words: Vec<(String, OsString)>,
     pub track: Option<Track>,
 }
@@ -108,7 +108,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The values of a key, as the command line would say them.
+    /// The values of a key as words of the command line.
     fn words(&self, key: &Key, value: &Spanned<DeValue<'_>>) -> Result<Vec<OsString>, CliError> {
         let values: Vec<&Spanned<DeValue<'_>>> = match value.get_ref() {
             DeValue::Array(list) if key.repeats => list.iter().collect(),
@@ -148,9 +148,9 @@ impl Reader<'_> {
 
     fn interpolation(&self, value: &Spanned<DeValue<'_>>) -> Result<Interpolation, CliError> {
         let name = if let DeValue::String(name) = value.get_ref() { name } else { "" };
-        Interpolation::NAMES.iter().find(|(known, _)| *known == name).map(|(_, known)| *known).ok_or_else(|| {
-            let known = Interpolation::NAMES.map(|(known, _)| known).join(", ");
-            self.wrong("interpolation", value, &format!("expected one of {known}"))
+        Interpolation::NAMES.iter().find(|(other, _)| *other == name).map(|(_, value)| *value).ok_or_else(|| {
+            let names = Interpolation::NAMES.map(|(name, _)| name).join(", ");
+            self.wrong("interpolation", value, &format!("expected one of {names}"))
         })
     }
 
@@ -167,11 +167,11 @@ impl Reader<'_> {
             if let Some(before) = frames.last() {
                 if frame.time <= before.time {
                     let what = format!("keyframe at {} s after one at {} s", frame.time, before.time);
-                    return Err(self.error(place, &what, "put keyframes in the order of time, no two at one"));
+                    return Err(self.error(place, &what, "put keyframes in order of time, at different times"));
                 }
                 let keys = |frame: &Moment| [frame.eye.is_some(), frame.target.is_some(), frame.fov_y.is_some()];
                 if keys(&frame) != keys(before) {
-                    let what = "this keyframe has other keys than the one before";
+                    let what = "this keyframe has other keys than the previous one";
                     return Err(self.error(place, what, "give eye, target and fov-y in every keyframe or in none"));
                 }
             }
@@ -197,8 +197,8 @@ impl Reader<'_> {
                 "target" => frame.target = Some(parse::position(word).map_err(wrong)?),
                 "fov-y" => frame.fov_y = Some(parse::fov_y(word).map_err(wrong)?),
                 _ => {
-                    let known = ["time", "eye", "target", "fov-y"];
-                    return Err(self.unknown(place.start, name, Some("keyframes"), known.into_iter()));
+                    let names = ["time", "eye", "target", "fov-y"];
+                    return Err(self.unknown(place.start, name, Some("keyframes"), names.into_iter()));
                 }
             }
         }
@@ -209,12 +209,12 @@ impl Reader<'_> {
         Ok(frame)
     }
 
-    /// A path of the shot, relative to the current folder.
+    /// Resolves a path of the shot relative to the current folder.
     fn beside(&self, path: &str) -> std::path::PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(path)
     }
 
-    /// An unknown key of a table, or an unknown table.
+    /// The error for an unknown key or table.
     fn unknown<'k>(
         &self,
         place: usize,
@@ -234,7 +234,7 @@ impl Reader<'_> {
         self.error(place, &what, hint)
     }
 
-    /// A value that cannot be.
+    /// The error for an invalid value.
     fn wrong(&self, name: &str, value: &Spanned<DeValue<'_>>, expected: &str) -> CliError {
         let text: String = self.text[value.span()].split_whitespace().collect::<Vec<_>>().join(" ");
         let text = match text.char_indices().nth(60) {
@@ -244,7 +244,7 @@ impl Reader<'_> {
         self.error(value.span().start, &format!("{name} = {text}: not possible"), expected)
     }
 
-    /// An error at a byte of the file.
+    /// An error at a byte offset of the file.
     fn error(&self, place: usize, what: &str, hint: impl Into<String>) -> CliError {
         let before = &self.text[..self.text.floor_char_boundary(place)];
         let line = before.matches('\n').count() + 1;
@@ -253,7 +253,7 @@ impl Reader<'_> {
     }
 }
 
-/// The entries of a table, in the order of the file, so that the first mistake is the one that is told.
+/// The entries of a table in file order, so that the first mistake is reported.
 fn entries<'t>(table: &'t DeTable<'t>) -> Vec<Entry<'t>> {
     let mut entries: Vec<Entry<'t>> =
         table.iter().map(|(name, value)| (name.get_ref().as_ref(), name.span(), value)).collect();
@@ -261,7 +261,7 @@ fn entries<'t>(table: &'t DeTable<'t>) -> Vec<Entry<'t>> {
     entries
 }
 
-/// A number as the command line would say it.
+/// A number in the command line's spelling.
 fn digits(value: &DeValue<'_>) -> Option<String> {
     match value {
         DeValue::Float(number) => Some(number.as_str().to_owned()),

@@ -1,7 +1,6 @@
-//! From what a window shows to the shot that renders it: every setting as a flag says it, where the camera is, and the lights that were
-//! added by hand.
+//! Converts the state of a window to the shot that renders it: every setting as a flag, the camera, and the added lights.
 //!
-//! What is written is read again before it counts: settings or a camera that flags cannot say are an error that says so.
+//! The result is parsed again to verify it. Settings or a camera that flags cannot express give an error.
 
 use std::ffi::OsString;
 
@@ -25,7 +24,7 @@ use super::{
 };
 use crate::{camera, error::CliError, parse, stereo};
 
-/// Flags that say what a window does not show: they stay behind.
+/// Flags of things that a window does not show. They are dropped.
 const LEFT_BEHIND: [&str; 13] = [
     "output",
     "open",
@@ -41,42 +40,43 @@ const LEFT_BEHIND: [&str; 13] = [
     "progress",
     "quiet",
 ];
-/// Farther from where it was than this, m and as a share of the scene's size, a camera is another one.
+/// Cameras farther apart than this are different: m, and as a fraction of the scene's size.
 const SAME_PLACE: f32 = 1e-4;
 
-/// What a window opened.
+/// The scene that a window opened.
 #[derive(Debug)]
 pub struct Opened {
-    /// What said so.
+    /// Its shot.
     pub shot: Shot,
-    /// Lights of the file, and those made by rule, at 0 s: what moves them is the shot's time.
+    /// Lights of the file and generated lights, at 0 s. The shot's time determines their motion.
     fixed: Vec<Light>,
-    /// Those of them that fall.
+    /// The falling lights among them.
     rain: Option<Rain>,
-    /// What the rig has added, if it is the studio.
+    /// The lights of the rig, if it is the studio.
     of_studio: Vec<Light>,
     is_studio: bool,
 }
 
-/// What is to be said.
+/// The state of a window.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown<'a> {
-    /// How it is rendered.
+    /// Renderer settings.
     pub settings: &'a Settings,
-    /// The scene, with the lights of now.
+    /// The scene, with its present lights.
     pub scene: &'a Scene,
-    /// Where it is seen from.
+    /// The camera.
     pub camera: &'a Camera,
-    /// The eyes that it is seen by; none: one.
+    /// The two eyes; `None` in mono.
     pub eyes: Option<Eyes>,
-    /// Pixels across and down, of one eye.
+    /// Width and height of one eye's image, pixels.
     pub size: [u32; 2],
-    /// The moment that it is of; none where nothing was played.
+    /// Animation and time; `None` if nothing was played.
     pub moment: Option<Moment>,
 }
 
 impl Opened {
-    /// `scene` as the shot's flags light it at 0 s, seen first by `camera`; the last `by_rig` of its lights are a rig's, and those of `rain` fall.
+    /// Creates the state from `scene`, lit by the shot's flags at 0 s, and its first `camera`. The last `by_rig` lights belong
+    /// to a rig, and those of `rain` fall.
     pub fn new(shot: Shot, scene: &Scene, camera: &Camera, by_rig: usize, rain: Option<Rain>) -> Self {
         let flags = &shot.args.lights;
         let said = flags.points.len() + flags.disks.len() + flags.rectangles.len() + usize::from(flags.sun.is_some());
@@ -86,7 +86,7 @@ impl Opened {
         Self { fixed: before[..before.len() - said].to_vec(), rain, of_studio, is_studio, shot }
     }
 
-    /// The shot of what is shown, and the camera that it gives: the one that is shown, but for rounding.
+    /// The shot of the window's state, and its camera, which equals the window's except for rounding.
     pub fn shown(&self, shown: &Shown<'_>) -> Result<(Shot, Camera), CliError> {
         let keys = keys();
         let is_camera = |name: &str| matches!(name, "eye" | "target" | "fov-y" | "view");
@@ -94,7 +94,7 @@ impl Opened {
         let choose = |view| camera::choose(shown.scene, view, aspect);
         let stands = self.shot.track.is_none() && choose(&self.shot.args.view)? == *shown.camera;
         let name_of = |id: &str| keys.iter().find(|key| key.id == id).map_or("", |key| key.name.as_str());
-        // The same eyes are said as they were.
+        // Unchanged eyes keep their spelling.
         let are_other_eyes = self.shot.args.stereo.stereo != shown.eyes;
         let stays = |(id, _): &&(String, OsString)| {
             let name = name_of(id);
@@ -122,7 +122,7 @@ impl Opened {
                 Some(animation) => say("animation", animation.to_string()),
                 None if shown.scene.motion.animations.is_empty() => {}
                 None => {
-                    let what = "flags cannot say that rain falls while the file's animations rest";
+                    let what = "flags cannot express falling rain without the file's animations";
                     return Err(CliError::new(what, "choose an animation below the image"));
                 }
             }
@@ -131,7 +131,7 @@ impl Opened {
         if !stands {
             let eye = shown.camera.eye();
             let forward = shown.camera.world_from_camera.transform_vector3(Vec3::NEG_Z);
-            // As far off as it is from the middle of the world: both are rounded alike.
+            // Place the target as far away as the eye is from the origin, so that both have the same rounding error.
             say("eye", numbers(&eye.to_array()));
             say("target", numbers(&(eye + eye.length().max(1.0) * forward).to_array()));
             if let Projection::Perspective { fov_y, .. } = shown.camera.projection {
@@ -145,18 +145,18 @@ impl Opened {
         let said = shot.args.settings();
         if said != *shown.settings {
             let what = differing(&said, shown.settings);
-            return Err(CliError::new(format!("flags cannot say these settings: {what}"), "choose others"));
+            return Err(CliError::new(format!("flags cannot express these settings: {what}"), "choose others"));
         }
         let camera = choose(&shot.args.view)?;
         if !is_alike(&camera, shown.camera, shown.scene) {
-            let what = "flags cannot say this camera: it leans, or its projection is neither a plain perspective nor its file's";
-            return Err(CliError::new(what, "turn it upright: look about by dragging"));
+            let what = "flags cannot express this camera: it is rolled, or its projection is neither a plain perspective nor its file's";
+            return Err(CliError::new(what, "make it upright: drag to look around"));
         }
         Ok((shot, camera))
     }
 
     fn lights(&self, shown: &Shown<'_>, say: &mut impl FnMut(&str, String)) -> Result<(), CliError> {
-        let hint = "lights that were added may be anywhere; render it from a program, or leave these as they are";
+        let hint = "added lights may have any position; render this from a program, or restore these lights";
         let (scene, mut fixed) = (shown.scene, self.fixed.clone());
         if let Some(Moment { animation, time }) = shown.moment {
             if let Some(animation) = animation.filter(|animation| *animation < scene.motion.animations.len()) {
@@ -168,7 +168,7 @@ impl Opened {
         }
         let Some(more) = scene.lights.strip_prefix(&fixed[..]) else {
             return Err(CliError::new(
-                "lights of the file, or of --lights, were changed or deleted, which flags cannot say",
+                "lights of the file, or of --lights, were changed or deleted, which flags cannot express",
                 hint,
             ));
         };
@@ -177,7 +177,7 @@ impl Opened {
             let (name, text) = said(light).map_err(|what| CliError::new(what, hint))?;
             suns += usize::from(name == "sun");
             if suns > 1 {
-                return Err(CliError::new("there is more than one sun, which flags cannot say", hint));
+                return Err(CliError::new("there is more than one sun, which flags cannot express", hint));
             }
             say(name, text);
         }
@@ -185,23 +185,23 @@ impl Opened {
         if scene.environment.is_none() && scene.sky != sky {
             say("sky", numbers(&scene.sky.to_array()));
         }
-        // What a rig would add is there by name; the studio is environment, which only the rig makes.
+        // Name the rig explicitly, so that `render` adds no other one. The studio is an environment that only the rig creates.
         say("light-rig", if self.is_studio { LightRig::Studio } else { LightRig::None }.to_string());
         Ok(())
     }
 
-    /// True if the shot's light turns with its camera.
+    /// True if the shot's light follows its camera.
     pub fn is_studio(&self) -> bool {
         self.is_studio
     }
 }
 
-/// The shot as the text of a file.
+/// The text of the shot's file.
 pub fn text(shot: &Shot) -> Result<String, CliError> {
     write::text(shot, None)
 }
 
-/// The shot as a line for a shell: flags without which it would be the same are left out.
+/// The shot as a command line for a shell, without flags that have no effect.
 pub fn command_line(shot: &Shot) -> String {
     let keys = keys();
     let key_of = |id: &str| keys.iter().find(|key| key.id == id).expect("words are made from keys");
@@ -222,7 +222,7 @@ pub fn command_line(shot: &Shot) -> String {
     line.map(|word| quoted(&word.to_string_lossy())).collect::<Vec<_>>().join(" ")
 }
 
-/// A word as a shell takes it whole.
+/// Quotes a word for a shell.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
     match word.chars().all(is_plain) && !word.is_empty() {
@@ -231,7 +231,7 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// What a flag of this name says of settings: none where it says nothing of them; and none within where its default is meant.
+/// The value of a flag of settings. The outer `None`: the flag is not about settings; the inner one: it has its default.
 fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
     let deep = &DeepImageSettings::of(&settings.structure);
     let own = match name {
@@ -251,7 +251,7 @@ fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
         .or_else(|| of_technique(name, &settings.culling))
 }
 
-/// The same of a technique: which it is, and its parameters. Parameters of the kind's other techniques are left at their defaults.
+/// The same for a technique and its parameters. Parameters of the kind's other techniques keep their defaults.
 fn of_technique<K: Kind + ?Sized>(name: &str, choice: &Choice<K>) -> Option<Option<String>> {
     if name == K::FLAG {
         return Some(Some(choice.name().to_owned()));
@@ -261,7 +261,7 @@ fn of_technique<K: Kind + ?Sized>(name: &str, choice: &Choice<K>) -> Option<Opti
     is_known.then(|| choice.technique().filter(|technique| has(technique)).and_then(|technique| technique.get(name)))
 }
 
-/// A light as the flag that adds one: the flag's name, and its value.
+/// The flag that adds a light: name and value.
 fn said(light: &Light) -> Result<(&'static str, String), String> {
     let Light { position, direction, intensity, range, .. } = light;
     let mut values = match light.kind {
@@ -278,13 +278,13 @@ fn said(light: &Light) -> Result<(&'static str, String), String> {
         }
         LightKind::Rectangle { half_width, half_height, right } => {
             if right.y.abs() > 1e-3 && direction.y.abs() < 0.999 {
-                return Err("a rectangle whose width is not level cannot be said by a flag".to_owned());
+                return Err("no flag can express a rectangle whose width is not horizontal".to_owned());
             }
             values.extend(direction.to_array());
             values.extend([2.0 * half_width, 2.0 * half_height]);
             "rectangle"
         }
-        LightKind::Spot { .. } => return Err("a spot light cannot be said by a flag".to_owned()),
+        LightKind::Spot { .. } => return Err("no flag can express a spot light".to_owned()),
     };
     if range.is_none() && intensity.x == intensity.y && intensity.x == intensity.z {
         values.push(intensity.x);
@@ -300,23 +300,23 @@ fn numbers(values: &[f32]) -> String {
     values.iter().map(f32::to_string).collect::<Vec<_>>().join(",")
 }
 
-/// True if two cameras show the same, but for rounding.
+/// True if two cameras give the same image, except for rounding.
 fn is_alike(a: &Camera, b: &Camera, scene: &Scene) -> bool {
     let (x, y) = (a.world_from_camera, b.world_from_camera);
     let near = SAME_PLACE * scene.bounds().size().length().max(1.0);
     let projects = match (a.projection, b.projection) {
-        // A near plane may be nearer: it cuts nothing off that was seen.
+        // The near plane may be nearer, which clips nothing that was visible.
         (Projection::Perspective { fov_y: a, .. }, Projection::Perspective { fov_y: b, .. }) => (a - b).abs() < 1e-5,
         (a, b) => a == b,
     };
     projects && a.eye().distance(b.eye()) <= near && x.matrix3.abs_diff_eq(y.matrix3, SAME_PLACE)
 }
 
-/// Which flags differ between two settings, for an error.
+/// The flags that differ between two settings, for an error.
 fn differing(a: &Settings, b: &Settings) -> String {
     let mut names: Vec<_> = keys().into_iter().map(|key: Key| key.name).collect();
     names.retain(|name| setting(name, a) != setting(name, b));
-    if names.is_empty() { "what no flag says".to_owned() } else { names.join(", ") }
+    if names.is_empty() { "settings without a flag".to_owned() } else { names.join(", ") }
 }
 
 #[cfg(test)]

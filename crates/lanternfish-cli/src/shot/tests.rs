@@ -11,7 +11,7 @@ use lanternfish_scene::{Viewpoint, rig::LightRig};
 use super::{keys::keys, *};
 use crate::{cli::Cli, parse::LightSet};
 
-/// The shot of this text in a folder of its own, under these flags.
+/// The shot of this text, in a separate folder, with these flags.
 fn shot(text: &str, flags: &str) -> Result<Shot, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("shot.toml");
@@ -22,7 +22,7 @@ fn shot(text: &str, flags: &str) -> Result<Shot, String> {
     shot.map_err(|error| error.to_string().replace(&format!("{}/", folder.path().display()), ""))
 }
 
-/// The text of the shot, and of the same shot written and read again.
+/// The text of the shot, and of the shot parsed from it.
 fn twice(shot_: &Shot) -> (String, String) {
     let first = text(shot_);
     let second = text(&shot(&first, "").unwrap());
@@ -44,7 +44,7 @@ keyframes = [
 ";
 
 #[test]
-fn every_flag_has_a_key_of_its_own() {
+fn every_flag_has_one_key() {
     let command = Cli::command();
     let flags: BTreeSet<_> = command.find_subcommand("render").unwrap().get_opts().map(|arg| arg.get_id()).collect();
     let known = keys();
@@ -102,9 +102,9 @@ fn every_kind_of_value_reaches_its_flag() {
     assert_eq!(settings.culling, Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }));
 }
 
-/// Keys and flags keep the names that they had before, for one version.
+/// Renamed keys and flags keep their old names for one version.
 #[test]
-fn renamed_keys_are_known_by_their_old_names() {
+fn renamed_keys_keep_their_old_names() {
     let entries = |text: &str, flags: &str| {
         let indirect = shot(text, flags).unwrap().args.settings().indirect;
         indirect.technique().unwrap().get("cache-entries")
@@ -116,7 +116,7 @@ fn renamed_keys_are_known_by_their_old_names() {
 }
 
 #[test]
-fn a_side_and_a_place_take_each_others_place() {
+fn a_side_and_a_position_replace_each_other() {
     let text = "scene = \"a.glb\"\n[view]\nview = \"top\"\n[lights]\nlight-rig = \"sun\"\n";
     let args = shot(text, "").unwrap().args;
     assert_eq!((args.view.view, args.lights.light_rig), (Some(Viewpoint::Top), Some(LightRig::Sun)));
@@ -132,7 +132,7 @@ fn a_side_and_a_place_take_each_others_place() {
 }
 
 #[test]
-fn mistakes_are_at_a_line_and_a_column() {
+fn mistakes_have_a_line_and_a_column() {
     for (text, words) in [
         ("", &["shot.toml:1:1: no scene", "scene = "][..]),
         ("scene = 5", &["shot.toml:1:9: scene = 5", "string"]),
@@ -192,7 +192,7 @@ fn the_example_of_help_is_a_shot() {
 }
 
 #[test]
-fn deep_and_many() {
+fn deep_nesting_is_refused_and_long_lists_are_read() {
     let deep = format!("scene = {}1{}", "[".repeat(100_000), "]".repeat(100_000));
     assert!(shot(&deep, "").unwrap_err().contains("shot.toml:1:"));
     let points = "[0, 1, 2, 3],\n".repeat(5000);
@@ -206,15 +206,15 @@ fn names_are_relative_to_the_shot() {
     let text = "scene = \"../court.glb\"\n[output]\noutput = \"a.png\"\n[run]\nreport = \"/r.json\"\nadapter = \"cpu\"";
     let file = read::file(&folder.join("shot.toml"), text, &keys()).unwrap();
     assert_eq!(file.scene.path(), folder.join("../court.glb"));
-    let word = |id: &str| &file.words.iter().find(|(known, _)| known == id).unwrap().1;
+    let word = |id: &str| &file.words.iter().find(|(other, _)| other == id).unwrap().1;
     assert_eq!(Path::new(word("output")), folder.join("a.png"));
     assert_eq!((word("report"), word("adapter")), (&"/r.json".into(), &"cpu".into()));
-    // Without a name, the image is called as the shot, in the current folder.
+    // Without a name, the image is named after the shot, in the current folder.
     assert_eq!(shot("scene = \"a.glb\"", "").unwrap().args.output.output, Some("shot.png".into()));
 }
 
 #[test]
-fn flags_go_before_keys_and_points_add_up() {
+fn flags_override_keys_and_points_add_up() {
     let text = "scene = \"demo:cornell\"\n[lights]\npoint = [[0, 1, 2, 3]]\n[look]\nexposure = 1\ntone-map = \"aces\"";
     let args = shot(text, "--exposure 2 --point 1,1,1,1 -o b.png").unwrap().args;
     assert_eq!(
@@ -222,19 +222,19 @@ fn flags_go_before_keys_and_points_add_up() {
         (Exposure::Ev(2.0), ToneMap::Aces, 2)
     );
     assert_eq!(args.output.output, Some("b.png".into()));
-    // A flag's default is not said, so it takes no key's place.
+    // Defaults of flags do not override keys.
     assert_eq!(shot(text, "").unwrap().args.look.exposure, Exposure::Ev(1.0));
     let metered = shot(&text.replace("= 1\n", "= \"auto\"\n"), "").unwrap().args;
     assert_eq!(metered.look.exposure, Exposure::Auto);
 }
 
 #[test]
-fn the_environment_is_beside_the_shot() {
+fn the_environment_is_relative_to_the_shot() {
     let toml = "scene = \"demo:cornell\"\n[lights]\nenvironment = \"skies/noon.hdr\"\nenvironment-rotation = 45";
     let args = shot(toml, "--environment-scale 3").unwrap().args;
     assert!(args.lights.environment.unwrap().ends_with("skies/noon.hdr"));
     assert_eq!((args.lights.environment_rotation, args.lights.environment_scale), (45.0, 3.0));
-    // A flag's path is beside who runs it.
+    // A flag's path is relative to the current folder.
     assert_eq!(shot(toml, "--environment b.exr").unwrap().args.lights.environment, Some("b.exr".into()));
     let accumulated = shot("scene = \"demo:cornell\"\n[technique]\naccumulate = 16", "").unwrap();
     assert_eq!(accumulated.args.settings().accumulate, 16);
@@ -245,7 +245,7 @@ fn the_environment_is_beside_the_shot() {
 }
 
 #[test]
-fn what_is_written_is_read_back() {
+fn shots_survive_a_round_trip() {
     let shots = [
         ("scene = \"demo:atrium\"", ""),
         (TRACK, "--frames 7"),
@@ -286,7 +286,7 @@ fn views_follow_the_track_unless_flags_say_otherwise() {
     assert!(sequence.iter().all(|view| view.target == Some(Vec3::splat(9.0))));
     assert_eq!((sequence[3].eye, sequence[4].eye), (Some(Vec3::new(1.0, 0.0, 4.0)), Some(Vec3::new(3.0, 0.0, 4.0))));
 
-    // A moment on the command line takes the place of the shot's sequence.
+    // A time on the command line replaces the shot's sequence.
     let text = TRACK.replace("[track]", "[track]\nframes = 3");
     let count = |flags: &str| shot(&text, flags).unwrap().views().len();
     assert_eq!((count(""), count("--frames 2"), count("--time 1")), (3, 2, 1));
@@ -302,32 +302,32 @@ fn views_follow_the_track_unless_flags_say_otherwise() {
 }
 
 #[test]
-fn frames_are_at_their_numbers_over_the_rate() {
+fn the_time_of_a_frame_is_its_number_over_the_rate() {
     let frames = |text: &str, flags: &str| shot(text, flags).unwrap().frames();
     let numbers = |frames: &[ShotFrame]| frames.iter().map(|frame| frame.number.unwrap()).collect::<Vec<_>>();
     let times = |frames: &[ShotFrame]| frames.iter().map(|frame| frame.time.unwrap()).collect::<Vec<_>>();
     let some = frames(TRACK, "--frames 18-20 --fps 12");
     assert_eq!((numbers(&some), times(&some)), (vec![18, 19, 20], vec![1.5, 19.0 / 12.0, 20.0 / 12.0]));
-    assert_eq!(some[0].view.fov_y, Some(50f32.to_radians()), "a keyframe's own");
-    // A frame is the same in whatever range; where the track is over, the camera stands.
+    assert_eq!(some[0].view.fov_y, Some(50f32.to_radians()), "the keyframe's value");
+    // A frame does not depend on the range. After the end of the track, the camera is static.
     let many = frames(TRACK, "--frames 0-99");
     assert_eq!((many[36].view.clone(), many[36].time), (some[0].view.clone(), Some(1.5)));
     assert_eq!(
         (many[48].view.eye, many[99].view.eye),
         (Some(Vec3::new(3.0, 0.0, 4.0)), Some(Vec3::new(3.0, 0.0, 4.0)))
     );
-    // Of a whole track, times are the track's; without one, the scene is what moves.
+    // A frame count divides the track; without a track, only the scene moves.
     assert_eq!(times(&frames(TRACK, "--frames 3")), [0.0, 1.0, 2.0]);
     assert_eq!(numbers(&frames(TRACK, "--frames 3")), [1, 2, 3]);
     let still = "scene = \"demo:atrium\"";
     assert_eq!(times(&frames(still, "--frames 24-24")), [1.0]);
     assert_eq!((frames(still, "--time 3")[0].time, frames(still, "")[0].time), (Some(3.0), None));
     assert_eq!(frames(TRACK, "")[0].time, Some(0.0));
-    // What all frames are lit and exposed by does not depend on which of them are requested.
+    // Light and exposure of all frames do not depend on which are requested.
     let first = |flags: &str| shot(TRACK, flags).unwrap().first();
     assert_eq!((first("--frames 7-9").time, first("--frames 7-9").view), (Some(0.0), first("--frames 0-3").view));
     assert_eq!(first("--time 1").time, Some(1.0));
-    // Beyond the track, rain goes on falling.
+    // After the track, rain continues to fall.
     assert_eq!(frames(TRACK, "--time 7 --lights rain:5")[0].time, Some(7.0));
 }
 
@@ -342,7 +342,7 @@ fn frames_in_a_shot_are_a_number_or_a_range() {
 }
 
 #[test]
-fn every_track_of_the_docs_is_a_walk_of_680_frames_under_falling_lights() {
+fn every_track_of_the_docs_has_680_frames_and_light_rain() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/tracks");
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -353,7 +353,7 @@ fn every_track_of_the_docs_is_a_walk_of_680_frames_under_falling_lights() {
         assert!(matches!(shot.args.lights.lights, Some(LightSet::Rain { count: 1000, radius: None })), "{names:?}");
         let times: Vec<f32> = shot.frames().iter().map(|frame| frame.time.unwrap()).collect();
         assert_eq!(times.len(), 680);
-        // A thirtieth of a second each; the keyframes' last time is rounded to six digits.
+        // 1/30 s per frame; the last keyframe's time is rounded to six digits.
         assert!(times.windows(2).all(|pair| (pair[1] - pair[0] - 1.0 / 30.0).abs() < 1e-5), "{names:?}");
     }
     names.sort();

@@ -1,4 +1,4 @@
-//! A camera that moves: keyframes and what is between them.
+//! Camera tracks: keyframes and interpolation.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -6,20 +6,20 @@ use glam::Vec3;
 
 use crate::parse;
 
-/// What the camera is at one moment. Every keyframe of a track has the same of the three.
+/// The camera at one time. All keyframes of a track set the same of the three values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
-    /// Seconds.
+    /// Time, seconds.
     pub time: f32,
-    /// World space, m.
+    /// Position, world space, m.
     pub eye: Option<Vec3>,
-    /// World space, m.
+    /// Target, world space, m.
     pub target: Option<Vec3>,
-    /// Full vertical angle, radians.
+    /// Full vertical field of view, radians.
     pub fov_y: Option<f32>,
 }
 
-/// What is between two keyframes.
+/// Interpolation between keyframes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
     /// Straight lines: corners at the keyframes.
@@ -30,11 +30,11 @@ pub enum Interpolation {
 }
 
 impl Interpolation {
-    /// Every one, by name.
+    /// All variants, by name.
     pub const NAMES: [(&str, Self); 2] = [("linear", Self::Linear), ("catmull-rom", Self::CatmullRom)];
 }
 
-/// Keyframes in the order of time, no two at one, at least one.
+/// At least one keyframe, in order of time, at different times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     pub interpolation: Interpolation,
@@ -42,17 +42,17 @@ pub struct Track {
 }
 
 impl Track {
-    /// When it starts, seconds.
+    /// Time of the first keyframe, seconds.
     pub fn first(&self) -> f32 {
         self.keyframes[0].time
     }
 
-    /// When it ends, seconds.
+    /// Time of the last keyframe, seconds.
     pub fn last(&self) -> f32 {
         self.keyframes[self.keyframes.len() - 1].time
     }
 
-    /// When frame `index` of `count` is: the first frame where the track starts, the last where it ends.
+    /// Time of frame `index` of `count`, seconds: the first frame is at the start of the track, the last at its end.
     pub fn moment(&self, index: u32, count: u32) -> f32 {
         if index + 1 == count && count > 1 {
             return self.last();
@@ -61,14 +61,14 @@ impl Track {
         (f64::from(self.first()) + fraction * (f64::from(self.last()) - f64::from(self.first()))) as f32
     }
 
-    /// The camera at a time, seconds; before the start as at the start, after the end as at the end.
+    /// The camera at a time, seconds. Before the start and after the end it is static.
     pub fn at(&self, time: f32) -> Moment {
         let (frames, last) = (&self.keyframes, self.keyframes.len() - 1);
         let next = frames.partition_point(|frame| frame.time <= time);
         if next == 0 || next > last {
             return Moment { time, ..frames[next.min(last)] };
         }
-        // A keyframe's own values are given exactly, whatever the arithmetic between would make of them.
+        // Return a keyframe's own values exactly, without interpolation error.
         if frames[next - 1].time == time {
             return frames[next - 1];
         }
@@ -78,17 +78,18 @@ impl Track {
             time,
             eye: between(self.interpolation, time, times, around.map(|frame| frame.eye)),
             target: between(self.interpolation, time, times, around.map(|frame| frame.target)),
-            // A curve may leave the range that its keyframes are in.
+            // A curve may overshoot the keyframes' range.
             fov_y: between(self.interpolation, time, times, around.map(|frame| frame.fov_y))
                 .map(|angle| angle.clamp(parse::FOV_Y.start().to_radians(), parse::FOV_Y.end().to_radians())),
         }
     }
 }
 
-/// The value at `time` between the second and the third of four. Where a track starts or ends, two of the four are one.
+/// Interpolates at `time` between the second and the third of four values. At the ends of a track, two of the four are the
+/// same.
 ///
-/// Catmull–Rom is the cubic Hermite curve whose slope at a value is that of the line from the one before to the one
-/// after, so keyframes need not be equally far apart.
+/// Catmull–Rom is the cubic Hermite curve whose slope at a value is that of the line from the previous to the next value, so
+/// keyframes need not be equally spaced.
 fn between<T>(interpolation: Interpolation, time: f32, times: [f32; 4], values: [Option<T>; 4]) -> Option<T>
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
@@ -124,17 +125,17 @@ mod tests {
     }
 
     #[test]
-    fn keyframes_are_met_exactly_and_the_ends_hold() {
+    fn keyframes_are_exact_and_the_ends_are_static() {
         let frames = [(-1.0, 0.7), (0.3, 5.0), (1.0, 2.3), (4.0, 3.1)];
         for (_, interpolation) in Interpolation::NAMES {
             let track = track(interpolation, &frames);
             for (time, value) in frames {
                 assert_eq!(x(&track, time), value, "{interpolation:?} at {time}");
-                // And without a jump.
+                // Without a jump.
                 assert!((x(&track, time + 1e-4) - value).abs() < 1e-2 && (x(&track, time - 1e-4) - value).abs() < 1e-2);
             }
             assert_eq!((x(&track, -9.0), x(&track, 9.0)), (0.7, 3.1));
-            assert_eq!(track.at(0.0).target, None, "what no keyframe says");
+            assert_eq!(track.at(0.0).target, None, "no keyframe sets it");
         }
     }
 
@@ -147,7 +148,7 @@ mod tests {
                 assert!((x(&track, time) - (2.0 * time + 1.0)).abs() < 1e-5, "{interpolation:?} at {time}");
             }
         }
-        // Equally far apart, differences of both neighbours are a parabola's exact slopes.
+        // With equal spacing, central differences are a parabola's exact slopes.
         let parabola: Vec<_> = [0.0, 1.0, 2.0, 3.0].map(|t: f32| (t, t * t)).into();
         assert!((x(&track(Interpolation::CatmullRom, &parabola), 1.5) - 2.25).abs() < 1e-6);
         assert_eq!(x(&track(Interpolation::Linear, &parabola), 1.5), 2.5);

@@ -1,4 +1,4 @@
-//! From flags to a shot: every key, with the flag's help above it.
+//! Converts flags to a shot: every key, with the flag's help above it.
 
 use std::{
     ffi::{OsStr, OsString},
@@ -22,12 +22,12 @@ use crate::{
 
 const HEADER: &str = "\
 # A shot of Lanternfish: lanternfish render THIS.toml
-# Tables are the headings and keys the flags of `lanternfish help render --all`. A flag on the command line goes before
-# its key. Paths are relative to this file. A key behind # is not set.
+# Tables are the headings and keys the flags of `lanternfish help render --all`. A flag on the command line overrides
+# its key. Paths are relative to this file. A key after # is not set.
 ";
 
 const TRACK: &str = "\
-# What is between keyframes. One of: linear, catmull-rom.
+# Interpolation between keyframes. One of: linear, catmull-rom.
 # interpolation = \"catmull-rom\"
 # Moments of the camera: seconds, m, m, degrees. All have the same keys; what [view] says stays as it says.
 # keyframes = [
@@ -39,8 +39,7 @@ const TRACK: &str = "\
 /// Most columns of a comment.
 const WIDTH: usize = 118;
 
-/// Prints the shot that renders what `lanternfish render` renders with the same arguments, of which `scene` is one. The
-/// scene is read, so that what cannot be rendered is told now.
+/// Prints the shot of the given arguments, one of which is `scene`. The scene is read, so that errors in it are reported now.
 pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
     let shot = super::resolve(scene, said)?;
     let (args, size) = (&shot.args, shot.args.output.size);
@@ -86,7 +85,7 @@ pub fn text(shot: &Shot, camera: Option<&Camera>) -> Result<String, CliError> {
     Ok(text)
 }
 
-/// A value of the command line as TOML.
+/// Formats a value of the command line as TOML.
 fn toml(key: &Key, value: &OsStr) -> Result<String, CliError> {
     let text = value.to_str().ok_or_else(|| {
         CliError::new(format!("--{} {}: not UTF-8", key.name, value.display()), "a shot is text: give it another name")
@@ -102,14 +101,14 @@ fn toml(key: &Key, value: &OsStr) -> Result<String, CliError> {
     })
 }
 
-/// A number of the command line as TOML, which has fewer spellings: the same number when it is read.
+/// Formats a number of the command line as TOML, which has fewer spellings. It parses to the same number.
 fn number(text: &str) -> String {
     let text = text.trim();
-    let whole = text.parse::<i64>().map(|number| number.to_string());
-    whole.or_else(|_| text.parse::<f32>().map(|number| format!("{number:?}"))).unwrap_or_else(|_| text.to_owned())
+    let integer = text.parse::<i64>().map(|number| number.to_string());
+    integer.or_else(|_| text.parse::<f32>().map(|number| format!("{number:?}"))).unwrap_or_else(|_| text.to_owned())
 }
 
-/// Text as a string of TOML.
+/// Formats text as a TOML string.
 pub fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {
@@ -122,7 +121,7 @@ pub fn quoted(text: &str) -> String {
     quoted + "\""
 }
 
-/// Where the camera is, to start from.
+/// A comment with the present camera, as a starting point.
 fn describe(camera: &Camera) -> String {
     let eye = camera.eye();
     let target = eye + camera.world_from_camera.transform_vector3(glam::Vec3::NEG_Z);
@@ -135,7 +134,7 @@ fn describe(camera: &Camera) -> String {
 }
 
 fn keyframes(track: &Track) -> String {
-    let name = Interpolation::NAMES.iter().find(|(_, known)| *known == track.interpolation).expect("all are named").0;
+    let name = Interpolation::NAMES.iter().find(|(_, other)| *other == track.interpolation).expect("all are named").0;
     let mut text = format!("interpolation = \"{name}\"\nkeyframes = [\n");
     for frame in &track.keyframes {
         let point = |name: &str, p: Option<glam::Vec3>| {
@@ -148,7 +147,7 @@ fn keyframes(track: &Track) -> String {
     text + "]\n"
 }
 
-/// Adds lines of a comment, wrapped.
+/// Adds a wrapped comment.
 fn comment(text: &mut String, words: &str) {
     let mut width = usize::MAX;
     for word in words.split_whitespace() {

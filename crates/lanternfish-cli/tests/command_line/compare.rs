@@ -1,4 +1,4 @@
-//! What `lanternfish compare` says about images, and what it promises about mistakes.
+//! Tests of `lanternfish compare`: its results and its errors.
 
 use std::{fs, path::Path};
 
@@ -6,7 +6,7 @@ use lanternfish_metrics::{RgbImage, read_exr, read_png, write_exr, write_exr_lay
 
 use crate::support::{lanternfish, names};
 
-/// Images that the authors' evaluator of FLIP was asked about.
+/// Images with reference values from the FLIP authors' evaluator.
 const PAIRS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../lanternfish-metrics/tests/pairs/");
 
 #[derive(Debug)]
@@ -35,7 +35,7 @@ impl Outcome {
         assert!(self.stdout.lines().all(|line| line == line.trim_end()));
     }
 
-    /// One error that holds each of `words`, and nothing else.
+    /// Asserts one error that contains each of `words`, and no other output.
     #[track_caller]
     fn assert_refused(&self, words: &[&str]) {
         assert_eq!((self.code, self.stdout.as_str()), (Some(2), ""), "{self:?}");
@@ -56,7 +56,7 @@ fn pair(name: &str) -> String {
 }
 
 #[test]
-fn radiance_is_compared_by_every_measure() {
+fn radiance_is_compared_with_every_measure() {
     let folder = tempfile::tempdir().unwrap();
     let (a, b) = (pair("scene-noise.exr"), pair("scene.exr"));
     let table = compare(folder.path(), &[&a, &b]);
@@ -78,12 +78,12 @@ fn radiance_is_compared_by_every_measure() {
     assert_eq!(json["linear"]["hdr_flip_exposure_count"], 15);
     assert_eq!((&json["pixels_compared"], &json["faults"]["nan"]), (&6144.into(), &0.into()));
     assert!(json["z_test"].is_null());
-    // Nothing but what was requested.
+    // No files except the requested ones.
     assert!(names(folder.path()).is_empty());
 }
 
 #[test]
-fn what_a_display_shows_is_compared_by_what_a_display_shows() {
+fn display_colours_are_compared_with_display_measures() {
     let folder = tempfile::tempdir().unwrap();
     let outcome = compare(folder.path(), &[&pair("scene-noise.png"), &pair("scene.png")]);
     // The authors' evaluator of FLIP gives 0.1108573, scikit-image's SSIM 0.7803154.
@@ -91,14 +91,14 @@ fn what_a_display_shows_is_compared_by_what_a_display_shows() {
     for word in ["relMSE", "HDR-FLIP", "energy"] {
         assert!(!outcome.stdout.contains(word), "{}", outcome.stdout);
     }
-    // More is noticed from closer by.
+    // At a smaller viewing distance, errors are more visible.
     let json = |words: &[&str]| compare(folder.path(), words).json()["display"]["ldr_flip"]["mean"].as_f64().unwrap();
     let (a, b) = (pair("scene-noise.png"), pair("scene.png"));
     assert!((json(&[&a, &b, "--json", "-", "--pixels-per-degree", "30"]) - 0.204_013_6).abs() < 1e-5);
 }
 
 #[test]
-fn the_exposure_chooses_what_a_display_shows_of_radiance() {
+fn the_exposure_affects_display_measures_only() {
     let folder = tempfile::tempdir().unwrap();
     let (a, b) = (pair("scene-noise.exr"), pair("scene.exr"));
     let json = |ev: &str| compare(folder.path(), &[&a, &b, "--json", "-", "--exposure", ev]).json();
@@ -127,12 +127,12 @@ fn limits_are_an_exit_code() {
         let outcome = compare(folder.path(), &[&a, &b, flag, limit]);
         assert_eq!(outcome.code, Some(1), "{outcome:?}");
         assert!(outcome.stderr.contains(word) && outcome.stderr.contains(flag), "{outcome:?}");
-        assert!(outcome.stdout.contains("HDR-FLIP"), "the figures are told all the same");
+        assert!(outcome.stdout.contains("HDR-FLIP"), "the table is printed nevertheless");
     }
 }
 
 #[test]
-fn pixels_that_are_not_finite_are_told_and_meet_no_limit() {
+fn pixels_that_are_not_finite_are_counted_and_exceed_every_limit() {
     let folder = tempfile::tempdir().unwrap();
     let reference = read_exr(Path::new(&pair("scene.exr"))).unwrap();
     let mut broken = reference.clone();
@@ -149,7 +149,7 @@ fn pixels_that_are_not_finite_are_told_and_meet_no_limit() {
     assert_eq!(outcome.code, Some(1), "{outcome:?}");
     assert!(outcome.stderr.contains("1 NaN, 1 +inf"), "{outcome:?}");
 
-    // Cyan in the map; three images and two gaps beside one another.
+    // Cyan in the map; three images and two gaps side by side.
     let map = read_png(&folder.path().join("map.png")).unwrap();
     assert_eq!((map.pixels[100], map.pixels[200]), ([0.0, 1.0, 1.0], [0.0, 1.0, 1.0]));
     assert_eq!(map.pixels[101].map(|v| (255.0 * v) as u8), [0, 0, 4]);
@@ -181,7 +181,7 @@ fn write_noisy(path: &Path, seed: u64, factor: f32) -> RgbImage {
 }
 
 #[test]
-fn noise_is_told_from_a_change_of_1_per_cent() {
+fn noise_is_distinguished_from_a_change_of_1_per_cent() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let variance = write_noisy(&path("a.exr"), 1, 1.0);
@@ -200,7 +200,7 @@ fn noise_is_told_from_a_change_of_1_per_cent() {
     let json = compare(folder.path(), &["brighter.exr", "b.exr", "--json", "-"]).json();
     assert_eq!((&json["z_test"]["verdict"], &json["z_test"]["values"]), (&"offset".into(), &12288.into()));
 
-    // Variances from files of their own; an image without any is exact.
+    // Variances from separate files; an image without variances counts as exact.
     let a = read_exr(&path("a.exr")).unwrap();
     write_exr_layers(&path("plain.exr"), &[("", &a)], &[]).unwrap();
     compare(folder.path(), &["plain.exr", "b.exr", "--variance-a", "variance-of-a.exr"])
@@ -227,7 +227,7 @@ fn json_goes_to_a_file_beside_the_table() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused() {
+fn incomparable_images_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("text.exr"), "this is no image").unwrap();
     fs::write(folder.path().join("text.png"), "this is no image").unwrap();

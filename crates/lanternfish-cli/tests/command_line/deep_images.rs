@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use crate::support::lanternfish;
 
-/// True if it succeeded, standard output, standard error.
+/// Success, standard output and standard error.
 fn deep_images(folder: &Path, words: &str) -> (bool, String, String) {
     let output = lanternfish(folder)
         .arg("deep-images")
@@ -31,14 +31,14 @@ fn rendering(path: &Path) -> (usize, usize, Vec<[f32; 3]>) {
 const SMALL: &str = "demo:cornell --directions stacks:3x4 --resolution 32";
 
 #[test]
-fn gpu_every_view_is_an_image() {
+fn gpu_every_view_gives_an_image() {
     let folder = tempfile::tempdir().unwrap();
     for (view, size, lines) in [
         ("points --size 96x54", (96, 54), &["shown       all images"][..]),
         ("points --size 96x54 --image 11", (96, 54), &["shown       image 11, along "]),
         ("layer --layer -1 --upscale 3", (96, 96), &["layers      -1", "dark blue: no fragment"]),
         ("layers --layers 2 --image 5 --upscale 1", (2 * 32 + 8, 32), &["layers      0, 1", "scale       white -"]),
-        ("count --upscale 2", (64, 64), &["a texel on average, ", "scale       black 0, blue "]),
+        ("count --upscale 2", (64, 64), &[" per texel on average, ", "scale       black 0, blue "]),
     ] {
         let said = said(folder.path(), &format!("{SMALL} -o a.png --view {view}"));
         assert_eq!(said.lines().last(), Some("a.png"), "{said}");
@@ -52,12 +52,12 @@ fn gpu_every_view_is_an_image() {
         }
         let (width, height, pixels) = rendering(&folder.path().join("a.png"));
         assert_eq!((width, height), size, "{view}");
-        assert!(pixels.iter().any(|pixel| *pixel != pixels[0]), "{view}: nothing is seen");
+        assert!(pixels.iter().any(|pixel| *pixel != pixels[0]), "{view}: the image is uniform");
     }
 }
 
 #[test]
-fn gpu_what_is_not_there_is_refused_with_what_is() {
+fn gpu_missing_images_and_layers_are_refused_with_the_valid_range() {
     let folder = tempfile::tempdir().unwrap();
     for (words, known) in [
         ("--image 12", "there is no image 12: 12 directions have images 0 to 11"),
@@ -66,7 +66,7 @@ fn gpu_what_is_not_there_is_refused_with_what_is() {
         ("--view layer --layer -99", "there is no layer -99"),
         ("--view count --upscale 1024", "choose a smaller --upscale"),
         ("--view layers --image 3 --upscale 512", "choose a smaller --upscale"),
-        ("--directions zonal:4096 --resolution 1024", "2147483648 are the most"),
+        ("--directions zonal:4096 --resolution 1024", "at most 2147483648 are supported"),
         ("--builder single_pass --resolution 2500", "choose a smaller --resolution"),
     ] {
         let (success, stdout, stderr) = deep_images(folder.path(), &format!("{SMALL} -o a.png {words}"));
@@ -77,7 +77,7 @@ fn gpu_what_is_not_there_is_refused_with_what_is() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_before_any_work() {
+fn invalid_flags_are_refused_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     for (words, known) in [
         ("demo:cornell --directions ball:9", "zonal:169, stacks:13x13 or cube:5"),
@@ -104,7 +104,7 @@ fn gpu_a_shot_gives_scene_and_camera() {
     assert_eq!((width, height), (80, 60));
     said(folder.path(), &format!("demo:cornell {words} --eye 0,1,2 --size 80x60 -o b.png"));
     assert_eq!(rendering(&folder.path().join("b.png")).2, from_shot);
-    // A flag goes before the shot's key.
+    // A flag overrides the shot's key.
     said(folder.path(), &format!("a.toml {words} --eye 0.3,1,2 -o c.png"));
     assert_ne!(rendering(&folder.path().join("c.png")).2, from_shot);
 }

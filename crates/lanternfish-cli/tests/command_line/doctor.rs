@@ -13,8 +13,8 @@ fn doctor(folder: &Path, words: &[&str]) -> (Output, String) {
 }
 
 #[test]
-fn gpu_a_report_is_written_printed_and_read_again() {
-    if testing::gpu("gpu_a_report_is_written_printed_and_read_again").is_none() {
+fn gpu_a_report_survives_writing_and_reading() {
+    if testing::gpu("gpu_a_report_survives_writing_and_reading").is_none() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -32,7 +32,7 @@ fn gpu_a_report_is_written_printed_and_read_again() {
 }
 
 #[test]
-fn what_is_no_report_is_refused_by_its_name() {
+fn other_files_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("other.json"), "{}").unwrap();
     for file in ["other.json", "missing.json"] {

@@ -1,4 +1,4 @@
-//! Files made to break whoever reads them: each is one error that names what is wrong, or an image.
+//! Malformed files: each gives one error that names the fault, or an image.
 
 use std::{fmt::Write as _, fs, path::Path, process::Command};
 
@@ -6,14 +6,14 @@ use lanternfish_metrics::{ColorType, RgbImage, read_exr, write_exr, write_png};
 
 use crate::support::lanternfish;
 
-/// Whether it succeeds, and everything it says.
+/// Success, and all output.
 fn said(command: &mut Command) -> (bool, String) {
     let output = command.output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     (output.status.success(), text)
 }
 
-/// One error that holds these words, and no panic.
+/// Asserts one error that contains these words, and no panic.
 #[track_caller]
 fn assert_refused(command: &mut Command, words: &[&str]) {
     let (success, text) = said(command);
@@ -41,10 +41,10 @@ fn png(chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
     [b"\x89PNG\r\n\x1a\n".to_vec(), chunks.iter().flat_map(chunk).collect()].concat()
 }
 
-/// Deflated nothing.
+/// Deflated empty data.
 const NOTHING: &[u8] = b"x\x9c\x03\0\0\0\0\x01";
 
-/// A palette that is no whole colours, over which the decoder falls.
+/// A palette with an incomplete colour, on which the decoder panics.
 fn broken_palette() -> Vec<u8> {
     let header = [0, 0, 0, 1, 0, 0, 0, 1, 8, 3, 0, 0, 0];
     let pixel = b"x\x9cc`\0\0\0\x02\0\x01";
@@ -81,7 +81,7 @@ fn images_are_as_large_as_memory_allows() {
     fs::write(folder.path().join("palette.png"), broken_palette()).unwrap();
     assert_refused(&mut run(&["palette.png", "palette.png"]), &["palette.png: "]);
 
-    // Two that can be read, but not compared: 331 MB and 1.2 GB.
+    // Two images that can be read but not compared: 331 MB and 1.2 GB.
     let path = folder.path().join("both.png");
     write_png(&path, 3500, 3500, ColorType::Rgb, &vec![0; 3 * 3500 * 3500]).unwrap();
     assert_refused(&mut run(&["both.png", "both.png"]), &["comparing the images needs 1.2 GB", "--memory-limit"]);
@@ -92,13 +92,13 @@ fn images_are_as_large_as_memory_allows() {
     assert_refused(&mut reference, &["wide.hdr: 8192 × 4096 pixels need 805.3 MB of memory", "--memory-limit"]);
 }
 
-/// The limit of the address space is known without being told.
+/// The limit of the address space is detected automatically.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_limited_process_is_refused_and_not_ended() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("wide.png"), {
-        // 20,000 pixels a side: 11 GB.
+        // 20,000 pixels per side: 11 GB.
         png(&[(b"IHDR", &[0, 0, 0x4e, 0x20, 0, 0, 0x4e, 0x20, 8, 6, 0, 0, 0]), (b"IDAT", NOTHING), (b"IEND", &[])])
     })
     .unwrap();
@@ -135,7 +135,7 @@ fn far_corners_are_refused_by_name() {
     assert!(text.contains("line 1") && !text.contains("glTF validator"), "{text}");
 }
 
-/// A thousand nodes that place one mesh of 100,000 triangles.
+/// A thousand nodes that instance one mesh of 100,000 triangles.
 fn place_a_hundred_million(folder: &Path) {
     let mut nodes = String::new();
     for x in 0..1000 {
@@ -179,9 +179,9 @@ fn gpu_an_upload_is_counted_before_it_is_made() {
     assert_refused(&mut render, &["100000000 placed triangles, 1000 draws", "the limit is 3.0 GB"]);
 }
 
-/// A million instances in one place are one, and that is said; an image comes of it.
+/// A million coincident instances are drawn as one, with a note.
 #[test]
-fn a_crowd_in_one_place_is_drawn_once() {
+fn coincident_instances_are_drawn_once() {
     let folder = tempfile::tempdir().unwrap();
     let scene = r#"{"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
         "nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}}],
@@ -196,7 +196,7 @@ fn a_crowd_in_one_place_is_drawn_once() {
     assert!(folder.path().join("crowd.exr").is_file());
 }
 
-/// One mesh of many triangles on one spot, which no tree can tell apart: an image of one of them comes of it.
+/// Many coincident triangles in one mesh, which no BVH can separate: the image shows one of them.
 #[test]
 fn a_pile_of_triangles_is_traced() {
     let folder = tempfile::tempdir().unwrap();
@@ -222,7 +222,7 @@ fn a_confined_run_reads_its_folder() {
         "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
         "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": "../secret.bin"}]}"#;
     fs::write(folder.path().join("scene/out.gltf"), scene).unwrap();
-    // The scene of a shot, and the shot, are the user's own words.
+    // The command line and the shot may name files anywhere.
     fs::write(folder.path().join("scene/shot.toml"), "scene = \"../scene/out.gltf\"\n").unwrap();
     assert!(said(lanternfish(folder.path()).args(["info", "scene/out.gltf"])).0);
     for words in [

@@ -1,4 +1,4 @@
-//! The command line, from words to files: one program, so that it is linked once.
+//! Tests of the command line, from words to files, in one program, which is linked once.
 
 mod compare;
 mod deep_images;

@@ -1,4 +1,4 @@
-//! What the program promises about mistakes: one clear error, a non-zero exit, nothing left behind.
+//! The handling of mistakes: one clear error, a non-zero exit code, no files left behind.
 
 use std::{
     fs,
@@ -8,7 +8,7 @@ use std::{
 
 use crate::support::{lanternfish, names};
 
-/// What a run left: whether it succeeded, what it said, and which files are in its folder.
+/// The outcome of a run: success, output, and the files in its folder.
 #[derive(Debug)]
 struct Outcome {
     success: bool,
@@ -32,7 +32,7 @@ fn outcome(folder: &Path, command: &mut Command) -> Outcome {
 }
 
 impl Outcome {
-    /// One error that holds each of `words`; no panic, no results, and only the files that were there before.
+    /// Asserts one error that contains each of `words`, no panic, no results, and only these files.
     #[track_caller]
     fn assert_refused(&self, words: &[&str], files: &[&str]) {
         assert!(!self.success, "this should have failed: {self:?}");
@@ -86,14 +86,14 @@ fn an_environment_that_cannot_be_read() {
     render(&["--environment", "sky.png"]).assert_refused(&["sky.png", ".hdr or .exr", "--sky"], &["sky.hdr"]);
     render(&["--environment", "sky.hdr", "--report", "sky.hdr"])
         .assert_refused(&["both --environment and --report"], &["sky.hdr"]);
-    // Once: replaced by the image, without a word.
+    // Regression: the environment was overwritten by the image without a warning.
     let sky = fs::read(folder.path().join("sky.hdr")).unwrap();
     fs::rename(folder.path().join("sky.hdr"), folder.path().join("sky.exr")).unwrap();
     run(folder.path(), &["render", "demo:cornell", "--environment", "sky.exr", "-o", "./sky.exr"])
         .assert_refused(&["./sky.exr: both --environment and the image"], &["sky.exr"]);
     assert_eq!(fs::read(folder.path().join("sky.exr")).unwrap(), sky);
     fs::rename(folder.path().join("sky.exr"), folder.path().join("sky.hdr")).unwrap();
-    // The largest number of the format, and more.
+    // The largest number of the format, and one beyond it.
     fs::write(folder.path().join("sky.hdr"), b"#?RADIANCE\n\n-Y 1 +X 1\n\xff\xff\xff\xff").unwrap();
     let bright = ["--environment", "sky.hdr", "--environment-scale", "3"];
     render(&bright).assert_refused(&["--environment-scale 3", "smaller"], &["sky.hdr"]);
@@ -113,7 +113,7 @@ fn something_that_is_no_scene() {
 #[cfg(unix)]
 fn something_without_an_end() {
     let folder = tempfile::tempdir().unwrap();
-    // Once: read until memory ran out.
+    // Regression: the file was read until memory ran out.
     std::os::unix::fs::symlink("/dev/zero", folder.path().join("zeros.glb")).unwrap();
     for scene in ["zeros.glb", "/dev/null"] {
         run(folder.path(), &["render", scene]).assert_refused(&[scene, "no file"], &["zeros.glb"]);
@@ -123,11 +123,11 @@ fn something_without_an_end() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn nowhere_to_tell_an_error_is_no_second_one() {
+fn a_full_standard_error_is_no_second_error() {
     let folder = tempfile::tempdir().unwrap();
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let status = lanternfish(folder.path()).args(["info", "nowhere.glb"]).stderr(full).status().unwrap();
-    assert_eq!(status.code(), Some(1), "once: a panic while telling, so an abort");
+    assert_eq!(status.code(), Some(1), "regression: a panic while printing aborted the process");
 }
 
 #[test]
@@ -165,7 +165,7 @@ fn unknown_values_and_flags() {
         ("--accumulate", "-4", "1.."),
         ("--accumulate", "many", "--accumulate"),
         ("--exposure", "NaN", "stops"),
-        // Once: out of memory, an abort.
+        // Regression: it ran out of memory and aborted.
         ("--lights", "rain:4000000000", "at most 2097152"),
         ("--lights", "rain:5:inf", "radius"),
         ("--fov-y", "0", "0.1"),
@@ -205,7 +205,7 @@ fn the_studio_is_an_environment() {
 #[test]
 fn outputs_are_refused_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
-    // The scene does not exist either: what is told first was looked at first.
+    // The scene does not exist either: the output is checked first.
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.jpg"]).assert_refused(&["a.jpg", ".png", ".exr"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "a"]).assert_refused(&["a:", ".png", ".exr"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "missing/a.png"])
@@ -217,7 +217,7 @@ fn outputs_are_refused_before_any_work() {
         .assert_refused(&["a.png", "--report"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.png", "--report", "./a.png"])
         .assert_refused(&["a.png", "--report"], &[]);
-    // Once: a file with the radiance, which is not what was requested.
+    // Regression: it wrote the radiance instead of the requested debug view.
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.exr", "--debug-view", "normal"])
         .assert_refused(&["a.exr", "--debug-view normal", ".png"], &[]);
 }
@@ -240,20 +240,20 @@ fn no_adapter() {
         command.args(words).env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
         outcome(folder.path(), &mut command)
     };
-    // Only where Vulkan is the way to every adapter does this take them all away.
+    // These variables remove all adapters only where every adapter uses Vulkan.
     if cfg!(any(target_os = "linux", target_os = "android")) {
         without_driver(&["render", "triangle.gltf", "-o", "a.png"])
             .assert_refused(&["no graphics adapter", "mesa-vulkan-drivers"], &["triangle.gltf"]);
         without_driver(&["info", "--adapters"])
             .assert_refused(&["no graphics adapter", "mesa-vulkan-drivers"], &["triangle.gltf"]);
     }
-    // Reading a scene needs none.
+    // Reading a scene needs no adapter.
     let info = without_driver(&["info", "triangle.gltf"]);
     assert!(info.success && info.stdout.contains("1 stored, 1 placed"), "{info:?}");
 }
 
 #[test]
-fn help_teaches() {
+fn help_has_examples_and_all_flags() {
     let folder = tempfile::tempdir().unwrap();
     let help = run(folder.path(), &["render", "--help"]);
     assert!(help.success);
@@ -279,7 +279,7 @@ fn help_teaches() {
 }
 
 #[test]
-fn benches_are_said_to_be_a_program_of_their_own() {
+fn the_bench_command_names_its_program() {
     let folder = tempfile::tempdir().unwrap();
     let known = ["error: bench: benches", "`lanternfish-bench quality --only cornell`"];
     run(folder.path(), &["bench", "quality", "--only", "cornell"]).assert_refused(&known, &[]);
@@ -288,7 +288,7 @@ fn benches_are_said_to_be_a_program_of_their_own() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn what_is_printed_arrives_or_the_run_fails() {
+fn a_failed_print_fails_the_run() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("triangle.gltf"), TRIANGLE).unwrap();
     for words in [
@@ -315,7 +315,7 @@ fn what_is_printed_arrives_or_the_run_fails() {
     }
 }
 
-/// One triangle, white, in the plane z = 0.
+/// A white triangle in the plane z = 0.
 const TRIANGLE: &str = r#"{
   "asset": { "version": "2.0" },
   "scene": 0,
@@ -328,7 +328,7 @@ const TRIANGLE: &str = r#"{
 }"#;
 
 #[test]
-fn images_and_scenes_are_not_shown_together() {
+fn the_window_refuses_images_and_scenes_together() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.png"), "no image").unwrap();
     let files = ["a.png"];

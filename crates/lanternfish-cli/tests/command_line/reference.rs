@@ -23,8 +23,8 @@ fn output(folder: &Path, words: &str) -> Output {
     lanternfish(folder).args(words.split_whitespace()).output().unwrap()
 }
 
-/// Standard output and standard error of a run of `reference demo:cornell` at 32 × 32 that succeeds. The result's line is left
-/// out, and so is the estimate of the time left, which stands there where the machine is slow enough.
+/// Standard output and standard error of a successful run of `reference demo:cornell` at 32 × 32, without the result's line and
+/// the estimate of the time left, which slow machines print.
 #[track_caller]
 fn cornell(folder: &Path, words: &str) -> (String, String) {
     let output = output(folder, &format!("reference demo:cornell --size 32x32 {words}"));
@@ -32,10 +32,10 @@ fn cornell(folder: &Path, words: &str) -> (String, String) {
     (text(&output.stdout).to_owned(), more_than_usual(text(&output.stderr)))
 }
 
-/// Lines of standard error other than the estimate and the result's line, of which there must be exactly one.
+/// Lines of standard error without the estimate and the result's line, which must occur exactly once.
 #[track_caller]
 fn more_than_usual(stderr: &str) -> String {
-    let is_result = |line: &&str| line.contains(" samples a pixel in ") && line.contains(", expected error ");
+    let is_result = |line: &&str| line.contains(" samples per pixel in ") && line.contains(", expected error ");
     assert_eq!(stderr.lines().filter(is_result).count(), 1, "{stderr}");
     let rest = stderr.lines().filter(|line| !is_result(line) && !is_estimate(line));
     rest.map(|line| format!("{line}\n")).collect()
@@ -45,7 +45,7 @@ fn is_estimate(line: &str) -> bool {
     line.starts_with("note: about ") && line.contains(" left, after ")
 }
 
-/// Standard error of a run that fails with one error and leaves the folder's files as they are.
+/// Standard error of a run that fails with one error and leaves the folder's files unchanged.
 #[track_caller]
 fn refused(folder: &Path, words: &str) -> String {
     let before = contents(folder);
@@ -73,7 +73,7 @@ fn values(image: &RgbImage) -> impl Iterator<Item = f32> {
 }
 
 #[test]
-fn the_file_has_mean_variance_and_how_it_was_made() {
+fn the_file_has_mean_variance_and_settings() {
     let folder = tempfile::tempdir().unwrap();
     let (stdout, stderr) = cornell(folder.path(), "--spp 8 --seed 3 --max-depth 3 -o a.exr --variance v.exr");
     assert_eq!((stdout.as_str(), stderr.as_str()), ("a.exr\n", ""));
@@ -104,14 +104,14 @@ fn the_file_has_mean_variance_and_how_it_was_made() {
 }
 
 #[test]
-fn a_seed_is_an_image() {
+fn each_seed_gives_one_image() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |words: &str| {
         cornell(folder.path(), &format!("--spp 4 -o a.exr {words}"));
         fs::read(folder.path().join("a.exr")).unwrap()
     };
     let first = bytes("--seed 1");
-    // Neither threads nor what only a display shows make a difference.
+    // Threads and display settings do not affect the file.
     assert!(bytes("--seed 1 --threads 1 --exposure 2") == first);
     let mean = |bytes: &[u8]| {
         fs::write(folder.path().join("b.exr"), bytes).unwrap();
@@ -121,18 +121,18 @@ fn a_seed_is_an_image() {
 }
 
 #[test]
-fn resumed_is_as_if_never_interrupted() {
+fn a_resumed_run_equals_an_uninterrupted_one() {
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str, layer: &str| read_exr_layer(&folder.path().join(name), layer).unwrap();
     cornell(folder.path(), "--spp 64 -o whole.exr");
     let (_, stderr) = cornell(folder.path(), "--spp 1 --resume -o parts.exr");
-    assert!(stderr.starts_with("note: parts.exr: not there yet"), "{stderr}");
+    assert!(stderr.starts_with("note: parts.exr: no such file yet"), "{stderr}");
     for spp in [32, 64] {
         assert_eq!(cornell(folder.path(), &format!("--spp {spp} --resume -o parts.exr")).1, "");
     }
     assert_eq!(samples(&folder.path().join("parts.exr")), 64);
-    // The mean is rounded to 24 bits twice. The variance is a difference of squares, in which the mean's roundings weigh by
-    // how much greater the mean is than it.
+    // The mean is rounded to 24 bits twice. The variance is a difference of squares, so the mean's rounding errors grow by the
+    // ratio of mean to variance.
     for ((whole, part), variance) in
         values(&read("whole.exr", "")).zip(values(&read("parts.exr", ""))).zip(values(&read("whole.exr", "variance")))
     {
@@ -141,14 +141,14 @@ fn resumed_is_as_if_never_interrupted() {
     for (whole, part) in values(&read("whole.exr", "variance")).zip(values(&read("parts.exr", "variance"))) {
         assert!((whole - part).abs() <= 1e-3 * whole + 1e-9, "variance {whole} {part}");
     }
-    // There are enough already.
+    // The file has enough samples already.
     let before = fs::read(folder.path().join("parts.exr")).unwrap();
     cornell(folder.path(), "--spp 10 --resume -o parts.exr");
     assert!(fs::read(folder.path().join("parts.exr")).unwrap() == before);
 }
 
 #[test]
-fn another_making_is_not_gone_on_from() {
+fn a_run_with_other_settings_is_not_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |words: &str| refused(folder.path(), &format!("{words} --resume"));
     cornell(folder.path(), "--spp 2 --seed 5 -o a.exr");
@@ -156,13 +156,13 @@ fn another_making_is_not_gone_on_from() {
         ("demo:cornell --size 32x16 -o a.exr", "size is 32x32 there and 32x16 here"),
         ("demo:cornell --size 32x32 --max-depth 2 -o a.exr", "max-depth is unlimited there and 2 here"),
         ("demo:cornell --size 32x32 --eye 0,1,3 -o a.exr", "eye is"),
-        ("demo:cornell --size 32x32 --point 0,1,0,5 -o a.exr", "content is another"),
+        ("demo:cornell --size 32x32 --point 0,1,0,5 -o a.exr", "content differs"),
         ("demo:cornell --size 32x32 --seed 6 -o a.exr", "its seed is 5, not 6"),
     ] {
         let error = refused(words);
         assert!(error.contains(why) && error.contains("hint"), "{why:?} is not in: {error}");
     }
-    // Without a seed the file's is taken.
+    // Without a seed, the file's is used.
     cornell(folder.path(), "--spp 4 -o a.exr --resume");
     assert_eq!(read_exr_attributes(&folder.path().join("a.exr")).unwrap()["lanternfish.seed"], "5");
 
@@ -175,7 +175,7 @@ fn another_making_is_not_gone_on_from() {
 }
 
 #[test]
-fn mistakes_are_told_before_any_work() {
+fn mistakes_are_reported_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     for (words, what) in [
         ("demo:cornell --integrator obscurance -o a.exr", "--max-distance"),
@@ -213,16 +213,16 @@ fn it_stops_at_an_error() {
     let few = count();
     run("--until-error 0.1");
     assert!(noise() <= 0.1 && count() > few, "{} {}", noise(), count());
-    // How fast the machine is does not matter.
+    // The result does not depend on the machine's speed.
     let bytes = fs::read(folder.path().join("a.exr")).unwrap();
     run("--until-error 0.1 --threads 1");
     assert!(fs::read(folder.path().join("a.exr")).unwrap() == bytes);
-    // A number of samples beside it is the most there are.
+    // A sample count limits the run.
     let stderr = run("--until-error 1e-6 --spp 20");
-    assert!(stderr.contains("after 20 samples a pixel, not yet") && count() == 20, "{stderr}");
+    assert!(stderr.contains("after 20 samples per pixel, not yet") && count() == 20, "{stderr}");
 }
 
-/// Two rows of many pixels, all of which see walls: each takes longer than there is.
+/// Two rows of many pixels that all see walls: each row takes longer than the time limit.
 #[test]
 fn a_time_limit_binds_within_a_row() {
     let folder = tempfile::tempdir().unwrap();
@@ -232,13 +232,13 @@ fn a_time_limit_binds_within_a_row() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         more_than_usual(text(&output.stderr))
     };
-    // Sixteen thousand paths on a core in two milliseconds would be a machine that is not built yet.
+    // No machine traces sixteen thousand paths on a core in two milliseconds.
     let stderr = run("--time-limit 0.002 -o cut.exr");
     assert_eq!(samples(&folder.path().join("cut.exr")), 0);
-    let black = "2 of 2 rows have no sample yet, and are black; the same command with --resume";
+    let black = "2 of 2 rows have no samples yet and are black; the same command with --resume";
     assert!(stderr.contains(black), "{stderr}");
     assert!(run("--time-limit 0.002 -o cut.png").ends_with("and are black\n"));
-    // Resumed, it is what one run gives.
+    // Resumed, it equals a single run.
     run("--spp 1 --resume -o cut.exr");
     run("--spp 1 -o whole.exr");
     let [cut, whole] = ["cut.exr", "whole.exr"].map(|name| read_exr(&folder.path().join(name)).unwrap());
@@ -246,20 +246,20 @@ fn a_time_limit_binds_within_a_row() {
 }
 
 #[test]
-fn it_says_what_came_of_it() {
+fn the_result_line_states_samples_and_error() {
     let folder = tempfile::tempdir().unwrap();
     let line = |words: &str| {
         let output = output(folder.path(), &format!("reference demo:cornell --size 8x8 {words}"));
         text(&output.stderr).to_owned()
     };
     let said = line("--spp 9 -o a.exr");
-    assert!(said.starts_with("a.exr: 9 samples a pixel in ") && said.ends_with(" %\n"), "{said}");
+    assert!(said.starts_with("a.exr: 9 samples per pixel in ") && said.ends_with(" %\n"), "{said}");
     assert!(line("--spp 1 -o a.exr").ends_with("expected error unknown below 2 samples\n"));
     assert_eq!(line("--spp 9 --quiet -o a.exr"), "");
 }
 
 #[test]
-fn seeds_of_noise_and_of_rain_are_two() {
+fn noise_and_rain_have_separate_seeds() {
     let folder = tempfile::tempdir().unwrap();
     let fingerprint = |words: &str| {
         let stderr = cornell(folder.path(), &format!("--lights rain:9 --spp 1 -o a.exr {words}")).1;
@@ -273,10 +273,10 @@ fn seeds_of_noise_and_of_rain_are_two() {
 }
 
 #[test]
-fn the_table_counts() {
+fn the_table_lists_the_counters() {
     let folder = tempfile::tempdir().unwrap();
     let (stdout, _) = cornell(folder.path(), "--spp 2 --timings -o a.png");
-    for line in ["triangles", "samples a pixel", "samples dropped", "expected error", "trace", "total"] {
+    for line in ["triangles", "samples per pixel", "samples dropped", "expected error", "trace", "total"] {
         assert!(stdout.lines().any(|l| l.starts_with(line)), "{line}: {stdout}");
     }
     assert!(stdout.lines().any(|line| line.split_whitespace().eq(["samples,", "this", "run", "2,048"])), "{stdout}");

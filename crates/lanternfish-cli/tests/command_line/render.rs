@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::support::{lanternfish, names};
 
-/// Runs `lanternfish render` in `folder`; gives its standard output and standard error.
+/// Runs `lanternfish render` in `folder`. Returns its standard output and standard error.
 #[track_caller]
 fn render_scene(folder: &Path, scene: &str, words: &str) -> (String, String) {
     let output = lanternfish(folder)
@@ -17,17 +17,17 @@ fn render_scene(folder: &Path, scene: &str, words: &str) -> (String, String) {
         .unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{stderr}");
-    // What it says of an old driver, it says of everything.
+    // Warnings about old drivers are the same for every run.
     let said = stderr.split_inclusive('\n').filter(|line| !line.starts_with("warning: Mesa ")).collect();
     (String::from_utf8(output.stdout).unwrap(), said)
 }
 
-/// Runs `lanternfish render demo:cornell` in `folder`; gives its standard output.
+/// Runs `lanternfish render demo:cornell` in `folder`. Returns its standard output.
 #[track_caller]
 fn render(folder: &Path, words: &str) -> String {
     let (stdout, stderr) = render_scene(folder, "demo:cornell", words);
     let said: Vec<_> = stderr.lines().filter(|line| !line.starts_with("note: shown at ")).collect();
-    assert!(said.is_empty(), "nothing goes wrong, so nothing is said but the exposure where nobody looks: {stderr}");
+    assert!(said.is_empty(), "a faultless run without a terminal only notes the exposure: {stderr}");
     stdout
 }
 
@@ -77,10 +77,10 @@ fn gpu_an_exr_is_linear_and_the_same_every_time() {
     assert!(image.pixels.iter().any(|pixel| *pixel != image.pixels[0]));
     assert_eq!(exr("b.exr", "").0, bytes, "same command, same bytes");
 
-    // Exposure and tone map are the display's, not the scene's.
+    // Exposure and tone map affect the display image only, not the scene's radiance.
     let direct = exr("c.exr", "--indirect none").0;
     assert_eq!(exr("d.exr", "--indirect none --exposure 3 --tone-map aces").0, direct);
-    // The comparison notices a light.
+    // Negative control: the comparison detects an added light.
     assert_ne!(exr("e.exr", "--indirect none --point 0,1,0.2,20").0, direct);
 }
 
@@ -100,12 +100,12 @@ fn gpu_frames_are_averaged() {
     assert_eq!((many.1, &many.2), (Some(3), &"3".into()));
     assert_ne!(many.0, plain.0, "edges are smoother");
     assert_eq!(exr("again.exr", "--accumulate 3"), many);
-    // Two eyes are counted once.
+    // The frames of two eyes are counted once.
     assert_eq!(exr("eyes.exr", "--accumulate 3 --stereo parallel").1, Some(3));
 }
 
 #[test]
-fn gpu_images_are_exposed_so_that_they_can_be_seen() {
+fn gpu_images_are_metered_to_be_visible() {
     let folder = tempfile::tempdir().unwrap();
     let png = |name: &str, words: &str| {
         let (_, said) = render_scene(folder.path(), "demo:cornell", &format!("--indirect none -o {name} {words}"));
@@ -113,8 +113,8 @@ fn gpu_images_are_exposed_so_that_they_can_be_seen() {
         (read_png(&folder.path().join(name)).unwrap().pixels, ev)
     };
     let mean = |pixels: &[[f32; 3]]| pixels.iter().flatten().sum::<f32>() / (3 * pixels.len()) as f32;
-    // Seventeen doublings of a lamp beside which the box's own is nothing, or of nothing beside the box's own; and the sun of
-    // a bright day, through the open side.
+    // Seventeen doublings: from a lamp that is negligible beside the box's own lamp to one beside which that is negligible; and
+    // the sun of a bright day, through the open side.
     let lamps = ["0,1,0,1", "0,1,0,100", "0,1,0,10000", "0,1,0,100000"].map(|point| format!("--point {point}"));
     let mut evs = Vec::new();
     for light in lamps.into_iter().chain(["--sun 0.2,-0.3,-1,100000".to_owned()]) {
@@ -127,14 +127,14 @@ fn gpu_images_are_exposed_so_that_they_can_be_seen() {
         evs.push(ev.parse::<f32>().unwrap());
     }
     assert!(evs[0] - evs[3] > 10.0 && evs[0] - evs[4] > 10.0, "{evs:?}");
-    // It can fail: as it is, all that a lamp of 100,000 cd lights is white, which is more than half of the image.
+    // Negative control: at 0 EV, a lamp of 100,000 cd turns more than half of the image white.
     assert!(mean(&png("a.png", "--point 0,1,0,100000 --exposure 0 --indirect sampled").0) > 0.5);
 }
 
 #[test]
 fn gpu_a_track_and_two_eyes_have_one_exposure() {
     let folder = tempfile::tempdir().unwrap();
-    // From before the lamp into a corner.
+    // From in front of the lamp into a corner.
     let track = "scene = 'demo:cornell'\n[output]\noutput = 'a.png'\n[indirect]\nindirect = 'none'\n[view]\ntarget = [0, 1, 0]\n[track]\nframes = 2\nkeyframes = \
                  [{ time = 0, eye = [0, 1, 3.6] }, { time = 1, eye = [0.3, 0.2, 0.3] }]\n";
     fs::write(folder.path().join("track.toml"), track).unwrap();
@@ -148,7 +148,7 @@ fn gpu_a_track_and_two_eyes_have_one_exposure() {
     let last = bytes("a.0002.png");
     render_scene(folder.path(), "track.toml", &format!("--exposure {ev}"));
     assert!(bytes("a.0002.png") == last);
-    // It can fail: the second image by itself is metered otherwise.
+    // Negative control: the second image alone is metered differently.
     let alone = render_scene(folder.path(), "track.toml", "--time 1").1;
     assert!(!alone.contains(&format!("--exposure {ev} ")), "{alone}");
     // Two eyes are metered together.
@@ -159,42 +159,42 @@ fn gpu_a_track_and_two_eyes_have_one_exposure() {
 }
 
 #[test]
-fn gpu_a_heat_map_has_its_scale_below_it_and_says_it() {
+fn gpu_a_heat_map_has_a_scale_below_it_and_in_a_note() {
     let folder = tempfile::tempdir().unwrap();
     let (_, said) = render_scene(folder.path(), "demo:cornell", "--lights rain:20 --debug-view light-count -o a.png");
     assert!(said.contains("note: scale of light-count: listed lights, linear: 0 is black, 10 and more red"), "{said}");
     let rendering = read_png(&folder.path().join("a.png")).unwrap();
     assert!(rendering.width >= 48 && rendering.height > 32, "{} x {}", rendering.width, rendering.height);
-    // Red, the bar's last colour, is at its right end alone.
+    // Red, the last colour of the bar, occurs only at its right end.
     let is_red = |pixel: &[f32; 3]| *pixel == [1.0, 0.0, 0.0];
     let below = rendering.pixels[32 * rendering.width..].chunks(rendering.width);
     let reds: Vec<usize> = below.flat_map(|row| (0..row.len()).filter(|x| is_red(&row[*x]))).collect();
     assert!(!reds.is_empty() && reds.iter().all(|x| *x > rendering.width / 2), "{reds:?} of {}", rendering.width);
-    // A direction is no number.
+    // A direction has no scale.
     render_scene(folder.path(), "demo:cornell", "--debug-view normal -o b.png");
     let normals = read_png(&folder.path().join("b.png")).unwrap();
     assert_eq!((normals.width, normals.height), (48, 32));
 }
 
 #[test]
-fn gpu_occlusion_beside_rays_says_that_it_does_nothing() {
+fn gpu_occlusion_without_effect_is_noted() {
     let folder = tempfile::tempdir().unwrap();
     let exr = |name: &str, words: &str| {
         let said = render_scene(folder.path(), "demo:cornell", &format!("--sky 1,1,1 -o {name} {words}")).1;
-        (read_exr(&folder.path().join(name)).unwrap().pixels, said.contains("--occlusion has no part in this image"))
+        (read_exr(&folder.path().join(name)).unwrap().pixels, said.contains("--occlusion has no effect on this image"))
     };
     let (rays, said) = exr("rays.exr", "");
     assert!(!said);
     let (both, said) = exr("both.exr", "--occlusion deep");
-    assert!(said && both == rays, "it says so, and so it is");
+    assert!(said && both == rays, "the note is true");
     let (alone, said) = exr("alone.exr", "--occlusion deep --indirect none");
     assert!(!said && alone != exr("none.exr", "--indirect none").0, "without rays it does something");
     let view = render_scene(folder.path(), "demo:cornell", "--occlusion deep --debug-view occlusion -o view.png").1;
-    assert!(!view.contains("has no part"), "{view}");
+    assert!(!view.contains("has no effect"), "{view}");
 }
 
 #[test]
-fn gpu_the_default_name_is_the_scenes_and_replaces_what_was_there() {
+fn gpu_the_default_name_is_the_scenes_and_replaces_an_old_file() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("cornell.png"), "not an image").unwrap();
     assert_eq!(render(folder.path(), "--quiet"), "cornell.png\n");
@@ -203,17 +203,17 @@ fn gpu_the_default_name_is_the_scenes_and_replaces_what_was_there() {
 }
 
 #[test]
-fn gpu_scenes_without_lights_or_anything_render() {
+fn gpu_empty_scenes_render() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("empty.gltf"), r#"{ "asset": { "version": "2.0" } }"#).unwrap();
     let (stdout, stderr) = render_scene(folder.path(), "empty.gltf", "--sky 0.25,0.5,1 -o sky.exr");
     assert_eq!(stdout, "sky.exr\n");
-    // Once: that nothing shines, though the sky does.
-    assert_eq!(stderr, "note: the scene has no geometry: nothing but its environment is seen\n");
+    // Regression: the note said that the scene was dark, although its sky is not.
+    assert_eq!(stderr, "note: the scene has no geometry: only its environment is visible\n");
     let sky = read_exr(&folder.path().join("sky.exr")).unwrap();
     assert!(sky.pixels.iter().all(|pixel| *pixel == [0.25, 0.5, 1.0]), "{:?}", sky.pixels[0]);
 
-    // Two columns: what is ahead is their mean, and after a quarter of a turn to the left the right one.
+    // Two columns: the view ahead is their mean; rotated by a quarter to the left, it is the right one.
     let pixels = vec![[1.0, 0.0, 4.0], [0.0, 2.0, 0.0]];
     write_exr(&folder.path().join("env.exr"), &RgbImage::new(2, 1, pixels).unwrap()).unwrap();
     let seen = |name: &str, words: &str| {
@@ -223,9 +223,9 @@ fn gpu_scenes_without_lights_or_anything_render() {
         let rendering = read_exr(&folder.path().join(name)).unwrap();
         rendering.pixels[16 * 48 + 24]
     };
-    let near = |found: [f32; 3], expected: [f32; 3]| {
-        let is_near = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 0.01);
-        assert!(is_near, "{found:?}, not {expected:?}");
+    let near = |actual: [f32; 3], expected: [f32; 3]| {
+        let is_near = actual.iter().zip(expected).all(|(actual, expected)| (actual - expected).abs() < 0.01);
+        assert!(is_near, "{actual:?}, not {expected:?}");
     };
     near(seen("ahead.exr", ""), [0.5, 1.0, 2.0]);
     near(seen("turned.exr", "--environment-rotation 90 --environment-scale 0.5"), [0.0, 1.0, 0.0]);
@@ -234,7 +234,7 @@ fn gpu_scenes_without_lights_or_anything_render() {
     render_scene(folder.path(), "empty.gltf", "--lights rain:10 --culling all -o rain.png");
 }
 
-/// A cube of 2 m, whose faces look outwards or inwards.
+/// A cube of 2 m whose faces point outwards or inwards.
 fn cube(inwards: bool) -> String {
     let corners = (0..8).map(|i| format!("v {} {} {}\n", 2 * (i & 1) - 1, (i & 2) - 1, (i >> 1 & 2) - 1));
     let faces = [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]];
@@ -245,7 +245,7 @@ fn cube(inwards: bool) -> String {
     corners.chain(faces.map(face)).collect()
 }
 
-/// Mean of all channels in the middle of the image, and in its upper right corner.
+/// Mean of all channels in the middle of the image and in its upper right corner.
 fn middle_and_corner(path: &Path) -> (f32, f32) {
     let rendering = read_exr(path).unwrap();
     let mean = |x: usize, y: usize| {
@@ -264,7 +264,7 @@ fn gpu_a_file_without_light_is_lit() {
         let (_, stderr) = render_scene(folder.path(), scene, &format!("{words} -o a.exr"));
         (middle_and_corner(&folder.path().join("a.exr")), stderr)
     };
-    // Once: black, with a hint whose sun shone from behind.
+    // Regression: the image was black, with a hint whose sun shone from behind.
     let ((cube, backdrop), stderr) = seen("cube.obj", "");
     assert!(stderr.starts_with("note: ") && stderr.contains("studio") && stderr.contains("--light-rig"), "{stderr}");
     assert_eq!(stderr.lines().count(), 1, "{stderr}");
@@ -274,25 +274,25 @@ fn gpu_a_file_without_light_is_lit() {
         let ((cube, backdrop), _) = seen("cube.obj", &format!("--view {side}"));
         assert!((0.2..1.2).contains(&cube) && (0.1..0.4).contains(&backdrop), "{side}: {cube} before {backdrop}");
     }
-    // Environment that light no surface are no light.
+    // An environment that reaches no surface does not count as light.
     let ((cube, sky), stderr) = seen("cube.obj", "--indirect none");
     assert!(stderr.contains("built-in sun") && (0.2..1.2).contains(&cube) && sky > 0.2, "{stderr}{cube} {sky}");
 
     let (dark, stderr) = seen("cube.obj", "--light-rig none");
-    assert!(dark == (0.0, 0.0) && stderr.contains("shines"), "{dark:?} {stderr}");
+    assert!(dark == (0.0, 0.0) && stderr.contains("little or no light"), "{dark:?} {stderr}");
     let sun = stderr.split_whitespace().skip_while(|word| *word != "--sun").nth(1).expect("a sun is suggested");
     let ((cube, black), stderr) = seen("cube.obj", &format!("--sun {sun}"));
     assert!(cube > 0.2 && black == 0.0 && stderr.is_empty(), "{sun}: {cube}, {black}, {stderr}");
 
     let ((walls, _), stderr) = seen("room.obj", "");
     assert!(stderr.contains("closed interior") && stderr.contains("--eye") && stderr.contains("studio"), "{stderr}");
-    assert!(walls > 0.1, "a lamp shines where no light comes in: {walls}");
+    assert!(walls > 0.1, "the rig lights a closed interior: {walls}");
 }
 
 #[test]
 fn gpu_a_night_gets_a_faint_sky() {
     let folder = tempfile::tempdir().unwrap();
-    // A square of 4 m, 2 m in front of a spot light that lights a disc of it.
+    // A square of 4 m, 2 m in front of a spot light that lights a disk on it.
     let corners: [[f32; 3]; 4] = [[-2.0, -2.0, -2.0], [2.0, -2.0, -2.0], [-2.0, 2.0, -2.0], [2.0, 2.0, -2.0]];
     let mut bytes: Vec<u8> = corners.into_iter().flatten().flat_map(f32::to_le_bytes).collect();
     bytes.extend([0_u16, 1, 2, 2, 1, 3].into_iter().flat_map(u16::to_le_bytes));
@@ -314,7 +314,7 @@ fn gpu_a_night_gets_a_faint_sky() {
     };
     fs::write(folder.path().join("night.gltf"), text(0.1)).unwrap();
     fs::write(folder.path().join("lit.gltf"), text(1.2)).unwrap();
-    // Share of the image that is black, and what was said of a sky.
+    // Fraction of the image that is black, and the note about a sky.
     let seen = |scene: &str, words: &str| {
         let (_, stderr) = render_scene(folder.path(), scene, &format!("{words} -o a.png"));
         let rendering = read_png(&folder.path().join("a.png")).unwrap();
@@ -329,7 +329,7 @@ fn gpu_a_night_gets_a_faint_sky() {
     let sky = said.split_whitespace().skip_while(|word| !word.ends_with("--sky")).nth(1).expect("the sky is named");
     assert_eq!(seen("night.gltf", &format!("--sky {sky}")).1, None);
     assert_eq!(fs::read(folder.path().join("a.png")).unwrap(), first, "--sky {sky} repeats the image");
-    // Who says what light there is gets no other.
+    // Flags that set the light prevent the faint sky.
     for words in ["--light-rig none", "--exposure 0"] {
         let (black, said) = seen("night.gltf", words);
         assert!(black > 0.8 && said.is_none(), "{words}: {black} {said:?}");
@@ -339,7 +339,7 @@ fn gpu_a_night_gets_a_faint_sky() {
 }
 
 #[test]
-fn gpu_info_says_what_render_warns_of() {
+fn gpu_info_has_the_warnings_of_render() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"{ "asset": { "version": "2.0" }, "extensionsUsed": ["EXT_one"],
                     "animations": [ { "channels": [ { "sampler": 0, "target": { "path": "pointer" } } ], "samplers": [] } ] }"#;

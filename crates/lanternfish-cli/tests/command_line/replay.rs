@@ -38,7 +38,7 @@ fn report(folder: &Path, name: &str) -> Value {
 }
 
 #[test]
-fn gpu_two_replays_count_the_same_and_show_the_same() {
+fn gpu_two_replays_have_equal_counters_and_images() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("walk.toml"), SHOT).unwrap();
     for name in ["first", "second"] {
@@ -52,7 +52,7 @@ fn gpu_two_replays_count_the_same_and_show_the_same() {
     assert_eq!(first["frames"], second["frames"]);
     let counts = |name: &str| fs::read_to_string(folder.path().join(name).join("counts.csv")).unwrap();
     assert_eq!(counts("first"), counts("second"));
-    // Every frame is another, for camera and rain move; and says what its clusters hold.
+    // Every frame differs, because camera and rain move; and has statistics of its clusters.
     let frames = first["frames"].as_array().unwrap();
     let mut renderings: Vec<&str> = frames.iter().map(|frame| frame["image"].as_str().unwrap()).collect();
     renderings.sort_unstable();
@@ -65,7 +65,7 @@ fn gpu_two_replays_count_the_same_and_show_the_same() {
             "{frame}"
         );
     }
-    // Every run has every frame, of passes that took time.
+    // Every run has every frame, with passes that took time.
     let passes = first["passes"].as_array().unwrap();
     assert!(passes.iter().any(|pass| pass["name"] == "shading/forward" && pass["category"] == "shading"), "{passes:?}");
     for pass in passes.iter().chain(first["host"].as_array().unwrap()) {
@@ -75,11 +75,11 @@ fn gpu_two_replays_count_the_same_and_show_the_same() {
     let page = fs::read_to_string(folder.path().join("first/report.html")).unwrap();
     assert!(page.matches("<svg").count() == 8 && !page.contains("NaN") && !page.contains("<script"));
 
-    // A replay that took a quarter of the time, as far as the file says, makes everything slower now; one of other frames is no replay of this.
+    // Against a replay that seemingly took a quarter of the time, everything is slower now. Other frames cannot be compared.
     let mut faster = first;
     quarter(&mut faster);
     let words = ["--runs", "4", "--frames", "4", "-o", "third", "--compare", "old.json", "--matters", "20"];
-    // 2 runs and 4 are too few for so many passes.
+    // 2 and 4 runs are too few for so many passes.
     fs::write(folder.path().join("old.json"), faster.to_string()).unwrap();
     let few = replay(folder.path(), &words);
     assert_eq!(few.status.code(), Some(2), "{}", String::from_utf8_lossy(&few.stdout));
@@ -102,7 +102,7 @@ fn gpu_two_replays_count_the_same_and_show_the_same() {
     assert!(String::from_utf8_lossy(&other.stderr).contains("another choice of frames"));
 }
 
-/// Times of a quarter, as of a machine four times as fast.
+/// A quarter of the times, as from a machine four times as fast.
 fn quarter(report: &mut Value) {
     for list in ["passes", "host"] {
         for series in report[list].as_array_mut().unwrap() {
@@ -130,7 +130,7 @@ fn what_cannot_be_replayed_is_refused() {
     assert_eq!(names(folder.path()), ["walk.toml"]);
 }
 
-/// A walk of five steps as `view --record` writes it: forwards, three times; then a look to the right.
+/// A recording of five steps as `view --record` writes it: three moves forwards, then a look to the right.
 const RECORDED: &str = r#"
 recording = 1
 scene = "demo:cornell"
@@ -148,7 +148,7 @@ steps = [
 "#;
 
 #[test]
-fn gpu_what_was_recorded_is_played_again() {
+fn gpu_a_recording_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("walk.toml"), RECORDED).unwrap();
     let output = replay(folder.path(), &["--runs", "1", "--lights", "rain:61", "-o", "whole"]);
@@ -156,13 +156,13 @@ fn gpu_what_was_recorded_is_played_again() {
     let whole = report(folder.path(), "whole");
     assert_eq!(whole["moments"], json!([0.0, 0.1, 0.2, 0.3, 0.4]));
     assert_eq!((&whole["width"], &whole["source"]), (&json!(48), &json!("walk.toml")));
-    // A flag goes before the recording's.
+    // A flag overrides the recording's.
     let rain = |report: &Value| report["lights"].as_u64().unwrap();
     let output = replay(folder.path(), &["--runs", "1", "--frames", "2-3", "-o", "part"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let part = report(folder.path(), "part");
     assert_eq!((part["moments"].as_array().unwrap().len(), rain(&whole) - rain(&part)), (2, 1));
-    // The same camera as a shot says it, at the same time, is the same image.
+    // A shot with the same camera and time gives the same image.
     let shot = SHOT
         .replace("frames = 4", "")
         .replace("0, 1, 3.4]", "0, 1, 3.2]")
@@ -186,7 +186,7 @@ fn gpu_what_was_recorded_is_played_again() {
 }
 
 #[test]
-fn gpu_clusters_reach_as_far_as_is_asked_and_show_the_same() {
+fn gpu_cluster_depth_changes_clusters_and_not_images() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("walk.toml"), SHOT).unwrap();
     let of = |depth: &str, shape: &str| {
@@ -201,9 +201,9 @@ fn gpu_clusters_reach_as_far_as_is_asked_and_show_the_same() {
     let (near, far) = (of("0", "persp:8"), of("100", "persp:8"));
     assert!(far.0 > near.0, "{} clusters for {}", far.0, near.0);
     assert_eq!(far.2, near.2);
-    // The scene is farther than 1 m: clusters end with it all the same.
+    // The scene is deeper than 1 m, but clusters of a view end at the requested depth.
     assert_eq!(of("1", "persp:8"), near);
-    // A view that is 100 m deep is displaced into other clusters, and shows the same.
+    // With a depth of 100 m, displaced views use other clusters and give the same image.
     let (near, far) = (of("0", "displ:8:4"), of("100", "displ:8:4"));
     assert!(far.0 != near.0 && far.2 == near.2, "{} clusters for {}", far.0, near.0);
 }

@@ -1,5 +1,5 @@
-//! Where results go: the longest names, links, pipes, and what must not be replaced. By `reference` and `compare`, which
-//! need no adapter; `render` writes by the same functions.
+//! Output files: long names, links, pipes, and files that must not be replaced. Tests `reference` and `compare`, which need no
+//! adapter; `render` writes with the same functions.
 
 use std::{
     fs,
@@ -22,7 +22,7 @@ fn trace(folder: &Path, file: &str) {
     assert!(output.status.success(), "{file}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Standard error of a run that fails before it looks at a scene, which is not there.
+/// Standard error of a run that fails before it reads its scene, which does not exist.
 #[track_caller]
 fn refused(folder: &Path, words: &[&str]) -> String {
     let output = output(folder, words);
@@ -33,7 +33,7 @@ fn refused(folder: &Path, words: &[&str]) -> String {
 }
 
 #[test]
-fn a_name_may_be_as_long_as_names_go() {
+fn names_may_have_the_longest_length() {
     let folder = tempfile::tempdir().unwrap();
     let name = |length: usize, ending: &str| "n".repeat(length - ending.len()) + ending;
     for length in [240, 255] {
@@ -100,7 +100,7 @@ fn pipes_are_written_to_but_not_compared() {
         let reader = std::thread::spawn(move || fs::read(path).unwrap());
         trace(folder.path(), pipe);
         assert!(reader.join().unwrap() == fs::read(folder.path().join(file)).unwrap(), "{pipe}");
-        // Once: waited for a writer, for ever.
+        // Regression: it waited forever for a writer.
         for words in [["compare", pipe, file], ["compare", file, pipe]] {
             let error = refused(folder.path(), &words);
             assert!(error.contains(pipe) && error.contains("a pipe"), "{error}");
@@ -113,13 +113,13 @@ fn pipes_are_written_to_but_not_compared() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn standard_output_is_a_place_for_figures() {
+fn json_can_go_to_standard_output() {
     let folder = tempfile::tempdir().unwrap();
     trace(folder.path(), "file.exr");
     let words = ["compare", "file.exr", "file.exr", "--json"];
     let piped = output(folder.path(), &[&words[..], &["/dev/stdout"]].concat());
     assert!(piped.status.success(), "{}", String::from_utf8_lossy(&piped.stderr));
-    // Where that is a file, what was there stays, and what comes after is not lost.
+    // If that is a file, its contents stay and further output is appended.
     let path = folder.path().join("both.txt");
     fs::write(&path, "before\n").unwrap();
     let both = fs::OpenOptions::new().append(true).open(&path).unwrap();

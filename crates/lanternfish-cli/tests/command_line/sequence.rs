@@ -1,4 +1,4 @@
-//! Sequences in pieces, on the software adapter: the same frames wherever and in whatever order they are rendered.
+//! Sequences in parts, on the software adapter: the frames do not depend on the order or the machine.
 
 use std::{
     collections::BTreeMap,
@@ -16,7 +16,7 @@ fn output(folder: &Path, words: &str) -> Output {
     lanternfish(folder).args(words.split_whitespace()).output().unwrap()
 }
 
-/// Standard output and standard error of a run that succeeds.
+/// Standard output and standard error of a successful run.
 #[track_caller]
 fn run(folder: &Path, words: &str) -> (String, String) {
     let output = output(folder, words);
@@ -25,8 +25,8 @@ fn run(folder: &Path, words: &str) -> (String, String) {
     (String::from_utf8(output.stdout).unwrap(), stderr)
 }
 
-/// A camera that moves through rain for a second; metered, so that each image by itself would be shown otherwise.
-/// Few rays, and few samples of each cell of the radiance cache.
+/// A camera that moves through rain for a second. With automatic exposure, each image alone would be metered differently. Few
+/// rays, and few samples of each entry of the radiance cache.
 const WALK: &str = "scene = \"demo:cornell\"
 [output]
 output = \"out/walk.png\"
@@ -49,7 +49,7 @@ cache-samples = 2
 adapter = \"cpu\"
 ";
 
-/// A folder with the shot, and its folder of images.
+/// A folder with the shot and a folder for images.
 fn walk() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("walk.toml"), WALK).unwrap();
@@ -57,38 +57,38 @@ fn walk() -> tempfile::TempDir {
     folder
 }
 
-/// The images of a folder by name.
+/// The images of a folder, by name.
 fn renderings(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let folder = folder.join("out");
     names(&folder).into_iter().map(|name| (name.clone(), fs::read(folder.join(name)).unwrap())).collect()
 }
 
 #[test]
-fn gpu_frames_do_not_depend_on_what_else_is_rendered() {
-    let (whole, parts) = (walk(), walk());
-    let (stdout, stderr) = run(whole.path(), "render walk.toml --fps 12 --frames 1-12");
+fn gpu_frames_do_not_depend_on_other_frames() {
+    let (complete, parts) = (walk(), walk());
+    let (stdout, stderr) = run(complete.path(), "render walk.toml --fps 12 --frames 1-12");
     assert!(stderr.contains("metered at 0 s"), "{stderr}");
     let names: Vec<_> = (1..=12).map(|number| format!("out/walk.{number:04}.png")).collect();
     assert_eq!(stdout.lines().collect::<Vec<_>>(), names);
-    // In chunks, the later first.
+    // In chunks, the last first.
     for chunk in ["9-12", "5-8", "1-3", "4-4"] {
         run(parts.path(), &format!("render walk.toml --fps 12 --frames {chunk}"));
     }
-    let (whole, parts) = (renderings(whole.path()), renderings(parts.path()));
-    assert_eq!(whole.len(), 12);
-    for (name, bytes) in &whole {
+    let (complete, parts) = (renderings(complete.path()), renderings(parts.path()));
+    assert_eq!(complete.len(), 12);
+    for (name, bytes) in &complete {
         assert!(parts.get(name) == Some(bytes), "{name}");
     }
     assert_eq!(parts.len(), 12);
-    // It can fail: frames differ.
-    let differing = whole.values().collect::<Vec<_>>().windows(2).filter(|pair| pair[0] != pair[1]).count();
+    // Negative control: frames differ.
+    let differing = complete.values().collect::<Vec<_>>().windows(2).filter(|pair| pair[0] != pair[1]).count();
     assert_eq!(differing, 11);
 }
 
 #[test]
 fn gpu_a_still_is_the_frame_of_its_time() {
     let folder = walk();
-    // With light that is found by other means, whose parts are kept from frame to frame.
+    // Techniques that carry state from frame to frame.
     for technique in [
         "",
         "--indirect virtual-lights",
@@ -103,22 +103,23 @@ fn gpu_a_still_is_the_frame_of_its_time() {
     }
 }
 
-/// Motion is from the moment before, which is rendered for it: a frame does not depend on which others are.
+/// Motion is relative to the previous frame's time, which is rendered first: a frame does not depend on which others are
+/// requested.
 #[test]
 fn gpu_motion_of_a_frame_is_from_the_moment_before() {
-    let (whole, parts) = (walk(), walk());
-    let (_, stderr) = run(whole.path(), "render walk.toml --debug-view motion --frames 1-4");
+    let (complete, parts) = (walk(), walk());
+    let (_, stderr) = run(complete.path(), "render walk.toml --debug-view motion --frames 1-4");
     assert!(stderr.contains("scale of motion: pixels to the right"), "{stderr}");
     for chunk in ["4-4", "1-2", "3-3"] {
         run(parts.path(), &format!("render walk.toml --debug-view motion --frames {chunk}"));
     }
-    let (whole, parts) = (renderings(whole.path()), renderings(parts.path()));
-    assert!(whole == parts && whole.len() == 4, "{:?}", whole.keys());
+    let (complete, parts) = (renderings(complete.path()), renderings(parts.path()));
+    assert!(complete == parts && complete.len() == 4, "{:?}", complete.keys());
     let folder = walk();
     run(folder.path(), "render walk.toml --debug-view motion --time 0.16666667 -o out/a.png");
     let still = fs::read(folder.path().join("out/a.png")).unwrap();
-    assert!(still == whole["walk.0004.png"], "a still is the frame of its time");
-    // It can fail: another pace is another motion, and without a time there is none.
+    assert!(still == complete["walk.0004.png"], "a still is the frame of its time");
+    // Negative control: another frame rate gives other motion, and without a time there is none.
     run(folder.path(), "render walk.toml --debug-view motion --time 0.16666667 --fps 12 -o out/a.png");
     assert!(fs::read(folder.path().join("out/a.png")).unwrap() != still);
     let (_, stderr) =
@@ -126,10 +127,10 @@ fn gpu_motion_of_a_frame_is_from_the_moment_before() {
     assert!(stderr.contains("--time SECONDS or --frames A-B"), "{stderr}");
 }
 
-/// An animated file: bent vertices, by the renderer and by the path tracer.
+/// An animated file: skinned vertices, in the renderer and in the path tracer.
 #[test]
-fn gpu_an_animated_file_is_at_each_time_what_it_is() {
-    let test = "gpu_an_animated_file_is_at_each_time_what_it_is";
+fn gpu_an_animated_file_depends_on_the_time_only() {
+    let test = "gpu_an_animated_file_depends_on_the_time_only";
     let Some(man) = lanternfish_gpu::testing::shared(test, "assets/conformance/CesiumMan.glb") else { return };
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
@@ -146,24 +147,24 @@ fn gpu_an_animated_file_is_at_each_time_what_it_is() {
 }
 
 #[test]
-fn gpu_what_is_there_and_whole_is_left_out() {
+fn gpu_complete_frames_are_skipped() {
     let folder = walk();
     let path = |number: u32| folder.path().join(format!("out/walk.{number:04}.png"));
     let render = |words: &str| run(folder.path(), &format!("render walk.toml --frames 1-4 --skip-existing {words}"));
     let (stdout, stderr) = render("");
-    assert!(stdout.lines().count() == 4 && !stderr.contains("are there"), "{stderr}");
-    let whole = renderings(folder.path());
-    // One is missing, one is cut off, one is of another size; the fourth is not touched.
+    assert!(stdout.lines().count() == 4 && !stderr.contains("exist and"), "{stderr}");
+    let complete = renderings(folder.path());
+    // One is missing, one is truncated, one has another size; the fourth stays untouched.
     let marked = fs::metadata(path(4)).unwrap().modified().unwrap();
     fs::remove_file(path(1)).unwrap();
     fs::write(path(2), &fs::read(path(2)).unwrap()[..900]).unwrap();
     run(folder.path(), "render walk.toml --size 32x18 --frames 3-3");
     let (again, stderr) = render("");
-    assert!(stderr.contains("1 of 4 images are there and whole"), "{stderr}");
-    assert_eq!(again, stdout, "all paths are told");
-    assert!(renderings(folder.path()) == whole);
+    assert!(stderr.contains("1 of 4 images exist and are complete"), "{stderr}");
+    assert_eq!(again, stdout, "all paths are printed");
+    assert!(renderings(folder.path()) == complete);
     assert_eq!(fs::metadata(path(4)).unwrap().modified().unwrap(), marked);
-    // Nothing is left to do, and nothing is done: not even this scene is read.
+    // Nothing is left to do, so not even the scene is read.
     fs::write(folder.path().join("walk.toml"), WALK.replace("demo:cornell", "gone.glb")).unwrap();
     assert_eq!(render("").0, stdout);
     let (farm, _) = render("--progress openjd");
@@ -179,7 +180,7 @@ fn gpu_scenes_without_a_track_have_frames() {
         run(folder.path(), &format!("render demo:cornell --adapter cpu --size 32x18 --indirect none {words}"))
     };
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    // Nothing moves: the same image, twice.
+    // Nothing moves: two equal images.
     render("--frames 3-4 -o still.png");
     assert!(read("still.0003.png") == read("still.0004.png"));
     render("--frames 0-1 --lights rain:20 -o rain.exr");
@@ -191,21 +192,21 @@ fn gpu_scenes_without_a_track_have_frames() {
 }
 
 #[test]
-fn gpu_a_killed_chunk_is_gone_on_with() {
-    let (whole, parts) = (walk(), walk());
-    for folder in [&whole, &parts] {
-        // Frames that take a little.
+fn gpu_a_killed_chunk_is_completed() {
+    let (complete, parts) = (walk(), walk());
+    for folder in [&complete, &parts] {
+        // Frames that take some time.
         fs::write(folder.path().join("walk.toml"), format!("{WALK}[technique]\naccumulate = 4\n")).unwrap();
     }
-    run(whole.path(), "render walk.toml --fps 12 --frames 1-12");
-    assert_eq!(run(whole.path(), "frames walk.toml 1-12").0, "12 of 12 frames are whole\n");
+    run(complete.path(), "render walk.toml --fps 12 --frames 1-12");
+    assert_eq!(run(complete.path(), "frames walk.toml 1-12").0, "12 of 12 frames are complete\n");
 
     run(parts.path(), "render walk.toml --fps 12 --frames 1-4");
     let words = "render walk.toml --fps 12 --frames 5-12 --skip-existing";
     let mut chunk = lanternfish(parts.path()).args(words.split(' ')).stdout(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(chunk.stdout.take().unwrap()).lines();
-    assert!(lines.any(|line| line.unwrap().ends_with("walk.0006.png")), "a frame is told when it is there");
-    // At once, with no time to tidy up.
+    assert!(lines.any(|line| line.unwrap().ends_with("walk.0006.png")), "a frame is printed when its file exists");
+    // Kill at once, without time to clean up.
     chunk.kill().unwrap();
     chunk.wait().unwrap();
     let path = |number: u32| parts.path().join(format!("out/walk.{number:04}.png"));
@@ -215,19 +216,19 @@ fn gpu_a_killed_chunk_is_gone_on_with() {
     let said = String::from_utf8(verified.stdout).unwrap();
     assert_eq!(verified.status.code(), Some(1), "{said}");
     assert!(said.contains("broken   out/walk.0002.png: ") && said.contains("missing  out/walk.0012.png\n"), "{said}");
-    assert!(said.lines().last().unwrap().contains(" of 12 frames are whole; not 2, "), "{said}");
+    assert!(said.lines().last().unwrap().contains(" of 12 frames are complete; not 2, "), "{said}");
 
     let (_, stderr) = run(parts.path(), "render walk.toml --fps 12 --frames 1-12 --skip-existing");
-    assert!(stderr.contains("of 12 images are there and whole"), "{stderr}");
-    assert_eq!(run(parts.path(), "frames walk.toml 1-12").0, "12 of 12 frames are whole\n");
-    let (whole, mut parts) = (renderings(whole.path()), renderings(parts.path()));
-    // What was being written when it was killed.
+    assert!(stderr.contains("of 12 images exist and are complete"), "{stderr}");
+    assert_eq!(run(parts.path(), "frames walk.toml 1-12").0, "12 of 12 frames are complete\n");
+    let (complete, mut parts) = (renderings(complete.path()), renderings(parts.path()));
+    // Temporary files of the killed process.
     parts.retain(|name, _| !name.starts_with(".lanternfish-"));
-    assert!(whole == parts && whole.len() == 12);
+    assert!(complete == parts && complete.len() == 12);
 }
 
 #[test]
-fn frames_that_are_not_there_are_named() {
+fn missing_frames_are_listed() {
     let folder = walk();
     let frames = |words: &str| {
         let output = output(folder.path(), &format!("frames {words}"));
@@ -235,9 +236,9 @@ fn frames_that_are_not_there_are_named() {
     };
     write_png(&folder.path().join("out/walk.0002.png"), 64, 36, ColorType::Rgb, &[7; 64 * 36 * 3]).unwrap();
     let (code, said) = frames("walk.toml 1-3");
-    assert_eq!((code, said.lines().last()), (Some(1), Some("1 of 3 frames are whole; not 1, 3")));
-    assert_eq!(frames("walk.toml 2"), (Some(0), "1 of 1 frames are whole\n".to_owned()));
-    // Flags go before the shot's keys.
+    assert_eq!((code, said.lines().last()), (Some(1), Some("1 of 3 frames are complete; not 1, 3")));
+    assert_eq!(frames("walk.toml 2"), (Some(0), "1 of 1 frames are complete\n".to_owned()));
+    // Flags override the shot's keys.
     let (code, said) = frames("walk.toml 2-2 --size 128x72");
     assert!(code == Some(1) && said.contains("out/walk.0002.png: 64 x 36 pixels, not 128 x 72"), "{said}");
     assert_eq!(frames("walk.toml 2 -o out/other.png").0, Some(1));
@@ -253,14 +254,14 @@ fn frames_that_are_not_there_are_named() {
 }
 
 #[test]
-fn a_job_names_what_lies_beside_it() {
+fn a_job_has_relative_paths() {
     let folder = walk();
     let job = |words: &str| run(folder.path(), &format!("farm walk.toml --frames 1-24 {words}")).0;
     let text = job("--chunk 5");
     for line in
         ["  - TASK_CHUNKING", "    default: \"walk.toml\"", "    default: \"out/walk.png\"", "    default: \"1-24\""]
     {
-        assert!(text.lines().any(|known| known == line), "{line} is not in:\n{text}");
+        assert!(text.lines().any(|other| other == line), "{line} is not in:\n{text}");
     }
     assert!(text.contains("default: 5\n") && text.contains("\"{{Task.Param.Frame}}\"") && !text.contains("--fps"));
     assert!(job("--fps 12.5").contains("            - --fps\n            - \"12.5\"\n"));
@@ -270,7 +271,7 @@ fn a_job_names_what_lies_beside_it() {
     assert!(
         run(folder.path(), "farm demo:cornell --frames 3").0.contains("type: STRING\n    default: \"demo:cornell\"")
     );
-    // A job takes nothing from outside its folder.
+    // A job refuses files outside its folder.
     let refused = output(folder.path(), "farm walk.toml --frames 1-24 -o out/job.yaml");
     let error = String::from_utf8(refused.stderr).unwrap();
     assert!(!refused.status.success() && error.contains("not in the job's folder"), "{error}");
@@ -281,15 +282,15 @@ fn a_job_names_what_lies_beside_it() {
 }
 
 #[test]
-fn gpu_a_job_is_run() {
-    let test = "gpu_a_job_is_run";
+fn gpu_a_job_runs() {
+    let test = "gpu_a_job_runs";
     let is_there = Command::new("openjd").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
     if !is_there {
         println!("LEFT OUT (tool): {test}: openjd is not on PATH (pip install openjd-cli)");
         return;
     }
-    let (whole, parts) = (walk(), walk());
-    run(whole.path(), "render walk.toml --frames 1-12");
+    let (complete, parts) = (walk(), walk());
+    run(complete.path(), "render walk.toml --frames 1-12");
     run(parts.path(), "farm walk.toml --frames 1-12 --chunk 5 -o job.yaml");
     let openjd = |words: &str| {
         let output = Command::new("openjd").args(words.split(' ')).current_dir(parts.path()).output().unwrap();
@@ -299,6 +300,6 @@ fn gpu_a_job_is_run() {
     };
     openjd("check job.yaml");
     let said = openjd(&format!("run job.yaml -p Lanternfish={}", env!("CARGO_BIN_EXE_lanternfish")));
-    assert!(said.contains("openjd_progress: 100.0") && said.contains("12 of 12 frames are whole"), "{said}");
-    assert!(renderings(parts.path()) == renderings(whole.path()));
+    assert!(said.contains("openjd_progress: 100.0") && said.contains("12 of 12 frames are complete"), "{said}");
+    assert!(renderings(parts.path()) == renderings(complete.path()));
 }

@@ -8,7 +8,7 @@ fn output(folder: &Path, words: &str) -> Output {
     lanternfish(folder).args(words.split_whitespace()).output().unwrap()
 }
 
-/// Standard output of a run that succeeds.
+/// Standard output of a successful run.
 #[track_caller]
 fn run(folder: &Path, words: &str) -> String {
     let output = output(folder, words);
@@ -42,9 +42,9 @@ fn gpu_a_written_shot_renders_the_same_image() {
     assert_eq!(read("night.png"), read("flags.png"));
     run(folder.path(), "render night.toml -o night.exr");
     assert_eq!(read("night.exr"), read("flags.exr"));
-    // A shot of a shot is the shot, but for what flags say.
+    // A shot of a shot is the same shot, except for the flags.
     assert_eq!(run(folder.path(), "shot night.toml --seed 4").replace("seed = 4", "seed = 3"), shot);
-    // The comparison notices a seed.
+    // Negative control: the comparison detects another seed.
     run(folder.path(), "render night.toml --seed 4 -o other.exr");
     assert_ne!(read("other.exr"), read("flags.exr"));
 }
@@ -80,7 +80,7 @@ fn gpu_a_track_becomes_numbered_images_beside_the_shot() {
     let report: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
     assert_eq!(report["frames"], 3);
 
-    // A still is the sequence's image of that moment, at an exposure that is said: each run would meter its first image.
+    // A single image equals the sequence's image of that time, with the exposure given: each run would meter its first image.
     let still = |time: &str| {
         run(&inner, &format!("render walk.toml --time {time} -o still.png"));
         fs::read(inner.join("still.png")).unwrap()
@@ -124,7 +124,7 @@ fn mistakes_leave_nothing() {
 }
 
 #[test]
-fn a_scene_of_a_file_is_chosen_by_name_or_number() {
+fn a_scene_of_a_file_is_chosen_by_name_or_index() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"{ "asset": { "version": "2.0" }, "scene": 0,
         "scenes": [ { "name": "day", "nodes": [] }, { "name": "night", "nodes": [ 0 ] } ],

@@ -1,4 +1,4 @@
-//! What tests of the command line share.
+//! Functions that the tests of the command line share.
 
 use std::{
     fs,
@@ -6,14 +6,14 @@ use std::{
     process::{Command, Stdio},
 };
 
-/// The program in a folder, without input, whatever the tests' own environment say of logs.
+/// The program in a folder, without input, with the log variables of the test's environment removed.
 pub fn lanternfish(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
     command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());
     command
 }
 
-/// Names of what is in a folder, in their order.
+/// Sorted names of the files in a folder.
 pub fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<_> =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();

@@ -1,4 +1,4 @@
-//! The window as somebody sits before it: under a display of its own, driven by keys and a pointer.
+//! Tests of the window on a separate display, driven by keys and pointer.
 
 #[cfg(target_os = "linux")]
 mod dropped;
@@ -21,7 +21,7 @@ use lanternfish_metrics::read_png;
 
 use crate::support::lanternfish;
 
-/// What is waited for comes in seconds; that nothing comes is told after so long.
+/// Longest wait for an event that normally takes seconds.
 const LONGEST: Duration = Duration::from_secs(240);
 const SIZE: [usize; 2] = [400, 300];
 
@@ -30,28 +30,28 @@ struct Running(Child);
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // It may have ended by itself.
+        // The process may have exited already.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// A display without a screen, and the folder of its image.
+/// A virtual display, and the folder of its screen file.
 struct Display {
     _server: Running,
     name: String,
     folder: tempfile::TempDir,
-    /// Pixels of the window's part of the screen.
+    /// Size of the window's part of the screen, pixels.
     size: [usize; 2],
 }
 
 impl Display {
-    /// None where the programs are missing that this takes.
+    /// Opens a display; `None` if the required programs are missing.
     fn open(test: &str) -> Option<Self> {
         Some(Self { size: SIZE, ..Self::of(test, [640, 480])? })
     }
 
-    /// The same with so large a screen, which is the window's.
+    /// Opens a display of this size, which the window fills.
     fn of(test: &str, size: [usize; 2]) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let mut server = Command::new("Xvfb");
@@ -79,7 +79,7 @@ impl Display {
         Some(Self { _server: server, name: format!(":{}", number.trim()), folder, size })
     }
 
-    /// What the pointer and the keys do.
+    /// Runs pointer and key commands.
     #[track_caller]
     fn act(&self, words: &str) -> String {
         let output = Command::new("xdotool").args(words.split(' ')).env("DISPLAY", &self.name).output().unwrap();
@@ -97,7 +97,7 @@ impl Display {
         (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
     }
 
-    /// The screen once it stays as it is for a while, and is as is wanted.
+    /// Waits until the screen is stable and meets a condition.
     #[track_caller]
     fn settled(&self, what: &str, is_wanted: impl Fn(&[[u8; 3]]) -> bool) -> Vec<[u8; 3]> {
         let mut last = self.screen();
@@ -113,35 +113,35 @@ impl Display {
 fn wait_for<T>(what: &str, mut evaluate: impl FnMut() -> Option<T>) -> T {
     let started = Instant::now();
     loop {
-        if let Some(found) = evaluate() {
-            return found;
+        if let Some(value) = evaluate() {
+            return value;
         }
-        assert!(started.elapsed() < LONGEST, "it never comes to this: {what}");
+        assert!(started.elapsed() < LONGEST, "timed out waiting for: {what}");
         sleep(Duration::from_millis(50));
     }
 }
 
-/// An image, not a panel: it has many colours.
+/// True for an image, not a panel: it has many colours.
 fn is_image(screen: &[[u8; 3]]) -> bool {
     let colors: std::collections::BTreeSet<_> = screen.iter().collect();
     colors.len() > 300
 }
 
-/// Whether two screens show the same, but for what further frames of a mean change at edges: 2 % of the pixels.
+/// True if two screens are equal, except for edges that change with further averaged frames: 2 % of the pixels.
 fn are_alike(a: &[[u8; 3]], b: &[[u8; 3]]) -> bool {
     50 * a.iter().zip(b).filter(|(a, b)| is_other(**a, **b)).count() < a.len()
 }
 
-/// True if two colours are others, by more than noise.
+/// True if two colours differ by more than noise.
 fn is_other(a: [u8; 3], b: [u8; 3]) -> bool {
     a.iter().zip(b).any(|(a, b)| a.abs_diff(b) > 24)
 }
 
-/// The screenshot of an image at rest: asked for again until another one is the same.
+/// The screenshot of a converged image: repeated until two are equal.
 fn screenshot(display: &Display, folder: &Path) -> PathBuf {
     let mut number = 0;
     let mut before = Vec::new();
-    wait_for("an image at rest", || {
+    wait_for("a converged image", || {
         number += 1;
         let path = folder.join(format!("lanternfish-{number}.png"));
         display.act("key F2");
@@ -153,7 +153,8 @@ fn screenshot(display: &Display, folder: &Path) -> PathBuf {
     })
 }
 
-/// Saves a shot of an image at rest, closes the window, and renders the shot: it is the image, to the bit. Gives the shot's text.
+/// Saves a shot of a converged image, closes the window, and renders the shot: the images are equal to the bit. Returns the
+/// shot's text.
 fn saved_as_seen(display: &Display, folder: &Path, mut view: Running) -> String {
     display.act("key F4");
     let shot = folder.join("lanternfish-1.toml");
@@ -169,13 +170,13 @@ fn saved_as_seen(display: &Display, folder: &Path, mut view: Running) -> String 
     fs::read_to_string(&shot).unwrap()
 }
 
-/// Opens a window of the Cornell box in the corner of the display, and gives it the keys. What it says is in the folder's `log`.
+/// Opens a window of the Cornell box in the corner of the display, and focuses it. Its output goes to the folder's `log`.
 fn open(display: &Display, folder: &Path, words: &str) -> Running {
     let words = format!("view demo:cornell --adapter cpu --indirect none {words}");
     start(display, folder, &words)
 }
 
-/// Runs what opens a window, in the corner of the display, and gives it the keys. What it says is in the folder's `log`.
+/// Runs a command that opens a window in the corner of the display, and focuses it. Its output goes to the folder's `log`.
 fn start(display: &Display, folder: &Path, words: &str) -> Running {
     let log = fs::File::create(folder.join("log")).unwrap();
     let mut view = lanternfish(folder);
@@ -186,15 +187,15 @@ fn start(display: &Display, folder: &Path, words: &str) -> Running {
     let window = wait_for("a window", || {
         let said = || fs::read_to_string(folder.join("log")).unwrap();
         assert!(view.0.try_wait().unwrap().is_none(), "it has ended: {}", said());
-        let found = display.act("search --name Lanternfish");
-        found.lines().next().map(str::to_owned)
+        let windows = display.act("search --name Lanternfish");
+        windows.lines().next().map(str::to_owned)
     });
     display.act(&format!("windowmove {window} 0 0"));
     display.act(&format!("windowfocus --sync {window}"));
     view
 }
 
-/// What is flown while it is recorded is written when the window is closed, and played again.
+/// A recorded flight is written when the window is closed, and can be replayed.
 #[test]
 fn gpu_a_flight_is_recorded_and_played_again() {
     let Some(display) = Display::open("gpu_a_flight_is_recorded_and_played_again") else { return };
@@ -219,7 +220,7 @@ fn gpu_a_flight_is_recorded_and_played_again() {
     assert_eq!((report["frames"].as_array().unwrap().len(), &report["width"]), (4, &400.into()));
 }
 
-/// The library's shaders, in a folder of their own.
+/// Copies the library's shaders to a separate folder.
 fn copy_shaders(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
@@ -232,7 +233,7 @@ fn copy_shaders(from: &Path, to: &Path) {
     }
 }
 
-/// One that does not compile changes nothing; mended, it is seen.
+/// A shader that does not compile changes nothing; once corrected, it takes effect.
 #[test]
 fn gpu_shaders_are_read_again_when_they_are_saved() {
     let Some(display) = Display::open("gpu_shaders_are_read_again_when_they_are_saved") else { return };
@@ -250,7 +251,7 @@ fn gpu_shaders_are_read_again_when_they_are_saved() {
     fs::write(&file, text.replace(piece, "let diffuse = surface.albedo ** ")).unwrap();
     sleep(Duration::from_secs(3));
     assert!(are_alike(&display.screen(), &first), "a broken shader changes nothing");
-    // What is wrong stands below the image.
+    // The error is displayed below the image.
     display.act("key F3");
     let told = display.settled("the panels with what is wrong", |screen| !are_alike(screen, &first));
     display.act("key F3");
@@ -261,15 +262,15 @@ fn gpu_shaders_are_read_again_when_they_are_saved() {
     wait_for("other colours", || (!are_alike(&display.screen(), &first)).then_some(()));
     println!("seen {} ms after it was saved", saved.elapsed().as_millis());
     fs::write(&file, &text).unwrap();
-    display.settled("the colours of before", |screen| are_alike(screen, &first));
+    display.settled("the previous colours", |screen| are_alike(screen, &first));
     display.act("key F3");
     display.settled("the panels without what was wrong", |screen| *screen != told);
     display.act("key Escape");
     assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
 }
 
-/// Opened, hidden panels, flown, keys shown, a line drawn and dragged, a pixel clicked and looked at, saved, closed: and the shot that was
-/// saved renders what was seen, to the bit.
+/// Opens a window, hides the panels, flies, shows the keys, draws and drags the line of Compare, focuses a clicked pixel, saves
+/// a shot and closes the window. The shot then renders the window's image to the bit.
 #[test]
 fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
     let Some(display) = Display::open("gpu_a_window_is_driven_and_its_shot_is_its_image") else { return };
@@ -288,9 +289,9 @@ fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
     display.act("key F1");
     display.settled("the page of keys", |screen| !are_alike(screen, &flown));
     display.act("key F1");
-    display.settled("the image behind it, as it was", |screen| are_alike(screen, &flown));
+    display.settled("the same image behind it", |screen| are_alike(screen, &flown));
 
-    // The same on both sides: but for the line and its letters, nothing is other than before.
+    // Both sides are equal: only the line and its letters differ from before.
     let differs = |screen: &[[u8; 3]], x: usize| {
         let rows = 60..SIZE[1];
         let others = rows.clone().filter(|y| is_other(screen[y * SIZE[0] + x], flown[y * SIZE[0] + x])).count();
@@ -316,7 +317,7 @@ fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
     sleep(Duration::from_millis(300));
     display.act("click 1");
     display.act("mousemove 600 460");
-    // What is under the pixel may not be known yet.
+    // The position under the pixel may not be available yet.
     wait_for("the camera to look there", || {
         display.act("key f");
         sleep(Duration::from_secs(1));
@@ -339,7 +340,7 @@ fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
     assert_eq!((seen.width, seen.height), (SIZE[0], SIZE[1]));
     let others = seen.pixels.iter().zip(&rendered.pixels).filter(|(seen, rendered)| seen != rendered).count();
     assert_eq!(others, 0, "pixels differ between the window and the rendered shot");
-    // And between the window and its file: a display's bytes are rounded again at most.
+    // The screenshot equals its file except for rounding of display bytes.
     let bytes = seen.pixels.iter().map(|pixel| pixel.map(|value| (255.0 * value).round() as i32));
     let shown = shown.iter().map(|[blue, green, red]| [red, green, blue].map(|byte| i32::from(*byte)));
     let farthest = bytes.zip(shown).flat_map(|(a, b)| [0, 1, 2].map(|channel| (a[channel] - b[channel]).abs())).max();

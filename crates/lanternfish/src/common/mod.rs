@@ -1,5 +1,5 @@
-//! What belongs to no room: functions of numbers (`math.wesl`, `color.wesl`, `random.wesl`, and what the host has of them), and the
-//! size of dispatches over lists.
+//! Shared functions: numbers (`math.wesl`), colours (`color.wesl`) and random numbers (`random.wesl`), their counterparts on the host, and
+//! the size of dispatches over lists.
 
 pub mod random;
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! Random numbers that are a function of where they are used: `random.wesl` on the host, bit for bit.
+//! Stateless random numbers: `random.wesl` on the host, bit for bit.
 
 use glam::{UVec2, UVec4, Vec4};
 
-/// pcg4d: four words, each of which depends on all bits of all four.
+/// pcg4d: four words, each of which depends on all bits of the four inputs [Jarzynski2020].
 pub fn random_words(key: UVec4) -> UVec4 {
     // [Jarzynski2020].
     let mix = |[x, y, z, w]: [u32; 4]| {
@@ -17,7 +17,7 @@ pub fn random_words(key: UVec4) -> UVec4 {
 
 /// Four numbers in 0 ≤ u < 1, of 24 bits. `pixel` below 65,536 each.
 ///
-/// `dimension` tells apart the decisions of one pixel in one frame: each use takes one of its own (`random.wesl` lists them).
+/// `dimension` separates the decisions of one pixel in one frame: each use has its own dimension, which `random.wesl` lists.
 pub fn random_units(pixel: UVec2, frame: u32, dimension: u32, seed: u32) -> Vec4 {
     let words = random_words(UVec4::new(pixel.x | (pixel.y << 16), frame, dimension, seed));
     (words >> 8u32).as_vec4() / 16_777_216.0
@@ -32,7 +32,7 @@ mod tests {
 
     const CELLS: usize = 64;
 
-    /// Pearson's χ² of 64 cells of pairs of numbers that should be uniform.
+    /// Pearson's χ² of 64 bins of pairs of numbers that should be uniform.
     fn chi_square(pairs: impl Iterator<Item = (f32, f32)>) -> f64 {
         let mut counts = [0u32; CELLS];
         for (a, b) in pairs {
@@ -42,8 +42,8 @@ mod tests {
         counts.iter().map(|count| (f64::from(*count) - expected).powi(2) / expected).sum()
     }
 
-    /// The one-in-a-million ends of χ² with 63 degrees of freedom ([WilsonHilferty1931], z = ±4.75): neither
-    /// uneven, nor more even than chance is.
+    /// True if χ² with 63 degrees of freedom lies between its one-in-a-million quantiles ([WilsonHilferty1931], z = ±4.75): neither less
+    /// nor more even than chance.
     fn looks_random(statistic: f64) -> bool {
         (23.0..131.7).contains(&statistic)
     }
@@ -63,13 +63,13 @@ mod tests {
                 let statistic = chi_square(pairs);
                 assert!(looks_random(statistic), "kind {kind}, numbers {j} and {k}: {statistic}");
             }
-            // And each number with its neighbour's: pixels, frames, dimensions and seeds that follow each other.
+            // Each number with its neighbour's: successive pixels, frames, dimensions and seeds.
             for j in 0..4 {
                 let statistic = chi_square((0..COUNT).map(|i| (at(kind, i)[j], at(kind, i + 1)[j])));
                 assert!(looks_random(statistic), "kind {kind}, number {j} and its neighbour: {statistic}");
             }
         }
-        // It can fail: a number with itself, one that leans by a tenth, and one that is a grid.
+        // The test can fail: a number with itself, one that is biased by a tenth, and one on a grid.
         let pair = |i| (at(0, i)[0], at(0, i)[1]);
         assert!(!looks_random(chi_square((0..COUNT).map(|i| (pair(i).0, pair(i).0)))));
         assert!(!looks_random(chi_square((0..COUNT).map(|i| (pair(i).0.powf(1.1), pair(i).1)))));
@@ -79,8 +79,9 @@ mod tests {
     #[test]
     fn gpu_random_numbers_are_the_hosts_bit_for_bit() {
         let Some(gpu) = testing::gpu("gpu_random_numbers_are_the_hosts_bit_for_bit") else { return };
-        let ends = [0, 1, 2, 255, 65_535, 65_536, 0x7fff_ffff, 0x8000_0000, u32::MAX];
-        let mut queries: Vec<UVec4> = ends.iter().flat_map(|x| ends.map(|y| UVec4::new(*x, y, x ^ y, *x))).collect();
+        let extremes = [0, 1, 2, 255, 65_535, 65_536, 0x7fff_ffff, 0x8000_0000, u32::MAX];
+        let mut queries: Vec<UVec4> =
+            extremes.iter().flat_map(|x| extremes.map(|y| UVec4::new(*x, y, x ^ y, *x))).collect();
         queries.extend((0..10_000).map(|i| random_words(UVec4::splat(i))));
         let none = wgpu::BufferUsages::empty();
         let requested = storage_buffer_of(&gpu.device, "queries", &queries, none).expect("a few queries fit");

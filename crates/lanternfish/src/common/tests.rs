@@ -5,7 +5,7 @@ use lanternfish_gpu::testing;
 
 use crate::testing::evaluate;
 
-/// Every tile of an image is gone through once, whatever its size, and those that follow each other are neighbours.
+/// The dispatch visits every tile of an image once, whatever the image's size, and successive tiles are neighbours.
 #[test]
 fn gpu_strips_of_tiles_cover_the_image() {
     let Some(gpu) = testing::gpu("gpu_strips_of_tiles_cover_the_image") else { return };
@@ -18,11 +18,11 @@ fn gpu_strips_of_tiles_cover_the_image() {
             .collect();
         assert!(tiles.iter().all(|tile| tile.x < width && tile.y < height), "{width} x {height}: {tiles:?}");
         assert_eq!(tiles.iter().collect::<HashSet<_>>().len(), (width * height) as usize, "{width} x {height}");
-        // A strip is eight tiles across: the row above is as near in time.
+        // A strip is eight tiles wide: the row above is at most eight tiles before.
         let far = |tile: &UVec2| {
             tile.y > 0 && {
-                let place = |at: UVec2| tiles.iter().position(|other| *other == at).expect("every tile is there");
-                place(*tile) - place(UVec2::new(tile.x, tile.y - 1)) > 8
+                let index = |at: UVec2| tiles.iter().position(|other| *other == at).expect("every tile is there");
+                index(*tile) - index(UVec2::new(tile.x, tile.y - 1)) > 8
             }
         };
         assert!(!tiles.iter().any(far), "{width} x {height}: {tiles:?}");

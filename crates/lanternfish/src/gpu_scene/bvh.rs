@@ -1,4 +1,4 @@
-//! The compressed wide BVH: built on the CPU with all cores, walked by `rays/bvh/walk.wesl`.
+//! The compressed wide BVH: built on the CPU with all cores, traversed by `rays/bvh/walk.wesl`.
 
 use glam::{Vec3, Vec3A};
 use lanternfish_gpu::{gpu_struct, storage_buffer_of};
@@ -13,7 +13,7 @@ use super::{
 use crate::error::RenderError;
 
 gpu_struct! {
-    /// A triangle as the walk tests it; world space, m.
+    /// A triangle in the layout of the traversal; world space, m.
     pub struct BvhTriangle {
         /// First corner.
         a: Vec3,
@@ -21,7 +21,7 @@ gpu_struct! {
         record: u32,
         /// Second corner.
         b: Vec3,
-        /// 0: it does not shine; else its leaf in the tree over emissive triangles plus one.
+        /// 0: not emissive; else its leaf in the tree over emissive triangles plus one.
         light_leaf: u32,
         /// Third corner.
         c: Vec3,
@@ -30,7 +30,7 @@ gpu_struct! {
     }
 }
 
-/// There is room for one more node for so many: trees over the same triangles have about as many.
+/// Spare capacity: one node for each this many. Trees over the same triangles have about the same number of nodes.
 const SPARE: usize = 8;
 
 /// A BVH on the device.
@@ -40,13 +40,13 @@ pub struct Bvh {
     pub nodes: wgpu::Buffer,
     /// [`BvhTriangle`]s in leaf order.
     pub triangles: wgpu::Buffer,
-    /// The nodes again, to be refit.
+    /// Copy of the nodes on the host, for refits.
     tree: Vec<CwBvhNode>,
     /// See [`refit::cost`](super::refit::cost).
     cost_when_built: f64,
 }
 
-/// Builds the tree and puts the triangles into its leaf order. A scene without triangles gets one node without children.
+/// Builds the tree and reorders the triangles to its leaf order. A scene without triangles has one node without children.
 pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     if tracing.triangles.is_empty() {
         return vec![CwBvhNode::default()];
@@ -62,7 +62,7 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
 }
 
 impl Bvh {
-    /// Uploads a tree and its triangles, in its leaf order. `light_leaves`: of each triangle that shines, its number and its leaf.
+    /// Uploads a tree and its triangles, in its leaf order. `light_leaves`: index and leaf of each emissive triangle.
     pub fn new(
         device: &wgpu::Device,
         tree: Vec<CwBvhNode>,
@@ -73,13 +73,13 @@ impl Bvh {
         Ok(Self {
             nodes: nodes(device, &tree)?,
             triangles: storage_buffer_of(device, "scene/bvh_triangles", &packed(triangles, light_leaves), none)?,
-            cost_when_built: cost(&tree, |place| box_of(&triangles[place].corners)),
+            cost_when_built: cost(&tree, |index| box_of(&triangles[index].corners)),
             tree,
         })
     }
 
-    /// Puts another tree in the place of this one; the triangles are put into its leaf order by the caller. Where it fits it is in the same
-    /// buffer: frames that are recorded and not yet handed over then see it, as they see the triangles. `cost`: what rays spend on it.
+    /// Replaces this tree by another; the caller reorders the triangles to its leaf order. A tree that fits is written to the same buffer,
+    /// so that recorded frames that are not yet submitted see it, as they see the triangles. `cost`: the new tree's traversal cost.
     pub fn replace(
         &mut self,
         device: &wgpu::Device,
@@ -96,24 +96,24 @@ impl Bvh {
         Ok(())
     }
 
-    /// What rays spent on the tree as it was built: see [`refit::cost`](super::refit::cost).
+    /// Traversal cost of the tree when it was built: see [`refit::cost`](super::refit::cost).
     pub fn cost_when_built(&self) -> f64 {
         self.cost_when_built
     }
 
-    /// The tree, with the boxes that the host last gave it.
+    /// The tree, with the boxes of the host's last refit.
     pub fn tree(&self) -> &[CwBvhNode] {
         &self.tree
     }
 
-    /// Puts triangles that have moved, as many and in the same order, into the same tree.
+    /// Writes the transformed triangles, as many and in the same order, and refits the tree.
     pub fn update(&mut self, queue: &wgpu::Queue, triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
         refit(&mut self.tree, triangles);
         queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&self.tree));
         self.update_light_leaves(queue, triangles, light_leaves);
     }
 
-    /// Says again which of the triangles shine, which are those of before.
+    /// Writes the light leaves of the emissive triangles again; the set of these triangles must be unchanged.
     pub fn update_light_leaves(&self, queue: &wgpu::Queue, triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
         queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&packed(triangles, light_leaves)));
     }

@@ -1,4 +1,4 @@
-//! The memory of an upload, before it is allocated.
+//! Estimate of the memory of an upload, before it is allocated.
 
 use lanternfish_limits::memory::{Budget, TooMuch};
 use lanternfish_scene::{Scene, bvh};
@@ -6,17 +6,17 @@ use lanternfish_scene::{Scene, bvh};
 use super::{Shading, geometry::DrawInstance, hits::HitTriangle, textures, tracing::TracedTriangle};
 use crate::gpu_scene::BvhTriangle;
 
-/// Bytes of a stored vertex or index: as it is packed, and in the buffer.
+/// Bytes per vertex or index: packed on the host, and in the buffer.
 const BYTES_PER_VERTEX: u64 = 160;
-/// Copies of each texel and its mip levels: as they are made, on their way, and in the texture.
+/// Copies of each texel and its mip levels: on the host, staged, and in the texture.
 const COPIES_OF_TEXELS: u64 = 4;
-/// Bytes of a triangle that rays hit: gathered by part and together, sorted, packed, in its buffers.
+/// Bytes per triangle for rays: gathered per part and together, sorted, packed, in the buffers.
 const BYTES_PER_TRACED: u64 = bvh::BYTES_PER_BOX
     + (3 * size_of::<TracedTriangle>() + 2 * size_of::<BvhTriangle>() + 2 * size_of::<HitTriangle>()) as u64;
-/// Bytes of a primitive that is placed: its draw, and twice what the shader knows of it.
+/// Bytes per placed primitive: its draw, and twice its shader data.
 const BYTES_PER_DRAW: u64 = 2 * size_of::<DrawInstance>() as u64 + 96;
 
-/// An error where this process may not take what uploading `scene` needs. `traces`: rays hit its triangles.
+/// An error if this process may not allocate the memory that uploading `scene` needs. `traces`: rays hit its triangles.
 pub fn check(scene: &Scene, shading: Shading, traces: bool) -> Result<(), TooMuch> {
     let (mut vertices, mut draws, mut triangles) = (0u64, 0u64, 0u64);
     let of_mesh: Vec<(u64, u64)> = scene

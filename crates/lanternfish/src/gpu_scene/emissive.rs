@@ -1,4 +1,4 @@
-//! The triangles that shine, as the light tree knows them.
+//! The emissive triangles, as emitters of the light tree.
 
 use glam::{Mat3, Vec3};
 use lanternfish_scene::{Material, Scene, light_tree::Emitter, mean_emission};
@@ -6,12 +6,12 @@ use rayon::prelude::*;
 
 use super::{
     Shading,
-    hits::turn_of,
+    hits::normal_matrix_of,
     tracing::{Part, Source, TracedTriangle},
 };
 use crate::lights::tree::EmissiveTriangle;
 
-/// What decides which of a material's triangles shine: its emission, whether both sides emit, whether it is unlit.
+/// The properties that determine a material's emissive triangles: its emission, whether both sides emit, whether it is unlit.
 pub type Shining = (Vec3, bool, bool);
 
 /// [`Shining`] of every material.
@@ -24,24 +24,24 @@ pub fn shining_of(material: &Material) -> Shining {
     (material.emissive, material.double_sided, material.unlit)
 }
 
-/// The traced triangles that shine, in the scene's order: trees over them, and what is chosen in them, are the same whichever BVH
-/// holds the triangles. Left out, and found by chance alone: those of alpha masks, which may be
-/// holes anywhere, and those of unlit surfaces, whose radiance is their base colour.
+/// The emissive traced triangles, in the scene's order: trees over them, and choices in these trees, do not depend on the BVH. Two kinds
+/// are left out, which only BSDF samples hit: those of alpha masks, which may have holes anywhere, and those of unlit surfaces, whose
+/// radiance is their base colour.
 pub fn triangles(scene: &Scene, shading: Shading, parts: &[Part], traced: &[TracedTriangle]) -> Vec<EmissiveTriangle> {
-    let shines = |part: &Part| {
+    let matrix_if_emissive = |part: &Part| {
         let material = &scene.materials[part.of(scene).1.material];
         let is_unlit = material.unlit && shading == Shading::File;
-        (material.emissive.max_element() > 0.0 && !is_unlit).then(|| turn_of(scene, part))
+        (material.emissive.max_element() > 0.0 && !is_unlit).then(|| normal_matrix_of(scene, part))
     };
-    let turns: Vec<Option<Mat3>> = parts.par_iter().map(shines).collect();
+    let normal_matrices: Vec<Option<Mat3>> = parts.par_iter().map(matrix_if_emissive).collect();
     let emissive = |(triangle, traced): (usize, &TracedTriangle)| {
         let Source { part, triangle: number, record } = traced.source;
-        let turn = turns[part as usize].filter(|_| record == 0)?;
+        let normal_matrix = normal_matrices[part as usize].filter(|_| record == 0)?;
         let (_, primitive) = parts[part as usize].of(scene);
         let corners: [usize; 3] = std::array::from_fn(|i| primitive.indices[3 * number as usize + i] as usize);
         let material = &scene.materials[primitive.material];
         let radiance = mean_emission(scene, primitive, material, corners);
-        let front = front_of(material, traced.corners, corners.map(|i| turn * primitive.normals[i]));
+        let front = front_of(material, traced.corners, corners.map(|i| normal_matrix * primitive.normals[i]));
         let emitter = Emitter::of_triangle(traced.corners, radiance, front);
         (emitter.power > 0.0).then_some(EmissiveTriangle { triangle: triangle as u32, emitter })
     };
@@ -53,7 +53,7 @@ pub fn triangles(scene: &Scene, shading: Shading, parts: &[Part], traced: &[Trac
     all
 }
 
-/// The side that shines, where there is one: that of the normals (`gpu_scene/hits.wesl`).
+/// Direction of the emissive side, if only one emits: that of the normals (`gpu_scene/hits.wesl`).
 fn front_of(material: &Material, [a, b, c]: [Vec3; 3], normals: [Vec3; 3]) -> Option<Vec3> {
     let flat = (b - a).cross(c - a);
     let same_side = normals.map(|normal| normal.dot(flat) > 0.0);

@@ -1,4 +1,4 @@
-//! Vertex and index buffers of all meshes, where they are drawn, and the draws themselves.
+//! Vertex and index buffers of all meshes, their instances, and the draws.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use super::Shading;
 use crate::error::RenderError;
 
 gpu_struct! {
-    /// Where a primitive is drawn.
+    /// An instance of a primitive.
     pub struct DrawInstance {
         /// Row of the affine world_from_object.
         row_x: Vec4,
@@ -29,7 +29,7 @@ gpu_struct! {
     }
 }
 
-/// Everything of a vertex but its position.
+/// All attributes of a vertex except its position.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 struct VertexAttributes {
@@ -43,21 +43,21 @@ struct VertexAttributes {
     color: [u16; 4],
 }
 
-/// What a surface's alpha means to the passes.
+/// How the passes use a surface's alpha.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum DrawAlpha {
     /// Solid.
     Opaque,
     /// Solid where its alpha reaches the cutoff.
     Masked,
-    /// Transparent over everything else.
+    /// Transparent: blended over everything else.
     Transparent,
 }
 
 /// Which faces are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Facing {
-    /// The side of a triangle that is drawn; none: both are.
+    /// The side of a triangle that is drawn; none: both.
     pub side: Option<Side>,
     /// The transform mirrors: the front is clockwise.
     pub mirrored: bool,
@@ -72,24 +72,24 @@ pub enum Side {
     Back,
 }
 
-/// A primitive and the instances it is drawn for.
+/// A primitive and the instances for which it is drawn.
 #[derive(Clone, Debug)]
 pub struct Draw {
-    /// Into the index buffer.
+    /// Range of the index buffer.
     pub indices: Range<u32>,
     /// Added to every index.
     pub base_vertex: i32,
-    /// Into the draw instances.
+    /// Range of the draw instances.
     pub instances: Range<u32>,
     /// Index of the material.
     pub material: u32,
-    /// Which passes draw it.
+    /// Selects the passes that draw it.
     pub alpha: DrawAlpha,
-    /// Transparent, and tints what is behind it.
+    /// Transparent, and tints the background.
     pub transmits: bool,
     /// Which faces are drawn.
     pub facing: Facing,
-    /// Around all its instances, world space.
+    /// Bounding box of all its instances, world space.
     pub bounds: Bounds,
 }
 
@@ -103,11 +103,11 @@ pub struct Geometry {
     /// In the order of the meshes.
     pub draws: Vec<Draw>,
     templates: Vec<Template>,
-    /// What is in `instances`.
+    /// Contents of `instances`.
     placed: Vec<DrawInstance>,
 }
 
-/// A primitive before it is placed.
+/// A primitive without instances.
 #[derive(Debug)]
 struct Template {
     mesh: usize,
@@ -117,7 +117,7 @@ struct Template {
     bounds: Bounds,
 }
 
-/// The vertex buffers, as pipelines see them: positions, attributes, and positions in the frame before.
+/// The vertex buffers of the pipelines: positions, attributes, and positions in the previous frame.
 pub(super) fn vertex_layouts() -> [Option<wgpu::VertexBufferLayout<'static>>; 3] {
     const POSITION: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x3];
     const PREVIOUS: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![5 => Float32x3];
@@ -164,7 +164,7 @@ impl Geometry {
         }
         let (draws, instances) = place(&templates, standing(scene));
 
-        // Read back, and kept where motion is requested.
+        // Read back, and copied for motion vectors.
         let copied = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE | copied;
         Ok(Self {
@@ -183,13 +183,13 @@ impl Geometry {
         })
     }
 
-    /// Puts everything where instances stand now, each with its mesh: as many, of the same meshes, mirrored where they were. Writes what
-    /// has changed, and returns how many bytes that is.
+    /// Writes the draw instances for these transforms, each with its mesh: as many instances, of the same meshes, mirrored as before.
+    /// Writes the changed instances and returns their size, bytes.
     pub(super) fn place(&mut self, queue: &wgpu::Queue, standing: impl Iterator<Item = (usize, Affine3A)>) -> u64 {
         let (draws, instances) = place(&self.templates, standing);
         self.draws = draws;
         let changed: Vec<usize> = (0..instances.len()).filter(|i| instances[*i] != self.placed[*i]).collect();
-        // Runs of neighbours go together.
+        // One write for each run of neighbours.
         for run in changed.chunk_by(|a, b| a + 1 == *b) {
             let (first, last) = (run[0], run[run.len() - 1]);
             let offset = (first * size_of::<DrawInstance>()) as u64;
@@ -199,7 +199,7 @@ impl Geometry {
         (changed.len() * size_of::<DrawInstance>()) as u64
     }
 
-    /// The first index, the first vertex and the material of each primitive, in the order of the meshes; and the number of the first
+    /// The first index, the first vertex and the material of each primitive, in the order of the meshes; and the index of the first
     /// primitive of each mesh.
     pub(super) fn primitives(&self) -> (Vec<[u32; 3]>, Vec<usize>) {
         let of = |template: &Template| {
@@ -214,11 +214,11 @@ impl Geometry {
         (self.templates.iter().map(of).collect(), first_of_mesh)
     }
 
-    /// Writes the vertices of these meshes: as many, otherwise as they were uploaded.
+    /// Writes the vertices of these meshes; their number and their other data must be unchanged.
     pub(super) fn update_vertices(&mut self, queue: &wgpu::Queue, scene: &Scene, meshes: &[usize]) {
-        let mut places = self.templates.iter_mut();
+        let mut templates = self.templates.iter_mut();
         for (i, mesh) in scene.meshes.iter().enumerate() {
-            for (primitive, template) in mesh.primitives.iter().zip(&mut places) {
+            for (primitive, template) in mesh.primitives.iter().zip(&mut templates) {
                 if meshes.binary_search(&i).is_err() {
                     continue;
                 }
@@ -234,8 +234,7 @@ impl Geometry {
         }
     }
 
-    /// Says where the vertices of primitives are, by their place among all: boxes in object space. What is drawn of them is placed again by
-    /// [`Self::place`].
+    /// Sets the object-space bounding boxes of primitives, by their index among all. [`Self::place`] updates the draws.
     pub(super) fn set_bounds(&mut self, bounds: &[(usize, Bounds)]) {
         bounds.iter().for_each(|(primitive, bounds)| self.templates[*primitive].bounds = *bounds);
     }
@@ -248,22 +247,22 @@ impl Geometry {
     }
 }
 
-/// True if a transform turns counter-clockwise into clockwise.
+/// True if a transform changes counter-clockwise to clockwise.
 pub(super) fn mirrors(transform: &Affine3A) -> bool {
     transform.matrix3.determinant() < 0.0
 }
 
-/// The mesh of each instance of a scene, and where it stands.
+/// The mesh and the transform of each instance of a scene.
 pub(super) fn standing(scene: &Scene) -> impl Iterator<Item = (usize, Affine3A)> + '_ {
     scene.instances.iter().map(|instance| (instance.mesh, instance.world_from_object))
 }
 
-/// Draws of all primitives, and where each is drawn.
+/// Draws of all primitives, and their draw instances.
 fn place(templates: &[Template], standing: impl Iterator<Item = (usize, Affine3A)>) -> (Vec<Draw>, Vec<DrawInstance>) {
     // Instances of each mesh.
     let mut placed: Vec<Vec<Affine3A>> = vec![Vec::new(); templates.last().map_or(0, |template| template.mesh + 1)];
     for (mesh, transform) in standing {
-        // A mesh behind the last that has a primitive has none itself.
+        // A mesh after the last one that has a primitive has none.
         if let Some(placed) = placed.get_mut(mesh) {
             placed.push(transform);
         }
@@ -275,8 +274,8 @@ fn place(templates: &[Template], standing: impl Iterator<Item = (usize, Affine3A
     (draws, instances)
 }
 
-/// Draws of one primitive: one for its instances that keep handedness, one for those that mirror. Transparent surfaces get one each, so
-/// that they can be sorted, and one a side, the back first: of what bulges, the far side is drawn before the near one.
+/// Draws of one primitive: one for its instances that keep handedness, one for those that mirror. A transparent surface has one draw per
+/// instance, for sorting, and per side, the back first: the far side of a convex surface is drawn before the near one.
 fn add_draws(
     Template { draw, double_sided, bounds: object_bounds, .. }: &Template,
     placed: &[Affine3A],
@@ -337,7 +336,7 @@ fn snorm(v: f32) -> i16 {
     (v.clamp(-1.0, 1.0) * 32767.0).round() as i16
 }
 
-/// A normal as shaders read it of a vertex.
+/// A vertex normal with the precision of its stored form.
 pub(super) fn stored_normal(normal: Vec3) -> Vec3 {
     normal.map(|v| (f32::from(snorm(v)) / 32767.0).max(-1.0))
 }
@@ -356,7 +355,7 @@ fn vertex_attributes(primitive: &Primitive, i: usize) -> VertexAttributes {
     }
 }
 
-/// A buffer that no shader of a frame binds: its size is the device's largest, not a binding's.
+/// A buffer that no shader of a frame binds: the device's largest buffer bounds its size, not the largest binding.
 pub(super) fn buffer<T: bytemuck::NoUninit>(
     device: &wgpu::Device,
     label: &str,

@@ -1,7 +1,7 @@
-//! What a ray that ends on a triangle needs to know of it beside its corners: normals, texture coordinates, material. Hits of
-//! indirect light are shaded with it, where no rasteriser brings geometry and material together.
+//! Data for shading ray hits on triangles, beside the corners: normals, texture coordinates, materials. Hits of indirect light are shaded
+//! with it; no rasterizer supplies geometry and material there.
 //!
-//! Textures are read at one coarse level, an array of square images: what a bounce sees is averaged over a large angle.
+//! Textures are read at one coarse level, from an array of square images: indirect light averages over a large angle.
 
 use std::collections::HashMap;
 
@@ -21,7 +21,7 @@ use super::{
 use crate::error::RenderError;
 
 gpu_struct! {
-    /// A triangle as hits are shaded, in the order of the BVH's leaves.
+    /// Shading data of a triangle, in the order of the BVH's leaves.
     pub struct HitTriangle {
         /// Texture coordinates of the first corner: two half floats.
         uv_a: u32,
@@ -43,7 +43,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A material as hits are shaded.
+    /// Shading data of a material at hits.
     pub struct HitMaterial {
         /// Base colour, linear.
         base_color: Vec3,
@@ -71,19 +71,19 @@ gpu_struct! {
 gpu_constants! {
     /// In place of a layer: there is no texture.
     pub const NO_LAYER: u32 = 0xffffffff;
-    /// Flag of a material that shines from its back, too.
+    /// Flag of a material that also emits from its back.
     const EMITS_FROM_BACK: u32 = 256;
 }
 
 /// Texels along an edge of a hit texture.
 const SIDE: u32 = 128;
 
-/// What the shading of hits reads of a scene, on the device.
+/// Buffers and textures for shading hits.
 #[derive(Debug)]
 pub struct Hits {
     triangles: wgpu::Buffer,
     materials: wgpu::Buffer,
-    /// What each material's textures come to where hits are shaded.
+    /// Textures of each material, in the form that hits use.
     read: Vec<HitTextures>,
     textures: wgpu::TextureView,
     sampler: wgpu::Sampler,
@@ -125,18 +125,18 @@ impl Hits {
         })
     }
 
-    /// Writes the triangles again, where they stand now.
+    /// Writes the triangles again with the current transforms.
     pub fn update(&self, queue: &wgpu::Queue, scene: &Scene, parts: &[Part], sources: &[Source]) {
         queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&triangles(scene, parts, sources)));
     }
 
-    /// Writes the materials again: the textures are those of before.
+    /// Writes the materials again; their textures must be unchanged.
     pub fn update_materials(&self, queue: &wgpu::Queue, scene: &Scene, shading: Shading) {
         let materials = packed(scene, &self.read, shading);
         queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&materials));
     }
 
-    /// Writes one material again, whose textures are those of before; returns how many bytes that is.
+    /// Writes one material again, whose textures must be unchanged; returns its size, bytes.
     pub fn set_material(&self, queue: &wgpu::Queue, index: usize, material: &Material, shading: Shading) -> u64 {
         let packed = pack(material, &self.read[index], shading);
         queue.write_buffer(&self.materials, (index * size_of::<HitMaterial>()) as u64, bytemuck::bytes_of(&packed));
@@ -159,7 +159,7 @@ impl Hits {
 }
 
 fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriangle> {
-    let turns: Vec<Mat3> = parts.par_iter().map(|part| turn_of(scene, part)).collect();
+    let normal_matrices: Vec<Mat3> = parts.par_iter().map(|part| normal_matrix_of(scene, part)).collect();
     let triangle = |source: &Source| {
         let (_, primitive) = parts[source.part as usize].of(scene);
         let material = &scene.materials[primitive.material];
@@ -167,7 +167,7 @@ fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriang
         let corners: [usize; 3] = std::array::from_fn(|i| primitive.indices[first + i] as usize);
         let uv = coordinates(primitive, material, corners);
         let normal = corners.map(|i| {
-            let normal = turns[source.part as usize] * stored_normal(primitive.normals[i]);
+            let normal = normal_matrices[source.part as usize] * stored_normal(primitive.normals[i]);
             packed_normal(normal.try_normalize().unwrap_or(Vec3::Y))
         });
         let color = corners.map(|i| primitive.colors.get(i).copied().unwrap_or(glam::Vec4::ONE));
@@ -187,32 +187,32 @@ fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriang
     sources.par_iter().map(triangle).collect()
 }
 
-/// World-space normals of a part from object-space ones, up to a positive length.
-pub(super) fn turn_of(scene: &Scene, part: &Part) -> Mat3 {
+/// The matrix from object-space to world-space normals of a part, up to a positive factor.
+pub(super) fn normal_matrix_of(scene: &Scene, part: &Part) -> Mat3 {
     let m = Mat3::from(part.of(scene).0.world_from_object.matrix3);
-    // The cofactors: the inverse transpose but for a positive factor, and there for flat transforms too.
+    // The cofactors: the inverse transpose up to a positive factor; they also exist for singular transforms.
     let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
     cofactors * if m.determinant() < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// Whose coordinates a material's hits are read at: its base colour's, or where that has no texture, its emission's.
+/// The texture whose coordinates hits use: the base colour's, or without that the emission's.
 fn coordinates_of(material: &Material) -> Option<&TextureRef> {
     material.base_color_texture.as_ref().or(material.emissive_texture.as_ref())
 }
 
-/// Texture coordinates, moved by whole repeats towards zero, where half floats are finer.
+/// Texture coordinates, shifted by whole repeats towards zero, where half floats have more precision.
 fn coordinates(primitive: &Primitive, material: &Material, corners: [usize; 3]) -> [u32; 3] {
     let Some(reference) = coordinates_of(material) else { return [0; 3] };
     let set = if reference.uv_set == 1 { &primitive.uv1 } else { &primitive.uv0 };
     let uv = corners.map(|i| reference.texture_from_uv.transform_point2(set.get(i).copied().unwrap_or_default()));
-    let whole = uv[0].min(uv[1]).min(uv[2]).floor();
+    let repeats = uv[0].min(uv[1]).min(uv[2]).floor();
     uv.map(|uv| {
-        let Vec2 { x, y } = uv - whole;
+        let Vec2 { x, y } = uv - repeats;
         u32::from(f16::from_f32(x).to_bits()) | (u32::from(f16::from_f32(y).to_bits()) << 16)
     })
 }
 
-/// A unit normal as `unit_from_octahedral(unpack2x16snorm(bits))` reads it.
+/// A unit normal, packed for `unit_from_octahedral(unpack2x16snorm(bits))`.
 fn packed_normal(n: Vec3) -> u32 {
     let p = Vec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
     let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
@@ -222,12 +222,12 @@ fn packed_normal(n: Vec3) -> u32 {
     snorm(e.x) | (snorm(e.y) << 16)
 }
 
-/// What a material's textures come to where hits are shaded.
+/// Textures of a material in the form that hits use.
 #[derive(Clone, Copy, Debug)]
 struct HitTextures {
     /// [`HitMaterial::base_color_layer`].
     base_color_layer: u32,
-    /// Where there is no layer: the texture's mean, or one.
+    /// The texture's mean if there is no layer, or one without a texture.
     base_color: Vec3,
     /// [`HitMaterial::emissive_layer`].
     emissive_layer: u32,
@@ -249,11 +249,11 @@ impl HitTextures {
         let mut layer = |reference: &Option<TextureRef>| {
             let Some(reference) = reference else { return (NO_LAYER, Vec3::ONE) };
             let image = scene.textures[reference.texture].image;
-            let same_place = coordinates
+            let same_coordinates = coordinates
                 .is_some_and(|c| (c.uv_set, c.texture_from_uv) == (reference.uv_set, reference.texture_from_uv));
-            match same_place.then(|| layers.of(image)).flatten() {
+            match same_coordinates.then(|| layers.of(image)).flatten() {
                 Some(layer) => (layer, Vec3::ONE),
-                // Coordinates of its own, or no room: its mean.
+                // Other coordinates, or all layers are used: the mean.
                 None => (NO_LAYER, mean(&scene.images[image], true)),
             }
         };
@@ -299,7 +299,7 @@ fn pack(material: &Material, read: &HitTextures, shading: Shading) -> HitMateria
     }
 }
 
-/// The images that hit textures are made of, in the order of their layers.
+/// The images of the hit textures, in the order of their layers.
 #[derive(Default)]
 struct Layers {
     images: Vec<usize>,
@@ -308,7 +308,7 @@ struct Layers {
 }
 
 impl Layers {
-    /// The layer of an image; none where there is no room for it.
+    /// The layer of an image; none if all layers are used.
     fn of(&mut self, image: usize) -> Option<u32> {
         if let Some(layer) = self.of_image.get(&image) {
             return Some(*layer);
@@ -348,7 +348,7 @@ impl Layers {
     }
 }
 
-/// An image as [`SIDE`]² texels, each the mean of those that it covers, in linear light.
+/// An image resampled to [`SIDE`]² texels, each the mean of the texels that it covers, in linear light.
 fn shrunk(image: &Image) -> Vec<u8> {
     let (width, height) = (image.width as usize, image.height as usize);
     let covered = |i: usize, n: usize| {
@@ -391,7 +391,7 @@ fn mean(image: &Image, srgb: bool) -> Vec3 {
     (sum / f64::from(image.width) / f64::from(image.height)).as_vec3()
 }
 
-/// Those of specular layers, whose colours vary little, count by their mean.
+/// Hits use the mean of specular textures, whose colours vary little.
 #[cfg(test)]
 #[test]
 fn textures_of_specular_layers_weigh_what_hits_reflect() {

@@ -1,4 +1,4 @@
-//! Materials as shaders read them.
+//! Materials in the layout that shaders read.
 
 use glam::{Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, GpuError, WgslType, gpu_constants, gpu_struct, storage_buffer_of};
@@ -35,22 +35,23 @@ gpu_struct! {
         normal_scale: f32,
         /// 0: dielectric, 1: metal.
         metallic: f32,
-        /// The artist's roughness.
+        /// Perceptual roughness.
         perceptual_roughness: f32,
-        /// Below it the surface is not there, and from it on all of it; negative: alpha is the share that is.
+        /// A smaller alpha means no surface, a greater or equal one a solid surface; negative: alpha is the fraction of the surface that is
+        /// present.
         alpha_cutoff: f32,
         /// Sum of the constants below.
         flags: u32,
-        /// Reflectance of the dielectric part at normal incidence (`KHR_materials_ior`, `KHR_materials_specular`), to be cut at 1 and
-        /// weighed by the next.
+        /// Reflectance of the dielectric part at normal incidence (`KHR_materials_ior`, `KHR_materials_specular`), to be clamped at 1 and
+        /// weighted by the next field.
         dielectric_f0: Vec3,
-        /// And at grazing incidence.
+        /// Reflectance of the dielectric part at grazing incidence; also the weight of `dielectric_f0`.
         dielectric_f90: f32,
-        /// Share of what is neither reflected nor metal's that passes (`KHR_materials_transmission`).
+        /// Transmitted fraction of the light that the dielectric part does not reflect (`KHR_materials_transmission`).
         transmission: f32,
-        /// How much of a clear coat there is (`KHR_materials_clearcoat`).
+        /// Weight of a clear coat (`KHR_materials_clearcoat`).
         coat: f32,
-        /// The coat's own.
+        /// Roughness of the coat.
         coat_roughness: f32,
         /// Unused.
         _pad: f32,
@@ -78,7 +79,7 @@ gpu_struct! {
 gpu_constants! {
     /// The base colour is the radiance.
     pub(super) const UNLIT: u32 = 1;
-    /// The base colour is a diffuse albedo, and that is all.
+    /// The base colour is a diffuse albedo; there are no other terms.
     pub(super) const LAMBERT: u32 = 2;
     /// There is a normal map, and tangents.
     const NORMAL_MAPPED: u32 = 4;
@@ -88,7 +89,7 @@ gpu_constants! {
     const EMISSIVE_MAPPED: u32 = 16;
     /// There is a base colour map.
     const BASE_COLOR_MAPPED: u32 = 32;
-    /// And one of each of these.
+    /// There is a map of each of these.
     const SPECULAR_MAPPED: u32 = 64;
     const SPECULAR_COLOR_MAPPED: u32 = 128;
     const TRANSMISSION_MAPPED: u32 = 256;
@@ -96,11 +97,11 @@ gpu_constants! {
     const COAT_ROUGHNESS_MAPPED: u32 = 1024;
 }
 
-/// The materials of a scene on the device: an array where textures are one, else each where a uniform binding may start.
+/// The materials of a scene on the device: an array if textures are one, else each at an offset that a uniform binding may have.
 #[derive(Debug)]
 pub(super) struct Materials {
     buffer: wgpu::Buffer,
-    /// Bytes from one material to the next.
+    /// Bytes between the starts of two materials.
     stride: usize,
 }
 
@@ -113,12 +114,12 @@ impl Materials {
         Ok(Self { buffer, stride })
     }
 
-    /// Writes them again: as many, which read the textures they did.
+    /// Writes all materials again; their number and their textures must be unchanged.
     pub fn update(&self, queue: &wgpu::Queue, scene: &Scene, shading: Shading, textures: &Textures) {
         queue.write_buffer(&self.buffer, 0, &packed(scene, shading, textures, self.stride));
     }
 
-    /// Writes one again, which reads the textures it did; returns how many bytes that is.
+    /// Writes one material again, whose textures must be unchanged; returns its size, bytes.
     pub fn set(
         &self,
         queue: &wgpu::Queue,
@@ -132,12 +133,12 @@ impl Materials {
         size_of::<Material>() as u64
     }
 
-    /// All of them, where textures are one array.
+    /// All materials, if textures are one array.
     pub fn all(&self) -> Bindings<'_> {
         Bindings::new().buffer("materials", &self.buffer)
     }
 
-    /// One of them, where they are not.
+    /// One material, if textures are not one array.
     pub fn of_draw(&self, material: u32) -> Bindings<'_> {
         Bindings::new().resource(
             "material_of_draw",
@@ -150,24 +151,24 @@ impl Materials {
     }
 }
 
-/// Reflectance at normal incidence of a dielectric, tinted and weighted as `KHR_materials_specular` says, where its textures are
+/// Reflectance at normal incidence of a dielectric, tinted and weighted according to `KHR_materials_specular`, with the texture values
 /// `tint` and `weight`.
 pub(super) fn dielectric_f0(material: &lanternfish_scene::Material, tint: Vec3, weight: f32) -> Vec3 {
     (tinted_f0(material) * tint).min(Vec3::ONE) * (material.specular * weight)
 }
 
-/// The same before it is cut and weighed.
+/// The same before clamping and weighting.
 fn tinted_f0(material: &lanternfish_scene::Material) -> Vec3 {
     let r = (material.ior - 1.0) / (material.ior + 1.0);
     r * r * material.specular_color
 }
 
-/// All materials, one every `stride` bytes.
+/// All materials, one for each `stride` bytes.
 fn packed(scene: &Scene, shading: Shading, textures: &Textures, stride: usize) -> Vec<u8> {
     let mut packed = vec![0; stride * scene.materials.len().max(1)];
-    for (place, material) in packed.chunks_exact_mut(stride).zip(&scene.materials) {
+    for (bytes, material) in packed.chunks_exact_mut(stride).zip(&scene.materials) {
         let material = pack(material, shading, textures);
-        place[..size_of::<Material>()].copy_from_slice(bytemuck::bytes_of(&material));
+        bytes[..size_of::<Material>()].copy_from_slice(bytemuck::bytes_of(&material));
     }
     packed
 }
@@ -242,7 +243,7 @@ mod tests {
         assert!((f0(1.5, 1.0, Vec3::ONE) - 0.04).abs().max_element() < 1e-6);
         assert!((f0(1.333, 1.0, Vec3::ONE) - 0.0204).abs().max_element() < 1e-4);
         assert_eq!(f0(0.0, 1.0, Vec3::ONE), Vec3::ONE);
-        // The colour is cut at one before the weight applies.
+        // The colour is clamped at one before the weight applies.
         assert!((f0(1.5, 0.5, Vec3::new(0.5, 1.0, 100.0)) - Vec3::new(0.01, 0.02, 0.5)).abs().max_element() < 1e-6);
     }
 }

@@ -1,12 +1,12 @@
-//! Mip levels: each the box average of the one before, in linear light. A box is two texels wide where the size is even;
-//! where it is odd it covers n / ⌊n/2⌋ texels, so that nothing is left out and nothing moves.
+//! Mip levels: each is the box average of the previous one, in linear light. A box is two texels wide if the size is even; if it is odd, a
+//! box covers n / ⌊n/2⌋ texels, so that no texel is left out and the image does not shift.
 
 use std::sync::LazyLock;
 
 use lanternfish_scene::LINEAR_FROM_SRGB;
 
-/// sRGB byte of a linear value, by 4,096 steps of its square root: off by one where the exact value lies within a tenth
-/// of a rounding boundary, and in the darkest few.
+/// sRGB byte of a linear value, tabulated in 4,096 steps of its square root: off by one if the exact value lies within a tenth of a
+/// rounding boundary, and in the darkest few.
 static SRGB_FROM_ROOT: LazyLock<Vec<u8>> = LazyLock::new(|| {
     (0..=4096)
         .map(|i| {
@@ -23,8 +23,7 @@ pub fn srgb_from_linear(l: f32) -> u8 {
     SRGB_FROM_ROOT[(l.sqrt() * 4096.0).round() as usize]
 }
 
-/// The level below an image of `width` × `height` RGBA texels, half as large along each axis (rounded down, at least
-/// one).
+/// The next mip level of an image of `width` × `height` RGBA texels, half as large along each axis (rounded down, at least one).
 pub fn half(rgba: &[u8], width: u32, height: u32, srgb: bool) -> (Vec<u8>, u32, u32) {
     let is_paired = |n: u32| n == 1 || n.is_multiple_of(2);
     if is_paired(width) && is_paired(height) {
@@ -62,8 +61,8 @@ fn half_of_pairs(rgba: &[u8], width: u32, height: u32, srgb: bool) -> (Vec<u8>, 
     (out, w, h)
 }
 
-/// Weights with which texels 2i, 2i + 1 and 2i + 2 of `n` make texel i below. Where n = 2m + 1, texel i covers the n / m texels
-/// from i n / m on; where n is even, two.
+/// Weights with which texels 2i, 2i + 1 and 2i + 2 of `n` contribute to texel i of the next level. If n = 2m + 1, texel i covers the n / m
+/// texels from i n / m on; if n is even, two texels.
 fn box_weights(n: u32, i: u32) -> [f32; 3] {
     let m = n / 2;
     if n == 1 {
@@ -75,7 +74,7 @@ fn box_weights(n: u32, i: u32) -> [f32; 3] {
     }
 }
 
-/// [`half`] of an image of any size: rows are averaged first, then columns. `CHANNELS` bytes a texel.
+/// [`half`] of an image of any size: averages rows first, then columns. `CHANNELS` bytes a texel.
 fn half_of_any<const CHANNELS: usize>(
     texels: &[u8],
     width: u32,
@@ -84,7 +83,7 @@ fn half_of_any<const CHANNELS: usize>(
 ) -> (Vec<u8>, u32, u32) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     let srgb: [bool; CHANNELS] = std::array::from_fn(is_srgb);
-    // The value of every byte, for each channel: linear light where it is sRGB, else the byte itself.
+    // The value of every byte, for each channel: linear light for sRGB, else the byte itself.
     let bytes: [f32; 256] = std::array::from_fn(|i| i as f32);
     let values: [&[f32; 256]; CHANNELS] = srgb.map(|srgb| if srgb { &*LINEAR_FROM_SRGB } else { &bytes });
     let columns: Vec<[f32; 3]> = (0..w).map(|x| box_weights(width, x)).collect();
@@ -142,14 +141,14 @@ mod tests {
         assert_eq!(half(&board, 2, 2, false).0, [128, 128, 128, 255]);
     }
 
-    /// A row of texels and all levels below it.
+    /// A row of texels and all its mip levels.
     fn levels_of_row(row: &[u8]) -> Vec<Vec<u8>> {
         let mut levels = vec![row.to_vec()];
         while levels[levels.len() - 1].len() > 1 {
             let last = &levels[levels.len() - 1];
             let rgba: Vec<u8> = last.iter().flat_map(|v| [*v; 4]).collect();
             let (next, ..) = half(&rgba, last.len() as u32, 1, false);
-            // Alone it is what it is among four.
+            // One channel alone gives the same values as among four.
             assert_eq!(half_alpha(last, last.len() as u32, 1).0, next.iter().step_by(4).copied().collect::<Vec<_>>());
             levels.push(next.into_iter().step_by(4).collect());
         }
@@ -164,7 +163,7 @@ mod tests {
                 rgba[4 * lit as usize..][..4].fill(255);
                 for srgb in [false, true] {
                     let (level, w, h) = half(&rgba, width, height, srgb);
-                    // Half a byte. One of sRGB is up to 2.3 times as much light, and the table may be off by one.
+                    // Half a byte. A step of sRGB is up to 2.3 times as much light, and the table may be off by one.
                     let byte = 1.0 / 255.0;
                     let color_bytes = if srgb { 1.5 * 2.3 } else { 0.5 };
                     for (channel, tolerance) in [(0, color_bytes * byte), (3, 0.5 * byte)] {
@@ -187,7 +186,7 @@ mod tests {
             let row: Vec<u8> = (0..n).map(|x| (4 * x) as u8).collect();
             let levels = levels_of_row(&row);
             for (below, level) in levels.iter().enumerate() {
-                // Mirrored pairs add up to first plus last, but for half a byte a level on each side.
+                // Mirrored pairs add up to first plus last, except half a byte per level on each side.
                 let off = level.iter().zip(level.iter().rev()).map(|(a, b)| u32::from(*a) + u32::from(*b));
                 let worst = off.map(|sum| sum.abs_diff(4 * (n - 1))).max().unwrap();
                 assert!(worst as usize <= below, "{n} texels, level {below}: off by {worst}, {level:?}");

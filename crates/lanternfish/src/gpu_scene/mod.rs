@@ -9,7 +9,7 @@
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
 //!
-//! `update.rs` brings what has changed in the caller's scene to the device; `previous.rs` keeps where it was in the frame before.
+//! `update.rs` applies changes of the caller's scene on the device; `previous.rs` keeps the geometry of the previous frame.
 
 mod bvh;
 mod cost;
@@ -88,50 +88,50 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 );
 
 gpu_struct! {
-    /// What shadows of lights that have a size need to know.
+    /// Parameters of shadows of area lights.
     pub struct SoftShadows {
         /// Rays from a pixel to each light.
         rays: u32,
     }
 }
 
-/// A scene on the device, ready to be rendered any number of times under the settings it was uploaded with.
+/// A scene on the device, which can be rendered any number of times with the settings of its upload.
 #[derive(Debug)]
 pub struct GpuScene {
     pub(crate) geometry: Geometry,
     pub(crate) textures: Textures,
     /// The scene's lights.
     pub(crate) lights: LightSet,
-    /// Whether any of them is a disk or rectangle.
+    /// True if any of them is a disk or rectangle.
     pub(crate) has_area_lights: bool,
     /// Triangles that rays are traced through.
     pub(crate) traced_triangles: u32,
-    /// Radiance of everything that no surface covers, nits.
+    /// Radiance of the background, nits.
     pub(crate) sky: Vec3,
-    /// The same as an image, where the scene has one.
+    /// The background as an image, if the scene has one.
     pub(crate) environment: Option<EnvironmentImage>,
-    /// The environment as light, where the settings ask for it.
+    /// Light of the environment, if the settings require it.
     environment_light: Option<EnvironmentLight>,
-    /// World-space box of everything.
+    /// World-space box of all geometry.
     pub(crate) bounds: Bounds,
     materials: Materials,
     soft_shadows: wgpu::Buffer,
     bvh: Option<Bvh>,
     tlas: Option<Tlas>,
     masks: wgpu::Buffer,
-    /// Where hits are shaded.
+    /// Shading data of hits, if hits are shaded.
     hits: Option<Hits>,
-    /// Where hits are shaded.
+    /// Light trees, if hits are shaded.
     light_trees: Option<SceneLightTrees>,
     placed: Placed,
-    /// What moves instances on the device, once one has moved.
+    /// Passes that move instances on the device; created at the first move.
     moving: Option<Moving>,
-    /// What bends vertices on the device, once some have bent.
+    /// Passes that deform vertices on the device; created at the first deformation.
     bending: Option<Bending>,
-    /// Where things were in the frame before, where a frame has asked for motion.
+    /// Geometry of the previous frame, if a frame has requested motion.
     previous: Previous,
     device: wgpu::Device,
-    /// What it was uploaded for.
+    /// The requirements for which it was uploaded.
     needs: SceneRequirements,
     counters: Vec<(String, u64)>,
 }
@@ -147,7 +147,7 @@ impl GpuScene {
         Self::with(device, queue, scene, needs, Unchanged::default())
     }
 
-    /// Uploads a scene that is valid, less what is kept of another upload.
+    /// Uploads a valid scene, except what is kept of an earlier upload.
     fn with(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -165,7 +165,7 @@ impl GpuScene {
         let lights = packed_lights(scene, &needs.lights, &device.limits())?;
         let none = wgpu::BufferUsages::empty();
 
-        // Surfaces that cast shadows, in the order in which the BVH holds them.
+        // Surfaces that cast shadows, in the BVH's leaf order.
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let mut tracing = if parts.rays() { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
@@ -186,10 +186,10 @@ impl GpuScene {
             (kept, _) => kept,
         };
 
-        let environment_light = scene.environment.as_ref().zip(environment.as_ref());
-        let needs_light = parts.environment_visibility || (parts.hits && environment_light.is_some());
+        let environment_and_image = scene.environment.as_ref().zip(environment.as_ref());
+        let needs_light = parts.environment_visibility || (parts.hits && environment_and_image.is_some());
         let environment_light = match unchanged.environment_light {
-            None if needs_light => Some(EnvironmentLight::new(device, queue, environment_light)?),
+            None if needs_light => Some(EnvironmentLight::new(device, queue, environment_and_image)?),
             kept => kept,
         };
 
@@ -279,27 +279,27 @@ impl GpuScene {
 
     /// The environment as light.
     ///
-    /// Panics where the scene was uploaded under settings that do not ask for it: a renderer checks that before it records a frame.
+    /// Panics if the scene was uploaded with settings that do not require it; a renderer checks that before it records a frame.
     pub fn environment_light(&self) -> &EnvironmentLight {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
     }
 
-    /// Triangles that rays are traced through and that shine, where hits are shaded.
+    /// Emissive triangles that rays hit, if hits are shaded.
     pub fn emissive_triangles(&self) -> &[EmissiveTriangle] {
         self.light_trees.as_ref().map_or(&[], SceneLightTrees::triangles)
     }
 
-    /// True if any triangle that rays are traced through shines, where hits are shaded.
+    /// True if hits are shaded and rays hit any emissive triangle.
     pub fn has_emissive_triangles(&self) -> bool {
         self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
     }
 
-    /// The BVH's triangles, where there is a BVH.
+    /// The BVH's triangles, if there is a BVH.
     pub fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
         self.bvh.as_ref().map(|bvh| &bvh.triangles)
     }
 
-    /// The textures and the numbers of one material, where textures are not one array.
+    /// The textures and the parameters of one material, if textures are not one array.
     pub(crate) fn bindings_of_material(&self, material: u32) -> Bindings<'_> {
         self.textures.of_material(material).with(&self.materials.of_draw(material))
     }
@@ -310,19 +310,19 @@ impl GpuScene {
     }
 }
 
-/// Buffer and counter.
+/// Name of the buffer and of its counter.
 const LIGHTS: &str = "scene/lights";
-/// Counter.
+/// Name of the counter.
 const DRAWS: &str = "scene/draws";
-/// Counter.
+/// Name of the counter.
 const NODES: &str = "scene/bvh_nodes";
 
-/// An error that names the first thing that is not as a scene's types promise.
+/// An error that names the first violation of the scene types' contracts.
 fn validate(scene: &Scene) -> Result<(), RenderError> {
     scene.validate().map_err(|what| RenderError::InvalidScene { what })
 }
 
-/// As shaders read them. An error where they are more than the device can bind at once.
+/// Lights in the layout that shaders read. An error if there are more than the device can bind.
 fn packed_lights(scene: &Scene, settings: &LightSettings, limits: &wgpu::Limits) -> Result<Vec<Light>, RenderError> {
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let (needed, limit) = (scene.lights.len() as u64, bytes / size_of::<Light>() as u64);
@@ -350,7 +350,7 @@ fn light_bounds(scene: &Scene) -> Bounds {
     bounds
 }
 
-/// Which parts of a material count.
+/// The parts of a material that are rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shading {
     /// All of it.
@@ -361,7 +361,7 @@ pub(crate) enum Shading {
     BaseColor,
 }
 
-/// Alpha of a material's base colour, its factor times its texture's alpha, from which on a masked surface is there.
+/// Alpha of a material's base colour (factor times texture) from which a masked surface is solid.
 pub(crate) fn mask_cutoff(material: &lanternfish_scene::Material) -> Option<f32> {
     match material.alpha_mode {
         AlphaMode::Mask { cutoff } => Some(cutoff),

@@ -11,36 +11,36 @@ use crate::{error::RenderError, lights::LightSettings};
 
 use super::{GpuScene, Parts, Shading};
 
-/// What of the settings goes into a scene on the device.
+/// The settings and scene parts that determine a scene on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SceneRequirements {
-    /// Whose they are: a number that no other renderer has.
+    /// Number that identifies the renderer.
     renderer: u64,
-    /// Which parts of materials were packed.
+    /// The parts of materials that were packed.
     pub shading: Shading,
-    /// True if textures are one array, where they fit.
+    /// True if textures are one array, if they fit.
     pub texture_arrays: bool,
-    /// Samples along a footprint's long axis.
+    /// Greatest number of anisotropic samples.
     pub anisotropy: u16,
-    /// What lights were packed with.
+    /// The settings with which lights were packed.
     pub lights: LightSettings,
-    /// What techniques read of it.
+    /// The parts that techniques read.
     pub parts: Parts,
 }
 
 impl SceneRequirements {
-    /// What another renderer needs, whose techniques read `parts`.
+    /// The requirements of a new renderer whose techniques read `parts`.
     pub fn new(shading: Shading, lights: LightSettings, parts: Parts, texture_arrays: bool, anisotropy: u16) -> Self {
         static RENDERERS: AtomicU64 = AtomicU64::new(0);
         Self { renderer: RENDERERS.fetch_add(1, Ordering::Relaxed), shading, texture_arrays, anisotropy, lights, parts }
     }
 
-    /// The same for the renderer that had other needs before.
+    /// The same requirements, for the renderer that had `before`.
     pub fn of_renderer(self, before: &Self) -> Self {
         Self { renderer: before.renderer, ..self }
     }
 
-    /// What a scene that was uploaded for these needs does not have of others, if anything.
+    /// What a scene uploaded for these requirements lacks for others; none: nothing.
     pub fn lacks(&self, needed: &Self) -> Option<&'static str> {
         let faults = [
             (self.shading != needed.shading, "its materials are for another `Settings::materials`, or a debug view"),
@@ -57,17 +57,17 @@ impl SceneRequirements {
 }
 
 impl GpuScene {
-    /// An error unless it lies on this device and was uploaded for all that is needed of it.
+    /// An error unless the scene is on this device and was uploaded for these requirements.
     pub(crate) fn check(&self, device: &wgpu::Device, needed: &SceneRequirements) -> Result<(), RenderError> {
         let has = &self.needs;
-        // Its own it has seen on its device.
+        // A scene of the same renderer is on its device.
         if has.renderer != needed.renderer {
             self.check_device(device)?;
         }
         lacks(has.lacks(needed))
     }
 
-    /// An error unless it lies on this device and has these parts.
+    /// An error unless the scene is on this device and has these parts.
     pub fn check_parts(&self, device: &wgpu::Device, needed: Parts) -> Result<(), RenderError> {
         self.check_device(device)?;
         lacks(self.needs.parts.lacks(needed))

@@ -2,46 +2,43 @@
 
 use std::ops::BitOr;
 
-/// Parts of a scene on the device that not every technique reads. They add up: `BVH | HITS`.
+/// Optional parts of a scene on the device. They can be combined: `BVH | HITS`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Parts {
     /// The BVH and its triangles.
     pub bvh: bool,
     /// The adapter's own acceleration structure.
     pub ray_query: bool,
-    /// What the hit points are shaded with.
+    /// Shading data of ray hits.
     pub hits: bool,
-    /// What arrives from the environment where nothing occludes them.
+    /// Unoccluded light of the environment at surfaces.
     pub environment_visibility: bool,
 }
 
 impl Parts {
-    /// None.
+    /// No part.
     pub const NONE: Self = Self { bvh: false, ray_query: false, hits: false, environment_visibility: false };
     /// The BVH.
     pub const BVH: Self = Self { bvh: true, ..Self::NONE };
     /// The adapter's own acceleration structure.
     pub const RAY_QUERY: Self = Self { ray_query: true, ..Self::NONE };
-    /// What hits are shaded with. They are found by the triangles of the BVH.
+    /// Shading data of hits; hits are triangles of the BVH.
     pub const HITS: Self = Self { bvh: true, hits: true, ..Self::NONE };
     /// Light of the environment.
     pub const ENVIRONMENT_VISIBILITY: Self = Self { environment_visibility: true, ..Self::NONE };
 
-    /// True if something is traced.
+    /// True if rays are traced.
     pub fn rays(self) -> bool {
         self.bvh || self.ray_query
     }
 
-    /// What a scene that has these parts lacks of those needed: the first that is missing, in words.
+    /// The first part of `needed` that a scene with these parts lacks, in words.
     pub fn lacks(self, needed: Self) -> Option<&'static str> {
         let faults = [
             (needed.bvh && !self.bvh, "it has no BVH"),
             (needed.ray_query && !self.ray_query, "it has no acceleration structure of the adapter's own"),
-            (needed.hits && !self.hits, "it has nothing to shade the ends of indirect rays with"),
-            (
-                needed.environment_visibility && !self.environment_visibility,
-                "it has no environment to light by occlusion",
-            ),
+            (needed.hits && !self.hits, "it has no data to shade hits of indirect rays"),
+            (needed.environment_visibility && !self.environment_visibility, "it has no light of the environment"),
         ];
         faults.iter().find(|(is_missing, _)| *is_missing).map(|(_, what)| *what)
     }

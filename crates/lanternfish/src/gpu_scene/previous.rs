@@ -1,32 +1,33 @@
 //! Transforms and vertices of the previous frame, for motion vectors.
 //!
-//! A frame that asks for motion says that it shows the scene as it is ([`GpuScene::note_shown`]). The first change after it keeps that
-//! moment on the device; further changes before the next such frame keep nothing more. A scene of which no frame asks keeps nothing.
+//! A frame that requests motion marks the current state of the scene as shown ([`GpuScene::note_shown`]). The first change after it copies
+//! that state on the device; further changes before the next such frame copy nothing. A scene for which no frame requests motion keeps no
+//! copy.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::GpuScene;
 
-/// The moment that was shown last before a change.
+/// The state that was shown last before a change.
 #[derive(Debug, Default)]
 pub(super) struct Previous {
-    /// True if a frame that asks for motion has shown the scene as it is.
+    /// True if a frame that requests motion has shown the current state.
     is_shown: AtomicBool,
     kept: Option<Kept>,
 }
 
 #[derive(Debug)]
 struct Kept {
-    /// [`GpuScene::generation`] of that moment.
+    /// [`GpuScene::generation`] of that state.
     generation: u64,
     instances: wgpu::Buffer,
-    /// Made when vertices bend for the first time.
+    /// Created at the first deformation of vertices.
     positions: Option<wgpu::Buffer>,
-    /// Whether vertices have bent since that moment. If not, those of now are those of then.
+    /// True if vertices have been deformed since that state; if false, they are unchanged.
     has_bent: bool,
 }
 
-/// Draw instances and positions of vertices at some moment.
+/// Draw instances and vertex positions of one state.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GeometryAt<'s> {
     pub instances: &'s wgpu::Buffer,
@@ -34,17 +35,17 @@ pub(crate) struct GeometryAt<'s> {
 }
 
 impl GpuScene {
-    /// Says that a frame that asks for motion shows the scene as it is.
+    /// Notes that a frame that requests motion shows the current state.
     pub(crate) fn note_shown(&self) {
         self.previous.is_shown.store(true, Ordering::Relaxed);
     }
 
-    /// Where everything is.
+    /// The current geometry.
     pub(crate) fn geometry_now(&self) -> GeometryAt<'_> {
         GeometryAt { instances: &self.geometry.instances, positions: &self.geometry.positions }
     }
 
-    /// Where everything was at a [`Self::generation`], if that is known: that of now, or the one that was shown last before a change.
+    /// The geometry at a [`Self::generation`], if it is available: the current one, or the one that was shown last before a change.
     pub(crate) fn geometry_at(&self, generation: u64) -> Option<GeometryAt<'_>> {
         let now = self.geometry_now();
         if generation == self.generation() {
@@ -55,8 +56,8 @@ impl GpuScene {
         Some(GeometryAt { instances: &kept.instances, positions })
     }
 
-    /// Keeps where instances are, if a frame has shown it. It comes before every write to draw instances, and before the scene's
-    /// generation changes.
+    /// Copies the draw instances if a frame has shown them. Call it before every write to draw instances, and before the scene's generation
+    /// changes.
     pub(super) fn before_instances_move(&mut self, queue: &wgpu::Queue) {
         if !std::mem::take(self.previous.is_shown.get_mut()) {
             return;
@@ -70,14 +71,14 @@ impl GpuScene {
         self.previous.kept = Some(Kept { generation, instances, positions, has_bent: false });
     }
 
-    /// Forgets the moment that is kept: of a change after which things have another order on the device.
+    /// Discards the copy: for changes after which the device has another order of draws.
     pub(super) fn forget_previous(&mut self) {
         self.previous = Previous::default();
     }
 
-    /// Keeps where instances and vertices are, if a frame has shown it. **Whatever writes `scene/positions` calls it first**, on the host
-    /// or on the device, before the scene's generation changes. The copy is handed to the device at once: what is written with the queue
-    /// after the call comes after it, and so do all commands that are submitted after the call, whenever they were recorded.
+    /// Copies draw instances and vertices if a frame has shown them. **Call it before every write to `scene/positions`**, on the host or on
+    /// the device, and before the scene's generation changes. The copy is submitted at once: it precedes queue writes after the call and
+    /// all commands that are submitted after the call, whenever they were recorded.
     pub(super) fn before_vertices_bend(&mut self, queue: &wgpu::Queue) {
         self.before_instances_move(queue);
         let Some(mut kept) = self.previous.kept.take_if(|kept| !kept.has_bent) else { return };
@@ -103,7 +104,7 @@ impl GpuScene {
         queue.submit([commands.finish()]);
     }
 
-    /// The buffers of the moment that is kept.
+    /// The buffers of the copy.
     #[cfg(test)]
     pub(crate) fn kept_buffers(&self) -> Vec<wgpu::Buffer> {
         let kept = self.previous.kept.iter();

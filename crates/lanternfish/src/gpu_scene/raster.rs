@@ -1,4 +1,4 @@
-//! Drawing a scene: the pipelines of a pass over its geometry, and the loop over its draws.
+//! Rasterization of a scene: the pipelines of a pass over its geometry, and the loop over its draws.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -10,41 +10,41 @@ use super::{
 };
 use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::Shaders};
 
-/// What a mask closes is discarded.
+/// Discards fragments that an alpha mask excludes.
 pub const MASKED: Feature = Feature::new("masked");
-/// Textures are an array of all, chosen by index.
+/// Textures are one array, indexed by the shader.
 pub(crate) const BINDING_ARRAYS: Feature = Feature::new("binding_arrays");
 
-/// How textures reach a shader.
+/// The variants of texture bindings.
 pub const TEXTURES: &[&[Feature]] = &[&[], &[BINDING_ARRAYS]];
 
-/// A pass over a scene's geometry with one shader, entry points `vertex` and `fragment`, in the variants that the draws
-/// ask for: `masked` and `area_lights` where the room wants them, winding, texture arrays.
+/// A pass over a scene's geometry with one shader, entry points `vertex` and `fragment`. It has the variants that the draws require:
+/// `masked` and `area_lights` if the technique uses them, winding, texture arrays.
 #[derive(Debug)]
 pub struct SceneRaster {
     label: &'static str,
     declared: Shaders,
     module: &'static str,
     features: Vec<Feature>,
-    /// True if masked draws get the `masked` variant.
+    /// True if masked draws use the `masked` variant.
     distinguish_masked: bool,
-    /// True if scenes with area lights get the `area_lights` variant.
+    /// True if scenes with area lights use the `area_lights` variant.
     distinguish_area_lights: bool,
     state: PassState,
     shaders: HashMap<Vec<Feature>, Arc<LinkedShader>>,
     pipelines: HashMap<Key, RasterPipeline>,
 }
 
-/// What a pass over the geometry tests and writes.
+/// Render state of a pass over the geometry.
 #[derive(Clone, Debug)]
 pub struct PassState {
-    /// How depth is tested and written.
+    /// Depth test and depth write.
     pub depth: wgpu::DepthStencilState,
-    /// By their locations; none: depth alone, or what the shader stores by itself.
+    /// By location; none: depth alone, or the shader writes storage itself.
     pub targets: Vec<wgpu::ColorTargetState>,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// True if backs are drawn whose materials have one side, as rays hit them.
+    /// Draws back faces of single-sided materials too, as rays hit them.
     pub draws_backs: bool,
 }
 
@@ -55,7 +55,7 @@ struct Key {
     array_lengths: [u32; 2],
 }
 
-/// Groups below it are the view's, the scene's and the pass's; group 3 is the material's textures.
+/// The lower groups belong to the view, the scene and the pass; group 3 holds the material's textures.
 const TEXTURE_GROUP: usize = 3;
 
 impl SceneRaster {
@@ -81,7 +81,7 @@ impl SceneRaster {
         }
     }
 
-    /// The same, with a variant of the shader for scenes with area lights.
+    /// Adds a variant of the shader for scenes with area lights.
     pub fn lit_by_areas(self) -> Self {
         Self { distinguish_area_lights: true, ..self }
     }
@@ -91,7 +91,7 @@ impl SceneRaster {
         self.label
     }
 
-    /// Compiles what these draws need and is not there yet.
+    /// Compiles the missing pipelines for these draws.
     pub fn prepare(&mut self, device: &wgpu::Device, scene: &GpuScene, draws: &[&Draw]) -> Result<(), RenderError> {
         for draw in draws {
             let key = self.key(scene, draw);
@@ -126,7 +126,7 @@ impl SceneRaster {
     fn pipeline(&self, device: &wgpu::Device, scene: &GpuScene, key: &Key) -> RasterPipeline {
         let targets: Vec<_> = self.state.targets.iter().cloned().map(Some).collect();
         let shader = &self.shaders[&key.features];
-        // A vertex buffer that is not read is not fetched.
+        // An unused vertex buffer is not fetched.
         let buffers = vertex_layouts();
         let read = match shader.vertex_locations("vertex").into_iter().max() {
             None | Some(0) => 1,
@@ -151,8 +151,8 @@ impl SceneRaster {
         RasterPipeline::new(device, shader, "vertex", "fragment", self.label, &state)
     }
 
-    /// Draws in the order given; [`SceneRaster::prepare`] must have seen the draws. A shader that reads where vertices were in the frame
-    /// before finds them in vertex buffer 2, which the caller sets.
+    /// Draws in the given order. [`SceneRaster::prepare`] must have been called with these draws. A shader that reads vertex positions of
+    /// the previous frame reads vertex buffer 2, which the caller sets.
     pub fn draw(
         &self,
         groups: &mut BindGroups,

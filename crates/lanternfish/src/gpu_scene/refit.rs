@@ -1,12 +1,12 @@
-//! A compressed wide BVH whose triangles have moved, made to hold them again: the same tree with new boxes [Ylitie2017].
+//! Refit of a compressed wide BVH after its triangles have moved: the same tree with new boxes [Ylitie2017].
 //!
-//! 1. Nodes are visited from the last to the first: children lie behind their parent.
+//! 1. Nodes are visited from the last to the first: children have greater indices than their parent.
 //! 2. A child's box is that of its triangles, or of its node.
-//! 3. A node's grid starts at the least corner of its children. Its spacing along an axis is the least power of two of which
-//!    255 reach the greatest.
+//! 3. A node's grid starts at the least corner of its children. Its spacing along an axis is the least power of two for which 255 steps
+//!    reach the greatest corner.
 //! 4. Children's boxes are rounded outwards to the grid.
 //!
-//! Things that were together stay together in the tree, however far apart they move: its boxes grow, and rays get slower.
+//! The tree keeps its topology, however far its triangles move apart: its boxes grow, and rays get slower.
 
 use glam::{DVec3, Vec3};
 use lanternfish_scene::Bounds;
@@ -16,24 +16,24 @@ use super::tracing::TracedTriangle;
 
 /// Largest quantised coordinate.
 const GRID_CELLS: f64 = 255.0;
-/// Extent of flat boxes, m: as obvhs has it. The spacing's exponent must not be zero.
+/// Extent of flat boxes, m, as in obvhs. The spacing's exponent must not be zero.
 const LEAST_EXTENT: f64 = 1e-20;
 
-/// Makes the boxes of a tree hold these triangles: as many as it was built of, in its leaf order, with finite corners.
+/// Refits a tree to these triangles: as many as it was built of, in its leaf order, with finite corners.
 pub fn refit(nodes: &mut [CwBvhNode], triangles: &[TracedTriangle]) {
     let mut boxes = vec![Bounds::EMPTY; nodes.len()];
     for index in (0..nodes.len()).rev() {
         let node = &mut nodes[index];
-        let of_triangle = |place: usize| box_of(&triangles[place].corners);
+        let of_triangle = |index: usize| box_of(&triangles[index].corners);
         let children = std::array::from_fn(|slot| child_bounds(node, slot, of_triangle, &boxes));
         children.iter().for_each(|child| boxes[index].add_bounds(child));
         quantise(node, &boxes[index], &children);
     }
 }
 
-/// What rays from anywhere in all directions spend on a tree, up to a factor, by the surface-area heuristic [MacDonald1990]: of every
-/// child half its box's area, m², times its triangles where it is a leaf. `box_of`: the box of the triangle at a place of the leaf order.
-/// `refit.wesl` finds the same on the device.
+/// Traversal cost of a tree for rays from anywhere in all directions, up to a factor, by the surface-area heuristic [MacDonald1990]: the
+/// sum over all children of half the box's area, m², times the number of triangles of a leaf. `box_of`: the box of the triangle at an index
+/// of the leaf order. `refit.wesl` computes the same on the device.
 pub fn cost(nodes: &[CwBvhNode], box_of: impl Fn(usize) -> Bounds) -> f64 {
     let mut boxes = vec![Bounds::EMPTY; nodes.len()];
     let mut cost = 0.0;
@@ -51,14 +51,14 @@ pub fn cost(nodes: &[CwBvhNode], box_of: impl Fn(usize) -> Bounds) -> f64 {
     cost
 }
 
-/// The box of some corners.
+/// The bounding box of some points.
 pub fn box_of(corners: &[Vec3]) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     corners.iter().for_each(|corner| bounds.add_point(*corner));
     bounds
 }
 
-/// The exact box of a child; empty without one. `box_of`: see [`cost`]; `boxes`: of all nodes behind this one.
+/// The exact box of a child; empty without one. `box_of`: see [`cost`]; `boxes`: of all nodes after this one.
 fn child_bounds(node: &CwBvhNode, slot: usize, box_of: impl Fn(usize) -> Bounds, boxes: &[Bounds]) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     if node.is_child_empty(slot) {
@@ -68,7 +68,7 @@ fn child_bounds(node: &CwBvhNode, slot: usize, box_of: impl Fn(usize) -> Bounds,
         return boxes[node.child_node_index(slot) as usize];
     }
     let (first, count) = node.child_primitives(slot);
-    (first..first + count).for_each(|place| bounds.add_bounds(&box_of(place as usize)));
+    (first..first + count).for_each(|index| bounds.add_bounds(&box_of(index as usize)));
     bounds
 }
 
@@ -90,7 +90,7 @@ fn quantise(node: &mut CwBvhNode, all: &Bounds, children: &[Bounds; BRANCHING]) 
     }
 }
 
-/// Biased exponent, as a float has it, of the least power of two of which 255 reach `extent`.
+/// Biased exponent, as in a float, of the least power of two of which 255 steps reach `extent`.
 fn exponent(extent: f64) -> u8 {
     let extent = extent.max(LEAST_EXTENT);
     let guess = (extent / GRID_CELLS).log2().ceil() as i32;
@@ -99,12 +99,12 @@ fn exponent(extent: f64) -> u8 {
     (least + 127).clamp(1, 254) as u8
 }
 
-/// The power of two that a biased exponent stands for.
+/// The power of two with this biased exponent.
 fn spacing(exponent: u8) -> f64 {
     (f64::from(exponent) - 127.0).exp2()
 }
 
-/// A child's box as the walk has it.
+/// A child's box as the traversal decodes it.
 #[cfg(test)]
 fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
     let spacing: DVec3 = node.e.map(spacing).into();
@@ -115,10 +115,10 @@ fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
     ]
 }
 
-/// Triangles that are not inside all boxes above them, and triangles that were hit.
+/// Number of triangles that are outside any box above them, and number of all triangles reached.
 #[cfg(test)]
 pub(super) fn outside(nodes: &[CwBvhNode], triangles: &[TracedTriangle]) -> (usize, usize) {
-    let (mut found, mut met) = (0, 0);
+    let (mut outside_count, mut reached) = (0, 0);
     let mut waiting = vec![(0, vec![])];
     while let Some((index, above)) = waiting.pop() {
         let node: &CwBvhNode = &nodes[index];
@@ -134,12 +134,12 @@ pub(super) fn outside(nodes: &[CwBvhNode], triangles: &[TracedTriangle]) -> (usi
                 let holds = |[low, high]: &[DVec3; 2]| {
                     triangle.corners.iter().all(|c| c.as_dvec3().cmpge(*low).all() && c.as_dvec3().cmple(*high).all())
                 };
-                found += usize::from(!boxes.iter().all(holds));
-                met += 1;
+                outside_count += usize::from(!boxes.iter().all(holds));
+                reached += 1;
             }
         }
     }
-    (found, met)
+    (outside_count, reached)
 }
 
 #[cfg(test)]
@@ -156,14 +156,14 @@ mod tests {
     };
     use crate::testing::Random;
 
-    /// Groups of small triangles around a point each.
+    /// Groups of small triangles around random points.
     fn scattered(random: &mut Random, groups: usize, each: usize) -> Vec<TracedTriangle> {
         let mut triangles = Vec::new();
         for _ in 0..groups {
             let (center, size) = (20.0 * random.point(), random.between(0.01, 3.0));
             triangles.extend((0..each).map(|_| {
-                let place = center + size * random.point();
-                let corners = [0; 3].map(|_| place + 0.2 * size * random.point());
+                let position = center + size * random.point();
+                let corners = [0; 3].map(|_| position + 0.2 * size * random.point());
                 TracedTriangle { corners, source: Source::default() }
             }));
         }
@@ -177,12 +177,12 @@ mod tests {
         (nodes, tracing.triangles)
     }
 
-    /// Turns and shifts every triangle by itself; some become a line or a point.
+    /// Rotates and shifts each triangle independently; some degenerate to a line or a point.
     fn shaken(random: &mut Random, triangles: &mut [TracedTriangle], reach: f32) {
         for triangle in triangles {
-            let turn = Quat::from_axis_angle(random.direction(), random.between(0.0, 6.0));
+            let rotation = Quat::from_axis_angle(random.direction(), random.between(0.0, 6.0));
             let shift = reach * random.point();
-            triangle.corners = triangle.corners.map(|corner| turn * corner + shift);
+            triangle.corners = triangle.corners.map(|corner| rotation * corner + shift);
             match (random.unit() * 20.0) as u32 {
                 0 => triangle.corners = [triangle.corners[0]; 3],
                 1 => triangle.corners[1] = triangle.corners[2],
@@ -200,7 +200,7 @@ mod tests {
         ) {
             let mut random = Random::new(seed);
             let (mut nodes, mut triangles) = built(scattered(&mut random, groups, each));
-            // Some stand where they were.
+            // Half of the triangles do not move.
             let moved = triangles.len() / 2;
             shaken(&mut random, &mut triangles[moved..], reach.exp2());
             refit(&mut nodes, &triangles);
@@ -208,13 +208,13 @@ mod tests {
         }
     }
 
-    /// Boxes are as small as the grid allows: a box that is a step smaller on any side loses a triangle, and is noticed.
+    /// The boxes are as small as the grid allows: moving any side inwards by a step excludes a triangle, which the test detects.
     #[test]
     fn a_box_that_is_a_step_too_small_is_noticed() {
         let mut random = Random::new(5);
         let (mut nodes, mut triangles) = built(scattered(&mut random, 9, 30));
         shaken(&mut random, &mut triangles, 4.0);
-        assert!(outside(&nodes, &triangles).0 > 100, "the boxes of before hold what has moved");
+        assert!(outside(&nodes, &triangles).0 > 100, "the old boxes contain the moved triangles");
         refit(&mut nodes, &triangles);
         let mut tried = 0;
         for index in 0..nodes.len() {
@@ -240,7 +240,7 @@ mod tests {
         assert!(tried > 1000, "{tried}");
     }
 
-    /// Where nothing has moved the boxes are those of the build, but for roundings of a step.
+    /// Without motion the boxes are those of the build, except for rounding by a step.
     #[test]
     fn a_tree_that_stands_still_keeps_its_boxes() {
         let mut random = Random::new(9);
@@ -265,7 +265,7 @@ mod tests {
             assert!(GRID_CELLS * spacing(chosen) >= extent, "{extent}");
             assert!(extent < 1e-19 || GRID_CELLS * spacing(chosen - 1) < extent, "{extent}");
         }
-        // A scene without triangles is one node without children.
+        // A scene without triangles has one node without children.
         let mut nodes = [CwBvhNode::default()];
         refit(&mut nodes, &[]);
         assert_eq!(nodes, [CwBvhNode::default()]);

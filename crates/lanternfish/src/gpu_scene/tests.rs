@@ -1,4 +1,4 @@
-//! Scenes and cameras that nobody should give, and some that are only odd.
+//! Invalid scenes and cameras, and unusual valid ones.
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
@@ -32,7 +32,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// What the default settings have.
+/// A renderer with the default settings.
 fn everything(gpu: &Gpu) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), Settings::default()).unwrap()
 }
@@ -162,7 +162,7 @@ fn gpu_cameras_without_a_view_are_refused() {
         let error = renderer.render(&uploaded, sound, width, height).unwrap_err();
         assert!(matches!(error, RenderError::Size { .. }), "{error}");
     }
-    // What is only odd is an image.
+    // Unusual but valid cameras give an image.
     let close_up = Camera::look_at(Vec3::Y, Vec3::ZERO, PERSPECTIVE);
     let far_off = Camera::look_at(Vec3::splat(1e9), Vec3::ZERO, PERSPECTIVE);
     for camera in [perspective(3.1, 0.01), perspective(1e-4, 0.01), perspective(0.9, 1e-20), close_up, far_off] {

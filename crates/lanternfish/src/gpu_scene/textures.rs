@@ -8,16 +8,16 @@ use rayon::prelude::*;
 
 use super::{Shading, mips};
 
-/// Number of textures that get their mip levels at a time: bounds the memory that waits to be copied.
+/// Number of textures whose mip levels are made at a time: bounds the staging memory.
 const BATCH: usize = 16;
-/// What [`Anisotropy::Auto`] is on hardware: what every adapter has.
+/// Value of [`Anisotropy::Auto`] on hardware: every adapter supports it.
 const HARDWARE_ANISOTROPY: u16 = 16;
-/// What [`Anisotropy::Auto`] is on a software adapter: the README has what each value costs there, and how far it is from the ground truth.
+/// Value of [`Anisotropy::Auto`] on a software adapter: the README lists the time and the error of each value there.
 const SOFTWARE_ANISOTROPY: u16 = 4;
-/// Mesa's software rasteriser from which anisotropic filtering is usable. 22.3.6 takes minutes for a frame that takes a
-/// second without; 25.0.7 is fine; those between are untested.
+/// First version of Mesa's software rasterizer with usable anisotropic filtering. 22.3.6 takes minutes for a frame that takes a second
+/// without; 25.0.7 is fine; those between are untested.
 const FIRST_ANISOTROPIC_MESA: u32 = 25;
-/// Names of a material's textures and samplers where each material has a bind group.
+/// Names of a material's textures and samplers, if each material has a bind group.
 const NAMES: [(&str, &str); MAPS] = [
     ("base_color_texture", "base_color_sampler"),
     ("metallic_roughness_texture", "metallic_roughness_sampler"),
@@ -32,18 +32,18 @@ const NAMES: [(&str, &str); MAPS] = [
 /// Textures of a material that are shaded.
 const MAPS: usize = 9;
 
-/// Images on the device, by their index in the scene and whether they are read as sRGB: what shaders see, and the bytes of all levels.
+/// Images on the device, by their index in the scene and whether they are read as sRGB: the view, and the size of all levels, bytes.
 pub(super) type Images = BTreeMap<(usize, bool), (wgpu::TextureView, u64)>;
 
 /// The textures of a scene on the device. Texture 0 is one white texel.
 #[derive(Debug)]
 pub struct Textures {
-    /// True if shaders see them as one array.
+    /// True if shaders bind them as one array.
     pub arrays: bool,
-    /// Texels of all levels, bytes.
+    /// Size of the texels of all levels, bytes.
     pub bytes: u64,
     images: Images,
-    /// Those of `images` in their order, after the white texel.
+    /// Views of `images` in their order, after the white texel.
     views: Vec<wgpu::TextureView>,
     samplers: Vec<wgpu::Sampler>,
     /// Texture and sampler of each scene texture, by (index, whether read as sRGB).
@@ -69,14 +69,14 @@ fn references<'m>(material: &'m Material, shading: Shading) -> [(Option<&'m Text
     ]
 }
 
-/// Images that are shaded, and whether each is read as sRGB: one that is read both ways is uploaded twice.
+/// Images that are shaded, and whether each is read as sRGB: an image that is read both ways is uploaded twice.
 pub(super) fn read(scene: &Scene, shading: Shading) -> BTreeSet<(usize, bool)> {
     let references = scene.materials.iter().flat_map(|material| references(material, shading));
     references.filter_map(|(reference, srgb)| Some((scene.textures[reference?.texture].image, srgb))).collect()
 }
 
 impl Textures {
-    /// `kept`: images that are there and need not be uploaded.
+    /// `kept`: images that are already on the device.
     pub(super) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -114,7 +114,7 @@ impl Textures {
                 let bytes = smaller.iter().map(|(rgba, ..)| rgba.len() as u64).sum::<u64>() + image.rgba.len() as u64;
                 images.insert((*index, *srgb), (upload_image(device, queue, image, &smaller, *srgb), bytes));
             }
-            // Copies that wait are handed over, so that their staging memory can go.
+            // Submits pending copies, so that their staging memory can be freed.
             queue.submit([]);
         }
 
@@ -134,18 +134,18 @@ impl Textures {
         Ok(Self { arrays: arrays && views.len() <= most, bytes, images, views, samplers, slots, by_material })
     }
 
-    /// What is uploaded of the images that are as they were.
+    /// The uploaded images for which `is_as_it_was` is true.
     pub(super) fn images(&self, is_as_it_was: impl Fn(usize) -> bool) -> Images {
         let kept = self.images.iter().filter(|((image, _), _)| is_as_it_was(*image));
         kept.map(|(key, uploaded)| (*key, uploaded.clone())).collect()
     }
 
-    /// Index of the texture and of the sampler of a scene texture; the white texel where it was not uploaded.
+    /// Index of the texture and of the sampler of a scene texture; the white texel if it was not uploaded.
     pub(super) fn slot(&self, texture: usize, srgb: bool) -> (u32, u32) {
         self.slots.get(&(texture, srgb)).copied().unwrap_or_default()
     }
 
-    /// Lengths of the arrays, by the name shaders call them.
+    /// Lengths of the arrays, by their names in the shaders.
     pub(super) fn array_lengths(&self) -> [(&'static str, u32); 2] {
         [("material_textures", self.views.len() as u32), ("material_samplers", self.samplers.len() as u32)]
     }
@@ -231,7 +231,7 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], 
     queue.write_texture(target, rgba, layout, wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
 }
 
-/// Samples along the long axis of a footprint, at most, where the adapter decides: 1 on a software driver that is known to stall on more.
+/// Greatest number of anisotropic samples if the adapter decides: 1 on a software driver that is known to stall with more.
 pub fn automatic_anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
     match (adapter.device_type, software_mesa(adapter)) {
         (_, Some(0..FIRST_ANISOTROPIC_MESA)) => 1,

@@ -1,7 +1,7 @@
-//! The scene in the adapter's own acceleration structure, walked by `rays/ray_query/query.wesl`.
+//! The scene in the adapter's own acceleration structure, traversed by `rays/ray_query/query.wesl`.
 //!
-//! One bottom level of world-space triangles in BVH leaf order (some drivers split in input order), under one instance.
-//! Opaque and masked triangles are two geometries: the first is hit without asking the shader, the second asks it.
+//! One bottom level of world-space triangles in BVH leaf order (some drivers split in input order), under one instance. Opaque and masked
+//! triangles are two geometries: hits of the first are committed without the shader, the shader tests those of the second.
 
 use glam::Vec3;
 use lanternfish_gpu::storage_buffer_of;
@@ -17,7 +17,7 @@ use crate::error::RenderError;
 pub struct Tlas {
     /// Bound as `scene_tlas`.
     pub tlas: wgpu::Tlas,
-    /// Which triangle is which of the BVH's. Bound as `tlas_triangles`.
+    /// Indices of the triangles in the BVH's leaf order. Bound as `tlas_triangles`.
     pub triangles: wgpu::Buffer,
     /// Corners of all triangles, world space, m: nine numbers each.
     pub vertices: wgpu::Buffer,
@@ -47,7 +47,7 @@ impl Tlas {
             });
         }
 
-        // One vertex buffer; each geometry picks its triangles by index.
+        // One vertex buffer; each geometry selects its triangles by index.
         let corners: Vec<Vec3> = triangles.iter().flat_map(|t| t.corners).collect();
         let input = wgpu::BufferUsages::BLAS_INPUT;
         let copied = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
@@ -95,7 +95,7 @@ impl Tlas {
         Ok(made)
     }
 
-    /// Names the triangles again, which are those of before in another order. The caller puts `vertices` into that order, and builds.
+    /// Writes the triangles' indices again after a reordering. The caller reorders `vertices` and builds.
     pub fn reorder(&self, queue: &wgpu::Queue, sources: &[Source]) {
         let Lists { numbers, indices } = Lists::of(sources.iter());
         queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&numbers));
@@ -105,7 +105,7 @@ impl Tlas {
         }
     }
 
-    /// Builds it of the corners that `vertices` holds when these commands run.
+    /// Builds the structure from the corners in `vertices` when these commands run.
     pub fn build(&self, encoder: &mut wgpu::CommandEncoder) {
         let Some(blas) = &self.blas else {
             return encoder.build_acceleration_structures([], [&self.tlas]);
@@ -129,9 +129,9 @@ impl Tlas {
     }
 }
 
-/// Which triangles are solid, and which have a mask.
+/// The solid and the masked triangles.
 struct Lists {
-    /// Number of triangles in the first geometry; the triangles of both.
+    /// Number of triangles of the first geometry, then the triangles of both.
     numbers: Vec<u32>,
     /// Vertices of each geometry.
     indices: [Vec<u32>; 2],
@@ -143,7 +143,7 @@ impl Lists {
         let parts = [solid, masked].map(|part| part.into_iter().map(|(_, i)| i).collect::<Vec<u32>>());
         let first = parts.iter().find(|part| !part.is_empty()).map_or(0, |part| part.len() as u32);
         let numbers = std::iter::once(first).chain(parts.iter().flatten().copied()).collect();
-        let indices = parts.map(|places| places.iter().flat_map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect());
+        let indices = parts.map(|numbers| numbers.iter().flat_map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect());
         Self { numbers, indices }
     }
 }
@@ -177,11 +177,11 @@ mod tests {
         );
     }
 
-    /// The adapter of this name with ray query and these limits.
+    /// A device of the adapter of this name with ray query and these limits.
     fn device_of(name: &str, binding_bytes: u64, buffer_bytes: u64) -> (wgpu::Device, wgpu::Queue) {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-        let adapter = adapters.iter().find(|adapter| adapter.get_info().name == name).expect("it is open already");
+        let adapter = adapters.iter().find(|adapter| adapter.get_info().name == name).expect("the adapter exists");
         let descriptor = wgpu::DeviceDescriptor {
             required_features: wgpu::Features::EXPERIMENTAL_RAY_QUERY,
             required_limits: wgpu::Limits {

@@ -1,4 +1,4 @@
-//! The surfaces that stop light, in world space: triangles, and the alpha masks of those that have holes.
+//! The surfaces that occlude light, in world space: triangles, and alpha masks.
 //!
 //! Transparent surfaces are left out: they cast no shadow.
 
@@ -19,11 +19,11 @@ mod tests;
 pub struct TracedTriangle {
     /// Corners in world space, m.
     pub corners: [Vec3; 3],
-    /// Which triangle of the scene it is.
+    /// The scene's triangle that it is.
     pub source: Source,
 }
 
-/// Which triangle of a scene a traced triangle is: all that has to be kept of it for it to move.
+/// The scene's triangle that a traced triangle is: all that is needed to transform it again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Source {
     /// Index into [`Tracing::parts`].
@@ -34,7 +34,7 @@ pub struct Source {
     pub record: u32,
 }
 
-/// A primitive of a placed mesh.
+/// A primitive of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
     /// Index into [`Scene::instances`].
@@ -44,7 +44,7 @@ pub struct Part {
 }
 
 gpu_struct! {
-    /// What a masked triangle knows of its mask.
+    /// A masked triangle's data for its mask.
     pub struct MaskRecord {
         /// Texture coordinates of the first corner.
         uv_a: Vec2,
@@ -66,9 +66,9 @@ gpu_struct! {
 gpu_struct! {
     /// How an image's alpha is read as a mask.
     pub struct MaskHeader {
-        /// Size of the mask, texels: the image's, or less where it was halved to fit.
+        /// Size of the mask, texels: the image's, or less if it was halved to fit.
         size: UVec2,
-        /// How coordinates wrap along u and v: constants in `mask.wesl`.
+        /// Wrap modes along u and v: constants in `mask.wesl`.
         wrap: UVec2,
         /// 1: bilinear filter, 0: nearest texel.
         linear_filter: u32,
@@ -84,25 +84,26 @@ gpu_struct! {
 const RECORD_WORDS: usize = size_of::<MaskRecord>() / 4;
 const HEADER_WORDS: usize = size_of::<MaskHeader>() / 4;
 
-/// Everything that stops light.
+/// All surfaces that occlude light.
 #[derive(Debug, Default)]
 pub struct Tracing {
-    /// In no particular order until [`Tracing::reorder`].
+    /// In no particular order before [`Tracing::reorder`].
     pub triangles: Vec<TracedTriangle>,
-    /// Where [`Source`]s come from.
+    /// Parts to which [`Source`]s refer.
     pub parts: Vec<Part>,
-    /// Words: a [`MaskRecord`] for each masked triangle; a [`MaskHeader`] for each way of reading an image; the images'
-    /// alpha, a byte a texel, each from a whole word on.
+    /// Words: a [`MaskRecord`] for each masked triangle; a [`MaskHeader`] for each way of reading an image; the images' alpha, a byte a
+    /// texel, each aligned to a word.
     pub masks: Vec<u32>,
-    /// How many of the triangles have a record.
+    /// Number of triangles with a record.
     pub record_count: usize,
 }
 
 impl Tracing {
-    /// Gathers the triangles of every instance, less those that have a vertex twice, or one that is not finite. One whose corners are not finite is a point.
+    /// Gathers the triangles of every instance, except those that have a vertex twice or a vertex that is not finite. A triangle whose
+    /// transformed corners are not finite becomes a point.
     ///
-    /// Where the masks would take more than `mask_bytes`, the largest get half the resolution until they fit. Records
-    /// and one word a mask are kept whatever they take.
+    /// If the masks take more than `mask_bytes`, the largest are halved in resolution until they fit. Records and one word per mask are
+    /// kept in any case.
     pub fn new(scene: &Scene, mask_bytes: u64) -> Self {
         let parts: Vec<Part> = (0..).zip(&scene.instances).flat_map(|i| parts_of(scene, i)).collect();
         let gathered: Vec<(Vec<TracedTriangle>, Vec<MaskRecord>)> =
@@ -122,7 +123,7 @@ impl Tracing {
         Self { triangles, parts, masks, record_count: records.len() }
     }
 
-    /// Puts the triangles into this order, and the mask records into the order of their triangles.
+    /// Reorders the triangles, and the mask records with them.
     pub fn reorder(&mut self, order: &[u32]) {
         self.triangles = order.iter().map(|i| self.triangles[*i as usize]).collect();
         let records: &mut [MaskRecord] = bytemuck::cast_slice_mut(&mut self.masks[..RECORD_WORDS * self.record_count]);
@@ -135,7 +136,7 @@ impl Tracing {
     }
 }
 
-/// The parts of an instance that stop light.
+/// The parts of an instance that occlude light.
 fn parts_of<'s>(scene: &'s Scene, (index, instance): (u32, &'s Instance)) -> impl Iterator<Item = Part> + 's {
     let primitives = (0..).zip(&scene.meshes[instance.mesh].primitives);
     let solid = primitives.filter(|(_, p)| !scene.materials[p.material].is_transparent());
@@ -150,26 +151,27 @@ impl Part {
     }
 }
 
-/// Triangles of these sources where they stand in the scene now, world space, in the same order. One that has no finite
-/// corners is a point: nothing meets it.
+/// Triangles of these sources with the scene's current transforms, world space, in the same order. A triangle whose corners are not finite
+/// becomes a point: no ray hits it.
 pub fn pose(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<TracedTriangle> {
-    let place = |source: &Source| {
+    let pose_triangle = |source: &Source| {
         let (instance, primitive) = parts[source.part as usize].of(scene);
         let corners = corners(instance, primitive, source.triangle as usize);
         let finite = corners.iter().all(|corner| corner.is_finite());
         TracedTriangle { corners: if finite { corners } else { [Vec3::ZERO; 3] }, source: *source }
     };
-    sources.par_iter().map(place).collect()
+    sources.par_iter().map(pose_triangle).collect()
 }
 
-/// Panics unless both hold the same triangles in the same order, with corners a few roundings apart at most: a device may fuse a product and a sum.
+/// Panics unless both hold the same triangles in the same order, with corners within a few roundings: a device may fuse a product and a
+/// sum.
 #[cfg(test)]
-pub fn assert_same_corners(found: &[TracedTriangle], expected: &[TracedTriangle]) {
-    assert_eq!(found.len(), expected.len());
-    for (found, expected) in found.iter().zip(expected) {
-        assert_eq!(found.source, expected.source);
-        for (a, b) in found.corners.iter().zip(expected.corners) {
-            assert!(a.distance(b) <= 1e-6 * b.abs().max_element().max(1.0), "{found:?} {expected:?}");
+pub fn assert_same_corners(actual: &[TracedTriangle], expected: &[TracedTriangle]) {
+    assert_eq!(actual.len(), expected.len());
+    for (actual, expected) in actual.iter().zip(expected) {
+        assert_eq!(actual.source, expected.source);
+        for (a, b) in actual.corners.iter().zip(expected.corners) {
+            assert!(a.distance(b) <= 1e-6 * b.abs().max_element().max(1.0), "{actual:?} {expected:?}");
         }
     }
 }
@@ -199,7 +201,7 @@ fn gather(scene: &Scene, parts: &[Part], part: u32) -> (Vec<TracedTriangle>, Vec
     let mut records = Vec::new();
     for (triangle, indices) in primitive.indices.as_chunks::<3>().0.iter().enumerate() {
         let corners = corners(instance, primitive, triangle);
-        // What is a line or a point now may be a triangle when it moves or bends; not so one that has a vertex twice.
+        // A line or a point may become a triangle when it moves or deforms; a triangle that has a vertex twice cannot.
         let [a, b, c] = *indices;
         let is_finite = indices.iter().all(|i| primitive.positions[*i as usize].is_finite());
         if a == b || b == c || c == a || !is_finite {
@@ -217,7 +219,7 @@ fn gather(scene: &Scene, parts: &[Part], part: u32) -> (Vec<TracedTriangle>, Vec
     (triangles, records)
 }
 
-/// The header is the index of the material until [`pack_masks`] puts the headers somewhere.
+/// The header is the index of the material until [`pack_masks`] assigns addresses.
 fn mask_record(primitive: &Primitive, material: &Material, triangle: [u32; 3]) -> MaskRecord {
     let [uv_a, uv_b, uv_c] = triangle.map(|i| {
         let Some(reference) = &material.base_color_texture else { return Vec2::ZERO };
@@ -235,13 +237,13 @@ struct MaskImage {
     image: Option<usize>,
     /// Size after halving, texels.
     size: UVec2,
-    /// How often each side was halved.
+    /// Number of halvings of each side.
     halvings: u32,
 }
 
-/// [`Tracing::masks`]. Puts the headers' addresses into the records.
+/// [`Tracing::masks`]. Writes the headers' addresses into the records.
 fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> Vec<u32> {
-    // Equal headers and equal images once each, in the order in which they come up.
+    // Equal headers and equal images are stored once each, in the order of their first use.
     let mut images = Vec::new();
     let mut headers = Vec::new();
     let mut header_of_material: HashMap<u32, usize> = HashMap::new();
@@ -260,11 +262,11 @@ fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> Vec
     }
     fit(&mut images, (mask_bytes / 4).saturating_sub(first_texel as u64) as usize);
     let mut total = first_texel;
-    let mut place = |image: &MaskImage| {
+    let mut reserve = |image: &MaskImage| {
         total += image.words();
         (total - image.words()) as u32
     };
-    let addresses: Vec<u32> = images.iter().map(&mut place).collect();
+    let addresses: Vec<u32> = images.iter().map(&mut reserve).collect();
     for header in &mut headers {
         let image = header.texels as usize;
         (header.size, header.texels) = (images[image].size, addresses[image]);
@@ -274,17 +276,17 @@ fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> Vec
     words[..first_header].copy_from_slice(bytemuck::cast_slice(records));
     words[first_header..first_texel].copy_from_slice(bytemuck::cast_slice(&headers));
     let mut rest = &mut words[first_texel..];
-    let places: Vec<&mut [u32]> = images
+    let slots: Vec<&mut [u32]> = images
         .iter()
         .map(|image| {
-            let (place, after) = std::mem::take(&mut rest).split_at_mut(image.words());
+            let (slot, after) = std::mem::take(&mut rest).split_at_mut(image.words());
             rest = after;
-            place
+            slot
         })
         .collect();
-    images.par_iter().zip(places).for_each(|(image, place)| {
+    images.par_iter().zip(slots).for_each(|(image, slot)| {
         let alpha = image.alpha(scene);
-        bytemuck::cast_slice_mut(place)[..alpha.len()].copy_from_slice(&alpha);
+        bytemuck::cast_slice_mut(slot)[..alpha.len()].copy_from_slice(&alpha);
     });
     words
 }
@@ -336,13 +338,13 @@ fn fit(images: &mut [MaskImage], budget_words: usize) {
             masks = images.len(),
             most_halvings = images.iter().map(|image| image.halvings).max(),
             bytes = 4 * words,
-            "shadows of alpha masks are coarser than the masks: all of them do not fit one binding of this device"
+            "alpha masks for rays are reduced in resolution: they do not fit one binding of this device"
         );
     }
 }
 
 impl MaskImage {
-    /// Words that its texels take, four a word.
+    /// Words of its texels, four a word.
     fn words(&self) -> usize {
         (self.size.x as usize * self.size.y as usize).div_ceil(4)
     }

@@ -1,10 +1,10 @@
-//! Bringing what has changed to the device.
+//! Updates a scene on the device.
 //!
-//! 1. What is dear is compared with what was uploaded: `outline.rs`. Where other things are there (meshes, instances, textures, kinds of
-//!    materials, environment), the scene is uploaded again, less the images and the environment that are as they were. Else:
-//! 2. Lights, the sky and materials are written; where other triangles shine, or otherwise, the tree over them.
-//! 3. Unless all instances and vertices are where they were: draw instances are written, and the vertices of meshes that have bent; the
-//!    traced triangles are posed again, in the order of the tree's leaves; the BVH is refit, or the adapter's own structure built again.
+//! 1. `outline.rs` compares the data that are costly to upload with those of the last upload. If they differ (meshes, instances, textures,
+//!    kinds of materials, environment), the scene is uploaded again, except the images and the environment that are unchanged. Else:
+//! 2. Lights, the background and materials are written; if the emission of triangles has changed, so is the tree over them.
+//! 3. If any instance or vertex has changed: writes the draw instances, and the vertices of deformed meshes; transforms the traced
+//!    triangles, in leaf order; refits the BVH, or builds the adapter's own structure again.
 
 mod one;
 mod outline;
@@ -35,22 +35,22 @@ use crate::{
     lights::tree::SceneLightTrees,
 };
 
-/// Where an uploaded scene's things stand, and what of them must not change.
+/// State of an uploaded scene: transforms, and data that must not change.
 #[derive(Debug)]
 pub(super) struct Placed {
     outline: Outline,
     /// World from object, of each instance.
     transforms: Vec<Affine3A>,
-    /// A hash of each mesh's vertices; none: the device has bent them.
+    /// A hash of each mesh's vertices; none: the device has deformed them.
     vertices: Vec<Option<u64>>,
-    /// What traced triangles are: the scene's parts, and for each triangle, in leaf order, its source.
+    /// Sources of the traced triangles: the scene's parts, and the source of each triangle, in leaf order.
     parts: Vec<Part>,
     sources: Vec<Source>,
-    /// True if the device may have failed to pose what has moved.
+    /// True if the device may have failed to transform what has moved.
     is_unsure: bool,
-    /// True if the device has refused something.
+    /// True if the device has reported an error.
     is_distrusted: bool,
-    /// What each material emits.
+    /// The emission of each material.
     shining: Vec<emissive::Shining>,
     /// See [`GpuScene::generation`].
     generation: u64,
@@ -79,40 +79,40 @@ impl Placed {
     }
 }
 
-/// What an upload need not bring, since another has it.
+/// Data that an upload keeps from an earlier one.
 #[derive(Debug, Default)]
 pub(super) struct Unchanged {
-    /// Images that are as they were.
+    /// Images that are unchanged.
     pub images: Images,
-    /// The environment, as they were.
+    /// The environment, if it is unchanged.
     pub environment: Option<EnvironmentImage>,
-    /// Their light.
+    /// Light of the environment.
     pub environment_light: Option<EnvironmentLight>,
 }
 
 impl Placed {
-    /// True if an instance may stand elsewhere on the device than here.
+    /// True if an instance's transform on the device may differ from this one.
     pub fn may_have_moved(&self, instance: usize, transform: &Affine3A) -> bool {
         self.is_unsure || self.transforms[instance] != *transform
     }
 
-    /// Notes that triangles may be elsewhere than instances stand.
+    /// Notes that the triangles may not match the instances' transforms.
     pub fn forget(&mut self) {
         self.is_unsure = true;
         self.moved();
     }
 
-    /// True if vertices of these meshes may be elsewhere than the device has last bent them to.
+    /// True if vertices of these meshes may differ from the device's last deformation.
     pub fn may_have_bent(&self, mut meshes: impl Iterator<Item = usize>) -> bool {
         self.is_unsure || meshes.any(|mesh| self.vertices[mesh].is_some())
     }
 
-    /// Notes that the device bends the vertices of these meshes.
+    /// Notes that the device deforms the vertices of these meshes.
     pub fn forget_vertices(&mut self, meshes: impl Iterator<Item = usize>) {
         meshes.for_each(|mesh| self.vertices[mesh] = None);
     }
 
-    /// The instances of these meshes, and where they stand.
+    /// The instances of these meshes, and their transforms.
     pub fn instances_of(&self, meshes: impl Iterator<Item = usize>) -> Vec<(usize, Affine3A)> {
         let meshes: BTreeSet<usize> = meshes.collect();
         let of_them = self.stands().enumerate().filter(|(_, (mesh, _))| meshes.contains(mesh));
@@ -124,28 +124,28 @@ impl Placed {
         self.outline.check_counts(scene)
     }
 
-    /// Whether any of these instances is mirrored by the place that it gets, or no longer: draws then have another order.
-    pub fn mirrors_others(&self, mut places: impl Iterator<Item = (usize, Affine3A)>) -> bool {
-        places.any(|(instance, place)| mirrors(&place) != mirrors(&self.transforms[instance]))
+    /// True if the handedness of any of these instances changes: the order of draws then changes.
+    pub fn mirrors_others(&self, mut transforms: impl Iterator<Item = (usize, Affine3A)>) -> bool {
+        transforms.any(|(instance, transform)| mirrors(&transform) != mirrors(&self.transforms[instance]))
     }
 
-    /// Puts the traced triangles into another order, which names the place of each before.
+    /// Reorders the traced triangles; `order` gives the old index of each.
     pub fn reorder(&mut self, order: &[u32]) {
         self.sources = order.iter().map(|i| self.sources[*i as usize]).collect();
     }
 
-    /// What sources are parts of.
+    /// The parts to which sources refer.
     #[cfg(test)]
     pub fn parts(&self) -> &[Part] {
         &self.parts
     }
 
-    /// What each traced triangle is, in leaf order.
+    /// The source of each traced triangle, in leaf order.
     pub fn sources(&self) -> &[Source] {
         &self.sources
     }
 
-    /// Notes where an instance stands now.
+    /// Stores the transform of an instance.
     pub fn set_transform(&mut self, instance: usize, transform: Affine3A) {
         self.transforms[instance] = transform;
     }
@@ -156,12 +156,12 @@ impl Placed {
         self.revision = next_number();
     }
 
-    /// The mesh of each instance, and where it stands.
+    /// The mesh and the transform of each instance.
     pub fn stands(&self) -> impl Iterator<Item = (usize, Affine3A)> + '_ {
         self.outline.meshes().zip(self.transforms.iter().copied())
     }
 
-    /// Of each traced triangle its instance, its first index, and the first vertex of its primitive.
+    /// The instance, the first index and the primitive's first vertex of each traced triangle.
     pub fn triangle_sources(&self, geometry: &Geometry) -> impl Iterator<Item = UVec4> + '_ {
         let (primitives, first_of_mesh) = geometry.primitives();
         let meshes: Vec<usize> = self.outline.meshes().collect();
@@ -173,7 +173,7 @@ impl Placed {
         })
     }
 
-    /// An error for instances that are not there, and places that are none.
+    /// An error for instances that do not exist, and for invalid transforms.
     pub fn check_moves(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
         for (instance, transform) in moved {
             let count = self.transforms.len();
@@ -192,33 +192,33 @@ impl Placed {
         Ok(())
     }
 
-    /// The first of these instances that has a surface that shines.
+    /// The first of these instances that has an emissive surface.
     pub fn first_shining(&self, moved: &[(usize, Affine3A)], geometry: &Geometry) -> Option<usize> {
         let (primitives, first_of_mesh) = geometry.primitives();
         let meshes: Vec<usize> = self.outline.meshes().collect();
-        let shines = |instance: &usize| {
+        let is_emissive = |instance: &usize| {
             let first = first_of_mesh.get(meshes[*instance]).copied().unwrap_or(primitives.len());
             let end = first_of_mesh.get(meshes[*instance] + 1).copied().unwrap_or(primitives.len());
             primitives[first..end].iter().any(|[.., material]| self.shining[*material as usize].0.max_element() > 0.0)
         };
-        moved.iter().map(|(instance, _)| *instance).find(shines)
+        moved.iter().map(|(instance, _)| *instance).find(is_emissive)
     }
 }
 
 impl GpuScene {
-    /// A number of where the triangles are: another one after every [`crate::Renderer::update`] that moved any, and none that
-    /// another upload has or had. Lights do not count.
+    /// Identifies the state of the triangles: it changes with every [`crate::Renderer::update`] that moved any, and is unique among all
+    /// uploads. Lights do not change it.
     pub fn generation(&self) -> u64 {
         self.placed.generation
     }
 
-    /// A number of all that [`crate::Renderer::update`] brings: another one after every update, whatever it changed, and none
-    /// that another upload has or had.
+    /// Identifies the state of the scene: it changes with every [`crate::Renderer::update`], whatever it changed, and is unique among all
+    /// uploads.
     pub fn revision(&self) -> u64 {
         self.placed.revision
     }
 
-    /// A number of the order that the triangles are in: another one once another tree holds them, and none that another upload has or had.
+    /// Identifies the order of the triangles: it changes with another tree, and is unique among all uploads.
     pub fn triangle_order(&self) -> u64 {
         self.placed.triangle_order
     }
@@ -294,7 +294,7 @@ impl GpuScene {
         Ok(())
     }
 
-    /// Notes what follows from other places of draws.
+    /// Updates everything that depends on the draws.
     pub(super) fn has_placed(&mut self) {
         self.bounds = self.geometry.bounds();
         let counter = self.counters.iter_mut().find(|(name, _)| name == DRAWS);
@@ -310,13 +310,13 @@ impl GpuScene {
         nodes
     }
 
-    /// Notes that the device has refused something: what it holds is not relied on, and the next update uploads all of it.
+    /// Notes that the device has reported an error: the next update uploads the complete scene.
     pub(crate) fn distrust(&mut self) {
         self.placed.is_distrusted = true;
         self.placed.forget();
     }
 
-    /// What is as it was in a scene of this outline.
+    /// The data that a scene of this outline can keep.
     fn unchanged(&self, now: &Outline) -> Unchanged {
         let was = &self.placed.outline;
         let images = self.textures.images(|image| was.has_image_of(now, image));
@@ -346,7 +346,7 @@ fn transforms(scene: &Scene) -> impl Iterator<Item = Affine3A> + '_ {
     scene.instances.iter().map(|instance| instance.world_from_object)
 }
 
-/// A number that was never given before.
+/// A number that was never returned before.
 fn next_number() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
     LAST.fetch_add(1, Ordering::Relaxed) + 1

@@ -6,17 +6,17 @@ use lanternfish_scene::Bounds;
 use super::{Draw, DrawAlpha, GpuScene};
 use crate::view::View;
 
-/// The draws whose box meets the view's frustum.
+/// The draws whose box intersects the view's frustum.
 #[derive(Clone, Debug)]
 pub struct VisibleDraws<'s> {
-    /// Opaque and masked ones: by pipeline, then near to far, so that little is drawn to be covered.
+    /// Opaque and masked ones: by pipeline, then near to far, which reduces overdraw.
     pub solid: Vec<&'s Draw>,
-    /// Far to near, as blending needs them.
+    /// Far to near, for blending.
     pub transparent: Vec<&'s Draw>,
 }
 
 impl GpuScene {
-    /// Sorts out what `view` cannot show. Conservative: a box may meet the frustum where its triangles do not.
+    /// Culls the draws outside `view`'s frustum. Conservative: a box may intersect the frustum although its triangles do not.
     pub fn visible_draws(&self, view: &View) -> VisibleDraws<'_> {
         let seen = self.geometry.draws.iter().filter(|draw| intersects_frustum(view, &draw.bounds));
         let (transparent, solid): (Vec<&Draw>, Vec<&Draw>) =
@@ -29,18 +29,18 @@ impl GpuScene {
     }
 }
 
-/// Distance along the axis of the nearest corner of a draw's box, m.
+/// Distance along the view axis of the nearest corner of a draw's box, m.
 fn nearest(view: &View, draw: &Draw) -> f32 {
     let distances = draw.bounds.corners().map(|corner| -view.view_from_world.transform_point3(corner).z);
     distances.into_iter().fold(f32::INFINITY, f32::min)
 }
 
-/// Distance along the axis of the middle of a draw's box, m.
+/// Distance along the view axis of the centre of a draw's box, m.
 fn middle(view: &View, draw: &Draw) -> f32 {
     -view.view_from_world.transform_point3(draw.bounds.center()).z
 }
 
-/// Whether not all corners lie beyond one and the same plane of the frustum: left, right, bottom, top or near.
+/// True unless all corners lie outside one plane of the frustum: left, right, bottom, top or near.
 fn intersects_frustum(view: &View, bounds: &Bounds) -> bool {
     let clip_from_world = view.clip_from_view * view.view_from_world;
     let corners = bounds.corners().map(|corner| clip_from_world * corner.extend(1.0));

@@ -2,18 +2,19 @@
 
 use lanternfish_gpu::{Frame, GpuError, read_back};
 
-/// Counts of one view of a frame: rows of as many words as there are names, which are added up.
+/// Counts of one view of a frame: rows with one 32-bit word per name. A count is the sum of its column.
 #[derive(Clone, Debug)]
 pub struct Counters {
     counts: wgpu::Buffer,
     rows: u32,
     names: &'static [&'static str],
-    /// Whether those of blended surfaces are added: rays are, lights are the same ones.
+    /// True if the counts of transparent surfaces are added to those of opaque ones. Ray counts are; light counts are not, as both use the same
+    /// lights.
     pub adds_up: bool,
 }
 
 impl Counters {
-    /// All zero at first. Labels and names are paths.
+    /// Creates counters that are all zero. Labels and names are paths.
     pub fn new(
         frame: &mut Frame<'_>,
         label: &str,
@@ -29,7 +30,7 @@ impl Counters {
         &self.counts
     }
 
-    /// Name and count of each, once the frame was handed to the device.
+    /// Reads back the name and count of each counter, after the frame was submitted.
     pub fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<(&'static str, u64)>, GpuError> {
         let words = read_back::<u32>(device, queue, &self.counts, self.rows as usize * self.names.len())?;
         let rows = words.chunks_exact(self.names.len());

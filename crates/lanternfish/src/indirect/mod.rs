@@ -1,7 +1,7 @@
-//! Light that arrives from other surfaces, and from the environment.
+//! Indirect light from other surfaces and from the environment.
 //!
-//! Every technique ends in one structure, read through `indirect_light.wesl`: four layers of the size of the image. The library's own technique is
-//! [`sampled`].
+//! Every technique writes one structure, which shaders read through `indirect_light.wesl`: four layers of the size of the image. The
+//! library's own technique is [`sampled`].
 
 mod counters;
 pub(crate) mod history;
@@ -31,13 +31,13 @@ use crate::{
 pub use self::counters::Counters;
 pub use self::smoothing::{IndirectClamp, IndirectResolution};
 
-/// Shading adds what arrives from other surfaces.
+/// Shading adds indirect light.
 pub(crate) const INDIRECT: Feature = Feature::new("indirect");
 
 /// Layers of [`DemodulatedIrradiance`]: diffuse and glossy, each at normal and at grazing incidence.
 const LAYERS: u32 = 4;
 
-/// How indirect light is found, or that it is not.
+/// The technique that computes indirect light, or none.
 pub type Indirect = Choice<dyn IndirectTechnique>;
 
 impl<T: Technique + IndirectTechnique> From<T> for Indirect {
@@ -46,38 +46,38 @@ impl<T: Technique + IndirectTechnique> From<T> for Indirect {
     }
 }
 
-/// What a technique of indirect light is asked.
+/// A technique for indirect light.
 pub trait IndirectTechnique: AnyTechnique {
-    /// Takes the settings of a quality, where it has any.
+    /// Takes the parameters of a quality, if it has any.
     fn spend(&mut self, _quality: Quality) {}
 
-    /// What it reads of a scene, beside what that looks like.
+    /// Parts of a scene that it reads, beside those that are rasterized.
     fn parts(&self) -> Parts {
         Parts::NONE
     }
 
-    /// Whether what it finds comes near the light of a path tracer, so that it can be judged by one: one bounce of it at least.
+    /// True if it approximates the light of a path tracer, with at least one bounce, and can be compared with one.
     fn is_physical(&self) -> bool {
         false
     }
 
-    /// What it traces rays through, beside what shadows are traced through.
+    /// Its tracers, beside that of shadow rays.
     fn tracers(&self) -> Vec<Tracer> {
         Vec::new()
     }
 
-    /// Whether it finds the light of the environment too: if it does not, occlusion may.
+    /// True if it includes light from the environment. Otherwise occlusion may add it.
     fn sees_environment(&self) -> bool {
         true
     }
 
-    /// Replaces a tracer that is left to the adapter by the one that it takes.
+    /// Replaces an automatic tracer with the one chosen for the adapter.
     fn resolve_tracer(&mut self, _automatic: Tracer) {}
 
-    /// Takes the settings of the nearest blended surfaces, which are smooth, and for which there are no deep images.
+    /// Takes the parameters for the nearest transparent surfaces, which are smooth and have no deep images.
     fn for_transparent(&mut self) {}
 
-    /// Compiles its passes. `tracer`: what shadows are traced through, if there are any.
+    /// Compiles its passes. `tracer`: of shadow rays, if there are any.
     fn build(
         &self,
         device: &wgpu::Device,
@@ -87,21 +87,21 @@ pub trait IndirectTechnique: AnyTechnique {
 }
 
 named_enum! {
-    /// What is spent on indirect light.
+    /// Quality of indirect light: rays per pixel and samples per cache entry.
     #[derive(Default)]
     Quality {
-        /// 4 and 1 rays from every fourth pixel, through the BVH.
-        Draft = "draft": "4 and 1 rays from every fourth pixel, through the BVH",
-        /// 8 and 4 rays from every pixel, through the BVH; 16 and 4 in an image's first frame where the radiance cache lights their ends.
+        /// 4 diffuse and 1 glossy rays from every fourth pixel, through the BVH.
+        Draft = "draft": "4 diffuse and 1 glossy rays from every fourth pixel, through the BVH",
+        /// 8 diffuse and 4 glossy rays per pixel, through the BVH; 16 and 4 in an image's first frame if the radiance cache lights their hits.
         #[default]
-        Good = "good": "8 and 4 rays from every pixel, 16 and 4 in an image's first frame, through the BVH",
-        /// 64 and 16 rays from every pixel, through the BVH; 128 first samples of an entry of the radiance cache.
-        Best = "best": "64 and 16 rays from every pixel, through the BVH, and 128 samples of an entry",
+        Good = "good": "8 diffuse and 4 glossy rays per pixel, 16 and 4 in an image's first frame, through the BVH",
+        /// 64 diffuse and 16 glossy rays per pixel, through the BVH; 128 first samples per entry of the radiance cache.
+        Best = "best": "64 diffuse and 16 glossy rays per pixel, through the BVH, and 128 samples per cache entry",
     }
 }
 
 impl Quality {
-    /// Samples per pixel at triangle edges (MSAA): several, where they are a tenth of the frame; beside a draft's light they were a third of it.
+    /// Samples per pixel at edges. Several take a tenth of the frame time; beside draft indirect light they would take a third.
     pub const fn samples(self) -> Samples {
         match self {
             Self::Draft => Samples::One,
@@ -119,24 +119,24 @@ impl Indirect {
         self
     }
 
-    /// True if the technique finds the light of the environment.
+    /// True if the technique includes light from the environment.
     pub fn sees_environment(&self) -> bool {
         self.technique().is_some_and(|technique| technique.sees_environment())
     }
 
-    /// Replaces a tracer that is left to the adapter by the one that it takes.
+    /// Replaces an automatic tracer with the one chosen for the adapter.
     pub(crate) fn resolve_tracer(&mut self, automatic: Tracer) {
         if let Some(technique) = self.technique_mut() {
             technique.resolve_tracer(automatic);
         }
     }
 
-    /// What the technique traces rays through.
+    /// The technique's tracers.
     pub(crate) fn tracers(&self) -> Vec<Tracer> {
         self.technique().map(|technique| technique.tracers()).unwrap_or_default()
     }
 
-    /// What the technique reads of a scene.
+    /// Parts of a scene that the technique reads.
     pub(crate) fn parts(&self) -> Parts {
         self.technique().map_or(Parts::NONE, |technique| technique.parts())
     }
@@ -144,10 +144,10 @@ impl Indirect {
 
 /// The passes of a technique.
 pub trait IndirectPasses: fmt::Debug {
-    /// Forgets what is kept from frame to frame: the last one was not handed to the device, or the device refused it.
+    /// Discards state kept between frames, after a frame that was not submitted or that the device refused.
     fn forget(&mut self) {}
 
-    /// Finds the indirect light of a surface that a view shows, one sample a pixel.
+    /// Records the passes that compute the indirect light of a view's surface, one sample per pixel.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -160,17 +160,17 @@ pub trait IndirectPasses: fmt::Debug {
 #[derive(Clone, Debug)]
 pub struct DemodulatedIrradiance {
     layers: wgpu::TextureView,
-    /// What the technique counts: rays, or what else it took.
+    /// Counters of the technique's work, such as rays.
     pub(crate) counters: Vec<Counters>,
 }
 
 impl DemodulatedIrradiance {
-    /// The four layers: those of [`layers_target`], written.
+    /// Indirect light from four written layers, made by [`layers_target`].
     pub fn new(layers: wgpu::TextureView) -> Self {
         Self { layers, counters: Vec::new() }
     }
 
-    /// The same with what the technique counts.
+    /// The same light with the technique's counters.
     pub fn with_counters(self, counters: Vec<Counters>) -> Self {
         Self { counters, ..self }
     }
@@ -181,14 +181,13 @@ impl DemodulatedIrradiance {
     }
 }
 
-/// A texture for the four layers, for compute passes to write: RGBA, 16-bit floats, an array of four. Diffuse light at normal and at grazing
-/// incidence (irradiance over π, nits), then glossy light at both (radiance, nits).
+/// Creates a texture for the four layers, writable by compute passes: an array of four RGBA layers of 16-bit floats. The first two hold diffuse
+/// light at normal and at grazing incidence (irradiance over π, nits), the others glossy light at both (radiance, nits).
 pub fn layers_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_layers(frame, "indirect/layers", size, wgpu::TextureFormat::Rgba16Float, LAYERS)
 }
 
-/// Compiles the passes that the settings need: none, where there is no indirect light. `tracer`: what shadows are traced through, if
-/// there are any.
+/// Compiles the passes that the settings need: none without indirect light. `tracer`: of shadow rays, if there are any.
 pub(crate) fn passes(
     device: &wgpu::Device,
     settings: &Settings,

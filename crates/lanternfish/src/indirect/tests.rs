@@ -28,15 +28,15 @@ use crate::{
     },
 };
 
-/// The tracers that the device has.
+/// The tracers that the device supports.
 fn tracers(gpu: &Gpu) -> impl Iterator<Item = Tracer> {
     let has_ray_query = gpu.description.ray_query;
     Tracer::all().into_iter().filter(move |tracer| *tracer != Tracer::RAY_QUERY || has_ray_query)
 }
 
 #[test]
-fn gpu_the_environment_light_an_open_floor() {
-    let Some(gpu) = testing::gpu("gpu_the_environment_light_an_open_floor") else { return };
+fn gpu_environment_lights_an_open_floor() {
+    let Some(gpu) = testing::gpu("gpu_environment_lights_an_open_floor") else { return };
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let sky = Vec3::new(1.0, 2.0, 4.0);
     let white = Environment { width: 4, height: 2, pixels: vec![sky; 8], rotation: 0.0 };
@@ -44,81 +44,81 @@ fn gpu_the_environment_light_an_open_floor() {
         for environment in [None, Some(white.clone())] {
             let is_image = environment.is_some();
             let scene = Scene { sky, environment, ..floor(matt(0.5)) };
-            let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
-            // Albedo times the sky's radiance, whatever the rays.
-            let worst = found.iter().map(|pixel| (*pixel / (0.5 * sky) - 1.0).abs().max_element()).fold(0.0, f32::max);
-            // Up to three of 64 rays may run along the floor and, in an image, into it.
+            let actual = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
+            // Expected: albedo times the sky's radiance, for any rays.
+            let worst = actual.iter().map(|pixel| (*pixel / (0.5 * sky) - 1.0).abs().max_element()).fold(0.0, f32::max);
+            // Up to three of 64 rays may graze the floor and, with an environment image, point below it.
             let most = 2e-3;
             assert!(worst < most, "{tracer}, image {is_image}: {worst}");
         }
     }
 }
 
-/// A small sun is neither missed nor found by all rays at once: each sees the mean of what it stands for.
+/// Few rays estimate a small sun without missing it or all hitting it: each reads the environment prefiltered over the solid angle that it represents.
 #[test]
-fn gpu_few_rays_find_a_small_sun() {
-    let Some(gpu) = testing::gpu("gpu_few_rays_find_a_small_sun") else { return };
+fn gpu_few_rays_estimate_a_small_sun() {
+    let Some(gpu) = testing::gpu("gpu_few_rays_estimate_a_small_sun") else { return };
     let (width, height, row) = (64, 32, 8);
     let mut pixels = vec![Vec3::ZERO; width * height];
     pixels[row * width + 20] = Vec3::splat(1000.0);
     let scene = Scene { environment: Some(Environment { width, height, pixels, rotation: 0.0 }), ..floor(matt(0.5)) };
-    // Bilinear between pixels: of twice their width across and down, and half as bright in the mean.
+    // Bilinear interpolation between pixels doubles the sun's width and height, and halves its mean radiance.
     let step = std::f64::consts::PI / height as f64;
     let colatitude = (row as f64 + 0.5) * step;
     let expected = 0.5 / std::f64::consts::PI * 1000.0 * step * step * colatitude.sin() * colatitude.cos();
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     for diffuse_rays in [4, 8, 32] {
         let few = Sampled { diffuse_rays, ..sampled(Tracer::BVH) };
-        let found = rendering(gpu, settings(few), &scene, &camera);
-        let energy = mean(&found) / expected;
+        let actual = rendering(gpu, settings(few), &scene, &camera);
+        let energy = mean(&actual) / expected;
         println!("{diffuse_rays} rays: {energy:.3} of the light");
         assert!((energy - 1.0).abs() < 0.25, "{diffuse_rays} rays: {energy}");
     }
 }
 
-/// The radiance of a mirror is that of what it shows, but for what a grazing view reflects.
+/// The radiance of a mirror is its reflectance times that of the reflected surface.
 #[test]
-fn gpu_a_mirror_shows_what_is_above_it() {
-    let Some(gpu) = testing::gpu("gpu_a_mirror_shows_what_is_above_it") else { return };
+fn gpu_mirror_reflects_emission_above_it() {
+    let Some(gpu) = testing::gpu("gpu_mirror_reflects_emission_above_it") else { return };
     let mirror = Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(0.8) };
     let lamp = Material { emissive: Vec3::new(3.0, 2.0, 1.0), ..matt(0.0) };
     let floor = quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z);
     let ceiling = quad(1, 2.0 * Vec3::Y, 10.0 * Vec3::X, 10.0 * Vec3::Z);
     let scene = scene_of(vec![floor, ceiling], vec![mirror, lamp]);
-    // Looking down: Fresnel's term stays at its least.
+    // The camera looks down, where the Fresnel term is at its minimum.
     let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
     for tracer in tracers(gpu) {
-        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
+        let actual = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
         let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
-        let mean = found.iter().copied().sum::<Vec3>() / found.len() as f32;
+        let mean = actual.iter().copied().sum::<Vec3>() / actual.len() as f32;
         let most = 2e-3;
         assert!((mean / expected - 1.0).abs().max_element() < most, "{tracer}: {mean}");
     }
 }
 
-/// A closed box that shines evenly: every surface receives the same from everywhere.
+/// A closed, uniformly emissive box: every surface receives the same radiance from all directions.
 #[test]
-fn gpu_a_closed_box_that_shines_sends_each_bounce() {
-    let Some(gpu) = testing::gpu("gpu_a_closed_box_that_shines_sends_each_bounce") else { return };
+fn gpu_emissive_box_has_one_bounce() {
+    let Some(gpu) = testing::gpu("gpu_emissive_box_has_one_bounce") else { return };
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in tracers(gpu) {
-        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
-        // Its own emission, half of it from everywhere, and half of that which was reflected once.
-        let off = (mean(&found) / 1.75 - 1.0).abs();
+        let actual = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
+        // Emission, plus half of it reflected directly, plus a quarter after one bounce.
+        let off = (mean(&actual) / 1.75 - 1.0).abs();
         let most = 0.01;
-        assert!(off < most, "{tracer}: {}", mean(&found));
+        assert!(off < most, "{tracer}: {}", mean(&actual));
     }
 }
 
-/// Ground truth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
+/// Ground truth: paths of up to three segments through exact triangles. The limits are about a quarter above the measured values.
 #[test]
-fn gpu_one_bounce_is_the_path_tracers() {
-    let Some(gpu) = testing::gpu("gpu_one_bounce_is_the_path_tracers") else { return };
+fn gpu_one_bounce_matches_path_tracer() {
+    let Some(gpu) = testing::gpu("gpu_one_bounce_matches_path_tracer") else { return };
     let scene = cornell();
     let camera = scene.cameras[0].clone();
     let (direct, one_bounce) = (traced_of(LARGE, &scene, &camera, 2, 192), traced_of(LARGE, &scene, &camera, 3, 192));
-    // Edges are drawn with one sample in one image and many in the other, with or without the bounce: it is what is compared.
+    // Only the bounce is compared: edges have one sample per pixel in one image and many in the other.
     let alone = image_of(
         gpu,
         LARGE,
@@ -128,26 +128,25 @@ fn gpu_one_bounce_is_the_path_tracers() {
     );
     let bounce = |whole: &[Vec3], part: &[Vec3]| whole.iter().zip(part).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>();
     let ground_truth = bounce(&one_bounce, &direct);
-    assert!(mean(&ground_truth) > 0.1 * mean(&direct), "there is little to find");
-    let found = bounce(&image_of(gpu, LARGE, settings(sampled(Tracer::BVH)), &scene, &camera), &alone);
-    let (apart, energy) = (off(&found, &ground_truth), mean(&found) / mean(&ground_truth));
+    assert!(mean(&ground_truth) > 0.1 * mean(&direct), "there is little indirect light");
+    let actual = bounce(&image_of(gpu, LARGE, settings(sampled(Tracer::BVH)), &scene, &camera), &alone);
+    let (apart, energy) = (off(&actual, &ground_truth), mean(&actual) / mean(&ground_truth));
     println!("off by {apart:.4}, energy {energy:.4}");
     assert!(apart < 0.2 && (energy - 1.0).abs() < 0.03, "off {apart}, energy {energy}");
-    // It can fail: white walls send another bounce.
+    // The test can fail: white walls reflect another amount of light.
     let mut white = scene.clone();
     white.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
     let of = |indirect| {
         image_of(gpu, LARGE, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera)
     };
-    let found = bounce(&of(Indirect::from(sampled(Tracer::BVH))), &of(Indirect::NONE));
-    assert!(off(&found, &ground_truth) > 0.5, "{}", off(&found, &ground_truth));
+    let actual = bounce(&of(Indirect::from(sampled(Tracer::BVH))), &of(Indirect::NONE));
+    assert!(off(&actual, &ground_truth) > 0.5, "{}", off(&actual, &ground_truth));
 }
 
-/// What rays hit sends back the light of the environment too, whether they are a constant or an image, alone or beside a lamp: as
-/// much as paths of up to three segments.
+/// Ray hits also reflect the light of the environment, a constant or an image, with and without a lamp: as much as paths of up to three segments.
 #[test]
-fn gpu_hits_are_lit_by_the_environment() {
-    let Some(gpu) = testing::gpu("gpu_hits_are_lit_by_the_environment") else { return };
+fn gpu_environment_lights_hits() {
+    let Some(gpu) = testing::gpu("gpu_environment_lights_hits") else { return };
     // A box without a lid.
     let mut scene = closed_box(matt(0.7));
     scene.meshes[0].primitives.remove(3);
@@ -164,35 +163,35 @@ fn gpu_hits_are_lit_by_the_environment() {
         (scene.sky, scene.environment, scene.lights) = (sky, environment, lights);
         let seen = |max_depth| mean(&traced(&scene, &camera, max_depth, 256));
         let (direct, ground_truth) = (seen(2), seen(3));
-        let found = mean(&rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
+        let actual = mean(&rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
         println!(
-            "{name}: direct {direct:.4}, with a bounce {ground_truth:.4}, found {:.4} of that",
-            found / ground_truth
+            "{name}: direct {direct:.4}, with a bounce {ground_truth:.4}, estimate {:.4} of that",
+            actual / ground_truth
         );
-        assert!(direct < 0.8 * ground_truth, "{name}: a bounce brings little");
-        assert!((found / ground_truth - 1.0).abs() < 0.02, "{name}: {found} of {ground_truth}");
+        assert!(direct < 0.8 * ground_truth, "{name}: a bounce adds little light");
+        assert!((actual / ground_truth - 1.0).abs() < 0.02, "{name}: {actual} of {ground_truth}");
     }
-    // Metal that mirrors metal.
+    // Metal that reflects metal.
     scene.lights.clear();
     for perceptual_roughness in [0.2, 0.8] {
         scene.materials = vec![Material { metallic: 1.0, perceptual_roughness, ..matt(0.9) }];
         let [direct, ground_truth] = [2, 3].map(|max_depth| mean(&traced(&scene, &camera, max_depth, 256)));
-        let found = mean(&rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
+        let actual = mean(&rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
         println!(
-            "metal of roughness {perceptual_roughness}: direct {direct:.4}, {ground_truth:.4}, found {:.4} of that",
-            found / ground_truth
+            "metal of roughness {perceptual_roughness}: direct {direct:.4}, {ground_truth:.4}, estimate {:.4} of that",
+            actual / ground_truth
         );
         assert!(
-            (found / ground_truth - 1.0).abs() < 0.05,
-            "roughness {perceptual_roughness}: {found} of {ground_truth}"
+            (actual / ground_truth - 1.0).abs() < 0.05,
+            "roughness {perceptual_roughness}: {actual} of {ground_truth}"
         );
     }
 }
 
-/// A small lit wall and a dark floor: what arrives is in inverse proportion to the square of the distance.
+/// A small emissive panel and a dark floor: irradiance falls with the square of the distance.
 #[test]
-fn gpu_what_moves_sends_its_light_from_where_it_is() {
-    let Some(gpu) = testing::gpu("gpu_what_moves_sends_its_light_from_where_it_is") else { return };
+fn gpu_moved_emitters_light_from_their_new_position() {
+    let Some(gpu) = testing::gpu("gpu_moved_emitters_light_from_their_new_position") else { return };
     let lamp = Material { emissive: Vec3::splat(50.0), ..matt(0.0) };
     let floor = quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z);
     let panel = quad(1, Vec3::Y, 0.5 * Vec3::X, 0.5 * Vec3::Z);
@@ -219,10 +218,10 @@ fn gpu_what_moves_sends_its_light_from_where_it_is() {
     }
 }
 
-/// Few of thousands of lights reach a hit: those are the ones that it asks.
+/// Only few of thousands of lights reach a hit: light sampling selects these.
 #[test]
-fn gpu_many_short_lights_are_as_right_as_few() {
-    let Some(gpu) = testing::gpu("gpu_many_short_lights_are_as_right_as_few") else { return };
+fn gpu_many_short_range_lights_match_path_tracer() {
+    let Some(gpu) = testing::gpu("gpu_many_short_range_lights_match_path_tracer") else { return };
     let mut scene = closed_box(matt(0.6));
     let mut random = Random::new(4);
     for _ in 0..3000 {
@@ -245,24 +244,24 @@ fn gpu_many_short_lights_are_as_right_as_few() {
         let whole = rendering(gpu, settings, &scene, &camera);
         whole.iter().zip(&alone).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>()
     };
-    let found = bounce(rays.clone());
-    let energy = mean(&found) / ground_truth;
+    let actual = bounce(rays.clone());
+    let energy = mean(&actual) / ground_truth;
     println!("energy {energy:.4}");
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
-    // Noise of few rays: a quarter above what was measured.
+    // Limit for the noise of few rays: a quarter above the measured value.
     let few = bounce(Settings {
         indirect: Indirect::from(Sampled { diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::BVH) }),
         ..rays
     });
-    println!("4 rays off by {:.4}", off(&few, &found));
-    assert!(off(&few, &found) < 0.65, "{}", off(&few, &found));
+    println!("4 rays off by {:.4}", off(&few, &actual));
+    assert!(off(&few, &actual) < 0.65, "{}", off(&few, &actual));
 }
 
-/// Where a pixel shows one surface, samples change nothing; where it shows two, each has its own light.
+/// With one surface in a pixel, further samples do not change it; with two, each has its own light.
 #[test]
 fn gpu_samples_have_the_light_of_their_surfaces() {
     let Some(gpu) = testing::gpu("gpu_samples_have_the_light_of_their_surfaces") else { return };
-    // A white floor under a white sky, and a black lid over a part of it whose underside is not seen.
+    // A white floor under a white sky, and a black lid over a part of it, whose underside is invisible.
     let floor = quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z);
     let lid = quad(1, Vec3::new(-2.0, 0.5, 0.0), 2.0 * Vec3::X, -4.0 * Vec3::Z);
     let black = Material { base_color: Vec4::new(0.0, 0.0, 0.0, 1.0), ..matt(0.0) };
@@ -273,7 +272,7 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
         rendering(gpu, Settings { samples, ..settings }, &scene, &camera)
     };
     let [one, four] = [Samples::One, Samples::Four].map(of);
-    // How much of each pixel is floor.
+    // Fraction of each pixel that the floor covers.
     let mut shining = scene.clone();
     shining.materials[0] = Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) };
     let direct = Settings { samples: Samples::Four, ..Settings::direct_light() };
@@ -281,7 +280,7 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
     let differing = one.iter().zip(&four).filter(|(a, b)| (**a - **b).abs().max_element() > 1e-3).count();
     let edges = SIZE.y as usize;
     assert!((edges / 4..=3 * edges).contains(&differing), "{differing} pixels differ");
-    // The lid sees all of the sky, the floor at its foot half of it: no sample of the floor has the lid's light.
+    // The lid is lit by all of the sky, the floor at its border by half of it: no sample of the floor has the lid's light.
     let (width, height) = (SIZE.x as usize, SIZE.y as usize);
     for y in 1..height - 1 {
         for x in 1..width - 1 {
@@ -294,8 +293,8 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
 }
 
 #[test]
-fn gpu_what_does_not_go_together_is_refused() {
-    let Some(gpu) = testing::gpu("gpu_what_does_not_go_together_is_refused") else { return };
+fn gpu_invalid_combinations_are_refused() {
+    let Some(gpu) = testing::gpu("gpu_invalid_combinations_are_refused") else { return };
     let refused = |settings| match Renderer::with_engine(&testing::engine(gpu), settings) {
         Err(RenderError::Together { needed, .. }) => needed,
         other => panic!("{other:?}"),
@@ -303,6 +302,6 @@ fn gpu_what_does_not_go_together_is_refused() {
     let default = settings(Sampled::default().one_bounce());
     assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default().one_bounce() })).contains("rays"));
     assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default().one_bounce() })).contains("64 pixels"));
-    // Rays of indirect light do not need any of shadows.
+    // Indirect light works without shadow rays.
     Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::None, ..default }).unwrap();
 }

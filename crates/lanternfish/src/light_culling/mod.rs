@@ -1,8 +1,7 @@
-//! Which lights a point must consider.
+//! Light culling: lists of the lights that may reach a point.
 //!
-//! Every scheme ends in one structure, read through `light_list.wesl`: cell c lists
-//! `light_indices[light_cells[c] .. light_cells[c + 1]]`, ascending. Techniques: [`all`] (the oracle), [`tiled`],
-//! [`clustered`].
+//! Every technique produces one structure, read through `light_list.wesl`: cell c lists `light_indices[light_cells[c] .. light_cells[c +
+//! 1]]`, ascending. Techniques: [`all`] (the baseline), [`tiled`], [`clustered`].
 
 pub mod all;
 pub mod clustered;
@@ -34,7 +33,7 @@ gpu_struct! {
         slopes: Vec4,
         /// Least distance along the axis, m.
         nearest: f32,
-        /// Greatest distance along the axis, m; less than nearest where there is no volume.
+        /// Greatest distance along the axis, m; less than nearest if the volume is empty.
         farthest: f32,
         /// 1: the sides are parallel.
         parallel: u32,
@@ -43,7 +42,7 @@ gpu_struct! {
     }
 }
 
-/// How the lights of a point are found; none: every light is taken for every point.
+/// Technique of light culling; none: every light is evaluated at every point.
 pub type Culling = Choice<dyn CullingTechnique>;
 
 impl<T: Technique + CullingTechnique> From<T> for Culling {
@@ -75,12 +74,12 @@ impl TileSize {
     }
 }
 
-/// What a technique of light culling is asked.
+/// A technique of light culling.
 pub trait CullingTechnique: AnyTechnique {
     /// The feature that makes `light_list.wesl` read this technique's lists.
     fn feature(&self) -> Feature;
 
-    /// True if it finds clusters, for debug views of them.
+    /// True if it has clusters, for their debug views.
     fn has_clusters(&self) -> bool {
         false
     }
@@ -105,29 +104,29 @@ pub trait LightCullingPasses: Any + fmt::Debug {
         lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError>;
 
-    /// Forgets what is kept from frame to frame: the last one was not handed to the device.
+    /// Discards what is kept from frame to frame: the last frame was not submitted.
     fn forget(&mut self) {}
 }
 
-/// The shaders of this folder, but for those of its techniques.
+/// The shaders of this folder, without those of its techniques.
 pub(crate) const DECLARED: Shaders = Shaders::new(&[], &[SharedStruct::of::<Volume>()]);
 
 /// The lists of one view.
 #[derive(Clone, Debug)]
 pub struct LightLists {
-    /// Starts of the cells' lists; one more than there are cells.
+    /// Starts of the cells' lists; one element more than there are cells.
     pub cells: wgpu::Buffer,
     /// Indices of lights, cell after cell.
     pub indices: wgpu::Buffer,
-    /// What `cell_from_fragment` needs, under the name its technique gives it.
+    /// Uniform that `cell_from_fragment` reads, under its name in the technique's shader.
     pub grid: Option<(&'static str, BufferPart)>,
-    /// Entries of all lists.
+    /// Number of entries of all lists.
     pub listed: u64,
-    /// Tests of a light, or of a node of a tree over lights, against a cell.
+    /// Number of tests of a light, or of a node of a tree over lights, against a cell.
     pub tests: u64,
-    /// Exact counts beside these, by name, of what the view does not share with one before it.
+    /// Further exact counts by name, without those shared with an earlier view.
     pub counters: Vec<(&'static str, u64)>,
-    /// Visible fragments of every cluster.
+    /// Number of visible fragments of every cluster.
     pub fragments: Option<wgpu::Buffer>,
 }
 
@@ -146,7 +145,7 @@ impl LightLists {
     }
 }
 
-/// The points that lights are listed for.
+/// Points for which lights are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
     /// Points of the surfaces in the depth buffer.
@@ -155,10 +154,10 @@ pub enum Reach {
     Anywhere,
 }
 
-/// The passes of the technique that was chosen.
+/// The passes of the chosen technique.
 #[derive(Debug)]
 pub struct LightCulling {
-    /// None: every light for every point.
+    /// None: every light at every point.
     passes: Option<Box<dyn LightCullingPasses>>,
     tests_every_light: bool,
 }
@@ -176,7 +175,7 @@ impl LightCulling {
         culling.technique().map_or(all::CULLING_ALL, |technique| technique.feature())
     }
 
-    /// The features of all schemes.
+    /// The features of all techniques.
     pub fn every_feature() -> Vec<Feature> {
         std::iter::once(Culling::NONE).chain(Culling::all()).map(|culling| Self::feature(&culling)).collect()
     }
@@ -198,7 +197,7 @@ impl LightCulling {
         }
     }
 
-    /// Forgets what is kept from frame to frame: the last one was not handed to the device.
+    /// Discards what is kept from frame to frame: the last frame was not submitted.
     pub fn forget(&mut self) {
         if let Some(passes) = &mut self.passes {
             passes.forget();
@@ -212,7 +211,7 @@ impl LightCulling {
     }
 }
 
-/// An error where this driver ends a loop over so many lights too early.
+/// An error for a driver that ends a loop over so many lights too early.
 fn check_driver(adapter: &wgpu::AdapterInfo, light_count: u32) -> Result<(), RenderError> {
     if light_count <= FAULTY_LOOP_STEPS || !faulty_software(adapter) {
         return Ok(());
@@ -222,24 +221,24 @@ fn check_driver(adapter: &wgpu::AdapterInfo, light_count: u32) -> Result<(), Ren
     Err(RenderError::Driver { setting: "a test of every light", driver, fault, instead: "the default `culling`" })
 }
 
-/// Number of entries of that list one binding holds.
+/// Greatest number of entries of `light_indices` in one binding.
 pub fn most_indices(device: &wgpu::Device) -> u64 {
-    // Buffers are whole 16 bytes.
+    // Buffer sizes are multiples of 16 bytes.
     (device.limits().max_storage_buffer_binding_size / 16 * 4).min(u32::MAX.into())
 }
 
-/// An error where more entries were counted than one binding holds.
+/// An error if the count exceeds the entries that one binding holds.
 pub fn check_capacity(
-    room: &ListCapacity,
+    capacity: &ListCapacity,
     limit: u64,
     lights: &LightSet,
     remedy: &'static str,
 ) -> Result<(), RenderError> {
-    if room.elements <= limit {
+    if capacity.elements <= limit {
         return Ok(());
     }
     let remedy = lights.remedy.unwrap_or(remedy);
-    Err(RenderError::Overflow { list: lights.list, needed: room.elements, limit, remedy })
+    Err(RenderError::Overflow { list: lights.list, needed: capacity.elements, limit, remedy })
 }
 
 #[test]

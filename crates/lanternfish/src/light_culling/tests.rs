@@ -1,4 +1,4 @@
-//! Culling loses no light: every light in range of a point that the view shows is in the point's list.
+//! Culling loses no light: every light in range of a visible point is in the point's list.
 
 use lanternfish_gpu::testing;
 
@@ -54,7 +54,7 @@ fn gpu_lights_beyond_the_devices_count_are_in_no_list() {
     check_counted_sets(gpu, &[all(), vec![(Culling::NONE, Some(1))]].concat());
 }
 
-/// Smaller tiles and the box test are worth their while: they list less.
+/// Smaller tiles and the box test give shorter lists.
 #[test]
 fn gpu_smaller_tiles_and_the_box_test_list_less() {
     let Some(gpu) = testing::gpu("gpu_smaller_tiles_and_the_box_test_list_less") else { return };

@@ -1,9 +1,8 @@
-//! The attenuation functions as [VanGelderen2020, app. A] states them: its specification, and the oracle of
-//! `attenuation.wesl`.
+//! The attenuation functions of [VanGelderen2020, app. A]: the CPU reference of `attenuation.wesl`.
 
 use lanternfish_scene::shading::Attenuation;
 
-/// Illuminance at distance `d` (m) of a light of `intensity` whose cut-off is `i0` (both cd), not clamped at zero.
+/// Illuminance at distance `d` (m) of a light of `intensity` with the cut-off `i0` (both cd), not clamped at zero.
 pub(crate) fn attenuation(function: Attenuation, intensity: f64, i0: f64, d: f64) -> f64 {
     // R1 solves a_phy(R1) = I0 (§A.1).
     let r1 = (intensity / i0).sqrt();

@@ -16,7 +16,7 @@ use lanternfish_scene::{LightKind, shading::Attenuation};
 pub use self::set::{LightCount, LightSet};
 use crate::shaders::Shaders;
 
-/// The scene has lights with an area: disks or rectangles, whose points are sampled.
+/// The scene has area lights: disks or rectangles, whose points are sampled.
 pub(crate) const AREA_LIGHTS: Feature = Feature::new("area_lights");
 
 /// The shaders of this folder.
@@ -35,43 +35,43 @@ gpu_struct! {
     pub struct Light {
         /// Centre, m.
         position: Vec3,
-        /// Distance at which the light ends, m; > 0.
+        /// Distance at which the light ends, m; greater than 0.
         range: f32,
         /// Point, spot: cd; directional: lx; disk, rectangle: radiance, nits.
         intensity: Vec3,
         /// 0: point, 1: spot, 2: directional, 3: disk, 4: rectangle.
         kind: u32,
-        /// The way light travels, unit; disk, rectangle: its normal, on the side that shines.
+        /// Direction in which light travels, unit; disk, rectangle: the normal of the emitting side.
         direction: Vec3,
         /// Index of the [`Attenuation`].
         falloff: u32,
-        /// Spot: cosine of the outer angle. Rectangle: the way of its width, octahedral, x.
+        /// Spot: cosine of the outer angle. Rectangle: direction of its width, octahedral, x.
         cos_outer: f32,
-        /// Spot: 1 / (cosine of the inner angle − cosine of the outer angle). Rectangle: the way of its width, octahedral, y.
+        /// Spot: 1 / (cosine of the inner angle − cosine of the outer angle). Rectangle: direction of its width, octahedral, y.
         inverse_cos_span: f32,
         /// Spot: tangent of the outer angle, for culling. Rectangle: half its height, m.
         tan_outer: f32,
-        /// Point, spot: radius of the disk around the light's centre that shadow rays end on, m; 0: a point. Disk: its radius.
-        /// Rectangle: half its width.
+        /// Point, spot: radius of the disk around the light's centre that shadow rays sample, m; 0: a point. Disk: its radius. Rectangle:
+        /// half its width.
         radius: f32,
     }
 }
 
-/// The settings that lights are packed with.
+/// The settings with which lights are packed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSettings {
-    /// How light falls off with distance.
+    /// Attenuation function.
     pub attenuation: Attenuation,
     /// Intensity at which a light without a stated range ends, cd/m²; > 0.
     pub range_threshold: f32,
     /// Radius of point and spot lights, m; 0: points.
     pub radius: f32,
-    /// Rays from a pixel to each light that has a size.
+    /// Shadow rays from a pixel to each area light.
     pub shadow_rays: u32,
 }
 
 impl Light {
-    /// A scene's light under these settings.
+    /// Packs a scene's light with these settings.
     pub fn new(light: &lanternfish_scene::Light, settings: &LightSettings) -> Self {
         let cone = |inner: f32, outer: f32| {
             let span = 1.0 / (inner.cos() - outer.cos()).max(1e-4);
@@ -102,12 +102,12 @@ impl Light {
         }
     }
 
-    /// Whether it comes from infinitely far: it has no position.
+    /// True if it is infinitely far away: it has no position.
     pub(crate) fn is_directional(&self) -> bool {
         self.kind == 2
     }
 
-    /// Whether it is a disk or rectangle.
+    /// True if it is a disk or rectangle.
     pub(crate) fn is_area(&self) -> bool {
         self.kind >= 3
     }
@@ -118,7 +118,7 @@ impl Light {
     }
 }
 
-/// A unit vector folded onto the octahedron's square, −1..1: `octahedral_from_unit` of `common/math.wesl` [Cigolle2014].
+/// Octahedral mapping of a unit vector to the square −1..1: `octahedral_from_unit` of `common/math.wesl` [Cigolle2014].
 fn octahedral_from_unit(v: Vec3) -> Vec2 {
     let p = v.truncate() / v.abs().element_sum();
     if v.z >= 0.0 { p } else { (Vec2::ONE - Vec2::new(p.y, p.x).abs()) * Vec2::ONE.copysign(p) }

@@ -1,4 +1,4 @@
-//! Sets of lights that culling makes lists of: a scene's own, and those that a technique makes on the device.
+//! Sets of lights for which culling makes lists: a scene's own lights, and those that a technique makes on the device.
 
 use std::sync::Arc;
 
@@ -8,36 +8,36 @@ use lanternfish_scene::Bounds;
 use super::Light;
 
 gpu_struct! {
-    /// Number of lights a set has.
+    /// The number of lights of a set.
     pub struct LightCount {
-        /// How many of `lights` there are; the buffer may be longer.
+        /// Number of lights in `lights`; the buffer may be longer.
         count: u32,
     }
 }
 
-/// Lights on the device, of which any scheme of light culling makes lists.
+/// Lights on the device; every technique of light culling takes them.
 #[derive(Clone, Debug)]
 pub struct LightSet {
     /// The lights ([`Light`]), bound as `lights`.
     pub lights: wgpu::Buffer,
     /// A [`LightCount`], bound as the uniform `light_count`.
     pub count: wgpu::Buffer,
-    /// Where the device has counted them, if it did: one u32, which the host does not know.
+    /// The device's count, if the device counted them: one u32, unknown to the host.
     pub counted: Option<wgpu::Buffer>,
-    /// The same on the host, where it has them.
+    /// Copies on the host, if it has them.
     pub on_host: Arc<[Light]>,
-    /// How many there are at most; as many as there are, where the host knows.
+    /// Greatest number of lights; the exact number if the host has it.
     pub capacity: u32,
-    /// World-space box that holds the centres of all that have one.
+    /// World-space box around the centres of all lights that have one.
     pub bounds: Bounds,
-    /// Name of the lists of light indices that are made of it: those of one name have the same room.
+    /// Name of the lists of light indices made of this set; lists of the same name have the same capacity.
     pub list: &'static str,
-    /// What helps where these lists have no room, if it is not what helps with a scene's lights.
+    /// Remedy in the error for a full list, if it differs from that of a scene's lights.
     pub remedy: Option<&'static str>,
 }
 
 impl LightSet {
-    /// A set of lights that the host knows: at least these are in the buffer.
+    /// A set of lights that are also on the host; the buffer holds these, and may be longer.
     pub(crate) fn new(device: &wgpu::Device, buffer: wgpu::Buffer, lights: Vec<Light>, bounds: Bounds) -> Self {
         let count = lights.len() as u32;
         Self {
@@ -52,7 +52,7 @@ impl LightSet {
         }
     }
 
-    /// Largest number of lights: exact if the host knows it.
+    /// Greatest number of lights; the exact number if the host has it.
     pub fn capacity(&self) -> u32 {
         self.capacity
     }

@@ -12,7 +12,7 @@ use crate::{
     testing::{Random, evaluate, evaluate_points, quad, scene_of},
 };
 
-/// Functions that the thesis made to end at R1; `physical` and `step` are cut there.
+/// True for the functions of the thesis that end at R1; `physical` and `step` are cut there.
 fn reaches_zero(function: Attenuation) -> bool {
     !matches!(function, Attenuation::Physical | Attenuation::Step)
 }
@@ -32,7 +32,7 @@ fn the_functions_end_at_the_range_and_approach_the_physical_one() {
                 assert!(slope.abs() < 1e-6 * i0 / r1, "{function}: slope {slope} at R1");
             }
         }
-        // "lim I0 -> 0: a = a_phy" (§A.2), for all but the two illustrations.
+        // "lim I0 -> 0: a = a_phy" (§A.2), for all but the two illustrative functions.
         if !matches!(function, Attenuation::Linear | Attenuation::Step) {
             assert!((cpu_reference::attenuation(function, 2.0, 1e-9, 3.0) - 2.0 / 9.0).abs() < 1e-8, "{function}");
         }
@@ -56,15 +56,15 @@ fn gpu_attenuation_is_the_theses() {
     for ((function, d, range), answer) in arguments.iter().zip(answers) {
         let (d, range) = (f64::from(*d), f64::from(*range));
         let outside = d >= range;
-        // A unit intensity's cut-off is 1 / R².
+        // The cut-off of a unit intensity is 1 / R².
         let inside = cpu_reference::attenuation(*function, 1.0, 1.0 / (range * range), d).max(0.0);
         let expected = if outside { 0.0 } else { inside };
-        // The terms that cancel near R are no larger than three times the physical one; eight roundings of each.
+        // The terms that cancel near R are at most three times the physical one; eight roundings of each.
         let tolerance = 8.0 * 3.0 * f64::from(f32::EPSILON) * (1.0 / (d * d)).max(1.0);
-        let found = f64::from(answer.x);
-        assert!((found - expected).abs() <= tolerance, "{function} at {d} of {range}: {found}, not {expected}");
-        assert!(!outside || found == 0.0);
-        lit += usize::from(found > 0.0);
+        let actual = f64::from(answer.x);
+        assert!((actual - expected).abs() <= tolerance, "{function} at {d} of {range}: {actual}, not {expected}");
+        assert!(!outside || actual == 0.0);
+        lit += usize::from(actual > 0.0);
     }
     assert!(lit > queries.len() / 2, "{lit} of {} lit", queries.len());
 
@@ -76,7 +76,7 @@ fn gpu_attenuation_is_the_theses() {
     assert!(answers[3].x < 0.3 * answers[2].x);
 }
 
-/// Lights of all kinds, as the path tracer has them (`lanternfish_reference::incidence`), at places in and out of reach.
+/// Lights of all kinds against the path tracer (`lanternfish_reference::incidence`), at positions in and out of reach.
 #[test]
 fn gpu_incidence_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_incidence_is_the_path_tracers") else { return };
@@ -91,7 +91,7 @@ fn gpu_incidence_is_the_path_tracers() {
         };
         let range = (i % 2 == 0).then(|| random.between(1.0, 9.0));
         let direction = random.direction();
-        // Disks and rectangles are taken for their middles.
+        // Disks and rectangles emit from their centres here.
         let light = match i % 5 {
             3 | 4 => area::area_light(i, &mut random),
             _ => Light { kind, direction, ..Light::point(5.0 * random.point(), 10.0 * (random.point() + 1.0)) },
@@ -99,25 +99,25 @@ fn gpu_incidence_is_the_path_tracers() {
         let light = Light { range, ..light };
         let attenuation = Attenuation::ALL[i % Attenuation::ALL.len()];
         let settings = Settings { attenuation, range_threshold: 0.1, ..Settings::direct_light() };
-        let place = 5.0 * random.point();
+        let position = 5.0 * random.point();
         packed.push(super::Light::new(&light, &settings.lights()));
-        queries.push(place.extend(f32::INFINITY));
-        expected.push(lanternfish_reference::incidence(&light, place.into(), attenuation, 0.1));
+        queries.push(position.extend(f32::INFINITY));
+        expected.push(lanternfish_reference::incidence(&light, position.into(), attenuation, 0.1));
         lights.push(light);
     }
     let packed = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
     let lights_on_device = Bindings::new().buffer("lights", &packed);
     let mut lit = 0;
-    let found = evaluate_points(gpu, "incidences", &lights_on_device, &queries, 1);
-    for ((light, expected), found) in lights.iter().zip(&expected).zip(found) {
-        let (found, distance) = (found.truncate(), found.w);
+    let actual = evaluate_points(gpu, "incidences", &lights_on_device, &queries, 1);
+    for ((light, expected), actual) in lights.iter().zip(&expected).zip(actual) {
+        let (actual, distance) = (actual.truncate(), actual.w);
         assert!(distance == expected.distance || (distance / expected.distance - 1.0).abs() < 1e-5);
-        // Windows and cones that are nearly closed are differences of numbers near one: their error is that of the
-        // open light, a few roundings.
-        let open = 20.0 / expected.distance.min(1e3).powi(2).max(1e-6) + 20.0;
-        let open = open * light.area().unwrap_or(1.0).max(1.0);
-        let error = (found - expected.irradiance).abs().max_element();
-        assert!(error <= 1e-5 * expected.irradiance.max_element() + 2e-5 * open, "{found}, not {expected:?}");
+        // Windows and cones that are nearly closed are differences of numbers near one: their error is a few roundings of the unattenuated
+        // light.
+        let unattenuated = 20.0 / expected.distance.min(1e3).powi(2).max(1e-6) + 20.0;
+        let unattenuated = unattenuated * light.area().unwrap_or(1.0).max(1.0);
+        let error = (actual - expected.irradiance).abs().max_element();
+        assert!(error <= 1e-5 * expected.irradiance.max_element() + 2e-5 * unattenuated, "{actual}, not {expected:?}");
         lit += usize::from(expected.irradiance.max_element() > 0.1);
     }
     assert!(lit > 1500, "{lit} lit");
@@ -132,30 +132,30 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say() {
         Camera::look_at(Vec3::new(0.0, 0.0, 2.0), Vec3::ZERO, Projection::Perspective { fov_y: 0.5, near: 0.1 });
     let (intensity, range, d) = (5.0f32, 2.0f32, 1.25f32);
     scene.lights = vec![Light { range: Some(range), ..Light::point(Vec3::new(0.0, 0.0, d), Vec3::splat(intensity)) }];
-    let mut found = Vec::new();
+    let mut actual = Vec::new();
     for attenuation in Attenuation::ALL.iter().copied() {
         let settings =
             Settings { attenuation, materials: Materials::Lambert, shadows: Shadows::None, ..Settings::direct_light() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        // The middle of an odd image looks at the quad's centre, straight below the light.
+        // The centre of an image with odd dimensions shows the quad's centre, directly below the light.
         let rendering = renderer.render(&uploaded, &camera, 5, 5).unwrap();
         let pixel = rendering.radiance[12];
         // A light of intensity I and range R has the cut-off I / R².
         let (intensity, i0) = (f64::from(intensity), f64::from(intensity / (range * range)));
         let expected = cpu_reference::attenuation(attenuation, intensity, i0, d.into()) / std::f64::consts::PI;
-        // A unit in the last place of a half float, 2⁻¹⁰: adapters may round to the target's format either way.
+        // A unit in the last place of a half float, 2⁻¹⁰: adapters may round to the target's format in either direction.
         let tolerance = 9.8e-4 * expected;
         for channel in &pixel[..3] {
             assert!((f64::from(*channel) - expected).abs() < tolerance, "{attenuation}: {channel}, not {expected}");
         }
-        found.push(pixel[0].to_bits());
+        actual.push(pixel[0].to_bits());
     }
-    // It can fail: no two functions look the same here, but for glTF's window and physical_reduced_2, which are one:
+    // The test can fail: all functions differ here, except glTF's window and physical_reduced_2, which are equal:
     // I / d² (1 − d⁴ / R⁴) = I / d² − I₀ d² / R².
-    found.sort_unstable();
-    found.dedup();
-    assert_eq!(found.len(), Attenuation::ALL.len() - 1);
+    actual.sort_unstable();
+    actual.dedup();
+    assert_eq!(actual.len(), Attenuation::ALL.len() - 1);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What arrives from the environment where ambient visibility is a number.
+//! Environment light at each pixel, for ambient visibility without directions.
 
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame};
@@ -6,7 +6,7 @@ use lanternfish_gpu::{ComputeKernel, Frame};
 use super::AmbientVisibility;
 use crate::{context::ViewContext, error::RenderError, prepass::Surface};
 
-/// Light by the normal alone, times the ambient visibility: for ambient visibility that knows no directions.
+/// Environment irradiance by the normal alone, times the scalar ambient visibility.
 #[derive(Debug)]
 pub struct LightByNormal {
     kernel: ComputeKernel,
@@ -19,7 +19,7 @@ impl LightByNormal {
         Ok(Self { kernel: ComputeKernel::new(device, &shader, "by_normal", "occlusion/by_normal") })
     }
 
-    /// Fills the ambient visibility' `environment_irradiance`.
+    /// Fills `environment_irradiance` of the ambient visibility.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

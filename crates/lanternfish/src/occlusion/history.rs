@@ -1,4 +1,4 @@
-//! Ambient visibility, and the light that arrives from the environment, of this frame and of the frames before.
+//! Temporal accumulation of ambient visibility and environment irradiance.
 
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, Growth};
@@ -16,38 +16,38 @@ use crate::{
     settings::Settings,
 };
 
-/// A room's passes, and those that mix what they find along its surfaces.
+/// The passes of a technique, and those that accumulate their estimates over frames.
 #[derive(Debug)]
 pub(super) struct AccumulatedOcclusion {
-    found: Box<dyn OcclusionPasses>,
+    passes: Box<dyn OcclusionPasses>,
     gather: ComputeKernel,
     spread: ComputeKernel,
     histories: Histories,
 }
 
 impl AccumulatedOcclusion {
-    /// Compiles the passes around those of a room.
+    /// Compiles the accumulation passes around those of a technique.
     pub fn new(
         device: &wgpu::Device,
         settings: &Settings,
-        found: Box<dyn OcclusionPasses>,
+        passes: Box<dyn OcclusionPasses>,
     ) -> Result<Self, RenderError> {
         let shader = DECLARED.link("occlusion/history", &[])?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("occlusion/{entry}"));
-        // What occludes is in its new place at once, but in images of before that are requested some frames.
+        // Occluders move at once, except in structures that take several frames to update.
         let lasts = settings.occlusion.update_frames(settings);
         let histories = Histories::new(device, HistoryReset { lasts, counts: 0.0 })?;
-        Ok(Self { found, gather: kernel("gather"), spread: kernel("spread"), histories })
+        Ok(Self { passes, gather: kernel("gather"), spread: kernel("spread"), histories })
     }
 }
 
 impl OcclusionPasses for AccumulatedOcclusion {
     fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
-        self.found.check_growth(growth)
+        self.passes.check_growth(growth)
     }
 
     fn forget(&mut self) {
-        self.found.forget();
+        self.passes.forget();
         self.histories.forget();
     }
 
@@ -57,22 +57,22 @@ impl OcclusionPasses for AccumulatedOcclusion {
         view: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<AmbientVisibility, RenderError> {
-        let ambient_visibility = self.found.record(frame, view, surface)?;
-        // Views whose surfaces the caller gives, and sums, know no frame before.
+        let ambient_visibility = self.passes.record(frame, view, surface)?;
+        // Without motion, as for surfaces and irradiance that the caller provides, there is no history.
         let Some(motion) = &surface.motion else { return Ok(ambient_visibility) };
-        let [found, mixed] = std::array::from_fn(|_| layers_target(frame, surface.size));
+        let [estimate, mixed] = std::array::from_fn(|_| layers_target(frame, surface.size));
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let bindings = view.buffer.bindings();
         let bindings = bindings.texture("occlusion_texture", &ambient_visibility.texture);
         let gathering =
             bindings.clone().texture("found_environment_irradiance", &ambient_visibility.environment_irradiance);
-        frame.dispatch(&self.gather, &gathering.texture("filtered", &found), groups);
-        let mix = Mix { surface, motion, found: &found, mixed: &mixed, requested_frames: 0.0, clamped_frames: 0.0 };
+        frame.dispatch(&self.gather, &gathering.texture("filtered", &estimate), groups);
+        let mix = Mix { surface, motion, found: &estimate, mixed: &mixed, requested_frames: 0.0, clamped_frames: 0.0 };
         self.histories.record(frame, view, &mix)?;
         let target = ambient_visibility_target(frame, surface.size);
         let environment_irradiance = irradiance_target(frame, surface.size);
         let spreading = bindings
-            .texture("filtered_irradiance", &found)
+            .texture("filtered_irradiance", &estimate)
             .texture("mixed_irradiance", &mixed)
             .texture("ambient_visibility_target", &target)
             .texture("environment_irradiance_target", &environment_irradiance);

@@ -1,7 +1,8 @@
-//! How much of the environment each visible surface sees, and what light arrives from them: ambient occlusion and obscurance,
+//! Ambient visibility (ambient occlusion and obscurance) of each visible surface, and the environment irradiance that it leaves:
 //! [`crate::environment_light`].
 //!
-//! The library has no technique of this kind of its own: `lanternfish-papers` has two. What asks for the answer imports `ambient_visibility.wesl`.
+//! The library has no technique of this kind of its own: `lanternfish-papers` has two. Shaders that read the result import
+//! `ambient_visibility.wesl`.
 
 pub mod by_normal;
 mod history;
@@ -23,19 +24,19 @@ use crate::{
     texture::frame_target,
 };
 
-/// The shaders of this folder, but for those of its techniques.
+/// The shaders of this folder, without those of techniques.
 pub(crate) const DECLARED: Shaders =
     Shaders::new(&[Root::new("occlusion/by_normal"), Root::new("occlusion/history")], &[]);
 
-/// [`AmbientVisibility`] is read.
+/// The shader reads [`AmbientVisibility`].
 pub(crate) const OCCLUSION: Feature = Feature::new("occlusion");
 
 gpu_constants! {
-    /// Pixels a side of a workgroup.
+    /// Edge of a workgroup, pixels.
     pub const TILE: u32 = 8;
 }
 
-/// How it is found how much of the environment a surface sees, or that it is not.
+/// The technique that computes ambient visibility, or none.
 pub type Occlusion = Choice<dyn OcclusionTechnique>;
 
 impl<T: Technique + OcclusionTechnique> From<T> for Occlusion {
@@ -45,38 +46,38 @@ impl<T: Technique + OcclusionTechnique> From<T> for Occlusion {
 }
 
 impl Occlusion {
-    /// Frames after a change of the scene until what is found is of nothing older.
+    /// Frames after a change of the scene until the estimate no longer contains older data.
     pub(crate) fn update_frames(&self, settings: &Settings) -> u32 {
         self.technique().map_or(1, |technique| technique.update_frames(settings))
     }
 
-    /// True if what the technique finds may be mixed with that of the frames before.
+    /// True if the technique's estimate has noise that temporal accumulation reduces.
     pub(crate) fn is_noisy(&self) -> bool {
         self.technique().is_some_and(|technique| technique.is_noisy())
     }
 
-    /// What the technique reads of a scene.
+    /// Parts of a scene that the technique reads.
     pub(crate) fn parts(&self) -> Parts {
         self.technique().map_or(Parts::NONE, |technique| technique.parts() | Parts::ENVIRONMENT_VISIBILITY)
     }
 }
 
-/// What a technique of occlusion is asked.
+/// A technique for ambient visibility.
 pub trait OcclusionTechnique: AnyTechnique {
-    /// Distance from which on nothing occludes, m; none: everything occludes, however far.
+    /// Distance beyond which geometry does not occlude, m; `None`: no limit.
     fn max_distance(&self) -> Option<f32>;
 
-    /// Frames after a change of the scene until what it finds is of nothing older.
+    /// Frames after a change of the scene until its estimate no longer contains older data.
     fn update_frames(&self, _settings: &Settings) -> u32 {
         1
     }
 
-    /// Whether what it finds has noise that differs from frame to frame, and is mixed with that of the frames before where there is a history.
+    /// True if its estimate has noise that differs from frame to frame. With a history, such estimates are accumulated over frames.
     fn is_noisy(&self) -> bool {
         false
     }
 
-    /// What it reads of a scene, beside what that looks like and its environment.
+    /// Parts of a scene that it reads, beside those that are rasterized and the environment.
     fn parts(&self) -> Parts {
         Parts::NONE
     }
@@ -87,7 +88,7 @@ pub trait OcclusionTechnique: AnyTechnique {
 
 /// The passes of a technique.
 pub trait OcclusionPasses: fmt::Debug {
-    /// Finds the ambient visibility of a surface that a view shows, one sample a pixel, with normals.
+    /// Records the passes that compute the ambient visibility of a view's surface: one sample per pixel, with normals.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -95,24 +96,24 @@ pub trait OcclusionPasses: fmt::Debug {
         surface: &Surface,
     ) -> Result<AmbientVisibility, RenderError>;
 
-    /// An error unless frames that get their lists so can be recorded.
+    /// Returns an error if the technique cannot record frames whose lists grow in this way.
     fn check_growth(&self, _growth: Growth) -> Result<(), RenderError> {
         Ok(())
     }
 
-    /// Forgets what is kept from frame to frame: the last one was not handed to the device.
+    /// Discards state kept between frames, after a frame that was not submitted.
     fn forget(&mut self) {}
 }
 
-/// How open every pixel's opaque surface is.
+/// Ambient visibility of each pixel's opaque surface.
 #[derive(Clone, Debug)]
 pub struct AmbientVisibility {
-    /// 32-bit floats, the one format of one channel that every device lets a compute pass write. 1 where nothing occludes,
-    /// and where no surface is.
+    /// Ambient visibility, 0 to 1, as 32-bit floats: the only single-channel format that compute passes may write on every device. 1 where
+    /// nothing occludes and where there is no surface.
     pub texture: wgpu::TextureView,
-    /// What arrives from the environment: `shading/environment_light.wesl`.
+    /// Irradiance from the environment: `shading/environment_light.wesl`.
     pub environment_irradiance: wgpu::TextureView,
-    /// Exact counts, by name, of what the ambient visibility was found by.
+    /// Exact counts of the technique's work, by name.
     pub counters: Vec<(&'static str, u64)>,
 }
 
@@ -125,8 +126,12 @@ impl AmbientVisibility {
     }
 }
 
-/// Compiles the passes that these settings want, if any; an error where the distance is not above 0 and finite. Where rays of indirect
-/// light see the environment themselves, ambient visibility is found for its debug view alone.
+/// Compiles the passes that these settings need, if any. If rays of indirect light sample the environment themselves, ambient visibility is
+/// computed only for its debug view.
+///
+/// # Errors
+///
+/// If the maximum distance is not above 0 and finite, or a pass does not compile.
 pub(crate) fn passes(
     device: &wgpu::Device,
     settings: &Settings,
@@ -154,7 +159,7 @@ pub(crate) fn feature(setting: &Occlusion) -> Option<Feature> {
     setting.is_some().then_some(OCCLUSION)
 }
 
-/// A texture for the ambient visibility of each pixel, for compute passes to write: one 32-bit float.
+/// Creates a texture for the ambient visibility of each pixel, writable by compute passes: one 32-bit float.
 pub fn ambient_visibility_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
     frame_target(frame, "ambient_visibility", size, wgpu::TextureFormat::R32Float, usage, 1)

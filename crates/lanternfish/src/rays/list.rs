@@ -1,4 +1,4 @@
-//! The same lists of rays through every tracer.
+//! Traces lists of rays with any tracer.
 
 use super::DECLARED;
 use glam::Vec3;
@@ -10,20 +10,20 @@ use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene};
 gpu_struct! {
     /// A ray.
     pub struct TracedRay {
-        /// Where it starts, world space, m.
+        /// Origin, world space, m.
         origin: Vec3,
-        /// Image of the nearest direction, times two, plus one where it is read backwards.
+        /// Index of the image with the nearest direction, times two, plus one where the image is traversed backwards.
         image_and_side: u32,
-        /// Unit.
+        /// Unit direction.
         direction: Vec3,
-        /// Surfaces nearer than this are the ray's own, m.
+        /// The ray ignores surfaces nearer than this, m: they belong to its origin.
         offset: f32,
     }
 }
 
 impl TracedRay {
-    /// A ray along `direction` (unit); surfaces nearer than `offset`, m, are its own. `image`: of the nearest direction, where it goes
-    /// through images of directions, read backwards where `is_reversed` says so.
+    /// A ray along `direction` (unit) that ignores surfaces nearer than `offset`, m. `image`: index of the image with the nearest
+    /// direction, for tracers through images of directions; `is_reversed`: the image is traversed backwards.
     pub fn new(origin: Vec3, direction: Vec3, offset: f32, image: u32, is_reversed: bool) -> Self {
         Self { origin, image_and_side: 2 * image + u32::from(is_reversed), direction, offset }
     }
@@ -32,7 +32,7 @@ impl TracedRay {
 /// Traces lists of rays.
 #[derive(Debug)]
 pub struct RayTracer {
-    /// By their features: of every tracer that the device has, through deep images of every kind.
+    /// By feature: every tracer that the device supports, and deep images of every kind.
     kernels: Vec<(Vec<Feature>, ComputeKernel)>,
 }
 
@@ -50,13 +50,13 @@ impl RayTracer {
         Ok(Self { kernels })
     }
 
-    /// Puts a list of rays on the device.
+    /// Uploads a list of rays.
     pub fn upload(&self, device: &wgpu::Device, rays: &[TracedRay]) -> Result<wgpu::Buffer, RenderError> {
         Ok(storage_buffer_of(device, "rays/list", rays, wgpu::BufferUsages::empty())?)
     }
 
-    /// Distance that each of `count` rays goes through a tracer, m; −1 where it meets nothing. `structure`: what the tracer goes through
-    /// beside the scene, where it does. An error where the device lacks what the tracer needs, or the scene was not uploaded for it.
+    /// Records a pass that writes the distance of each of `count` rays, m; −1 on a miss. `structure`: the one that the tracer traverses, if
+    /// it has any. An error if the device lacks a feature of the tracer, or the scene was not uploaded for it.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -77,7 +77,7 @@ impl RayTracer {
         }
         let mut features = structure.map(TracedStructure::distance_features).unwrap_or_default();
         features.push(tracer.feature());
-        let kernel = self.kernels.iter().find(|(known, _)| *known == features);
+        let kernel = self.kernels.iter().find(|(linked, _)| *linked == features);
         let unknown = RenderError::Together { setting: "a list of rays", needed: "a structure of the tracer's own" };
         let (_, kernel) = kernel.ok_or(unknown)?;
         let distances = storage_buffer(frame.device, "rays/distances", 4 * u64::from(count))?;

@@ -1,11 +1,11 @@
-//! What rays hit: several structures behind the questions of `tracer.wesl`.
+//! Ray queries: several acceleration structures behind one interface, `tracer.wesl`.
 //!
-//! - `any_hit`: is a segment closed? Requested by shadows, and by rays to lights.
-//! - `closest_hit`: which triangle does a ray from a surface meet first? Requested by indirect light.
-//! - `first_distance`: how far does a ray go? Requested of lists of rays, by tests and benches ([`RayTracer`]).
+//! - `any_hit`: is a segment occluded? Shadows and rays to lights use it.
+//! - `closest_hit`: the first triangle that a ray from a surface hits. Indirect light uses it.
+//! - `first_distance`: the distance to a ray's first hit, for lists of rays in tests and benches ([`RayTracer`]).
 //!
-//! A tracer is a folder: its `tracer.wesl` answers, its `mod.rs` says what it is (`TracerInfo`). The host chooses one when it links
-//! ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer reads.
+//! Each tracer is a folder: its `tracer.wesl` implements the queries, its `mod.rs` describes it (`TracerInfo`). The host selects one at
+//! link time ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer reads.
 
 mod bvh;
 mod list;
@@ -36,24 +36,24 @@ use crate::{
     technique::AnyTechnique,
 };
 
-/// What a tracer is: its name, its shaders and what it reads.
+/// Description of a tracer: its name, its shaders and the parts of a scene that it reads.
 #[derive(Debug)]
 pub struct TracerInfo {
-    /// What flags call it.
+    /// Name in flags.
     pub name: &'static str,
     /// One line of help.
     pub words: &'static str,
-    /// Chooses the module that answers the questions of `tracer.wesl`: `package::chosen::tracer`.
+    /// Selects the module that implements the queries of `tracer.wesl`: `package::chosen::tracer`.
     pub feature: Feature,
-    /// What it reads of a scene.
+    /// Parts of a scene that it reads.
     pub parts: Parts,
-    /// Features of the device that it needs.
+    /// Features of the device that it requires.
     pub needs: wgpu::Features,
-    /// The structure that it goes through beside the scene itself, with default parameters.
+    /// Default of the structure that it traverses beside the scene's own; none: it needs no such structure.
     pub structure: Option<fn() -> Structure>,
 }
 
-/// What rays are traced through. Two tracers are the same if their names are.
+/// What rays are traced through. Tracers with the same name are equal.
 #[derive(Clone, Copy)]
 pub struct Tracer(&'static TracerInfo);
 
@@ -63,7 +63,7 @@ pub(crate) trait OwnTracers {
     fn own() -> Vec<Tracer>;
 }
 
-/// Tracers that [`Tracer::register`] has made known by name.
+/// Tracers registered by [`Tracer::register`].
 static REGISTERED: RwLock<Vec<Tracer>> = RwLock::new(Vec::new());
 
 impl PartialEq for Tracer {
@@ -88,10 +88,10 @@ impl fmt::Debug for Tracer {
 
 named_type_impls!(Tracer);
 
-/// Which tracer rays go through: one that is named, or the adapter's fastest exact one.
+/// The tracer that rays use: a named one, or the adapter's fastest exact one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TracerChoice {
-    /// [`Tracer::automatic`] of the renderer's device: the one that [`crate::settings::Shadows::Auto`] takes.
+    /// [`Tracer::automatic`] for the renderer's device, as [`crate::settings::Shadows::Auto`].
     #[default]
     Auto,
     /// This one.
@@ -99,7 +99,7 @@ pub enum TracerChoice {
 }
 
 impl TracerChoice {
-    /// Every one, in the order in which help lists them.
+    /// All tracers, in the order in which help lists them.
     pub fn all() -> Vec<Self> {
         std::iter::once(Self::Auto).chain(Tracer::all().into_iter().map(Self::Fixed)).collect()
     }
@@ -112,7 +112,7 @@ impl TracerChoice {
         }
     }
 
-    /// What it is, in a line of help.
+    /// One line of help.
     pub const fn words(self) -> &'static str {
         match self {
             Self::Auto => "The fastest exact tracer of this adapter",
@@ -120,7 +120,7 @@ impl TracerChoice {
         }
     }
 
-    /// The tracer. A renderer that is built puts its device's tracer in the place of `Auto`; where no device was asked it is the BVH.
+    /// The tracer. A renderer replaces `Auto` by its device's tracer when it is built; without a device `Auto` is the BVH.
     pub const fn fixed(self) -> Tracer {
         match self {
             Self::Auto => Tracer::BVH,
@@ -144,14 +144,14 @@ impl From<Tracer> for TracerChoice {
     }
 }
 
-/// The answers come in parts, one for each part of a structure.
+/// The tracer answers in parts: one pass for each part of its structure.
 pub const IN_CHUNKS: Feature = Feature::new("in_chunks");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
     Shaders::new(&[Root::computed("rays/list", || every_tracer(false))], &[SharedStruct::of::<TracedRay>()]);
 
-/// The features of every tracer, with triangles where `with_triangles` says so: for shaders that ask any of them.
+/// The features of every tracer, with triangles if `with_triangles`: for shaders that use any of them.
 pub fn every_tracer(with_triangles: bool) -> Vec<Vec<Feature>> {
     Tracer::all().iter().flat_map(|tracer| tracer.every_features(with_triangles)).collect()
 }
@@ -172,15 +172,15 @@ impl Tracer {
         Self(info)
     }
 
-    /// Every tracer that is known by name, in the order in which help lists them.
+    /// All registered tracers, in the order in which help lists them.
     pub fn all() -> Vec<Self> {
         let registered = REGISTERED.read().unwrap_or_else(PoisonError::into_inner);
         Self::own().into_iter().chain(registered.iter().copied()).collect()
     }
 
-    /// Makes it known by name: [`Self::all`] has it from now on.
+    /// Registers the tracer: [`Self::all`] lists it from then on.
     ///
-    /// Panics where another tracer has the name: a bug.
+    /// Panics if another tracer has the name, which is a bug.
     pub fn register(self) {
         assert!(!Self::all().contains(&self), "two tracers are called {}", self.name());
         REGISTERED.write().unwrap_or_else(PoisonError::into_inner).push(self);
@@ -191,79 +191,80 @@ impl Tracer {
         self.0.name
     }
 
-    /// What it is, in a line.
+    /// One line of help.
     pub const fn words(self) -> &'static str {
         self.0.words
     }
 
-    /// Chooses its shaders.
+    /// Selects its shaders.
     pub(crate) const fn feature(self) -> Feature {
         self.0.feature
     }
 
-    /// Whether it goes through the scene itself, and not through a structure that stands for it.
+    /// True if it intersects the scene itself, not a structure that approximates it.
     pub const fn is_exact(self) -> bool {
         self.0.structure.is_none()
     }
 
-    /// What it goes through beside the scene itself: what the settings choose, where that is a structure of its kind, else its default; none
-    /// where it needs nothing.
+    /// The structure that it traverses beside the scene: the chosen one if that is of the tracer's kind, else its default; none if it needs
+    /// none.
     pub fn structure(self, chosen: &Structure) -> Structure {
         let name = |structure: &Structure| structure.technique().map(AnyTechnique::name);
         let usual = self.0.structure.map_or(Structure::NONE, |usual| usual());
         if name(chosen) == name(&usual) { chosen.clone() } else { usual }
     }
 
-    /// The features that make shaders ask it, through the structure that the settings choose. `with_triangles`: which triangle a ray hits is
-    /// asked, too.
+    /// The features that link shaders with it and with the chosen structure. `with_triangles`: shaders also query which triangle a ray
+    /// hits.
     pub fn features(self, chosen: &Structure, with_triangles: bool) -> Vec<Feature> {
         let structure = self.structure(chosen);
         let features = structure.technique().map(|structure| structure.features(with_triangles));
         features.unwrap_or_default().into_iter().chain([self.0.feature]).collect()
     }
 
-    /// Those features through structures of every kind.
+    /// The same features for structures of every kind.
     fn every_features(self, with_triangles: bool) -> Vec<Vec<Feature>> {
         let structure = self.structure(&Structure::NONE);
         let all = structure.technique().map_or(vec![Vec::new()], |structure| structure.every_features(with_triangles));
         all.into_iter().map(|features| [features, vec![self.0.feature]].concat()).collect()
     }
 
-    /// The fastest exact tracer of a kind of adapter with these features: shadows and indirect light take it where none is named.
+    /// The fastest exact tracer for a kind of adapter with these features; shadows and indirect light use it unless one is named.
     ///
-    /// Ray queries on hardware that has them. A software adapter's ray query is slower than the BVH in compute: 0.24 to 0.47 million rays
-    /// a second and core on Mesa 25.0.7, the BVH 1.1 to 3.1.
+    /// On hardware with ray queries it is the ray query. A software adapter's ray query is slower than the BVH in compute: on Mesa 25.0.7,
+    /// 0.24 to 0.47 million rays per second and core, the BVH 1.1 to 3.1.
     pub fn automatic(kind: wgpu::DeviceType, features: wgpu::Features) -> Self {
         let has_ray_query = features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
         if has_ray_query && kind != wgpu::DeviceType::Cpu { Self::RAY_QUERY } else { Self::BVH }
     }
 
-    /// What it reads of a scene.
+    /// Parts of a scene that it reads.
     pub const fn parts(self) -> Parts {
         self.0.parts
     }
 
-    /// True if it finds the triangle that a ray hits, through the structure that the settings choose.
+    /// True if it reports the triangle that a ray hits, through the chosen structure.
     pub fn finds_triangles(self, chosen: &Structure) -> bool {
         self.structure(chosen).technique().is_none_or(|structure| structure.finds_triangles())
     }
 
-    /// Frames after a change of the scene until it traces through nothing older.
+    /// Number of frames after a change of the scene until it traces no outdated structure.
     pub fn update_frames(self, chosen: &Structure) -> u32 {
         self.structure(chosen).technique().map_or(1, |structure| structure.update_frames())
     }
 
-    /// What traces rays from where structures are not asked: from blended surfaces, samples of a pixel, ends of other rays.
+    /// The exact tracer for rays that do not use structures: from transparent surfaces, from samples of a pixel, from hit points of other
+    /// rays.
     pub fn exact(self) -> Self {
         if self.is_exact() { self } else { Self::BVH }
     }
 
-    /// True if the device has what it needs.
+    /// True if the device supports it.
     pub fn is_supported(self, device: &wgpu::Device) -> bool {
         device.features().contains(self.0.needs)
     }
 
-    /// An error where the device does not have it. `setting`: what asks for it; `instead`: what to ask for.
+    /// An error if the device does not support it. `setting`: the setting that requires it; `instead`: the alternative.
     pub fn check(
         self,
         device: &wgpu::Device,

@@ -17,7 +17,7 @@ fn the_automatic_tracer_is_decided_by_the_kind_of_adapter_and_can_be_overridden(
             choice.fixed()
         };
         assert_eq!(resolved(TracerChoice::Auto), expected);
-        assert_eq!(resolved(Tracer::RAY_QUERY.into()), Tracer::RAY_QUERY, "what is named is kept");
+        assert_eq!(resolved(Tracer::RAY_QUERY.into()), Tracer::RAY_QUERY, "a named tracer is not replaced");
     }
     for choice in TracerChoice::all() {
         assert_eq!(choice.name().parse(), Ok(choice));

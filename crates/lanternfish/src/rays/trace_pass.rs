@@ -1,13 +1,13 @@
-//! A compute pass whose rays go through a tracer.
+//! A compute pass that traces rays with a tracer.
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
 use super::{TracedStructure, Tracer};
 use crate::context::ViewContext;
 
-/// A compute pass that asks a tracer the questions of `tracer.wesl`. It binds what the tracer reads beside the scene's bindings.
+/// A compute pass that uses the queries of `tracer.wesl`. It binds what the tracer reads in addition to the scene's bindings.
 ///
-/// A structure may have parts. The pass runs once for each part then, and each run answers for it alone.
+/// A structure may have parts. The pass then runs once for each part, and each run answers for its part alone.
 #[derive(Debug)]
 pub struct TracePass {
     tracer: Tracer,
@@ -15,7 +15,7 @@ pub struct TracePass {
 }
 
 impl TracePass {
-    /// A pass of a kernel that was linked with the tracer's features ([`Tracer::features`]).
+    /// A pass with a kernel that was linked with the tracer's features ([`Tracer::features`]).
     pub fn new(tracer: Tracer, kernel: ComputeKernel) -> Self {
         Self { tracer, kernel }
     }
@@ -25,7 +25,7 @@ impl TracePass {
         self.for_each_part(view, bindings, &mut |bindings| frame.dispatch(&self.kernel, bindings, groups));
     }
 
-    /// Adds the pass to a frame; a buffer holds the number of workgroups.
+    /// Adds the pass to a frame; a buffer holds the workgroup counts.
     pub fn dispatch_indirect(
         &self,
         frame: &mut Frame<'_>,
@@ -36,12 +36,12 @@ impl TracePass {
         self.for_each_part(view, bindings, &mut |bindings| frame.dispatch_indirect(&self.kernel, bindings, groups));
     }
 
-    /// True if the pass may run several times, so that what it adds to has to be cleared before.
+    /// True if the pass may run several times. Buffers that it adds to must then be cleared before.
     pub fn runs_in_parts(&self) -> bool {
         !self.tracer.is_exact()
     }
 
-    /// The view's structure, if the rays go through it.
+    /// The view's structure, if the tracer traverses one.
     pub fn structure<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v dyn TracedStructure> {
         view.structure.as_deref().filter(|_| !self.tracer.is_exact())
     }

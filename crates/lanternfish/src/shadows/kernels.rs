@@ -1,4 +1,4 @@
-//! The compute passes of shadows, in the variants that scenes ask for.
+//! The compute passes of shadows, in the variants that scenes require.
 
 use super::DECLARED;
 use lanternfish_gpu::ComputeKernel;
@@ -15,14 +15,14 @@ use crate::{
 pub(super) struct Kernels {
     pub plan: ComputeKernel,
     pub trace: TracePass,
-    /// Listed lights that share a word.
+    /// Listed lights per word.
     pub lights_a_word: u32,
-    /// Words of a band whose rays can be counted.
+    /// Greatest number of words of a band whose rays can still be counted.
     pub most_words: u64,
 }
 
 impl Kernels {
-    /// Compiles them.
+    /// Compiles the passes.
     pub fn new(
         device: &wgpu::Device,
         settings: &Settings,

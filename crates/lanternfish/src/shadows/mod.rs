@@ -1,8 +1,8 @@
-//! Which listed lights reach which pixel, by rays [Elagabani2025, §4.3].
+//! Visibility of the listed lights at each pixel, by ray tracing [Elagabani2025, §4.3].
 //!
-//! The answer is one bit for each pixel and listed light, or, where lights have a size, eight bits: how many of their rays are open; in
-//! scenes with area lights 32, of which such a light has one for each of its rays. It takes as many words as the lists are long. Where the words of all pixels do not fit one buffer, the frame is made in bands of pixel
-//! rows: no light is left out.
+//! The result is one bit for each pixel and listed light. Where lights have an area it is eight bits: the number of unoccluded rays. In
+//! scenes with area lights it is 32 bits, of which an area light uses one for each ray. The number of words follows the length of the
+//! lists. If the words of all pixels do not fit one buffer, the frame is rendered in bands of pixel rows; no light is left out.
 
 mod kernels;
 #[cfg(test)]
@@ -30,17 +30,17 @@ use crate::{
 };
 
 gpu_struct! {
-    /// Where a pixel's visibility bits lie.
+    /// Layout of the visibility bits.
     pub struct VisibilityGrid {
         /// Blocks across.
         columns: u32,
         /// Blocks down.
         rows: u32,
-        /// First row of the band in hand.
+        /// First row of blocks of the current band.
         first_row: u32,
-        /// Words that the buffer has room for.
+        /// Capacity of the buffer, words.
         capacity: u32,
-        /// First row after the band in hand.
+        /// First row of blocks after the current band.
         end_row: u32,
         /// Unused.
         _pad: u32,
@@ -49,18 +49,18 @@ gpu_struct! {
     }
 }
 
-/// Lights have a size: several rays go to each.
+/// Lights have a radius: several rays go to each.
 pub(crate) const SOFT: Feature = Feature::new("soft");
-/// Shadows have a history: rays to lights that have a size end on other points in each frame, and shading mixes the share of their light that
-/// arrives with that of the frames before.
+/// Shadows have a history: the rays to area lights sample other points in each frame, and shading blends the visibility ratio of each light
+/// with that of earlier frames.
 pub(crate) const SHADOW_HISTORY: Feature = Feature::new("shadow_history");
 /// Visibility bits are written, not read.
 const VISIBILITY_WRITTEN: Feature = Feature::new("visibility_written");
-/// Normals from two samples of depth an axis decide which rays are not traced.
+/// Ray culling by normals from two depth samples per axis.
 const CULL_NAIVE: Feature = Feature::new("cull_naive");
-/// Normals from five samples of depth an axis decide it.
+/// Ray culling by normals from five depth samples per axis.
 const CULL_IMPROVED: Feature = Feature::new("cull_improved");
-/// The surface's own normals decide it.
+/// Ray culling by the surface's normals.
 const CULL_SURFACE: Feature = Feature::new("cull_surface");
 /// The rays of each pixel are counted.
 const RAY_COUNTS: Feature = Feature::new("ray_counts");
@@ -74,18 +74,18 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 gpu_constants! {
     /// Edge of a block of pixels.
     pub const BLOCK_EDGE: u32 = 8;
-    /// Bits of a light that has a size. More rays than they can count are an error.
+    /// Bits of a light with a radius. More rays than they can count are an error.
     const SOFT_LIGHT_BITS: u32 = 8;
 }
-/// Words before those of the blocks' starts, of which there is one more than blocks: `FIRST_START`.
+/// Words before the starts of the blocks; there is one start more than blocks: `FIRST_START`.
 const FIRST_START: u64 = 1;
 
 /// The list of visibility bits.
 const WORDS: &str = "shadows/words";
 
-/// Rays of a band at most, however large the device's bindings: they are counted in a u32.
+/// Greatest number of rays of a band, however large the device's bindings: they are counted in a u32.
 const MOST_RAYS: u64 = 1 << 31;
-/// The setting of [`Tracer`]s that go through deep images.
+/// The setting in errors about tracers through deep images.
 const DEEP_SHADOWS: &str = "`shadows` through deep images";
 
 /// The passes of shadows for every listed light.
@@ -94,15 +94,15 @@ pub struct Shadows {
     settings: Settings,
     tracer: Tracer,
     kernels: Kernels,
-    /// For scenes with area lights; compiled for the first of them.
+    /// Variants for scenes with area lights; compiled for the first such scene.
     area_kernels: Option<Kernels>,
     scan: Scan,
-    /// Words of bits of a band at most, beside the device's binding limit and the rays that can be counted; a lower number gives more
+    /// Upper bound of the words of a band, in addition to the device's binding limit and the countable rays; a lower number gives more
     /// bands.
     pub(crate) word_limit: u64,
 }
 
-/// How a frame's visibility is divided into bands.
+/// Division of a frame's visibility into bands.
 #[derive(Debug)]
 pub struct VisibilityPlan {
     words: wgpu::Buffer,
@@ -117,12 +117,12 @@ pub struct VisibilityPlan {
 pub struct Visibility<'p> {
     plan: &'p VisibilityPlan,
     grid: BufferPart,
-    /// Rows of the image that the band covers, pixels.
+    /// Pixel rows of the image that the band covers.
     pub rows: Range<u32>,
 }
 
 impl Visibility<'_> {
-    /// Blocks of its pixels, across and down: a workgroup each.
+    /// Blocks of its pixels, across and down: one workgroup each.
     pub fn blocks(&self) -> [u32; 3] {
         [self.plan.grid.columns, (self.rows.end - self.rows.start).div_ceil(BLOCK_EDGE), 1]
     }
@@ -134,29 +134,29 @@ impl Visibility<'_> {
 }
 
 impl VisibilityPlan {
-    /// Bands of rows of blocks, top to bottom.
+    /// The bands, as ranges of rows of blocks, from top to bottom.
     pub fn bands(&self) -> impl ExactSizeIterator<Item = (usize, Range<u32>)> {
         self.bands.iter().cloned().enumerate()
     }
 
-    /// The bits of one band, of an image of so many rows, once they are there.
+    /// The bits of one traced band of an image with `height` rows.
     pub fn band(&self, frame: &mut Frame<'_>, height: u32, band: &Range<u32>) -> Visibility<'_> {
         let grid = VisibilityGrid { first_row: band.start, end_row: band.end, ..self.grid };
         let rows = BLOCK_EDGE * band.start..(BLOCK_EDGE * band.end).min(height);
         Visibility { plan: self, grid: frame.uniform(&grid), rows }
     }
 
-    /// Rays (low 16 bits) and open rays (high 16 bits) of every pixel, where they were requested.
+    /// Rays (low 16 bits) and unoccluded rays (high 16 bits) of every pixel, if they were requested.
     pub fn ray_counts(&self) -> Option<&wgpu::TextureView> {
         self.ray_counts.as_ref()
     }
 
-    /// Rays traced for each band, u32, to be read after the frame: buffer and number of bands.
+    /// Number of rays traced for each band, u32, to be read after the frame: buffer and number of bands.
     pub fn ray_totals(&self) -> (&wgpu::Buffer, usize) {
         (&self.ray_totals, self.bands.len())
     }
 
-    /// Bytes of one band's bits.
+    /// Size of one band's bits, bytes.
     pub fn bytes(&self) -> u64 {
         4 * u64::from(self.grid.capacity)
     }
@@ -176,12 +176,12 @@ impl Shadows {
         })
     }
 
-    /// The passes for a scene; [`Shadows::plan`] has compiled them.
+    /// The passes for a scene. [`Shadows::plan`] must have compiled them.
     fn kernels(&self, scene: &GpuScene) -> &Kernels {
         self.area_kernels.as_ref().filter(|_| scene.has_area_lights).unwrap_or(&self.kernels)
     }
 
-    /// Counts the words that each block needs and divides the frame into bands that fit.
+    /// Counts the words that each block needs, and divides the frame into bands that fit.
     pub fn plan(
         &mut self,
         frame: &mut Frame<'_>,
@@ -220,9 +220,9 @@ impl Shadows {
                 let words = bands.iter().map(words_of).max().unwrap_or(0);
                 (bands, words)
             }
-            // In one band: how many there have to be the host would have to wait for.
+            // One band: the host would have to wait for the device to learn the number of bands.
             Growth::Deferred => {
-                let room = frame.capacity_for(&Counted {
+                let capacity = frame.capacity_for(&Counted {
                     list: WORDS,
                     words: &total,
                     starts: starts_of_blocks,
@@ -230,14 +230,14 @@ impl Shadows {
                     guess: u64::from(blocks * BLOCK_EDGE * BLOCK_EDGE),
                     limit,
                 })?;
-                if room.elements > limit {
+                if capacity.elements > limit {
                     let remedy = "use fewer lights, give them a shorter range, or render a smaller image";
-                    return Err(RenderError::Overflow { list: WORDS, needed: room.elements, limit, remedy });
+                    return Err(RenderError::Overflow { list: WORDS, needed: capacity.elements, limit, remedy });
                 }
-                (std::iter::once(0..rows).collect(), room.capacity)
+                (std::iter::once(0..rows).collect(), capacity.capacity)
             }
         };
-        // Without lights there are none, and a buffer has something all the same.
+        // Without lights there are no words; a buffer must not be empty.
         let capacity = first_bits + words.max(1);
         grid.capacity = capacity as u32;
         let words = frame.scratch(WORDS, 4 * capacity)?;
@@ -295,15 +295,15 @@ fn counts_rays(settings: &Settings) -> bool {
     matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility))
 }
 
-/// Features of the shaders `plan` and `trace`, for scenes with or without area lights; an error where the tracer cannot do what is asked
-/// of it.
+/// Features of the shaders `plan` and `trace`, for scenes with or without area lights. An error if the tracer does not support the
+/// settings.
 pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> Result<[Vec<Feature>; 2], RenderError> {
     let mut plan = vec![LightCulling::feature(&settings.culling)];
     plan.extend(settings.casts_soft_shadows().then_some(SOFT));
     plan.extend(has_areas.then_some(AREA_LIGHTS));
     let mut trace = plan.clone();
     trace.push(VISIBILITY_WRITTEN);
-    // Segments ask no triangles.
+    // Segments need no triangles.
     trace.extend(tracer.features(&settings.structure, false));
     if let Some(structure) = tracer.structure(&settings.structure).technique() {
         if let Some(needed) = structure.lacks_for_shadows() {
@@ -320,12 +320,12 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> 
         RayCulling::Surface => Some(CULL_SURFACE),
     });
     trace.extend(counts_rays(settings).then_some(RAY_COUNTS));
-    let is_steadied = settings.history == History::On && (has_areas || settings.casts_soft_shadows());
-    trace.extend(is_steadied.then_some(SHADOW_HISTORY));
+    let has_history = settings.history == History::On && (has_areas || settings.casts_soft_shadows());
+    trace.extend(has_history.then_some(SHADOW_HISTORY));
     Ok([plan, trace])
 }
 
-/// The words of one row of blocks must fit a u32, in which the device counts them.
+/// An error if the words of one row of blocks exceed a u32, in which the device counts them.
 fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
     let most = u64::from(columns) * u64::from(BLOCK_EDGE * BLOCK_EDGE) * u64::from(words_a_pixel);
     if most <= u64::from(u32::MAX) {
@@ -335,7 +335,7 @@ fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
     Err(RenderError::Overflow { list: WORDS, needed: most, limit: u32::MAX.into(), remedy })
 }
 
-/// An error where the lights' radius is negative or not finite, or a light gets no ray or more rays than are counted.
+/// An error if the lights' radius is negative or not finite, or if a light has no ray or more rays than can be counted.
 pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
     if !(settings.light_radius >= 0.0 && settings.light_radius.is_finite()) {
         return Err(RenderError::Together { setting: "`light-radius`", needed: "a number of metres, 0 or more" });
@@ -349,7 +349,7 @@ pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// An error where the driver is one that crashes on shadows through deep images: while it compiles `trace`, Mesa 22.3.6.
+/// An error for the driver that crashes on shadows through deep images: Mesa 22.3.6, when it compiles `trace`.
 pub(crate) fn check_driver(tracer: Tracer, adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
     if tracer.is_exact() || !faulty_software(adapter) {
         return Ok(());
@@ -358,7 +358,7 @@ pub(crate) fn check_driver(tracer: Tracer, adapter: &wgpu::AdapterInfo) -> Resul
     Err(RenderError::Driver { setting: DEEP_SHADOWS, driver, fault, instead: "`shadows bvh`" })
 }
 
-/// Words before each row of blocks, the total last. The device's sums, which start over at 2³², are unrolled.
+/// Words before each row of blocks; the total is last. Undoes the overflow of the device's sums at 2³².
 fn row_starts(starts: &[u32], columns: usize) -> Vec<u64> {
     let by_row: Vec<u32> = starts.iter().copied().step_by(columns).collect();
     let words = by_row.windows(2).map(|pair| u64::from(pair[1].wrapping_sub(pair[0])));
@@ -369,7 +369,7 @@ fn row_starts(starts: &[u32], columns: usize) -> Vec<u64> {
     std::iter::once(0).chain(sums).collect()
 }
 
-/// Cuts rows into bands of at most `limit` words. `row_starts`: words before each row, the total last.
+/// Divides rows into bands of at most `limit` words. `row_starts`: words before each row; the total is last.
 fn bands(row_starts: &[u64], limit: u64) -> Result<Vec<Range<u32>>, RenderError> {
     let row_count = row_starts.len() as u32 - 1;
     let mut bands = Vec::new();

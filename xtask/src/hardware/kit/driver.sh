@@ -4,15 +4,15 @@
 
 known_libraries=$(PATH=$PATH:/usr/sbin:/sbin ldconfig -p 2>/dev/null)
 standard_manifests=(/etc/vulkan/icd.d /usr/share/vulkan/icd.d /usr/local/share/vulkan/icd.d)
-# Places outside the standard ones to which drivers are mounted.
+# Driver mounts outside the standard locations.
 driver_places=(/usr/local/nvidia /opt /usr/lib /usr/lib64)
 
-# Whether the dynamic linker finds a library without help.
+# True if the dynamic linker finds a library without help.
 system_has() { [[ $known_libraries == *"$1 ("* ]]; }
 
 add_library_folder() { export LD_LIBRARY_PATH=${LD_LIBRARY_PATH:+$LD_LIBRARY_PATH:}$1; }
 
-# Lends the libraries of the kit that this machine lacks: one that it has fits its driver better.
+# Links the kit's libraries that this machine lacks. An installed library suits its driver better.
 lend_libraries() {
     local library lent=()
     mkdir -p "$work/lent"
@@ -24,15 +24,15 @@ lend_libraries() {
     done
     ((${#lent[@]} > 0)) || return 0
     add_library_folder "$work/lent"
-    say "libraries lent: ${lent[*]}"
+    say "libraries provided: ${lent[*]}"
 }
 
-# Paths of files by name pattern, up to 50 of them, in the places where drivers are mounted.
+# Paths of at most 50 files that match a name pattern, in the driver mounts.
 find_in_places() {
     timeout 10 find -L "${driver_places[@]}" -maxdepth 6 "$@" 2>/dev/null | head -n 50
 }
 
-# Lets the dynamic linker find NVIDIA's driver where it is mounted outside the linker's folders.
+# Lets the dynamic linker find NVIDIA's driver if it is mounted outside the linker's folders.
 find_driver_libraries() {
     local folder
     nvidia_libraries=()
@@ -53,13 +53,13 @@ find_driver_libraries() {
 
 list_adapters() { timeout --kill-after=5 60 "$program" info --adapters </dev/null 2>"$work/adapters.err"; }
 
-# Whether a list of adapters names anything but software.
+# True if a list of adapters has one other than software.
 has_hardware() { grep -E '^ +kind ' <<<"$1" | grep -qvE '^ +kind +Cpu,'; }
 
-# Lists adapters with these manifests, joined by colons; keeps the manifests if they give a graphics card.
+# Lists adapters with these manifests, joined by colons. Keeps the manifests if they provide a graphics card.
 try_manifests() {
     local list
-    # Loaders before 1.3.207 know the second name alone.
+    # Loaders before 1.3.207 only support the second name.
     list=$(VK_DRIVER_FILES=$1 VK_ICD_FILENAMES=$1 list_adapters) || return 1
     has_hardware "$list" || return 1
     export VK_DRIVER_FILES=$1 VK_ICD_FILENAMES=$1
@@ -67,7 +67,7 @@ try_manifests() {
     say "Vulkan driver: $1"
 }
 
-# Looks for a driver that the loader does not find alone.
+# Searches for a driver that the loader does not find.
 look_for_driver() {
     local manifests library manifest
     manifests=$(find_in_places -path '*vulkan*' -name '*.json' -path '*icd*' | sort | paste -s -d : -)
@@ -82,7 +82,7 @@ look_for_driver() {
     return 1
 }
 
-# Sets $adapter to gpu, or to cpu where software is allowed; fails where there is no graphics card and it is not.
+# Sets $adapter to gpu, or to cpu if software is allowed. Fails without a graphics card if it is not.
 choose_adapter() {
     adapters=$(list_adapters)
     adapter=gpu
@@ -99,14 +99,14 @@ choose_adapter() {
     adapter_names=$(sed -n 's/^adapter  *//p' <<<"$adapters" | paste -s -d , -)
 }
 
-# Says loudly that there is no graphics card, and what was found.
+# Reports prominently that there is no graphics card, and lists the adapters.
 no_hardware() {
     local bar='######################################################################'
     local what='ONLY A SOFTWARE ADAPTER WAS FOUND'
     [[ -n $adapters ]] || what='NO ADAPTER WAS FOUND'
     printf '\n%s\n#  %-64s  #\n' "$bar" "$what"
     printf '#  %-64s  #\n' 'Nothing was run: results of software say nothing about hardware.' \
-        '--allow-software runs it all the same.'
+        '--allow-software runs it anyway.'
     printf '%s\n\nadapters:\n%s\n' "$bar" "${adapters:-none}"
     printf '\nwhat the Vulkan loader says:\n'
     VK_LOADER_DEBUG=error,warn timeout 60 "$program" info --adapters 2>&1 >/dev/null </dev/null | tail -n 20

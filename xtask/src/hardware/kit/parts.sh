@@ -2,22 +2,22 @@
 # shellcheck shell=bash
 # shellcheck disable=SC2034,SC2154 # run.sh sets and reads variables of this file.
 
-# Seconds up to the deadline of the current part, at most $1.
+# Seconds to the deadline of the current part, at most $1.
 seconds_left() {
     local left=$((deadline - SECONDS))
     echo $((left < $1 ? left : $1))
 }
 
-# Runs a command up to the deadline of the current part; status 124 after that.
+# Runs a command until the deadline of the current part; status 124 after that.
 before_deadline() {
     local left
     left=$(seconds_left "$TOTAL_S")
-    # timeout takes 0 for no limit at all.
+    # timeout treats 0 as no limit.
     ((left > 0)) || return 124
     timeout --kill-after=5 "$left" "$@" </dev/null
 }
 
-# The words for an exit status.
+# The description of an exit status.
 status_words() {
     case $1 in
         124) echo 'deadline' ;;
@@ -26,7 +26,7 @@ status_words() {
     esac
 }
 
-# Words with commas between them.
+# Joins words with commas.
 joined() {
     (($# == 0)) || printf '%s' "$1"
     (($# < 2)) || printf ', %s' "${@:2}"
@@ -34,7 +34,7 @@ joined() {
 
 part_doctor() {
     local flags=() status
-    # On a software adapter the whole list takes longer than the time there is.
+    # On a software adapter all checks take longer than the time limit.
     [[ $adapter == cpu ]] && flags+=(--quick)
     [[ -s $here/commit ]] && flags+=(--commit "$(<"$here/commit")")
     before_deadline "$program" doctor --adapter "$adapter" ${flags[@]+"${flags[@]}"} --json "$out/doctor.json" \
@@ -45,7 +45,7 @@ part_doctor() {
         1) outcome='a check failed, see doctor.txt' ;;
         *)
             outcome=$(status_words "$status")
-            # What it had found until then.
+            # Prints the results so far.
             timeout 10 "$program" doctor --read "$out/doctor.json" >>"$out/doctor.txt" 2>&1 </dev/null
             ;;
     esac
@@ -53,7 +53,7 @@ part_doctor() {
     return 1
 }
 
-# Renders one image into NAME.png and adds its report to frames.json: name, scene and more flags.
+# Renders one image into NAME.png and adds its report to frames.json. Arguments: name, scene and further flags.
 frame() {
     local name=$1 scene=$2 log=$work/$1.log report=$work/$1.json status
     shift 2
@@ -89,7 +89,7 @@ part_frames() {
     ((frames_failed == 0))
 }
 
-# One benchmark; its files and its output go to papers/NAME.
+# Runs one benchmark; its files and its output go to papers/NAME.
 paper() {
     local name=$1 status
     shift

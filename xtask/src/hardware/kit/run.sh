@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks Lanternfish on a machine that has a graphics card and little else. Needs bash 4.4 and what every Debian has: coreutils,
+# Checks Lanternfish on a minimal machine with a graphics card. Needs bash 4.4 and the base tools of Debian: coreutils,
 # findutils, grep, sed, tar and gzip. `cargo xtask hardware` packs this folder.
 # shellcheck source-path=SCRIPTDIR
 set -u
@@ -14,7 +14,7 @@ Parts; without any: doctor, tests and frames.
   frames   three images with their timings      atrium.png sponza.png city.png frames.json
   papers   three benchmarks of papers           papers.tar.gz
 
---allow-software   runs on a software adapter where there is no other
+--allow-software   runs on a software adapter if there is no other
 --out FOLDER       folder of the results; without it, hardware-results in the current folder
 
 Variables, in seconds: TOTAL_S (540) for everything, DOCTOR_S (100), TESTS_S (300), FRAMES_S (120), PAPERS_S (240), TEST_S (60)
@@ -67,13 +67,13 @@ done
 ((${#parts[@]} > 0)) || parts=(doctor tests frames)
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd) || exit 4
-mkdir -p -- "$out" || fail 4 'cannot make the folder of the results'
-out=$(cd -- "$out" && pwd) || fail 4 'cannot enter the folder of the results'
-# Results of an earlier run must not pass for results of this one.
+mkdir -p -- "$out" || fail 4 'cannot create the folder for results'
+out=$(cd -- "$out" && pwd) || fail 4 'cannot enter the folder for results'
+# Results of an earlier run must not be mistaken for those of this one.
 for name in doctor.txt doctor.json tests.txt frames.json atrium.png sponza.png city.png papers.tar.gz; do
     rm -f -- "$out/$name"
 done
-work=$(mktemp -d "${TMPDIR:-/tmp}/lanternfish.XXXXXX") || fail 4 'cannot make a temporary folder'
+work=$(mktemp -d "${TMPDIR:-/tmp}/lanternfish.XXXXXX") || fail 4 'cannot create a temporary folder'
 trap 'rm -rf -- "$work"' EXIT
 trap 'exit 143' INT TERM
 
@@ -94,7 +94,7 @@ export LANTERNFISH_SHARED=$work/shared RUST_BACKTRACE=0
 
 lend_libraries
 find_driver_libraries
-# Says early which library or which version of glibc is missing.
+# Reports a missing library or glibc version early.
 started=$("$program" --version 2>&1) || fail 4 "the program does not start on this machine: $started"
 say "$started"
 choose_adapter || exit 3
@@ -112,7 +112,7 @@ for part in "${parts[@]}"; do
         failed=1
     else
         say "$part, up to $((deadline - SECONDS)) s"
-        # A part says in $outcome what it did.
+        # A part stores its summary in $outcome.
         outcome=
         if "part_$part"; then
             outcome="passed${outcome:+: $outcome}"

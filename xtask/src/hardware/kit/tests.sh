@@ -1,18 +1,18 @@
-# Runs the tests that need an adapter, each in a process of its own. Sourced by run.sh.
+# Runs the tests that need an adapter, each in a separate process. Sourced by run.sh.
 # shellcheck shell=bash
 # shellcheck disable=SC2034,SC2154 # run.sh sets and reads variables of this file.
 
-# Names of a test program's tests for an adapter, one a line: the last path segment starts with gpu_.
+# Names of a test program's tests that need an adapter, one per line: the last path segment starts with gpu_.
 gpu_tests() {
-    # Also past the deadline: each is then told as not run.
+    # Also after the deadline: each test is then reported as not run.
     timeout --kill-after=5 30 "$1" --list --format terse </dev/null | sed -nE '/(^|::)gpu_[^:]*: test$/s/: test$//p'
     return "${PIPESTATUS[0]}"
 }
 
-# Writes a result: file, word, milliseconds, what.
+# Writes a result: file, verdict, milliseconds, test.
 write_result() { printf '%-12s %4d.%d  %s\n' "$2" $(($3 / 1000)) $(($3 % 1000 / 100)) "$4" >"$1"; }
 
-# One test; its output goes to logs/NUMBER, its result to results/NUMBER. A time limit below TEST_S is that of the part.
+# Runs one test. Its output goes to logs/NUMBER, its result to results/NUMBER. A limit below TEST_S is the part's deadline.
 one_test() {
     local number=$1 program_name=$2 test=$3 limit=$4 log=$work/logs/$1 started status took word
     started=$(date +%s%3N)
@@ -32,13 +32,13 @@ one_test() {
     elif grep -q 'test result: ok\. 1 passed' "$log"; then
         word=ok
     else
-        # It ended well and ran nothing.
+        # It succeeded without running a test.
         word=FAILED
     fi
     write_result "$work/results/$number" "$word" "$took" "$program_name $test"
 }
 
-# Every test of every program, JOBS at a time.
+# Runs every test of every program, JOBS at a time.
 run_tests() {
     local path program_name names test number=0 running limit
     for path in "$work"/tests/*; do
@@ -73,7 +73,7 @@ part_tests() {
         return 1
     fi
     mkdir -p "$work/logs" "$work/results"
-    # A shell's report of a crash goes nowhere: the result says it.
+    # Discards the shell's crash reports: the result states the crash.
     run_tests 2>/dev/null
     for result in "$work"/results/*; do
         [[ -e $result ]] || continue
@@ -95,7 +95,7 @@ part_tests() {
         printf '\n---- %s\n' "$line" >>"$out/tests.txt"
         tail -n 15 "$work/logs/${result##*/}" >>"$out/tests.txt"
     done
-    # Why tests were left out.
+    # The reasons of skipped tests.
     sed -sn '/^LEFT OUT/p' "$work"/logs/* 2>/dev/null | sort -u >"$work/reasons"
     [[ ! -s $work/reasons ]] || { echo && cat "$work/reasons"; } >>"$out/tests.txt"
     outcome="$passed passed, $bad failed, $not_run not run (deadline), $left_out left out"

@@ -59,7 +59,7 @@ pub fn report(checks: Vec<Check>) -> Report {
 }
 
 #[test]
-fn a_failure_is_named_and_the_first_one_first() {
+fn the_table_names_the_first_failure() {
     let failing = report(vec![
         check(Group::Materials, Verdict::Passed),
         check(Group::LightCulling, Verdict::Failed),
@@ -73,14 +73,14 @@ fn a_failure_is_named_and_the_first_one_first() {
 }
 
 #[test]
-fn a_pass_that_a_display_driver_would_stop_is_named() {
+fn the_table_names_passes_over_the_watchdog_limit() {
     let report = report(Vec::new());
     assert_eq!(report.slow_passes(), [("direct light", "shadows/trace", 2400.0)]);
     assert!(report.to_table().contains("a display driver may stop it: shadows/trace"));
 }
 
 #[test]
-fn what_is_written_is_read_again() {
+fn reports_survive_a_round_trip_through_json() {
     let mut odd = check(Group::Shadows, Verdict::Failed);
     odd.figures.push(Figure::new("energy", f64::NAN, 0.9, 1.1));
     let report = report(vec![check(Group::Shadows, Verdict::LeftOut), odd]);
@@ -89,14 +89,14 @@ fn what_is_written_is_read_again() {
 }
 
 #[test]
-fn a_process_that_ended_on_the_way_says_at_what() {
+fn an_incomplete_report_names_the_step_in_progress() {
     let mut report = report(Vec::new());
     (report.complete, report.doing) = (false, Some("shadows: bvh".to_owned()));
     assert!(report.to_table().contains("INCOMPLETE: the process ended while it did this: shadows: bvh"));
 }
 
 #[test]
-fn nan_is_outside_of_any_limits() {
+fn nan_is_outside_all_limits() {
     assert!(!Figure::new("energy", f64::NAN, 0.0, f64::INFINITY).passes());
     assert!(Figure::new("energy", 1.0, 1.0, 1.0).passes());
 }

@@ -1,11 +1,11 @@
 use super::*;
 use crate::replay::{category::Category, report::tests::report as plain};
 
-/// SplitMix64: numbers that look random, the same for a seed.
+/// SplitMix64: pseudo-random numbers from a seed.
 struct Noise(u64);
 
 impl Noise {
-    /// 0 to 1, both left out.
+    /// A number between 0 and 1, exclusive.
     fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -14,7 +14,7 @@ impl Noise {
         (((z ^ (z >> 31)) >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    /// Of mean 0 and standard deviation 1.
+    /// A normally distributed number, mean 0 and standard deviation 1.
     fn normal(&mut self) -> f64 {
         (-2.0 * self.unit().ln()).sqrt() * (std::f64::consts::TAU * self.unit()).cos()
     }
@@ -34,14 +34,14 @@ const PASSES: [(&str, f64); 12] = [
     ("output/count", 0.15),
     ("output", 0.3),
 ];
-/// Few beside the 680 of a track: with more frames, noise is less.
+/// Fewer than the 680 of a track. More frames would mean less noise.
 const FRAMES: usize = 150;
 const RUNS: usize = 7;
 
-/// A replay on a machine at work. The scene takes from 1 to 1.6 times as long along the track. Every sample is disturbed by 15 %
-/// (log-normal), and one in twenty by up to four times besides. Every run is faster or slower as a whole by 1.5 %, and each of its passes by
-/// another 0.5 %; the machine gets warm, so that the last run is 1.5 % slower than the first; and in every run there are twenty frames on
-/// end in which all takes 1.3 times as long. `slower` multiplies one pass.
+/// A replay on a busy machine. The scene takes 1 to 1.6 times as long along the track. Noise: each sample by 15 % (log-normal),
+/// and one in twenty by a further factor of up to four; each run by 1.5 %, and each pass of it by another 0.5 %. The machine
+/// warms up, so that the last run is 1.5 % slower than the first. Each run has twenty successive frames that take 1.3 times as
+/// long. `slower` multiplies one pass.
 fn replay(seed: u64, slower: Option<(&str, f64)>) -> Report {
     let mut noise = Noise(seed.wrapping_mul(0x2545_f491_4f6c_dd1d));
     let mut series: Vec<Series> = PASSES.iter().map(|(name, _)| Series::new(name, Category::of(name))).collect();
@@ -72,48 +72,48 @@ fn slower(old: u64, new: u64, what: Option<(&str, f64)>) -> Vec<String> {
 }
 
 #[test]
-fn a_pass_that_is_slower_by_a_tenth_is_found() {
-    let (mut found, mut others) = (0, 0);
+fn a_pass_that_is_slower_by_a_tenth_is_detected() {
+    let (mut detected, mut others) = (0, 0);
     for seed in 0..100 {
         let (name, _) = PASSES[seed as usize % PASSES.len()];
         let names = slower(2 * seed, 2 * seed + 1, Some((name, 1.1)));
-        // Shadows are a third of the frame: that one is slower then too, by less than what matters.
-        found += usize::from(names.iter().any(|found| found == name));
-        others += names.iter().filter(|found| *found != name).count();
+        // Shadows are a third of the frame, so the sum of passes is slower too, by less than the least change that matters.
+        detected += usize::from(names.iter().any(|slow| slow == name));
+        others += names.iter().filter(|slow| *slow != name).count();
     }
-    println!("{found} of 100 found, and {others} others");
-    assert!(found >= 97, "{found} of 100 found");
+    println!("{detected} of 100 detected, and {others} others");
+    assert!(detected >= 97, "{detected} of 100 detected");
     assert!(others <= 2, "{others} others");
 }
 
-/// The stated level is 0.05; the change that matters makes it far less.
+/// The nominal level is 0.05; the least change that matters lowers it much further.
 #[test]
-fn nothing_is_found_where_nothing_is_slower() {
-    let found = (0..500).filter(|seed| !slower(10_000 + 2 * seed, 10_001 + 2 * seed, None).is_empty()).count();
-    println!("{found} false alarms in 500 comparisons of {} passes", PASSES.len());
-    assert!(found <= 1, "{found} of 500 have a pass that is called slower");
+fn nothing_is_reported_if_nothing_is_slower() {
+    let alarms = (0..500).filter(|seed| !slower(10_000 + 2 * seed, 10_001 + 2 * seed, None).is_empty()).count();
+    println!("{alarms} false alarms in 500 comparisons of {} passes", PASSES.len());
+    assert!(alarms <= 1, "{alarms} of 500 report a slower pass");
 }
 
-/// Without the change that matters, so that it is the test itself that is looked at.
+/// Tests the rank test alone, without the least change that matters.
 #[test]
 fn the_test_alone_keeps_its_level() {
     let alarms = (0..500).filter(|seed| {
         let (old, new) = (replay(50_000 + 2 * seed, None), replay(50_001 + 2 * seed, None));
         compare(&old, &new, 0.0).unwrap().slower().next().is_some()
     });
-    let found = alarms.count();
-    println!("{found} in 500 without the change that matters");
-    // Runs share the machine's drift, so passes are found together: 25 are expected at most, with a standard deviation of 5.
-    assert!(found <= 40, "{found} of 500");
-    // And it is not blind: a change of 4 % is seen without it, and is less than matters with it.
-    let seen = (0..50).filter(|seed| {
+    let alarms = alarms.count();
+    println!("{alarms} in 500 without the change that matters");
+    // Runs share the machine's drift, so passes are reported together: at most 25 are expected, with a standard deviation of 5.
+    assert!(alarms <= 40, "{alarms} of 500");
+    // The test alone detects a change of 4 %, which is less than the least change that matters.
+    let detected = (0..50).filter(|seed| {
         let new = replay(70_001 + 2 * seed, Some(("shadows/trace", 1.04)));
         let compared = compare(&replay(70_000 + 2 * seed, None), &new, 0.0).unwrap();
         compared.slower().any(|change| change.name == "shadows/trace")
     });
-    let seen = seen.count();
-    println!("a change of 4 % is seen in {seen} of 50");
-    assert!(seen > 10, "{seen} of 50");
+    let detected = detected.count();
+    println!("a change of 4 % is detected in {detected} of 50");
+    assert!(detected > 10, "{detected} of 50");
 }
 
 #[test]
@@ -129,12 +129,12 @@ fn the_stated_interval_holds_in_19_of_20_pairs() {
     }
     let fraction = held as f64 / f64::from(all);
     println!("the interval held in {:.2} % of {all} pairs", 100.0 * fraction);
-    // Passes of a pair share its drift: the standard deviation is that of 400 values, 1.1 %, at most.
+    // Passes of a pair share its drift: the standard deviation is at most that of 400 values, 1.1 %.
     assert!((0.925..0.985).contains(&fraction), "{fraction}");
 }
 
 #[test]
-fn too_few_runs_are_an_error_that_says_how_many_are_enough() {
+fn too_few_runs_are_an_error_that_states_how_many_suffice() {
     let few = |runs: usize| plain(vec![vec![1.0; 3]; runs], vec![vec![2.0; 3]; runs]);
     let error = compare(&few(2), &few(2), 0.05).unwrap_err().to_string();
     assert!(error.contains("--runs 4"), "{error}");
@@ -143,7 +143,7 @@ fn too_few_runs_are_an_error_that_says_how_many_are_enough() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused_and_what_changed_is_told() {
+fn incomparable_replays_are_refused_and_changes_are_listed() {
     let report = || plain(vec![vec![1.0; 3]; 5], vec![vec![2.0; 3]; 5]);
     let mut other = report();
     other.width = 64;

@@ -16,7 +16,7 @@ use crate::{
     shot,
 };
 
-/// A scene as the window would have opened it under these flags: by name, no rig.
+/// The window's scene for these flags, without a rig.
 fn opened(flags: &str) -> (Opened, Scene) {
     let keys = keys();
     let words = flags.split_whitespace().map(|flag| {
@@ -31,7 +31,7 @@ fn opened(flags: &str) -> (Opened, Scene) {
     (Opened::new(shot, &scene, &camera, 0, rain), scene)
 }
 
-/// What is written is a file; what is read of that, and the scene in its light.
+/// Writes the shot to a file and reads it again, with the scene in its light.
 fn read_again(shot: &Shot) -> (Shot, Scene) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("seen.toml");
@@ -68,9 +68,9 @@ fn many_settings() -> Vec<Settings> {
     all
 }
 
-/// Every setting, and every camera, is read again as it was; and so it is of the command line.
+/// All settings and cameras survive a round trip, through the file and through the command line.
 #[test]
-fn what_is_seen_is_written_and_read_again() {
+fn window_states_survive_a_round_trip() {
     let (opened, scene) = opened("--seed=7 --lights=rain:5 --quality=draft");
     let start = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
     for (i, settings) in many_settings().into_iter().enumerate() {
@@ -91,7 +91,7 @@ fn what_is_seen_is_written_and_read_again() {
         assert_eq!(read, snapped, "{i}: to the bit");
         assert_eq!((again.args.output.size.width, again.args.output.size.height, again.args.run.seed), (301, 200, 7));
         assert_eq!(lit.lights, scene.lights);
-        // What is seen now is written as it is.
+        // The rounded camera is now written unchanged.
         let (_, twice) = opened.shown(&Shown { camera: &snapped, ..shown }).unwrap();
         assert!(is_alike(&twice, &snapped, &scene));
 
@@ -104,7 +104,7 @@ fn what_is_seen_is_written_and_read_again() {
 }
 
 #[test]
-fn a_command_line_says_no_more_than_it_must() {
+fn a_command_line_omits_flags_without_effect() {
     let (opened, scene) = opened("--seed=7");
     let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
     let settings = Settings { tone_map: ToneMap::Aces, ..opened.shot.args.settings() };
@@ -125,7 +125,7 @@ fn a_command_line_says_no_more_than_it_must() {
 }
 
 #[test]
-fn lights_by_hand_are_said_and_what_cannot_be_said_is_an_error() {
+fn added_lights_are_written_or_refused() {
     let (opened, mut scene) = opened("--point=0,1,0,2 --lights=rain:3");
     let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
     let settings = Settings::default();
@@ -133,7 +133,7 @@ fn lights_by_hand_are_said_and_what_cannot_be_said_is_an_error() {
     let disk = Light::disk(Vec3::ONE, Vec3::NEG_Y, 0.25, Vec3::splat(9.0));
     let panel = Light::rectangle(Vec3::ONE, Vec3::NEG_Z, Vec3::X, [0.5, 0.25], Vec3::new(1.0, 2.0, 3.0));
     let sun = Light::directional(Vec3::new(0.3, -1.0, 0.2), Vec3::new(3.0, 2.9, 2.8));
-    // The one that a flag said was moved.
+    // Move the light that a flag added.
     scene.lights[4].position.x = 0.31;
     scene.lights.extend([lamp, disk, panel, sun]);
     let written = |scene: &Scene| {
@@ -148,7 +148,7 @@ fn lights_by_hand_are_said_and_what_cannot_be_said_is_an_error() {
         if let (LightKind::Rectangle { right: now, .. }, LightKind::Rectangle { right: before, .. }) =
             (&mut alike.kind, before.kind)
         {
-            // Which end is which makes no difference to it.
+            // Its two ends are interchangeable.
             assert!(now.dot(before).abs() > 0.999);
             *now = before;
         }
@@ -166,9 +166,9 @@ fn lights_by_hand_are_said_and_what_cannot_be_said_is_an_error() {
     assert!(refused(&|scene| scene.lights.push(Light::directional(Vec3::NEG_X, Vec3::ONE))).contains("one sun"));
 }
 
-/// Rain that has fallen is said by the time, and no drop of it by itself; one that was moved by hand cannot be said.
+/// The time describes fallen rain, and no single drop. A drop moved by hand is an error.
 #[test]
-fn rain_is_said_by_its_time() {
+fn rain_is_written_as_its_time() {
     let (opened, mut scene) = opened("--lights=rain:40 --point=0,1,0,2");
     let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
     let settings = Settings::default();
@@ -189,7 +189,7 @@ fn rain_is_said_by_its_time() {
 }
 
 #[test]
-fn cameras_and_settings_that_no_flag_says_are_refused() {
+fn cameras_and_settings_without_flags_are_refused() {
     let (opened, scene) = opened("--seed=7");
     let mut camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
     let mut settings = Settings::default();
@@ -198,14 +198,14 @@ fn cameras_and_settings_that_no_flag_says_are_refused() {
         opened.shown(&shown).unwrap_err().to_string()
     };
     settings.structure = DeepImageSettings { store: DeepStore::ALL[1], ..DeepImageSettings::default() }.into();
-    assert!(refused(&settings, &camera).contains("flags cannot say these settings"));
+    assert!(refused(&settings, &camera).contains("flags cannot express these settings"));
     let settings = Settings::default();
     camera.world_from_camera.matrix3 *= Mat3A::from_rotation_z(0.3);
-    assert!(refused(&settings, &camera).contains("leans"));
+    assert!(refused(&settings, &camera).contains("rolled"));
 }
 
 #[test]
-fn eyes_are_said_as_they_are_and_only_where_they_are_shown() {
+fn eyes_are_written_if_they_are_shown() {
     let (opened, scene) = opened("--stereo=-1.39,1.25,-1.47,1.46,0.063,2.5");
     let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
     let settings = Settings::default();

@@ -1,4 +1,4 @@
-//! A ground truth in parts: the same bytes as in one run.
+//! A ground truth in parts: the same bytes as in a single run.
 
 use std::fs;
 
@@ -7,7 +7,7 @@ use lanternfish_metrics::{exr_layers, read_exr};
 use super::{contents, cornell, output, samples, text};
 
 #[test]
-fn parts_are_the_whole_to_the_byte() {
+fn merged_parts_equal_a_single_run_to_the_byte() {
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
     let merge = |words: &str| {
@@ -16,7 +16,7 @@ fn parts_are_the_whole_to_the_byte() {
         (text(&output.stdout).to_owned(), text(&output.stderr).to_owned())
     };
     cornell(folder.path(), "--spp 24 --seed 3 -o whole.exr");
-    // Cut anywhere, traced in any order.
+    // Any division, traced in any order.
     for range in ["8-17", "1-7", "18-24"] {
         cornell(folder.path(), &format!("--samples {range} --seed 3 -o {range}.exr --threads 1"));
     }
@@ -25,27 +25,27 @@ fn parts_are_the_whole_to_the_byte() {
     assert_eq!(stdout, "merged.exr\n");
     assert!(stderr.contains("merged.exr: samples 1-24 of a pixel, of 3 parts, expected error "), "{stderr}");
     assert!(read("merged.exr") == read("whole.exr"));
-    // Step by step: what does not begin with the first sample is a part.
+    // Merging in steps: a result without the first sample is a part.
     assert!(merge("8-17.exr 18-24.exr -o late.exr").1.contains("samples 1-7 are missing before it"));
     merge("late.exr 1-7.exr -o again.exr");
     assert!(read("again.exr") == read("whole.exr"));
-    // All in one is the whole as well, which keeps no more than it needs.
+    // A single part with all samples gives the same file, without the sums.
     cornell(folder.path(), "--samples 1-24 --seed 3 -o all.exr");
     merge("all.exr -o all-merged.exr");
     assert!(read("all-merged.exr") == read("whole.exr"));
     assert_eq!(exr_layers(&folder.path().join("merged.exr")).unwrap(), ["", "variance"]);
-    // It can fail: one part is not the other.
+    // Negative control: two parts differ.
     let mean = |name: &str| read_exr(&folder.path().join(name)).unwrap();
     assert_ne!(mean("1-7.exr"), mean("18-24.exr"));
 }
 
 #[test]
-fn a_part_goes_on_to_the_bit() {
+fn a_part_resumes_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
     cornell(folder.path(), "--samples 5-20 -o a.exr");
     let whole = read("a.exr");
-    // There are enough already: sums are read and written as they are.
+    // The part has enough samples already: its sums are read and written unchanged.
     assert_eq!(cornell(folder.path(), "--samples 5-20 --resume -o a.exr").1, "");
     assert!(read("a.exr") == whole);
     for (words, why) in [
@@ -58,7 +58,7 @@ fn a_part_goes_on_to_the_bit() {
 }
 
 #[test]
-fn what_is_not_of_one_truth_is_not_merged() {
+fn parts_of_different_ground_truths_are_not_merged() {
     let folder = tempfile::tempdir().unwrap();
     for (name, words) in [
         ("a", "--samples 1-2"),
@@ -80,11 +80,11 @@ fn what_is_not_of_one_truth_is_not_merged() {
         ("d.exr a.exr -o o.exr", "samples 3-5 are in none of the parts"),
         ("a.exr seed.exr -o o.exr", "seed.exr: not of the same ground truth as a.exr: its seed is 9, not 0"),
         ("a.exr depth.exr -o o.exr", "max-depth is 2 there and unlimited in the other"),
-        ("a.exr light.exr -o o.exr", "the scene's content is another"),
-        ("a.exr whole.exr -o o.exr", "whole.exr: no part of a ground truth"),
+        ("a.exr light.exr -o o.exr", "the scene's content differs"),
+        ("a.exr whole.exr -o o.exr", "whole.exr: not a part of a ground truth"),
         ("a.exr gone.exr -o o.exr", "gone.exr"),
         ("a.exr cut.exr -o o.exr", "cut.exr"),
-        ("a.exr b.exr -o a.exr", "both a part and the whole"),
+        ("a.exr b.exr -o a.exr", "both a part and the merged image"),
         ("a.exr b.exr -o o.png", ".exr"),
         ("-o o.exr", "PART.exr"),
         ("a.exr", "--output"),

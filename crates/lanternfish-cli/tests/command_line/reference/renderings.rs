@@ -1,11 +1,11 @@
-//! What the images show, and that `render` shows the same.
+//! The contents of the images, compared with those of `render`.
 
 use lanternfish_metrics::read_png;
 
 use super::*;
 
 #[test]
-fn integrators_show_what_they_say() {
+fn integrators_render_their_quantities() {
     let folder = tempfile::tempdir().unwrap();
     let mean = |words: &str| {
         cornell(folder.path(), &format!("--spp 16 -o a.exr {words}"));
@@ -19,18 +19,18 @@ fn integrators_show_what_they_say() {
     assert!(normal.pixels.iter().filter(|p| is_normal(p)).count() > 700, "most of the image is inside a face");
     let occlusion = mean("--integrator occlusion");
     assert!(values(&occlusion).all(|value| (0.0..=1.0).contains(&value)));
-    // What is far occludes less, and nothing as near as a millimetre is in the way but beside edges.
+    // Distant surfaces occlude less. Within a millimetre there are occluders at edges only.
     let sum = |image: &RgbImage| values(image).map(f64::from).sum::<f64>();
     let (near, far) =
         (mean("--integrator obscurance --max-distance 0.001"), mean("--integrator obscurance --max-distance 1"));
     assert!(sum(&occlusion) < sum(&far) && sum(&far) < sum(&near) && sum(&near) > 0.99 * 3.0 * 1024.0);
-    // Bounced light is more light.
+    // Indirect light adds energy.
     let (direct, bounced) = (mean("--max-depth 2"), mean("--max-depth 3"));
     assert!(sum(&direct) > 0.0 && sum(&bounced) > 1.05 * sum(&direct), "{} {}", sum(&direct), sum(&bounced));
 }
 
 #[test]
-fn a_shot_says_what_is_shown() {
+fn a_shot_sets_the_image() {
     let folder = tempfile::tempdir().unwrap();
     let shot = "scene = \"demo:cornell\"
         [output]
@@ -65,7 +65,7 @@ fn a_shot_says_what_is_shown() {
 }
 
 #[test]
-fn gpu_a_png_is_shown_as_render_shows_it() {
+fn gpu_a_png_has_the_colours_of_render() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("empty.gltf"), r#"{ "asset": { "version": "2.0" } }"#).unwrap();
     let png = |command: &str, words: &str| {
@@ -81,7 +81,7 @@ fn gpu_a_png_is_shown_as_render_shows_it() {
             let words = format!("--sky {sky} --tone-map {curve} --exposure {exposure}");
             let (ours, theirs) =
                 (png("reference", &format!("{words} --spp 1")), png("render --adapter cpu --indirect none", &words));
-            // One step of 255, where half floats round the other way.
+            // One step of 255, where half-precision floats round the other way.
             for (a, b) in values(&ours).zip(values(&theirs)) {
                 assert!((a - b).abs() <= 1.01 / 255.0, "{words}: {a} {b}");
             }
@@ -90,7 +90,7 @@ fn gpu_a_png_is_shown_as_render_shows_it() {
 }
 
 #[test]
-fn gpu_a_png_is_exposed_as_render_exposes_it() {
+fn gpu_a_png_has_the_exposure_of_render() {
     let folder = tempfile::tempdir().unwrap();
     let ev = |line: &str| {
         let output = output(folder.path(), &format!("{line} --size 64x48 -o a.png"));
@@ -99,17 +99,17 @@ fn gpu_a_png_is_exposed_as_render_exposes_it() {
         let ev = said.split("shown at ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::parse::<f32>);
         ev.unwrap_or_else(|| panic!("{said}")).unwrap()
     };
-    // Lamps beside which the box's own, whose light only the reference knows, is nothing.
+    // Lamps beside which the box's own lamp, which only the reference includes, is negligible.
     for point in ["0,1,0,20", "0,1,0,1000", "0,1,0,100000"] {
         let render = ev(&format!("render demo:cornell --adapter cpu --indirect none --point {point}"));
         let reference = ev(&format!("reference demo:cornell --max-depth 2 --spp 64 --point {point}"));
-        // Two steps, for noise and for edges.
+        // Two metering steps, for noise and edges.
         assert!((render - reference).abs() <= 0.25, "{point}: {render} {reference}");
     }
 }
 
 #[test]
-fn a_file_without_light_is_lit_as_render_lights_it() {
+fn a_file_without_light_gets_the_light_of_render() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.obj");
     fs::write(&path, "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n").unwrap();
@@ -119,20 +119,20 @@ fn a_file_without_light_is_lit_as_render_lights_it() {
         (read_exr(&folder.path().join("a.exr")).unwrap(), text(&output.stderr).to_owned())
     };
     let (studio, stderr) = run("--view front");
-    assert!(stderr.contains("studio") && !stderr.contains("shines"), "{stderr}");
+    assert!(stderr.contains("studio") && !stderr.contains("little or no light"), "{stderr}");
     // A white sheet before the backdrop, 80 % of the image wide.
     let (sheet, backdrop) = (studio.pixels[16 * 32 + 16][1], studio.pixels[16 * 32 + 1][1]);
     assert!(sheet > 0.5 && (0.1..0.4).contains(&backdrop), "{sheet}, {backdrop}");
     let wide = (0..32).filter(|x| studio.pixels[16 * 32 + x][1] > 0.5).count();
     assert!((24..=26).contains(&wide), "{wide} of 32 pixels");
     let (dark, stderr) = run("--light-rig none");
-    assert!(values(&dark).all(|value| value == 0.0) && stderr.contains("shines"), "{stderr}");
+    assert!(values(&dark).all(|value| value == 0.0) && stderr.contains("little or no light"), "{stderr}");
 }
 
 #[test]
-fn rain_is_where_it_is_at_the_time() {
+fn rain_follows_the_time() {
     let folder = tempfile::tempdir().unwrap();
-    // What the image depends on.
+    // The fingerprint covers everything that affects the image.
     let fingerprint = |words: &str| {
         cornell(folder.path(), &format!("--lights rain:5 --spp 1 -o a.exr {words}"));
         let attributes = read_exr_attributes(&folder.path().join("a.exr")).unwrap();

@@ -1,4 +1,4 @@
-//! What signals do to a run.
+//! Effects of signals on a run.
 
 use std::{
     io::{BufRead as _, BufReader, Lines},
@@ -7,7 +7,7 @@ use std::{
 
 use super::*;
 
-/// Starts `reference` by way of a shell that runs `before` it, and waits until it has said how long it will take.
+/// Starts `reference` from a shell that runs `before` first, and waits for the estimate of its duration.
 fn started(folder: &Path, before: &str) -> (Child, Lines<BufReader<ChildStderr>>) {
     let line = format!(
         "{before} exec '{}' reference demo:cornell --size 32x32 --until-error 1e-9 -o a.exr",
@@ -15,10 +15,11 @@ fn started(folder: &Path, before: &str) -> (Child, Lines<BufReader<ChildStderr>>
     );
     let mut command = Command::new("sh");
     command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null()).args(["-c", &line]);
-    // Who starts the tests in the background may have had signals ignored, which processes inherit and a shell cannot undo.
+    // A caller that starts the tests in the background may ignore signals. Child processes inherit that, and a shell cannot
+    // undo it.
     let heed_signals = || {
         for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
-            // SAFETY: async-signal-safe, with a handler that the system itself has.
+            // SAFETY: async-signal-safe, with the system's default handler.
             unsafe { libc::signal(signal, libc::SIG_DFL) };
         }
         Ok(())
@@ -31,7 +32,7 @@ fn started(folder: &Path, before: &str) -> (Child, Lines<BufReader<ChildStderr>>
     (child, lines)
 }
 
-/// Sends the signals at once: the process gets them when it goes on, however slow the machine is.
+/// Sends the signals at once: the stopped process gets them when it continues, however slow the machine is.
 fn kill(child: &Child, signals: [&str; 2]) {
     let [first, second] = signals;
     let line = ["-STOP", first, second, "-CONT"].map(|signal| format!("kill {signal} {}", child.id())).join("; ");
@@ -39,8 +40,8 @@ fn kill(child: &Child, signals: [&str; 2]) {
 }
 
 #[test]
-fn a_signal_writes_what_there_is() {
-    // Twice at once, as `timeout` does. Of two that wait, threads may take either first.
+fn a_signal_writes_the_samples_so_far() {
+    // Two at once, as `timeout` sends. Either of two pending signals may be delivered first.
     let at_once = [(["-INT", "-TERM"], [130, 143]), (["-TERM", "-TERM"], [143, 143]), (["-HUP", "-TERM"], [129, 143])];
     for (signals, codes) in at_once {
         let folder = tempfile::tempdir().unwrap();
@@ -51,8 +52,7 @@ fn a_signal_writes_what_there_is() {
         assert!(output.status.code().is_some_and(|code| codes.contains(&code)), "{:?}: {stderr}", output.status);
         assert_eq!(text(&output.stdout), "a.exr\n", "{stderr}");
         let count = samples(&folder.path().join("a.exr"));
-        let said =
-            format!("note: stopped at {count} samples a pixel; the same command with --resume goes on from there\n");
+        let said = format!("note: stopped at {count} samples per pixel; the same command with --resume continues\n");
         assert_eq!(more_than_usual(&stderr), said);
         assert_eq!(names(folder.path()), ["a.exr"]);
         cornell(folder.path(), &format!("--spp {} --resume -o a.exr", count + 3));

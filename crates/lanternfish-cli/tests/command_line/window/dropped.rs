@@ -1,4 +1,4 @@
-//! A file that is dragged onto the window and let go there, by the protocol of X (XDND, version 5).
+//! A file dropped on the window, with the X drag-and-drop protocol (XDND, version 5).
 
 use x11rb::{
     connection::Connection,
@@ -15,7 +15,7 @@ use x11rb::{
 
 use super::*;
 
-/// Another program, from which something is dragged.
+/// Another program that is the source of the drag.
 struct Source {
     server: RustConnection,
     window: Window,
@@ -43,7 +43,7 @@ impl Source {
         self.server.flush().unwrap();
     }
 
-    /// Waits for an answer of the window, and meanwhile gives what it asks for: where the file is.
+    /// Waits for a reply of the window, and meanwhile answers its requests for the file's location.
     fn answer(&self, message: &str, path: &Path) {
         let wanted = self.atom(message);
         wait_for(message, || {
@@ -51,9 +51,11 @@ impl Source {
                 match self.server.poll_for_event().unwrap()? {
                     Event::ClientMessage(answer) if answer.type_ == wanted => return Some(()),
                     Event::SelectionRequest(requested) => {
-                        let place = format!("file://{}\r\n", path.display());
+                        let location = format!("file://{}\r\n", path.display());
                         let (to, property, kind) = (requested.requestor, requested.property, requested.target);
-                        self.server.change_property8(PropMode::REPLACE, to, property, kind, place.as_bytes()).unwrap();
+                        self.server
+                            .change_property8(PropMode::REPLACE, to, property, kind, location.as_bytes())
+                            .unwrap();
                         let given = SelectionNotifyEvent {
                             response_type: SELECTION_NOTIFY_EVENT,
                             sequence: 0,
@@ -72,23 +74,23 @@ impl Source {
         });
     }
 
-    /// Drags a file to the middle of the window, and lets it go.
+    /// Drags a file to the middle of the window and drops it.
     fn drop(&self, path: &Path) {
         self.server.set_selection_owner(self.window, self.atom("XdndSelection"), x11rb::CURRENT_TIME).unwrap();
         self.tell("XdndEnter", [self.window, 5 << 24, self.atom("text/uri-list"), 0, 0]);
-        let place = ((SIZE[0] as u32 / 2) << 16) | (SIZE[1] as u32 / 2);
+        let position = ((SIZE[0] as u32 / 2) << 16) | (SIZE[1] as u32 / 2);
         let copy = self.atom("XdndActionCopy");
-        self.tell("XdndPosition", [self.window, 0, place, x11rb::CURRENT_TIME, copy]);
+        self.tell("XdndPosition", [self.window, 0, position, x11rb::CURRENT_TIME, copy]);
         self.answer("XdndStatus", path);
-        // What was requested arrives after the first answer, as it does where a hand moves on.
-        self.tell("XdndPosition", [self.window, 0, place + 1, x11rb::CURRENT_TIME, copy]);
+        // The requested data arrives after the first reply, as when the pointer moves on.
+        self.tell("XdndPosition", [self.window, 0, position + 1, x11rb::CURRENT_TIME, copy]);
         self.answer("XdndStatus", path);
         self.tell("XdndDrop", [self.window, 0, x11rb::CURRENT_TIME, 0, 0]);
         self.answer("XdndFinished", path);
     }
 }
 
-/// A card of two triangles that shines blue, as a file of its own.
+/// A blue emissive card of two triangles, in a separate file.
 fn write_card(folder: &Path) -> PathBuf {
     let corners = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 0., 0.], [1., 1., 0.], [0., 1., 0.0f32]];
     let bytes: Vec<u8> = corners.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
@@ -107,7 +109,7 @@ fn write_card(folder: &Path) -> PathBuf {
     path
 }
 
-/// A scene that is dropped is opened; what is no scene says why below the image, which stays.
+/// A dropped scene is opened. Any other file gives an error below the image, which stays.
 #[test]
 fn gpu_a_dropped_file_is_opened() {
     let Some(display) = Display::open("gpu_a_dropped_file_is_opened") else { return };
@@ -130,7 +132,7 @@ fn gpu_a_dropped_file_is_opened() {
     let text = folder.path().join("text.gltf");
     fs::write(&text, "no scene").unwrap();
     source.drop(&text);
-    // A line of text below the image.
+    // An error is a line of text below the image.
     let differing = |screen: &[[u8; 3]]| screen.iter().zip(&panels).filter(|(a, b)| is_other(**a, **b)).count();
     let told = wait_for("what is wrong", || {
         let screen = display.screen();

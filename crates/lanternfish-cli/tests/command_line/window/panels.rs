@@ -1,9 +1,8 @@
-//! Everything that is behind headings, the view from above, and what a window leaves for the next one.
+//! All panels, the view from above, and the stored window state.
 
 use super::*;
 
-/// All headings are unfolded, and scrolled through; the first camera is looked at from above, and gone back to; and the next window is as
-/// large as this one was.
+/// Unfolds and scrolls all headings; looks at the first camera from above and returns; the next window has the stored size.
 #[test]
 fn gpu_every_panel_is_opened() {
     let Some(display) = Display::of("gpu_every_panel_is_opened", [1280, 960]) else { return };
@@ -31,7 +30,7 @@ fn gpu_every_panel_is_opened() {
     }
     display.act("key F6");
     display.act("mousemove 1260 940");
-    // The passes, which were open at first, are folded too.
+    // The passes, which were unfolded at first, are folded too.
     let folded = display.settled("everything folded", |screen| !are_alike(screen, &unfolded));
     display.act("key v");
     display.settled("the view from above", |screen| !are_alike(screen, &folded) && is_image(screen));

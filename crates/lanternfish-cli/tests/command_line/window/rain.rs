@@ -1,8 +1,8 @@
-//! Lights that fall in the window.
+//! Light rain in the window.
 
 use super::*;
 
-/// Light rain falls while it is played, stands where it was stopped, and the shot that is saved then is what was seen, to the bit.
+/// Light rain falls during playback and stops with it. The shot that is saved then renders the window's image to the bit.
 #[test]
 fn gpu_rain_falls_while_it_is_played() {
     let Some(display) = Display::open("gpu_rain_falls_while_it_is_played") else { return };

@@ -1,10 +1,10 @@
-//! Images of files in the window.
+//! Image files in the window.
 
 use lanternfish_metrics::{ColorType, write_png};
 
 use super::*;
 
-/// Grey stripes, whose right half has so much more red.
+/// Grey stripes; the right half has this much more red.
 pub fn write_stripes(path: &Path, red: u8) {
     let pixel = |x: usize| {
         let grey = if (x / 8).is_multiple_of(2) { 60 } else { 140 };
@@ -14,12 +14,12 @@ pub fn write_stripes(path: &Path, red: u8) {
     write_png(path, SIZE[0] as u32, SIZE[1] as u32, ColorType::Rgb, &pixels).unwrap();
 }
 
-/// Blue, green, red of a pixel.
+/// Blue, green and red of a pixel.
 fn at(screen: &[[u8; 3]], x: usize, y: usize) -> [u8; 3] {
     screen[y * SIZE[0] + x]
 }
 
-/// A on the left of the line, B on its right; what differs; enlarged by the wheel, and whole again.
+/// Compares A, left of the line, with B, right of it; shows the difference; zooms in with the wheel, and resets.
 #[test]
 fn gpu_two_images_are_compared() {
     let Some(display) = Display::open("gpu_two_images_are_compared") else { return };
@@ -30,9 +30,9 @@ fn gpu_two_images_are_compared() {
     display.settled("the panel", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("mousemove 600 460");
     display.act("key F3");
-    let whole = display
+    let both = display
         .settled("both images", |screen| at(screen, 100, 150) == [60; 3] && at(screen, 300, 150) == [140, 140, 220]);
-    assert_eq!([at(&whole, 107, 150), at(&whole, 304, 150)], [[140; 3], [60, 60, 140]], "to the pixel");
+    assert_eq!([at(&both, 107, 150), at(&both, 304, 150)], [[140; 3], [60, 60, 140]], "to the pixel");
 
     display.act("key m");
     display.settled("the map", |screen| {
@@ -40,13 +40,13 @@ fn gpu_two_images_are_compared() {
         bright(40) < 40 && bright(360) > 150
     });
     display.act("key m");
-    display.settled("both again", |screen| *screen == whole);
+    display.settled("both again", |screen| *screen == both);
     display.act("key space");
     display.settled("exchanged", |screen| at(screen, 300, 150) == [140; 3]);
     display.act("key space");
-    display.settled("both again", |screen| *screen == whole);
+    display.settled("both again", |screen| *screen == both);
 
-    // A stripe is wider then, and its edge is sharp.
+    // Zoomed in, a stripe is wider and its edge is sharp.
     display.act("mousemove 100 150");
     for _ in 0..6 {
         display.act("click 4");
@@ -58,12 +58,12 @@ fn gpu_two_images_are_compared() {
     let enlarged = display.settled("an enlarged image", |screen| (1..15).contains(&edges(screen)));
     assert!(row(&enlarged).iter().all(|value| [60, 140].contains(value)), "{:?}", row(&enlarged));
     display.act("key f");
-    display.settled("all of it", |screen| *screen == whole);
+    display.settled("all of it", |screen| *screen == both);
     display.act("key Escape");
     assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
 }
 
-/// The image that was rendered is what the window shows.
+/// The window shows the rendered image.
 #[test]
 fn gpu_a_rendered_image_is_opened() {
     let Some(display) = Display::open("gpu_a_rendered_image_is_opened") else { return };

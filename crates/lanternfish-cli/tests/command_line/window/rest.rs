@@ -1,17 +1,17 @@
-//! A window before which nothing happens, and in which nothing moves, is not painted.
+//! An idle window without motion is not repainted.
 
 use super::{renderings::write_stripes, *};
 
-/// How long nothing is to be painted.
+/// Duration without repaints.
 const A_WHILE: Duration = Duration::from_secs(3);
 
-/// How often the window was painted, by its log.
+/// Number of repaints, from the log.
 fn paints(folder: &Path) -> usize {
     let log = fs::read_to_string(folder.join("log")).unwrap();
     log.lines().filter(|line| line.contains("of the window") && line.contains("paint ")).count()
 }
 
-/// It comes to rest; a pointer that moves over it, and that alone, has it painted.
+/// Waits until repaints stop; only the pointer over the window causes another.
 fn comes_to_rest(display: &Display, folder: &Path, mut view: Running) {
     display.act("mousemove 600 460");
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
@@ -25,10 +25,10 @@ fn comes_to_rest(display: &Display, folder: &Path, mut view: Running) {
         if now == before {
             break now;
         }
-        assert!(started.elapsed() < LONGEST, "it is painted on and on: {seen:?} times in {A_WHILE:?} each");
+        assert!(started.elapsed() < LONGEST, "repaints do not stop: {seen:?} times in {A_WHILE:?} each");
     };
-    println!("painted {all} times, until it rested: {seen:?} in {A_WHILE:?} each");
-    assert!(all > 0, "the log tells of no paints");
+    println!("painted {all} times until repaints stopped: {seen:?} in {A_WHILE:?} each");
+    assert!(all > 0, "the log has no repaints");
     display.act("mousemove 100 150");
     wait_for("a paint because of the pointer", || (paints(folder) > all).then_some(()));
     display.act("key Escape");

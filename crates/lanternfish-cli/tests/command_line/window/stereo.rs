@@ -1,8 +1,8 @@
-//! Two eyes in the window.
+//! Stereo in the window.
 
 use super::*;
 
-/// Both eyes' images stand beside each other, the shot that is saved is what was seen, to the bit, and a key shows one image again.
+/// Both eyes' images are shown side by side, the saved shot renders the window's image to the bit, and a key returns to mono.
 #[test]
 fn gpu_two_eyes_are_shown_and_saved() {
     let Some(display) = Display::open("gpu_two_eyes_are_shown_and_saved") else { return };
@@ -16,7 +16,7 @@ fn gpu_two_eyes_are_shown_and_saved() {
     let row = |y: usize| &both[y * SIZE[0]..][..SIZE[0]];
     let differing = (0..SIZE[1]).flat_map(|y| (0..half).map(move |x| (x, y)));
     let differing = differing.filter(|(x, y)| is_other(row(*y)[*x], row(*y)[x + half])).count();
-    // Nearly the same scene, seen from 0.3 m apart.
+    // Nearly the same scene from two positions 0.3 m apart.
     let all = half * SIZE[1];
     assert!((all / 100..all * 3 / 4).contains(&differing), "{differing} of {all} pixels differ between the eyes");
 

@@ -1,4 +1,4 @@
-//! A moment of an animation, by the device: what bends is bent, what moves is posed, and lights are put where they go.
+//! Animation on the device at a given time: deforms vertices, transforms instances and moves lights.
 
 use std::collections::BTreeMap;
 
@@ -13,16 +13,16 @@ use super::{
 };
 use crate::{error::RenderError, lights::Light as PackedLight};
 
-/// What a moment changes.
+/// Changes of the scene at a time of an animation.
 struct Step {
-    /// Where instances stand now, of all that have moved or bent; by their index, rising.
+    /// Transforms of all instances that have moved or been deformed; by index, ascending.
     moved: Vec<(usize, Affine3A)>,
-    /// None: vertices are as the device has them.
+    /// None: the device's vertices are up to date.
     bend: Option<Bend>,
     lights: Vec<(usize, PackedLight)>,
 }
 
-/// Where nodes stand at a moment: an animation's index and seconds; `None`: where the file puts them.
+/// The transforms of nodes at a time: an animation's index and seconds; `None`: the file's rest pose.
 fn pose_at(scene: &Scene, moment: Option<(usize, f32)>) -> Result<Pose, RenderError> {
     let motion = &scene.motion;
     motion.check_things(scene).map_err(|what| RenderError::InvalidScene { what })?;
@@ -56,10 +56,10 @@ impl GpuScene {
         }
         let bounds = bend.as_ref().zip(self.bending.as_ref()).map(|(bend, bending)| bending.bounds(bend));
         let bounds = bounds.unwrap_or_default();
-        // Of what is no number, too.
+        // False for NaN, too.
         let is_within = |p: Vec3| p.abs().cmple(Vec3::splat(Scene::FARTHEST)).all();
         if bounds.iter().any(|(_, b)| *b != Bounds::EMPTY && !(is_within(b.min) && is_within(b.max))) {
-            let what = format!("vertices bend beyond {:e} m", Scene::FARTHEST);
+            let what = format!("vertices are deformed beyond {:e} m", Scene::FARTHEST);
             return Err(RenderError::InvalidScene { what });
         }
         let bends = bend.is_some();
@@ -67,7 +67,7 @@ impl GpuScene {
             self.before_vertices_bend(frame.queue);
         }
         if let (Some(bend), Some(bending)) = (bend, &mut self.bending) {
-            // Whatever becomes of the frame.
+            // The frame may fail after this.
             self.placed.forget_vertices(bending.meshes());
             sent.bytes += bending.record(frame, &self.geometry, bend)?;
             sent.dispatches += 1;
@@ -82,11 +82,11 @@ impl GpuScene {
         Ok(sent)
     }
 
-    /// What a pose changes of what the device has. An error, of a change that it cannot make by itself, before anything is done.
+    /// The changes from the device's state to a pose. An error, before anything is changed, if the device cannot make a change alone.
     fn step(&self, scene: &Scene, pose: &Pose) -> Result<Step, RenderError> {
         let bound: Vec<(usize, Affine3A)> = scene.motion.placed_instances(pose).collect();
         self.placed.check_moves(&bound)?;
-        // What is said last of an instance counts.
+        // The last entry for an instance counts.
         let mut moved: BTreeMap<usize, Affine3A> = bound.into_iter().collect();
         moved.retain(|instance, transform| self.placed.may_have_moved(*instance, transform));
         let bend = self.bending.as_ref().map(|bending| bending.bend(scene, pose)).transpose()?;
@@ -105,12 +105,12 @@ impl GpuScene {
         Ok(Step { moved, bend, lights })
     }
 
-    /// The lights that a pose puts elsewhere than the device has them.
+    /// The lights whose placement in a pose differs from the device's.
     fn changed_lights(&self, scene: &Scene, pose: &Pose) -> Result<Vec<(usize, PackedLight)>, RenderError> {
         let mut changed = Vec::new();
         for (index, placed) in scene.motion.placed_lights(pose) {
             self.check_light(index, placed.as_ref())?;
-            // An area that has shrunk to nothing sends nothing, wherever it is.
+            // A light whose area has shrunk to zero emits nothing.
             let light = placed.unwrap_or_else(|| Light { intensity: Vec3::ZERO, ..scene.lights[index].clone() });
             let packed = PackedLight::new(&light, &self.needs.lights);
             if self.lights.on_host[index] != packed {

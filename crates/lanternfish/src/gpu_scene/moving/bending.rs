@@ -1,4 +1,5 @@
-//! Meshes that bend, on the device: their vertices at rest, and what bends them, once; joints and weights of every pose.
+//! Mesh deformation on the device: vertices at rest, joint influences and morph targets are uploaded once; joint transforms and weights for
+//! every pose.
 
 use super::DECLARED;
 use glam::{Affine3A, UVec2, UVec4, Vec3, Vec4};
@@ -12,31 +13,31 @@ use super::super::{GpuScene, geometry::Geometry};
 use crate::{common::workgroups, error::RenderError};
 
 gpu_struct! {
-    /// A primitive whose vertices bend.
+    /// A primitive with deformed vertices.
     pub struct BentPrimitive {
-        /// Number of its first vertex among all that bend.
+        /// Index of its first vertex among all deformed vertices.
         first: u32,
-        /// Its vertices.
+        /// Number of its vertices.
         vertex_count: u32,
         /// Its first vertex in the scene's buffers.
         first_vertex: u32,
-        /// Sets of four joints a vertex; 0: there is no skin.
+        /// Sets of four joints per vertex; 0: no skin.
         set_count: u32,
-        /// Its first [`Influence`]: a vertex's sets lie together.
+        /// Its first [`Influence`]; the sets of a vertex are adjacent.
         first_influence: u32,
-        /// The skin's first joint among all.
+        /// Index of the skin's first joint among all joints.
         first_joint: u32,
-        /// Its morph targets.
+        /// Number of its morph targets.
         target_count: u32,
-        /// In `target_weights`: that of its first target.
+        /// Index in `target_weights` of its first target's weight.
         first_weight: u32,
-        /// Its first number in `displacements`: target by target, vertex by vertex.
+        /// Index of its first float in `displacements`: target by target, vertex by vertex.
         first_displacement: u32,
-        /// Numbers of a vertex of a target: 3: of its position; 6: of its normal, too; 9: and of its tangent.
+        /// Floats per vertex and target: 3: position; 6: position and normal; 9: position, normal and tangent.
         displacement_width: u32,
-        /// 1: normals are those of the triangles; three vertices a triangle.
+        /// 1: normals are those of the triangles; three vertices per triangle.
         has_flat_normals: u32,
-        /// 1: its tangents bend.
+        /// 1: its tangents are deformed.
         has_tangents: u32,
     }
 }
@@ -44,64 +45,64 @@ gpu_struct! {
 gpu_struct! {
     /// Four joints of a vertex.
     pub struct Influence {
-        /// Of the skin.
+        /// Indices of the joints in the skin.
         joints: UVec4,
-        /// Of each of the four; what is not above 0 does not count.
+        /// Weights of the four joints; weights not above 0 are ignored.
         weights: Vec4,
     }
 }
 
 gpu_struct! {
-    /// What a pass over vertices that bend is of.
+    /// Parameters of a pass over deformed vertices.
     pub struct BendParameters {
-        /// Primitives that bend.
+        /// Number of deformed primitives.
         primitive_count: u32,
-        /// Their vertices.
+        /// Number of their vertices.
         vertex_count: u32,
         /// Unused.
         _pad: UVec2,
     }
 }
 
-/// What bending on the device needs beside the scene: made when something is animated for the first time.
+/// Resources of deformation on the device; created at the first animation.
 #[derive(Debug)]
 pub struct Bending {
     kernel: ComputeKernel,
     parameters: BendParameters,
-    /// Under their names in the shader.
+    /// By their names in the shader.
     lists: [(&'static str, wgpu::Buffer); 4],
-    /// What these lists took, bytes.
+    /// Size of these lists, bytes.
     pub bytes: u64,
     meshes: Vec<BentMesh>,
     reaches: Vec<PrimitiveReach>,
-    /// What the vertices were last bent by.
+    /// The joints and weights of the last deformation.
     last: Bend,
 }
 
-/// A mesh that bends, and how many weights are sent for it.
+/// A deformed mesh, and the number of weights that are uploaded for it.
 #[derive(Debug)]
 struct BentMesh {
     mesh: DeformedMesh,
     target_count: usize,
 }
 
-/// Where the vertices of a primitive may be.
+/// Bounds of a primitive's deformed vertices.
 #[derive(Debug)]
 struct PrimitiveReach {
-    /// Its place among all primitives of the scene.
+    /// Index among all primitives of the scene.
     primitive: usize,
-    /// Of the pose's joints and weights those of its mesh.
+    /// Ranges of its mesh in the pose's joints and weights.
     joints: std::ops::Range<usize>,
     weights: std::ops::Range<usize>,
     reach: Reach,
 }
 
-/// What bends all vertices at a moment.
+/// Joint transforms and weights that deform all vertices at a time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bend {
-    /// World from object at rest, of the joints of all skins, one after another.
+    /// World from object at rest, for the joints of all skins, one skin after another.
     joints: Vec<Affine3A>,
-    /// Of the morph targets of all meshes that bend, one after another.
+    /// Weights of the morph targets of all deformed meshes, one mesh after another.
     weights: Vec<f32>,
 }
 
@@ -114,7 +115,7 @@ struct Lists {
     displacements: Vec<Vec3>,
 }
 
-/// The meshes that bend; of entries for one mesh the last, which is what the host leaves.
+/// The deformed meshes; the last entry for a mesh counts, as on the host.
 fn bent_meshes(scene: &Scene) -> impl Iterator<Item = DeformedMesh> + '_ {
     let meshes = &scene.motion.meshes;
     let last = meshes.iter().enumerate().filter(|(i, one)| meshes[i + 1..].iter().all(|other| other.mesh != one.mesh));
@@ -122,13 +123,13 @@ fn bent_meshes(scene: &Scene) -> impl Iterator<Item = DeformedMesh> + '_ {
     last.map(|(_, one)| *one).filter(bends)
 }
 
-/// True if any vertex bends.
+/// True if any vertex is deformed.
 pub fn bends(scene: &Scene) -> bool {
     bent_meshes(scene).next().is_some()
 }
 
 impl Bending {
-    /// `scene` is valid, and its meshes are those of `gpu_scene`.
+    /// `scene` must be valid, with the meshes of `gpu_scene`.
     pub fn new(gpu_scene: &GpuScene, scene: &Scene) -> Result<Self, RenderError> {
         gpu_scene.check_bindings()?;
         let (primitives, first_of_mesh) = gpu_scene.geometry.primitives();
@@ -185,8 +186,8 @@ impl Bending {
         })
     }
 
-    /// What bends the vertices at a pose. An error where `scene` has other meshes that bend than it was made of, and for joints that are
-    /// not finite.
+    /// The joint transforms and weights of a pose. An error if the deformed meshes of `scene` differ from those of its creation, or if a
+    /// joint is not finite.
     pub fn bend(&self, scene: &Scene, pose: &Pose) -> Result<Bend, RenderError> {
         let changed = |what: &str| Err(RenderError::NeedsUpdate { what: what.to_owned() });
         if !bent_meshes(scene).eq(self.meshes.iter().map(|bent| bent.mesh)) {
@@ -203,7 +204,7 @@ impl Bending {
         });
         let weights: Vec<f32> = weights.collect();
         let entries = joints.iter().flat_map(|joint| joint.to_cols_array()).chain(weights.iter().copied());
-        // Of what is no number, too.
+        // False for NaN, too.
         if !entries.into_iter().all(|entry| entry.abs() <= Scene::FARTHEST) {
             let what = format!("a joint's transform or a weight is not finite, or beyond {:e}", Scene::FARTHEST);
             return Err(RenderError::InvalidScene { what });
@@ -211,17 +212,17 @@ impl Bending {
         Ok(Bend { joints, weights })
     }
 
-    /// Whether the device has last bent the vertices by something else.
+    /// True if the device's last deformation used other joints or weights.
     pub fn is_other(&self, bend: &Bend) -> bool {
         self.last != *bend
     }
 
-    /// Which of the scene's meshes bend.
+    /// Indices of the deformed meshes.
     pub fn meshes(&self) -> impl Iterator<Item = usize> {
         self.meshes.iter().map(|bent| bent.mesh.mesh)
     }
 
-    /// Of each primitive that bends its place among all, and a box that holds its vertices, object space, m.
+    /// The index of each deformed primitive, and a box that contains its vertices, object space, m.
     pub fn bounds(&self, bend: &Bend) -> Vec<(usize, Bounds)> {
         let bounds = |of: &PrimitiveReach| {
             (of.primitive, of.reach.bounds(&bend.weights[of.weights.clone()], &bend.joints[of.joints.clone()]))
@@ -229,7 +230,7 @@ impl Bending {
         self.reaches.iter().map(bounds).collect()
     }
 
-    /// Adds the pass that bends the vertices of these buffers, and returns the number of bytes that it sends.
+    /// Adds the pass that deforms the vertices of these buffers, and returns the uploaded bytes.
     pub fn record(&mut self, frame: &mut Frame<'_>, geometry: &Geometry, bend: Bend) -> Result<u64, RenderError> {
         let rows: Vec<[Vec4; 3]> = bend.joints.iter().map(super::rows).collect();
         let joint_rows = frame.storage_of("scene/joint_rows", rows.as_flattened())?;
@@ -252,7 +253,7 @@ impl Bending {
 }
 
 impl Lists {
-    /// `joints`: of the skin among all; none: there is no skin.
+    /// `joints`: range of the skin's joints among all; none: no skin.
     fn add(
         &mut self,
         deformation: &Deformation,
@@ -282,7 +283,7 @@ impl Lists {
             has_flat_normals: u32::from(*has_flat_normals),
             has_tangents: u32::from(!tangents.is_empty()),
         });
-        // As the host has it where there are no tangents.
+        // The host's default where there are no tangents.
         let tangent = |i: usize| tangents.get(i).map_or(Vec3::X, |tangent| tangent.truncate());
         self.rest.extend((0..positions.len()).map(|i| [positions[i], normals[i], tangent(i)]));
         for i in 0..positions.len() {

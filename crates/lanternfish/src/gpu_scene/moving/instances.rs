@@ -1,4 +1,4 @@
-//! Instances that move, and what goes on in the background meanwhile.
+//! Moves instances on the device, and continues background rebuilds.
 
 use glam::Affine3A;
 use lanternfish_gpu::Frame;
@@ -7,7 +7,8 @@ use super::{super::GpuScene, Moved, Moving, MovingParameters, Sent, rebuild::Reb
 use crate::error::RenderError;
 
 impl GpuScene {
-    /// An error where the device cannot bind what only drawing needed so far: vertices, and corners of its own structure.
+    /// An error if the device cannot bind, for moves, the buffers that otherwise only drawing uses: vertices, and corners of its own
+    /// structure.
     pub(super) fn check_bindings(&self) -> Result<(), RenderError> {
         let geometry = &self.geometry;
         let buffers = [&geometry.positions, &geometry.attributes, &geometry.indices];
@@ -30,7 +31,7 @@ impl GpuScene {
     ) -> Result<Sent, RenderError> {
         self.placed.check_moves(moved)?;
         self.check_shining(moved)?;
-        // What is said last of an instance counts.
+        // The last entry for an instance counts.
         let mut last: Vec<(usize, Affine3A)> = moved.to_vec();
         last.sort_by_key(|(instance, _)| *instance);
         last.reverse();
@@ -43,7 +44,7 @@ impl GpuScene {
         self.put(frame, &last)
     }
 
-    /// Goes on with what is under way in the background, where nothing has moved.
+    /// Continues background work if nothing has moved.
     pub(super) fn stay(&mut self, frame: &mut Frame<'_>) -> Result<Sent, RenderError> {
         let is_under_way = |moving: &Moving| moving.rebuild.as_ref().is_some_and(Rebuild::is_under_way);
         match self.moving.take_if(|moving| is_under_way(moving)) {
@@ -52,14 +53,14 @@ impl GpuScene {
         }
     }
 
-    /// Poses what has moved, and goes on with what is under way in the background.
+    /// Transforms the triangles of moved instances, and continues background work.
     fn go_on(&mut self, frame: &mut Frame<'_>, mut moving: Moving, moved: &[Moved]) -> Result<Sent, RenderError> {
-        // What has come from the device is told here.
+        // Runs callbacks of finished readbacks.
         let _ = self.device.poll(wgpu::PollType::Poll);
         let built = moving.rebuild.as_mut().and_then(Rebuild::built);
         let mut sent = Sent { has_rebuilt: built.is_some(), ..Sent::default() };
         if let Some(built) = built {
-            // Frames that have shown the scene as it is keep what they know of it.
+            // The previous geometry of frames that have shown the current state is kept.
             self.before_instances_move(frame.queue);
             sent.bytes += moving.adopt(frame, self, built)?;
             self.placed.moved();
@@ -76,18 +77,18 @@ impl GpuScene {
         Ok(sent)
     }
 
-    /// An error where any of these instances shines, and is in a tree of lights.
+    /// An error if any of these instances is emissive, and in a light tree.
     pub(super) fn check_shining(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
         match (self.light_trees.is_some(), self.placed.first_shining(moved, &self.geometry)) {
             (true, Some(instance)) => Err(RenderError::NeedsUpdate {
-                what: format!("instance {instance} shines, and is in a tree of lights"),
+                what: format!("instance {instance} is emissive, and is in a light tree"),
             }),
             _ => Ok(()),
         }
     }
 
-    /// Poses the triangles of these instances, each named once and their indices rising, and notes where they stand. Vertices are read as
-    /// the passes before it have left them.
+    /// Transforms the triangles of these instances, each listed once and with ascending indices, and stores the transforms. Vertices are
+    /// read as the previous passes have written them.
     pub(super) fn put(&mut self, frame: &mut Frame<'_>, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         let mut sent = Sent::default();
         if self.needs.parts.rays() && !moved.is_empty() {
@@ -100,7 +101,7 @@ impl GpuScene {
             let uniforms = u64::from(sent.dispatches) * size_of::<MovingParameters>() as u64;
             sent.bytes += size_of_val(list.as_slice()) as u64 + uniforms;
         }
-        // Nothing is refused from here on.
+        // No errors from here on.
         self.before_instances_move(frame.queue);
         if self.placed.mirrors_others(moved.iter().copied()) {
             self.forget_previous();

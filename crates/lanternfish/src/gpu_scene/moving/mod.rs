@@ -1,13 +1,13 @@
-//! Instances that move and meshes that bend, on the device: triangles are put where they are then, and the BVH's boxes around them. The host
-//! sends transforms, and joints and weights, alone.
+//! Moving instances and deformed meshes on the device: transforms the triangles and refits the BVH's boxes. The host uploads only
+//! transforms, joints and weights.
 //!
 //! ```text
 //! joints, weights ─▶ bend.wesl ─▶ vertices ─┐
 //! transforms ───────────────────────────────┴▶ pose.wesl ─▶ bvh_triangles, hit_triangles, corners of the adapter's own structure ─▶ refit.wesl, a level a pass
 //! ```
 //!
-//! `instances.rs` moves instances, `bending.rs` has what is bent, `animate.rs` brings a moment of an animation, `rebuild.rs` builds another tree where this one has become
-//! costly.
+//! `instances.rs` moves instances, `bending.rs` holds the data of deformation, `animate.rs` applies an animation at a time, `rebuild.rs`
+//! builds another BVH when this one has become costly.
 
 mod animate;
 mod bending;
@@ -56,11 +56,11 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     ],
 );
 
-/// The BVH's triangles are posed.
+/// Transforms the BVH's triangles.
 const BVH: Feature = Feature::new("bvh");
-/// What hits are shaded with is turned.
+/// Transforms the normals of hit shading.
 const HITS: Feature = Feature::new("hits");
-/// Corners of the adapter's own structure are posed.
+/// Transforms the corners of the adapter's own structure.
 const TLAS: Feature = Feature::new("tlas");
 
 fn variants() -> Vec<Vec<Feature>> {
@@ -76,7 +76,7 @@ gpu_struct! {
         row_y: Vec4,
         /// Row of the affine world_from_object.
         row_z: Vec4,
-        /// Index of the scene's instance: rising.
+        /// Index of the scene's instance; ascending.
         instance: u32,
         /// −1 where the transform mirrors, else 1.
         handedness: f32,
@@ -86,39 +86,39 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What a pass over things that have moved is of.
+    /// Parameters of a pass over moved instances or nodes.
     pub struct MovingParameters {
-        /// Traced triangles.
+        /// Number of traced triangles.
         triangle_count: u32,
-        /// Instances that have moved.
+        /// Number of instances that have moved.
         moved_count: u32,
-        /// Of a level of the tree: its first node in the list of all.
+        /// Index of the level's first node in the list of all nodes.
         first_node: u32,
-        /// Nodes of that level.
+        /// Number of nodes of the level.
         node_count: u32,
     }
 }
 
-/// What posing on the device needs beside the scene: made when something moves for the first time.
+/// Resources of moves on the device; created at the first move.
 #[derive(Debug)]
 pub struct Moving {
     pose: ComputeKernel,
     refit: ComputeKernel,
-    /// [`UVec4`]s: instance, first index, first vertex of each traced triangle.
+    /// [`UVec4`]s: instance, first index and first vertex of each traced triangle.
     sources: wgpu::Buffer,
     tree: Option<Tree>,
-    /// Where there is a BVH.
+    /// None: there is no BVH.
     rebuild: Option<Rebuild>,
 }
 
-/// The BVH's nodes by their levels.
+/// The BVH's nodes by level.
 #[derive(Debug)]
 struct Tree {
-    /// Two corners a node.
+    /// Least and greatest corner of each node.
     boxes: wgpu::Buffer,
     /// Indices of nodes.
     order: wgpu::Buffer,
-    /// Of `order`, the deepest level first.
+    /// Ranges of `order`, the deepest level first.
     levels: Vec<Range<u32>>,
 }
 
@@ -133,7 +133,7 @@ impl Tree {
 
 /// Nodes level by level, the deepest first.
 fn levels(tree: &[CwBvhNode]) -> (Vec<u32>, Vec<Range<u32>>) {
-    let mut found: Vec<Vec<u32>> = Vec::new();
+    let mut by_depth: Vec<Vec<u32>> = Vec::new();
     let mut level = vec![0];
     while !level.is_empty() {
         let inner = |index: &u32| {
@@ -142,10 +142,10 @@ fn levels(tree: &[CwBvhNode]) -> (Vec<u32>, Vec<Range<u32>>) {
             (0..BRANCHING).filter(is_inner).map(move |child| node.child_node_index(child))
         };
         let next = level.iter().flat_map(inner).collect();
-        found.push(std::mem::replace(&mut level, next));
+        by_depth.push(std::mem::replace(&mut level, next));
     }
     let (mut order, mut ranges) = (Vec::new(), Vec::new());
-    for level in found.into_iter().rev() {
+    for level in by_depth.into_iter().rev() {
         let first = order.len() as u32;
         order.extend(level);
         ranges.push(first..order.len() as u32);
@@ -180,7 +180,7 @@ impl Moving {
         })
     }
 
-    /// Adds the pass that poses the triangles of these instances.
+    /// Adds the pass that transforms the triangles of these instances.
     fn pose(&self, frame: &mut Frame<'_>, scene: &GpuScene, moved: &[Moved]) -> Result<(), RenderError> {
         let parameters = MovingParameters {
             triangle_count: scene.traced_triangles,
@@ -210,7 +210,7 @@ impl Moving {
         Ok(())
     }
 
-    /// Adds the passes that put boxes around the triangles where they are, and returns their number.
+    /// Adds the passes that refit the boxes to the triangles, and returns their number.
     fn refit(&self, frame: &mut Frame<'_>, scene: &GpuScene) -> u32 {
         if let (Some(tree), Some(bvh)) = (&self.tree, &scene.bvh) {
             for level in &tree.levels {
@@ -235,7 +235,7 @@ impl Moving {
         self.tree.as_ref().map_or(0, |tree| tree.levels.len() as u32)
     }
 
-    /// Takes the next step towards another tree, where it can be taken, and returns the number of dispatches.
+    /// Takes the next step of a rebuild if it is possible, and returns the number of dispatches.
     fn watch(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, has_moved: bool) -> u32 {
         let (Some(rebuild), Some(tree), Some(bvh)) = (&mut self.rebuild, &self.tree, &scene.bvh) else { return 0 };
         let watched = Watched {
@@ -248,8 +248,8 @@ impl Moving {
         rebuild.go_on(frame, watched, has_moved)
     }
 
-    /// Adds the passes that put everything into the order of another tree's leaves, and makes that the scene's. Its boxes are to be refit.
-    /// Returns how many bytes are sent.
+    /// Adds the passes that reorder everything to another tree's leaf order, and replaces the scene's tree. Its boxes must be refit
+    /// afterwards. Returns the uploaded bytes.
     fn adopt(&mut self, frame: &mut Frame<'_>, scene: &mut GpuScene, built: Built) -> Result<u64, RenderError> {
         let (Some(rebuild), Some(bvh)) = (&self.rebuild, &mut scene.bvh) else { return Ok(0) };
         let Built { tree: CwBvh { nodes, primitive_indices: order, .. }, cost } = built;
@@ -272,9 +272,9 @@ impl Moving {
             tlas.reorder(frame.queue, scene.placed.sources());
         }
         if let Some(trees) = &mut scene.light_trees {
-            let mut place = vec![0; order.len()];
-            order.iter().zip(0..).for_each(|(before, now)| place[*before as usize] = now);
-            trees.renumber(frame.queue, &place);
+            let mut new_index = vec![0; order.len()];
+            order.iter().zip(0..).for_each(|(before, now)| new_index[*before as usize] = now);
+            trees.renumber(frame.queue, &new_index);
         }
         let nodes = scene.has_rebuilt();
         let per_node = size_of::<CwBvhNode>() + size_of::<u32>();
@@ -302,13 +302,13 @@ impl Moved {
     }
 }
 
-/// What bringing a change to the device took.
+/// Work of a change of the scene on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sent {
-    /// Bytes that the host sent.
+    /// Bytes that the host uploaded.
     pub bytes: u64,
-    /// Dispatches of the device.
+    /// Number of dispatches.
     pub dispatches: u32,
-    /// True if a tree that was built in the background took the place of the one that rays were traced through.
+    /// True if a tree built in the background replaced the one that rays were traced through.
     pub has_rebuilt: bool,
 }

@@ -1,12 +1,13 @@
-//! A tree that is built again, in the background, where moves have made the one on the device costly.
+//! Background rebuild of the BVH after moves have made it costly.
 //!
-//! 1. `refit.wesl` leaves beside each node's box what rays spend on its children; `cost.wesl` adds that up, and the sums come to the host.
-//! 2. Where they are more than [`LIMIT`] times what the tree cost when it was built, the triangles come to the host, and a thread builds a
-//!    tree over them.
-//! 3. All lists in the order of the leaves are put into the new tree's order (`permute.wesl`), its nodes take the place of the old ones,
-//!    and get the boxes of where things are by then.
+//! 1. `refit.wesl` writes the traversal cost of each node's children beside its box; `cost.wesl` sums the costs, and the sums are read
+//!    back.
+//! 2. If the total exceeds [`LIMIT`] times the tree's cost when it was built, the triangles are read back, and a thread builds a tree over
+//!    them.
+//! 3. All lists in leaf order are put into the new tree's order (`permute.wesl`); its nodes replace the old ones, and are refit to the
+//!    current triangles.
 //!
-//! No step waits for the device or the thread: each is taken by the first call after the one before it is done.
+//! No step waits for the device or the thread: the first call after the previous step has finished takes the next one.
 
 use super::DECLARED;
 use std::sync::{
@@ -30,31 +31,31 @@ use crate::{
     error::RenderError,
 };
 
-/// A tree that is so many times as costly as when it was built is built again. Sponza's parts, a thousand of them moved by a hundredth of
-/// its size, make rays cost 1.4 times as much by the heuristic, and 1.3 to 1.6 times by the clock.
+/// A tree whose cost exceeds its cost when built by this factor is rebuilt. For Sponza's parts, a thousand of them moved by a hundredth of
+/// its size, the heuristic gives a factor of 1.4, and measured times give 1.3 to 1.6.
 pub const LIMIT: f64 = 1.2;
 /// Sums of costs: the shader's `SUMS`.
 const SUMS: u32 = 1024;
 
 gpu_struct! {
-    /// What a pass over nodes is of.
+    /// Parameters of a pass over nodes.
     pub struct CostParameters {
-        /// Nodes of the tree.
+        /// Number of nodes of the tree.
         node_count: u32,
     }
 }
 
 gpu_struct! {
-    /// What list is put into another order.
+    /// Parameters of the reordering of a list.
     pub struct PermuteParameters {
-        /// Records.
+        /// Number of records.
         record_count: u32,
-        /// Words of a record.
+        /// Words per record.
         record_words: u32,
     }
 }
 
-/// What comes back from the device.
+/// A pending readback.
 #[derive(Debug)]
 struct Expected {
     buffer: wgpu::Buffer,
@@ -66,7 +67,7 @@ const THERE: u8 = 1;
 const LOST: u8 = 2;
 
 impl Expected {
-    /// Copies the whole of a buffer, when these commands run.
+    /// Copies a complete buffer when these commands run.
     fn of(device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, source: &wgpu::Buffer) -> Self {
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("scene/read_back"),
@@ -87,56 +88,56 @@ impl Expected {
         self.state.load(Ordering::Acquire)
     }
 
-    /// What has come; none where the device was lost.
+    /// The data that was read back; none if the device was lost.
     fn take<T: bytemuck::Pod>(&self) -> Option<Vec<T>> {
         self.buffer.get_mapped_range(..).ok().map(|data| bytemuck::pod_collect_to_vec(&data))
     }
 }
 
-/// A tree that was built.
+/// A finished tree.
 #[derive(Debug)]
 pub struct Built {
     pub tree: CwBvh,
-    /// What rays spend on it: see [`cost`].
+    /// Its traversal cost: see [`cost`].
     pub cost: f64,
 }
 
-/// What is under way.
+/// Stage of a rebuild.
 #[derive(Debug)]
 enum Stage {
-    /// Nothing.
+    /// No rebuild.
     Resting,
-    /// What rays spend on the tree comes to the host.
+    /// The cost of the tree is being read back.
     Costing(Expected),
-    /// The triangles come to the host.
+    /// The triangles are being read back.
     Reading(Expected),
     /// A thread builds a tree.
     Building(Arc<OnceLock<Built>>),
 }
 
-/// What watches a tree's cost, and builds another.
+/// Monitors a tree's cost and rebuilds it.
 #[derive(Debug)]
 pub struct Rebuild {
     sum: ComputeKernel,
     permute: ComputeKernel,
     sums: wgpu::Buffer,
     stage: Stage,
-    /// True if anything has moved since what rays spend was last found.
+    /// True if anything has moved since the cost was last measured.
     is_behind: bool,
 }
 
-/// The tree that is watched.
+/// The monitored tree.
 #[derive(Clone, Copy, Debug)]
 pub struct Watched<'a> {
-    /// Boxes of its nodes, as `refit.wesl` leaves them.
+    /// Boxes of its nodes, written by `refit.wesl`.
     pub boxes: &'a wgpu::Buffer,
     /// Number of nodes.
     pub node_count: u32,
-    /// What it cost when it was built.
+    /// Its cost when it was built.
     pub cost_when_built: f64,
     /// [`BvhTriangle`]s.
     pub triangles: &'a wgpu::Buffer,
-    /// Their number.
+    /// Number of triangles.
     pub triangle_count: u32,
 }
 
@@ -156,16 +157,16 @@ impl Rebuild {
         })
     }
 
-    /// True if a step is still to be taken, though nothing moves any more.
+    /// True if a step is pending although nothing moves.
     pub fn is_under_way(&self) -> bool {
         self.is_behind || !matches!(self.stage, Stage::Resting)
     }
 
-    /// A tree that was built, once.
+    /// The finished tree; returned once.
     pub fn built(&mut self) -> Option<Built> {
         let Stage::Building(slot) = &mut self.stage else { return None };
         let built = match Arc::get_mut(slot) {
-            // The thread is done with it.
+            // The thread has finished.
             Some(slot) => slot.take(),
             None => return None,
         };
@@ -173,7 +174,7 @@ impl Rebuild {
         built
     }
 
-    /// Takes the next step, where it can be taken, and returns the number of dispatches. `has_moved`: since the last time.
+    /// Takes the next step if it is possible, and returns the number of dispatches. `has_moved`: since the last call.
     pub fn go_on(&mut self, frame: &mut Frame<'_>, watched: Watched<'_>, has_moved: bool) -> u32 {
         self.is_behind |= has_moved;
         let stage = std::mem::replace(&mut self.stage, Stage::Resting);
@@ -182,7 +183,7 @@ impl Rebuild {
             Stage::Costing(expected) if has_come(&expected) => {
                 let cost: f64 = expected.take::<f32>().unwrap_or_default().into_iter().map(f64::from).sum();
                 let ratio = cost / watched.cost_when_built;
-                tracing::debug!("rays through the BVH cost {ratio:.2} times as much as when it was built");
+                tracing::debug!("the traversal cost of the BVH is {ratio:.2} times the cost when it was built");
                 if ratio.is_finite() && ratio > LIMIT {
                     self.stage = Stage::Reading(Expected::of(frame.device, frame.encoder(), watched.triangles));
                     return 0;
@@ -193,12 +194,12 @@ impl Rebuild {
                 self.stage = Stage::Building(slot.clone());
                 let count = watched.triangle_count as usize;
                 rayon::spawn(move || {
-                    // Without triangles the stage ends without a tree.
+                    // Without triangles the rebuild ends without a tree.
                     let Some(triangles) = expected.take::<BvhTriangle>() else { return };
                     // A panic here would end the program.
                     match std::panic::catch_unwind(|| build(&triangles[..count])) {
                         Ok(built) => drop(slot.set(built)),
-                        Err(_) => tracing::warn!("no other tree could be built: rays stay as slow as they are"),
+                        Err(_) => tracing::warn!("the BVH could not be rebuilt: rays through it remain slow"),
                     }
                 });
                 return 0;
@@ -222,7 +223,7 @@ impl Rebuild {
         1
     }
 
-    /// Adds the pass that puts a list of records of so many words into this order.
+    /// Adds the pass that reorders a list of records of `words` words.
     pub fn permute(
         &self,
         frame: &mut Frame<'_>,
@@ -245,12 +246,12 @@ impl Rebuild {
     }
 }
 
-/// The tree over triangles where they stood.
+/// The tree over triangles at their positions at readback.
 fn build(triangles: &[BvhTriangle]) -> Built {
     let bounds = |triangle: &BvhTriangle| box_of(&[triangle.a, triangle.b, triangle.c]);
     let boxes: Vec<Bounds> = triangles.iter().map(bounds).collect();
     let aabbs: Vec<Aabb> = boxes.iter().map(|b| Aabb::new(b.min.into(), b.max.into())).collect();
     let tree = bvh::build(&aabbs, Effort::High);
-    let cost = cost(&tree.nodes, |place| boxes[tree.primitive_indices[place] as usize]);
+    let cost = cost(&tree.nodes, |index| boxes[tree.primitive_indices[index] as usize]);
     Built { tree, cost }
 }

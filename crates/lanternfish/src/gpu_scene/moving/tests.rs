@@ -1,4 +1,4 @@
-//! What the device bends, against what the host bends.
+//! Deformation on the device against deformation on the host.
 
 mod rebuilt;
 
@@ -24,39 +24,39 @@ use crate::{
     testing::{quad, scene_of},
 };
 
-/// Shares of an animation's duration.
+/// Fractions of an animation's duration.
 const TIMES: [f32; 5] = [0.0, 0.21, 0.45, 0.7, 0.93];
 const JOINTS: usize = 6;
 
-/// A sheet of 16 × 16 vertices, and what bends it: six joints, of which all five of a vertex are in two sets, and two targets. `is_flat`:
-/// of triangles that share no vertex, with the triangles' normals.
+/// A sheet of 16 × 16 vertices with its deformation: six joints, two sets with the five joints of a vertex, and two targets. `is_flat`:
+/// triangles share no vertex, and the normals are the triangles'.
 fn sheet(material: usize, center: Vec3, is_skinned: bool, is_flat: bool) -> Primitive {
     const EDGE: u32 = 16;
-    let place = |i: u32| Vec3::new((i % EDGE) as f32 / 15.0 - 0.5, 0.0, (i / EDGE) as f32 / 15.0 - 0.5);
+    let position = |i: u32| Vec3::new((i % EDGE) as f32 / 15.0 - 0.5, 0.0, (i / EDGE) as f32 / 15.0 - 0.5);
     let squares = (0..EDGE * (EDGE - 1)).filter(|i| i % EDGE != EDGE - 1);
     let corners: Vec<u32> = squares.flat_map(|i| [i, i + EDGE, i + 1, i + 1, i + EDGE, i + EDGE + 1]).collect();
     let vertices: Vec<u32> = if is_flat { corners.clone() } else { (0..EDGE * EDGE).collect() };
     let count = vertices.len();
-    let places: Vec<Vec3> = vertices.iter().map(|i| place(*i)).collect();
+    let positions: Vec<Vec3> = vertices.iter().map(|i| position(*i)).collect();
     let tilted = |p: &Vec3| Vec3::new(0.2 * p.x, 1.0, 0.1).normalize();
     let tangent = |p: &Vec3| Vec3::new(1.0, -0.2 * p.x, 0.0).normalize().extend(-1.0);
     let joint = |p: &Vec3, k: usize| ((2.9 * (p.x + 0.5)) as usize + k) as u16 % JOINTS as u16;
     let set = |first: usize, weights: Vec4| Influences {
-        joints: places.iter().map(|p| std::array::from_fn(|k| joint(p, first + k))).collect(),
+        joints: positions.iter().map(|p| std::array::from_fn(|k| joint(p, first + k))).collect(),
         weights: vec![weights; count],
     };
     let lift = |size: f32| MorphTarget {
-        positions: places.iter().map(|p| size * Vec3::Y * (9.0 * p.x).sin()).collect(),
-        normals: places.iter().map(|p| -9.0 * size * Vec3::X * (9.0 * p.x).cos()).collect(),
-        tangents: places.iter().map(|p| 9.0 * size * Vec3::Y * (9.0 * p.x).cos()).collect(),
+        positions: positions.iter().map(|p| size * Vec3::Y * (9.0 * p.x).sin()).collect(),
+        normals: positions.iter().map(|p| -9.0 * size * Vec3::X * (9.0 * p.x).cos()).collect(),
+        tangents: positions.iter().map(|p| 9.0 * size * Vec3::Y * (9.0 * p.x).cos()).collect(),
     };
     let only_positions = MorphTarget { positions: vec![0.1 * Vec3::Z; count], ..MorphTarget::default() };
     let sets = vec![set(0, Vec4::new(0.5, 0.2, 0.0, 0.1)), set(4, Vec4::new(0.2, 0.0, 0.0, 0.0))];
     let primitive = Primitive {
         material,
-        positions: places.iter().map(|p| center + *p).collect(),
-        normals: if is_flat { vec![Vec3::Y; count] } else { places.iter().map(tilted).collect() },
-        tangents: if is_flat { Vec::new() } else { places.iter().map(tangent).collect() },
+        positions: positions.iter().map(|p| center + *p).collect(),
+        normals: if is_flat { vec![Vec3::Y; count] } else { positions.iter().map(tilted).collect() },
+        tangents: if is_flat { Vec::new() } else { positions.iter().map(tangent).collect() },
         indices: if is_flat { (0..count as u32).collect() } else { corners },
         ..Primitive::default()
     };
@@ -71,8 +71,8 @@ fn sheet(material: usize, center: Vec3, is_skinned: bool, is_flat: bool) -> Prim
     Primitive { deformation: Some(Box::new(deformation)), ..primitive }
 }
 
-/// A floor; over it a skinned sheet, one of flat normals, one of targets alone that stands in two places of which one moves, and a tile that
-/// moves; a lamp that moves, and one that shrinks to nothing.
+/// A floor; above it a skinned sheet, a skinned sheet with flat normals, a sheet with targets only and two instances of which one moves,
+/// and a tile that moves; a lamp that moves, and one that shrinks to zero.
 fn scene() -> Scene {
     let material =
         |base_color: Vec3| Material { base_color: base_color.extend(1.0), double_sided: true, ..Material::default() };
@@ -102,8 +102,8 @@ fn scene() -> Scene {
     };
     for i in 1..=JOINTS {
         nodes.push(Node { parent: Some(i - 1), rest: Transform::IDENTITY, ..Node::default() });
-        let turn = Quat::from_scaled_axis(0.2 * Vec3::new(0.3, 0.1 * i as f32, -0.5));
-        animate(i, Property::Rotation, &[Quat::IDENTITY.to_array(), turn.to_array()].concat());
+        let rotation = Quat::from_scaled_axis(0.2 * Vec3::new(0.3, 0.1 * i as f32, -0.5));
+        animate(i, Property::Rotation, &[Quat::IDENTITY.to_array(), rotation.to_array()].concat());
         animate(i, Property::Scale, &[1.0, 1.0, 1.0, 1.1, 0.9, 1.05]);
     }
     animate(0, Property::Weights, &[0.0, 0.5, 1.0, -0.5]);
@@ -133,11 +133,11 @@ fn scene() -> Scene {
     scene
 }
 
-/// What is on the device.
+/// Contents of the device's buffers.
 pub(in crate::gpu_scene) struct Read {
     positions: Vec<f32>,
     attributes: Vec<[u32; 10]>,
-    /// Of traced triangles, in leaf order.
+    /// Traced triangles, in leaf order.
     pub(in crate::gpu_scene) corners: Vec<TracedTriangle>,
     pub(in crate::gpu_scene) nodes: Vec<u32>,
 }
@@ -159,10 +159,10 @@ pub(in crate::gpu_scene) fn read(gpu: &Gpu, scene: &GpuScene) -> Read {
     }
 }
 
-/// How far two are apart at most: positions and corners, m; normals and tangents, 1/32767.
+/// Greatest difference between two contents: positions and corners, m; normals and tangents, 1/32767.
 fn apart(a: &Read, b: &Read) -> (f32, i32) {
     let farthest = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    // Their trees may be others.
+    // The order of the triangles depends on the tree.
     let flat = |read: &Read| {
         let mut triangles = read.corners.clone();
         triangles.sort_by_key(|triangle| (triangle.source.part, triangle.source.triangle));
@@ -184,7 +184,7 @@ fn holds(outer: &Bounds, inner: &Bounds) -> bool {
     outer.min.cmple(inner.min).all() && outer.max.cmpge(inner.max).all()
 }
 
-/// Animates a scene by the device and by an update, and compares them at all times.
+/// Animates a scene on the device and by updates, and compares the results at all times.
 fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
     let (mut by_device, mut by_host) = (renderer.upload(rest).unwrap(), renderer.upload(rest).unwrap());
     let (first, mut posed) = (read(gpu, &by_device), rest.clone());
@@ -196,7 +196,7 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
         later = renderer.animate(&mut by_device, rest, Some((0, time))).unwrap();
         posed.pose(0, time);
         renderer.update(&mut by_host, &posed).unwrap();
-        // Again: nothing is sent.
+        // A second call uploads nothing.
         let numbers = (by_device.generation(), by_device.revision());
         assert!(numbers.0 != generation || later == Sent::default(), "{name} at {fraction}");
         let again = renderer.animate(&mut by_device, rest, Some((0, time))).unwrap();
@@ -225,7 +225,7 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
             largest = largest.max(reach.bounds.size().length() / exact.bounds.size().length());
         }
         assert!(by_device.placed.stands().eq(by_host.placed.stands()), "{name} at {fraction}");
-        // Of those that send nothing only that is the same.
+        // Lights without emission agree in that alone.
         for (device, host) in by_device.lights.on_host.iter().zip(&*by_host.lights.on_host) {
             assert!(
                 device == host || (device.intensity, host.intensity) == (Vec3::ZERO, Vec3::ZERO),
@@ -239,12 +239,13 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
         later.bytes, later.dispatches
     );
     assert!(farthest <= 1e-5, "{name}: {farthest}");
-    // 2e-4: a step is 3e-5, and a device may round each of the 30 operations before it, 6e-8 of what may be several times the normal.
+    // Bound 2e-4: a step is 3e-5, and a device may round each of the 30 operations before it, 6e-8 of values that may be several times the
+    // normal.
     assert!(most_steps <= 6, "{name}: {most_steps}");
     assert!(largest < 3.0, "{name}: {largest}");
-    // It can fail: another moment is elsewhere.
+    // The test can fail: another time gives other positions.
     assert!(moved > 1e-3, "{name}: {moved}");
-    // An update brings back what the device has bent.
+    // An update restores vertices that the device has deformed.
     renderer.update(&mut by_device, rest).unwrap();
     assert_eq!(apart(&read(gpu, &by_device), &first), (0.0, 0), "{name}");
     assert_eq!(by_device.bounds, rest.bounds());
@@ -256,8 +257,8 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
 }
 
 #[test]
-fn gpu_what_the_device_bends_is_where_the_host_bends_it() {
-    let test = "gpu_what_the_device_bends_is_where_the_host_bends_it";
+fn gpu_deformations_on_device_and_host_agree() {
+    let test = "gpu_deformations_on_device_and_host_agree";
     let Some(gpu) = testing::gpu(test) else { return };
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
@@ -282,8 +283,8 @@ fn gpu_what_the_device_bends_is_where_the_host_bends_it() {
 }
 
 #[test]
-fn gpu_what_cannot_be_animated_is_named() {
-    let Some(gpu) = testing::gpu("gpu_what_cannot_be_animated_is_named") else { return };
+fn gpu_unsupported_animations_are_refused_by_name() {
+    let Some(gpu) = testing::gpu("gpu_unsupported_animations_are_refused_by_name") else { return };
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let lit = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
@@ -294,8 +295,8 @@ fn gpu_what_cannot_be_animated_is_named() {
     for (name, scene, settings, refused) in [
         ("lights without trees", scene(), &direct, None),
         ("lights in trees", scene(), &lit, Some("light 0")),
-        ("nothing in trees moves", dark, &lit, None),
-        ("what shines moves", shining, &lit, Some("instance 1 shines")),
+        ("nothing in light trees moves", dark, &lit, None),
+        ("an emissive instance moves", shining, &lit, Some("instance 1 is emissive")),
     ] {
         let renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
@@ -326,10 +327,10 @@ fn gpu_what_cannot_be_animated_is_named() {
     }
 }
 
-/// Motion of what the device bends is that of what the host bends, to the bit, and there is some.
+/// Motion of vertices deformed on the device is bitwise that of vertices deformed on the host, and is not zero.
 #[test]
-fn gpu_motion_sees_what_the_device_bends() {
-    let Some(gpu) = testing::gpu("gpu_motion_sees_what_the_device_bends") else { return };
+fn gpu_motion_includes_deformation_on_the_device() {
+    let Some(gpu) = testing::gpu("gpu_motion_includes_deformation_on_the_device") else { return };
     let scene = scene();
     let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
     let shown = |by_device: bool| {
@@ -355,22 +356,22 @@ fn gpu_motion_sees_what_the_device_bends() {
     assert!(moving(1) > 200 && moving(2) == 0 && moving(3) > 200, "{} {} {}", moving(1), moving(2), moving(3));
 }
 
-/// Where an instance is mirrored the draws have another order: the frame has no motion, not that of others.
+/// Mirroring an instance reorders the draws: the frame has no motion, instead of the motion of other instances.
 #[test]
-fn gpu_motion_ends_where_an_instance_is_mirrored() {
-    let Some(gpu) = testing::gpu("gpu_motion_ends_where_an_instance_is_mirrored") else { return };
+fn gpu_mirroring_an_instance_resets_motion() {
+    let Some(gpu) = testing::gpu("gpu_mirroring_an_instance_resets_motion") else { return };
     let scene = scene();
     let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
     let camera = Camera::look_at(Vec3::new(0.3, 1.2, 3.0), 0.5 * Vec3::Y, scene.default_camera(1.5).projection);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
-    let mut moving = |place: Affine3A| {
+    let mut moving = |transform: Affine3A| {
         renderer.render(&uploaded, &camera, 60, 40).unwrap();
-        renderer.move_instances(&mut uploaded, &[(3, place)]).unwrap();
+        renderer.move_instances(&mut uploaded, &[(3, transform)]).unwrap();
         let rendering = renderer.render(&uploaded, &camera, 60, 40).unwrap();
         rendering.display.iter().filter(|pixel| pixel[..3] != [0; 3]).count()
     };
-    let place = scene.instances[3].world_from_object;
-    assert!(moving(Affine3A::from_translation(0.1 * Vec3::Y) * place) > 50, "it moves");
-    assert_eq!(moving(place * Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0))), 0);
+    let transform = scene.instances[3].world_from_object;
+    assert!(moving(Affine3A::from_translation(0.1 * Vec3::Y) * transform) > 50, "it moves");
+    assert_eq!(moving(transform * Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0))), 0);
 }

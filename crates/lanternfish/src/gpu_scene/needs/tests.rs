@@ -1,4 +1,4 @@
-//! Whoever renders a scene that another renderer uploaded gets the image of an upload of its own, or is told.
+//! A renderer of a scene that another renderer uploaded renders the same image as with its own upload, or returns an error.
 
 use glam::Vec3;
 use lanternfish_gpu::{AdapterChoice, Frame, Gpu, Profiler, testing};
@@ -11,7 +11,7 @@ use crate::{
     testing::shared::{camera, renderer, scene, shared_and_refused},
 };
 
-/// Settings that need something of a scene each.
+/// Settings with different requirements of a scene.
 fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
     let direct = || Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let indirect = |tracer: Tracer| {
@@ -25,7 +25,7 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
         ("base colour", Settings { debug_view: Some(DebugView::BaseColor), ..direct() }),
         ("physical", Settings { attenuation: Attenuation::Physical, ..direct() }),
         ("soft", Settings { light_radius: 0.1, ..direct() }),
-        ("textures one by one", Settings { textures: TextureBinding::PerMaterial, ..direct() }),
+        ("textures per material", Settings { textures: TextureBinding::PerMaterial, ..direct() }),
         ("indirect, bvh", Settings { shadows: Shadows::None, ..indirect(Tracer::BVH) }),
     ];
     if has_ray_query {
@@ -40,7 +40,7 @@ fn gpu_a_shared_scene_is_the_same_image_or_is_refused() {
     let choices = choices(gpu.description.ray_query);
     let count = choices.len();
     let (same, refused) = shared_and_refused(gpu, choices);
-    // Some choices agree in materials, lights and textures: those that need less may take the scenes of those that need more.
+    // Some choices have the same materials, lights and textures: a choice that requires less may use the scene of one that requires more.
     // Ray queries add a choice that agrees with others.
     let agreeing = if gpu.description.ray_query { 4 } else { 3 };
     assert!(same >= count + agreeing && refused > 30, "{same} shared, {refused} refused");
@@ -55,8 +55,8 @@ fn is_other_device<T: std::fmt::Debug>(result: Result<T, RenderError>) {
 }
 
 #[test]
-fn gpu_what_is_traced_through_a_scene_must_be_there() {
-    let Some(gpu) = testing::gpu("gpu_what_is_traced_through_a_scene_must_be_there") else { return };
+fn gpu_tracing_requires_the_uploaded_structure() {
+    let Some(gpu) = testing::gpu("gpu_tracing_requires_the_uploaded_structure") else { return };
     let without = renderer(gpu, Settings { shadows: Shadows::None, ..Settings::direct_light() });
     let mut uploaded = without.upload(&scene()).unwrap();
     let mut tracing = renderer(gpu, Settings { shadows: Shadows::BVH, ..Settings::direct_light() });

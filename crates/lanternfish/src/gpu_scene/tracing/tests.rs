@@ -1,4 +1,4 @@
-//! What is gathered, in which order, and how masks are packed.
+//! Gathering, order, and packing of masks.
 
 use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of, testing};
 use lanternfish_scene::{AlphaMode, Image, Instance, Mesh, Sampler, Texture, TextureRef};
@@ -37,7 +37,7 @@ fn scene() -> Scene {
     }
 }
 
-/// More than any test needs.
+/// More bytes than any test needs.
 const ANY: u64 = 1 << 20;
 
 fn records(tracing: &Tracing) -> &[MaskRecord] {
@@ -54,7 +54,7 @@ fn texels(tracing: &Tracing, header: MaskHeader) -> &[u8] {
     &bytes[..header.size.element_product() as usize]
 }
 
-/// One masked triangle for each of these: image, wrap, cutoff. Images are square, of these sizes and random.
+/// One masked triangle for each of these: image, wrap, cutoff. Images are square, of these sizes, with random texels.
 fn masked_scene(sizes: &[u32], masks: &[(usize, Wrap, f32)]) -> Scene {
     let mut random = crate::testing::Random::new(3);
     let mut scene = Scene::default();
@@ -100,7 +100,7 @@ fn constants_are_the_shaders() {
 #[test]
 fn gpu_records_and_headers_are_read_as_they_are_packed() {
     let Some(gpu) = testing::gpu("gpu_records_and_headers_are_read_as_they_are_packed") else { return };
-    // In the second header no two words are equal, nor in the first record: none can be read for another.
+    // All words of the second header differ, and so do those of the first record: a swap of any two is detected.
     let masks = [(0, Wrap::MirroredRepeat, 0.25), (1, Wrap::Repeat, 0.75)];
     let mut scene = masked_scene(&[4, 6], &masks);
     (scene.images[1].width, scene.images[1].height) = (12, 3);
@@ -120,20 +120,20 @@ fn gpu_records_and_headers_are_read_as_they_are_packed() {
         .buffer("found_headers", &found_headers);
     frame.dispatch(&kernel, &bindings, [1, 1, 1]);
     frame.submit();
-    let found: Vec<MaskRecord> = read_back(&gpu.device, &gpu.queue, &found_records, 2).unwrap();
-    assert_eq!(found, records(&tracing));
-    let found: Vec<MaskHeader> = read_back(&gpu.device, &gpu.queue, &found_headers, 2).unwrap();
-    let found: Vec<_> = found.into_iter().map(|header| MaskHeader { _pad: 0, ..header }).collect();
-    assert_eq!(found, [0, 1].map(|record| header(&tracing, record)));
+    let actual: Vec<MaskRecord> = read_back(&gpu.device, &gpu.queue, &found_records, 2).unwrap();
+    assert_eq!(actual, records(&tracing));
+    let actual: Vec<MaskHeader> = read_back(&gpu.device, &gpu.queue, &found_headers, 2).unwrap();
+    let actual: Vec<_> = actual.into_iter().map(|header| MaskHeader { _pad: 0, ..header }).collect();
+    assert_eq!(actual, [0, 1].map(|record| header(&tracing, record)));
 
     let differ = |words: &[u32]| words.iter().collect::<std::collections::BTreeSet<_>>().len() == words.len();
-    assert!(differ(&bytemuck::cast_slice(&found[1..])[..HEADER_WORDS - 1]), "{found:?}");
+    assert!(differ(&bytemuck::cast_slice(&actual[1..])[..HEADER_WORDS - 1]), "{actual:?}");
     assert!(differ(&tracing.masks[..RECORD_WORDS]), "{:?}", records(&tracing)[0]);
 }
 
 #[test]
 fn masks_of_one_image_share_its_texels_and_equal_ones_their_header() {
-    // Nine materials of one image: as many bytes as one, but for headers.
+    // Nine materials of one image take as many bytes as one, except for headers.
     let mut masks: Vec<_> = (0..8).map(|i| (0, Wrap::Repeat, 0.1 * i as f32)).collect();
     masks.push((0, Wrap::MirroredRepeat, 0.0));
     masks.push(masks[3]);
@@ -163,10 +163,10 @@ fn masks_that_do_not_fit_are_halved_the_largest_first() {
     assert_eq!(sizes(full - 1), [32, 16, 33]);
     assert_eq!(sizes(fixed + 32 * 32 + 2 * 16 * 16), [32, 16, 16]);
     assert_eq!(sizes(fixed + 3 * 16 * 16), [16, 16, 16]);
-    // Records are kept; the device's limit refuses them.
+    // Records are kept; a device's limit would refuse them.
     assert_eq!(sizes(0), [2, 2, 2]);
 
-    // Two by two texels become their mean.
+    // Two by two texels are averaged.
     let tracing = Tracing::new(&scene, full - 1);
     let alpha = |x: usize, y: usize| u32::from(scene.images[0].rgba[4 * (64 * y + x) + 3]);
     let halved = texels(&tracing, header(&tracing, 0));
@@ -178,7 +178,7 @@ fn masks_that_do_not_fit_are_halved_the_largest_first() {
 }
 
 #[test]
-fn degenerate_and_blended_triangles_are_left_out_and_records_follow_their_triangles() {
+fn degenerate_and_transparent_triangles_are_left_out_and_records_follow_their_triangles() {
     let mut tracing = Tracing::new(&scene(), ANY);
     let of_triangles: Vec<u32> = tracing.triangles.iter().map(|t| t.source.record).collect();
     assert_eq!(of_triangles, [0, 1, 0, 2]);
@@ -203,20 +203,20 @@ fn degenerate_and_blended_triangles_are_left_out_and_records_follow_their_triang
 }
 
 #[test]
-fn triangles_are_posed_as_they_were_gathered_and_are_points_where_no_number_reaches() {
+fn posed_triangles_match_gathered_ones_and_overflow_gives_points() {
     let mut scene = scene();
     let mut tracing = Tracing::new(&scene, ANY);
     tracing.reorder(&[3, 2, 1, 0]);
     let sources: Vec<Source> = tracing.triangles.iter().map(|triangle| triangle.source).collect();
     assert_eq!(pose(&scene, &tracing.parts, &sources), tracing.triangles);
-    // The second instance moves: its two triangles are the first of the order.
+    // The second instance moves: its two triangles come first in the order.
     scene.instances[1].world_from_object = glam::Affine3A::from_translation(Vec3::X);
     let posed = pose(&scene, &tracing.parts, &sources);
     assert_eq!(posed[2..], tracing.triangles[2..]);
     for (posed, before) in posed[..2].iter().zip(&tracing.triangles) {
         assert_eq!((posed.corners, posed.source), (before.corners.map(|corner| corner + Vec3::X), before.source));
     }
-    // Every number of the transform is finite, but not where it takes the corner at x = 1.
+    // All entries of the transform are finite, but its image of the corner at x = 1 is not.
     scene.instances[1].world_from_object.translation.x = 3e38;
     scene.instances[1].world_from_object.matrix3.x_axis.x = 1e38;
     let posed = pose(&scene, &tracing.parts, &sources);

@@ -1,4 +1,4 @@
-//! One thing of a scene in the place of another: a light, a material.
+//! Replaces one element of a scene: a light or a material.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ impl GpuScene {
         Ok(Sent { bytes, ..Sent::default() })
     }
 
-    /// An error for a light that is not there, or not valid. `None`: one that sends nothing.
+    /// An error for a light that does not exist or is not valid. `None`: a light without emission.
     pub(in crate::gpu_scene) fn check_light(
         &self,
         index: usize,
@@ -46,15 +46,15 @@ impl GpuScene {
         Ok(())
     }
 
-    /// An error where lights are in a tree that the host makes.
+    /// An error if lights are in a tree that the host builds.
     pub(in crate::gpu_scene) fn check_light_trees(&self, index: usize) -> Result<(), RenderError> {
         if self.light_trees.is_none() {
             return Ok(());
         }
-        Err(RenderError::NeedsUpdate { what: format!("light {index} is in a tree of lights") })
+        Err(RenderError::NeedsUpdate { what: format!("light {index} is in a light tree") })
     }
 
-    /// Puts lights that are there in the places of others, and returns how many bytes that is.
+    /// Replaces lights, and returns their size, bytes.
     pub(in crate::gpu_scene) fn write_lights(&mut self, queue: &wgpu::Queue, changed: &[(usize, Light)]) -> u64 {
         if changed.is_empty() {
             return 0;
@@ -92,7 +92,7 @@ impl GpuScene {
         }
         let shining = emissive::shining_of(material);
         if self.light_trees.is_some() && shining != self.placed.shining[index] {
-            return needs_update("what shines is in a tree of lights");
+            return needs_update("emissive triangles are in a light tree");
         }
         let mut bytes = self.materials.set(queue, index, material, self.needs.shading, &self.textures);
         if let Some(hits) = &self.hits {

@@ -1,4 +1,4 @@
-//! What of a scene must be as it was uploaded for the rest to be brought up to date in its place.
+//! The data of a scene that must be unchanged for an update in place.
 
 use std::hash::{BuildHasher, Hasher};
 
@@ -9,16 +9,16 @@ use rayon::prelude::*;
 
 use crate::error::RenderError;
 
-/// Texels of an image that are hashed to recognise it, beside its size; a smaller image is recognised by all of its texels.
+/// Number of texels of an image that are hashed to identify it, in addition to its size; all texels of a smaller image are hashed.
 const TEXELS: usize = 1024;
 
-/// All of a scene that an update does not bring into what is there; large lists by a hash.
+/// All data of a scene that an update in place does not write; large lists by a hash.
 #[derive(Debug, PartialEq)]
 pub struct Outline {
     meshes: Vec<MeshOutline>,
     /// Mesh of each instance.
     instances: Vec<usize>,
-    /// Materials as [`fixed`] leaves them.
+    /// Materials after [`fixed`].
     materials: Vec<Material>,
     textures: Vec<Texture>,
     samplers: Vec<Sampler>,
@@ -33,7 +33,7 @@ type MeshOutline = Vec<PrimitiveOutline>;
 struct PrimitiveOutline {
     /// See [`counts`].
     counts: [usize; 3],
-    /// A hash of all that an update does not bring of vertices, and of indices.
+    /// A hash of indices and of the vertex data that an update does not write.
     content: u64,
 }
 
@@ -55,8 +55,8 @@ impl Outline {
         self.instances.iter().copied()
     }
 
-    /// An error where `scene` has other numbers of meshes, of their primitives, vertices or indices, or of instances than were uploaded, or
-    /// instances of other meshes: what is seen without looking at vertices.
+    /// An error if `scene` differs from the upload in the number of meshes, of their primitives, vertices or indices, or of instances, or
+    /// in the meshes of instances: the checks that do not read vertices.
     pub fn check_counts(&self, scene: &Scene) -> Result<(), RenderError> {
         let changed = |what: String| Err(RenderError::NeedsUpdate { what });
         for (what, was, is) in [
@@ -84,9 +84,9 @@ impl Outline {
         self.textures.len()
     }
 
-    /// Whether a material differs from the one of this index in factors alone; none: there is no such material.
+    /// True if a material differs from the one of this index only in factors; none: there is no such material.
     pub fn has_kind_of(&self, index: usize, material: &Material) -> Option<bool> {
-        self.materials.get(index).map(|known| *known == fixed(material))
+        self.materials.get(index).map(|uploaded| *uploaded == fixed(material))
     }
 
     /// True if image `index` is the same in `now`.
@@ -121,7 +121,7 @@ fn mesh(mesh: &Mesh) -> MeshOutline {
     mesh.primitives.par_iter().map(primitive).collect()
 }
 
-/// A hash of each mesh's vertices: where they are, and which way they face.
+/// A hash of each mesh's positions and normals.
 pub fn vertices(scene: &Scene) -> Vec<u64> {
     let primitive = |primitive: &Primitive| {
         let Primitive { positions, normals, tangents, .. } = primitive;
@@ -134,7 +134,7 @@ pub fn vertices(scene: &Scene) -> Vec<u64> {
     scene.meshes.iter().map(mesh).collect()
 }
 
-/// A material less what an update brings: its factors. The alpha of a mask is in what rays are traced through, and stays.
+/// A material without the data that an update writes, its factors. The alpha factor of a mask is part of the traced masks, and stays.
 fn fixed(material: &Material) -> Material {
     let usual = Material::default();
     let is_mask = matches!(material.alpha_mode, AlphaMode::Mask { .. });
@@ -164,7 +164,7 @@ fn environment(Environment { width, height, pixels, rotation }: &Environment) ->
     some_of(pixels, &[*width as u32, *height as u32, rotation.to_bits()])
 }
 
-/// A hash of `size` and of all texels; of more than [`TEXELS`], of as many at even distances by the golden ratio.
+/// A hash of `size` and of all texels; above [`TEXELS`], of that many texels at golden-ratio intervals.
 fn some_of<T: bytemuck::NoUninit>(texels: &[T], size: &[u32]) -> u64 {
     const GOLDEN_RATIO: u64 = 0x9e37_79b9_7f4a_7c15;
     let at = |i: usize| ((u128::from((i as u64).wrapping_mul(GOLDEN_RATIO)) * texels.len() as u128) >> 64) as usize;

@@ -1,4 +1,4 @@
-//! What follows an update, against a fresh upload of the scene as it is then.
+//! Updates against a fresh upload of the changed scene.
 
 mod anything;
 
@@ -24,7 +24,7 @@ use crate::{
     testing::{Random, apart, moved},
 };
 
-/// The Cornell box in parts and in light rain, with a masked and a blended part.
+/// The Cornell box in parts and in light rain, with a masked and a transparent part.
 fn scene() -> Scene {
     let mut scene = apart(&generate::demo("cornell").unwrap());
     scene.lights.extend(generate::light_rain(&scene.bounds(), 40, Some(0.8), 1, 0.0));
@@ -39,7 +39,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// Few rays, and few samples of each cell of the radiance cache.
+/// Few rays, and few samples of each entry of the radiance cache.
 fn few_rays() -> Sampled {
     let usual = Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() };
     Sampled { diffuse_rays: 1, first_rays: 1, glossy_rays: 1, cache_samples: 2, ..usual }
@@ -58,8 +58,8 @@ fn differing(a: &RenderedImage, b: &RenderedImage) -> usize {
 }
 
 #[test]
-fn gpu_an_image_after_an_update_is_that_of_a_fresh_upload() {
-    let test = "gpu_an_image_after_an_update_is_that_of_a_fresh_upload";
+fn gpu_update_renders_like_a_fresh_upload() {
+    let test = "gpu_update_renders_like_a_fresh_upload";
     let Some(gpu) = testing::gpu(test) else { return };
     let before = scene();
     let mut after = moved(&before, 2, 0.3);
@@ -75,7 +75,7 @@ fn gpu_an_image_after_an_update_is_that_of_a_fresh_upload() {
             continue;
         }
         let mut renderer = renderer(gpu, shadows);
-        // The order of triangles differs: at edges either of two may be met.
+        // The order of triangles differs: at shared edges a ray may hit either.
         let allowed = if shadows == Shadows::RAY_QUERY { 120 * 120 / 500 } else { 0 };
         let mut uploaded = renderer.upload(&before).unwrap();
         let mut last = shown(&mut renderer, &uploaded, &before);
@@ -96,18 +96,17 @@ fn gpu_an_image_after_an_update_is_that_of_a_fresh_upload() {
     }
 }
 
-/// Instances that have moved: each as `move_instances` takes it.
+/// Instances that have moved, in the form that `move_instances` takes.
 fn moves(before: &Scene, after: &Scene) -> Vec<(usize, Affine3A)> {
     let pairs = before.instances.iter().zip(&after.instances).enumerate();
     let moved = pairs.filter(|(_, (was, is))| was.world_from_object != is.world_from_object);
     moved.map(|(i, (_, is))| (i, is.world_from_object)).collect()
 }
 
-/// What the device moves is where the host puts it: images, triangles, and boxes that hold them; by every structure, and where hits are
-/// shaded.
+/// Instances moved on the device match the host: images, triangles, and bounding boxes; for every structure, and for hit shading.
 #[test]
-fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
-    let test = "gpu_what_the_device_moves_is_where_the_host_puts_it";
+fn gpu_moves_on_device_and_host_agree() {
+    let test = "gpu_moves_on_device_and_host_agree";
     let Some(gpu) = testing::gpu(test) else { return };
     let mut before = scene();
     before.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
@@ -130,7 +129,7 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
         let mut last = before.clone();
         for seed in [2, 5, 9] {
             let mut now = moved(&before, seed, 0.3);
-            // One stands where it did.
+            // One instance does not move.
             now.instances[1].world_from_object = last.instances[1].world_from_object;
             let generation = by_device.generation();
             let sent = renderer.move_instances(&mut by_device, &moves(&last, &now)).unwrap();
@@ -142,19 +141,19 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
             if by_device.bvh.is_none() {
                 assert_eq!(differing(&device, &host), 0, "{name}: {seed}");
             } else {
-                let (found, expected) = (read(gpu, &by_device), read(gpu, &by_host));
-                assert_same_corners(&found.corners, &expected.corners);
+                let (actual, expected) = (read(gpu, &by_device), read(gpu, &by_host));
+                assert_same_corners(&actual.corners, &expected.corners);
                 let images = [&device.radiance[..], &host.radiance];
-                assert_eq!(tracing::differing(images, [&found.corners, &expected.corners]), 0, "{name}: {seed}");
-                let nodes: &[CwBvhNode] = bytemuck::cast_slice(&found.nodes);
-                assert_eq!(outside(nodes, &found.corners), (0, expected.corners.len()), "{name}: {seed}");
-                // It can fail: the boxes of before do not hold what has moved.
+                assert_eq!(tracing::differing(images, [&actual.corners, &expected.corners]), 0, "{name}: {seed}");
+                let nodes: &[CwBvhNode] = bytemuck::cast_slice(&actual.nodes);
+                assert_eq!(outside(nodes, &actual.corners), (0, expected.corners.len()), "{name}: {seed}");
+                // The test can fail: the boxes do not contain triangles that have moved.
                 let elsewhere = pose(&moved(&before, seed + 1, 0.3), &by_host.placed.parts, &by_host.placed.sources);
                 assert!(outside(nodes, &elsewhere).0 > 0, "{name}: {seed}");
             }
             last = now;
         }
-        // Back again, one by one, and once nowhere new.
+        // Moves back, one by one, and one move without a change.
         for (instance, back) in moves(&last, &before) {
             renderer.move_instances(&mut by_device, &[(instance, Affine3A::IDENTITY), (instance, back)]).unwrap();
         }
@@ -169,7 +168,7 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
             let error = renderer.move_instances(&mut by_device, &[wrong]).unwrap_err().to_string();
             assert!(error.contains(what), "{error}");
         }
-        // What shines is in a tree that the host makes.
+        // Emissive triangles are in a tree that the host builds.
         let lit = renderer.upload(&scene());
         let lamp = before.instances.iter().position(|instance| {
             scene().materials[before.meshes[instance.mesh].primitives[0].material].emissive != Vec3::ZERO
@@ -179,10 +178,10 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
     }
 }
 
-/// One light of many: its 64 bytes are sent, and the image is that of a fresh upload.
+/// Replaces one light of many: 64 bytes are uploaded, and the image is that of a fresh upload.
 #[test]
-fn gpu_one_light_is_put_in_the_place_of_another() {
-    let Some(gpu) = testing::gpu("gpu_one_light_is_put_in_the_place_of_another") else { return };
+fn gpu_set_light_renders_like_a_fresh_upload() {
+    let Some(gpu) = testing::gpu("gpu_set_light_renders_like_a_fresh_upload") else { return };
     let before = scene();
     let mut renderer = renderer(gpu, Shadows::BVH);
     let mut uploaded = renderer.upload(&before).unwrap();
@@ -198,11 +197,11 @@ fn gpu_one_light_is_put_in_the_place_of_another() {
         now.lights[7] = light.clone();
         let sent = renderer.set_light(&mut uploaded, 7, &light).unwrap();
         assert_eq!((sent.bytes, sent.dispatches), (64, 0));
-        let found = shown(&mut renderer, &uploaded, &now);
+        let actual = shown(&mut renderer, &uploaded, &now);
         let fresh = renderer.upload(&now).unwrap();
         assert_eq!(uploaded.lights.bounds, fresh.lights.bounds);
-        assert_eq!(differing(&found, &shown(&mut renderer, &fresh, &now)), 0, "{light:?}");
-        assert!(differing(&found, &last) > 100, "{light:?}: nothing has changed");
+        assert_eq!(differing(&actual, &shown(&mut renderer, &fresh, &now)), 0, "{light:?}");
+        assert!(differing(&actual, &last) > 100, "{light:?}: nothing has changed");
     }
     let dark = Light { range: Some(-1.0), ..now.lights[7].clone() };
     assert!(renderer.set_light(&mut uploaded, 7, &dark).unwrap_err().to_string().contains("range"));
@@ -210,8 +209,8 @@ fn gpu_one_light_is_put_in_the_place_of_another() {
 }
 
 #[test]
-fn gpu_factors_of_materials_follow() {
-    let Some(gpu) = testing::gpu("gpu_factors_of_materials_follow") else { return };
+fn gpu_update_writes_material_factors() {
+    let Some(gpu) = testing::gpu("gpu_update_writes_material_factors") else { return };
     let mut before = scene();
     before.images.push(Image { name: String::new(), width: 1, height: 1, rgba: vec![170, 90, 220, 255] });
     before.samplers.push(Sampler::default());
@@ -230,7 +229,7 @@ fn gpu_factors_of_materials_follow() {
         ("unlit", |m| m.unlit = true),
     ];
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    // And where hits are shaded.
+    // The same with hit shading.
     let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
     for settings in [direct, indirect] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
@@ -257,20 +256,20 @@ fn gpu_factors_of_materials_follow() {
     }
 }
 
-/// How far rays go through the BVH, m.
+/// Distances of rays through the BVH, m.
 fn distances(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay]) -> Vec<f32> {
     let tracer = RayTracer::new(&gpu.device).unwrap();
     let buffer = tracer.upload(&gpu.device, rays).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let found = tracer.record(&mut frame, uploaded, Tracer::BVH, None, &buffer, rays.len() as u32).unwrap();
+    let actual = tracer.record(&mut frame, uploaded, Tracer::BVH, None, &buffer, rays.len() as u32).unwrap();
     frame.submit();
-    read_back(&gpu.device, &gpu.queue, &found, rays.len()).unwrap()
+    read_back(&gpu.device, &gpu.queue, &actual, rays.len()).unwrap()
 }
 
 #[test]
-fn gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do() {
-    let Some(gpu) = testing::gpu("gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do") else { return };
+fn gpu_rays_hit_the_same_in_a_refit_and_a_new_bvh() {
+    let Some(gpu) = testing::gpu("gpu_rays_hit_the_same_in_a_refit_and_a_new_bvh") else { return };
     let renderer = renderer(gpu, Shadows::BVH);
     for name in ["cornell", "atrium"] {
         let mut scene = apart(&generate::demo(name).unwrap());
@@ -278,10 +277,10 @@ fn gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do() {
         let size = scene.bounds().size();
         let mut random = Random::new(4);
         let mut last = Vec::new();
-        let whole = scene.clone();
+        let original = scene.clone();
         for step in 0..5 {
-            scene = moved(&whole, step, 0.2 * size.x);
-            // Once some parts are points, which a fresh upload leaves out; then they are whole again.
+            scene = moved(&original, step, 0.2 * size.x);
+            // In one step some parts are points, which a fresh upload leaves out; then they have their size again.
             if step == 3 {
                 let flat = scene.instances.iter_mut().step_by(3);
                 flat.for_each(|i| i.world_from_object.matrix3 *= 0.0);
@@ -293,18 +292,18 @@ fn gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do() {
                 TracedRay { origin, direction: random.direction(), ..TracedRay::default() }
             };
             let rays: Vec<TracedRay> = (0..20_000).map(ray).collect();
-            let found = distances(gpu, &uploaded, &rays);
-            assert_eq!(found, distances(gpu, &renderer.upload(&scene).unwrap(), &rays), "{name}, step {step}");
-            let hits = found.iter().filter(|distance| **distance >= 0.0).count();
+            let actual = distances(gpu, &uploaded, &rays);
+            assert_eq!(actual, distances(gpu, &renderer.upload(&scene).unwrap(), &rays), "{name}, step {step}");
+            let hits = actual.iter().filter(|distance| **distance >= 0.0).count();
             assert!(hits > 4000, "{name}, step {step}: {hits}");
-            assert_ne!(found, last);
-            last = found;
+            assert_ne!(actual, last);
+            last = actual;
         }
     }
 }
 
 #[test]
-fn every_texel_of_a_small_image_is_asked() {
+fn every_texel_of_a_small_image_is_hashed() {
     let mut scene = Scene {
         images: vec![Image { name: String::new(), width: 32, height: 32, rgba: vec![7; 4096] }],
         ..Scene::default()
@@ -319,8 +318,8 @@ fn every_texel_of_a_small_image_is_asked() {
 }
 
 #[test]
-fn gpu_a_generation_is_of_triangles_that_moved() {
-    let Some(gpu) = testing::gpu("gpu_a_generation_is_of_triangles_that_moved") else { return };
+fn gpu_generation_changes_when_triangles_move() {
+    let Some(gpu) = testing::gpu("gpu_generation_changes_when_triangles_move") else { return };
     let renderer = renderer(gpu, Shadows::BVH);
     let mut scene = scene();
     let mut uploaded = renderer.upload(&scene).unwrap();
@@ -335,7 +334,7 @@ fn gpu_a_generation_is_of_triangles_that_moved() {
     let second = uploaded.generation();
     renderer.update(&mut uploaded, &after).unwrap();
     assert!(second > first && uploaded.generation() == second);
-    // Back where it was is a motion, too.
+    // A move back is a motion, too.
     renderer.update(&mut uploaded, &scene).unwrap();
     assert!(uploaded.generation() > second);
 }

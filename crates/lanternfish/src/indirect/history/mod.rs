@@ -1,4 +1,4 @@
-//! What pixels saw in the frames before: while a view moves, noise that differs from frame to frame averages out along its surfaces.
+//! Temporal accumulation along surfaces: while a view moves, noise that differs from frame to frame averages out.
 
 use std::collections::HashMap;
 
@@ -21,124 +21,125 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     &[SharedStruct::of::<HistoryParameters>()],
 );
 
-/// Frames do not wait for the device: one that is not whole is not mixed in.
+/// The readback of list lengths is deferred: a frame that is not complete is not accumulated.
 const DEFERRED: Feature = Feature::new("later");
 
 gpu_struct! {
-    /// What the pass is told.
+    /// Parameters of the pass.
     pub struct HistoryParameters {
-        /// Pixels of the image before.
+        /// Size of the image of the previous frame, pixels.
         size_before: UVec2,
-        /// True if there was one, of this scene.
+        /// 1: there was a previous frame of this scene.
         is_known: u32,
-        /// Frames of the mean that this frame is added to.
+        /// Frames in the mean (progressive rendering) to which this frame is added.
         mean_frames: f32,
-        /// Frames that the view has rested for before this one, beyond the first.
+        /// Frames before this one for which the view has been at rest, beyond the first.
         rested: f32,
-        /// Frames that a pixel knows of at most while its view moves.
+        /// Longest history of a pixel while the view moves, frames.
         most: f32,
-        /// 1: the view is not where it was, and what surfaces mirror is not either.
+        /// 1: the view has moved, and with it the reflections in surfaces.
         has_moved: u32,
-        /// 1: the scene has changed a short time ago.
+        /// 1: the frame is in the reset window after a change of the scene.
         has_changed: u32,
-        /// Frames that what is known counts for at most then.
+        /// Longest history in the reset window, frames.
         frames_after_reset: f32,
-        /// Frames whose mean the sums were bounded for; 0: they are not bounded.
+        /// Frames of the mean for which the firefly clamp was applied; 0: no clamp.
         clamped_frames: f32,
-        /// Of these, the ones that the image is the mean of in any case.
+        /// Of these, the frames over which the image is averaged in any case.
         requested_frames: f32,
         /// Unused.
         _pad: u32,
     }
 }
 
-/// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.
+/// Longest history of a pixel while the view moves, frames. More: less noise, more lag.
 const MOST: f32 = 32.0;
-/// Length of the reset window, frames: after a change of the scene the history is clamped, and every cache entry gets a sample in each frame.
+/// Length of the reset window after a change of the scene, frames. In the window, the history of pixels is clamped, and every entry of the radiance
+/// cache gets a sample per frame.
 pub(super) const RESET_FRAMES: u32 = 8;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where nothing is.
+/// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where there is no surface.
 const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
-/// What a change of the scene, whatever it is, does to what pixels know.
+/// Effect of any change of the scene on the history of pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HistoryReset {
-    /// For so many frames, that of the change among them, it is held to what the pixels around say of now.
+    /// Length of the reset window, frames, with that of the change: the history is clamped to the neighbourhood in this frame.
     pub lasts: u32,
-    /// And counts for so many frames at most. More: less noise, more lag; 0: it is forgotten.
+    /// Longest history in the reset window, frames. More: less noise, more lag; 0: the history is discarded.
     pub counts: f32,
 }
 
-/// The pass, and what each view has kept.
+/// The pass, and the history of each view.
 #[derive(Debug)]
 pub(crate) struct Histories {
     mix: ComputeKernel,
-    /// Compiled for the first frame that does not wait.
-    later: Option<ComputeKernel>,
+    /// Compiled at the first frame with deferred readback.
+    mix_deferred: Option<ComputeKernel>,
     reset: HistoryReset,
     views: HashMap<ViewKey, Kept>,
 }
 
-/// What a view keeps: what its frame makes, and what it reads, which the next frame makes.
+/// History of a view. The two buffers swap roles each frame: `now` is written and `before` is read.
 #[derive(Debug)]
 struct Kept {
-    now: Sums,
-    before: Sums,
+    now: HistoryTextures,
+    before: HistoryTextures,
     last_frame: u64,
 }
 
 #[derive(Debug)]
-struct Sums {
+struct HistoryTextures {
     layers: wgpu::TextureView,
     places: wgpu::TextureView,
     size: UVec2,
 }
 
-/// Frames of a view that a pixel may know of, with the one in hand.
+/// Longest possible history of a pixel of this view, frames, with the current one.
 pub(super) fn most_history(view: &View) -> f32 {
     (view.random_index as f32 + 1.0).min(MOST)
 }
 
-/// What is mixed with the frames before.
+/// Inputs and output of the accumulation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mix<'a> {
-    /// The surface that the sums are of.
+    /// The surface that the irradiance belongs to.
     pub surface: &'a Surface,
-    /// Its motion since the frame before.
+    /// Its motion since the previous frame.
     pub motion: &'a Motion,
-    /// The sums of this frame.
+    /// Irradiance estimate of this frame.
     pub found: &'a wgpu::TextureView,
-    /// Where the mix goes.
+    /// Target: the accumulated irradiance.
     pub mixed: &'a wgpu::TextureView,
-    /// Frames that the image is to be the mean of; 0: one.
+    /// Frames over which the image is to be averaged; 0: one.
     pub requested_frames: f32,
-    /// Frames for which the clamp counts; 0: there is none.
+    /// Frames of the mean for which the firefly clamp was applied; 0: no clamp.
     pub clamped_frames: f32,
 }
 
 impl Histories {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device, reset: HistoryReset) -> Result<Self, RenderError> {
-        Ok(Self { mix: kernel(device, &[])?, later: None, reset, views: HashMap::new() })
+        Ok(Self { mix: kernel(device, &[])?, mix_deferred: None, reset, views: HashMap::new() })
     }
 
-    /// Forgets all.
+    /// Discards the history of all views.
     pub fn forget(&mut self) {
         self.views.clear();
     }
 
-    /// Mixes the sums of a view, `found`, with those of its frames before, into `mixed`. The image is the mean of so many frames
-    /// in any case; they were bounded as for a mean of so many, and where fewer are known they are bounded again.
+    /// Accumulates the estimate of a view with its history, into `mixed`. Pixels whose history is shorter than `clamped_frames` are clamped again
+    /// for their own length.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { view, buffer, key, .. }: &ViewContext<'_>,
-        &Mix { surface, motion, found, mixed, requested_frames, clamped_frames }: &Mix<'_>,
+        &Mix { surface, motion, found: estimate, mixed, requested_frames, clamped_frames }: &Mix<'_>,
     ) -> Result<(), RenderError> {
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
         let size = surface.size;
-        let new = |frame: &Frame<'_>| Sums::new(frame.device, size);
+        let new = |frame: &Frame<'_>| HistoryTextures::new(frame.device, size);
         let kept =
             self.views.entry(*key).or_insert_with(|| Kept { now: new(frame), before: new(frame), last_frame: 0 });
         let is_first = kept.last_frame == 0;
@@ -162,17 +163,18 @@ impl Histories {
             _pad: 0,
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
-        let bindings = bindings.with(&kept.bindings()).texture("filtered_irradiance", found).texture("filtered", mixed);
+        let bindings =
+            bindings.with(&kept.bindings()).texture("filtered_irradiance", estimate).texture("filtered", mixed);
         let [width, height, _] = self.mix.workgroup_size();
         let groups = [size.x.div_ceil(width), size.y.div_ceil(height), 1];
         match frame.whole() {
             None => frame.dispatch(&self.mix, &bindings, groups),
             Some(capacity_policy) => {
-                let later = match &mut self.later {
-                    Some(later) => later,
+                let mix = match &mut self.mix_deferred {
+                    Some(mix) => mix,
                     none => none.insert(kernel(frame.device, &[DEFERRED])?),
                 };
-                frame.dispatch(later, &bindings.buffer("capacity_policy", &capacity_policy), groups);
+                frame.dispatch(mix, &bindings.buffer("capacity_policy", &capacity_policy), groups);
             }
         }
         Ok(())
@@ -194,7 +196,7 @@ impl Kept {
     }
 }
 
-impl Sums {
+impl HistoryTextures {
     fn new(device: &wgpu::Device, size: UVec2) -> Self {
         let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
         let texture = |label, format, layers| {

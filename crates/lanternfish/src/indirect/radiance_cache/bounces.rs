@@ -7,28 +7,28 @@ use lanternfish_scene::Setting;
 
 use super::parameters::CacheSweep;
 
-/// How often light is reflected on its way to a surface from which it goes straight to the eye.
+/// Number of reflections of light before it reaches the visible surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounces {
-    /// So many times at most, 1 to [`Bounces::MOST`]: paths of two more segments than that. More than 1: by way of the radiance cache, whose
-    /// entries keep what they send of light of each number of bounces.
+    /// At most this many, 1 to [`Bounces::MOST`]: paths of up to two more segments. More than 1 needs the radiance cache, whose entries store outgoing
+    /// radiance for each number of bounces.
     UpTo(u32),
-    /// As often as it is: entries of the radiance cache send what other entries have sent them.
+    /// All bounces: entries of the radiance cache reflect the outgoing radiance of other entries.
     All,
 }
 
 impl Bounces {
-    /// Once: from a light to a surface, and from there to the one that is seen.
+    /// One bounce: from a light to a surface, and from there to the visible surface.
     pub const ONE: Self = Self::UpTo(1);
-    /// Most bounces that are counted.
+    /// Largest number of bounces for [`Bounces::UpTo`].
     pub const MOST: u32 = 8;
 
-    /// True if entries look for what other entries send.
+    /// True if entries trace rays for light from other entries.
     pub(super) fn needs_rays(self) -> bool {
         self != Self::ONE
     }
 
-    /// Levels of radiance that entries keep beside all that is requested (`level_at` of `table.wesl`): numbers of bounces below it, or two of every bounce.
+    /// Number of radiance levels per entry beside the total (`level_at` of `table.wesl`): one for each lower number of bounces, or two for all bounces.
     pub(super) fn levels(self) -> u32 {
         match self {
             Self::UpTo(bounces) => bounces.saturating_sub(1),
@@ -36,13 +36,13 @@ impl Bounces {
         }
     }
 
-    /// The level that entries read of each other first.
+    /// First level that propagation reads.
     pub(super) fn first_level(self) -> u32 {
         u32::from(matches!(self, Self::UpTo(2..)))
     }
 
-    /// The sweeps by which all that is requested comes by way of the entries' hits. `sweeps`, where every bounce is requested: each half of the entries
-    /// reads in so many.
+    /// Sweeps that propagate all requested bounces along the entries' hit lists. `sweeps`: with all bounces, the number of red-black sweeps of each half of
+    /// the entries.
     pub(super) fn steps(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(bounces) => (1..bounces)
@@ -56,7 +56,7 @@ impl Bounces {
         }
     }
 
-    /// The same for some of the entries, while the others stay as they are. Where every bounce is requested, the result is then copied back.
+    /// The same for some of the entries, while the others do not change. With all bounces, the written level is copied back after each sweep.
     pub(super) fn steps_of_some(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(_) => self.steps(1),
@@ -64,7 +64,7 @@ impl Bounces {
         }
     }
 
-    /// Means of what earlier hits have brought: one of each level that is read, or of every bounce together.
+    /// Number of means of earlier hits per entry: one per level that is read, or one for all bounces together.
     pub(super) fn earlier_steps(self) -> u32 {
         match self {
             Self::UpTo(bounces) => bounces.saturating_sub(1),
@@ -78,7 +78,7 @@ gpu_constants! {
     const ALL_ENTRIES: u32 = 2;
 }
 
-/// The sweep over some of the entries, where every bounce is requested.
+/// The sweep over some of the entries, with all bounces.
 const ALL_READ: CacheSweep = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: ALL_ENTRIES };
 
 impl fmt::Display for Bounces {
@@ -112,15 +112,15 @@ impl Setting for Bounces {
 
     fn names(&self) -> Vec<(&'static str, &'static str)> {
         vec![
-            ("1", "Once"),
-            ("2", "At most two, through the radiance cache"),
-            ("3", "Three times at most"),
-            ("4", "Four times at most"),
-            ("5", "Five times at most"),
-            ("6", "Six times at most"),
-            ("7", "Seven times at most"),
-            ("8", "Eight times at most"),
-            ("all", "All, through the radiance cache"),
+            ("1", "One bounce"),
+            ("2", "Up to two bounces, from the radiance cache"),
+            ("3", "Up to three bounces"),
+            ("4", "Up to four bounces"),
+            ("5", "Up to five bounces"),
+            ("6", "Up to six bounces"),
+            ("7", "Up to seven bounces"),
+            ("8", "Up to eight bounces"),
+            ("all", "All bounces, from the radiance cache"),
         ]
     }
 }
@@ -130,22 +130,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_are_read_as_they_are_written() {
+    fn texts_round_trip() {
         for bounces in [Bounces::ONE, Bounces::UpTo(2), Bounces::UpTo(Bounces::MOST), Bounces::All] {
             assert_eq!(bounces.to_string().parse(), Ok(bounces));
         }
         let names = Bounces::All.names();
-        let known: Vec<Bounces> = names.iter().map(|(name, _)| name.parse().unwrap()).collect();
+        let listed: Vec<Bounces> = names.iter().map(|(name, _)| name.parse().unwrap()).collect();
         let counted = (1..=Bounces::MOST).map(Bounces::UpTo);
-        assert_eq!(known, counted.chain([Bounces::All]).collect::<Vec<_>>());
+        assert_eq!(listed, counted.chain([Bounces::All]).collect::<Vec<_>>());
         for text in ["0", "9", "-1", "every", "", "1.5"] {
             assert!(text.parse::<Bounces>().is_err_and(|error| error.contains("1 to 8")), "{text}");
         }
     }
 
-    /// Entries start from what lights send them, or from all that they sent before, and end in all that is requested.
+    /// Sweeps start from direct light, or from the previous total, and end with the requested total.
     #[test]
-    fn steps_lead_from_part_to_part() {
+    fn sweeps_chain_levels_to_the_total() {
         for bounces in (1..=Bounces::MOST).map(Bounces::UpTo).chain([Bounces::All]) {
             for sweeps in [1, 3] {
                 let steps = bounces.steps(sweeps);
@@ -158,7 +158,7 @@ mod tests {
                         .iter()
                         .all(|step| step.read_level <= bounces.levels() && step.written_level <= bounces.levels())
                 );
-                // What lights send is nobody's to write.
+                // No sweep writes direct light, level 1.
                 assert!(steps.iter().all(|step| step.written_level != 1 && step.step < bounces.earlier_steps()));
                 assert_eq!(steps.last().map_or(0, |step| step.written_level), 0, "{bounces}");
                 assert_eq!(steps.first().map_or(0, |step| step.read_level), bounces.first_level(), "{bounces}");
@@ -169,9 +169,9 @@ mod tests {
                         assert_eq!(steps.len(), n as usize - 1);
                         assert!(steps.iter().all(|step| step.turn == ALL_ENTRIES));
                     }
-                    // Each entry takes as many, in whichever half it is.
+                    // Both halves have the same number of sweeps.
                     Bounces::All => {
-                        // The result is copied back to where it is read.
+                        // The written level is copied back to the level that is read.
                         assert_eq!(of_some, vec![ALL_READ; sweeps as usize]);
                         let taken = |turn| steps.iter().filter(|step| step.turn == turn).count();
                         assert_eq!([0, 1, ALL_ENTRIES].map(taken), [sweeps as usize, sweeps as usize, 0]);

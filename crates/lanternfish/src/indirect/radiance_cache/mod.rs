@@ -1,16 +1,16 @@
-//! World-space radiance cache: entries for voxels of space, each with the mean radiance that the surfaces there send.
+//! World-space radiance cache: one entry per voxel and facing direction, with the mean outgoing radiance of the surfaces there.
 //!
-//! 1. Whoever has traced rays looks up the entries that they hit (`hashing.wesl`, `table.wesl`), and votes for one of the rays that hit each to say
-//!    where the entry is sampled next (`vote.wesl`).
-//! 2. Update: entries that are new, and a share of the others, or all for some frames after a change, get another sample (`schedule.wesl`): one light
-//!    and the ray to it (`light.wesl`, `shadow.wesl`), which is added to a mean (`accumulate.wesl`); and, for more than one bounce, a ray whose hit is
-//!    put into the entry's list (`trace.wesl`, `intersect.wesl`, `accumulate.wesl`).
-//! 3. For more than one bounce entries read along their hit lists what others send (`propagate.wesl`).
-//! 4. Whoever has traced rays reads what the entries send: where nothing has changed for long, when they are looked up, of all that have samples
+//! 1. Passes that trace rays look up the entries that the rays hit (`hashing.wesl`, `table.wesl`). The rays vote for the hit at which the entry is
+//!    sampled next (`vote.wesl`).
+//! 2. Update: new entries and a fraction of the others, or all for some frames after a change, get another sample (`schedule.wesl`). The light of one
+//!    light source, with a shadow ray, is added to a mean (`light.wesl`, `shadow.wesl`, `accumulate.wesl`). With more than one bounce, a further ray
+//!    is traced and its hit is appended to the entry's hit list (`trace.wesl`, `intersect.wesl`, `accumulate.wesl`).
+//! 3. Propagation, with more than one bounce: entries read the outgoing radiance of the entries in their hit lists (`propagate.wesl`).
+//! 4. Passes that trace rays read the entries' outgoing radiance. If nothing has changed for long, they do so at lookup, for all entries with samples
 //!    (`rgbe.wesl`).
-//! 5. Entries that nothing requests any more are evicted now and then (`rehash.wesl`).
+//! 5. Entries that are no longer requested are evicted periodically (`rehash.wesl`).
 //!
-//! `reference/` says in plain Rust what the shaders decide; `tests/` compares them.
+//! `reference/` is the CPU reference of the shaders; `tests/` compares both.
 
 mod bounces;
 mod growth;
@@ -31,7 +31,7 @@ pub use self::bounces::Bounces;
 pub(crate) use self::growth::FIRST_ENTRIES_IN_TESTS;
 pub(crate) use self::parameters::{CacheUpdate, RadianceCacheParameters};
 use self::{
-    growth::{CELLS, COUNTERS, first_entries, slots_for},
+    growth::{COUNTERS, ENTRIES_LIST, first_entries, slots_for},
     parameters::{CacheSweep, EntrySample, Link, SampledEntry, ScheduledEntry},
     planes::{Planes, TrianglePlane},
     reading::Readers,
@@ -48,7 +48,7 @@ use crate::{
     shaders::{Root, Shaders},
 };
 
-/// What a hit sends is wanted for all sides together.
+/// Outgoing radiance at a hit is averaged over all directions.
 const EVENLY_SENT: Feature = Feature::new("evenly_sent");
 
 /// The shaders of this folder.
@@ -76,34 +76,35 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     ],
 );
 
-/// Smallest entries' edges up to which entries are as small.
+/// Distance from the eye up to which voxels have the smallest edge, in units of that edge.
 const NEAR_EDGES: f32 = 128.0;
-/// One of so many entries gets another sample in a frame, but within the reset window all do. In images that are waited for, so do
-/// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them. Those of which much is
-/// known get one in every second or fourth frame then: `schedule.wesl`.
+/// Each frame updates one of so many entries; all of them in the reset window after a scene change. In images with blocking readback and more than
+/// one bounce, each frame also updates all visible entries: light from other entries is noisier than light from light sources. Of these, entries
+/// with a long history get a sample in every second or fourth frame: `schedule.wesl`.
 const FRACTION: u32 = 8;
 const _: () = assert!(FRACTION.is_power_of_two());
-/// Samples that an entry of generation 0 gets at least in the frame that it is new in.
+/// Least number of samples of an entry of rank 0 in its first frame.
 const FEWEST: u32 = 4;
-/// From this sample on each counts as much as that one.
+/// Longest history of an entry, samples: later samples all have the same weight.
 const MOST: f32 = 128.0;
-/// Samples that what is known counts for while the scene changes again and again: an entry is the mean of three or four.
+/// History length, samples, while the scene keeps changing: an entry is the mean of three or four samples.
 const REMEMBERED: f32 = 3.0;
-/// Where nothing changes it counts for as many as there were.
+/// History length in an unchanged scene: not limited.
 const ALL: f32 = f32::MAX;
-/// After a change that comes alone it counts for nothing.
+/// History length after a single change: the history is discarded.
 const NONE: f32 = 0.0;
-/// Frames that an entry is kept for which nothing asks: in every eighth rays ask for it, one of each pixel.
+/// Frames after which an entry that is not requested is evicted. Rays vote for an entry in every eighth frame, with at most one vote per pixel.
 const KEPT: u32 = 128;
+
 /// The entries, and the passes that update them.
 #[derive(Debug)]
 pub(crate) struct RadianceCache {
     bounces: Bounces,
     /// Slots of the table, a power of two: it grows.
     slots: u32,
-    /// Entries that it has room for at most.
+    /// Largest capacity, entries.
     most_entries: u32,
-    /// A frame has ended with a table of so many.
+    /// A frame has been completed with a table of this size.
     was_large_enough: bool,
     /// Samples of an entry of rank 0 in an image's first frame.
     first_samples: u32,
@@ -113,10 +114,10 @@ pub(crate) struct RadianceCache {
     rehash: Rehash,
     planes: Planes,
     table: Option<Table>,
-    /// Updates so far, and frames: a view each.
+    /// Updates and frames so far; each view counts as a frame.
     update: u32,
     frame: u32,
-    /// Frames so far in which what was known counted for few samples.
+    /// Number of frames so far in which the history was cut.
     changes: u32,
 }
 
@@ -141,50 +142,50 @@ struct Kernels {
     pack_scheduled: ComputeKernel,
 }
 
-/// What the cache is made for.
+/// Parameters of the cache.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CacheSettings {
     pub bounces: Bounces,
-    /// Entries that there is room for at most.
+    /// Largest capacity, entries.
     pub most_entries: u32,
     /// Samples of an entry of rank 0 in an image's first frame.
     pub first_samples: u32,
-    /// Of entries' rays.
+    /// Tracer of the entries' rays.
     pub tracer: Tracer,
-    /// Roughness of the surface that would see as much of the environment at once as one of [`RadianceCache::MOST_SAMPLES`] stands for.
+    /// Roughness whose lobe covers the solid angle that one of [`RadianceCache::MOST_SAMPLES`] samples represents; it prefilters the environment.
     pub blur: f32,
 }
 
-/// What one frame needs of the cache, for its rays.
+/// State of the cache for the rays of one frame.
 #[derive(Debug)]
 pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
     /// The next update.
     update: CacheUpdate,
-    /// All entries are.
+    /// All entries are new.
     is_new: bool,
-    /// Nothing has changed for long: what entries have kept so far is as good as what a frame adds.
-    is_steady: bool,
-    /// The frame may start over with a larger table: it waits, and nothing has read the table before.
+    /// Nothing has changed for long: the stored radiance is as good as that after the frame's update.
+    is_accumulated: bool,
+    /// The frame may start over with a larger table: its readback is blocking, and nothing has read the table before.
     may_start_over: bool,
     readers: Readers,
-    /// What passes are told of the frame, and of its first update.
+    /// Parameters of the frame, and of its first update.
     uniforms: [BufferPart; 2],
     slots: Slots,
     planes: wgpu::Buffer,
-    /// Of an update: which entries are due, and were before; what is found of each, workgroups for all of them.
+    /// Buffers of an update: the scheduled entries, the previously scheduled ones, their samples, and the workgroups for all of them.
     scratch: [wgpu::Buffer; 4],
-    /// What is counted.
+    /// Counters of the cache.
     pub counters: Counters,
 }
 
 impl CacheOfFrame {
-    /// Samples that an entry of generation 0 gets in the frame that all entries are new in; `None` in others.
+    /// Samples of an entry of rank 0 in a frame in which all entries are new; `None` in other frames.
     pub fn first_samples(&self) -> Option<u32> {
         self.is_new.then_some(self.parameters.fewest)
     }
 
-    /// One of so many entries gets another sample in the frame's first update, whatever it has; 0: none.
+    /// One of so many entries gets another sample in the frame's first update, whatever its history; 0: none.
     pub fn fraction(&self) -> u32 {
         self.update.fraction
     }
@@ -194,35 +195,35 @@ impl CacheOfFrame {
         self.slots.count
     }
 
-    /// Whether what entries have kept so far may be read before the frame's update: nothing has changed for long.
-    pub fn is_steady(&self) -> bool {
-        self.is_steady
+    /// True if the stored radiance may be read before the frame's update, since nothing has changed for long.
+    pub fn is_accumulated(&self) -> bool {
+        self.is_accumulated
     }
 
-    /// Bindings of the table, and of what passes are told of the frame.
-    fn told(&self) -> Bindings<'_> {
+    /// Bindings of the table and of the frame's parameters.
+    fn frame_bindings(&self) -> Bindings<'_> {
         self.slots.bindings().part("radiance_cache", &self.uniforms[0])
     }
 
-    /// Bindings by which entries are looked up, put in, asked for, counted and read.
+    /// Bindings to look up, insert, vote for, count and read entries.
     pub fn bindings(&self) -> Bindings<'_> {
-        self.told()
+        self.frame_bindings()
             .part("cache_update", &self.uniforms[1])
             .buffer("entry_counters", self.counters.buffer())
             .buffer("triangle_planes", &self.planes)
     }
 }
 
-/// Updates that are counted before the rounds of a view, of which there are [`FEWEST`], an even number, in each of its parts. So that all views of a
-/// frame, however many, count for an odd number of updates: the number of the update, modulo 2, 4 or 8, says which entries get a sample without being
-/// new, in the first round of each view, by 2 and 4 of the first view alone, and moves through all of these from frame to frame.
+/// Increment of the update number before the samples of a view. Each part of a view takes [`FEWEST`] updates, an even number; with this increment, all
+/// views of a frame together take an odd number. The update number, modulo the update stride of 2, 4 or 8, selects the existing entries that get a
+/// sample at the first sample index of each view (for 2 and 4: of the first view only). An odd increment per frame visits all residues.
 fn first_updates(is_first_view: bool) -> u32 {
     if is_first_view { 1 } else { 2 }
 }
 
 #[cfg(test)]
 #[test]
-fn every_cell_gets_its_turn() {
+fn every_entry_is_scheduled() {
     for (views, parts) in [(1, 1), (1, 3), (2, 1), (2, 2), (3, 1), (4, 5)] {
         let of_frame: u32 = (0..views).map(|view| first_updates(view == 0) + parts * FEWEST).sum();
         for fraction in [2, 4, FRACTION, 128] {
@@ -234,13 +235,13 @@ fn every_cell_gets_its_turn() {
 }
 
 impl RadianceCache {
-    /// Hits that an entry lists.
+    /// Capacity of an entry's hit list.
     pub const LISTED: u32 = table::HITS;
 
-    /// From this sample on each counts as much as that one.
+    /// Longest history of an entry, samples: later samples all have the same weight.
     pub const MOST_SAMPLES: u32 = MOST as u32;
 
-    /// Compiles the passes. `exact`: of rays to lights.
+    /// Compiles the passes. `exact`: tracer of shadow rays.
     pub fn new(
         device: &wgpu::Device,
         settings: CacheSettings,
@@ -288,15 +289,15 @@ impl RadianceCache {
         })
     }
 
-    /// Forgets all entries.
+    /// Discards all entries.
     pub fn forget(&mut self) {
         self.table = None;
         self.planes.forget();
         self.was_large_enough = false;
     }
 
-    /// The entries as this view's rays find them. An image for which frames wait starts without any, so that it is the same whatever was
-    /// rendered before it.
+    /// Prepares the cache for the rays of this view. An image with blocking readback starts without entries, so that it does not depend on what was
+    /// rendered before.
     pub fn begin(
         &mut self,
         frame: &mut Frame<'_>,
@@ -305,8 +306,8 @@ impl RadianceCache {
         let waits = frame.growth() == Growth::Blocking;
         let is_first = waits && view.random_index == 0;
         let number = frame.number();
-        let room = frame.planned_capacity(CELLS, 0, slots_for(self.most_entries).into());
-        self.slots = self.slots.max(slots_for((room as u32).min(self.most_entries)));
+        let capacity = frame.planned_capacity(ENTRIES_LIST, 0, slots_for(self.most_entries).into());
+        self.slots = self.slots.max(slots_for((capacity as u32).min(self.most_entries)));
         let table = match &mut self.table {
             Some(table) => table,
             none => {
@@ -324,13 +325,13 @@ impl RadianceCache {
         self.update += first_updates(is_first_view);
         self.frame += 1;
         let change = match table.follow(scene, is_first_view) {
-            // Entries know little yet.
+            // The history of entries is short.
             Change::Alone if self.frame <= RESET_FRAMES => Change::Ongoing,
             change => change,
         };
         let has_changed = matches!(change, Change::Ongoing | Change::Alone);
         self.changes += u32::from(has_changed);
-        // One view of a frame will do.
+        // Once per frame is enough: in the first view.
         let is_in_reset = change != Change::Long && is_first_view;
         let parameters = RadianceCacheParameters {
             slot_mask: self.slots - 1,
@@ -367,9 +368,9 @@ impl RadianceCache {
         };
         self.rehash.record(frame, table, &parameters)?;
         let uniforms = [frame.uniform(&parameters), frame.uniform(&update)];
-        let is_steady = change == Change::Long && !is_new;
-        let was_packed = std::mem::replace(&mut table.is_packed, is_steady);
-        if is_steady && !was_packed {
+        let is_accumulated = change == Change::Long && !is_new;
+        let was_packed = std::mem::replace(&mut table.is_packed, is_accumulated);
+        if is_accumulated && !was_packed {
             let bindings = table.slots.bindings().part("radiance_cache", &uniforms[0]);
             frame.dispatch(&self.kernels.pack, &bindings, workgroups(self.slots));
         }
@@ -387,7 +388,7 @@ impl RadianceCache {
             parameters,
             update,
             is_new,
-            is_steady,
+            is_accumulated,
             may_start_over: is_first && is_first_view,
             readers: Readers::of(is_new, is_first_view.then_some(change)),
             slots: table.slots.clone(),

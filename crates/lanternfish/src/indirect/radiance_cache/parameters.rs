@@ -4,7 +4,7 @@ use glam::Vec3;
 use lanternfish_gpu::gpu_struct;
 
 gpu_struct! {
-    /// What the passes of a frame are told.
+    /// Parameters of the passes of a frame.
     pub struct RadianceCacheParameters {
         /// Slots of the table, a power of two, less one.
         slot_mask: u32,
@@ -12,7 +12,7 @@ gpu_struct! {
         edge: f32,
         /// Distance from the eye up to which voxels have that edge, m; it doubles with the distance.
         near: f32,
-        /// Roughness of the surface that would see as much of the environment at once as one sample of an entry stands for.
+        /// Roughness whose lobe covers the solid angle that one sample of an entry represents; it prefilters the environment.
         blur: f32,
         /// Frames of the cache so far.
         frame: u32,
@@ -20,18 +20,18 @@ gpu_struct! {
         kept: u32,
         /// Entries of rank 0 with fewer samples than this are scheduled in every update.
         fewest: u32,
-        /// From this sample on each counts as much as that one.
+        /// Longest history of an entry, samples: later samples all have the same weight.
         most: f32,
         /// One of so many entries is scheduled at least, whatever its rank and its history; a power of two.
         most_fraction: u32,
-        /// Times so far that the history was cut. Added to an entry's number of samples, it makes its sample another in each frame of a scene
-        /// that keeps changing, too.
+        /// Number of times that the history was cut. It is added to an entry's number of samples, so that samples also differ from frame to frame in a
+        /// scene that keeps changing.
         changes: u32,
-        /// Levels of radiance that entries keep beside all that is asked of them: `level_at` of `table.wesl`.
+        /// Number of radiance levels per entry beside the total: `level_at` of `table.wesl`.
         bounce_levels: u32,
-        /// The level that entries read of each other first.
+        /// First level that propagation reads.
         first_level: u32,
-        /// Means of earlier hits that entries keep: `earlier_at` of `accumulate.wesl`.
+        /// Number of means of earlier hits per entry: `earlier_at` of `accumulate.wesl`.
         earlier_steps: u32,
         /// Unused.
         _pad: u32,
@@ -39,16 +39,16 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What the passes of an update are told, of which a frame has several.
+    /// Parameters of the passes of an update. A frame has several updates.
     pub struct CacheUpdate {
-        /// Updates so far, whatever frames are numbered.
+        /// Number of updates so far, independent of frame numbers.
         update: u32,
-        /// One of so many entries of rank 0 is scheduled, of each later rank half as many, and of entries with a long history a half or a
-        /// quarter of those, but no fewer than `most_fraction` says; a power of two, or 0: none.
+        /// Update stride: one of so many entries of rank 0 is scheduled. The stride doubles with each rank, and is two or four times as large for entries
+        /// with a long history, up to `most_fraction`. A power of two, or 0: no entries.
         fraction: u32,
         /// Length to which the history is cut, samples.
         remembered: f32,
-        /// 1: entries that nothing requests go on to the next rank, when it is their turn.
+        /// 1: unrequested entries age to the next rank, at a stride of their own.
         ages: u32,
         /// 1: entries are counted where they are scheduled.
         counts: u32,
@@ -58,36 +58,36 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What a sweep of propagation is told.
+    /// Parameters of a propagation sweep.
     pub struct CacheSweep {
-        /// The level that entries read of each other.
+        /// The level that is read.
         read_level: u32,
-        /// The level that they write.
+        /// The level that is written.
         written_level: u32,
-        /// Which mean of earlier hits belongs to them.
+        /// Index of the mean of earlier hits for these levels.
         step: u32,
-        /// Which entries read; 0: those of even keys, 1: of odd ones, 2: all.
+        /// The entries that read; 0: those with even keys, 1: with odd keys, 2: all.
         turn: u32,
     }
 }
 
 gpu_struct! {
-    /// Where an entry is sampled.
+    /// Sample position of an entry.
     pub struct EntrySample {
-        /// World space, m.
+        /// Position, world space, m.
         p_world: Vec3,
-        /// In the order of the BVH's leaves; in the top bit, whether the triangle is looked at from where its corners go clockwise; in the
-        /// three bits below, 7 less the entry's rank (`vote.wesl`).
+        /// Index of the triangle, in the order of the BVH's leaves. Top bit: the sample is on the side from which the corners are clockwise. The three bits
+        /// below: 7 less the entry's rank (`vote.wesl`).
         triangle: u32,
     }
 }
 
 gpu_struct! {
-    /// Where a ray of an entry hit.
+    /// A hit in an entry's hit list.
     pub struct Link {
-        /// Slot of the entry there; that of the ray's own entry where that is not known.
+        /// Slot of the entry at the hit; slot of the ray's own entry if that is unknown.
         slot: u32,
-        /// Ratio that the ray's entry reflects: square roots of three channels, 10 bits each. Zero: the ray left the scene, or was not traced.
+        /// Reflectance at the ray's origin: square roots of three channels, 10 bits each. 0: the ray left the scene, or was not traced.
         reflectance: u32,
     }
 }
@@ -97,42 +97,41 @@ gpu_struct! {
     pub struct ScheduledEntry {
         /// The entry's slot.
         slot: u32,
-        /// Which sample it is, of its ray and of lights: by which the entry's sequences are shifted, of 16 bits; and in the upper bits how many
-        /// came before, modulo 2^16.
+        /// Sample number for the entry's sequences. Lower 16 bits: the entry's shift; upper 16 bits: number of earlier samples, modulo 2^16.
         sample: u32,
     }
 }
 
 gpu_struct! {
-    /// What one more sample of an entry finds; world space, m, nits.
+    /// Another sample of an entry; world space, m, nits.
     pub struct SampledEntry {
-        /// Where the sample is.
+        /// Sample position.
         p_world: Vec3,
         /// The entry's slot.
         slot: u32,
-        /// Where the light is that was chosen, m.
+        /// Position of the chosen light, m.
         light_end: Vec3,
-        /// Octahedral, two snorms of 16 bits, as every direction here.
+        /// Geometric normal; octahedral, two snorms of 16 bits, as every direction here.
         geometric_normal: u32,
-        /// What the surface reflects of that light.
+        /// Reflected radiance of that light.
         reflected: Vec3,
-        /// Of a ray that looks for light from other entries.
+        /// Direction of the ray for light from other entries.
         direction: u32,
-        /// What the surface emits.
+        /// Emitted radiance.
         sent: Vec3,
-        /// What the ray hit; NOTHING of `rays/hit.wesl`.
+        /// Triangle that the ray hit; NOTHING of `rays/hit.wesl`.
         triangle: u32,
-        /// Ratio that the surface reflects of what comes along that ray.
+        /// Reflectance of the surface for light along that ray.
         reflectance: Vec3,
-        /// How far away that is, m.
+        /// Distance to the hit, m.
         distance: f32,
-        /// The direction along which the distance is, packed as the other.
+        /// Direction along which the distance is measured.
         hit_direction: u32,
-        /// Slot of the entry there; NO_SLOT of `table.wesl`.
+        /// Slot of the entry at the hit; NO_SLOT of `table.wesl`.
         slot_hit: u32,
-        /// The entry's: `vote.wesl`.
+        /// Rank of the sampled entry: `vote.wesl`.
         rank: u32,
-        /// 1: of all whose rays have hit the entry there, this one says where it is sampled.
+        /// 1: this sample won the votes for the entry at the hit, and sets its sample position.
         is_selected: u32,
     }
 }

@@ -1,4 +1,4 @@
-//! Planes of the scene's triangles, by which entries are found: `planes.wesl`.
+//! Planes of the scene's triangles, for the lookup of entries: `planes.wesl`.
 
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer};
@@ -10,21 +10,21 @@ use crate::{
 };
 
 gpu_struct! {
-    /// The plane that a triangle lies in: a sixth of what the triangle takes. Its normal is off by up to 6.4e-5 rad: 20 m from the triangle's
-    /// first corner the plane is off by about 1 mm, and voxels are some hundredth of a scene.
+    /// The plane of a triangle, in a sixth of the memory of the triangle. The error of its normal is up to 6.4e-5 rad: 20 m from the triangle's first
+    /// corner the error is about 1 mm, while voxels are about a hundredth of the scene.
     pub struct TrianglePlane {
-        /// Unit, on the side from which the corners go counterclockwise; octahedral, in two snorms of 16 bits.
+        /// Unit normal, on the side from which the corners are counterclockwise; octahedral, two snorms of 16 bits.
         normal: u32,
-        /// Of the plane's points along that normal, m.
+        /// Distance of the plane from the origin along the normal, m.
         offset: f32,
     }
 }
 
-/// The planes of a scene's triangles where they are now.
+/// The planes of a scene's triangles at their current positions.
 #[derive(Debug)]
 pub(super) struct Planes {
     make: ComputeKernel,
-    /// In the order of the BVH's leaves; and [`GpuScene::generation`] of where the triangles were when they were made.
+    /// The planes, in the order of the BVH's leaves, and the [`GpuScene::generation`] for which they were made.
     made: Option<(wgpu::Buffer, u64)>,
 }
 
@@ -36,12 +36,12 @@ impl Planes {
         Ok(Self { make, made: None })
     }
 
-    /// Forgets them.
+    /// Discards them.
     pub fn forget(&mut self) {
         self.made = None;
     }
 
-    /// The planes, made again where triangles have moved.
+    /// The planes, recomputed if triangles have moved.
     pub fn of(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<wgpu::Buffer, RenderError> {
         let generation = scene.generation();
         if let Some((planes, of)) = &self.made
@@ -54,7 +54,7 @@ impl Planes {
         let planes = match self.made.take() {
             Some((planes, _)) if planes.size() == bytes => planes,
             _ => {
-                // They hold what they bind.
+                // Bind groups keep the old buffer alive.
                 frame.forget_bind_groups();
                 storage_buffer(frame.device, "radiance_cache/planes", bytes)?
             }

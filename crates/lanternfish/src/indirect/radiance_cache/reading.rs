@@ -1,32 +1,33 @@
-//! Entries read each other: what they send of light that comes from other entries (`propagate.wesl`).
+//! Propagation of radiance between entries (`propagate.wesl`).
 
 use lanternfish_gpu::Frame;
 
 use super::{Bounces, CacheOfFrame, RadianceCache, table::Change};
 use crate::common::workgroups;
 
-/// Bounces that each half of the entries takes, by turns, where every one is requested: in a frame that all entries are new in, and in those after a change.
+/// Red-black propagation sweeps per half of the entries, with all bounces: in a frame in which all entries are new.
 const SWEEPS_OF_NEW: u32 = 18;
+/// The same in the reset window after a change.
 const SWEEPS_OF_CHANGED: u32 = 12;
-/// While the scene changes again and again: what comes by more bounces is of the frames before, as most of an entry's samples are.
+/// The same while the scene keeps changing: light of more bounces is from earlier frames, as most of an entry's samples are.
 const SWEEPS_OF_CHANGING: u32 = 2;
-/// Entries that take bounces with their samples take one with the first sample of an update, and so many with each of up to three more: entries that get
-/// those are new, and so may be what they read.
+/// Sweeps over scheduled entries with each of up to three further samples of an update; the first sample has one. Entries with further samples are new,
+/// and the entries that they read may be, too.
 const SWEEPS_OF_FEW: u32 = 6;
 
-/// Which entries read what others send in an update.
+/// Entries that propagation updates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Readers {
-    /// All entries, each half of them so often where every bounce is requested.
+    /// All entries; with all bounces in this many red-black sweeps.
     All(u32),
-    /// All of them, and new entries with each further sample, too.
+    /// All entries, and also new entries after each further sample.
     AllAndNew(u32),
-    /// Entries that get a sample, with it.
+    /// Scheduled entries, after their sample.
     Sampled,
 }
 
 impl Readers {
-    /// `change`: of the scene, for the frame's first view.
+    /// The readers of a frame. `change`: of the scene, for the frame's first view.
     pub fn of(is_new: bool, change: Option<Change>) -> Self {
         match change {
             _ if is_new => Self::All(SWEEPS_OF_NEW),
@@ -36,7 +37,7 @@ impl Readers {
         }
     }
 
-    /// How often each half of all entries reads; none where not all do.
+    /// Sweeps over all entries; `None` if only scheduled entries read.
     fn sweeps_of_all(self) -> Option<u32> {
         match self {
             Self::All(sweeps) | Self::AllAndNew(sweeps) => Some(sweeps),
@@ -44,7 +45,7 @@ impl Readers {
         }
     }
 
-    /// Whether entries read when they have got a sample: `is_first` of the update.
+    /// True if entries read after their sample. `is_first`: it is the first of the update.
     pub fn include_sampled(self, is_first: bool) -> bool {
         match self {
             Self::All(_) => false,
@@ -56,7 +57,7 @@ impl Readers {
 
 #[cfg(test)]
 #[test]
-fn all_cells_read_after_changes_and_sampled_ones_else() {
+fn all_entries_read_after_changes_and_sampled_ones_otherwise() {
     let table = [
         (true, None, 18, [false, false]),
         (true, Some(Change::Ongoing), 18, [false, false]),
@@ -64,7 +65,7 @@ fn all_cells_read_after_changes_and_sampled_ones_else() {
         (false, Some(Change::Recent), 12, [false, false]),
         (false, Some(Change::Ongoing), 2, [false, true]),
         (false, Some(Change::Long), 0, [true, true]),
-        // A frame's later views.
+        // Later views of a frame.
         (false, None, 0, [true, true]),
     ];
     for (is_new, change, sweeps_of_all, of_samples) in table {
@@ -75,18 +76,18 @@ fn all_cells_read_after_changes_and_sampled_ones_else() {
 }
 
 impl RadianceCache {
-    /// Where all entries are [`Readers`]: brings what they send of light from other entries up to date, by way of the rays that they have sent.
+    /// Propagates radiance along the hit lists of all entries, if the [`Readers`] of the frame are all entries.
     pub fn propagate(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
         let Some(sweeps) = cache.readers.sweeps_of_all() else { return };
         for sweep in self.bounces.steps(sweeps) {
             let uniform = frame.uniform(&sweep);
-            let bindings = cache.told().part("cache_sweep", &uniform);
+            let bindings = cache.frame_bindings().part("cache_sweep", &uniform);
             frame.dispatch(&self.kernels.propagate, &bindings, workgroups(self.slots));
         }
     }
 
-    /// Where [`Readers::include_sampled`]: what those entries send that have got another sample, with the first round of samples or a further one. `scheduled`:
-    /// which they are, and workgroups for all of them.
+    /// Propagates radiance to the entries that have got another sample, if [`Readers::include_sampled`]. `is_first`: it was the first sample of the
+    /// update. `scheduled`: the list of these entries; `workgroups_scheduled`: the workgroups for it.
     pub(super) fn propagate_scheduled(
         &self,
         frame: &mut Frame<'_>,
@@ -97,7 +98,7 @@ impl RadianceCache {
     ) {
         for sweep in self.bounces.steps_of_some(if is_first { 1 } else { SWEEPS_OF_FEW }) {
             let uniform = frame.uniform(&sweep);
-            let bindings = cache.told().part("cache_sweep", &uniform).buffer("scheduled", scheduled);
+            let bindings = cache.frame_bindings().part("cache_sweep", &uniform).buffer("scheduled", scheduled);
             frame.dispatch_indirect(&self.kernels.propagate_scheduled, &bindings, workgroups_scheduled);
             if self.bounces == Bounces::All {
                 frame.dispatch_indirect(&self.kernels.copy_back, &bindings, workgroups_scheduled);

@@ -1,4 +1,4 @@
-//! The entries of one scene, as they are kept from frame to frame.
+//! The hash table of entries of one scene, kept from frame to frame.
 
 use super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, gpu_constants, storage_buffer};
@@ -9,27 +9,27 @@ use super::{
 };
 use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::RESET_FRAMES};
 
-/// Entries along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
+/// Entries along the diagonal of the scene's bounds: about the resolution of deep images at default settings.
 const ENTRIES_ALONG: f32 = 128.0;
 
 gpu_constants! {
-    /// Hits that an entry lists, the last one first.
+    /// Capacity of an entry's hit list, newest first.
     pub(super) const HITS: u32 = 16;
 }
 
-/// The buffers of a table, an element a slot.
+/// The buffers of a table, one element per slot.
 #[derive(Clone, Debug)]
 pub(super) struct Slots {
-    /// A power of two.
+    /// Number of slots, a power of two.
     pub count: u32,
-    /// Keys, and what entries send, packed: `table.wesl`. Bound as atomic numbers, as numbers, and as four each.
+    /// Keys and packed outgoing radiance: `table.wesl`. Bound as atomics, as words, and as vectors of four words.
     words: wgpu::Buffer,
     hashes: wgpu::Buffer,
     winners: wgpu::Buffer,
     requested: wgpu::Buffer,
     samples: wgpu::Buffer,
     light: wgpu::Buffer,
-    links: wgpu::Buffer,
+    hits: wgpu::Buffer,
     earlier: wgpu::Buffer,
 }
 
@@ -38,9 +38,9 @@ impl Slots {
         let buffer = |name: &str, bytes: usize| {
             storage_buffer(device, &format!("radiance_cache/{name}"), bytes as u64 * u64::from(count))
         };
-        // One bounce needs neither.
+        // One bounce needs neither hit lists nor means of earlier hits.
         let earlier = (16 * u64::from(bounces.earlier_steps()) * u64::from(count)).max(16);
-        let links = if bounces.needs_rays() { u64::from(HITS) * u64::from(count) } else { 1 };
+        let hits = if bounces.needs_rays() { u64::from(HITS) * u64::from(count) } else { 1 };
         Ok(Self {
             count,
             words: buffer("words", 8)?,
@@ -49,19 +49,19 @@ impl Slots {
             requested: buffer("requested", 4)?,
             samples: buffer("samples", size_of::<EntrySample>())?,
             light: buffer("light", 16 * (1 + bounces.levels() as usize))?,
-            links: storage_buffer(device, "radiance_cache/links", links * size_of::<Link>() as u64)?,
+            hits: storage_buffer(device, "radiance_cache/links", hits * size_of::<Link>() as u64)?,
             earlier: storage_buffer(device, "radiance_cache/earlier", earlier)?,
         })
     }
 
-    /// No entries.
+    /// Removes all entries.
     fn clear(&self, frame: &mut Frame<'_>) {
         for buffer in [&self.words, &self.winners, &self.samples, &self.light] {
             frame.encoder().clear_buffer(buffer, 0, None);
         }
     }
 
-    /// Bindings by which entries are looked up, put in, asked for and read.
+    /// Bindings to look up, insert, vote for and read entries.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new()
             .buffer("entry_words", &self.words)
@@ -72,49 +72,49 @@ impl Slots {
             .buffer("entry_votes", &self.requested)
             .buffer("entry_samples", &self.samples)
             .buffer("entry_light", &self.light)
-            .buffer("entry_hits", &self.links)
+            .buffer("entry_hits", &self.hits)
             .buffer("earlier_hits", &self.earlier)
     }
 }
 
-/// The entries of a scene: one table in use, and one of the same size that entries move to now and then.
+/// The entries of a scene: the table in use, and one of the same size to which entries migrate periodically.
 #[derive(Debug)]
 pub(super) struct Table {
     /// [`GpuScene::triangle_order`] of the scene.
     order: u64,
-    /// The last frame that has used it: its number.
+    /// Number of the last frame that used it.
     pub used_in: u64,
-    /// Numbers of where things are, and of all that an update brings, when entries were last looked up.
+    /// [`GpuScene::generation`] and [`GpuScene::revision`] at the last lookup.
     state: [u64; 2],
-    /// Frames since that has changed; `u32::MAX`: it has not.
+    /// Frames since the last change of `state`; `u32::MAX`: none.
     since_change: u32,
     /// Edge of the smallest entries, m.
     pub edge: f32,
     pub slots: Slots,
-    /// What each of them sends is packed (`rgbe.wesl`), as it is.
+    /// The packed outgoing radiance (`rgbe.wesl`) is up to date.
     pub is_packed: bool,
-    /// Once they have moved.
+    /// The other table, after the first migration.
     other: Option<Slots>,
     bounces: Bounces,
-    /// The frame before which entries moved.
+    /// The frame before which entries last migrated.
     moved_at: u32,
 }
 
-/// What has become of a scene since its entries were last looked up.
+/// Change of a scene since the last lookup of its entries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
-    /// Nothing, for longer than the reset window.
+    /// No change, and the reset window is over.
     Long,
-    /// Nothing, but a short time ago it has changed.
+    /// No change, but within the reset window of an earlier one.
     Recent,
-    /// It has changed, and had a short time ago.
+    /// A change within the reset window of an earlier one.
     Ongoing,
-    /// It has changed, after a long time.
+    /// A single change, outside of a reset window.
     Alone,
 }
 
 impl Table {
-    /// No entries, and so many slots.
+    /// Creates an empty table with so many slots.
     pub fn new(frame: &Frame<'_>, scene: &GpuScene, slots: u32, bounces: Bounces) -> Result<Self, RenderError> {
         Ok(Self {
             order: scene.triangle_order(),
@@ -130,12 +130,12 @@ impl Table {
         })
     }
 
-    /// True if its entries are of this scene as it is.
+    /// True if its entries belong to this scene.
     pub fn is_of(&self, scene: &GpuScene) -> bool {
         self.order == scene.triangle_order()
     }
 
-    /// What has become of the scene; asked once a view. `is_first_view`: of its frame.
+    /// The change of the scene. Called once per view. `is_first_view`: it is the first view of its frame.
     pub fn follow(&mut self, scene: &GpuScene, is_first_view: bool) -> Change {
         let state = [scene.generation(), scene.revision()];
         if std::mem::replace(&mut self.state, state) != state {
@@ -148,7 +148,7 @@ impl Table {
         if self.since_change < RESET_FRAMES { Change::Recent } else { Change::Long }
     }
 
-    /// No entries, for an image of this scene.
+    /// Removes all entries, for a new image of this scene.
     pub fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) {
         self.slots.clear(frame);
         self.order = scene.triangle_order();
@@ -165,7 +165,7 @@ fn edge_in(scene: &GpuScene) -> f32 {
     (scene.bounds.size().length() / ENTRIES_ALONG).max(1e-6)
 }
 
-/// The passes that put entries into another table.
+/// The passes that migrate entries to another table.
 #[derive(Debug)]
 pub(super) struct Rehash {
     rehash: ComputeKernel,
@@ -182,8 +182,8 @@ impl Rehash {
         Ok(Self { rehash: kernel("rehash"), migrate: kernel("migrate"), migrate_hits: kernel("migrate_hits") })
     }
 
-    /// Puts the entries into a table of as many slots as `parameters` say, if that is larger than theirs; or, once so many frames have passed as entries
-    /// are kept for, into another one of the same size, without those for which nothing has asked for so long.
+    /// Migrates the entries to a larger table if `parameters` have more slots. Every `kept` frames, migrates them to another table of the same size and
+    /// evicts those that were not requested for that long.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -192,19 +192,19 @@ impl Rehash {
     ) -> Result<(), RenderError> {
         let count = parameters.slot_mask + 1;
         let grows = count != table.slots.count;
-        let forgets = parameters.frame - table.moved_at >= parameters.kept;
-        if !grows && !forgets {
+        let evicts = parameters.frame - table.moved_at >= parameters.kept;
+        if !grows && !evicts {
             return Ok(());
         }
-        // What a table forgets does not depend on when it grows.
-        let kept = if forgets { parameters.kept } else { u32::MAX };
-        if forgets {
+        // Growth alone evicts no entries, so that eviction does not depend on when the table grows.
+        let kept = if evicts { parameters.kept } else { u32::MAX };
+        if evicts {
             table.moved_at = parameters.frame;
         }
         let new = match table.other.take().filter(|other| other.count == count) {
             Some(other) => other,
             None => {
-                // They hold what they bind.
+                // Bind groups keep the old buffers alive.
                 frame.forget_bind_groups();
                 Slots::new(frame.device, count, table.bounces)?
             }
@@ -224,7 +224,7 @@ impl Rehash {
             .buffer("old_votes", &old.requested)
             .buffer("old_samples", &old.samples)
             .buffer("old_light", &old.light)
-            .buffer("old_hits", &old.links)
+            .buffer("old_hits", &old.hits)
             .buffer("old_earlier", &old.earlier);
         frame.dispatch(&self.rehash, &bindings, workgroups(old.count));
         frame.dispatch(&self.migrate, &bindings, workgroups(old.count));

@@ -1,4 +1,4 @@
-//! Entries that are due get another sample.
+//! Another sample for the scheduled entries.
 
 use lanternfish_gpu::Frame;
 
@@ -6,7 +6,7 @@ use super::{ALL, CacheOfFrame, Kernels, RadianceCache, parameters::CacheUpdate};
 use crate::{common::workgroups, context::ViewContext};
 
 impl RadianceCache {
-    /// Takes more samples of entries that rays have asked for: up to so many of each that has few.
+    /// Takes more samples of requested entries: up to `most` of each entry with few samples.
     pub fn update(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, cache: &mut CacheOfFrame, most: u32) {
         let ViewContext { scene, buffer, .. } = view;
         let [mut scheduled, mut scheduled_before, sampled, workgroups_scheduled] = cache.scratch.clone();
@@ -29,11 +29,11 @@ impl RadianceCache {
             ..
         } = &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
-        let rounds = most.min(cache.parameters.fewest);
-        for round in 0..rounds {
-            // New entries get one sample after the other, and those that their rays hit; the others one in the first round.
-            let is_first = round == 0;
-            // Rays have voted for entries whose turn it is by that number.
+        let sample_count = most.min(cache.parameters.fewest);
+        for sample_index in 0..sample_count {
+            // New entries, and the new entries that their rays hit, get several samples in sequence; other entries get one at the first sample index.
+            let is_first = sample_index == 0;
+            // Rays have voted for the entries that this update number schedules.
             debug_assert!(!is_first || cache.update.fraction == 0 || self.update == cache.update.update);
             let of_sample = if is_first { CacheUpdate { counts: 1, ..cache.update } } else { CacheUpdate::NEW_ONES };
             let uniform = frame.uniform(&CacheUpdate { update: self.update, ..of_sample });
@@ -69,15 +69,15 @@ impl RadianceCache {
             if cache.readers.include_sampled(is_first) {
                 self.propagate_scheduled(frame, cache, is_first, &scheduled, &workgroups_scheduled);
             }
-            if cache.is_steady && self.bounces.needs_rays() {
+            if cache.is_accumulated && self.bounces.needs_rays() {
                 frame.dispatch_indirect(pack_scheduled, &sampling, &workgroups_scheduled);
             }
-            if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 && round + 1 < rounds {
-                // In the next round rays leave the list, and what they bring is kept: it has to be known.
+            if self.bounces.needs_rays() && (sample_index + 1) % Self::LISTED == 0 && sample_index + 1 < sample_count {
+                // At the next sample index hits leave the lists, and their radiance is stored: it has to be up to date.
                 self.propagate(frame, cache);
             }
         }
-        // Once a frame it is all entries' turn, they age, and the history is cut.
+        // The stride, aging and the cut of the history apply once per frame.
         cache.update = CacheUpdate { update: cache.update.update, ..CacheUpdate::NEW_ONES };
     }
 }

@@ -1,4 +1,4 @@
-//! Rays whose ends are entries of the radiance cache.
+//! Rays whose hits are lit by the radiance cache.
 
 use super::DECLARED;
 use std::ops::Range;
@@ -23,13 +23,13 @@ use crate::{
     rays::Tracer,
 };
 
-/// Bytes of a list of rays' entries at most: rounds whose rays are more are gone through in parts.
+/// Largest list of rays' entries, bytes: the sample indices of larger frames are processed in parts.
 const MOST_BYTES: u64 = 96 << 20;
 
-/// Bytes of `SampleHits` of `sample_hits.wesl` before its list.
-const ENDS_BYTES: u64 = 24;
+/// Size of `SampleHits` of `sample_hits.wesl` before its list, bytes.
+const HITS_HEADER_BYTES: u64 = 24;
 
-/// The cache, and the passes by which a pixel's rays find its entries and read them.
+/// The cache, and the passes that look up and read the entries of pixels' rays.
 #[derive(Debug)]
 pub(super) struct Entries {
     cache: RadianceCache,
@@ -44,7 +44,7 @@ pub(super) struct Entries {
 }
 
 impl Entries {
-    /// Compiles the passes. `exact`: what traces rays to lights.
+    /// Compiles the passes. `exact`: tracer of shadow rays.
     pub fn new(
         device: &wgpu::Device,
         settings: &Sampled,
@@ -77,31 +77,32 @@ impl Entries {
         })
     }
 
-    /// Forgets what the entries have kept.
+    /// Discards the entries.
     pub fn forget(&mut self) {
         self.cache.forget();
     }
 
-    /// The entries for the rays of a frame, from so many pixels across and down: `rounds` of them, or `first_samples` where all entries are new.
+    /// Prepares the entries for the rays of a frame, from a grid of `size` pixels: `sample_count` rays per pixel, or `first_samples` if all entries
+    /// are new.
     pub fn begin<'a>(
         &'a mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         size: UVec2,
-        rounds: u32,
+        sample_count: u32,
         first_samples: u32,
     ) -> Result<FrameEntries<'a>, RenderError> {
         let of_frame = self.cache.begin(frame, view)?;
-        let rounds = if of_frame.first_samples().is_some() { first_samples } else { rounds };
+        let sample_count = if of_frame.first_samples().is_some() { first_samples } else { sample_count };
         let pixels = u64::from(place_count(size));
-        let together = if of_frame.is_steady() {
-            traced_together(frame.device, size, rounds)
+        let together = if of_frame.is_accumulated() {
+            traced_together(frame.device, size, sample_count)
         } else {
-            in_parts(rounds, u32::try_from(MOST_BYTES / (4 * pixels).max(1)).unwrap_or(u32::MAX).max(1))
+            in_parts(sample_count, u32::try_from(MOST_BYTES / (4 * pixels).max(1)).unwrap_or(u32::MAX).max(1))
         };
         let slots = frame.scratch("indirect/entries/slots", 4 * pixels * u64::from(together))?;
-        let ends = frame.scratch("indirect/entries/ends", ENDS_BYTES + 8 * pixels)?;
-        frame.encoder().clear_buffer(&ends, 0, Some(ENDS_BYTES));
+        let hits = frame.scratch("indirect/entries/ends", HITS_HEADER_BYTES + 8 * pixels)?;
+        frame.encoder().clear_buffer(&hits, 0, Some(HITS_HEADER_BYTES));
         let dispatches = [
             frame.indirect("indirect/entries/insert_workgroups")?,
             frame.indirect("indirect/entries/shade_workgroups")?,
@@ -114,42 +115,42 @@ impl Entries {
             of_frame,
             size,
             slots,
-            ends,
+            hits,
             dispatches,
             together,
-            rounds,
+            sample_count,
             sky_is_dark,
             fraction,
         })
     }
 }
 
-/// Which entries rays ask for that are there.
+/// Existing entries for which rays vote.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Voting {
     /// One of so many, less 1.
     mask: u32,
-    /// 1: others in each round.
+    /// 1: a different subset for each sample index.
     step: u32,
 }
 
 impl Voting {
-    /// All of them.
+    /// All entries.
     const EACH: Self = Self { mask: 0, step: 0 };
-    /// One entry in so many is requested, at most: as many rays may ask as one round has, or an eighth of all. Of a pixel's one does.
+    /// Largest divisor of the entries that are voted for: about as many rays may vote as there are pixels, or an eighth of all. At most one vote per pixel.
     const SAMPLES: u32 = 8;
 
-    /// Where one of `fraction` entries gets another sample in this frame, rays ask for those whose turn it is; where more of them do, for each entry in a
-    /// share of the rounds.
-    fn of(fraction: u32, rounds: u32) -> Self {
-        let one_of = 1 << rounds.clamp(1, Self::SAMPLES).ilog2();
+    /// If one of `fraction` entries gets another sample in this frame, rays vote for the scheduled ones. If more entries do, each entry gets votes from a
+    /// fraction of the sample indices.
+    fn of(fraction: u32, sample_count: u32) -> Self {
+        let one_of = 1 << sample_count.clamp(1, Self::SAMPLES).ilog2();
         Self { mask: one_of - 1, step: u32::from(fraction < one_of) }
     }
 }
 
 #[cfg(test)]
 #[test]
-fn cells_are_asked_for_before_it_is_their_turn() {
+fn scheduled_entries_get_votes() {
     assert_eq!(Voting::of(8, 8), Voting { mask: 7, step: 0 });
     assert_eq!(Voting::of(8, 20), Voting { mask: 7, step: 0 });
     assert_eq!(Voting::of(1, 11), Voting { mask: 7, step: 1 });
@@ -161,17 +162,17 @@ fn cells_are_asked_for_before_it_is_their_turn() {
 pub(super) struct FrameEntries<'a> {
     entries: &'a mut Entries,
     of_frame: CacheOfFrame,
-    /// Pixels that rays go from, across and down.
+    /// Pixels from which rays start, across and down.
     size: UVec2,
     /// Slots of rays' entries: `ray_slots.wesl`.
     slots: wgpu::Buffer,
-    /// What became of them in all, and which entries are missing: `sample_hits.wesl`.
-    ends: wgpu::Buffer,
-    /// Workgroups of passes for which rays may have left something: insert, shade, shadow.
+    /// Outcome of all rays, and the list of missing entries: `sample_hits.wesl`.
+    hits: wgpu::Buffer,
+    /// Workgroups of the passes that process the remaining rays: insert, shade, shadow.
     dispatches: [wgpu::Buffer; 3],
-    /// Rounds whose ends are gathered together.
+    /// Sample indices whose hits are gathered together.
     together: u32,
-    rounds: u32,
+    sample_count: u32,
     sky_is_dark: u32,
     /// One of so many entries gets another sample in this frame.
     fraction: u32,
@@ -183,48 +184,49 @@ impl FrameEntries<'_> {
         self.of_frame.first_samples().is_some()
     }
 
-    /// What the cache has counted.
+    /// Counters of the cache.
     pub fn counters(&self) -> Counters {
         self.of_frame.counters.clone()
     }
 
-    /// The rounds whose ends are gathered with those of this one.
-    pub fn gathered_with(&self, round: u32) -> Range<u32> {
-        let first = round / self.together * self.together;
-        first..(first + self.together).min(self.rounds)
+    /// The sample indices whose hits are gathered together with those of this one.
+    pub fn gathered_with(&self, sample_index: u32) -> Range<u32> {
+        let first = sample_index / self.together * self.together;
+        first..(first + self.together).min(self.sample_count)
     }
 
-    /// The parameters of the frame, as they are with entries.
+    /// Completes the parameters of the frame with those of the cache.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
-        let voting = if self.is_first() { Voting::EACH } else { Voting::of(self.fraction, self.rounds) };
+        let voting = if self.is_first() { Voting::EACH } else { Voting::of(self.fraction, self.sample_count) };
         SampledParameters {
             has_entries: 1,
             voting_mask: voting.mask,
             voting_step: voting.step,
             sky_is_dark: self.sky_is_dark,
-            adds_found: self.of_frame.is_steady().into(),
+            adds_found: self.of_frame.is_accumulated().into(),
             ..parameters
         }
     }
 
-    /// The round behind the last whose ends are looked up together, from this one on: where a share of the samples is taken behind each round, each.
-    pub fn found_end(&self, rounds: &SampleSlots) -> u32 {
-        if self.is_first() { rounds.round + 1 } else { rounds.traced_end }
+    /// End (exclusive) of the sample indices whose hits are looked up together, from this one on: one at a time if all entries are new, since entries are
+    /// then sampled after each.
+    pub fn found_end(&self, of_sample: &SampleSlots) -> u32 {
+        if self.is_first() { of_sample.round + 1 } else { of_sample.traced_end }
     }
 
-    /// Whether ends are looked up in this round; else they were in one before.
-    pub fn looks_up(&self, rounds: &SampleSlots) -> bool {
-        self.is_first() || rounds.round == rounds.traced_first
+    /// True if hits are looked up at this sample index. Otherwise they were at an earlier one.
+    pub fn looks_up(&self, of_sample: &SampleSlots) -> bool {
+        self.is_first() || of_sample.round == of_sample.traced_first
     }
 
-    /// The workgroups by which what is not in entries is shaded, and by which lights are looked for from there.
+    /// Workgroups of the shading and the shadow pass for rays without an entry.
     pub fn left_over(&self) -> [&wgpu::Buffer; 2] {
         let [_, shade, shadow] = &self.dispatches;
         [shade, shadow]
     }
 
-    /// Looks up the entries of the rays of some rounds. Where nothing changes, adds what they send to the pixels' sums, if they have samples. `rays`:
-    /// bindings of the first of the rounds, of what their rays met, of the sums and counters.
+    /// Looks up the entries that the rays of some sample indices hit. In an unchanged scene, adds the radiance of entries with samples to the pixels' sums.
+    /// `rays`: bindings of the first sample index, the hits, the sums and the counters.
     pub fn find(&mut self, frame: &mut Frame<'_>, rays: &Bindings<'_>) {
         let of_frame = self.of_frame.bindings();
         let [insert, shade, shadow] = &self.dispatches;
@@ -232,11 +234,11 @@ impl FrameEntries<'_> {
             .clone()
             .with(&of_frame)
             .buffer("ray_slots", &self.slots)
-            .buffer("sample_hits", &self.ends)
+            .buffer("sample_hits", &self.hits)
             .buffer("insert_dispatch", insert)
             .buffer("shade_dispatch", shade)
             .buffer("shadow_dispatch", shadow);
-        let find = if self.of_frame.is_steady() { &self.entries.find_and_add } else { &self.entries.find };
+        let find = if self.of_frame.is_accumulated() { &self.entries.find_and_add } else { &self.entries.find };
         frame.dispatch(find, &finding, workgroups_in_rows(self.size));
         frame.dispatch(&self.entries.before_insert, &finding, [1; 3]);
         frame.dispatch_indirect(&self.entries.insert, &finding, insert);
@@ -244,45 +246,47 @@ impl FrameEntries<'_> {
         frame.dispatch(&self.entries.before_shade, &finding, [1; 3]);
     }
 
-    /// In the frame that all entries are new in: takes a share of the samples behind this round, whose rays have asked, so that samples of one entry
-    /// are not all in one place.
-    pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, round: u32) {
+    /// In a frame in which all entries are new: takes a fraction of their samples after this sample index, whose rays have voted. The samples of an entry
+    /// are thereby spread over several hits.
+    pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, sample_index: u32) {
         let Some(samples) = self.of_frame.first_samples() else { return };
-        // Behind the first round some: entries are counted then, too.
-        let until = |round: u32| {
-            (u64::from(samples) * u64::from(round.min(self.rounds))).div_ceil(u64::from(self.rounds)) as u32
+        // At least one after the first sample index: entries are counted then, too.
+        let until = |sample_index: u32| {
+            (u64::from(samples) * u64::from(sample_index.min(self.sample_count))).div_ceil(u64::from(self.sample_count))
+                as u32
         };
-        let most = until(round + 1) - until(round);
+        let most = until(sample_index + 1) - until(sample_index);
         self.entries.cache.update(frame, view, &mut self.of_frame, most);
-        let left = |round: u32| until(round).saturating_sub(1) / RadianceCache::LISTED;
-        if left(round + 2) > left(round + 1) {
-            // In the next round rays leave the lists, and what they bring then is kept.
+        let left = |sample_index: u32| until(sample_index).saturating_sub(1) / RadianceCache::LISTED;
+        if left(sample_index + 2) > left(sample_index + 1) {
+            // At the next sample index hits leave the lists, and their radiance of that moment is stored.
             self.entries.cache.propagate(frame, &self.of_frame);
         }
     }
 
-    /// Whether the frame has to start over from its first round, with a larger table that has no entries yet. Requested behind each round; behind the last
-    /// one the number of entries is noted, so that there is room for them in the next frame.
+    /// True if the frame has to start over from its first sample index, with a larger, empty table. Called after each sample index; after the last one the
+    /// number of entries is recorded, so that the next frame has capacity for them.
     pub fn starts_over(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
-        round: u32,
+        sample_index: u32,
     ) -> Result<bool, RenderError> {
-        let evaluates = round + 1 == self.rounds || (round + 1).is_power_of_two();
-        Ok(evaluates && self.entries.cache.starts_over(frame, view, &mut self.of_frame, round, self.rounds)?)
+        let evaluates = sample_index + 1 == self.sample_count || (sample_index + 1).is_power_of_two();
+        Ok(evaluates
+            && self.entries.cache.starts_over(frame, view, &mut self.of_frame, sample_index, self.sample_count)?)
     }
 
-    /// Brings the entries up to date, and adds what they send to the pixels' sums, if it was not added where they were found. `summing`: bindings of the
-    /// round, the sums and counters.
+    /// Updates the entries, and adds their radiance to the pixels' sums if it was not added at lookup. `summing`: bindings of the sample index, the sums and
+    /// the counters.
     pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
         self.entries.cache.update(frame, view, &mut self.of_frame, u32::MAX);
         self.entries.cache.propagate(frame, &self.of_frame);
         let entries = self.of_frame.bindings();
         let gathering =
-            summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.ends);
-        if self.of_frame.is_steady() {
-            // As many as were put into the table.
+            summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.hits);
+        if self.of_frame.is_accumulated() {
+            // As many as were inserted into the table.
             let [missing, ..] = &self.dispatches;
             frame.dispatch_indirect(&self.entries.gather_missing, &gathering, missing);
         } else {
@@ -293,7 +297,7 @@ impl FrameEntries<'_> {
 
 #[cfg(test)]
 #[test]
-fn the_list_of_missing_rays_begins_where_shaders_have_it() {
+fn missing_ray_list_has_the_offset_of_the_shader() {
     let shader = DECLARED.link("indirect/sampled/find_entries", &[]).unwrap();
     let offset = shader.module.types.iter().find_map(|(_, ty)| match &ty.inner {
         wgpu::naga::TypeInner::Struct { members, .. } => {
@@ -301,12 +305,12 @@ fn the_list_of_missing_rays_begins_where_shaders_have_it() {
         }
         _ => None,
     });
-    assert_eq!(offset, Some(ENDS_BYTES as u32));
+    assert_eq!(offset, Some(HITS_HEADER_BYTES as u32));
 }
 
 #[cfg(test)]
 #[test]
-fn rounds_that_are_looked_up_together_have_a_bit_each() {
+fn sample_indices_of_a_lookup_fit_the_bit_mask() {
     let bits = crate::shaders::constant("indirect/sampled/hit_point", "SAMPLE_BITS") as u32;
     assert!(super::targets::MOST_SAMPLES <= 1 << bits && 1 << bits <= u32::BITS);
 }

@@ -1,9 +1,9 @@
 //! Indirect light by rays from every pixel [Niessner2010, §4, §5].
 //!
-//! 1. Rounds: one ray a pixel each, traced (`trace.wesl`, many rounds at once); its end shaded (`shade.wesl`); and the light that was
-//!    chosen for it looked for (`shadow.wesl`). Three passes, since what they read together is more than one may bind. Where triangles shine, a ray
-//!    from the pixel to one of them (`emitters.wesl`).
-//! 2. What rays have brought is made the image's, bounded and filtered (`smoothing/`).
+//! 1. For each sample index, one ray per pixel is traced (`trace.wesl`, many sample indices at once), its hit is shaded (`shade.wesl`), and a shadow
+//!    ray to the chosen light is traced (`shadow.wesl`). Three passes, since their bindings exceed the limits of one. With emissive triangles,
+//!    one more ray per pixel goes to one of them (`emitters.wesl`).
+//! 2. The irradiance is upsampled, clamped, accumulated and filtered (`smoothing/`).
 
 mod entries;
 pub(super) mod sample_order;
@@ -61,31 +61,31 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 );
 
 gpu_struct! {
-    /// What the passes of a frame are told.
+    /// Parameters of the passes of a frame.
     pub struct SampledParameters {
-        /// Number of diffuse rays a pixel has.
+        /// Diffuse rays per pixel.
         diffuse_rays: u32,
-        /// Number of glossy rays a pixel has.
+        /// Glossy rays per pixel.
         glossy_rays: u32,
-        /// Roughness of the surface that would see as much of the environment at once as a diffuse ray stands for.
+        /// Roughness whose lobe covers the solid angle that a diffuse ray represents; it prefilters the environment.
         diffuse_blur: f32,
-        /// The same of a glossy ray, over its surface's roughness.
+        /// The same for a glossy ray, over its surface's roughness.
         glossy_blur: f32,
-        /// Point of the pixel's sequence that the first of its diffuse rays goes by (x), and the first of those to emissive triangles (y).
+        /// Index in the pixel's sequence of its first diffuse ray (x), and of its first ray to emissive triangles (y).
         first_points: UVec2,
-        /// Point of the pixel's other sequence by which the hit point of its first ray is moved.
+        /// Index in the pixel's other sequence, which jitters hit points, of its first ray.
         first_end: u32,
-        /// Rays from a pixel to emissive triangles; 0 where nothing is emissive.
+        /// Rays per pixel to emissive triangles; 0 if nothing is emissive.
         emitter_rays: u32,
-        /// 1: hits bring what the radiance cache keeps.
+        /// 1: the radiance cache lights hits.
         has_entries: u32,
-        /// Rays vote for one of so many entries, of those that are there, less 1; a power of two less 1: `is_voted_for` of the cache.
+        /// Rays vote for one of so many existing entries, less 1; a power of two less 1: `is_voted_for` of the cache.
         voting_mask: u32,
-        /// 1: for others in each round.
+        /// 1: each sample index votes for a different subset of entries.
         voting_step: u32,
-        /// 1: rays that leave the scene bring nothing.
+        /// 1: the environment is black.
         sky_is_dark: u32,
-        /// 1: what entries send that have samples is added where they are looked up.
+        /// 1: the radiance of entries with samples is added at lookup.
         adds_found: u32,
         /// Unused.
         _pad: u32,
@@ -93,50 +93,50 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What the passes of a round are told: one ray from each pixel.
+    /// Parameters of the passes of one sample index: one ray from each pixel.
     pub struct SampleSlots {
-        /// Number of the round's ray among those of a pixel: diffuse ones first, then glossy ones.
+        /// Sample index of the ray among those of a pixel: diffuse ones first, then glossy ones.
         round: u32,
-        /// The round behind the last whose hits are looked up together, from `round` on.
+        /// End (exclusive) of the sample indices whose hits are looked up together, from `round` on.
         found_end: u32,
-        /// First of the rounds that are traced together.
+        /// First of the sample indices that are traced together.
         traced_first: u32,
-        /// The round behind the last of those.
+        /// End (exclusive) of these.
         traced_end: u32,
-        /// First of the rounds whose hits are gathered from the cache together.
+        /// First of the sample indices whose hits are gathered from the cache together.
         first_sample: u32,
-        /// The round behind the last of those.
+        /// End (exclusive) of these.
         sample_of_hit: u32,
     }
 }
 
 gpu_struct! {
-    /// What a ray met.
+    /// A ray hit.
     pub struct SampledHit {
-        /// Index of the triangle, in the order of the BVH's leaves; else `NOTHING` of `rays/hit.wesl`, or `NO_RAY` of
-        /// `hit.wesl`; with `NO_CAPACITY` of that where its end is shaded since its entry has no room.
+        /// Index of the triangle, in the order of the BVH's leaves; else `NOTHING` of `rays/hit.wesl`, or `NO_RAY` of `hit.wesl`. `NO_CAPACITY` of
+        /// `hit.wesl` is added if the hit is shaded because the cache is full.
         triangle: u32,
         /// Distance from the ray's start, m.
         distance: f32,
-        /// Unit direction along which the distance is, octahedral: two snorms of 16 bits; a deep image's axis where the ray was traced along
-        /// that.
+        /// Unit direction along which the distance is measured, octahedral: two snorms of 16 bits. For rays through deep images: the axis of
+        /// the deep image.
         direction: u32,
     }
 }
 
 gpu_struct! {
-    /// A ray from what a ray met to the light that was chosen for it; world space, m.
+    /// A shadow ray from a hit to the light that was chosen for it; world space, m.
     pub struct LightRay {
-        /// Start, off the surface that the ray met; world space, m.
+        /// Start, offset from the hit surface; world space, m.
         start: Vec3,
-        /// What became of the round's ray: a constant of `light_ray.wesl`.
+        /// Outcome of the pixel's ray: a constant of `light_ray.wesl`.
         met: u32,
         /// End, at the light; world space, m.
         end: Vec3,
-        /// Sum of the four weights of the round's ray (`ray.wesl`), by which `roulette.wesl` ranks it; the lobes count alike, as metals have
-        /// the glossy one alone. `shadow.wesl` makes the four again.
+        /// Sum of the four weights of the pixel's ray (`ray.wesl`), by which `roulette.wesl` ranks it. Both lobes count alike, since metals
+        /// have only the glossy one. `shadow.wesl` recomputes the four weights.
         weight: f32,
-        /// Radiance sent back along the round's ray, if the light is seen; nits.
+        /// Radiance reflected back along the pixel's ray if the light is visible, nits.
         radiance: Vec3,
         /// Unused.
         _pad: u32,
@@ -147,7 +147,7 @@ gpu_struct! {
 #[derive(Debug)]
 pub struct SampledLight {
     settings: Sampled,
-    /// Frames that an image is the mean of, at least.
+    /// Least number of frames over which an image is averaged.
     frames: u32,
     trace: TracePass,
     sample_order: wgpu::Buffer,
@@ -213,28 +213,27 @@ impl IndirectPasses for SampledLight {
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let irradiance = PixelIrradiance::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
         let first_diffuse_rays = settings.first_rays * settings.diffuse_rays;
-        let [rounds, first_samples] =
+        let [sample_count, first_samples] =
             [settings.diffuse_rays, first_diffuse_rays].map(|rays| rays + settings.glossy_rays);
         let mut entries = match &mut self.entries {
-            Some(entries) => Some(entries.begin(frame, view_context, irradiance.size, rounds, first_samples)?),
+            Some(entries) => Some(entries.begin(frame, view_context, irradiance.size, sample_count, first_samples)?),
             None => None,
         };
         let is_first = entries.as_ref().is_some_and(FrameEntries::is_first);
-        let (diffuse_rays, rounds) =
-            if is_first { (first_diffuse_rays, first_samples) } else { (settings.diffuse_rays, rounds) };
-        let targets = Targets::new(frame, irradiance.size, rounds)?;
+        let (diffuse_rays, sample_count) =
+            if is_first { (first_diffuse_rays, first_samples) } else { (settings.diffuse_rays, sample_count) };
+        let targets = Targets::new(frame, irradiance.size, sample_count)?;
         let [width, height, _] = self.shade.workgroup_size();
-        let samples = [irradiance.size.x.div_ceil(width), irradiance.size.y.div_ceil(height), 1];
-        // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
-        // nothing more.
+        let workgroups = [irradiance.size.x.div_ceil(width), irradiance.size.y.div_ceil(height), 1];
+        // One emitter sample per two diffuse rays; BSDF samples that hit emitters are combined by MIS and cost nothing more.
         let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
-        let sweeps =
-            rotations_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
+        let earlier_frames =
+            frames_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
         let usual = UVec2::new(settings.diffuse_rays, settings.diffuse_rays.div_ceil(2));
         let parameters = SampledParameters {
             emitter_rays,
-            first_points: UVec2::splat(sweeps).wrapping_mul(usual),
-            first_end: sweeps.wrapping_mul(settings.diffuse_rays + settings.glossy_rays),
+            first_points: UVec2::splat(earlier_frames).wrapping_mul(usual),
+            first_end: earlier_frames.wrapping_mul(settings.diffuse_rays + settings.glossy_rays),
             diffuse_rays,
             glossy_rays: settings.glossy_rays,
             diffuse_blur: diffuse_blur(diffuse_rays, frames),
@@ -244,25 +243,25 @@ impl IndirectPasses for SampledLight {
         let surfaces = buffer.bindings().with(&surface.bindings()).buffer("sample_order", &self.sample_order);
         let parameters = entries.as_ref().map_or(parameters, |entries| entries.parameters(parameters));
         let of_frame = frame.uniform(&parameters);
-        let seen = scene.bindings().with(&surfaces).with(&irradiance.bindings()).part("sampled", &of_frame);
+        let frame_bindings = scene.bindings().with(&surfaces).with(&irradiance.bindings()).part("sampled", &of_frame);
         if scene.environment.is_some() {
             check_driver(&frame.device.adapter_info())?;
         }
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
-        // First of the rounds whose hits are there.
+        // First of the sample indices whose hits are in the buffer.
         let mut traced_first = None;
-        let mut round = 0;
-        while round < rounds {
-            // Again where the frame starts over.
-            if round == 0 {
+        let mut sample_index = 0;
+        while sample_index < sample_count {
+            // Also if the frame starts over.
+            if sample_index == 0 {
                 frame.encoder().clear_buffer(&irradiance.irradiance, 0, None);
             }
-            let of_entries = entries.as_ref().map_or(0..rounds, |entries| entries.gathered_with(round));
-            let traced = targets.traced_with(round, of_entries.clone());
+            let of_entries = entries.as_ref().map_or(0..sample_count, |entries| entries.gathered_with(sample_index));
+            let traced = targets.traced_with(sample_index, of_entries.clone());
             let mut of_sample = SampleSlots {
-                round,
+                round: sample_index,
                 found_end: 0,
                 traced_first: traced.start,
                 traced_end: traced.end,
@@ -271,7 +270,7 @@ impl IndirectPasses for SampledLight {
             };
             of_sample.found_end = entries.as_ref().map_or(0, |entries| entries.found_end(&of_sample));
             let uniform = frame.uniform(&of_sample);
-            let sample_bindings = seen.clone().part("sample_slots", &uniform);
+            let sample_bindings = frame_bindings.clone().part("sample_slots", &uniform);
             let tracing = sample_bindings.clone().buffer("sampled_hits", &targets.hits);
             if traced_first.replace(traced.start) != Some(traced.start) {
                 self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(irradiance.size));
@@ -284,36 +283,36 @@ impl IndirectPasses for SampledLight {
             if let Some(environment) = &environment {
                 shading = shading.with(environment);
             }
-            let looking = summing.clone().buffer("light_rays", &targets.light_rays);
+            let light_bindings = summing.clone().buffer("light_rays", &targets.light_rays);
             match &mut entries {
                 None => {
-                    frame.dispatch(shade, &shading, samples);
-                    frame.dispatch(&self.shadow, &looking, samples);
+                    frame.dispatch(shade, &shading, workgroups);
+                    frame.dispatch(&self.shadow, &light_bindings, workgroups);
                 }
                 Some(entries) => {
                     if entries.looks_up(&of_sample) {
                         entries.find(frame, &summing.clone().buffer("sampled_hits", &targets.hits));
                     }
-                    let [to_shade, to_look] = entries.left_over();
-                    frame.dispatch_indirect(shade, &shading, to_shade);
-                    frame.dispatch_indirect(&self.shadow, &looking, to_look);
-                    entries.sample(frame, view_context, round);
+                    let [shade_workgroups, shadow_workgroups] = entries.left_over();
+                    frame.dispatch_indirect(shade, &shading, shade_workgroups);
+                    frame.dispatch_indirect(&self.shadow, &light_bindings, shadow_workgroups);
+                    entries.sample(frame, view_context, sample_index);
                 }
             }
-            if round < emitter_rays {
-                frame.dispatch(&self.emitters, &looking, samples);
+            if sample_index < emitter_rays {
+                frame.dispatch(&self.emitters, &light_bindings, workgroups);
             }
             if let Some(entries) = &mut entries
-                && round + 1 == of_entries.end
+                && sample_index + 1 == of_entries.end
             {
                 entries.gather(frame, view_context, &summing);
             }
-            round += 1;
+            sample_index += 1;
             if let Some(entries) = &mut entries
-                && entries.starts_over(frame, view_context, round - 1)?
+                && entries.starts_over(frame, view_context, sample_index - 1)?
             {
                 frame.encoder().clear_buffer(targets.counters.buffer(), 0, None);
-                round = 0;
+                sample_index = 0;
             }
         }
 
@@ -325,47 +324,46 @@ impl IndirectPasses for SampledLight {
     }
 }
 
-/// Frames' worth of a pixel's diffuse rays that come before this frame's in its sequence: a first frame takes `first_rays` of them. (Where their
-/// number is odd, rays to emissive triangles leave points out: there are half as many in each frame, rounded up.)
-fn rotations_before(random_index: u32, is_first: bool, first_rays: u32) -> u32 {
+/// Number of usual frames whose diffuse rays precede this frame's in a pixel's sequence: a first frame counts as `first_rays` of them. (If the number of
+/// diffuse rays is odd, rays to emissive triangles skip points: there are half as many per frame, rounded up.)
+fn frames_before(random_index: u32, is_first: bool, first_rays: u32) -> u32 {
     random_index.wrapping_add(if is_first { 0 } else { first_rays - 1 })
 }
 
 #[cfg(test)]
 #[test]
-fn frames_go_on_in_the_sequence_where_a_first_one_ends() {
+fn frames_continue_the_sequence_of_the_first_one() {
     for first_rays in [1, 2, 8] {
         let mut next = 0;
         for frame in 0..5 {
             let is_first = frame == 0;
-            assert_eq!(rotations_before(frame, is_first, first_rays), next, "{first_rays}, frame {frame}");
+            assert_eq!(frames_before(frame, is_first, first_rays), next, "{first_rays}, frame {frame}");
             next += if is_first { first_rays } else { 1 };
         }
     }
 }
 
-/// Roughness whose lobe about the mirror direction is as wide as the part of the hemisphere that one of so many rays, in each of so
-/// many frames, stands for: 2π over their number, a cone of whose directions half are within tan α of the half vector.
+/// Roughness whose lobe about the mirror direction is as wide as the solid angle of the hemisphere that one of `rays` × `frames` rays represents: 2π
+/// over their number, as a cone. Half of the lobe's directions are within tan α of the half vector.
 fn diffuse_blur(rays: u32, frames: u32) -> f32 {
     let cosine = 1.0 - 1.0 / (rays as f32 * frames as f32).max(1.0);
     let alpha = (cosine.acos() / (2.0 * std::f32::consts::SQRT_2)).tan();
     alpha.sqrt()
 }
 
-/// Glossy rays of an image up to which each reads the environment as blurred as the whole lobe: so few of them would find a lamp of a dark
-/// studio here and miss it there.
+/// Number of glossy rays in an image up to which each reads the environment prefiltered by the complete lobe: so few rays would hit a lamp of a dark
+/// studio in one pixel and miss it in the next.
 const RAYS_OF_A_WHOLE_LOBE: f32 = 4.0;
 
-/// Roughness by whose lobe the environment that a glossy ray sees are blurred, over its surface's own: squares of alphas are
-/// shared out by the number of rays.
+/// Roughness of the lobe that prefilters the environment for a glossy ray, over its surface's own: the squared alpha is divided by the number of rays.
 fn glossy_blur(rays: u32, frames: u32) -> f32 {
     (RAYS_OF_A_WHOLE_LOBE / (rays as f32 * frames as f32)).min(1.0).powf(0.25)
 }
 
-/// An error where the number of rays or the filter's radius is out of range, or deep images lack the triangles that are needed.
+/// Returns an error if the number of rays or the filter's radius is out of range, or if deep images lack the triangles that are needed.
 fn check(settings: &Sampled, structure: &Structure) -> Result<(), RenderError> {
     if settings.diffuse_rays == 0 || settings.diffuse_rays > 4096 || settings.glossy_rays > 4096 {
-        return Err(RenderError::Together { setting: "`indirect sampled`", needed: "1 to 4096 rays a pixel" });
+        return Err(RenderError::Together { setting: "`indirect sampled`", needed: "1 to 4096 rays per pixel" });
     }
     if settings.filter_radius > MOST_RADIUS {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "a filter of at most 64 pixels" });
@@ -389,7 +387,7 @@ fn check(settings: &Sampled, structure: &Structure) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// An error where the driver is one that crashes on rays that end in an image of the environment: while it compiles `shade`, Mesa 22.3.6.
+/// Returns an error for drivers that crash on rays into an environment image: Mesa 22.3.6, while it compiles `shade`.
 fn check_driver(adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
     if !faulty_software(adapter) {
         return Ok(());

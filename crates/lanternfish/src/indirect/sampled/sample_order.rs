@@ -1,4 +1,4 @@
-//! The order in which a block's pixels are gone through: `sample_order.wesl`.
+//! Order of the pixels of a block: `sample_order.wesl`.
 
 use glam::UVec2;
 use lanternfish_gpu::gpu_constants;
@@ -13,10 +13,10 @@ gpu_constants! {
     const BLOCK_GROUPS: u32 = 4;
 }
 
-/// Of a block's pixels in order, and of the places of its pixels: two in a word.
+/// Words of the pixels of a block in order, and of the index in order of each pixel: two of either in a word.
 const WORDS: usize = (BLOCK * BLOCK) as usize;
 
-/// Workgroups for an image of this size, in whole blocks.
+/// Workgroups for an image of this size, in complete blocks.
 pub(crate) fn workgroups(size: UVec2) -> [u32; 3] {
     let blocks = BLOCK_GROUPS * size.map(|side| side.div_ceil(BLOCK));
     [blocks.x, blocks.y, 1]
@@ -28,12 +28,12 @@ pub(crate) fn workgroups_in_rows(size: UVec2) -> [u32; 3] {
     [BLOCK_GROUPS * BLOCK_GROUPS * blocks.x, blocks.y, 1]
 }
 
-/// Number of places an image of this size has: the shader's `place_count`.
+/// Number of pixels of all blocks of an image of this size: the shader's `place_count`.
 pub(crate) fn place_count(size: UVec2) -> u32 {
     size.map(|side| side.div_ceil(BLOCK)).element_product() * BLOCK * BLOCK
 }
 
-/// What `sample_order` is bound to. Shifts of the blocks of an image differ by one amount each: one order is all blocks'.
+/// Contents of the uniform `sample_order`. The sequence shifts of two blocks differ by a constant, so that all blocks share one order.
 pub(crate) fn words() -> [u32; WORDS] {
     let mut pixels: Vec<u32> = (0..BLOCK * BLOCK).collect();
     pixels.sort_by_key(|pixel| {
@@ -41,26 +41,26 @@ pub(crate) fn words() -> [u32; WORDS] {
         let shift = sobol_point(morton_code(pixel % BLOCK, pixel / BLOCK));
         morton_code(shift.x >> 16, shift.y >> 16)
     });
-    let mut places = vec![0; pixels.len()];
-    pixels.iter().zip(0..).for_each(|(pixel, place)| places[*pixel as usize] = place);
-    pixels.extend(places);
+    let mut indices = vec![0; pixels.len()];
+    pixels.iter().zip(0..).for_each(|(pixel, index)| indices[*pixel as usize] = index);
+    pixels.extend(indices);
     std::array::from_fn(|word| pixels[2 * word] | (pixels[2 * word + 1] << 16))
 }
 
-/// The bits of x and y by turns, x first; each below 65,536.
+/// Interleaved bits of x and y, x first; each below 65,536.
 fn morton_code(x: u32, y: u32) -> u32 {
     (0..16).map(|bit| (((x >> bit) & 1) << (2 * bit)) | (((y >> bit) & 1) << (2 * bit + 1))).sum()
 }
 
 #[cfg(test)]
 #[test]
-fn a_block_is_a_net_of_shifts() {
+fn blocks_have_the_edge_of_a_net() {
     assert_eq!(crate::shaders::constant("common/sequence", "NET_EDGE"), f64::from(BLOCK));
 }
 
 #[cfg(test)]
 #[test]
-fn every_pixel_of_a_block_is_in_its_order_once() {
+fn order_contains_every_pixel_of_a_block_once() {
     let halves = words().into_iter().flat_map(|word| [word & 0xffff, word >> 16]);
     let mut pixels: Vec<u32> = halves.take((BLOCK * BLOCK) as usize).collect();
     pixels.sort_unstable();

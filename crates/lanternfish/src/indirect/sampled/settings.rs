@@ -1,4 +1,4 @@
-//! What can be chosen of indirect light by rays from every pixel.
+//! Parameters of indirect light by rays from every pixel.
 
 use lanternfish_scene::named_enum;
 
@@ -17,54 +17,54 @@ use crate::{
     technique::{Parameter, Range, Technique},
 };
 
-/// Entries that the radiance cache may have room for, and samples of each in an image's first frame.
+/// Limits of the radiance cache's capacity, entries, and of the samples per entry in an image's first frame.
 pub(super) const LEAST_ENTRIES: u32 = 64;
 pub(super) const MOST_ENTRIES: u32 = 1 << 19;
 pub(super) const MOST_SAMPLES: u32 = 128;
-/// How many times as many rays an image's first frame may have.
+/// Largest factor by which an image's first frame has more rays.
 pub(super) const MOST_FIRST_RAYS: u32 = 8;
 
-/// How rays of indirect light are taken.
+/// Indirect light by rays from every pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampled {
-    /// Rays a pixel by the cosine, 1 to 128. More: less noise, slower.
+    /// Diffuse (cosine-distributed) rays per pixel, 1 to 4096. More: less noise, slower.
     pub diffuse_rays: u32,
-    /// How many times as many rays by the cosine an image's first frame has, 1 to 8, where the radiance cache lights their ends: that frame has
-    /// nothing from before. More: less noise in an image of one frame, slower.
+    /// Factor by which an image's first frame has more diffuse rays, 1 to 8, if the radiance cache lights hits: that frame has no history. More: less
+    /// noise in an image of one frame, slower.
     pub first_rays: u32,
-    /// Rays a pixel about the mirror direction. More: less noise on glossy surfaces, slower; 0: none shine.
+    /// Glossy (GGX) rays per pixel, 0 to 4096. More: less noise on glossy surfaces, slower; 0: no glossy indirect light.
     pub glossy_rays: u32,
-    /// What rays are traced through.
+    /// Tracer of the rays.
     pub tracer: TracerChoice,
-    /// Where rays start.
+    /// Pixels from which rays start.
     pub resolution: IndirectResolution,
-    /// Pixels to each side that the filter reaches in an image of one frame, up to 64; 0: none. More: less noise, softer detail.
-    /// Over n frames it shrinks with the root of n, and with it what it leaves wrong.
+    /// Radius of the edge-stopping filter in an image of one frame, up to 64 pixels; 0: none. More: less noise, softer detail.
+    /// Over n frames the radius, and with it the bias, shrinks with the root of n.
     pub filter_radius: u32,
-    /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do. On: no bright spots, and where few rays find
-    /// light, it is spread over more pixels, or less where there is no filter.
+    /// Firefly clamp. On: no fireflies. With a filter, light that few rays hit is redistributed over more pixels; without one, some of it is lost.
     pub clamp: IndirectClamp,
-    /// Where the light comes from that the hit points send.
+    /// Source of the radiance of ray hits.
     pub hit_light: HitLight,
-    /// How often light is reflected before it comes to the surface that is seen; all: as often as `hit_light` knows, once where ends are shaded.
+    /// Largest number of reflections before light reaches the visible surface. All: every bounce with [`HitLight::Cached`], one with
+    /// [`HitLight::Shaded`].
     pub bounces: Bounces,
-    /// Entries that the radiance cache has room for at most, 64 to 524,288, rounded up to a power of two; at first for 131,072, and it grows. More: fewer
-    /// hit points are shaded because there is no room, and some 300 bytes for each that there is room for, with every bounce 660 and with eight 1,000;
-    /// after 128 frames, with a second table, 410, 1,100 and 1,800.
+    /// Largest capacity of the radiance cache, 64 to 524,288 entries, rounded up to a power of two. It starts at 131,072 and grows. More: fewer hits are
+    /// shaded because the cache is full. Memory per entry: about 300 bytes with one bounce, 660 with all, 1,000 with eight; after 128 frames, with
+    /// a second table, 410, 1,100 and 1,800.
     pub cache_entries: u32,
-    /// Samples that an entry of the radiance cache gets in an image's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
-    /// less noise in an image of one frame, and more of the bounces, slower.
+    /// Samples per entry of the radiance cache in an image's first frame, at least 1; down to a quarter for entries that pixels' rays do not hit. More:
+    /// less noise in an image of one frame, more complete bounces, slower.
     pub cache_samples: u32,
 }
 
 named_enum! {
-    /// Where the light comes from that the hit point of a ray sends back along it.
+    /// Source of the radiance that a ray hit sends back along the ray.
     #[derive(Default)]
     HitLight {
-        /// Each end is shaded: its material is read, and a light is chosen for it and looked for. One bounce.
-        Shaded = "shaded": "One light and one shadow ray per hit. One bounce",
-        /// From the radiance cache: entries in space keep what the surfaces in them send, and a share of them is brought up to date in each
-        /// frame, and all of them for some frames after a change of the scene.
+        /// Each hit is shaded: its material is read, and a shadow ray to one chosen light is traced. One bounce.
+        Shaded = "shaded": "Each hit is shaded, with a shadow ray to one chosen light. One bounce",
+        /// A world-space radiance cache stores outgoing radiance at ray hits. Each frame updates a fraction of the entries; all of them for some frames
+        /// after a change of the scene.
         #[default]
         Cached = "cached": "The radiance cache: every bounce",
     }
@@ -77,14 +77,14 @@ impl Default for Sampled {
 }
 
 impl Sampled {
-    /// The same rays in every frame, whose ends are shaded each: one bounce.
+    /// The same number of rays in every frame, with shaded hits: one bounce.
     pub const fn one_bounce(self) -> Self {
         Self { first_rays: 1, hit_light: HitLight::Shaded, bounces: Bounces::ONE, ..self }
     }
 }
 
 impl Quality {
-    /// How rays are taken.
+    /// Parameters of this quality.
     pub const fn sampled(self) -> Sampled {
         let good = Sampled {
             diffuse_rays: 8,
@@ -200,7 +200,7 @@ impl IndirectTechnique for Sampled {
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Box<dyn IndirectPasses>, RenderError> {
-        // Lambertian surfaces do not shine.
+        // Lambertian surfaces have no glossy lobe.
         let glossy_rays = if settings.materials == Materials::Lambert { 0 } else { self.glossy_rays };
         let sampled = Self { glossy_rays, ..*self };
         Ok(Box::new(SampledLight::new(device, sampled, settings, tracer)?))

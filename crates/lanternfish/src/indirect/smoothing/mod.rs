@@ -1,10 +1,10 @@
-//! From the noisy sums of what reaches each pixel to the layers that shading reads.
+//! Denoising of demodulated irradiance, from noisy pixel sums to the layers that shading reads.
 //!
-//! 1. Resolve: sums of the pixels that were looked at become the image's ([`IndirectResolution`]).
-//! 2. Bound: what a pixel has beyond those around it is cut off ([`IndirectClamp`]), and how noisy it is found (`firefly_clamp.wesl`); what was cut off is
-//!    spread over the pixels around (`redistribution.wesl`).
-//! 3. Mix with what the frames before have found, where that is kept ([`History`]).
-//! 4. Filter, along x and along y (`filter.wesl`).
+//! 1. Resolve: upsamples the irradiance of the sampled pixels to the image ([`IndirectResolution`]).
+//! 2. Firefly clamp: removes the excess of a pixel over its neighbourhood ([`IndirectClamp`]) and estimates the noise (`firefly_clamp.wesl`). The
+//!    excess is redistributed over the pixels around (`redistribution.wesl`).
+//! 3. Temporal accumulation, if there is a history ([`History`]).
+//! 4. Edge-stopping filter, along x and along y (`filter.wesl`).
 
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_constants, gpu_struct};
@@ -34,45 +34,45 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 );
 
 gpu_struct! {
-    /// What the passes that work on pixels' sums are told.
+    /// Parameters of the passes that process pixel irradiance.
     pub struct SmoothingParameters {
-        /// Pixels of the image over samples' own, along an edge: 1 or 2.
+        /// Pixels of the image per sampled pixel, along an edge: 1 or 2.
         scale: u32,
-        /// Radius of the filter: pixels to each side.
+        /// Radius of the filter, pixels.
         radius: u32,
         /// Axis of the filter: 0 is x, 1 is y.
         axis: u32,
-        /// Frames whose mean the image is, where a pixel's sums are bounded by those around it; 0: they are not.
+        /// Frames of the mean for which the firefly clamp is applied; 0: no clamp.
         clamp_frames: f32,
-        /// How far what is above that is spread, tiles of `redistribution.wesl`.
+        /// Radius of the energy redistribution, tiles of `redistribution.wesl`.
         redistribution: u32,
     }
 }
 
 gpu_struct! {
-    /// What was cut off of the pixels of a tile that face one way: sums.
+    /// Sums of the clamped excess over the pixels of a tile that face one way.
     pub struct Clamped {
-        /// Of diffuse light at normal incidence.
+        /// Diffuse light at normal incidence.
         diffuse: Vec3,
         /// Number of pixels.
         count: f32,
-        /// Of diffuse light at grazing incidence.
+        /// Diffuse light at grazing incidence.
         diffuse_grazing: Vec3,
-        /// How many of them are rough: glossy light is of those alone.
+        /// Number of rough pixels: glossy light is summed over these only.
         rough_count: f32,
-        /// Of glossy light at normal incidence.
+        /// Glossy light at normal incidence.
         glossy: Vec3,
         /// Unused.
         _pad: u32,
-        /// Of glossy light at grazing incidence.
+        /// Glossy light at grazing incidence.
         glossy_grazing: Vec3,
         /// Unused.
         _pad_2: u32,
-        /// Position of one of them, world space, m.
+        /// Position of the representative pixel, world space, m.
         p_world: Vec3,
         /// Unused.
         _pad_3: u32,
-        /// Its normal, unit.
+        /// Normal of that pixel, unit.
         normal: Vec3,
         /// Unused.
         _pad_4: u32,
@@ -80,17 +80,17 @@ gpu_struct! {
 }
 
 named_enum! {
-    /// Where rays of indirect light start.
+    /// Resolution of indirect light: the pixels from which rays start.
     IndirectResolution {
-        /// From every pixel.
-        Full = "full": "From every pixel",
-        /// From every second pixel of every second row; between them light is interpolated along surfaces.
-        Half = "half": "From every second pixel of every second row: four times faster, blurred at edges",
+        /// Every pixel.
+        Full = "full": "Every pixel",
+        /// Every second pixel of every second row; pixels between them are interpolated along surfaces.
+        Half = "half": "Every second pixel of every second row: four times faster, blurred at edges",
     }
 }
 
 impl IndirectResolution {
-    /// Pixels of the image over those that are looked at, along an edge.
+    /// Pixels of the image per sampled pixel, along an edge.
     pub(crate) const fn scale(self) -> u32 {
         match self {
             Self::Full => 1,
@@ -100,28 +100,28 @@ impl IndirectResolution {
 }
 
 named_enum! {
-    /// True if what a pixel's rays bring is bounded by its neighbours.
+    /// Firefly clamp of indirect light.
     IndirectClamp {
-        /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
-        /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right. Where there is a filter, what is beyond that is
-        /// spread over the pixels around, but for what smooth surfaces mirror.
-        On = "on": "Limit: mean of similar pixels around plus five standard deviations",
-        /// It is not: the mean of all images is right.
-        Off = "off": "No limit, for means of many frames",
+        /// A pixel is limited to the mean of similar neighbours plus five standard deviations. In a mean of n frames the limit is n times as high, and
+        /// at least 1 − 8/n of each frame is kept, so that the mean converges to the correct light. With a filter, the excess is redistributed over
+        /// the pixels around, except for glossy light of smooth surfaces.
+        On = "on": "At most the mean of similar neighbours plus five standard deviations",
+        /// No clamp: the mean over all images is unbiased.
+        Off = "off": "No clamp: for the mean of many frames",
     }
 }
 
-/// A parameter of every technique whose sums are smoothed: [`IndirectResolution`].
+/// The parameter for [`IndirectResolution`], of every technique that uses [`Smoothing`].
 pub const RESOLUTION: ParameterInfo =
     ParameterInfo::new("indirect-resolution", "NAME", Range::Names, "Pixels from which these rays start");
-/// A parameter of every technique whose sums are smoothed: the filter's radius.
+/// The parameter for the filter radius, of every technique that uses [`Smoothing`].
 pub const FILTER: ParameterInfo = ParameterInfo::new(
     "indirect-filter",
     "PIXELS",
     Range::Count(0, 64),
     "Filter radius, pixels; 0: no filter. It stops at edges. More: less noise, less detail",
 );
-/// A parameter of every technique whose sums are smoothed: [`IndirectClamp`].
+/// The parameter for [`IndirectClamp`], of every technique that uses [`Smoothing`].
 pub const CLAMP: ParameterInfo = ParameterInfo::new(
     "indirect-clamp",
     "ON|OFF",
@@ -129,39 +129,39 @@ pub const CLAMP: ParameterInfo = ParameterInfo::new(
     "Firefly clamp: limits a pixel by its neighbourhood. Default: on, but off for virtual lights with `quality best`",
 );
 
-/// What other surfaces send goes on changing for some frames.
+/// Indirect light goes on changing for some frames after a change of the scene.
 const RESET_WINDOW: HistoryReset = HistoryReset { lasts: RESET_FRAMES, counts: 4.0 };
-/// Pixels of the filter's radius for which what is cut off is spread by one more tile. Fewer: less noise, and light farther from where it belongs.
+/// Pixels of filter radius per tile of redistribution radius. Fewer: less noise, and light farther from its correct position.
 const REDISTRIBUTE: u32 = 2;
 
 gpu_constants! {
-    /// Edge of those tiles, pixels.
+    /// Edge of a redistribution tile, pixels.
     const TILE: u32 = 8;
-    /// Ways that surfaces face.
+    /// Number of facing directions of surfaces.
     const FACINGS: u32 = 6;
 }
 
-/// Bytes of a pixel's sums: `PackedIrradiance`.
+/// Size of `PackedIrradiance`, the sums of a pixel, bytes.
 const IRRADIANCE_BYTES: u64 = 48;
-/// Largest reach of the filter, pixels.
+/// Largest radius of the filter, pixels.
 pub const MOST_RADIUS: u32 = 64;
 
-/// The sums of the pixels that are looked at, for one frame.
+/// Irradiance sums of the sampled pixels, for one frame.
 #[derive(Debug)]
 pub struct PixelIrradiance {
-    /// One each, row by row, bound under the name that the shader gives it.
+    /// One element per sampled pixel, row by row. Shaders bind it under names of their own.
     pub irradiance: wgpu::Buffer,
-    /// Number of pixels that are read, across and down.
+    /// Number of sampled pixels, across and down.
     pub size: UVec2,
     /// Size of the image.
     rendering: UVec2,
     parameters: SmoothingParameters,
-    /// Those of resolve, as a uniform: what looks for light reads the scale.
+    /// The parameters of resolve, as a uniform: the passes that trace rays read the scale.
     uniform: BufferPart,
 }
 
 impl PixelIrradiance {
-    /// Capacity for the sums of an image of this size. `radius`: of the filter, pixels, in an image of `frames` frames.
+    /// Allocates the sums for an image of this size. `radius`: of the filter in an image of one frame, pixels; it shrinks with the root of `frames`.
     pub fn new(
         frame: &mut Frame<'_>,
         rendering: UVec2,
@@ -173,7 +173,7 @@ impl PixelIrradiance {
         let scale = resolution.scale();
         let size = rendering.map(|side| side.div_ceil(scale));
         let clamp_frames = if clamp == IndirectClamp::On { frames as f32 } else { 0.0 };
-        // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
+        // The filter radius scales with 1/√frames, as noise does.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
         let parameters =
             SmoothingParameters { scale, radius, axis: 0, clamp_frames, redistribution: radius.div_ceil(REDISTRIBUTE) };
@@ -221,12 +221,12 @@ impl Smoothing {
         })
     }
 
-    /// Forgets what frames have found.
+    /// Discards the history.
     pub fn forget(&mut self) {
         self.histories.iter_mut().for_each(Histories::forget);
     }
 
-    /// The layers that the finished sums of a surface that a view shows become.
+    /// Records the passes that turn the finished sums of a view's surface into the layers that shading reads.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -237,27 +237,27 @@ impl Smoothing {
         let surfaces = view.buffer.bindings().with(&surface.bindings());
         let mut parameters = irradiance.parameters;
         let requested_frames = parameters.clamp_frames;
-        let followed = self.histories.as_mut().zip(surface.motion.as_ref());
-        if parameters.clamp_frames > 0.0 && followed.is_some() {
-            // A frame is a share of what will be known, as of a mean.
+        let accumulated = self.histories.as_mut().zip(surface.motion.as_ref());
+        if parameters.clamp_frames > 0.0 && accumulated.is_some() {
+            // A frame is a fraction of the accumulated history, as of a mean.
             parameters.clamp_frames = parameters.clamp_frames.max(history::most_history(&view.view));
         }
         let layers = [(); 2].map(|()| layers_target(frame, irradiance.rendering));
         let [width, height, _] = self.filter.workgroup_size();
         let pixels = [irradiance.rendering.x.div_ceil(width), irradiance.rendering.y.div_ceil(height), 1];
-        let [mut found, mut next] = [&layers[0], &layers[1]];
+        let [mut current, mut next] = [&layers[0], &layers[1]];
         let resolving =
             surfaces.clone().with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
-        frame.dispatch(&self.resolve, &resolving.texture("filtered", found), pixels);
+        frame.dispatch(&self.resolve, &resolving.texture("filtered", current), pixels);
         let smooth = |frame: &mut Frame<'_>, kernel: &ComputeKernel, axis, [from, to]: [&wgpu::TextureView; 2]| {
             let uniform = frame.uniform(&SmoothingParameters { axis, ..parameters });
             let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_irradiance", from);
             frame.dispatch(kernel, &smoothing.texture("filtered", to), pixels);
         };
         let is_filtered = parameters.radius > 0;
-        if is_filtered || parameters.clamp_frames > 0.0 || followed.is_some() {
-            smooth(frame, &self.firefly_clamp, 0, [found, next]);
-            std::mem::swap(&mut found, &mut next);
+        if is_filtered || parameters.clamp_frames > 0.0 || accumulated.is_some() {
+            smooth(frame, &self.firefly_clamp, 0, [current, next]);
+            std::mem::swap(&mut current, &mut next);
             if parameters.redistribution > 0 && parameters.clamp_frames > 0.0 {
                 let tiles = irradiance.rendering.map(|side| side.div_ceil(TILE));
                 let bytes = size_of::<Clamped>() as u64 * u64::from(FACINGS * tiles.x * tiles.y);
@@ -268,7 +268,7 @@ impl Smoothing {
                     .clone()
                     .part("smoothing", &uniform)
                     .texture("unclamped_irradiance", next)
-                    .texture("filtered_irradiance", found)
+                    .texture("filtered_irradiance", current)
                     .buffer("cut_off", &buffers[0])
                     .buffer("redistribute_light", &buffers[1]);
                 frame.dispatch(&self.collect, &spreading, [tiles.x, tiles.y, 1]);
@@ -280,22 +280,22 @@ impl Smoothing {
                 let adding = surfaces
                     .clone()
                     .part("smoothing", &uniform)
-                    .texture("filtered_irradiance", found)
+                    .texture("filtered_irradiance", current)
                     .buffer("redistribute_light", &buffers[1]);
                 frame.dispatch(&self.add, &adding.texture("filtered", next), pixels);
-                std::mem::swap(&mut found, &mut next);
+                std::mem::swap(&mut current, &mut next);
             }
         }
-        if let Some((histories, motion)) = followed {
+        if let Some((histories, motion)) = accumulated {
             let clamped_frames = parameters.clamp_frames;
-            let mix = Mix { surface, motion, found, mixed: next, requested_frames, clamped_frames };
+            let mix = Mix { surface, motion, found: current, mixed: next, requested_frames, clamped_frames };
             histories.record(frame, view, &mix)?;
-            std::mem::swap(&mut found, &mut next);
+            std::mem::swap(&mut current, &mut next);
         }
         for axis in [0, 1].into_iter().filter(|_| is_filtered) {
-            smooth(frame, &self.filter, axis, [found, next]);
-            std::mem::swap(&mut found, &mut next);
+            smooth(frame, &self.filter, axis, [current, next]);
+            std::mem::swap(&mut current, &mut next);
         }
-        Ok(found.clone())
+        Ok(current.clone())
     }
 }

@@ -1,4 +1,4 @@
-//! Light that the hit points send by way of the radiance cache.
+//! Indirect light from the radiance cache.
 
 use crate::{
     indirect::radiance_cache::FIRST_ENTRIES_IN_TESTS,
@@ -19,10 +19,10 @@ pub(super) fn over_frames(rays: Sampled, accumulate: u32) -> Settings {
 
 const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
 
-/// The light that comes from other surfaces is that of hits which are shaded each, but for what is blurred over an entry.
+/// Indirect light from the cache matches that of shaded hits, except for the blur over an entry.
 #[test]
-fn gpu_cells_send_what_the_surfaces_in_them_send() {
-    let Some(gpu) = testing::gpu("gpu_cells_send_what_the_surfaces_in_them_send") else { return };
+fn gpu_cached_light_matches_shaded_hits() {
+    let Some(gpu) = testing::gpu("gpu_cached_light_matches_shaded_hits") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let direct =
         rendering(gpu, Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) }, &scene, &camera);
@@ -30,52 +30,52 @@ fn gpu_cells_send_what_the_surfaces_in_them_send() {
     let shaded = Sampled { hit_light: HitLight::Shaded, ..cached(Tracer::BVH, Bounces::ONE) };
     let expected = indirect(shaded);
     for tracer in tracers(gpu) {
-        let found = indirect(cached(tracer, Bounces::ONE)) / expected;
-        println!("{tracer}: {found:.4} of the light");
-        assert!((found - 1.0).abs() < 0.03, "{tracer}: {found}");
+        let actual = indirect(cached(tracer, Bounces::ONE)) / expected;
+        println!("{tracer}: {actual:.4} of the light");
+        assert!((actual - 1.0).abs() < 0.03, "{tracer}: {actual}");
     }
 }
 
-/// A closed box that shines evenly: what it sends is a geometric series of bounces.
+/// A closed, uniformly emissive box: its radiance is a geometric series of bounces.
 #[test]
-fn gpu_a_closed_box_that_shines_sends_every_bounce() {
-    let Some(gpu) = testing::gpu("gpu_a_closed_box_that_shines_sends_every_bounce") else { return };
+fn gpu_emissive_box_has_every_bounce() {
+    let Some(gpu) = testing::gpu("gpu_emissive_box_has_every_bounce") else { return };
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let counted = [(Bounces::ONE, 1.75), (Bounces::UpTo(2), 1.875), (Bounces::UpTo(3), 1.9375)];
     for (bounces, expected) in counted.into_iter().chain([(Bounces::All, 2.0)]) {
         let rays = Sampled { cache_samples: 32, ..cached(Tracer::BVH, bounces) };
-        let found = mean(&rendering(gpu, over_frames(rays, 8), &scene, &camera));
-        println!("{bounces}: {found:.4} of {expected}");
-        assert!((found / expected - 1.0).abs() < 0.01, "{bounces}: {found} of {expected}");
+        let actual = mean(&rendering(gpu, over_frames(rays, 8), &scene, &camera));
+        println!("{bounces}: {actual:.4} of {expected}");
+        assert!((actual / expected - 1.0).abs() < 0.01, "{bounces}: {actual} of {expected}");
     }
 }
 
-/// However many samples entries get in the first frame, and however few rays ask for them: of rays that have left an entry's list, what every bounce
-/// brought along them is kept.
+/// With many samples per entry in the first frame, and few rays that request them: the mean of hits that have left an entry's list contains the light
+/// of all bounces.
 #[test]
-fn gpu_many_first_samples_know_every_bounce() {
-    let Some(gpu) = testing::gpu("gpu_many_first_samples_know_every_bounce") else { return };
+fn gpu_many_first_samples_keep_every_bounce() {
+    let Some(gpu) = testing::gpu("gpu_many_first_samples_keep_every_bounce") else { return };
     let scene = Scene { lights: vec![Light::point(Vec3::ZERO, Vec3::ONE)], ..closed_box(matt(0.8)) };
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let of = |diffuse_rays, cache_samples| {
         let rays = Sampled { diffuse_rays, cache_samples, ..cached(Tracer::BVH, Bounces::All) };
         mean(&rendering(gpu, over_frames(rays, 1), &scene, &camera))
     };
-    // Of no more rays than a list holds.
+    // With no more rays than a hit list holds.
     let ground_truth = of(16, 16);
     for diffuse_rays in [1, 8] {
-        let found = of(diffuse_rays, 64) / ground_truth;
-        println!("{diffuse_rays} rays: {found:.4} of the light");
-        assert!((found - 1.0).abs() < 0.015, "{diffuse_rays} rays: {found}");
+        let actual = of(diffuse_rays, 64) / ground_truth;
+        println!("{diffuse_rays} rays: {actual:.4} of the light");
+        assert!((actual - 1.0).abs() < 0.015, "{diffuse_rays} rays: {actual}");
     }
 }
 
-/// All that is not direct light, against paths of any length. In the hall, turned about all axes, a wall's two sides seen from within it are
-/// near each other, and face as its other sides do.
+/// All indirect light, compared with paths of any length. In the hall, rotated about all axes, the two sides of a wall seen from within it are close to
+/// each other, and face the same directions as its other sides.
 #[test]
-fn gpu_every_bounce_is_the_path_tracers() {
-    let Some(gpu) = testing::gpu("gpu_every_bounce_is_the_path_tracers") else { return };
+fn gpu_every_bounce_matches_path_tracer() {
+    let Some(gpu) = testing::gpu("gpu_every_bounce_matches_path_tracer") else { return };
     let hall = demo("hall").unwrap();
     let inside = hall.cameras[0].clone();
     for (name, scene, camera, samples) in
@@ -86,18 +86,18 @@ fn gpu_every_bounce_is_the_path_tracers() {
         let indirect = mean(&rendering(gpu, over_frames(entries, 16), &scene, &camera))
             - mean(&rendering(gpu, direct, &scene, &camera));
         let [ground_truth, one, direct] = [u32::MAX, 3, 2].map(|depth| mean(&traced(&scene, &camera, depth, samples)));
-        let found = indirect / (ground_truth - direct);
-        println!("{name}: {found:.4} of the light");
-        assert!((found - 1.0).abs() < 0.04, "{name}: {found}");
-        // One bounce alone is not enough: the test can fail.
+        let actual = indirect / (ground_truth - direct);
+        println!("{name}: {actual:.4} of the light");
+        assert!((actual - 1.0).abs() < 0.04, "{name}: {actual}");
+        // The test can fail: one bounce alone is not enough.
         assert!((one - direct) / (ground_truth - direct) < 0.8, "{name}");
     }
 }
 
-/// Three bounces, against paths of five segments.
+/// Two and three bounces, compared with paths of four and five segments.
 #[test]
-fn gpu_counted_bounces_are_the_path_tracers() {
-    let Some(gpu) = testing::gpu("gpu_counted_bounces_are_the_path_tracers") else { return };
+fn gpu_counted_bounces_match_path_tracer() {
+    let Some(gpu) = testing::gpu("gpu_counted_bounces_match_path_tracer") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
     let direct = mean(&rendering(gpu, direct, &scene, &camera));
@@ -105,19 +105,19 @@ fn gpu_counted_bounces_are_the_path_tracers() {
     let traced: Vec<f64> = (2..=6).map(of).collect();
     for bounces in [2, 3] {
         let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::UpTo(bounces)) };
-        let found = mean(&rendering(gpu, over_frames(entries, 16), &scene, &camera)) - direct;
-        let fraction = |more: i32| found / (traced[(bounces as i32 + more) as usize] - traced[0]);
+        let actual = mean(&rendering(gpu, over_frames(entries, 16), &scene, &camera)) - direct;
+        let fraction = |more: i32| actual / (traced[(bounces as i32 + more) as usize] - traced[0]);
         println!("{bounces}: {:.4} of the light; {:.4} of that of one more", fraction(0), fraction(1));
         assert!((fraction(0) - 1.0).abs() < 0.03, "{bounces}: {}", fraction(0));
-        // It can fail: by one bounce more or less.
+        // The test can fail: with one bounce more or less.
         assert!(fraction(-1) > 1.05 && fraction(1) < 0.96, "{bounces}: {} {}", fraction(-1), fraction(1));
     }
 }
 
-/// Entries that have moved to another table send what they did, of each number of bounces.
+/// Entries that have migrated to another table keep their radiance for each number of bounces.
 #[test]
-fn gpu_counted_bounces_stay_when_cells_move() {
-    let Some(gpu) = testing::gpu("gpu_counted_bounces_stay_when_cells_move") else { return };
+fn gpu_counted_bounces_survive_migration() {
+    let Some(gpu) = testing::gpu("gpu_counted_bounces_survive_migration") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let entries = Sampled { diffuse_rays: 1, glossy_rays: 1, ..cached(Tracer::BVH, Bounces::UpTo(3)) };
     let settings = Settings { history: History::On, ..settings(entries) };
@@ -134,10 +134,10 @@ fn gpu_counted_bounces_stay_when_cells_move() {
     assert!((after / before - 1.0).abs() < 0.004, "{before} {after}");
 }
 
-/// An image is the same whatever was rendered before it, and from run to run, though entries come to their slots in any order.
+/// An image does not depend on what was rendered before, and is the same in every run, although the slots of entries depend on the order of invocations.
 #[test]
-fn gpu_cached_light_is_the_same_again() {
-    let Some(gpu) = testing::gpu("gpu_cached_light_is_the_same_again") else { return };
+fn gpu_cached_light_is_reproducible() {
+    let Some(gpu) = testing::gpu("gpu_cached_light_is_reproducible") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let settings = over_frames(cached(Tracer::BVH, Bounces::All), 3);
     let first = rendering(gpu, settings.clone(), &scene, &camera);
@@ -150,8 +150,8 @@ fn gpu_cached_light_is_the_same_again() {
     assert_eq!(first, again);
 }
 
-/// Hits without capacity for their entries are shaded: of one bounce nothing is lost; of every bounce what entries without room send is
-/// guessed. Both are counted.
+/// Hits for whose entries the cache is full are shaded: with one bounce no light is lost; with all bounces the radiance of missing entries is
+/// approximate. Both are counted.
 #[test]
 fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_a_full_cache_loses_no_light_of_one_bounce") else { return };
@@ -163,40 +163,41 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
         let uploaded = renderer.upload(&scene).unwrap();
         let rendering = renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap();
         let pixels: Vec<Vec3> = rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
-        let counted = |name: &str| rendering.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
+        let counted =
+            |name: &str| rendering.report.counters.iter().find(|(counter, _)| counter == name).map(|(_, n)| *n);
         let names = ["indirect/rays", "indirect/hits", "indirect/lost_entries", "radiance_cache/lost"];
         (mean(&pixels) - direct, names.map(|name| counted(name).unwrap_or(0)))
     };
     let rendered = |rays| rendered_over(8, rays);
     let one = cached(Tracer::BVH, Bounces::ONE);
     let (expected, [rays, hits, ..]) = rendered(Sampled { hit_light: HitLight::Shaded, ..one });
-    let (found, counts) = rendered(one);
+    let (actual, counts) = rendered(one);
     assert_eq!(counts, [rays, hits, 0, 0]);
-    assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
-    let (found, counts) = rendered(Sampled { cache_entries: 64, ..one });
-    println!("{} rays' entries had no room; {:.4} of the light", counts[2], found / expected);
+    assert!((actual / expected - 1.0).abs() < 0.03, "{actual} of {expected}");
+    let (actual, counts) = rendered(Sampled { cache_entries: 64, ..one });
+    println!("{} rays found the cache full; {:.4} of the light", counts[2], actual / expected);
     assert!(counts[..2] == [rays, hits] && counts[2] > rays / 4 && counts[3] == 0, "{counts:?}");
-    assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
-    // A first frame that starts over, with a table that is full again: entries that had room before have none then.
+    assert!((actual / expected - 1.0).abs() < 0.03, "{actual} of {expected}");
+    // A first frame that starts over, with a table that is full again: some entries that had a slot before have none then.
     let first = Sampled { first_rays: 1, ..one };
     let (_, [rays, hits, ..]) = rendered_over(1, Sampled { hit_light: HitLight::Shaded, ..first });
     FIRST_ENTRIES_IN_TESTS.set(256);
-    let (found, counts) = rendered_over(1, Sampled { cache_entries: 512, ..first });
-    println!("{} rays' entries had no room after starting over; {:.4} of the light", counts[2], found / expected);
+    let (actual, counts) = rendered_over(1, Sampled { cache_entries: 512, ..first });
+    println!("{} rays found the cache full after starting over; {:.4} of the light", counts[2], actual / expected);
     assert!(counts[..2] == [rays, hits] && counts[2] > rays / 4, "{counts:?}, {rays} rays, {hits} hits");
-    assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
+    assert!((actual / expected - 1.0).abs() < 0.03, "{actual} of {expected}");
     FIRST_ENTRIES_IN_TESTS.set(1 << 17);
     let all = cached(Tracer::BVH, Bounces::All);
-    let (with_room, counts) = rendered(all);
+    let (complete, counts) = rendered(all);
     assert_eq!(counts[2..], [0, 0]);
-    let (found, counts) = rendered(Sampled { cache_entries: 64, ..all });
-    assert!(counts[3] > 0 && found > expected && found < with_room, "{counts:?}, {found} of {with_room}");
+    let (actual, counts) = rendered(Sampled { cache_entries: 64, ..all });
+    assert!(counts[3] > 0 && actual > expected && actual < complete, "{counts:?}, {actual} of {complete}");
 }
 
-/// What is out of range is refused, and not only by the command line.
+/// The library refuses values out of range, not only the command line.
 #[test]
-fn gpu_caches_without_cells_or_samples_are_refused() {
-    let Some(gpu) = testing::gpu("gpu_caches_without_cells_or_samples_are_refused") else { return };
+fn gpu_caches_without_entries_or_samples_are_refused() {
+    let Some(gpu) = testing::gpu("gpu_caches_without_entries_or_samples_are_refused") else { return };
     let usual = cached(Tracer::BVH, Bounces::All);
     let refused = [
         Sampled { cache_entries: 0, ..usual },
@@ -212,14 +213,14 @@ fn gpu_caches_without_cells_or_samples_are_refused() {
     }
 }
 
-/// Entries move to another table now and then, with what they keep: a long mean is what a short one is, and the same again.
+/// Entries migrate to another table periodically, with their data: a long mean matches the expected value, and is reproducible.
 #[test]
-fn gpu_cells_that_move_keep_their_light() {
-    let Some(gpu) = testing::gpu("gpu_cells_that_move_keep_their_light") else { return };
+fn gpu_migrated_entries_keep_their_light() {
+    let Some(gpu) = testing::gpu("gpu_migrated_entries_keep_their_light") else { return };
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let rays = Sampled { diffuse_rays: 2, cache_samples: 16, ..cached(Tracer::BVH, Bounces::All) };
-    // More frames than entries are kept for.
+    // More frames than the period of migrations.
     let rendered = || {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 140)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
@@ -228,37 +229,37 @@ fn gpu_cells_that_move_keep_their_light() {
     let rendering = rendered();
     assert!(rendering.radiance == rendered().radiance, "another image from the same entries");
     let moved = rendering.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
-    let found =
+    let actual =
         rendering.radiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / rendering.radiance.len() as f64;
-    println!("{found:.4} of 2");
-    assert!((found / 2.0 - 1.0).abs() < 0.02, "{found}");
+    println!("{actual:.4} of 2");
+    assert!((actual / 2.0 - 1.0).abs() < 0.02, "{actual}");
     assert!(moved > 0 || rendering.report.passes.is_empty(), "no entry has moved");
 }
 
-/// A card that is unlit sends its colour, and nothing of what comes to it.
+/// An unlit surface emits its colour and reflects no light.
 #[test]
-fn gpu_unlit_surfaces_send_their_colour_alone() {
-    let Some(gpu) = testing::gpu("gpu_unlit_surfaces_send_their_colour_alone") else { return };
+fn gpu_unlit_surfaces_emit_only_their_colour() {
+    let Some(gpu) = testing::gpu("gpu_unlit_surfaces_emit_only_their_colour") else { return };
     let scene = closed_box(Material { unlit: true, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let of = |bounces| {
         let mut scene = scene.clone();
-        // What is seen is lit by the unlit sides.
+        // The visible side is lit by the unlit sides.
         scene.materials.push(matt(0.5));
         scene.meshes[0].primitives[5].material = 1;
         mean(&rendering(gpu, over_frames(cached(Tracer::BVH, bounces), 8), &scene, &camera))
     };
     let [one, all] = [Bounces::ONE, Bounces::All].map(of);
     println!("{one:.4} with one bounce, {all:.4} with every bounce");
-    // The one side that reflects sees unlit sides alone.
+    // The one reflecting side receives light of unlit sides only.
     assert!((all / one - 1.0).abs() < 0.01, "{all} {one}");
 }
 
-/// Light of a wall's lit side does not come to the other by way of entries that both would share.
+/// Light does not leak from a wall's lit side to the other one through shared entries.
 #[test]
-fn gpu_cells_do_not_leak_through_walls() {
-    let Some(gpu) = testing::gpu("gpu_cells_do_not_leak_through_walls") else { return };
-    // A wall without thickness in the middle of a long dark room; a lamp on the far side.
+fn gpu_entries_do_not_leak_through_walls() {
+    let Some(gpu) = testing::gpu("gpu_entries_do_not_leak_through_walls") else { return };
+    // A wall without thickness in the middle of a box; a lamp on the far side.
     let mut scene = closed_box(matt(0.8));
     scene.meshes[0].primitives.push(quad(0, Vec3::ZERO, Vec3::X, Vec3::Y));
     scene.lights.push(Light::point(Vec3::new(0.0, 0.0, -0.5), Vec3::ONE));
@@ -270,11 +271,11 @@ fn gpu_cells_do_not_leak_through_walls() {
     assert!(dark < 0.005 * lit, "{dark} of {lit}");
 }
 
-/// A dark room that light comes to by the door alone, after two reflections at least. Entries of a floor that goes on under the wall lie on both
-/// sides of it, and a few rays slip into the hollow wall: where an entry is sampled is said by those who are nearest to what is seen.
+/// A dark room that light reaches only through a door, after at least two reflections. Entries of the floor, which continues under the wall, lie on both
+/// sides of it, and a few rays get into the hollow wall: the voters of the lowest rank set an entry's sample position.
 #[test]
-fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
-    let Some(gpu) = testing::gpu("gpu_light_comes_by_the_door_and_not_under_the_wall") else { return };
+fn gpu_light_enters_by_the_door_only() {
+    let Some(gpu) = testing::gpu("gpu_light_enters_by_the_door_only") else { return };
     // 128 along the diagonal of a box of 2 m.
     let edge = 12f32.sqrt() / 128.0;
     let dark = looking([-0.5, 0.0, 0.9], [-0.6, -0.8, 0.0]);
@@ -288,22 +289,22 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         scene.meshes[0].primitives.push(quad(0, end, 0.5 * thickness * edge * Vec3::Z, Vec3::Y));
         scene.lights.push(Light::point(Vec3::new(-0.5, 0.0, -0.5), Vec3::ONE));
         let entries = Sampled { cache_samples: 32, ..cached(Tracer::BVH, Bounces::All) };
-        let found = mean(&rendering(gpu, over_frames(entries, 8), &scene, &dark));
+        let actual = mean(&rendering(gpu, over_frames(entries, 8), &scene, &dark));
         let ground_truth = mean(&traced(&scene, &dark, u32::MAX, 192));
-        println!("a wall of {thickness} edges: {:.4} of the light", found / ground_truth);
-        // Light of so many bounces comes late. While all entries had the same say, it was 0.64.
-        assert!((0.8..1.02).contains(&(found / ground_truth)), "{thickness}: {found} of {ground_truth}");
+        println!("a wall of {thickness} edges: {:.4} of the light", actual / ground_truth);
+        // Light of many bounces is not complete. If all entries had the same vote, the fraction would be 0.64.
+        assert!((0.8..1.02).contains(&(actual / ground_truth)), "{thickness}: {actual} of {ground_truth}");
     }
 }
 
-/// A table that is too small at first grows, and the image is the one of a table that was large enough: by starting over in a first frame, by
-/// moving between frames.
+/// A table that is too small at first grows, by starting over in a first frame and by migration between frames. The image is that of a table that was
+/// large enough.
 #[test]
-fn gpu_tables_that_grow_change_no_image() {
-    let Some(gpu) = testing::gpu("gpu_tables_that_grow_change_no_image") else { return };
+fn gpu_table_growth_does_not_change_the_image() {
+    let Some(gpu) = testing::gpu("gpu_table_growth_does_not_change_the_image") else { return };
     let (mut scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    // What is shaded although its entry sends it, since there was no room for the entry before the frame started over, is seen: unlit surfaces send
-    // something, and shading runs for the sky.
+    // Unlit surfaces emit, and shading runs for the sky: this detects hits that are shaded in addition to their entry, after the table was full
+    // before the frame started over.
     scene.materials[0].unlit = true;
     scene.sky = Vec3::splat(0.2);
     let rays = Sampled { diffuse_rays: 4, glossy_rays: 2, ..cached(Tracer::BVH, Bounces::All) };
@@ -312,7 +313,8 @@ fn gpu_tables_that_grow_change_no_image() {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 3)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let [rendering, again] = [(), ()].map(|()| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
-        let counted = |name: &str| rendering.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
+        let counted =
+            |name: &str| rendering.report.counters.iter().find(|(counter, _)| counter == name).map(|(_, n)| *n);
         let counts = ["radiance_cache/entries", "radiance_cache/lost", "indirect/lost_entries"];
         let counts = counts.map(|name| counted(name).unwrap());
         let moved = rendering.report.passes.iter().filter(|pass| pass.name == "radiance_cache/migrate").count();
@@ -324,21 +326,21 @@ fn gpu_tables_that_grow_change_no_image() {
         (rendering.radiance, counts, moved)
     };
     let mut moved_between_frames = 0;
-    // The last ones have more rounds of rays in the first frame than samples of an entry.
+    // The last case has more sample indices in the first frame than samples per entry.
     for (tracer, bounces, first_rays) in [(Tracer::BVH, Bounces::All, 1), (Tracer::BVH, Bounces::UpTo(3), 4)] {
         let rays = Sampled { tracer: tracer.into(), bounces, first_rays, ..rays };
         let (expected, [entries, ..], _) = rendered(1 << 17, rays);
-        // Of 4096 the frame starts over behind a later round.
+        // With 4096 entries, the frame starts over after a later sample index.
         for first_entries in [64, 1 << 12, 1 << 14] {
-            let (found, counts, moved) = rendered(first_entries, rays);
+            let (actual, counts, moved) = rendered(first_entries, rays);
             moved_between_frames += moved;
             assert_eq!(counts, [entries, 0, 0], "{tracer}, {first_entries}");
-            assert!(found == expected, "{tracer}, {first_entries}: another image");
+            assert!(actual == expected, "{tracer}, {first_entries}: another image");
         }
-        // Without room to grow, entries are lost.
-        let (found, [.., lost, lost_of_pixels], _) = rendered(64, Sampled { cache_entries: 64, ..rays });
-        assert!(lost > 0 && lost_of_pixels > 0 && found != expected, "{tracer}");
+        // If the table cannot grow, entries are lost.
+        let (actual, [.., lost, lost_of_pixels], _) = rendered(64, Sampled { cache_entries: 64, ..rays });
+        assert!(lost > 0 && lost_of_pixels > 0 && actual != expected, "{tracer}");
     }
-    // Passes are timed where the device can.
+    // Passes are listed only if the device supports timestamps.
     assert!(moved_between_frames > 0 || !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY));
 }

@@ -4,7 +4,7 @@ use crate::techniques::{Bounces, HitLight};
 
 use super::{cached::over_frames, *};
 
-/// Every pixel traces its rays; those that leave the scene meet nothing, and what is hit in the dark asks for no light.
+/// Every pixel traces its rays; rays that leave the scene are no hits, and hits without light have no shadow rays.
 #[test]
 fn gpu_rays_are_counted() {
     let Some(gpu) = testing::gpu("gpu_rays_are_counted") else { return };
@@ -13,91 +13,94 @@ fn gpu_rays_are_counted() {
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(rays)).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
         let report = renderer.render(&uploaded, camera, LARGE.x, LARGE.y).unwrap().report;
-        let count = |name: &str| report.counters.iter().find(|(known, _)| known == name).expect(name).1;
+        let count = |name: &str| report.counters.iter().find(|(counter, _)| counter == name).expect(name).1;
         ["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"].map(count)
     };
     let pixels = u64::from(LARGE.x * LARGE.y);
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-    let mut room = closed_box(matt(0.5));
-    assert_eq!(counted(&room, &camera), [3 * pixels, 3 * pixels, 0, 0]);
-    room.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
-    let [rays, hits, shadow_rays, emitter_rays] = counted(&room, &camera);
-    // Those to the light that would bring little are left out, some of them.
+    let mut box_scene = closed_box(matt(0.5));
+    assert_eq!(counted(&box_scene, &camera), [3 * pixels, 3 * pixels, 0, 0]);
+    box_scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
+    let [rays, hits, shadow_rays, emitter_rays] = counted(&box_scene, &camera);
+    // Russian roulette skips some of the shadow rays with a small contribution.
     assert_eq!([rays, hits, emitter_rays], [3 * pixels, 3 * pixels, 0]);
     assert!(shadow_rays > 3 * pixels / 2 && shadow_rays < 3 * pixels, "{shadow_rays} of {hits}");
-    // From a pane before the eye as many again, and one a pixel about the mirror direction.
-    let mut paned = room.clone();
+    // A thin dielectric in front of the eye adds as many rays, and one glossy ray per pixel.
+    let mut with_dielectric = box_scene.clone();
     let thin_dielectric =
         Material { alpha_mode: AlphaMode::Blend, base_color: Vec4::new(0.5, 0.5, 0.5, 0.5), ..matt(0.5) };
-    paned.materials.push(thin_dielectric);
-    paned.meshes[0].primitives.push(quad(1, Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y));
-    let [rays, hits, shadow_rays, emitter_rays] = counted(&paned, &camera);
-    // Those about the mirror direction may start into the pane.
+    with_dielectric.materials.push(thin_dielectric);
+    with_dielectric.meshes[0].primitives.push(quad(1, Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y));
+    let [rays, hits, shadow_rays, emitter_rays] = counted(&with_dielectric, &camera);
+    // Glossy rays may point into the thin dielectric.
     assert!((6 * pixels..=7 * pixels).contains(&rays), "{rays} of {pixels} pixels");
     assert_eq!([hits, emitter_rays], [rays, 0]);
     assert!(shadow_rays > rays / 2 && shadow_rays < rays, "{shadow_rays} of {rays}");
-    // One side shines, dimly beside the light: of three diffuse rays' pixels two look for it, and one of 16 of these rays is traced at least.
+    // One side is emissive, but dim beside the light: two emitter rays per pixel for three diffuse rays, of which at least one in 16 is traced.
     let shining = Material { emissive: Vec3::ONE, ..matt(0.5) };
-    room.materials.push(shining);
-    room.meshes[0].primitives[2].material = 1;
+    box_scene.materials.push(shining);
+    box_scene.meshes[0].primitives[2].material = 1;
     let behind = looking([0.0, 0.5, 0.0], [0.0, -1.0, 0.1]);
-    let looked = counted(&room, &behind)[3];
-    assert!(looked > pixels / 20 && looked <= 2 * pixels, "{looked} of {pixels} pixels");
+    let emitter_rays = counted(&box_scene, &behind)[3];
+    assert!(emitter_rays > pixels / 20 && emitter_rays <= 2 * pixels, "{emitter_rays} of {pixels} pixels");
     let down = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let [rays, hits, shadow_rays, _] = counted(&floor(matt(0.5)), &down);
-    // Over a floor all rays go up, and count, but a few that leave it at the very edge of the hemisphere.
+    // Over a floor all rays leave the scene and count, except a few at the very edge of the hemisphere.
     assert!(
         rays > 29 * pixels / 10 && rays <= 3 * pixels && (hits, shadow_rays) == (0, 0),
         "{rays} {hits} {shadow_rays}"
     );
 }
 
-/// Some of the segments that would bring little are traced, and count for those that are not; closed ones never count.
+/// Some of the segments with a small contribution are traced, with a higher weight; occluded ones have weight 0.
 #[test]
-fn gpu_rays_left_out_change_no_mean() {
-    let Some(gpu) = testing::gpu("gpu_rays_left_out_change_no_mean") else { return };
+fn gpu_roulette_is_unbiased() {
+    let Some(gpu) = testing::gpu("gpu_roulette_is_unbiased") else { return };
     let renderer =
         Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(sampled(Tracer::BVH))).unwrap();
     let uploaded = renderer.upload(&floor(matt(0.5))).unwrap();
     let mut random = Random::new(8);
     let mut queries = Vec::new();
     for i in 0..64 * 400 {
-        // Every fourth passes through the floor; few would bring most.
+        // Every fourth segment passes through the floor; few segments have most of the contribution.
         let start = Vec3::new(0.1, if i % 4 == 0 { -1.0 } else { 0.5 }, 0.2);
         queries.push(start.extend(random.unit().powi(6)));
         queries.push(Vec3::Y.extend(random.unit()));
     }
     let answers = evaluate_module(gpu, "testing/roulette", "fractions", &uploaded.bindings(), &queries, 2);
-    let (mut brought, mut of_all, mut traced, mut open) = (0.0, 0.0, 0, 0);
+    let (mut estimate, mut total, mut traced, mut visible) = (0.0, 0.0, 0, 0);
     for (group, answers) in queries.chunks(2 * 64).zip(answers.chunks(64)) {
         let mean = group.iter().step_by(2).map(|query| query.w).sum::<f32>() / 64.0;
         for (segment, answer) in group.chunks(2).zip(answers) {
-            let (weight, is_open) = (segment[0].w, segment[0].y > 0.0);
-            assert!(is_open || answer.x == 0.0, "a closed segment counts");
-            assert!(!is_open || weight < 1.001 * mean || answer.x == 1.0, "{weight} beside {mean}: {}", answer.x);
-            brought += f64::from(weight * answer.x);
-            of_all += if is_open { f64::from(weight) } else { 0.0 };
+            let (weight, is_visible) = (segment[0].w, segment[0].y > 0.0);
+            assert!(is_visible || answer.x == 0.0, "an occluded segment counts");
+            assert!(!is_visible || weight < 1.001 * mean || answer.x == 1.0, "{weight} beside {mean}: {}", answer.x);
+            estimate += f64::from(weight * answer.x);
+            total += if is_visible { f64::from(weight) } else { 0.0 };
             traced += usize::from(answer.x > 0.0);
-            open += usize::from(is_open);
+            visible += usize::from(is_visible);
         }
     }
-    println!("{traced} of {open} traced, which bring {:.4} of all", brought / of_all);
-    assert!(traced < open / 2 && (brought / of_all - 1.0).abs() < 0.01, "{traced} of {open}: {brought} of {of_all}");
+    println!("{traced} of {visible} traced, with {:.4} of the total", estimate / total);
+    assert!(
+        traced < visible / 2 && (estimate / total - 1.0).abs() < 0.01,
+        "{traced} of {visible}: {estimate} of {total}"
+    );
 }
 
-/// An image's first frame has so many times the diffuse rays where entries light their ends: it is the image of so many rays. Later frames have
-/// the usual number, and so have those whose ends are shaded.
+/// With the radiance cache, an image's first frame has `first_rays` times as many diffuse rays: it is the image of that number of rays. Later frames, and
+/// frames with shaded hits, have the usual number.
 #[test]
 fn gpu_first_frames_have_more_rays() {
     let Some(gpu) = testing::gpu("gpu_first_frames_have_more_rays") else { return };
-    // With a lamp that shines by its triangles.
+    // The lamp is made of emissive triangles.
     let scene = demo("cornell").unwrap();
     let rendered = |frames, hit_light, diffuse_rays, first_rays| {
         let rays = Sampled { diffuse_rays, first_rays, glossy_rays: 2, hit_light, ..sampled(Tracer::BVH) };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.x, SIZE.y).unwrap();
-        let count = |name| rendering.report.counters.iter().find(|(known, _)| known == name).unwrap().1;
+        let count = |name| rendering.report.counters.iter().find(|(counter, _)| counter == name).unwrap().1;
         (["indirect/rays", "indirect/emitter_rays"].map(count), rendering.radiance)
     };
     let (rays, twice) = rendered(1, HitLight::Cached, 4, 2);
@@ -106,16 +109,16 @@ fn gpu_first_frames_have_more_rays() {
     assert!(twice == same, "another image");
     let (usual, rendering) = rendered(1, HitLight::Cached, 4, 1);
     assert!(rendering != twice && usual[0] < rays[0] && usual[1] < rays[1], "{usual:?}, {rays:?}");
-    // Counted in the last frame.
+    // Counters are those of the last frame.
     for (frames, hit_light) in [(2, HitLight::Cached), (1, HitLight::Shaded)] {
         assert_eq!(rendered(frames, hit_light, 4, 2).0[0], rendered(frames, hit_light, 4, 1).0[0], "{hit_light}");
     }
 }
 
-/// In a mean every entry that pixels' rays ask for gets a sample in each frame; those of which much is known, half or a quarter of them.
+/// In a mean, every entry that pixels' rays request gets a sample in each frame; of those with a long history, half or a quarter.
 #[test]
-fn gpu_well_known_cells_get_fewer_samples() {
-    let Some(gpu) = testing::gpu("gpu_well_known_cells_get_fewer_samples") else { return };
+fn gpu_entries_with_long_history_get_fewer_samples() {
+    let Some(gpu) = testing::gpu("gpu_entries_with_long_history_get_fewer_samples") else { return };
     let (hit_light, bounces) = (HitLight::Cached, Bounces::All);
     let sampled_at_last = |cache_samples| {
         let rays =

@@ -1,4 +1,4 @@
-//! Triangles that shine.
+//! Emissive triangles.
 
 use super::*;
 
@@ -9,7 +9,7 @@ fn lamp_over_floor(half: f32, height: f32, radiance: f32, floor: Material) -> Sc
     scene_of(vec![ground, quad(1, height * Vec3::Y, half * Vec3::X, half * Vec3::Z)], vec![floor, lamp])
 }
 
-/// A lamp that not one of a thousand rays runs into lights every pixel as it should.
+/// A lamp that less than one of a thousand rays hits lights every pixel correctly.
 #[test]
 fn gpu_a_small_lamp_lights_every_pixel() {
     let Some(gpu) = testing::gpu("gpu_a_small_lamp_lights_every_pixel") else { return };
@@ -17,15 +17,15 @@ fn gpu_a_small_lamp_lights_every_pixel() {
     let scene = lamp_over_floor(half, height, radiance, matt(0.5));
     let camera = looking([0.0, 0.9, 0.1], [0.0, 0.0, 0.0]);
     let few = Sampled { diffuse_rays: 2, glossy_rays: 0, ..sampled(Tracer::BVH) };
-    let found = rendering(gpu, settings(few), &scene, &camera);
+    let actual = rendering(gpu, settings(few), &scene, &camera);
     // Straight below: L A / d² lux on a surface of albedo 0.5.
     let below = 0.5 / std::f32::consts::PI * radiance * 4.0 * half * half / (height * height);
-    let middle = found[SIZE.x as usize * (SIZE.y as usize / 2) + SIZE.x as usize / 2].x;
+    let middle = actual[SIZE.x as usize * (SIZE.y as usize / 2) + SIZE.x as usize / 2].x;
     assert!((middle / below - 1.0).abs() < 0.03, "{middle}, not {below}");
-    assert!(found.iter().all(|pixel| pixel.x > 0.3 * below), "a pixel is dark");
+    assert!(actual.iter().all(|pixel| pixel.x > 0.3 * below), "a pixel is dark");
 }
 
-/// What is looked for and what is run into is counted once together, on matt and on glossy floors, for large and for small lamps.
+/// Emitter sampling and BSDF sampling together count emission once, on matt and on glossy floors, for large and for small lamps.
 #[test]
 fn gpu_emission_is_neither_lost_nor_counted_twice() {
     let Some(gpu) = testing::gpu("gpu_emission_is_neither_lost_nor_counted_twice") else { return };
@@ -45,25 +45,25 @@ fn gpu_emission_is_neither_lost_nor_counted_twice() {
     }
 }
 
-/// Areas and emission that products of 32 bits do not hold.
+/// Areas and emission whose products overflow 32-bit floats give finite radiance.
 #[test]
-fn gpu_the_largest_and_brightest_lamps_leave_numbers() {
-    let Some(gpu) = testing::gpu("gpu_the_largest_and_brightest_lamps_leave_numbers") else { return };
+fn gpu_extreme_lamps_give_finite_radiance() {
+    let Some(gpu) = testing::gpu("gpu_extreme_lamps_give_finite_radiance") else { return };
     let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
     let few = Sampled { diffuse_rays: 4, glossy_rays: 2, ..sampled(Tracer::BVH) };
     for (half, radiance) in [(1e11, 1.0), (0.5, f32::MAX), (1e11, f32::MAX)] {
         let mut scene = lamp_over_floor(half, 1.0, radiance, matt(0.5));
         scene.meshes[0].primitives[1].normals = vec![Vec3::NEG_Y; 4];
-        // Another lamp, that the tree has to choose from.
+        // Another lamp, so that the tree has a choice.
         scene.meshes[0].primitives.push(quad(1, Vec3::new(1.0, 0.5, 0.0), 0.1 * Vec3::X, 0.1 * Vec3::Z));
-        let found = rendering(gpu, settings(few), &scene, &camera);
-        assert!(found.iter().all(|pixel| pixel.is_finite()), "lamp of {half} m and {radiance} nits");
-        // Rays pass by a triangle of which a float does not hold a metre; the lamp beside it is not lost over it.
-        assert!(mean(&found) > 1e-3, "lamp of {half} m and {radiance} nits: {}", mean(&found));
+        let actual = rendering(gpu, settings(few), &scene, &camera);
+        assert!(actual.iter().all(|pixel| pixel.is_finite()), "lamp of {half} m and {radiance} nits");
+        // Rays miss a triangle whose coordinates have no precision of a metre; the light of the other lamp must remain.
+        assert!(mean(&actual) > 1e-3, "lamp of {half} m and {radiance} nits: {}", mean(&actual));
     }
 }
 
-/// What a lamp sends to the walls around is seen on the floor, too.
+/// Emission is also reflected by the walls onto the floor.
 #[test]
 fn gpu_emission_is_reflected_once() {
     let Some(gpu) = testing::gpu("gpu_emission_is_reflected_once") else { return };
@@ -75,8 +75,8 @@ fn gpu_emission_is_reflected_once() {
     let [direct, ground_truth] = [2, 3].map(|depth| traced(&scene, &camera, depth, 256));
     assert!(mean(&ground_truth) > 1.05 * mean(&direct), "{} of {} is reflected", mean(&ground_truth), mean(&direct));
     for tracer in tracers(gpu) {
-        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
-        let energy = mean(&found) / mean(&ground_truth);
+        let actual = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
+        let energy = mean(&actual) / mean(&ground_truth);
         println!("{tracer}: energy {energy:.4}");
         let most = 0.03;
         assert!((energy - 1.0).abs() < most, "{tracer}: {energy}");

@@ -1,4 +1,4 @@
-//! Light that pixels keep from the frames before.
+//! Temporal accumulation of indirect light.
 
 use glam::Affine3A;
 
@@ -14,7 +14,7 @@ fn few() -> Sampled {
     Sampled { diffuse_rays: 2, glossy_rays: 1, ..sampled(Tracer::BVH) }
 }
 
-fn keeping(history: History, sampled: Sampled) -> Settings {
+fn with_history(history: History, sampled: Sampled) -> Settings {
     Settings { history, ..settings(sampled) }
 }
 
@@ -24,10 +24,10 @@ fn pixels(rendering: &crate::RenderedImage) -> Vec<Vec3> {
     rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
-/// The first image of a renderer, and a mean, are what they are without a history, to the bit.
+/// The first image of a renderer, and a mean, are bit-identical with and without a history.
 #[test]
-fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
-    let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_know_of_nothing_before") else { return };
+fn gpu_first_frame_and_its_mean_have_no_history() {
+    let Some(gpu) = testing::gpu("gpu_first_frame_and_its_mean_have_no_history") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let usual = Sampled { filter_radius: 4, clamp: IndirectClamp::On, ..few() };
     let techniques = [
@@ -47,11 +47,11 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
     }
 }
 
-/// While the camera moves what surfaces have got before is theirs still: less noise, and as much light. Once it rests, the mean is of
-/// all that is known, and goes on to the same image.
+/// While the camera moves, accumulation reduces the noise and preserves the energy. At rest, the mean includes the history, and converges to the same
+/// image.
 #[test]
-fn gpu_a_camera_that_moves_takes_its_noise_away() {
-    let Some(gpu) = testing::gpu("gpu_a_camera_that_moves_takes_its_noise_away") else { return };
+fn gpu_accumulation_reduces_noise_of_a_moving_camera() {
+    let Some(gpu) = testing::gpu("gpu_accumulation_reduces_noise_of_a_moving_camera") else { return };
     let scene = cornell();
     let at = |step: u32| looking([0.02 * step as f32, 1.0, 2.6 - 0.01 * step as f32], CAMERA.1);
     let last = 12;
@@ -60,7 +60,7 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
     let direct = rendering(gpu, Settings { indirect: Indirect::NONE, ..settings(many) }, &scene, &at(last));
     let light = mean(&ground_truth) - mean(&direct);
     let walked = |history| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let mut renderings = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.x, SIZE.y).unwrap());
         pixels(&renderings.by_ref().last().unwrap())
@@ -72,7 +72,7 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
     assert!(kept < 0.5 * noise && (brought - 1.0).abs() < 0.03, "{noise}, {kept}, {brought}");
 
     let rested = |history| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         (0..last).for_each(|step| {
             renderer.refine(&uploaded, &[(&at(step), SIZE.x, SIZE.y)]).unwrap();
@@ -99,15 +99,15 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
     assert!(later < 0.01, "{later}");
 }
 
-/// A lamp that is switched off leaves no light behind; one that changes its colour is followed.
+/// A lamp that is switched off leaves no ghost; a lamp that changes its colour is followed.
 #[test]
-fn gpu_light_that_changes_is_followed() {
-    let Some(gpu) = testing::gpu("gpu_light_that_changes_is_followed") else { return };
+fn gpu_accumulation_follows_changing_light() {
+    let Some(gpu) = testing::gpu("gpu_accumulation_follows_changing_light") else { return };
     let camera = looking(CAMERA.0, CAMERA.1);
     let lit = cornell();
     let with_lamp =
         |intensity: Vec3| Scene { lights: vec![Light::point(Vec3::new(0.0, 1.2, 0.5), intensity)], ..lit.clone() };
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(History::On, few())).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(History::On, few())).unwrap();
     let mut uploaded = renderer.upload(&lit).unwrap();
     let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
         pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap())
@@ -120,9 +120,9 @@ fn gpu_light_that_changes_is_followed() {
     let ground_truth = rendering(gpu, settings(Sampled { diffuse_rays: 512, ..few() }), &dim, &camera);
     let alone = off(&rendering(gpu, settings(few()), &dim, &camera), &ground_truth);
     let frames: Vec<f64> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &ground_truth)).collect();
-    println!("off by {:.3?}; a frame by itself by {alone:.3}", [0, 3, 15].map(|k: usize| frames[k]));
+    println!("off by {:.3?}; a frame alone by {alone:.3}", [0, 3, 15].map(|k: usize| frames[k]));
     assert!(frames[0] < 1.5 * alone && frames[3] < alone && frames[15] < 0.5 * alone, "{frames:?}");
-    // Red after blue: neither is left of the other.
+    // Red after blue: no blue light remains.
     renderer.update(&mut uploaded, &with_lamp(Vec3::new(2.0, 0.0, 0.0))).unwrap();
     let red: Vec<f64> = (0..8)
         .map(|_| render(&mut renderer, &uploaded))
@@ -135,25 +135,25 @@ fn gpu_light_that_changes_is_followed() {
     assert!(red[0] < 0.1 && red[7] < 0.02, "{red:?}");
     renderer.update(&mut uploaded, &with_lamp(Vec3::ZERO)).unwrap();
     let left = mean(&render(&mut renderer, &uploaded));
-    // But where too few pixels around are of the same surface to say so.
+    // Except where too few neighbours are of the same surface.
     assert!(left < 1e-3 * mean(&ground_truth), "{left} is left of {}", mean(&ground_truth));
 }
 
-/// A bright lamp goes out while a dim one of another colour stays, and comes on again: its indirect light is gone at once, and there at once,
-/// from what pixels know and from entries, with every bounce, too.
+/// A bright lamp is switched off and on again while a dim one of another colour stays on: its indirect light disappears and returns at once, in the
+/// history of pixels and in cache entries, also with every bounce.
 #[test]
-fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
-    let Some(gpu) = testing::gpu("gpu_a_bright_lamp_that_goes_out_leaves_no_glow") else { return };
+fn gpu_switched_off_lamp_leaves_no_ghost() {
+    let Some(gpu) = testing::gpu("gpu_switched_off_lamp_leaves_no_ghost") else { return };
     let camera = looking(CAMERA.0, CAMERA.1);
     let lamp = |x: f32, intensity: Vec3| Light::point(Vec3::new(x, 1.7, 0.0), intensity);
     let [dim, bright] = [lamp(0.5, Vec3::new(0.5, 0.7, 1.0)), lamp(-0.5, Vec3::new(60.0, 50.0, 30.0))];
     let dark = Scene { lights: vec![dim.clone()], ..cornell() };
     let lit = Scene { lights: vec![dim, bright], ..cornell() };
-    // What pixels know is held to a quarter of a deviation, about as large as the mean, and is four fifths of the first frame.
+    // The history is clamped to a quarter of a standard deviation, which is about the mean, and is four fifths of the first frame.
     let ways = [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
     for (hit_light, bounces) in ways {
         let rays = Sampled { diffuse_rays: 8, hit_light, bounces, filter_radius: 4, ..few() };
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(History::On, rays)).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(History::On, rays)).unwrap();
         let mut uploaded = renderer.upload(&lit).unwrap();
         let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
             mean(&pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap()))
@@ -166,8 +166,8 @@ fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
             let direct = mean(&rendering(gpu, Settings { indirect: Indirect::NONE, ..settings(rays) }, scene, &camera));
             let expected = mean(&rendering(gpu, again, scene, &camera)) - direct;
             renderer.update(&mut uploaded, scene).unwrap();
-            let found: Vec<f64> = (0..16).map(|_| (render(&mut renderer, &uploaded) - direct) / expected).collect();
-            [0, 3, 15].map(|k: usize| found[k])
+            let actual: Vec<f64> = (0..16).map(|_| (render(&mut renderer, &uploaded) - direct) / expected).collect();
+            [0, 3, 15].map(|k: usize| actual[k])
         };
         let [left, come] = [&dark, &lit].map(&mut after);
         println!("{hit_light}, {bounces}: of the light after 1, 4, 16 frames {left:.3?}, of the lamp's own {come:.3?}");
@@ -176,10 +176,10 @@ fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
     }
 }
 
-/// What a thing that moves uncovers gets nothing of what was in front of it, and the thing keeps what it knows.
+/// Disoccluded surfaces get no light of the object that was in front of them, and the moving object keeps its history.
 #[test]
-fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
-    let Some(gpu) = testing::gpu("gpu_what_moves_keeps_its_light_and_leaves_none_behind") else { return };
+fn gpu_moving_surfaces_keep_their_history_without_ghosts() {
+    let Some(gpu) = testing::gpu("gpu_moving_surfaces_keep_their_history_without_ghosts") else { return };
     let mut scene = floor(matt(0.8));
     scene.sky = Vec3::ONE;
     scene.materials.push(matt(0.05));
@@ -197,7 +197,7 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
     let before = image_of(gpu, LARGE, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = Affine3A::IDENTITY;
     let of = |history| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let moved = (0..12).map(|step| {
             renderer.move_instances(&mut uploaded, &[(1, card(step))]).unwrap();
@@ -207,7 +207,7 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
     };
     let [without, with] = [History::Off, History::On].map(of);
     let [noise, kept] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
-    // Where the card was in the frame before and is no longer: it was a twentieth as bright.
+    // The disoccluded area, which the card covered in the previous frame: the card is a twentieth as bright.
     let uncovered: Vec<usize> = (0..ground_truth.len()).filter(|i| before[*i].x < 0.3 * ground_truth[*i].x).collect();
     let of_uncovered = |rendering: &[Vec3]| uncovered.iter().map(|i| f64::from(rendering[*i].x)).sum::<f64>();
     let brought = of_uncovered(&with) / of_uncovered(&ground_truth);

@@ -1,15 +1,15 @@
-//! What few rays leave, and what the clamp and the filter make of it.
+//! Noise of few rays, and the effect of clamp and filter.
 
 use lanternfish_scene::rig;
 
 use super::*;
 use crate::techniques::HitLight;
 
-/// Errors of pixels that are 32 apart, where the squares of pixels that share a net of shifts would repeat, are not alike; nor are those of smaller
-/// squares of it.
+/// Errors of pixels at a distance of 32 pixels, the period of the squares that share a net of shifts, are not correlated; nor are those at the periods of
+/// smaller squares.
 #[test]
-fn gpu_noise_repeats_nowhere() {
-    let Some(gpu) = testing::gpu("gpu_noise_repeats_nowhere") else { return };
+fn gpu_noise_does_not_repeat() {
+    let Some(gpu) = testing::gpu("gpu_noise_does_not_repeat") else { return };
     let mut scene = floor(matt(0.5));
     let sky = Environment { width: 16, height: 8, pixels: vec![Vec3::ONE; 128], rotation: 0.0 };
     let card = Material { base_color: Vec4::new(0.0, 0.0, 0.0, 1.0), ..matt(0.0) };
@@ -36,11 +36,11 @@ fn gpu_noise_repeats_nowhere() {
     }
 }
 
-/// A pixel that is far above all like it is cut off; none gets more than it had, and what is even stays as it is.
+/// The clamp limits a pixel far above its similar neighbours; no pixel gets brighter, and uniform light does not change.
 #[test]
-fn gpu_the_clamp_takes_single_bright_pixels_alone() {
-    let Some(gpu) = testing::gpu("gpu_the_clamp_takes_single_bright_pixels_alone") else { return };
-    // A bright card that is unlit, and so found by chance alone.
+fn gpu_clamp_removes_only_fireflies() {
+    let Some(gpu) = testing::gpu("gpu_clamp_removes_only_fireflies") else { return };
+    // A bright unlit card, which rays hit only by chance.
     let mut scene = floor(matt(0.5));
     scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
     scene.meshes[0].primitives.push(quad(1, 2.0 * Vec3::Y, 0.1 * Vec3::X, 0.1 * Vec3::Z));
@@ -55,10 +55,10 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
     let kept = mean(&on) / mean(&off);
     let noise = squares(&on) / squares(&off);
     println!("squares {noise:.4}, energy kept {kept:.4}");
-    // One ray of 300 finds the card: most of its light is what the clamp is there to take.
+    // One ray of 300 hits the card: the clamp removes most of its light.
     assert!(noise < 0.4 && f64::from(noise) < 0.8 * kept && kept > 0.25 && kept < 1.0);
     assert!(on.iter().zip(&off).all(|(on, off)| on.x <= off.x));
-    // A mean of many frames loses less, the more there are (eight are as few as one); also where the pixels around a bright one are black.
+    // The mean loses less with more frames (eight are as few as one), also where the pixels around a bright one are black.
     for sky in [5e-4, 0.0] {
         scene.sky = Vec3::splat(sky);
         let kept = [1, 8, 16, 64].map(|accumulate| {
@@ -76,11 +76,11 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
     assert!(self::off(&even(IndirectClamp::On), &even(IndirectClamp::Off)) < 1e-3);
 }
 
-/// Where the image is filtered, what the clamp cuts off goes to the pixels around: the light is there, with less noise than without. So it is of
-/// what a rough metal reflects.
+/// With a filter, the clamped excess is redistributed over the pixels around: the energy is preserved, with less noise than without the clamp. The same
+/// holds for reflections in a rough metal.
 #[test]
-fn gpu_what_the_clamp_cuts_off_is_spread() {
-    let Some(gpu) = testing::gpu("gpu_what_the_clamp_cuts_off_is_spread") else { return };
+fn gpu_clamped_excess_is_redistributed() {
+    let Some(gpu) = testing::gpu("gpu_clamped_excess_is_redistributed") else { return };
     // All of the image is floor.
     let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
     let metal = Material { metallic: 1.0, ..matt(0.9) };
@@ -101,20 +101,19 @@ fn gpu_what_the_clamp_cuts_off_is_spread() {
         };
         let fraction = uneven(of(IndirectClamp::On, 8)) / uneven(of(IndirectClamp::Off, 8));
         println!(
-            "{name}: energy kept {kept:.4}, {lost:.4} if nothing is spread; {fraction:.3} of the noise without the clamp"
+            "{name}: energy kept {kept:.4}, {lost:.4} without redistribution; {fraction:.3} of the noise without the clamp"
         );
-        assert!(lost < 0.9, "{name}: nothing is cut off: {lost}");
+        assert!(lost < 0.9, "{name}: nothing is clamped: {lost}");
         assert!((kept - 1.0).abs() < 0.03, "{name}: {kept}");
         assert!(fraction < 0.8, "{name}: {fraction}");
     }
 }
 
-/// What diffuse rays find counts for the glossy lobe beside what glossy rays do, neither twice nor less than once: the mean of few rays of both
-/// kinds is that of many glossy ones, whatever the surface's roughness, wherever rays start and wherever their ends' light comes from. Some of them leave
-/// the scene.
+/// Light of diffuse and glossy rays counts once in the glossy lobe: the mean of few rays of both kinds is that of many glossy ones, for every roughness,
+/// resolution and source of the light at hits. Some rays leave the scene.
 #[test]
-fn gpu_light_that_both_kinds_of_rays_find_counts_once() {
-    let Some(gpu) = testing::gpu("gpu_light_that_both_kinds_of_rays_find_counts_once") else { return };
+fn gpu_both_kinds_of_rays_count_light_once() {
+    let Some(gpu) = testing::gpu("gpu_both_kinds_of_rays_count_light_once") else { return };
     let camera = looking([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
     let [full, half] = [IndirectResolution::Full, IndirectResolution::Half];
     let [shaded, cached] = [HitLight::Shaded, HitLight::Cached];
@@ -130,19 +129,19 @@ fn gpu_light_that_both_kinds_of_rays_find_counts_once() {
             let rays = Sampled { diffuse_rays, glossy_rays, resolution, hit_light, ..sampled(Tracer::BVH) };
             mean(&rendering(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera))
         };
-        let found = of(3, 1, 64) / of(1, 64, 64);
+        let actual = of(3, 1, 64) / of(1, 64, 64);
         let name = format!("roughness {perceptual_roughness}, {resolution}, {hit_light}");
-        println!("{name}: {found:.4} of the light");
+        println!("{name}: {actual:.4} of the light");
         // Graphics cards have faster, less precise square roots and quotients: 0.005 on one.
-        assert!((found - 1.0).abs() < if hit_light == cached { 0.01 } else { 0.006 }, "{name}: {found}");
+        assert!((actual - 1.0).abs() < if hit_light == cached { 0.01 } else { 0.006 }, "{name}: {actual}");
     }
 }
 
-/// Light that few pixels find is spread by the filter, and neither lost nor doubled.
+/// The filter spreads the light of single bright pixels and preserves its energy.
 #[test]
-fn gpu_the_filter_keeps_the_light_of_lone_bright_pixels() {
-    let Some(gpu) = testing::gpu("gpu_the_filter_keeps_the_light_of_lone_bright_pixels") else { return };
-    // A bright card that is unlit, and so found by chance alone.
+fn gpu_filter_preserves_energy_of_bright_pixels() {
+    let Some(gpu) = testing::gpu("gpu_filter_preserves_energy_of_bright_pixels") else { return };
+    // A bright unlit card, which rays hit only by chance.
     let mut scene = floor(matt(0.5));
     scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
     scene.meshes[0].primitives.push(quad(1, 2.0 * Vec3::Y, 0.1 * Vec3::X, 0.1 * Vec3::Z));
@@ -158,21 +157,21 @@ fn gpu_the_filter_keeps_the_light_of_lone_bright_pixels() {
         let lone = without.iter().filter(|pixel| f64::from(pixel.x) > 2.0 * floor).count();
         let kept = (mean(&with) - floor) / (mean(&without) - floor);
         println!("sky of {sky}: {lone} lone bright pixels, of whose light {kept:.4} is kept");
-        // What of it falls beyond the image's edge, or stays this side of it, is known to a tenth.
+        // The light lost or gained at the image's border is up to a tenth.
         assert!(lone > 10 && (kept - 1.0).abs() < 0.1, "sky of {sky}: {kept} of {lone} pixels' light");
     }
 }
 
-/// Neither a filter nor coarser starts change what is the same everywhere, and both are nearer to many rays than few rays alone.
+/// The filter and half resolution do not change constant light, and both reduce the error of few rays.
 #[test]
-fn gpu_filter_and_half_resolution_keep_what_is_there() {
-    let Some(gpu) = testing::gpu("gpu_filter_and_half_resolution_keep_what_is_there") else { return };
+fn gpu_filter_and_half_resolution_keep_constant_light() {
+    let Some(gpu) = testing::gpu("gpu_filter_and_half_resolution_keep_constant_light") else { return };
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let scene = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
     for resolution in IndirectResolution::ALL.iter().copied() {
         let filtered = Sampled { resolution, filter_radius: 6, ..sampled(Tracer::BVH) };
-        let found = rendering(gpu, settings(filtered), &scene, &camera);
-        assert!(found.iter().all(|pixel| (*pixel / 0.5 - 1.0).abs().max_element() < 2e-3), "{resolution}");
+        let actual = rendering(gpu, settings(filtered), &scene, &camera);
+        assert!(actual.iter().all(|pixel| (*pixel / 0.5 - 1.0).abs().max_element() < 2e-3), "{resolution}");
     }
     let cornell = cornell();
     let camera = &cornell.cameras[0];
@@ -188,8 +187,7 @@ fn gpu_filter_and_half_resolution_keep_what_is_there() {
     }
 }
 
-/// A mirror shows surfaces of which a few rays find few of the many lights: the filter takes most of that noise, and leaves edges
-/// where they are.
+/// A mirror shows surfaces lit by many lights, of which few rays sample few: the filter removes most of that noise and preserves edges.
 #[test]
 fn gpu_a_mirror_of_many_lights_is_not_speckled() {
     let Some(gpu) = testing::gpu("gpu_a_mirror_of_many_lights_is_not_speckled") else { return };
@@ -218,8 +216,8 @@ fn gpu_a_mirror_of_many_lights_is_not_speckled() {
     assert!(edges < 0.05, "{edges}");
 }
 
-/// Four glossy rays of a rough metal find the studio's lamps here and miss them there: the environment that they see are blurred for the
-/// rest of the lobe, no more than the lobe is wide, and the less, the more rays there are.
+/// Four glossy rays of a rough metal hit the studio's lamps in one pixel and miss them in the next: they read the environment prefiltered by the rest of the
+/// lobe. The prefilter is no wider than the lobe, and narrower with more rays.
 #[test]
 fn gpu_rough_metal_in_the_studio_is_not_speckled() {
     let Some(gpu) = testing::gpu("gpu_rough_metal_in_the_studio_is_not_speckled") else { return };
@@ -227,10 +225,10 @@ fn gpu_rough_metal_in_the_studio_is_not_speckled() {
     let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
     let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(Tracer::BVH) };
     let unclamped = IndirectClamp::Off;
-    // Between what is found and what it was when rays saw the image in their own direction: 0.138, 0.197, 0.217.
+    // The limits are between the measured errors and those with lookups in the rays' own directions: 0.138, 0.197, 0.217.
     for (perceptual_roughness, most) in [(0.3, 0.09), (0.5, 0.155), (0.7, 0.18)] {
         let mut scene = floor(Material { metallic: 1.0, perceptual_roughness, ..matt(0.9) });
-        // Turned away from the camera that it was made for, so that the floor mirrors a lamp's edge.
+        // Rotated away from the camera for which it was made, so that the floor reflects a lamp's edge.
         scene.environment = Some(rig::studio(&looking([0.0, 0.0, 1.0], [0.3, 0.0, 0.0])));
         let of = |sampled| rendering(gpu, settings(sampled), &scene, &camera);
         let ground_truth = of(Sampled { glossy_rays: 2048, clamp: unclamped, ..few });

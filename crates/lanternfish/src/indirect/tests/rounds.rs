@@ -1,4 +1,4 @@
-//! Rounds of rays that are traced together, and in which order.
+//! Sample indices that are traced together, and the order of rays.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,29 +13,29 @@ use crate::{
     view::View,
 };
 
-/// A mean of two frames, of which so many rounds are traced together.
+/// A mean of two frames, with at most `most` sample indices traced together.
 fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
     MOST_SAMPLES_IN_TESTS.set(most);
     let scene = demo("cornell").unwrap();
     image_of(gpu, LARGE, Settings { accumulate: 2, ..settings(rays) }, &scene, &scene.cameras[0])
 }
 
-/// Whether a round is traced by itself or with others changes nothing.
+/// The image does not depend on how many sample indices are traced together.
 #[test]
-fn gpu_rounds_are_the_same_however_many_are_traced_together() {
-    let Some(gpu) = testing::gpu("gpu_rounds_are_the_same_however_many_are_traced_together") else { return };
+fn gpu_shaded_light_does_not_depend_on_batch_size() {
+    let Some(gpu) = testing::gpu("gpu_shaded_light_does_not_depend_on_batch_size") else { return };
     let rays = Sampled { diffuse_rays: 5, glossy_rays: 2, ..sampled(Tracer::BVH) };
     let [one, three, all] = [1, 3, 16].map(|most| traced_together(gpu, most, rays));
     assert!(one == all && three == all);
-    // It can fail: other rays are another image.
+    // The test can fail: other rays give another image.
     assert!(traced_together(gpu, 16, Sampled { diffuse_rays: 4, ..rays }) != all);
 }
 
-/// With entries, the rays of all rounds that are looked up together ask for one that is new; else those of the first that ends there: it is sampled
-/// elsewhere. The light is the same but for noise, of less than half of what rays make that are a quarter as many.
+/// With the cache, the rays of all sample indices that are looked up together vote for a new entry, so that its sample position depends on their number.
+/// The light is the same except for noise, which is less than half of that of a quarter of the rays.
 #[test]
-fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {
-    let Some(gpu) = testing::gpu("gpu_cells_send_the_same_however_many_rounds_are_looked_up_together") else { return };
+fn gpu_cached_light_does_not_depend_on_batch_size() {
+    let Some(gpu) = testing::gpu("gpu_cached_light_does_not_depend_on_batch_size") else { return };
     let rays = Sampled { diffuse_rays: 12, glossy_rays: 4, hit_light: HitLight::Cached, ..sampled(Tracer::BVH) };
     let [one, five, all] = [1, 5, 16].map(|most| traced_together(gpu, most, rays));
     for (what, some) in [("one", &one), ("five", &five)] {
@@ -43,16 +43,16 @@ fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {
         println!("{what}: {light:.4} of the light, off by {apart:.4}");
         assert!((light - 1.0).abs() < 0.004 && apart < 0.03, "{what}: {light} of the light, off by {apart}");
     }
-    // It can fail: fewer rays are off by more.
+    // The test can fail: fewer rays have a larger error.
     let fewer = traced_together(gpu, 16, Sampled { diffuse_rays: 3, ..rays });
     assert!(off(&fewer, &all) > 0.06, "{}", off(&fewer, &all));
 }
 
-/// Every pixel of an image is gone through once, block by block, and those that follow each other have shifts that are alike: the order that the
-/// host makes is that of the shaders' shifts.
+/// The order covers every pixel of an image once, block by block, and successive pixels have similar shifts: the order of the host matches the shifts of
+/// the shaders.
 #[test]
-fn gpu_pixels_in_order_cover_the_image_and_go_the_same_way() {
-    let Some(gpu) = testing::gpu("gpu_pixels_in_order_cover_the_image_and_go_the_same_way") else { return };
+fn gpu_pixel_order_covers_the_image_coherently() {
+    let Some(gpu) = testing::gpu("gpu_pixel_order_covers_the_image_coherently") else { return };
     let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
     let size = UVec2::new(90, 40);
     let [width, height, _] = sample_order::workgroups(size);
@@ -69,17 +69,17 @@ fn gpu_pixels_in_order_cover_the_image_and_go_the_same_way() {
             .all(|block| block.iter().all(|pixel| (pixel.xy() / 32.0).floor() == (block[0].xy() / 32.0).floor())),
         "a block is left before its end"
     );
-    // Along a torus, by the mean of both axes: any two points are a quarter apart, of 1,024 even ones neighbours a thirtieth.
+    // Distance on a torus, mean over both axes: a quarter for random points, a thirtieth for neighbours of 1,024 evenly distributed ones.
     let apart = |a: f32, b: f32| (a - b).abs().min(1.0 - (a - b).abs());
     let steps = pixels.windows(2).map(|pair| 0.5 * (apart(pair[0].z, pair[1].z) + apart(pair[0].w, pair[1].w)));
     let mean = steps.sum::<f32>() / pixels.len() as f32;
     assert!(mean < 0.05, "{mean}");
 }
 
-/// What becomes of a pixel's rays is kept at a place that no other pixel has, and that says which pixel it is.
+/// Each pixel has a unique index for the data of its rays, and the index identifies the pixel.
 #[test]
-fn gpu_every_pixel_has_a_place_of_its_own() {
-    let Some(gpu) = testing::gpu("gpu_every_pixel_has_a_place_of_its_own") else { return };
+fn gpu_every_pixel_has_a_unique_index() {
+    let Some(gpu) = testing::gpu("gpu_every_pixel_has_a_unique_index") else { return };
     let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
     let about = Bindings::new().buffer("sample_order", &order);
     let size = UVec2::new(90, 40);
@@ -94,7 +94,7 @@ fn gpu_every_pixel_has_a_place_of_its_own() {
         assert_eq!((answer.yz(), answer.w), (query.xy(), count as f32));
     }
 
-    // A pass by rows of blocks goes through the places one after the other.
+    // Invocations of a pass by rows of blocks follow the index in order.
     let [width, height, _] = sample_order::workgroups_in_rows(size);
     let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
     let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
@@ -107,8 +107,8 @@ fn gpu_every_pixel_has_a_place_of_its_own() {
     }
 }
 
-/// Shifts of the pixels of every aligned square of 2^k x 2^k, up to 32, are a net: one lies in each strip, column and box that has that square's
-/// share of the unit square. Squares of 32 differ by one amount each.
+/// Shifts of the pixels of every aligned square of 2^k x 2^k, up to 32, are a net: one lies in each strip, column and box of the corresponding area of the
+/// unit square. Squares of 32 pixels differ by a constant.
 #[test]
 fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
     let Some(gpu) = testing::gpu("gpu_shifts_of_a_square_of_pixels_are_a_net") else { return };
@@ -117,13 +117,13 @@ fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
     let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
     let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
     let about = Bindings::new().buffer("sample_order", &order);
-    let found = evaluate_points(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
-    let shifts: HashMap<_, _> = found.iter().map(|pixel| (pixel.xy().as_uvec2(), pixel.zw())).collect();
+    let actual = evaluate_points(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
+    let shifts: HashMap<_, _> = actual.iter().map(|pixel| (pixel.xy().as_uvec2(), pixel.zw())).collect();
     let first: Vec<(UVec2, Vec2)> =
         shifts.iter().map(|(at, shift)| (*at, *shift)).filter(|(at, _)| at.max_element() < 32).collect();
     for k in 1..=5 {
         for strips in 0..=2 * k {
-            // A box is a 2^-strips part wide, and all boxes together have a place for each of the square's pixels.
+            // The width of a box is 2^-strips; there is one box for each of the square's pixels.
             let boxes = Vec2::new((1 << strips) as f32, (1 << (2 * k - strips)) as f32);
             let taken: HashSet<_> = first.iter().map(|(at, shift)| (*at >> k, (*shift * boxes).as_uvec2())).collect();
             assert_eq!(taken.len(), first.len(), "squares of {} pixels, {boxes} boxes", 1 << k);
@@ -134,14 +134,14 @@ fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
     for to in others {
         assert!(first.iter().all(|(at, _)| apart(*at, to).abs_diff_eq(apart(UVec2::ZERO, to), 1e-6)), "{to}");
     }
-    // No two of four squares are moved alike.
+    // The constants of four squares all differ.
     let moved = others.map(|to| apart(UVec2::ZERO, to));
     let differ = |a: Vec2, b: Vec2| (a - b).abs().min(1.0 - (a - b).abs()).min_element() > 0.05;
     assert!(moved.iter().all(|a| differ(*a, Vec2::ZERO)), "{moved:?}");
     assert!(differ(moved[0], moved[1]) && differ(moved[0], moved[2]) && differ(moved[1], moved[2]), "{moved:?}");
 }
 
-/// Where no glossy rays are traced, what a ray counts for does not need its direction.
+/// Without glossy rays, the weight of a ray does not depend on its direction.
 #[test]
 fn gpu_weights_of_diffuse_rays_need_no_directions() {
     let Some(gpu) = testing::gpu("gpu_weights_of_diffuse_rays_need_no_directions") else { return };
@@ -152,7 +152,7 @@ fn gpu_weights_of_diffuse_rays_need_no_directions() {
     let mut queries = Vec::new();
     for i in 0..4000 {
         let normal = random.direction();
-        // Towards whoever sees the surface.
+        // Direction towards the viewer.
         let towards = (normal + 0.99 * random.direction()).normalize();
         queries.extend([normal.extend(random.unit()), towards.extend((i % 8) as f32)]);
         queries.push(Vec4::new(random.unit(), random.unit(), 0.0, 0.0));
@@ -160,10 +160,10 @@ fn gpu_weights_of_diffuse_rays_need_no_directions() {
     let about = Bindings::new().buffer("sampled", &sampled).buffer("view", &view);
     let answers = evaluate_module(gpu, "testing/ray_weights", "weights", &about, &queries, 3);
     let off = |a: Vec2, b: Vec2| (a - b).abs().max_element();
-    // A ray within rounding of the surface may have none.
+    // A ray within rounding of the surface may have weight 0.
     let apart = answers.iter().filter(|answer| off(answer.xy(), answer.zw()) > 1e-5).count();
     assert!(apart <= 4, "{apart} of {}", answers.len());
-    // Each counts as much as any other, and how much of that as at grazing incidence differs: the comparison can fail.
+    // Total weights are equal, but the grazing fractions differ: the comparison can fail.
     assert!(answers.iter().all(|answer| (answer.z + answer.w - 0.125).abs() < 1e-6));
     let others = answers.iter().zip(&answers[1..]).filter(|(a, b)| off(a.xy(), b.zw()) > 1e-4).count();
     assert!(2 * others > answers.len(), "{others}");

@@ -1,4 +1,4 @@
-//! The table of the radiance cache, levels of its entries, who has asked for them, and what they send in four bytes.
+//! The table of the radiance cache, the levels of its entries, the priorities of votes, and packed radiance.
 
 use std::collections::HashSet;
 
@@ -14,7 +14,7 @@ use crate::{
 
 const SLOTS: u32 = 4096;
 
-/// Slots of entries of these numbers that are put into an empty table, slots of the same entries when they are looked up, and of as many others. -1: none.
+/// Slots of so many entries that are inserted into an empty table, slots from a lookup of the same entries, and from a lookup of as many others. -1: none.
 fn slots_of(gpu: &Gpu, entries: u32) -> [Vec<i32>; 3] {
     let buffer = |name| storage_buffer(&gpu.device, name, 8 * u64::from(SLOTS)).unwrap();
     let [words, hashes] = ["words", "hashes"].map(buffer);
@@ -33,25 +33,25 @@ fn slots_of(gpu: &Gpu, entries: u32) -> [Vec<i32>; 3] {
     [evaluate("put", 0), evaluate("look_up", 0), evaluate("look_up", entries)]
 }
 
-/// Three quarters of the slots can be taken without losing an entry; what is put in is found there, and nothing else is found.
+/// Three quarters of the slots can be filled without losing an entry; a lookup finds the inserted entries in their slots, and no others.
 #[test]
-fn gpu_cells_are_found_where_they_were_put() {
-    let Some(gpu) = testing::gpu("gpu_cells_are_found_where_they_were_put") else { return };
-    let [put, found, others] = slots_of(gpu, SLOTS / 4 * 3);
+fn gpu_inserted_entries_are_found() {
+    let Some(gpu) = testing::gpu("gpu_inserted_entries_are_found") else { return };
+    let [put, actual, others] = slots_of(gpu, SLOTS / 4 * 3);
     assert!(put.iter().all(|slot| (0..SLOTS as i32).contains(slot)));
     assert_eq!(put.iter().collect::<HashSet<_>>().len(), put.len());
-    assert_eq!(put, found);
+    assert_eq!(put, actual);
     assert!(others.iter().all(|slot| *slot == -1));
-    // It can fail: of more entries than there are slots some have none, and those are not found.
-    let [put, found, _] = slots_of(gpu, SLOTS + 64);
+    // The test can fail: with more entries than slots, some have no slot, and a lookup does not find them.
+    let [put, actual, _] = slots_of(gpu, SLOTS + 64);
     assert!(put.iter().filter(|slot| **slot == -1).count() >= 64);
-    assert_eq!(put, found);
+    assert_eq!(put, actual);
 }
 
-/// Edges double with the distance from the eye: at `near`, and at each doubling of that.
+/// Voxel edges double with the distance from the eye: at `near`, and at each doubling of that.
 #[test]
-fn gpu_levels_are_those_of_the_distance() {
-    let Some(gpu) = testing::gpu("gpu_levels_are_those_of_the_distance") else { return };
+fn gpu_voxel_levels_follow_the_distance() {
+    let Some(gpu) = testing::gpu("gpu_voxel_levels_follow_the_distance") else { return };
     let (near, eye) = (3.0, Vec3::new(1.0, -20.0, 5.0));
     let uniform =
         uniform_buffer_of(&gpu.device, "radiance_cache", &RadianceCacheParameters { near, ..Default::default() });
@@ -65,17 +65,17 @@ fn gpu_levels_are_those_of_the_distance() {
     for (point, level) in points.iter().zip(&levels) {
         let far = (point.truncate() - eye).length() / near;
         let expected = |far: f32| (far.log2().floor() + 1.0).clamp(0.0, 15.0);
-        // Within rounding of a border either side's will do.
+        // Within rounding of a border, the level of either side is correct.
         assert!([0.9999, 1.0001].map(|off| expected(off * far)).contains(&level.x), "{far}: {}", level.x);
         seen.insert(level.x as i32);
     }
     assert_eq!(seen, (0..=15).collect());
 }
 
-/// Who has asked for an entry is known by the lot that has won, and lots are spread evenly.
+/// The winning priority identifies the candidate, and priorities are evenly distributed.
 #[test]
-fn gpu_lots_say_whose_they_are() {
-    let Some(gpu) = testing::gpu("gpu_lots_say_whose_they_are") else { return };
+fn gpu_priorities_identify_candidates() {
+    let Some(gpu) = testing::gpu("gpu_priorities_identify_candidates") else { return };
     let update = CacheUpdate { update: 12_345, ..Default::default() };
     let uniform = uniform_buffer_of(&gpu.device, "cache_update", &update);
     let about = Bindings::new().buffer("cache_update", &uniform);
@@ -85,15 +85,15 @@ fn gpu_lots_say_whose_they_are() {
         .map(|[x, y]| Vec4::new(x, y, 0.0, 0.0))
         .collect();
     let answers = evaluate_module(gpu, "testing/cell_table", "priorities", &about, &halves, 1);
-    assert!(halves.iter().zip(&answers).all(|(candidate, found)| candidate.xy() == found.xy()));
-    // Those that follow each other have lots in any order.
+    assert!(halves.iter().zip(&answers).all(|(candidate, actual)| candidate.xy() == actual.xy()));
+    // Priorities of successive candidates are in random order.
     let row: Vec<_> = (0..1024).map(|x| Vec4::new(x as f32, 0.0, 0.0, 0.0)).collect();
     let priorities = evaluate_module(gpu, "testing/cell_table", "priorities", &about, &row, 1);
     let rising = priorities.iter().zip(&priorities[1..]).filter(|(a, b)| a.z < b.z).count();
     assert!((450..=575).contains(&rising), "{rising}");
 }
 
-/// Four bytes keep the largest of three numbers within 0.4 % and the others within as much of that, from the least to the largest; black is known.
+/// RGBE in four bytes: the error of each channel is within 0.4 % of the largest one, over the complete range; black is distinct from no history.
 #[test]
 fn gpu_packed_radiance_is_close() {
     let Some(gpu) = testing::gpu("gpu_packed_radiance_is_close") else { return };
@@ -107,13 +107,13 @@ fn gpu_packed_radiance_is_close() {
     radiances.extend([Vec4::ZERO, Vec4::splat(1e-44), Vec4::X, Vec4::splat(3e38)]);
     let answers = evaluate_module(gpu, "testing/cell_table", "packed", &Bindings::new(), &radiances, 1);
     let mut sum = 0.0;
-    for (radiance, found) in radiances.iter().zip(&answers) {
-        assert_eq!(found.w, 1.0, "{radiance}: nothing is known");
+    for (radiance, actual) in radiances.iter().zip(&answers) {
+        assert_eq!(actual.w, 1.0, "{radiance}: no history");
         let most = radiance.truncate().max_element();
-        let off = (found.truncate() - radiance.truncate()).abs().max_element();
-        assert!(off <= 0.004 * most || most < 1e-35, "{radiance}: {found}");
-        sum += if most > 1e-35 { (found.truncate() - radiance.truncate()).element_sum() / most } else { 0.0 };
+        let off = (actual.truncate() - radiance.truncate()).abs().max_element();
+        assert!(off <= 0.004 * most || most < 1e-35, "{radiance}: {actual}");
+        sum += if most > 1e-35 { (actual.truncate() - radiance.truncate()).element_sum() / most } else { 0.0 };
     }
-    // Not to one side.
+    // The rounding is unbiased.
     assert!((sum / answers.len() as f32).abs() < 2e-4, "{}", sum / answers.len() as f32);
 }

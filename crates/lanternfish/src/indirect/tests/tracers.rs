@@ -1,42 +1,40 @@
-//! What rays go through changes nothing but what it must.
+//! Results of different tracers agree within their accuracy.
 
 use super::*;
 
-/// The inside of a closed box is dark, however bright its outside: light leaks through walls that are thinner than what deep
-/// images pass over.
+/// The inside of a closed box is dark, however bright its outside. Deep images may leak light through walls thinner than their tolerance.
 #[test]
 fn gpu_light_leaks_are_small() {
     let Some(gpu) = testing::gpu("gpu_light_leaks_are_small") else { return };
     let mut scene = closed_box(matt(0.5));
-    // Outside, from above: 1000 lx on the roof.
+    // Light from above, outside: 1000 lx on the roof.
     scene.lights.push(Light::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::splat(1000.0)));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in tracers(gpu) {
-        let found = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
-        // From radiance to irradiance of surfaces of albedo 0.5.
-        let inside = mean(&found) * std::f64::consts::PI / 0.5;
+        let actual = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
+        // Radiance to irradiance of surfaces of albedo 0.5.
+        let inside = mean(&actual) * std::f64::consts::PI / 0.5;
         println!("{tracer}: {inside:.3} lx inside of 1000 outside");
         assert!(inside <= 10.0, "{tracer}: {inside}");
     }
-    // It can fail: without its roof.
+    // The test can fail: without the roof.
     scene.meshes[0].primitives.retain(|side| side.positions.iter().any(|corner| corner.y < 0.99));
     assert_eq!(scene.meshes[0].primitives.len(), 5);
-    let found = rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
+    let actual = rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
     let ground_truth = traced(&scene, &camera, 3, 192);
-    let inside = mean(&found) * std::f64::consts::PI / 0.5;
-    println!("{inside:.2} lx without a roof, energy {:.3}", mean(&found) / mean(&ground_truth));
+    let inside = mean(&actual) * std::f64::consts::PI / 0.5;
+    println!("{inside:.2} lx without a roof, energy {:.3}", mean(&actual) / mean(&ground_truth));
     assert!(
-        inside > 10.0 && (mean(&found) / mean(&ground_truth) - 1.0).abs() < 0.05,
+        inside > 10.0 && (mean(&actual) / mean(&ground_truth) - 1.0).abs() < 0.05,
         "{inside}, {}",
         mean(&ground_truth)
     );
 }
 
-/// The adapter's own structure meets the triangles that the BVH does: images differ where rays graze an edge alone. Masked triangles
-/// and solid ones, and each without the other.
+/// Ray queries hit the same triangles as the BVH: images differ only where rays graze an edge. With masked triangles, solid ones, and both.
 #[test]
-fn gpu_ray_query_meets_the_triangles_of_the_bvh() {
-    let test = "gpu_ray_query_meets_the_triangles_of_the_bvh";
+fn gpu_ray_query_hits_the_triangles_of_the_bvh() {
+    let test = "gpu_ray_query_hits_the_triangles_of_the_bvh";
     let Some(gpu) = testing::gpu(test) else { return };
     if !gpu.description.ray_query {
         return testing::left_out(test, "this adapter has no ray query");
@@ -63,8 +61,8 @@ fn gpu_ray_query_meets_the_triangles_of_the_bvh() {
 }
 
 #[test]
-fn gpu_runs_are_the_same_to_the_bit() {
-    let Some(gpu) = testing::gpu("gpu_runs_are_the_same_to_the_bit") else { return };
+fn gpu_runs_are_bit_identical() {
+    let Some(gpu) = testing::gpu("gpu_runs_are_bit_identical") else { return };
     let scene = demo("cornell").unwrap();
     let settings = settings(Sampled { diffuse_rays: 4, glossy_rays: 2, ..Sampled::default().one_bounce() });
     let [a, b] = [0, 1].map(|_| rendering(gpu, settings.clone(), &scene, &scene.cameras[0]));

@@ -1,14 +1,14 @@
-//! Every light for every point: slow and right, what the other rooms are tested against.
+//! Every light for every point: slow and exact, the baseline for tests of the other techniques.
 
 use lanternfish_gpu::{Feature, Frame};
 
 use super::LightLists;
 use crate::{error::RenderError, lights::LightSet};
 
-/// This room is behind `light_list`.
+/// Selects this technique for `light_list`.
 pub(crate) const CULLING_ALL: Feature = Feature::choosing("culling_all", "culling", "light_culling/all/cell", None);
 
-/// One cell with all lights.
+/// One cell that lists all lights.
 pub fn record(frame: &mut Frame<'_>, set: &LightSet) -> Result<LightLists, RenderError> {
     let indices: Vec<u32> = (0..set.capacity).collect();
     let cells = frame.storage_of("light_culling/cells", &[0, set.capacity])?;

@@ -1,48 +1,48 @@
-//! What the clusters of a frame hold, read back: for measuring [VanGelderen2020, §6.1.1].
+//! Contents of a frame's clusters, read back for measurements [VanGelderen2020, §6.1.1].
 
 use lanternfish_gpu::read_back;
 
 use super::{ClusteredCulling, grid::GridGeometry};
 use crate::{error::RenderError, renderer::Renderer};
 
-/// A grid of the last frame.
+/// A cluster grid of the last frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GridContents {
-    /// Where its clusters lie.
+    /// Geometry of the grid.
     pub geometry: GridGeometry,
-    /// Clusters of the grid, those that no view sees among them.
+    /// Number of clusters of the grid, including those that no view shows.
     pub clusters: u32,
-    /// Those with visible fragments, in the order of their indices.
+    /// Clusters with visible fragments, in the order of their indices.
     pub visible: Vec<VisibleCluster>,
 }
 
 /// A cluster with visible fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VisibleCluster {
-    /// Its place in the grid: x fastest, then y, then z.
+    /// Index in the grid: x fastest, then y, then z.
     pub index: u32,
-    /// Fragments that its grid's views show in it; above 0. Those of blended surfaces and of multisampled images are counted as they are
-    /// drawn, hidden ones too where the adapter tests depth late.
+    /// Fragments that the grid's views show in it; above 0. Fragments of transparent surfaces and of multisampled images are counted as
+    /// they are drawn, including hidden ones if the adapter tests depth late.
     pub fragments: u32,
-    /// Lights of its list.
+    /// Number of lights in its list.
     pub lights: u32,
 }
 
 impl GridContents {
-    /// Visible fragments of all clusters.
+    /// Number of visible fragments of all clusters.
     pub fn fragments(&self) -> u64 {
         self.visible.iter().map(|cluster| u64::from(cluster.fragments)).sum()
     }
 
-    /// How often a light is looked at for a fragment: each fragment takes every light of its cluster's list.
+    /// Number of light evaluations: each fragment evaluates every light of its cluster's list.
     pub fn lighting_operations(&self) -> u64 {
         self.visible.iter().map(|cluster| u64::from(cluster.fragments) * u64::from(cluster.lights)).sum()
     }
 }
 
 impl Renderer {
-    /// What the clusters of the last frame hold, a grid each ([`Grouping`](super::Grouping)): read back from the device, for
-    /// measuring. Empty before the first frame, and without [`Clustered`](super::Clustered).
+    /// Contents of the last frame's clusters, one item per grid ([`Grouping`](super::Grouping)), read back from the device for
+    /// measurements. Empty before the first frame, and without [`Clustered`](super::Clustered).
     pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
         self.culling_passes()
             .map_or(Ok(Vec::new()), |passes| contents_of_grids(passes, &self.engine().device, &self.engine().queue))
@@ -56,7 +56,7 @@ pub(crate) fn contents_of_grids(
     queue: &wgpu::Queue,
 ) -> Result<Vec<GridContents>, RenderError> {
     let mut grids = Vec::new();
-    // What views share is the first one's.
+    // Views that share a grid: its counters belong to the first view.
     let first = passes.lists.iter().filter(|lists| !lists.counters.is_empty());
     for (lists, geometry) in first.zip(passes.geometries.iter().copied()) {
         let Some(fragments) = &lists.fragments else { continue };

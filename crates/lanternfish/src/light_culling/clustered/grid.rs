@@ -1,6 +1,6 @@
-//! Where clusters lie: the space that is divided, and into how many [VanGelderen2020, §3.1, §4.1–4.4].
+//! Geometry of the cluster grid: the space that it divides, and the number of clusters [VanGelderen2020, §3.1, §4.1–4.4].
 //!
-//! Computed once a frame in double precision, from what the cameras see; `cluster_grid.wesl` consumes it.
+//! Computed once a frame in double precision from the cameras' frusta; `cluster_grid.wesl` reads it.
 
 #[cfg(test)]
 mod tests;
@@ -16,7 +16,7 @@ use crate::view::frustum::{ViewFrustum, corners_of, enclosing, mean_origin, worl
 /// The shape of the clusters [VanGelderen2020, table 5.1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClusterShape {
-    /// `perspective P`: through the eye, P pixels wide and high, as deep as they are wide. 0 pixels are taken as 1.
+    /// `perspective P`: perspective clusters, P pixels wide and high, as deep as they are wide. 0 pixels count as 1.
     Perspective {
         /// Width and height of a cluster, pixels. More: fewer clusters, and more lights in each.
         pixels: u32,
@@ -26,17 +26,17 @@ pub enum ClusterShape {
         /// Side of a cluster, m; above 0. More: fewer clusters, and more lights in each.
         side: f32,
     },
-    /// `displaced P D`: as perspective from D m behind the camera, of the same mean volume.
+    /// `displaced P D`: perspective clusters from an eye D m behind the camera, of the same mean volume.
     Displaced {
-        /// Width and height, pixels, of the undisplaced clusters that have this volume.
+        /// Width and height, pixels, of the undisplaced clusters that have the same volume.
         pixels: u32,
-        /// From the camera back, along its axis, m; not negative. More: more like cubes, larger ones near the camera
-        /// and smaller ones far away. More than 16 times the far plane's distance is taken as that.
+        /// Distance from the camera back along its axis, m; not negative. More: clusters closer to cubes, larger ones near the camera and
+        /// smaller ones far away. More than 16 times the far plane's distance counts as that.
         distance: f32,
     },
 }
 
-/// The largest number of metres of a shape that is read, which keeps squares and volumes finite.
+/// Greatest length of a shape that the parser accepts, m; squares and volumes stay finite.
 const FARTHEST: f32 = 1e12;
 
 /// `persp:P`, `ortho:S` or `displ:P:D` [VanGelderen2020, table 5.1].
@@ -87,13 +87,12 @@ impl Setting for ClusterShape {
     }
 }
 
-/// Where clusters lie.
+/// Geometry of a cluster grid.
 ///
-/// Cluster space has the clustering camera at the origin looking down −z, m. Through the eye, x and y over distance are
-/// divided evenly, and so is the logarithm of the distance; parallel, x, y and the distance are
-/// [VanGelderen2020, §3.1, §4.2].
+/// Cluster space has the clustering camera at the origin looking down −z, m. A perspective grid divides x and y over distance, and the
+/// logarithm of the distance, evenly; a parallel grid divides x, y and the distance [VanGelderen2020, §3.1, §4.2].
 ///
-/// Its default has no clusters.
+/// The default has no clusters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GridGeometry {
     /// Cluster space to world, rotation and translation only.
@@ -104,46 +103,45 @@ pub struct GridGeometry {
     pub cell: Vec3,
     /// Clusters along x, y and z; none is 0.
     pub dimensions: UVec3,
-    /// Sides are parallel (cubes), not through the eye.
+    /// True for parallel sides (boxes); false for a perspective grid.
     pub parallel: bool,
 }
 
-/// Why there is no grid.
+/// Reasons why there is no grid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GridError {
-    /// No frustum looks the way of all of them: perspective and displaced shapes need views that face roughly one way.
+    /// No frustum contains all views: perspective and displaced shapes need views with roughly the same direction.
     Unaligned,
     /// More than [`MOST_CLUSTERS`]: larger clusters or a shorter span of distances give fewer.
     TooMany {
-        /// Clusters that it would have; `u64::MAX` for a side of 0 or less.
+        /// Number of clusters needed; `u64::MAX` for a side of 0 or less.
         needed: u64,
         /// [`MOST_CLUSTERS`].
         limit: u64,
     },
 }
 
-/// Clusters that a grid has at most: their lists' starts take 64 MiB then.
+/// Greatest number of clusters of a grid; the starts of their lists then take 64 MiB.
 pub const MOST_CLUSTERS: u64 = 1 << 24;
 
 impl GridGeometry {
-    /// One grid for all of these views (individual clustering calls it with one). `views` not empty, and each as its
-    /// fields say: near below far, left below right, bottom below top, all finite; not checked.
+    /// One grid for all of these views (individual clustering calls it with one). `views` must not be empty, and each view must satisfy its
+    /// fields' documentation: near below far, left below right, bottom below top, all finite; this is not checked.
     ///
-    /// *Perspective*, one view: cluster space is view space, and clusters are exactly P pixels wide and high from the
-    /// left and the *top* edge, like tiles; the last column and the lowest row (y = 0) may reach beyond the view.
-    /// Several: the grid divides the frustum that [`enclosing`] gives, into clusters of the mean volume that the views'
-    /// own would have [VanGelderen2020, eq. 4.4].
+    /// *Perspective*, one view: cluster space is view space, and clusters are exactly P pixels wide and high from the left and the *top*
+    /// edge, like tiles; the last column and the lowest row (y = 0) may extend beyond the view. Several views: the grid divides the frustum
+    /// of [`enclosing`], into clusters whose volume is the mean of the views' own [VanGelderen2020, eq. 4.4].
     ///
     /// *Displaced*: the same with that frustum's eye moved back, also for one view.
     ///
-    /// *Orthographic*: the box around all corners, along the axes of the view, of the mean orientation where the views
-    /// are aligned, and of the world where they are not.
+    /// *Orthographic*: the box around all corners, along the axes of the view (one view), of the mean orientation (aligned views) or of the
+    /// world (other views).
     ///
-    /// Parallel views have no eye to divide from: perspective and displaced give clusters P pixels wide and high and as
-    /// deep as wide for one, cubes of the mean volume for several.
+    /// Parallel views have no eye: for one view, perspective and displaced give clusters P pixels wide and high and as deep as wide; for
+    /// several, cubes of the mean volume.
     ///
-    /// Every corner of every view is inside. Clusters are longer than asked where shaders could not tell them apart in
-    /// f32: more than 4096 along an axis, or 1400 layers of a telescope's.
+    /// Every corner of every view is inside. Clusters are longer than requested where shaders could not distinguish them in f32: more than
+    /// 4096 along an axis, or 1400 layers of a telescope's view.
     pub fn new(views: &[ViewFrustum], shape: ClusterShape) -> Result<Self, GridError> {
         let geometry = match (shape, views) {
             (ClusterShape::Orthographic { side }, _) => Self::of_cubes(&enclosing_box(views), f64::from(side)),
@@ -164,8 +162,8 @@ impl GridGeometry {
         Ok(geometry)
     }
 
-    /// As [`GridGeometry::new`], with clusters of twice as many pixels, and twice that, where those asked for are more than
-    /// [`MOST_CLUSTERS`]: in a large image, or one of a telescope. Then also the pixels that were taken.
+    /// Like [`GridGeometry::new`], but doubles the pixels of a cluster until the grid has at most [`MOST_CLUSTERS`], for a large image or a
+    /// telescope's view. If it doubled them, it also returns the pixels used.
     pub fn fitting(views: &[ViewFrustum], shape: ClusterShape) -> Result<(Self, Option<u32>), GridError> {
         let (requested, with): (_, &dyn Fn(u32) -> ClusterShape) = match shape {
             ClusterShape::Orthographic { .. } => return Ok((Self::new(views, shape)?, None)),
@@ -183,14 +181,14 @@ impl GridGeometry {
         }
     }
 
-    /// Corners of a cluster's whole extent, world space, m: x first, then y, then z, farther ones last. `index` is its place in the grid: x
+    /// Corners of a cluster's full extent, world space, m: x first, then y, then z, farther ones last. `index` is its index in the grid: x
     /// fastest, then y, then z.
     pub fn corners(&self, index: u32) -> [Vec3; 8] {
         let UVec3 { x, y, .. } = self.dimensions.max(UVec3::ONE);
         self.corners_between(UVec3::new(index % x, index / x % y, index / x / y), UVec3::ONE)
     }
 
-    /// Corners of all clusters together, likewise.
+    /// Corners of the grid, in the same order.
     pub fn outline(&self) -> [Vec3; 8] {
         self.corners_between(UVec3::ZERO, self.dimensions)
     }
@@ -198,25 +196,25 @@ impl GridGeometry {
     fn corners_between(&self, first: UVec3, count: UVec3) -> [Vec3; 8] {
         std::array::from_fn(|corner| {
             let step = UVec3::new(corner as u32 & 1, corner as u32 >> 1 & 1, corner as u32 >> 2) * count;
-            let place = (first + step).as_dvec3() * self.cell.as_dvec3();
+            let offset = (first + step).as_dvec3() * self.cell.as_dvec3();
             let low = self.low.as_dvec3();
             let (across, distance) = match self.parallel {
-                true => (low.truncate() + place.truncate(), low.z + place.z),
+                true => (low.truncate() + offset.truncate(), low.z + offset.z),
                 false => {
-                    let distance = low.z * place.z.exp();
-                    ((low.truncate() + place.truncate()) * distance, distance)
+                    let distance = low.z * offset.z.exp();
+                    ((low.truncate() + offset.truncate()) * distance, distance)
                 }
             };
             self.world_from_cluster.as_daffine3().transform_point3(across.extend(-distance)).as_vec3()
         })
     }
 
-    /// Clusters of the grid, those that no view sees among them.
+    /// Number of clusters of the grid, including those that no view shows.
     pub fn cluster_count(&self) -> u64 {
         self.dimensions.to_array().into_iter().fold(1, |count, along| count.saturating_mul(u64::from(along)))
     }
 
-    /// Mean volume of a cluster, m³: of the whole grid over the number of clusters [VanGelderen2020, eq. 4.2].
+    /// Mean volume of a cluster, m³: the grid's volume over the number of clusters [VanGelderen2020, eq. 4.2].
     pub fn mean_volume(&self) -> f64 {
         let cell = self.cell.as_dvec3();
         if self.parallel {
@@ -224,11 +222,11 @@ impl GridGeometry {
         }
         let near = f64::from(self.low.z);
         let layers = f64::from(self.dimensions.z);
-        // (f³ − n³) / 3, the ratio first: it may be all but 1.
+        // (f³ − n³) / 3, with the ratio first: it may be nearly 1.
         cell.x * cell.y * near.powi(3) * (3.0 * cell.z * layers).exp_m1() / (3.0 * layers)
     }
 
-    /// Clusters of so many pixels, and as deep as wide [VanGelderen2020, eq. 3.4–3.6].
+    /// Perspective clusters of so many pixels, as deep as wide [VanGelderen2020, eq. 3.4–3.6].
     fn of_pixels(view: &ViewFrustum, pixels: u32) -> Self {
         let pixels = pixels.max(1);
         let size = view.size.max(UVec2::ONE);
@@ -236,7 +234,7 @@ impl GridGeometry {
         let width = 0.5 * (cell.x + cell.y);
         let (columns, rows) = (size.x.div_ceil(pixels), size.y.div_ceil(pixels));
         let depth = if view.parallel { width } else { width.ln_1p() };
-        let layers = whole(extent(view).z / depth, most_cells(view).z);
+        let layers = cluster_count_along(extent(view).z / depth, most_cells(view).z);
         let bottom = f64::from(view.slopes[3]) - cell.y * f64::from(rows);
         Self {
             world_from_cluster: view.world_from_view,
@@ -261,11 +259,15 @@ impl GridGeometry {
         Self::divided(frustum, DVec3::splat(side))
     }
 
-    /// At most `cell` each; a millionth more where that saves a layer that rounding alone would ask for.
+    /// Clusters of at most the size `cell`; up to a millionth larger if that avoids a layer due to rounding.
     fn divided(frustum: &ViewFrustum, cell: DVec3) -> Self {
         let extent = extent(frustum);
         let (counts, most) = (extent / cell * (1.0 - 1e-6), most_cells(frustum));
-        let dimensions = UVec3::new(whole(counts.x, most.x), whole(counts.y, most.y), whole(counts.z, most.z));
+        let dimensions = UVec3::new(
+            cluster_count_along(counts.x, most.x),
+            cluster_count_along(counts.y, most.y),
+            cluster_count_along(counts.z, most.z),
+        );
         Self {
             world_from_cluster: frustum.world_from_view,
             low: Vec3::new(frustum.slopes[0], frustum.slopes[2], frustum.near),
@@ -276,17 +278,18 @@ impl GridGeometry {
     }
 }
 
-/// Whole clusters: the next number up, at least 1 and about `most`; `u32::MAX` for what cannot be (a side of 0 or less).
-fn whole(count: f64, most: f64) -> u32 {
+/// Number of clusters: rounded up, at least 1 and about `most`; `u32::MAX` for an invalid count (a side of 0 or less).
+fn cluster_count_along(count: f64, most: f64) -> u32 {
     if count.is_finite() && count >= 0.0 { count.min(most).ceil().max(1.0) as u32 } else { u32::MAX }
 }
 
-/// Clusters along each axis whose sides shaders still place to half of the padding of `cluster_volume.wesl`, 2e-3.
+/// Greatest number of clusters along each axis for which the sides' error in shaders is at most half of the padding of
+/// `cluster_volume.wesl`, 2e-3.
 ///
-/// Divided evenly, a coordinate is wrong by some four roundings of the largest, 4 · 2⁻²⁴ = 2.4e-7 of it: 1e-3 of one of
-/// 4096 clusters. The logarithm of a distance over the near one is wrong by up to 2⁻²¹ or 3 ulp, and the distance that
-/// `exp` makes of it by 3 + 2 ln(f / n) ulp (what WGSL allows), the division and the distance itself by 3 ulp: together
-/// at most 1.2e-6 + 6e-7 ln(f / n), 1e-3 of one of this many layers.
+/// In an even division, the error of a coordinate is some four roundings of the largest one, 4 · 2⁻²⁴ = 2.4e-7 of it: 1e-3 of one of 4096
+/// clusters. The error of the logarithm of a distance over the near one is up to 2⁻²¹ or 3 ulp. The error of the distance from `exp` is 3 +
+/// 2 ln(f / n) ulp (the limits of WGSL), that of the division and of the distance itself 3 ulp. Together this is at most 1.2e-6 + 6e-7 ln(f
+/// / n), which is 1e-3 of one of this many layers.
 fn most_cells(frustum: &ViewFrustum) -> DVec3 {
     let [left, right, bottom, top] = frustum.slopes.map(|slope| f64::from(slope).abs());
     let (near, far) = (f64::from(frustum.near).abs(), f64::from(frustum.far).abs());
@@ -296,7 +299,7 @@ fn most_cells(frustum: &ViewFrustum) -> DVec3 {
     even.truncate().extend(layers)
 }
 
-/// What is divided evenly: Δx and Δy as slopes or m, and the logarithm of far over near, or m.
+/// The evenly divided extent: Δx and Δy as slopes or m, and the logarithm of far over near, or m.
 fn extent(frustum: &ViewFrustum) -> DVec3 {
     let [left, right, bottom, top] = frustum.slopes.map(f64::from);
     let (near, far) = (f64::from(frustum.near), f64::from(frustum.far));
@@ -308,17 +311,17 @@ fn extent(frustum: &ViewFrustum) -> DVec3 {
 fn enclosing_box(views: &[ViewFrustum]) -> ViewFrustum {
     let axes = match views {
         [view] => view.world_from_view.as_daffine3(),
-        // Near the cameras, where coordinates are small and so is their rounding.
+        // An origin near the cameras keeps coordinates, and their rounding, small.
         _ => world_from_head(views).unwrap_or_else(|| DAffine3::from_translation(mean_origin(views))),
     };
     ViewFrustum::around(axes, &corners_of(views), true, views[0].size)
 }
 
-/// Mean over the views of the mean volume, m³, that each one's own clusters would have.
+/// Mean over the views of the mean volume, m³, of each view's own clusters.
 ///
-/// The thesis divides a frustum's volume by the number of its clusters; here it is the volume of its whole grid, of
-/// which the last column and row may lie outside: the volume of a cluster then does not depend on whether the number of
-/// pixels is a multiple of P.
+/// The thesis divides the volume of a frustum by the number of its clusters. This function divides the volume of the grid, of which the
+/// last column and row may lie outside the frustum: the volume of a cluster then does not depend on whether the number of pixels is a
+/// multiple of P.
 fn own_volume(views: &[ViewFrustum], pixels: u32) -> f64 {
     let sum: f64 = views.iter().map(|view| GridGeometry::of_pixels(view, pixels).mean_volume()).sum();
     sum / views.len() as f64
@@ -332,8 +335,8 @@ fn volume_factor(frustum: &ViewFrustum) -> f64 {
 
 /// The width d at distance 1 that solves d² ln(1 + d) = `target` by Newton–Raphson [VanGelderen2020, eq. 4.4].
 ///
-/// The left side rises and is convex, and the first guess, which takes d for ln(1 + d), is below the root: the first
-/// step overshoots and the rest come down to it.
+/// The left side is increasing and convex, and the first guess, which replaces ln(1 + d) by d, is below the root: the first step overshoots
+/// and the others decrease to the root.
 fn cluster_width(target: f64) -> f64 {
     let mut width = target.cbrt();
     for _ in 0..NEWTON_STEPS {
@@ -348,6 +351,6 @@ fn cluster_width(target: f64) -> f64 {
     width
 }
 
-/// Steps at most. A d up to 1 takes 5; a large one overshoots to about its square, which then halves with each step: 18
-/// at 1e12, wider than any frustum of pixels.
+/// Greatest number of steps. A d up to 1 takes 5. For a large d the first step overshoots to about its square, which each step halves: 18
+/// steps at 1e12, wider than any frustum of pixels.
 const NEWTON_STEPS: u32 = 32;

@@ -1,9 +1,9 @@
-//! Lists for the clusters of a grid in which fragments are visible [VanGelderen2020, ch. 3, 4], for one view or several at once.
+//! Light lists for the visible clusters of a grid [VanGelderen2020, ch. 3, 4], for one view or several at once.
 //!
-//! 1. Grid: from the frusta of the views, one each or one for all of them ([`grid`]).
-//! 2. Mark: fragments of every cluster, from depth, and from blended fragments as they are drawn.
-//! 3. Compact: the list of visible clusters.
-//! 4. Assign: lights of every visible cluster are counted, the counts scanned, the lights written ([`tree`]).
+//! 1. Grid: computed from the frusta of the views, one grid for each view or one for all ([`grid`]).
+//! 2. Mark: counts the fragments of every cluster, from depth, and those of transparent surfaces as they are drawn.
+//! 3. Compact: makes the list of visible clusters.
+//! 4. Assign: counts the lights of every visible cluster, scans the counts, and writes the lights ([`tree`]).
 
 pub(crate) mod contents;
 pub mod grid;
@@ -40,7 +40,7 @@ use crate::{
 gpu_struct! {
     /// The grid of clusters as shaders read it.
     pub struct ClusterGrid {
-        /// From the space of the view that is drawn.
+        /// From view space.
         cluster_from_view: Mat4,
         /// From world space.
         cluster_from_world: Mat4,
@@ -50,7 +50,7 @@ gpu_struct! {
         parallel: u32,
         /// Size of a cluster in the same terms; z: logarithm of the ratio of distances, or m.
         cell: Vec3,
-        /// Entries that the list has room for.
+        /// Capacity of the list, entries.
         capacity: u32,
         /// Clusters along x, y and z.
         dimensions: UVec3,
@@ -59,10 +59,10 @@ gpu_struct! {
     }
 }
 
-/// This room is behind `light_list`.
+/// Selects this technique for `light_list`.
 pub(crate) const CULLING_CLUSTERED: Feature =
     Feature::choosing("culling_clustered", "culling", "light_culling/clustered/cluster_grid", None);
-/// A tree over the lights is walked.
+/// The shader traverses a tree over the lights.
 const HIERARCHY: Feature = Feature::new("hierarchy");
 
 /// The shaders of this folder.
@@ -98,9 +98,9 @@ pub struct ClusteredCulling {
     write: ComputeKernel,
     scan: Scan,
     tree: TreeBuilder,
-    /// Lists of the last call, which hold blended fragments too.
+    /// Lists of the last call, which also hold the clusters of transparent fragments.
     lists: Vec<LightLists>,
-    /// Where the clusters of its groups lie.
+    /// Geometry of the grid of each group of views.
     geometries: Vec<GridGeometry>,
 }
 
@@ -144,7 +144,7 @@ impl ClusteredCulling {
 }
 
 impl LightCullingPasses for ClusteredCulling {
-    /// Where views share a grid they share its lists.
+    /// Views that share a grid share its lists.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -153,7 +153,7 @@ impl LightCullingPasses for ClusteredCulling {
         set: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError> {
         if reach == Reach::Anywhere {
-            // The clusters of blended fragments are among those of the surfaces.
+            // The clusters of transparent fragments are already in the lists of the surfaces.
             return Ok(self.lists.clone());
         }
         let groups: Vec<&[ViewContext<'_>]> = match self.settings.grouping {
@@ -194,18 +194,18 @@ impl ClusteredCulling {
         let frusta: Vec<ViewFrustum> = views.iter().map(frustum).collect();
         let (geometry, larger) = GridGeometry::fitting(&frusta, self.settings.shape).map_err(refused)?;
         if let Some(pixels) = larger {
-            tracing::info!(pixels, "clusters are larger than asked for: there would be too many");
+            tracing::info!(pixels, "clusters are larger than requested: there would be too many");
         }
         let clusters = geometry.cluster_count() as u32;
         let grids: Vec<ClusterGrid> = frusta.iter().map(|f| self.grid(&geometry, &f.world_from_view)).collect();
         let uploaded: Vec<BufferPart> = grids.iter().map(|grid| frame.uniform(grid)).collect();
 
-        // Which clusters have visible fragments.
+        // Mark the clusters with visible fragments.
         let fragments = frame.zeroed("light_culling/fragments", 4 * u64::from(clusters))?;
         for (view, grid) in views.iter().zip(&uploaded) {
             self.mark(frame, view, grid, &fragments)?;
         }
-        let places = frame.zeroed("light_culling/places", 4 * (u64::from(clusters) + 1))?;
+        let indices_of_visible = frame.zeroed("light_culling/places", 4 * (u64::from(clusters) + 1))?;
         let visible = frame.scratch("light_culling/visible", 4 * (u64::from(clusters) + 1))?;
         let workgroups = frame.indirect("light_culling/workgroups")?;
         let grid = &uploaded[0];
@@ -213,14 +213,14 @@ impl ClusteredCulling {
         let bindings = lanternfish_gpu::Bindings::new()
             .part("cluster_grid", grid)
             .buffer("cluster_fragments", &fragments)
-            .buffer("visible_places", &places)
+            .buffer("visible_places", &indices_of_visible)
             .buffer("visible_clusters", &visible)
             .buffer("visible_dispatch", &workgroups);
         frame.dispatch(&self.flag, &bindings, all);
-        self.scan.record(frame, &places, clusters + 1)?;
+        self.scan.record(frame, &indices_of_visible, clusters + 1)?;
         frame.dispatch(&self.compact, &bindings, all);
 
-        // Their lights: count, scan, write. A list that is too small is grown before it is written.
+        // Assign lights: count, scan, write. A list that is too small grows before it is written.
         let lights = self.tree.record(frame, set, grid)?;
         let cells = frame.zeroed("light_culling/cells", 4 * (u64::from(clusters) + 1))?;
         let tests = frame.zeroed("light_culling/tests", 8)?;
@@ -234,26 +234,27 @@ impl ClusteredCulling {
         let bindings = shared.clone().part("cluster_grid", grid).buffer("listed_lights", &no_list);
         frame.dispatch_indirect(&self.count, &bindings, &workgroups);
         let total = self.scan.record(frame, &cells, clusters + 1)?;
-        // What the host has to know, in one read: total, visible clusters, tests in two words.
-        let known = frame.scratch("light_culling/known", 16)?;
-        frame.encoder().copy_buffer_to_buffer(&total, 0, &known, 0, 4);
-        frame.encoder().copy_buffer_to_buffer(&visible, 0, &known, 4, 4);
-        frame.encoder().copy_buffer_to_buffer(&tests, 0, &known, 8, 8);
-        let room = frame.capacity_for(&Counted {
+        // Results for the host, in one read: total, visible clusters, tests in two words.
+        let host_words = frame.scratch("light_culling/known", 16)?;
+        frame.encoder().copy_buffer_to_buffer(&total, 0, &host_words, 0, 4);
+        frame.encoder().copy_buffer_to_buffer(&visible, 0, &host_words, 4, 4);
+        frame.encoder().copy_buffer_to_buffer(&tests, 0, &host_words, 8, 8);
+        let capacity = frame.capacity_for(&Counted {
             list: set.list,
-            words: &known,
+            words: &host_words,
             starts: (&cells, clusters as usize + 1),
-            // Not where all visible clusters could list all lights.
+            // Unless all visible clusters could list all lights.
             may_wrap: &|words| words[1].checked_mul(set.capacity).is_none(),
             guess: 0,
             limit,
         })?;
         let remedy =
             "give the lights a shorter range (`range-threshold`), or choose larger clusters (`clusters persp:64`)";
-        super::check_capacity(&room, limit, set, remedy)?;
-        let [_, visible_count, tests @ ..] = room.words;
-        let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
-        let uploaded = grids.iter().map(|grid| frame.uniform(&ClusterGrid { capacity: room.capacity as u32, ..*grid }));
+        super::check_capacity(&capacity, limit, set, remedy)?;
+        let [_, visible_count, tests @ ..] = capacity.words;
+        let indices = frame.scratch("light_culling/indices", 4 * capacity.capacity)?;
+        let uploaded =
+            grids.iter().map(|grid| frame.uniform(&ClusterGrid { capacity: capacity.capacity as u32, ..*grid }));
         let uploaded: Vec<BufferPart> = uploaded.collect();
         let bindings = shared.part("cluster_grid", &uploaded[0]).buffer("listed_lights", &indices);
         frame.dispatch_indirect(&self.write, &bindings, &workgroups);
@@ -261,15 +262,15 @@ impl ClusteredCulling {
         let counts = vec![
             ("light_culling/clusters", clusters.into()),
             ("light_culling/visible_clusters", visible_count.into()),
-            ("light_culling/cluster_bytes", 16 * u64::from(clusters) + 4 * room.capacity + lights.bytes),
+            ("light_culling/cluster_bytes", 16 * u64::from(clusters) + 4 * capacity.capacity + lights.bytes),
         ];
         let tests = u64::from(tests[0]) | u64::from(tests[1]) << 32;
         let lists = |(i, grid): (usize, BufferPart)| LightLists {
             cells: cells.clone(),
             indices: indices.clone(),
             grid: Some(("cluster_grid", grid)),
-            // What views share is counted once.
-            listed: if i == 0 { room.elements } else { 0 },
+            // Views that share lists count their entries once.
+            listed: if i == 0 { capacity.elements } else { 0 },
             tests: if i == 0 { tests } else { 0 },
             counters: if i == 0 { counts.clone() } else { Vec::new() },
             fragments: Some(fragments.clone()),
@@ -280,7 +281,7 @@ impl ClusteredCulling {
     fn grid(&self, geometry: &GridGeometry, world_from_view: &Affine3A) -> ClusterGrid {
         let cluster_from_world = geometry.world_from_cluster.inverse();
         let same = geometry.world_from_cluster == *world_from_view;
-        // In double precision: far from the origin the two nearly cancel.
+        // In double precision: far from the origin the two transforms nearly cancel.
         let composed = || geometry.world_from_cluster.as_daffine3().inverse() * world_from_view.as_daffine3();
         let cluster_from_view = if same { Affine3A::IDENTITY } else { composed().as_affine3a() };
         ClusterGrid {
@@ -295,8 +296,8 @@ impl ClusteredCulling {
         }
     }
 
-    /// Marks the clusters of a view's fragments: those at the pixels' middles, by depth, and those that no such depth holds, as
-    /// they are drawn: blended ones, and all where a pixel has several samples.
+    /// Marks the clusters of a view's fragments: those at the pixel centres, by depth. Fragments without such a depth are marked as they
+    /// are drawn: transparent ones, and all fragments of multisampled images.
     fn mark(
         &mut self,
         frame: &mut Frame<'_>,
@@ -314,7 +315,7 @@ impl ClusteredCulling {
             frame.dispatch(&self.mark, &from_depth, [size.x.div_ceil(8), size.y.div_ceil(8), 1]);
         }
         if surface.samples > 1 {
-            // A fragment is lit at the depth of no sample: only drawing it again tells.
+            // A multisampled fragment is shaded at a depth that no sample holds: only drawing it again gives it.
             drawn.splice(0..0, draws.solid.iter().copied());
         }
         if !drawn.is_empty() {

@@ -1,4 +1,4 @@
-//! What can be chosen of clusters.
+//! Settings of clustered light culling.
 
 use lanternfish_gpu::Feature;
 use lanternfish_scene::named_enum;
@@ -15,16 +15,16 @@ use crate::{
 /// Lists per cluster [VanGelderen2020, ch. 3].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clustered {
-    /// Which clusters there are. Smaller: fewer lights a pixel, more lists.
+    /// Shape of the clusters. Smaller: fewer lights a pixel, more lists.
     pub shape: ClusterShape,
-    /// True if several views share one grid [VanGelderen2020, §4.1].
+    /// Grouping of several views into grids [VanGelderen2020, §4.1].
     pub grouping: Grouping,
-    /// How the lights of a cluster are found. The lists are the same.
+    /// How lights are assigned to clusters. The lists are the same.
     pub assignment: Assignment,
-    /// How close to a cluster a light must come. The image is the same.
+    /// Test of a light against a cluster. The image is the same.
     pub test: ClusterTest,
-    /// How far from the eye clusters reach at least, m, whatever there is to see: 100 in the thesis [VanGelderen2020, §6.1.3]. Without it
-    /// they end with the scene; so they do where that is farther. More: more clusters, of which none is visible; displaced ones are others.
+    /// Least distance from the eye that clusters cover, m: 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters end with the scene;
+    /// so they do if the scene ends farther away. More: more clusters, of which none is visible; displaced clusters change.
     pub depth: u32,
 }
 
@@ -41,7 +41,7 @@ impl Default for Clustered {
 }
 
 named_enum! {
-    /// True if several views share one grid of clusters.
+    /// Grouping of several views into grids of clusters.
     Grouping {
         /// A grid, lists and all for each view.
         Individual = "individual": "A grid for each view",
@@ -51,22 +51,22 @@ named_enum! {
 }
 
 named_enum! {
-    /// How the lights of a cluster are found.
+    /// How lights are assigned to clusters.
     Assignment {
-        /// Every light is tested: the thesis'.
-        BruteForce = "brute_force": "Every light is tested against every cluster",
-        /// A tree over the lights is walked.
-        Hierarchy = "hierarchy": "A tree over the lights is walked: for thousands of lights",
+        /// Tests every light, as the thesis does.
+        BruteForce = "brute_force": "Tests every light against every cluster",
+        /// Traverses a tree over the lights.
+        Hierarchy = "hierarchy": "Traverses a tree over the lights: for thousands of lights",
     }
 }
 
 named_enum! {
-    /// How close to a cluster a light must come.
+    /// Test of a light against a cluster.
     ClusterTest {
-        /// Behind none of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always tested as such.
-        Planes = "planes": "Behind none of the cluster's planes: some lights too many",
-        /// And within reach of the box around it: fewer lights that do not reach it.
-        PlanesAndBox = "planes-and-box": "And within reach of the box around it",
+        /// Rejects lights behind one of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always tested as such.
+        Planes = "planes": "Tests lights against the cluster's planes: lists some lights too many",
+        /// Also rejects lights out of reach of its bounding box: shorter lists.
+        PlanesAndBox = "planes-and-box": "Also tests them against the box around the cluster: shorter lists",
     }
 }
 

@@ -14,7 +14,7 @@ fn rows_are_the_shaders() {
     assert_eq!(row("light_culling/clustered/compact"), row("light_culling/clustered/assign"));
 }
 
-/// With more visible clusters than workgroups of one dimension hold, all are dispatched.
+/// All visible clusters are dispatched, even if there are more than workgroups in one dimension.
 #[test]
 fn gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched() {
     let test = "gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched";
@@ -30,20 +30,20 @@ fn gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched() {
     let list = |label| storage_buffer(&gpu.device, label, 4 * (u64::from(clusters) + 1)).unwrap();
     let none = wgpu::BufferUsages::empty();
     let fragments = storage_buffer_of(&gpu.device, "fragments", &vec![1u32; clusters as usize], none).unwrap();
-    let (places, visible) = (list("places"), list("visible"));
+    let (indices, visible) = (list("places"), list("visible"));
     let dispatch = lanternfish_gpu::indirect_buffer(&gpu.device, "dispatch");
     let grid = uniform_buffer_of(&gpu.device, "grid", &ClusterGrid { dimensions, ..Default::default() });
     let bindings = Bindings::new()
         .buffer("cluster_grid", &grid)
         .buffer("cluster_fragments", &fragments)
-        .buffer("visible_places", &places)
+        .buffer("visible_places", &indices)
         .buffer("visible_clusters", &visible)
         .buffer("visible_dispatch", &dispatch);
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     let all = [WIDTH, clusters.div_ceil(64 * WIDTH), 1];
     frame.dispatch(&flag, &bindings, all);
-    scan.record(&mut frame, &places, clusters + 1).unwrap();
+    scan.record(&mut frame, &indices, clusters + 1).unwrap();
     frame.dispatch(&compact, &bindings, all);
     frame.submit();
     let dispatched = read_back::<u32>(&gpu.device, &gpu.queue, &dispatch, 3).unwrap();

@@ -1,4 +1,4 @@
-//! A tree over the lights, rebuilt every frame on the device; `light_tree.wesl` says how it lies.
+//! A tree over the lights, rebuilt every frame on the device; `light_tree.wesl` describes its layout.
 
 use super::DECLARED;
 use glam::{UVec4, Vec3};
@@ -10,7 +10,7 @@ use crate::{error::RenderError, light_culling::clustered::Assignment, lights::Li
 gpu_constants! {
     /// Children of a node.
     const FANOUT: u32 = 8;
-    /// Levels at most: FANOUT to this power are more lights than a buffer holds.
+    /// Greatest number of levels: FANOUT to this power exceeds the lights of any buffer.
     const MOST_LEVELS: usize = 9;
 }
 
@@ -18,31 +18,31 @@ gpu_constants! {
 const KEY_BITS: u32 = 30;
 
 gpu_struct! {
-    /// Where the levels of the tree lie.
+    /// Layout of the tree's levels.
     pub struct LightTree {
-        /// x: first node of each level; y: nodes of it.
+        /// x: first node of each level; y: number of its nodes.
         levels: [UVec4; MOST_LEVELS],
         /// Least corner of the box around the centres of lights that have one, world space, m.
         low: Vec3,
-        /// Number of levels the tree has.
+        /// Number of levels of the tree.
         level_count: u32,
         /// Size of that box, m.
         size: Vec3,
-        /// Lights that the tree has places for; those beyond the set's number are in no box.
+        /// Capacity of the tree, lights; those beyond the set's number are in no box.
         capacity: u32,
     }
 }
 
 gpu_struct! {
-    /// The level that a pass makes of the one below.
+    /// The level that a join pass makes from the one below.
     pub struct LevelToJoin {
-        /// Number of the level; those of the lowest, 0, hold lights.
+        /// Index of the level; nodes of level 0 hold lights.
         level: u32,
     }
 }
 
 impl LightTree {
-    /// The levels of a tree over so many lights at most, whose centres lie in this box.
+    /// The levels of a tree over at most this many lights, whose centres lie in this box.
     fn new(capacity: u32, bounds: &Bounds) -> Self {
         let mut tree = Self { low: bounds.min, size: bounds.size(), capacity, ..Self::default() };
         let (mut nodes, mut first) = (capacity.div_ceil(FANOUT).max(1), 0);
@@ -63,14 +63,14 @@ impl LightTree {
     }
 }
 
-/// Lights as one grid's assignment reads them.
+/// Lights in the layout that one grid's assignment reads.
 #[derive(Debug)]
 pub struct PlacedLights {
     tree: BufferPart,
     order: wgpu::Buffer,
     placed: wgpu::Buffer,
     nodes: Option<wgpu::Buffer>,
-    /// Number of bytes the lights and the tree take.
+    /// Size of the lights and the tree, bytes.
     pub bytes: u64,
 }
 
@@ -115,7 +115,8 @@ impl TreeBuilder {
         })
     }
 
-    /// Lights of a set in the space of `grid` (bound as `cluster_grid`), and, for the hierarchy, sorted and with boxes around them.
+    /// Records the passes that transform the lights of a set into the space of `grid` (bound as `cluster_grid`) and, for the hierarchy,
+    /// sort them and build the tree.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -128,7 +129,7 @@ impl TreeBuilder {
         let node_bytes = 32 * u64::from(tree.node_count());
         let mut lights = PlacedLights {
             tree: frame.uniform(&tree),
-            // With a tree, its first pass writes them.
+            // With a tree, the keys pass writes the order.
             order: match has_tree {
                 true => frame.scratch("light_culling/order", 4 * u64::from(count))?,
                 false => frame.storage_of("light_culling/order", &(0..count).collect::<Vec<u32>>())?,

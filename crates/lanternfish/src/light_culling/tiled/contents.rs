@@ -1,4 +1,4 @@
-//! What the tiles of a frame list, read back.
+//! Light lists of a frame's tiles, read back.
 
 use glam::UVec2;
 use lanternfish_gpu::{Engine, read_back};
@@ -13,12 +13,12 @@ pub struct TileContents {
     pub tile_size: u32,
     /// Tiles across and down.
     pub dimensions: UVec2,
-    /// Lights that each lists: x fastest, then y, from the top.
+    /// Number of lights of each tile's list: x fastest, then y, from the top.
     pub lights: Vec<u32>,
 }
 
 impl TileContents {
-    /// The tile of a pixel and how many lights it lists; none where the image has no such pixel.
+    /// The tile of a pixel and the number of its lights; none if the image has no such pixel.
     pub fn at(&self, pixel: UVec2) -> Option<(UVec2, u32)> {
         let tile = pixel / self.tile_size.max(1);
         let index = tile.x + tile.y * self.dimensions.x;
@@ -28,7 +28,7 @@ impl TileContents {
 }
 
 impl Renderer {
-    /// What the tiles of the last frame list, for each of its views: read back from the device. Empty before the first frame, and without
+    /// Light counts of the last frame's tiles for each of its views, read back from the device. Empty before the first frame, and without
     /// [`Tiled`](super::Tiled).
     pub fn tile_contents(&self) -> Result<Vec<TileContents>, RenderError> {
         self.culling_passes().map_or(Ok(Vec::new()), |passes| tiles_of_views(passes, self.engine()))

@@ -26,16 +26,16 @@ gpu_struct! {
         columns: u32,
         /// Tiles down.
         rows: u32,
-        /// Entries that the list has room for.
+        /// Capacity of the list, entries.
         capacity: u32,
         /// 1: lights are also tested against the box around the tile's frustum.
         aabb_test: u32,
-        /// 1: tiles reach from the near plane to infinity, whatever the depth buffer says (for transparent surfaces).
+        /// 1: tiles extend from the near plane to infinity, for transparent surfaces; the depth buffer is not read.
         unbounded: u32,
     }
 }
 
-/// This room is behind `light_list`.
+/// Selects this technique for `light_list`.
 pub(crate) const CULLING_TILED: Feature =
     Feature::choosing("culling_tiled", "culling", "light_culling/tiled/cell", None);
 
@@ -45,7 +45,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     &[SharedStruct::of::<TileGrid>()],
 );
 
-/// Lights a tile that the list has room for at first; it grows.
+/// Initial capacity of the list, lights per tile; it grows.
 const FIRST_LIGHTS_PER_TILE: u32 = 64;
 
 /// The passes.
@@ -69,7 +69,7 @@ impl LightCullingPasses for TiledCulling {
         lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError> {
         let record = |view: &ViewContext<'_>| {
-            // Shading looks at a pixel's centre, where there may be none of the samples' depths.
+            // Shading evaluates the pixel's centre, at a depth that may be none of the samples'.
             let reach = if view.surface.samples > 1 { Reach::Anywhere } else { reach };
             self.record_view(frame, view, reach, lights)
         };
@@ -107,7 +107,7 @@ impl TiledCulling {
         UVec2::new(size.x.div_ceil(tile_size), size.y.div_ceil(tile_size))
     }
 
-    /// Tile bounds, count, scan, write. A list that is too small is grown before it is written.
+    /// Records tile bounds, count, scan and write. A list that is too small grows before it is written.
     fn record_view(
         &self,
         frame: &mut Frame<'_>,
@@ -131,20 +131,20 @@ impl TiledCulling {
         let grid_buffer = frame.uniform(&grid);
         let tiles = frame.scratch("light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
         let cells = frame.zeroed("light_culling/cells", 4 * (u64::from(tile_count) + 1))?;
-        // The depths of several samples a pixel bound no tile: the caller asks for unbounded ones.
+        // The depths of several samples per pixel do not bound a tile: the caller requests unbounded tiles.
         let no_depth = (surface.samples > 1)
             .then(|| frame_target(frame, "no_depth", UVec2::ONE, DEPTH_FORMAT, wgpu::TextureUsages::empty(), 1));
         let depth = no_depth.as_ref().unwrap_or(&surface.depth);
         let shared = view.bindings().with(&lights.bindings()).texture("depth_texture", depth).buffer("tiles", &tiles);
 
-        // Count, and turn the counts into starts. The value after the last is zero and ends up as the total.
+        // Count, and scan the counts into starts. The element after the last is zero and becomes the total.
         let bindings = shared.clone().part("tile_grid", &grid_buffer).buffer("cell_starts", &cells);
         frame.dispatch(&self.bounds, &bindings, workgroups);
         frame.dispatch(&self.count, &bindings, workgroups);
         let total = self.scan.record(frame, &cells, tile_count + 1)?;
 
-        // Grow before writing, so that no image is ever made from a list that was cut.
-        let room = frame.capacity_for(&Counted {
+        // Grow before writing: no image is made from a truncated list.
+        let capacity = frame.capacity_for(&Counted {
             list: lights.list,
             words: &total,
             starts: (&cells, tile_count as usize + 1),
@@ -153,9 +153,9 @@ impl TiledCulling {
             limit,
         })?;
         let remedy = "give the lights a shorter range, use larger tiles, or render a smaller image";
-        super::check_capacity(&room, limit, lights, remedy)?;
-        let grid_buffer = frame.uniform(&TileGrid { capacity: room.capacity as u32, ..grid });
-        let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
+        super::check_capacity(&capacity, limit, lights, remedy)?;
+        let grid_buffer = frame.uniform(&TileGrid { capacity: capacity.capacity as u32, ..grid });
+        let indices = frame.scratch("light_culling/indices", 4 * capacity.capacity)?;
         let bindings =
             shared.part("tile_grid", &grid_buffer).buffer("cell_starts", &cells).buffer("listed_lights", &indices);
         frame.dispatch(&self.write, &bindings, workgroups);
@@ -163,7 +163,7 @@ impl TiledCulling {
             cells,
             indices,
             grid: Some(("tile_grid", grid_buffer)),
-            listed: room.elements,
+            listed: capacity.elements,
             tests: u64::from(tile_count) * u64::from(lights.capacity),
             counters: Vec::new(),
             fragments: None,

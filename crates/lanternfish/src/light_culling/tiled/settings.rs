@@ -1,4 +1,4 @@
-//! What can be chosen of tiles.
+//! Settings of tiled light culling.
 
 use lanternfish_gpu::Feature;
 
@@ -16,8 +16,8 @@ use crate::{
 pub struct Tiled {
     /// Edge of a tile, pixels. Smaller: fewer lights a pixel, more lists.
     pub tile_size: TileSize,
-    /// Whether lights are also tested against the box around the tile's frustum. On: fewer lights a tile, slightly
-    /// more work to find them [Elagabani2025, §4.2.3].
+    /// Also tests lights against the box around the tile's frustum. On: fewer lights a tile, slightly more work per tile [Elagabani2025,
+    /// §4.2.3].
     pub aabb_test: bool,
 }
 
@@ -42,7 +42,7 @@ impl Technique for Tiled {
         Parameter::new(
             "aabb",
             "on|off",
-            Range::Switch("Fewer lights a tile, slightly more work to find them", "Leaves the test out"),
+            Range::Switch("Fewer lights a tile, slightly more work to find them", "No test against the box"),
             "Also tests lights against a box around the tile, with `culling tiled`. The image is the same",
             |tiled: &mut Self| &mut tiled.aabb_test,
         )

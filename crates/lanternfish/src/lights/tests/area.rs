@@ -1,4 +1,4 @@
-//! Disks and rectangles: `area.wesl` against the path tracer's own.
+//! Disks and rectangles: `area.wesl` against the path tracer.
 
 use glam::{DVec3, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, Gpu, storage_buffer_of, testing};
@@ -9,7 +9,7 @@ use crate::{
     testing::{Random, evaluate_points},
 };
 
-/// A disk or a rectangle, by turns.
+/// A disk or a rectangle, alternately.
 pub(super) fn area_light(i: usize, random: &mut Random) -> Light {
     let (position, direction) = (5.0 * random.point(), random.direction());
     let radiance = 10.0 * (random.point() + 1.0);
@@ -23,14 +23,15 @@ pub(super) fn area_light(i: usize, random: &mut Random) -> Light {
     }
 }
 
-/// What the shader finds for each light, a place, and numbers that choose a point of the light: irradiance and distance, and the point.
+/// The shader's irradiance and distance for each light, and the sampled point of the light. `queries`: a position and the numbers that
+/// select the point.
 fn sampled(gpu: &Gpu, lights: &[Light], settings: &Settings, queries: &[Vec4]) -> Vec<(Vec4, Vec3)> {
     let packed: Vec<_> = lights.iter().map(|light| lights::Light::new(light, &settings.lights())).collect();
     let buffer = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
     let bindings = Bindings::new().buffer("lights", &buffer);
-    let found = evaluate_points(gpu, "area_incidences", &bindings, queries, 2);
+    let actual = evaluate_points(gpu, "area_incidences", &bindings, queries, 2);
     let points = evaluate_points(gpu, "area_points", &bindings, queries, 2);
-    found.into_iter().zip(points.iter().map(|point| point.truncate())).collect()
+    actual.into_iter().zip(points.iter().map(|point| point.truncate())).collect()
 }
 
 #[test]
@@ -47,23 +48,26 @@ fn gpu_points_of_areas_shine_as_the_path_tracers() {
             queries.push((5.0 * random.point()).extend(0.0));
             queries.push(Vec4::new(random.between(0.0, 1.0), random.between(0.0, 1.0), 0.0, 0.0));
         }
-        for (i, (found, point)) in sampled(gpu, &lights, &settings, &queries).into_iter().enumerate() {
+        for (i, (actual, point)) in sampled(gpu, &lights, &settings, &queries).into_iter().enumerate() {
             let (light, p) = (&lights[i], queries[2 * i].truncate());
             assert!(is_on(light, point), "{point} of {light:?}");
             let expected = lanternfish_reference::incidence_from(light, point.as_dvec3(), p.into(), attenuation, 0.1);
-            assert!((found.w / expected.distance - 1.0).abs() < 1e-5, "{found}, not {expected:?}");
-            // As of lights without an area: windows that are nearly closed, and planes seen nearly edge on.
-            let open = light.greatest_intensity().max_element() * (expected.distance.powi(-2) + 1.0);
-            let error = (found.truncate() - expected.irradiance).abs().max_element();
-            assert!(error <= 1e-5 * expected.irradiance.max_element() + 1e-5 * open, "{found}, not {expected:?}");
-            lit += usize::from(expected.irradiance.max_element() > 1e-3 * open);
+            assert!((actual.w / expected.distance - 1.0).abs() < 1e-5, "{actual}, not {expected:?}");
+            // As for lights without an area: windows that are nearly closed, and planes seen nearly edge-on.
+            let unattenuated = light.greatest_intensity().max_element() * (expected.distance.powi(-2) + 1.0);
+            let error = (actual.truncate() - expected.irradiance).abs().max_element();
+            assert!(
+                error <= 1e-5 * expected.irradiance.max_element() + 1e-5 * unattenuated,
+                "{actual}, not {expected:?}"
+            );
+            lit += usize::from(expected.irradiance.max_element() > 1e-3 * unattenuated);
             dark += usize::from(expected.irradiance == Vec3::ZERO);
         }
     }
     assert!(lit > 800 && dark > 800, "{lit} lit, {dark} dark");
 }
 
-/// Whether a point lies on a disk or rectangle.
+/// True if a point lies on a disk or rectangle.
 fn is_on(light: &Light, point: Vec3) -> bool {
     let aside = point - light.position;
     let is_within = match light.kind {
@@ -78,7 +82,7 @@ fn is_on(light: &Light, point: Vec3) -> bool {
     is_within && aside.dot(light.direction).abs() < 1e-5
 }
 
-/// Mean and mean squares along the width, the height and the normal say where the points are.
+/// The mean and the mean squares along width, height and normal test the distribution of the points.
 #[test]
 fn gpu_points_are_even_over_areas() {
     let Some(gpu) = testing::gpu("gpu_points_are_even_over_areas") else { return };
@@ -88,24 +92,24 @@ fn gpu_points_are_even_over_areas() {
     let up = right.cross(direction);
     let disk = Light::disk(Vec3::ZERO, direction, 2.0, Vec3::ONE);
     let rectangle = Light::rectangle(Vec3::ZERO, direction, right, [3.0, 1.0], Vec3::ONE);
-    // Mean squares: of a disk r² / 4 along each axis, of a side s² / 12.
+    // Mean squares: r² / 4 along each axis of a disk, s² / 12 along a side.
     for (light, squares) in [(disk, [1.0, 1.0]), (rectangle, [0.75, 1.0 / 12.0])] {
         const COUNT: usize = 1 << 14;
         let u = |_| [Vec4::ONE, Vec4::new(random.between(0.0, 1.0), random.between(0.0, 1.0), 0.0, 0.0)];
         let queries: Vec<Vec4> = (0..COUNT).flat_map(u).collect();
         let lights = vec![light.clone(); COUNT];
-        let (mut mean, mut found) = (DVec3::ZERO, [0.0; 2]);
+        let (mut mean, mut actual) = (DVec3::ZERO, [0.0; 2]);
         for (_, point) in sampled(gpu, &lights, &Settings::direct_light(), &queries) {
             mean += point.as_dvec3() / COUNT as f64;
             let of = |axis: Vec3| f64::from(point.dot(axis)).powi(2) / COUNT as f64;
-            found = [found[0] + of(right), found[1] + of(up)];
+            actual = [actual[0] + of(right), actual[1] + of(up)];
         }
-        // Five standard errors: those of a mean are √(mean square / n), those of its square less than twice of it.
+        // Five standard errors: √(mean square / n) for a mean, less than twice the mean square / √n for a mean square.
         assert!(mean.length() < 5.0 * (squares[0] / COUNT as f64).sqrt() * 1.5, "{light:?}: {mean}");
-        for (found, expected) in found.iter().zip(squares) {
+        for (actual, expected) in actual.iter().zip(squares) {
             assert!(
-                (found / expected - 1.0).abs() < 10.0 / (COUNT as f64).sqrt(),
-                "{light:?}: {found}, not {expected}"
+                (actual / expected - 1.0).abs() < 10.0 / (COUNT as f64).sqrt(),
+                "{light:?}: {actual}, not {expected}"
             );
         }
     }

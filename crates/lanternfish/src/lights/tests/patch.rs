@@ -1,11 +1,11 @@
-//! `patch.wesl` against sums over many points.
+//! `patch.wesl` against numerical integration.
 
 use glam::{DVec3, Vec3, Vec4};
 use lanternfish_gpu::testing;
 
 use crate::testing::{Random, evaluate};
 
-/// A square and a light.
+/// A surface square and a light.
 struct Case {
     n: Vec3,
     edge: f32,
@@ -19,7 +19,8 @@ fn fractions(gpu: &lanternfish_gpu::Gpu, cases: &[Case]) -> Vec<f64> {
     evaluate(gpu, "patch_fractions", &queries, 3).iter().map(|answer| f64::from(answer.x)).collect()
 }
 
-/// The mean over the square of cosine / distance², over that in its middle. The square's sides lie along `across` of `math.wesl`.
+/// Numerical mean over the square of cosine / distance², relative to its value at the centre. The square's sides lie along `across` of
+/// `math.wesl`.
 fn summed(case: &Case) -> f64 {
     const POINTS: usize = 400;
     let (n, to_light) = (case.n.as_dvec3(), case.to_light.as_dvec3());
@@ -48,9 +49,9 @@ fn gpu_a_patch_has_the_mean_of_its_points() {
         }
     }
     let mut far = 0;
-    for (case, found) in cases.iter().zip(fractions(gpu, &cases)) {
+    for (case, actual) in cases.iter().zip(fractions(gpu, &cases)) {
         let expected = summed(case).max(0.0);
-        assert!((found - expected).abs() < 2e-3 * expected.max(0.1), "{found}, not {expected}");
+        assert!((actual - expected).abs() < 2e-3 * expected.max(0.1), "{actual}, not {expected}");
         far += usize::from((expected - 1.0).abs() > 0.2);
     }
     assert!(far > 20, "{far} of the squares differ from their middle");
@@ -61,10 +62,10 @@ fn gpu_a_patch_ends_at_its_reach_and_under_the_light() {
     let Some(gpu) = testing::gpu("gpu_a_patch_ends_at_its_reach_and_under_the_light") else { return };
     let reach = crate::shaders::constant("lights/patch", "PATCH_REACH") as f32;
     let above = |edge, height: f32| Case { n: Vec3::Y, edge, shading: Vec3::Y, to_light: height * Vec3::Y };
-    let found = fractions(gpu, &[above(1.0, reach), above(10.0, 0.01), above(1.0, 1e-5)]);
-    assert!((found[0] - 0.985).abs() < 1e-3, "{found:?}");
-    // From so close the square is half of all directions, of what a point at distance d has by 1 / d².
-    assert!((found[1] / (2.0 * std::f64::consts::PI * 1e-6) - 1.0).abs() < 0.01, "{found:?}");
-    // No closer than the near radius of the attenuation.
-    assert!((found[2] / (2.0 * std::f64::consts::PI * 1e-6) - 1.0).abs() < 0.01, "{found:?}");
+    let actual = fractions(gpu, &[above(1.0, reach), above(10.0, 0.01), above(1.0, 1e-5)]);
+    assert!((actual[0] - 0.985).abs() < 1e-3, "{actual:?}");
+    // At this distance the square covers half of all directions, relative to the 1 / d² of a point at distance d.
+    assert!((actual[1] / (2.0 * std::f64::consts::PI * 1e-6) - 1.0).abs() < 0.01, "{actual:?}");
+    // The near radius of the attenuation bounds the distance.
+    assert!((actual[2] / (2.0 * std::f64::consts::PI * 1e-6) - 1.0).abs() < 0.01, "{actual:?}");
 }

@@ -1,5 +1,5 @@
-//! The trees of [`lanternfish_scene::light_tree`] on the device: emissive triangles, lights with a place, and the list of
-//! directional lights, in one buffer (`light_tree.wesl`).
+//! The trees of [`lanternfish_scene::light_tree`] on the device: emissive triangles, lights with a position, and the list of directional
+//! lights, in one buffer (`light_tree.wesl`).
 
 #[cfg(test)]
 mod tests;
@@ -16,16 +16,17 @@ use crate::lights::LightSettings;
 gpu_struct! {
     /// A node of a tree over emitters; world space, m.
     pub struct LightNode {
-        /// Centre of the box of what shines, world space, m.
+        /// Centre of the emitters' bounding box, world space, m.
         center: Vec3,
-        /// Two floats of 16 bits: radiant intensity, or radiance times area, of the brightest channel (low; 0: nothing shines); 1/m, over the
-        /// distance from the box beyond which nothing arrives (high).
+        /// Two floats of 16 bits: radiant intensity, or radiance times area, of the brightest channel (low; 0: no emission); 1/m, the
+        /// reciprocal of the distance from the box beyond which nothing arrives (high).
         power_and_range: u32,
         /// Two floats of 16 bits: half the box's size, x (low), y (high).
         half_xy: u32,
-        /// Two floats of 16 bits: half the box's size, z (low); sine of the half angle of the cone about which normals lie (high).
+        /// Two floats of 16 bits: half the box's size, z (low); sine of the half angle of the normals' cone (high).
         half_z_and_spread: u32,
-        /// Four snorms: normals lie about an axis (xyz; zero: every way), light leaves within an angle of this cosine of a normal (w).
+        /// Four snorms: axis of the normals' cone (xyz; zero: all directions); cosine of the greatest angle between a normal and emitted
+        /// light (w).
         cone: u32,
         /// Leaf: index of the light, or of the triangle in the order of the BVH's leaves.
         link: u32,
@@ -33,13 +34,13 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Where the trees and the list of directional lights lie among the nodes.
+    /// Layout of the trees and of the list of directional lights in the node buffer.
     pub struct LightTrees {
         /// Emissive triangles; the root of their tree is node 0.
         triangle_count: u32,
         /// Levels of that tree below its root.
         triangle_depth: u32,
-        /// Root of the tree over lights with a place.
+        /// Root of the tree over lights with a position.
         first_light: u32,
         /// Number of lights with a position.
         light_count: u32,
@@ -59,18 +60,18 @@ gpu_struct! {
 pub struct EmissiveTriangle {
     /// Index of the triangle, in the order of the BVH's leaves.
     pub triangle: u32,
-    /// What the tree knows of the triangle.
+    /// The triangle as an emitter of the tree.
     pub emitter: Emitter,
 }
 
-/// Nodes as they are uploaded.
+/// Nodes in the uploaded layout.
 #[derive(Debug)]
 pub(crate) struct PackedTrees {
     nodes: Vec<LightNode>,
     trees: LightTrees,
 }
 
-/// The trees of a scene on the device, and what of them does not come from the lights.
+/// The trees of a scene on the device, and the inputs that do not come from the lights.
 #[derive(Debug)]
 pub(crate) struct SceneLightTrees {
     triangles: Vec<EmissiveTriangle>,
@@ -93,7 +94,7 @@ impl SceneLightTrees {
         Ok(Self { triangles, tree, nodes, trees })
     }
 
-    /// Builds again what depends on the lights: they may have moved, and be more or fewer.
+    /// Rebuilds the parts that depend on the lights, whose number and positions may have changed.
     pub fn update_lights(
         &mut self,
         device: &wgpu::Device,
@@ -104,12 +105,12 @@ impl SceneLightTrees {
         Ok(())
     }
 
-    /// Gives the triangles other numbers: `place` has the new one of each.
-    pub fn renumber(&mut self, queue: &wgpu::Queue, place: &[u32]) {
-        self.triangles.iter_mut().for_each(|triangle| triangle.triangle = place[triangle.triangle as usize]);
+    /// Renumbers the triangles: `new_index` holds the new index of each.
+    pub fn renumber(&mut self, queue: &wgpu::Queue, new_index: &[u32]) {
+        self.triangles.iter_mut().for_each(|triangle| triangle.triangle = new_index[triangle.triangle as usize]);
         let mut nodes = Vec::new();
         append(&mut nodes, &self.tree, |i| self.triangles[i as usize].triangle);
-        // They are the first.
+        // The nodes of the emissive triangles come first.
         queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&nodes));
     }
 

@@ -10,10 +10,10 @@ use crate::{
     testing::{Random, evaluate_module},
 };
 
-/// Points, spots, disks and suns, some of them dark.
+/// Point, spot, disk and directional lights, some of them without emission.
 fn scene(random: &mut Random) -> Scene {
     let light = |i: usize| {
-        let (place, direction) = (5.0 * random.point(), random.direction());
+        let (position, direction) = (5.0 * random.point(), random.direction());
         let kind = match i % 4 {
             0 => LightKind::Spot { inner_angle: 0.1, outer_angle: random.between(0.2, 1.5) },
             1 if i % 40 == 1 => LightKind::Directional,
@@ -21,16 +21,16 @@ fn scene(random: &mut Random) -> Scene {
             _ => LightKind::Point,
         };
         let power = if i % 17 == 3 { Vec3::ZERO } else { random.point() + 1.5 };
-        Light { kind, direction, range: Some(random.between(2.0, 9.0)), ..Light::point(place, power) }
+        Light { kind, direction, range: Some(random.between(2.0, 9.0)), ..Light::point(position, power) }
     };
     Scene { lights: (0..400).map(light).collect(), ..Scene::default() }
 }
 
 fn triangles(random: &mut Random) -> Vec<EmissiveTriangle> {
     let triangle = |i: u32| {
-        let (place, normal) = (5.0 * random.point(), random.direction());
+        let (position, normal) = (5.0 * random.point(), random.direction());
         let (right, up) = normal.any_orthonormal_pair();
-        let corners = [place, place + random.unit() * right, place + random.unit() * up];
+        let corners = [position, position + random.unit() * right, position + random.unit() * up];
         let front = (!i.is_multiple_of(3)).then_some(normal);
         EmissiveTriangle { triangle: 7 * i + 2, emitter: Emitter::of_triangle(corners, 3.0, front) }
     };
@@ -44,7 +44,7 @@ fn gpu_the_device_chooses_as_the_host_does() {
     let (scene, triangles) = (scene(&mut random), triangles(&mut random));
     let settings = Settings::default();
     let trees = SceneLightTrees::new(&gpu.device, &scene, &settings.lights(), triangles.clone()).unwrap();
-    // The host's own trees, and what their emitters are called on the device.
+    // The host's trees, and the indices of their emitters on the device.
     let shining = |light: &&(usize, &Light)| light.1.intensity != Vec3::ZERO && light.1.kind != LightKind::Directional;
     let placed: Vec<(usize, &Light)> = scene.lights.iter().enumerate().collect();
     let placed: Vec<&(usize, &Light)> = placed.iter().filter(shining).collect();
@@ -67,21 +67,22 @@ fn gpu_the_device_chooses_as_the_host_does() {
         let name = |e: u32| if is_light { placed[e as usize].0 as u32 } else { triangles[e as usize].triangle };
         let expected = tree.choose(&receiver, query[0].w.into());
         if expected.map_or(-1.0, |(emitter, _)| name(emitter) as f32) != answer.x {
-            // A number at the border of two emitters falls to either side.
+            // A random number at the border between two emitters may select either.
             other += 1;
             continue;
         }
         let Some((_, chance)) = expected else { continue };
         chosen += 1;
-        let (found, climbed) = (f64::from(answer.y), f64::from(answer.z));
-        // A dozen levels, of a few roundings each; where cosines are near zero their error is larger.
-        assert!((found / chance - 1.0).abs() < 0.01, "{found}, not {chance}");
-        assert!((climbed / found - 1.0).abs() < 1e-4, "{climbed} by climbing, {found} on the way down");
+        let (actual, climbed) = (f64::from(answer.y), f64::from(answer.z));
+        // A dozen levels, of a few roundings each; where cosines are near zero the relative error is larger.
+        assert!((actual / chance - 1.0).abs() < 0.01, "{actual}, not {chance}");
+        assert!((climbed / actual - 1.0).abs() < 1e-4, "{climbed} by climbing, {actual} on the way down");
     }
     assert!(chosen > 2000 && other < 30, "{chosen} chosen, {other} others");
 }
 
-/// A patch about a point takes no light's chance away, and gives one that is close above it about the same wherever in the patch the point lies.
+/// With a radius no light loses its probability, and a light that is close above gets about the same probability wherever in the radius the
+/// point lies.
 #[test]
 fn gpu_patches_keep_the_chance_of_every_light() {
     let Some(gpu) = testing::gpu("gpu_patches_keep_the_chance_of_every_light") else { return };
@@ -108,11 +109,11 @@ fn gpu_patches_keep_the_chance_of_every_light() {
     let reaching = of_points.iter().filter(|chance| **chance > 0.0).count();
     assert!(reaching > 200, "{reaching}");
     for (point, patch) in of_points.iter().zip(&of_patches) {
-        // A chance that is 1 less what a neighbour has may round to nothing.
+        // A probability that is 1 minus a neighbour's may round to zero.
         let is_rounding = point.max(*patch) < 1e-6;
         assert!((*point > 0.0) == (*patch > 0.0) || is_rounding, "{point} of a point, {patch} of a patch");
     }
-    // A light is drawn as often as its chance says, and climbing from its leaf gives the same chance.
+    // A light is drawn as often as its probability predicts, and the bottom-up probability from its leaf is the same.
     const DRAWS: usize = 2048;
     for _ in 0..8 {
         let (p, normal) = (4.0 * random.point(), random.direction());
@@ -125,11 +126,11 @@ fn gpu_patches_keep_the_chance_of_every_light() {
             drawn.entry(answer.x as u32).or_insert((answer.y, 0)).1 += 1;
         }
         for (light, (chance, count)) in drawn {
-            // Even draws: an interval has one more or less than its share, and as much again for roundings.
+            // Stratified draws: the count of an interval differs from its probability by at most one, and by as much again for rounding.
             assert!((count as f32 - chance * DRAWS as f32).abs() < 2.0, "{light}: {count} of {DRAWS}, chance {chance}");
         }
     }
-    // Five millimetres above a floor, and another one far off.
+    // Five millimetres above a floor, and another light far away.
     let lights =
         vec![Light::point(Vec3::new(0.0, 0.005, 0.0), Vec3::ONE), Light::point(4.0 * Vec3::Y, Vec3::splat(4e3))];
     let trees = SceneLightTrees::new(

@@ -1,4 +1,4 @@
-//! Soft shadows that pixels keep from the frames before.
+//! Temporal accumulation of soft shadows.
 
 use glam::Vec3;
 use lanternfish_gpu::testing;
@@ -22,7 +22,7 @@ fn settings(history: History, shadow_rays: u32) -> Settings {
     }
 }
 
-/// Two lamps of different colours in the Cornell box, one of which the blocks hide from much of the floor.
+/// Two lamps of different colours in the Cornell box. The blocks occlude one of them from much of the floor.
 fn box_of_two() -> Scene {
     let mut scene = generate::demo("cornell").unwrap();
     scene.lights = vec![
@@ -32,7 +32,7 @@ fn box_of_two() -> Scene {
     scene
 }
 
-/// The same, and a rectangle.
+/// The same scene with a rectangle light.
 fn with_rectangle() -> Scene {
     let mut scene = box_of_two();
     scene.lights.truncate(1);
@@ -41,12 +41,12 @@ fn with_rectangle() -> Scene {
     scene
 }
 
-/// The first image of a renderer, and a mean, are what they are without a history, to the bit; hard shadows always.
+/// A renderer's first image and a mean of frames are bitwise the same with and without a history; hard shadows always are.
 #[test]
 fn gpu_first_images_and_hard_shadows_are_the_same_with_a_history() {
     let name = "gpu_first_images_and_hard_shadows_are_the_same_with_a_history";
     let Some(gpu) = testing::gpu(name) else { return };
-    // Hard lights between those that have a size: all are summed in the order of the list.
+    // Hard lights between area lights: all are summed in the order of the list.
     let mut mixed = with_rectangle();
     mixed.lights.insert(1, Light::directional(Vec3::new(0.3, -1.0, -0.4), Vec3::splat(0.7)));
     mixed.lights.push(Light::point(Vec3::new(0.5, 0.9, 0.7), Vec3::new(0.2, 0.3, 0.1)));
@@ -63,27 +63,30 @@ fn gpu_first_images_and_hard_shadows_are_the_same_with_a_history() {
     assert!(hard(History::Off) == hard(History::On));
 }
 
-/// While the camera moves, rays of the frames before count along surfaces: less noise, and as much light. Once it rests, means are as right.
+/// While the camera moves, accumulation reduces the noise and keeps the mean light. At rest, means are as accurate as without it.
 #[test]
-fn gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away() {
-    let name = "gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away";
+fn gpu_history_reduces_soft_shadow_noise_in_motion() {
+    let name = "gpu_history_reduces_soft_shadow_noise_in_motion";
     let Some(gpu) = testing::gpu(name) else { return };
     let walk = steps(16);
     let last = &walk[walk.len() - 1..];
     for (which, scene) in [("disks", box_of_two()), ("a rectangle", with_rectangle())] {
         let mean_ground_truth = walked(gpu, Settings { accumulate: 16, ..settings(History::Off, 32) }, &scene, last);
         let hard = walked(gpu, Settings { light_radius: 0.0, ..settings(History::Off, 32) }, &scene, last);
-        // Of one frame, through the middles of pixels.
+        // Of one frame, through the pixel centres.
         let ground_truth = walked(gpu, settings(History::Off, 255), &scene, last);
         let [without, with] =
             [History::Off, History::On].map(|history| walked(gpu, settings(history, 2), &scene, &walk));
-        let [noise, kept] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
-        let brought = mean(&with) / mean(&ground_truth);
+        let [noise, accumulated] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
+        let light_ratio = mean(&with) / mean(&ground_truth);
         println!(
-            "{which}: off by {noise:.4} without, {kept:.4} with; {brought:.4} of the light; hard {:.4}",
+            "{which}: off by {noise:.4} without, {accumulated:.4} with; {light_ratio:.4} of the light; hard {:.4}",
             off(&hard, &ground_truth)
         );
-        assert!(kept < 0.6 * noise && (brought - 1.0).abs() < 0.01, "{which}: {noise} {kept} {brought}");
+        assert!(
+            accumulated < 0.6 * noise && (light_ratio - 1.0).abs() < 0.01,
+            "{which}: {noise} {accumulated} {light_ratio}"
+        );
 
         let rested = |history| {
             let mut renderer = renderer(gpu, settings(history, 2));
@@ -101,7 +104,7 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away() {
     }
 }
 
-/// The noise of one lamp's shadow is not that of another one's highlight.
+/// The noise of one lamp's shadow does not affect another lamp's highlight.
 #[test]
 fn gpu_a_highlight_beside_a_penumbra_stays_clean() {
     let Some(gpu) = testing::gpu("gpu_a_highlight_beside_a_penumbra_stays_clean") else { return };
@@ -109,18 +112,18 @@ fn gpu_a_highlight_beside_a_penumbra_stays_clean() {
     for material in &mut scene.materials {
         (material.perceptual_roughness, material.metallic) = (0.2, 0.5);
     }
-    // Seen mirrored in the back wall, with nothing before it; and one that the tall block hides.
+    // One lamp is mirrored in the back wall, unoccluded; the tall block hides the other one.
     scene.lights[0].position = Vec3::new(0.0, 1.0, 0.9);
     scene.lights[1].position = Vec3::new(-0.9, 0.5, 0.5);
     let walk = steps(12);
     let last = &walk[walk.len() - 1..];
     let ground_truth = walked(gpu, settings(History::Off, 255), &scene, last);
-    let [noise, kept] = [History::Off, History::On]
+    let [noise, accumulated] = [History::Off, History::On]
         .map(|history| off(&walked(gpu, settings(history, 2), &scene, &walk), &ground_truth));
-    println!("off by {noise:.4} without, {kept:.4} with");
-    assert!(kept < 0.7 * noise, "{noise} {kept}");
+    println!("off by {noise:.4} without, {accumulated:.4} with");
+    assert!(accumulated < 0.7 * noise, "{noise} {accumulated}");
 
-    // A rectangle that is mirrored: no spots where its fixed points would be. One walk's light is luck: a few, of different lengths.
+    // A mirrored rectangle: no spots at its fixed points. The mean light of one walk has much variance: several walks of different lengths.
     scene.lights = with_rectangle().lights.split_off(1);
     let walks = [6, 8, 10, 12, 14, 16].map(|length| {
         let walk = steps(length);
@@ -130,12 +133,13 @@ fn gpu_a_highlight_beside_a_penumbra_stays_clean() {
             [History::Off, History::On].map(|history| walked(gpu, settings(history, 4), &scene, &walk));
         [off(&without, &ground_truth), off(&with, &ground_truth), mean(&with) / mean(&ground_truth)]
     });
-    let [noise, kept, light] = [0, 1, 2].map(|i| walks.iter().map(|walk| walk[i]).sum::<f32>() / walks.len() as f32);
-    println!("a rectangle: off by {noise:.4} without, {kept:.4} with; {light:.4} of the light");
-    assert!(kept < 0.9 * noise && (light - 1.0).abs() < 0.02, "{noise} {kept} {light}");
+    let [noise, accumulated, light] =
+        [0, 1, 2].map(|i| walks.iter().map(|walk| walk[i]).sum::<f32>() / walks.len() as f32);
+    println!("a rectangle: off by {noise:.4} without, {accumulated:.4} with; {light:.4} of the light");
+    assert!(accumulated < 0.9 * noise && (light - 1.0).abs() < 0.02, "{noise} {accumulated} {light}");
 }
 
-/// A lamp that moves takes its shadow with it.
+/// The shadow of a lamp that moves follows it.
 #[test]
 fn gpu_a_soft_shadow_follows_its_lamp() {
     let Some(gpu) = testing::gpu("gpu_a_soft_shadow_follows_its_lamp") else { return };
@@ -154,18 +158,16 @@ fn gpu_a_soft_shadow_follows_its_lamp() {
     let settled = off(&render(&mut renderer, &uploaded), &walked(gpu, settings(History::Off, 255), &before, &steps(1)));
     renderer.update(&mut uploaded, &after).unwrap();
     let frames: Vec<f32> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &ground_truth)).collect();
-    println!(
-        "settled {settled:.4}; after the move {:.4?}; a frame by itself {alone:.4}",
-        [0, 3, 15].map(|k| frames[k])
-    );
+    println!("settled {settled:.4}; after the move {:.4?}; a frame alone {alone:.4}", [0, 3, 15].map(|k| frames[k]));
     assert!(settled < 0.5 * alone);
     assert!(frames[0] < 1.1 * alone && frames[3] < 0.8 * alone && frames[15] < 0.5 * alone, "{frames:?}");
 }
 
-/// With one band the bits that were traced for the shares are shaded from, with several they are traced again: the image is the same.
+/// With one band, shading uses the bits that were traced for the visibility ratios; with several bands they are traced again. The image is
+/// the same.
 #[test]
-fn gpu_shares_of_bands_are_those_of_the_whole() {
-    let Some(gpu) = testing::gpu("gpu_shares_of_bands_are_those_of_the_whole") else { return };
+fn gpu_visibility_ratios_do_not_depend_on_bands() {
+    let Some(gpu) = testing::gpu("gpu_visibility_ratios_do_not_depend_on_bands") else { return };
     let scene = with_rectangle();
     let rendering = |word_limit: Option<u64>| {
         let mut renderer = renderer(gpu, settings(History::On, 3));
@@ -185,7 +187,7 @@ fn gpu_shares_of_bands_are_those_of_the_whole() {
             .collect();
         (bands, renderings)
     };
-    let [whole, parts] = [None, Some(8 * 64 * 2)].map(rendering);
-    assert!(whole.0 == 1 && parts.0 > 1, "{} and {} bands", whole.0, parts.0);
-    assert!(whole.1 == parts.1, "bands change the image");
+    let [one, many] = [None, Some(8 * 64 * 2)].map(rendering);
+    assert!(one.0 == 1 && many.0 > 1, "{} and {} bands", one.0, many.0);
+    assert!(one.1 == many.1, "bands change the image");
 }

@@ -1,4 +1,4 @@
-//! Shadows of lights that have a size.
+//! Shadows of lights with a radius.
 
 use std::f64::consts::PI;
 
@@ -28,7 +28,7 @@ fn soft(shadow_rays: u32) -> Settings {
     Settings { light_radius: RADIUS, shadow_rays, shadows: Shadows::BVH, ..Settings::direct_light() }
 }
 
-/// A floor in the plane z = 0, a light 2 m before it, and halfway a sheet that hides all with x < 0.
+/// A floor in the plane z = 0, a light 2 m above it, and halfway between them a sheet that covers x < 0.
 fn edge() -> (Scene, Camera) {
     let material = Material { double_sided: true, metallic: 0.0, specular: 0.0, ..Material::default() };
     let floor = quad(0, Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y);
@@ -40,43 +40,43 @@ fn edge() -> (Scene, Camera) {
     (scene, Camera::look_at(Vec3::new(0.0, 0.0, 0.5), Vec3::ZERO, projection))
 }
 
-/// Share of a disk of radius 1 with coordinates above `x`.
+/// Fraction of a disk of radius 1 with coordinates above `x`.
 fn segment(x: f64) -> f64 {
     if x.abs() >= 1.0 { f64::from(x < 0.0) } else { (x.acos() - x * (1.0 - x * x).sqrt()) / PI }
 }
 
-/// Mean and largest distance of the found open shares from those of a disk of this radius.
-fn off(found: &[f64], unshadowed: &[f64], radius: f32) -> (f64, f64) {
-    let errors = found.iter().zip(unshadowed).enumerate().map(|(i, (found, unshadowed))| {
+/// Mean and largest difference between the rendered visibility and that of a disk of this radius.
+fn off(actual: &[f64], unshadowed: &[f64], radius: f32) -> (f64, f64) {
+    let errors = actual.iter().zip(unshadowed).enumerate().map(|(i, (actual, unshadowed))| {
         let column = (i as u32 % SIZE.0) as f64 + 0.5;
         let x = f64::from(HALF_WIDTH) * (2.0 * column / f64::from(SIZE.0) - 1.0);
-        // The sheet's edge is seen at -x from the light's centre.
-        (found / unshadowed - segment(-x / f64::from(radius))).abs()
+        // As seen from the light's centre, the sheet's edge is at -x.
+        (actual / unshadowed - segment(-x / f64::from(radius))).abs()
     });
     let errors: Vec<f64> = errors.collect();
     (errors.iter().sum::<f64>() / errors.len() as f64, errors.iter().copied().fold(0.0, f64::max))
 }
 
 #[test]
-fn gpu_a_penumbra_is_the_share_of_the_disk_that_is_seen() {
-    let Some(gpu) = testing::gpu("gpu_a_penumbra_is_the_share_of_the_disk_that_is_seen") else { return };
+fn gpu_penumbra_is_the_visible_fraction_of_the_disk() {
+    let Some(gpu) = testing::gpu("gpu_penumbra_is_the_visible_fraction_of_the_disk") else { return };
     let (scene, camera) = edge();
     let of = |settings| luminance(gpu, &scene, &camera, settings, SIZE);
     let unshadowed = of(Settings { shadows: Shadows::None, ..Settings::direct_light() });
     let [few, some, many] = [4, 16, 255].map(|rays| off(&of(soft(rays)), &unshadowed, RADIUS));
     let converged = off(&of(Settings { accumulate: 32, ..soft(16) }), &unshadowed, RADIUS);
     println!(
-        "mean and largest error of shares: 4 rays {few:?}, 16 {some:?}, 255 {many:?}, 32 frames of 16 {converged:?}"
+        "mean and largest error of visibility: 4 rays {few:?}, 16 {some:?}, 255 {many:?}, 32 frames of 16 {converged:?}"
     );
-    // The disk leans by up to 0.15 m: a share of 0.01; lines across 255 even points are off by up to two of them.
+    // The disk is tilted by up to 0.15 m, which is a visibility of 0.01; lines across 255 even points differ by up to two of them.
     assert!(many.1 < 0.03, "{many:?}");
     assert!(converged.1 < 0.02, "{converged:?}");
     assert!(some.0 < 0.03 && some.0 < few.0 && many.0 < some.0, "{few:?} {some:?} {many:?}");
-    // It can fail: another radius, and a light that is a point.
+    // The test can fail: with another radius, and with a point light.
     assert!(off(&of(soft(255)), &unshadowed, 1.2 * RADIUS).1 > 0.04);
     assert!(off(&of(Settings { light_radius: 0.0, ..soft(255) }), &unshadowed, RADIUS).1 > 0.4);
 
-    // With several samples a pixel rays start in shading; the sums are the same.
+    // With several samples per pixel the rays start in shading; the sums are the same.
     let samples = off(&of(Settings { samples: Samples::Four, ..soft(255) }), &unshadowed, RADIUS);
     assert!(samples.1 < 0.03, "{samples:?}");
 }
@@ -88,8 +88,8 @@ fn gpu_lights_without_a_size_cast_the_same_shadows() {
     let camera = scene.cameras[0].clone();
     let of = |scene: &Scene, settings| luminance(gpu, scene, &camera, settings, (48, 40));
     let hard = Settings { light_radius: 0.0, ..soft(16) };
-    assert!(of(&scene, hard.clone()) != of(&scene, soft(16)), "blind to the radius");
-    // What is not asked changes nothing, and neither does the radius of suns, of which there is none.
+    assert!(of(&scene, hard.clone()) != of(&scene, soft(16)), "the radius changes nothing");
+    // Unused settings change nothing, and neither does the radius of directional lights, which have none.
     assert!(of(&scene, hard.clone()) == of(&scene, Settings { shadow_rays: 3, ..hard.clone() }));
     scene.lights = vec![Light::directional(Vec3::new(0.3, -1.0, -0.4), Vec3::splat(2.0))];
     scene.lights.push(Light::directional(Vec3::new(-0.5, -1.0, -0.8), Vec3::splat(1.0)));
@@ -113,17 +113,17 @@ fn gpu_soft_shadows_are_the_same_again_and_in_bands() {
         (counter("shadows/bands").unwrap(), counter("shadows/rays").unwrap(), rendering.radiance)
     };
     let one = rendering(None, soft(5));
-    assert!(one == rendering(None, soft(5)), "not the same again");
-    // Seven blocks of 64 pixels with up to eight words each: one row at a time.
+    assert!(one == rendering(None, soft(5)), "not reproducible");
+    // Seven blocks of 64 pixels with up to eight words each: one band holds one row of blocks.
     let many = rendering(Some(7 * 64 * 8), soft(5));
     assert!(one.0 == 1 && many.0 > 1, "{} and {} bands", one.0, many.0);
     assert!(one.1 == many.1 && one.2 == many.2, "bands change the image");
     // Five rays where there was one.
     assert_eq!(one.1, 5 * rendering(None, Settings { light_radius: 0.0, ..soft(5) }).1);
-    assert!(one.2 != rendering(None, soft(6)).2, "blind to a ray more");
+    assert!(one.2 != rendering(None, soft(6)).2, "another ray changes nothing");
 }
 
-/// What a pixel's rays miss of the mean of many more is noise that shrinks.
+/// The error of few rays against the mean of many is noise that decreases with their number.
 #[test]
 fn gpu_sixteen_rays_are_close_to_many() {
     let Some(gpu) = testing::gpu("gpu_sixteen_rays_are_close_to_many") else { return };
@@ -132,8 +132,8 @@ fn gpu_sixteen_rays_are_close_to_many() {
         luminance(gpu, &scene, &scene.cameras[0], Settings { attenuation: Attenuation::Physical, ..settings }, (48, 40))
     };
     let ground_truth = of(soft(255));
-    let off = |found: Vec<f64>| {
-        let apart: f64 = found.iter().zip(&ground_truth).map(|(a, b)| (a - b).abs()).sum();
+    let off = |actual: Vec<f64>| {
+        let apart: f64 = actual.iter().zip(&ground_truth).map(|(a, b)| (a - b).abs()).sum();
         apart / ground_truth.iter().sum::<f64>()
     };
     let [four, sixteen, hard] = [soft(4), soft(16), Settings { light_radius: 0.0, ..soft(1) }].map(|s| off(of(s)));

@@ -1,4 +1,4 @@
-//! Rasterizers move vertices to the points of a grid in the image, and a depth is that of the moved triangle.
+//! Rasterizers snap vertices to a grid in the image, and a depth is that of the snapped triangle.
 
 use lanternfish_gpu::{Engine, Gpu, ShaderTexts, testing};
 use lanternfish_scene::generate::{demo, light_rain};
@@ -10,14 +10,14 @@ use crate::{
     testing::{apart, moved},
 };
 
-/// A shader file in which a text stands for another.
+/// A shader file with one piece of text replaced.
 fn edited((module, from, to): (&str, &str, &str)) -> (String, String) {
     let (_, text) = *SHADERS.sources().iter().find(|(path, _)| *path == module).expect("it is a file of the library");
     assert_eq!(text.matches(from).count(), 1, "{module} has {from:?} once");
     (module.to_owned(), text.replace(from, to))
 }
 
-/// Pixels of the Cornell box, with its parts rotated, in light rain, under shaders with these edits.
+/// Pixels of the Cornell box in light rain, with its parts rotated, under shaders with these edits.
 fn pixels(gpu: &Gpu, edits: &[(&str, &str, &str)]) -> Vec<[f32; 4]> {
     let engine = Engine::new(&gpu.device, &gpu.queue);
     edit(&engine, edits.iter().copied().map(edited).collect::<ShaderTexts>());
@@ -29,7 +29,7 @@ fn pixels(gpu: &Gpu, edits: &[(&str, &str, &str)]) -> Vec<[f32; 4]> {
     renderer.render(&uploaded, &scene.cameras[0], 40, 40).unwrap().radiance
 }
 
-/// Graphics cards have 256 grid points a pixel along each axis; software renderers may have no grid.
+/// GPUs have 256 grid points a pixel along each axis; software renderers may have no grid.
 #[test]
 fn gpu_shadow_rays_start_off_surfaces_whose_vertices_were_moved() {
     let Some(gpu) = testing::gpu("gpu_shadow_rays_start_off_surfaces_whose_vertices_were_moved") else { return };
@@ -42,14 +42,14 @@ fn gpu_shadow_rays_start_off_surfaces_whose_vertices_were_moved() {
     );
     let expected = pixels(gpu, &[]);
     let differing = |edits: &[(&str, &str, &str)]| {
-        let found = pixels(gpu, edits);
+        let actual = pixels(gpu, edits);
         let differ = |(a, b): &(&[f32; 4], &[f32; 4])| (0..3).any(|i| (a[i] - b[i]).abs() > 0.1 * b[i] + 1e-3);
-        found.iter().zip(&expected).filter(differ).count() as f32 / expected.len() as f32
+        actual.iter().zip(&expected).filter(differ).count() as f32 / expected.len() as f32
     };
     let (with, without) =
         (differing(&[grid]), differing(&[grid, ("rays/ray_offset", "VERTEX_GRID = 1.0 / 256.0", "VERTEX_GRID = 0.0")]));
     println!("{with} of the pixels differ, and {without} where rays start nearer");
     assert!(with < 0.01, "{with}");
-    // It can fail: surfaces lie in their own shadow.
+    // The test can fail: without the offset, surfaces shadow themselves.
     assert!(without > 0.05, "{without}");
 }

@@ -1,7 +1,7 @@
 //! Visibility against brute force in double precision, on every tracer.
 //!
-//! The oracle gives three answers: a segment surely meets something solid, surely meets nothing, or comes closer to an
-//! edge, an end, a plane or the border of a mask than rounding can tell. Only the third may be answered either way.
+//! The oracle gives three answers: a segment certainly hits something solid, certainly hits nothing, or comes closer to an edge, an
+//! endpoint, a plane or the border of a mask than rounding resolves. Only in the third case may a tracer give either answer.
 
 use glam::{Affine3A, DVec3, Vec2, Vec3};
 use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer, storage_buffer_of, testing};
@@ -17,12 +17,12 @@ use crate::{
     testing::{Random, probe, quad, scene_of},
 };
 
-/// Share of a segment that is tested; `LAST` of `visibility.wesl`.
+/// Fraction of a segment that is tested; `LAST` of `visibility.wesl`.
 const LAST: f64 = 0.9999;
-/// What rounding may be off by, relative to the largest number of the sum: 32 roundings. Tracers move the origin and
-/// shear the triangle before they test it, each a few roundings on coordinates as large as the scene.
+/// Rounding error relative to the largest term of a sum: 32 roundings. Tracers translate the origin and shear the triangle before the test,
+/// each with a few roundings on coordinates as large as the scene.
 const ROUNDING: f64 = 32.0 * f32::EPSILON as f64;
-/// What a mask's texture coordinate may be off by, texels.
+/// Error of a mask's texture coordinate, texels.
 const TEXEL_ROUNDING: f64 = 2e-3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +32,7 @@ enum Answer {
     Either,
 }
 
-/// A mask as the oracle reads it.
+/// A mask in the oracle's representation.
 struct Mask<'s> {
     image: &'s Image,
     sampler: Sampler,
@@ -90,7 +90,7 @@ impl Mask<'_> {
         f64::from(self.image.rgba[4 * (row * self.image.width as usize + column) + 3]) / 255.0
     }
 
-    /// Alpha at a place in texels from the top left corner.
+    /// Alpha at a position in texels from the top left corner.
     fn alpha(&self, x: f64, y: f64) -> f64 {
         if self.sampler.mag == Filter::Nearest {
             return self.texel(x.floor(), y.floor());
@@ -103,8 +103,8 @@ impl Mask<'_> {
 
     fn answer(&self, x: f64, y: f64) -> Answer {
         let e = TEXEL_ROUNDING;
-        let places = [(0.0, 0.0), (e, e), (e, -e), (-e, e), (-e, -e)];
-        let solid = places.iter().filter(|(dx, dy)| self.alpha(x + dx, y + dy) >= self.cutoff).count();
+        let positions = [(0.0, 0.0), (e, e), (e, -e), (-e, e), (-e, -e)];
+        let solid = positions.iter().filter(|(dx, dy)| self.alpha(x + dx, y + dy) >= self.cutoff).count();
         match solid {
             0 => Answer::Open,
             5 => Answer::Blocked,
@@ -114,14 +114,14 @@ impl Mask<'_> {
 }
 
 impl Face<'_> {
-    /// [MoellerTrumbore1997], with a bound on what rounding in floats does to u, v and t.
+    /// [MoellerTrumbore1997], with a bound on the rounding error of u, v and t in 32-bit floats.
     fn answer(&self, p: DVec3, q: DVec3) -> Answer {
         let [v0, v1, v2] = self.corners;
         let (e1, e2, d, s) = (v1 - v0, v2 - v0, q - p, p - v0);
         let magnitude = [p, q, v0, v1, v2].iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
         let slack = ROUNDING * magnitude;
 
-        // A box, and both ends on one side of the plane, tell parallel rays apart.
+        // The bounding box, and both endpoints on one side of the plane, decide for parallel rays.
         let end = p + LAST * d;
         let (low, high) = (v0.min(v1).min(v2) - slack, v0.max(v1).max(v2) + slack);
         if p.min(end).cmpgt(high).any() || p.max(end).cmplt(low).any() {
@@ -179,7 +179,7 @@ fn answer(faces: &[Face<'_>], p: Vec3, q: Vec3) -> Answer {
     answer
 }
 
-/// Which of the segments a tracer finds open.
+/// For each segment, true if a tracer finds it unoccluded.
 fn trace(gpu: &Gpu, scene: &Scene, tracer: Tracer, segments: &[[Vec3; 2]]) -> Vec<bool> {
     let shadows = Shadows::Traced(tracer);
     let renderer =
@@ -200,8 +200,8 @@ fn trace(gpu: &Gpu, scene: &Scene, tracer: Tracer, segments: &[[Vec3; 2]]) -> Ve
     answers.into_iter().map(|answer| answer == 1).collect()
 }
 
-/// Traces the segments with every tracer of the adapter. Each answer must be the oracle's, but where it has none: those
-/// may be at most this share.
+/// Traces the segments with every tracer of the adapter. Each answer must be the oracle's unless the oracle has none; those may be at most
+/// this fraction.
 fn check(test: &str, gpu: &Gpu, scene: &Scene, segments: &[[Vec3; 2]], either_fraction: f64) {
     assert_eq!(scene.validate(), Ok(()));
     let faces = faces(scene);
@@ -223,11 +223,11 @@ fn check(test: &str, gpu: &Gpu, scene: &Scene, segments: &[[Vec3; 2]], either_fr
         testing::left_out(&format!("{test} by ray query"), "this adapter has none");
     }
     for tracer in tracers {
-        let found = trace(gpu, scene, tracer, segments);
+        let actual = trace(gpu, scene, tracer, segments);
         let wrong: Vec<_> = (0..segments.len())
             .filter(|i| match expected[*i] {
-                Answer::Blocked => found[*i],
-                Answer::Open => !found[*i],
+                Answer::Blocked => actual[*i],
+                Answer::Open => !actual[*i],
                 Answer::Either => false,
             })
             .map(|i| (segments[i], expected[i]))
@@ -260,9 +260,9 @@ fn gpu_visibility_in_random_soups() {
     for (seed, count, size) in [(1, 1, 1.0), (2, 7, 0.5), (3, 300, 0.2), (4, 3000, 0.05), (5, 64, 2.0)] {
         let mut random = Random::new(seed);
         let mut scene = scene_of(vec![soup(&mut random, count, size)], vec![Material::default()]);
-        // Again elsewhere: turned, stretched and mirrored.
-        let turn = Affine3A::from_rotation_y(0.7) * Affine3A::from_scale(Vec3::new(-0.5, 1.2, 0.9));
-        scene.instances.push(Instance { name: String::new(), mesh: 0, world_from_object: turn });
+        // A second instance, rotated, scaled and mirrored.
+        let transform = Affine3A::from_rotation_y(0.7) * Affine3A::from_scale(Vec3::new(-0.5, 1.2, 0.9));
+        scene.instances.push(Instance { name: String::new(), mesh: 0, world_from_object: transform });
         let segments = random_segments(&mut random, 4000);
         // 6,000 edges, each with a strip of 4e-6 on both sides: about one segment in two thousand.
         check(test, gpu, &scene, &segments, 2e-3);
@@ -273,14 +273,15 @@ fn gpu_visibility_in_random_soups() {
 fn gpu_visibility_far_from_the_origin_and_at_small_scale() {
     let test = "gpu_visibility_far_from_the_origin_and_at_small_scale";
     let Some(gpu) = testing::gpu(test) else { return };
-    // A kilometre away coordinates are 6e-5 m apart and the strips a thousand times as wide: 4 mm, on triangles of 0.2 m.
+    // At one kilometre, coordinates are 6e-5 m apart and the strips a thousand times as wide: 4 mm, on triangles of 0.2 m.
     for (offset, scale, either_fraction) in [(1000.0, 1.0, 0.2), (0.0, 1e-3, 2e-3), (0.0, 1e4, 2e-3)] {
         let mut random = Random::new(21);
         let mut soup = soup(&mut random, 300, 0.2);
-        let place = |p: Vec3| offset + scale * p;
-        soup.positions.iter_mut().for_each(|p| *p = place(*p));
+        let to_world = |p: Vec3| offset + scale * p;
+        soup.positions.iter_mut().for_each(|p| *p = to_world(*p));
         let scene = scene_of(vec![soup], vec![Material::default()]);
-        let segments = random_segments(&mut random, 2000).into_iter().map(|ends| ends.map(place)).collect::<Vec<_>>();
+        let segments =
+            random_segments(&mut random, 2000).into_iter().map(|ends| ends.map(to_world)).collect::<Vec<_>>();
         check(test, gpu, &scene, &segments, either_fraction);
     }
 }
@@ -328,7 +329,7 @@ fn gpu_visibility_is_whole_at_shared_edges() {
     let mut random = Random::new(9);
     let mut segments = Vec::new();
     for i in 0..6000 {
-        // A point of an inner edge: along x, along y, or a diagonal; 2 / 16 is exact.
+        // A point on an inner edge: along x, along y, or a diagonal; 2 / 16 is exact.
         let (k, s) = ((1.0 + (14.0 * random.unit()).round()) / 8.0 - 1.0, random.between(-0.99, 0.99));
         let target = [Vec3::new(s, k, 0.0), Vec3::new(k, s, 0.0), Vec3::new(s, s, 0.0)][i % 3];
         let from = (random.point() + Vec3::new(0.0, 0.0, 1.5)) * 0.8;
@@ -345,23 +346,23 @@ fn gpu_visibility_is_whole_at_shared_edges() {
     }
 }
 
-/// How many of 6,000 segments aimed at edges that two triangles share may slip between them, for each tracer. None where edge functions
-/// and boxes are ours: Möller and Trumbore's test let 248 through, and boxes without slack for rounding 37. What an adapter's own tracer
-/// does is not ours to say; 64 on Mesa 25.0.7's lavapipe, twice that is a report.
+/// Number of 6,000 segments aimed at shared edges of two triangles that may pass between them, for each tracer. None for this renderer's
+/// edge functions and boxes; Möller and Trumbore's test let 248 through, and boxes without slack for rounding 37. The adapter's own tracer
+/// is outside its control: 64 on Mesa 25.0.7's lavapipe; twice that is reported.
 const LEAKS: [(Tracer, usize); 2] = [(Tracer::BVH, 0), (Tracer::RAY_QUERY, 128)];
 
 #[test]
 fn gpu_visibility_in_the_plane_of_a_triangle() {
     let test = "gpu_visibility_in_the_plane_of_a_triangle";
     let Some(gpu) = testing::gpu(test) else { return };
-    // A wall seen edge-on casts no shadow along itself, and the rest of the scene still does.
+    // A wall seen edge-on casts no shadow along itself; the rest of the scene still does.
     let wall = quad(0, Vec3::ZERO, Vec3::X, Vec3::Y);
     let behind = quad(0, Vec3::new(2.0, 0.0, 0.0), Vec3::Z * 0.5, Vec3::Y * 0.5);
     let scene = scene_of(vec![wall, behind], vec![Material { double_sided: true, ..Material::default() }]);
     let mut random = Random::new(12);
     let mut segments = Vec::new();
     for _ in 0..500 {
-        // In the plane, but beside the wall; and parallel to it, close by.
+        // In the wall's plane but beside the wall, and parallel to it at a small distance.
         let (a, b) = (random.point(), random.point());
         segments.push([a.with_z(0.0) * 0.9 + Vec3::Y * 2.5, b.with_z(0.0) * 0.9 + Vec3::Y * 2.5]);
         let z = random.between(1e-4, 0.4);
@@ -369,7 +370,7 @@ fn gpu_visibility_in_the_plane_of_a_triangle() {
     }
     check(test, gpu, &scene, &segments, 0.0);
 
-    // Along the wall itself: whatever is decided, it ends, and both tracers miss a wall without thickness.
+    // Along the wall itself: the traversal must end, and both tracers miss a wall without thickness.
     let along: Vec<_> =
         (0..500).map(|_| [random.point().with_z(0.0) * 0.9, random.point().with_z(0.0) * 0.9]).collect();
     let open = trace(gpu, &scene, Tracer::BVH, &along).into_iter().filter(|open| *open).count();
@@ -418,7 +419,7 @@ fn gpu_visibility_through_masks() {
             primitives.push(Primitive { material: index, ..soup(&mut random, 40, 0.5) });
         }
     }
-    // Opaque ones among them.
+    // With opaque triangles among them.
     scene.materials.push(Material::default());
     primitives.push(Primitive { material: 6, ..soup(&mut random, 10, 0.3) });
     scene.meshes = vec![Mesh { name: String::new(), primitives }];
@@ -427,10 +428,10 @@ fn gpu_visibility_through_masks() {
     // A segment hits about three masks of some ten texels each way, whose borders are 4e-3 texels wide.
     check(test, gpu, &scene, &segments, 0.03);
 
-    // It can fail: without their holes, the same triangles block more.
+    // The test can fail: without their holes, the same triangles block more segments.
     let solid = Scene { materials: vec![Material::default(); 7], ..scene.clone() };
     let open = |scene: &Scene| trace(gpu, scene, Tracer::BVH, &segments).into_iter().filter(|open| *open).count();
-    assert!(open(&solid) + 200 < open(&scene), "masks let nothing through");
+    assert!(open(&solid) + 200 < open(&scene), "masks block every segment");
 }
 
 #[test]

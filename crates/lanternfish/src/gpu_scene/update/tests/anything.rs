@@ -1,4 +1,4 @@
-//! Things that come, go, and become others.
+//! Updates that add, remove and change elements of a scene.
 
 use lanternfish_scene::{Environment, Instance};
 
@@ -41,7 +41,7 @@ const CHANGES: [(&str, Change); 18] = [
     ("no environment", |s| s.environment = None),
 ];
 
-/// With two textures, and environment.
+/// With two textures and an environment.
 fn textured() -> Scene {
     let mut scene = scene();
     let plain = |value| Image { name: String::new(), width: 1, height: 1, rgba: vec![value; 4] };
@@ -58,10 +58,10 @@ fn small(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Rendere
     renderer.render(uploaded, &scene.cameras[0], 60, 60).unwrap()
 }
 
-/// An update shows what a fresh upload does, to the bit, whatever has changed; images that are as they were stay where they are.
+/// An update renders bitwise the same as a fresh upload, whatever has changed; unchanged images are not uploaded again.
 #[test]
-fn gpu_anything_may_change() {
-    let Some(gpu) = testing::gpu("gpu_anything_may_change") else { return };
+fn gpu_update_handles_any_change() {
+    let Some(gpu) = testing::gpu("gpu_update_handles_any_change") else { return };
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
     for settings in [direct, indirect] {
@@ -72,7 +72,7 @@ fn gpu_anything_may_change() {
         for (name, change) in CHANGES {
             let before = now.clone();
             change(&mut now);
-            // Beside what goes in place.
+            // In addition to the change in place.
             now.lights.pop();
             assert_eq!(now.validate(), Ok(()), "{name}");
             let (images, generation) = (uploaded.textures.images(|_| true), uploaded.generation());
@@ -89,7 +89,7 @@ fn gpu_anything_may_change() {
             assert!(differing(&updated, &last) > 20, "{name}");
             for (key, (view, _)) in uploaded.textures.images(|_| true) {
                 let is_as_it_was = now.images[key.0].rgba == before.images[key.0].rgba;
-                let stays = images.get(&key).is_some_and(|(known, _)| *known == view);
+                let stays = images.get(&key).is_some_and(|(last_view, _)| *last_view == view);
                 assert_eq!(stays, is_as_it_was && images.contains_key(&key), "{name}: {key:?}");
             }
             last = updated;
@@ -100,17 +100,17 @@ fn gpu_anything_may_change() {
     }
 }
 
-/// What is scaled to nothing is not there, from the upload on; a move brings it, and one mirrors it.
+/// An instance scaled to zero is invisible from the upload on; a move makes it visible, and another mirrors it.
 #[test]
-fn gpu_what_is_scaled_to_nothing_comes_by_a_move() {
-    let test = "gpu_what_is_scaled_to_nothing_comes_by_a_move";
+fn gpu_instances_scaled_to_zero_appear_by_a_move() {
+    let test = "gpu_instances_scaled_to_zero_appear_by_a_move";
     let Some(gpu) = testing::gpu(test) else { return };
-    let whole = scene();
-    let mut without = whole.clone();
+    let complete = scene();
+    let mut without = complete.clone();
     without.instances.truncate(4);
-    let mut hidden = whole.clone();
+    let mut hidden = complete.clone();
     hidden.instances[4..].iter_mut().for_each(|instance| instance.world_from_object.matrix3 *= 0.0);
-    let mut mirrored = whole.clone();
+    let mut mirrored = complete.clone();
     mirrored.instances[4].world_from_object.matrix3.x_axis *= -1.0;
     for shadows in [Shadows::BVH, Shadows::RAY_QUERY] {
         if shadows == Shadows::RAY_QUERY && !gpu.description.ray_query {
@@ -120,26 +120,25 @@ fn gpu_what_is_scaled_to_nothing_comes_by_a_move() {
         let mut renderer = renderer(gpu, shadows);
         let mut uploaded = renderer.upload(&hidden).unwrap();
         let mut last = &hidden;
-        for (now, like) in [(&hidden, &without), (&whole, &whole), (&mirrored, &mirrored), (&hidden, &without)] {
+        for (now, like) in [(&hidden, &without), (&complete, &complete), (&mirrored, &mirrored), (&hidden, &without)] {
             renderer.move_instances(&mut uploaded, &moves(last, now)).unwrap();
             let fresh = renderer.upload(like).unwrap();
-            let (found, expected) = (shown(&mut renderer, &uploaded, now), shown(&mut renderer, &fresh, like));
-            // The order of triangles differs: at edges the adapter's own structure may meet either of two.
+            let (actual, expected) = (shown(&mut renderer, &uploaded, now), shown(&mut renderer, &fresh, like));
+            // The order of triangles differs: at shared edges the adapter's own structure may return either.
             let allowed = if shadows == Shadows::RAY_QUERY { 120 * 120 / 500 } else { 0 };
-            assert!(differing(&found, &expected) <= allowed, "{shadows}: {}", differing(&found, &expected));
+            assert!(differing(&actual, &expected) <= allowed, "{shadows}: {}", differing(&actual, &expected));
             last = now;
         }
-        let (there, gone) = (renderer.upload(&whole).unwrap(), renderer.upload(&without).unwrap());
-        let renderings = (shown(&mut renderer, &there, &whole), shown(&mut renderer, &gone, &without));
-        assert!(differing(&renderings.0, &renderings.1) > 500, "{shadows}: what was hidden is seen");
+        let (there, gone) = (renderer.upload(&complete).unwrap(), renderer.upload(&without).unwrap());
+        let renderings = (shown(&mut renderer, &there, &complete), shown(&mut renderer, &gone, &without));
+        assert!(differing(&renderings.0, &renderings.1) > 500, "{shadows}: hiding an instance must change the image");
     }
 }
 
-/// One material in the place of another: its bytes are sent, and the image is that of a fresh upload; what a material alone cannot bring
-/// is refused.
+/// Replaces one material: its bytes are uploaded, and the image is that of a fresh upload; changes that need an update are refused.
 #[test]
-fn gpu_one_material_is_put_in_the_place_of_another() {
-    let Some(gpu) = testing::gpu("gpu_one_material_is_put_in_the_place_of_another") else { return };
+fn gpu_set_material_renders_like_a_fresh_upload() {
+    let Some(gpu) = testing::gpu("gpu_set_material_renders_like_a_fresh_upload") else { return };
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
     for (settings, bytes) in [(direct, 368), (indirect, 432)] {
@@ -154,9 +153,9 @@ fn gpu_one_material_is_put_in_the_place_of_another() {
         let sent = renderer.set_material(&mut uploaded, 1, &painted).unwrap();
         assert_eq!((sent.bytes, sent.dispatches), (bytes, 0));
         let fresh = renderer.upload(&now).unwrap();
-        let found = small(&mut renderer, &uploaded, &now);
-        assert_eq!(differing(&found, &small(&mut renderer, &fresh, &now)), 0);
-        assert!(differing(&found, &last) > 20);
+        let actual = small(&mut renderer, &uploaded, &now);
+        assert_eq!(differing(&actual, &small(&mut renderer, &fresh, &now)), 0);
+        assert!(differing(&actual, &last) > 20);
         let shining = Material { emissive: Vec3::splat(0.4), ..painted.clone() };
         assert_eq!(renderer.set_material(&mut uploaded, 1, &shining).is_err(), is_indirect);
         renderer.set_material(&mut uploaded, 1, &painted).unwrap();
@@ -169,31 +168,31 @@ fn gpu_one_material_is_put_in_the_place_of_another() {
             let error = renderer.set_material(&mut uploaded, index, &wrong).unwrap_err().to_string();
             assert!(error.contains(what), "{error}");
         }
-        assert_eq!(differing(&small(&mut renderer, &uploaded, &now), &found), 0);
+        assert_eq!(differing(&small(&mut renderer, &uploaded, &now), &actual), 0);
     }
 }
 
-/// What has no area at the upload, and gets one by an update, stops light.
+/// Geometry without area at the upload occludes light after an update gives it an area.
 #[test]
-fn gpu_what_is_flat_at_first_stops_light_later() {
-    let Some(gpu) = testing::gpu("gpu_what_is_flat_at_first_stops_light_later") else { return };
-    let whole = scene();
-    let mut flat = whole.clone();
+fn gpu_flat_geometry_occludes_after_an_update() {
+    let Some(gpu) = testing::gpu("gpu_flat_geometry_occludes_after_an_update") else { return };
+    let complete = scene();
+    let mut flat = complete.clone();
     flat.meshes[1].primitives[0].positions.fill(Vec3::ZERO);
     let mut renderer = renderer(gpu, Shadows::BVH);
     let mut uploaded = renderer.upload(&flat).unwrap();
     let before = shown(&mut renderer, &uploaded, &flat);
-    renderer.update(&mut uploaded, &whole).unwrap();
-    let fresh = renderer.upload(&whole).unwrap();
-    let (found, expected) = (shown(&mut renderer, &uploaded, &whole), shown(&mut renderer, &fresh, &whole));
-    assert_eq!(differing(&found, &expected), 0);
-    assert!(differing(&found, &before) > 500);
+    renderer.update(&mut uploaded, &complete).unwrap();
+    let fresh = renderer.upload(&complete).unwrap();
+    let (actual, expected) = (shown(&mut renderer, &uploaded, &complete), shown(&mut renderer, &fresh, &complete));
+    assert_eq!(differing(&actual, &expected), 0);
+    assert!(differing(&actual, &before) > 500);
 }
 
-/// After the device has refused something the next update brings all of the scene.
+/// After an error of the device the next update uploads the complete scene.
 #[test]
-fn gpu_what_is_distrusted_is_uploaded_again() {
-    let Some(gpu) = testing::gpu("gpu_what_is_distrusted_is_uploaded_again") else { return };
+fn gpu_scene_is_uploaded_again_after_a_device_error() {
+    let Some(gpu) = testing::gpu("gpu_scene_is_uploaded_again_after_a_device_error") else { return };
     let scene = textured();
     let mut renderer = renderer(gpu, Shadows::BVH);
     let mut uploaded = renderer.upload(&scene).unwrap();
@@ -208,7 +207,7 @@ fn gpu_what_is_distrusted_is_uploaded_again() {
     renderer.update(&mut uploaded, &scene).unwrap();
     assert!(is_another(&uploaded));
     assert_eq!(differing(&small(&mut renderer, &uploaded, &scene), &rendering), 0);
-    // A refusal of what was requested is none of the device's.
+    // A refused request is not an error of the device.
     renderer.move_instances(&mut uploaded, &[(99, Affine3A::IDENTITY)]).unwrap_err();
     let (generation, images) = (uploaded.generation(), uploaded.textures.images(|_| true));
     renderer.update(&mut uploaded, &scene).unwrap();

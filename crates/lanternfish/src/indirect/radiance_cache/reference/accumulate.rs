@@ -1,4 +1,4 @@
-//! What a sample adds to its entry.
+//! Accumulation of samples in their entries.
 
 use glam::{Vec3, Vec4};
 
@@ -15,7 +15,7 @@ fn mix(a: Vec3, b: Vec3, ratio: f32) -> Vec3 {
     a * (1.0 - ratio) + b * ratio
 }
 
-/// Share of a sample in the mean of an entry that has so many already: from the sample `most` on each counts as much as that one.
+/// Weight of a sample in the mean of an entry with so many samples: constant from the sample `most` on.
 fn weight(samples: f32, most: f32) -> f32 {
     1.0 / (samples.min(most) + 1.0)
 }
@@ -25,19 +25,19 @@ pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledEntry], 
     for sampled in sampled {
         let slot = sampled.slot as usize;
         if sampled.slot_hit != NO_SLOT {
-            // Who has voted for the entry that was hit is settled.
+            // The winner for the entry that was hit is determined.
             table.requested[sampled.slot_hit as usize] = parameters.frame;
             table.votes[sampled.slot_hit as usize] = 0;
         }
         let level = parameters.bounce_levels.min(1) as usize;
         let before = table.light[level][slot];
         let is_new = before.w == 0.0;
-        let mut found = sampled.reflected + sampled.sent;
-        if !found.to_array().iter().all(|x| *x < 3e38) {
-            found = if is_new { Vec3::ZERO } else { before.truncate() };
+        let mut sent = sampled.reflected + sampled.sent;
+        if !sent.to_array().iter().all(|x| *x < 3e38) {
+            sent = if is_new { Vec3::ZERO } else { before.truncate() };
         }
-        let mixed = mix(before.truncate(), found, weight(before.w, parameters.most));
-        let mean = if is_new { found } else { mixed };
+        let mixed = mix(before.truncate(), sent, weight(before.w, parameters.most));
+        let mean = if is_new { sent } else { mixed };
         table.light[level][slot] = mean.extend(before.w + 1.0);
         if level == 0 {
             table.rgbe[slot] = rgbe::pack(mean);
@@ -48,7 +48,7 @@ pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledEntry], 
     }
 }
 
-/// Hits that the mean of those that have left the list stands for, in an entry of so many samples.
+/// Number of hits that the mean of earlier hits represents, in an entry with so many samples.
 pub(in super::super) fn earlier_count(samples: f32, most: f32) -> f32 {
     (samples.min(most) - LISTED as f32).max(0.0)
 }
@@ -65,7 +65,8 @@ pub(in super::super) fn unpack_reflectance(bits: u32) -> Vec3 {
     Vec3::new(root(0), root(10), root(20)).map(|x| x * x)
 }
 
-/// Puts each sample's hit at the head of its entry's list; what the last one of a full list brings goes into the mean of earlier ones: `store_hits`.
+/// Inserts each sample's hit at the head of its entry's hit list; the radiance of the last hit of a full list goes into the mean of earlier hits:
+/// `store_hits`.
 pub(in super::super) fn append_hits(table: &mut Table, sampled: &[SampledEntry], parameters: &RadianceCacheParameters) {
     for sampled in sampled {
         let slot = sampled.slot as usize;
@@ -89,13 +90,13 @@ fn drop_last(table: &mut Table, slot: usize, samples: f32, parameters: &Radiance
         let brought = unpack_reflectance(last.reflectance) * outgoing(light, last.slot as usize, slot);
         let mean = &mut table.earlier[step][slot];
         let ratio = 1.0 / (earlier_count(samples, parameters.most) + 1.0);
-        // The first one that leaves is the mean, whatever was there.
+        // The first hit that leaves the list initializes the mean.
         let mixed = if samples < LISTED as f32 + 1.0 { brought } else { mix(mean.truncate(), brought, ratio) };
         *mean = mixed.extend(0.0);
     }
 }
 
-/// Outgoing radiance of an entry, as another one reads it: its own where nothing is known of that entry.
+/// Outgoing radiance of an entry, as another one reads it: that of the reader if the entry has no samples.
 pub(in super::super) fn outgoing(light: &[Vec4], of: usize, reader: usize) -> Vec3 {
     light[if light[of].w > 0.0 { of } else { reader }].truncate()
 }

@@ -1,4 +1,4 @@
-//! Which entry a point of a surface belongs to.
+//! The entry of a surface point.
 
 use glam::{UVec4, Vec2, Vec3};
 
@@ -6,23 +6,23 @@ use crate::{common::random::random_words, indirect::radiance_cache::RadianceCach
 
 /// Levels of voxels: each has twice the edge of the one before.
 const LEVELS: i32 = 16;
-/// Edges that a point is lifted off its surface.
+/// Offset of a point along the normal, edges.
 const LIFT: f32 = 0.25;
-/// Layers an edge, across a surface.
+/// Layers per edge, along the normal.
 const LAYERS: f32 = 2.0;
-/// Added to a float it leaves the nearest whole number in the lowest bits.
+/// Added to a float, it leaves the nearest integer in the lowest bits.
 const WHOLE: f32 = 12_582_912.0;
 
-/// What an entry is known by.
+/// Key and hash of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in super::super) struct Entry {
     /// Never 0.
     pub key: u32,
-    /// Where its first bucket is.
+    /// Selects the first bucket.
     pub hash: u32,
 }
 
-/// Level of the voxels about a point: one more for each doubling of the distance from the eye, from `near` on.
+/// Level of the voxels at a point: one more for each doubling of the distance from the eye, from `near` on.
 pub(in super::super) fn level(p_world: Vec3, eye: Vec3, near: f32) -> i32 {
     let to_eye = (p_world - eye) * (1.0 / near);
     let square = to_eye.x * to_eye.x + to_eye.y * to_eye.y + to_eye.z * to_eye.z;
@@ -30,7 +30,7 @@ pub(in super::super) fn level(p_world: Vec3, eye: Vec3, near: f32) -> i32 {
     (exponent.div_euclid(2) + 1).clamp(0, LEVELS - 1)
 }
 
-/// The axis that a normal is nearest to, and whether it points against it; the first of those as near.
+/// Facing direction: twice the axis nearest to the normal, the first one of equals; plus 1 if the normal points against it.
 fn facing(normal: Vec3) -> u32 {
     let size = normal.abs();
     let axis = if size.x >= size.y && size.x >= size.z {
@@ -43,7 +43,7 @@ fn facing(normal: Vec3) -> u32 {
     2 * axis as u32 + u32::from(normal[axis] < 0.0)
 }
 
-/// Two directions across a unit vector: `across` of `common/math.wesl`.
+/// Two unit tangents of a unit vector: `across` of `common/math.wesl`.
 fn across(n: Vec3) -> [Vec3; 2] {
     let s = if n.z >= 0.0 { 1.0 } else { -1.0 };
     let a = -1.0 / (s + n.z);
@@ -51,7 +51,7 @@ fn across(n: Vec3) -> [Vec3; 2] {
     [Vec3::new(1.0 + s * n.x * n.x * a, s * b, -s * n.x), Vec3::new(b, s + n.y * n.y * a, -n.y)]
 }
 
-/// The entry of a point of a surface with this unit normal, moved along the surface by up to half an edge: by `u`, in 0..1.
+/// The entry of a surface point with this unit normal, jittered along the surface by up to half an edge: by `u`, in 0..1.
 pub(in super::super) fn entry_at(
     parameters: &RadianceCacheParameters,
     eye: Vec3,
@@ -62,9 +62,9 @@ pub(in super::super) fn entry_at(
     let level = level(p_world, eye, parameters.near);
     let [right, up] = across(normal);
     let u = u - 0.5;
-    let scatter = p_world * ((1.0 / parameters.edge) * (-level as f32).exp2()) + (right * u.x + up * u.y);
-    let voxel = (scatter + LIFT * normal).floor();
-    let within = scatter - voxel - 0.5;
+    let jittered = p_world * ((1.0 / parameters.edge) * (-level as f32).exp2()) + (right * u.x + up * u.y);
+    let voxel = (jittered + LIFT * normal).floor();
+    let within = jittered - voxel - 0.5;
     let height = normal.x * within.x + normal.y * within.y + normal.z * within.z;
     let layer = (LAYERS * height + WHOLE).to_bits();
     let rest = facing(normal) | ((level as u32) << 3) | (layer << 7);

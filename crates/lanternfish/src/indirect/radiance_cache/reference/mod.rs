@@ -1,4 +1,4 @@
-//! The radiance cache in plain Rust, for tests: what the shaders of this folder decide, one entry after the other.
+//! CPU reference of the radiance cache, for tests: the algorithms of the shaders of this folder, one entry after the other.
 //!
 //! | here | shaders |
 //! |---|---|
@@ -23,10 +23,10 @@ use glam::Vec4;
 pub(super) use self::hashing::Entry;
 use super::parameters::{EntrySample, Link};
 
-/// Hits that an entry lists.
+/// Capacity of an entry's hit list.
 pub(super) const LISTED: usize = 16;
 
-/// A table of entries, an element a slot.
+/// A table of entries, one element per slot.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Table {
     /// 0: the slot is empty.
@@ -34,11 +34,11 @@ pub(super) struct Table {
     pub hashes: Vec<u32>,
     /// Outgoing radiance, with a shared exponent; 0: unknown.
     pub rgbe: Vec<u32>,
-    /// The largest priority of those that have voted since the entry was last scheduled; 0: none.
+    /// The largest priority of the votes since the entry was last scheduled; 0: none.
     pub votes: Vec<u32>,
     /// The frame in which the entry was last requested.
     pub requested: Vec<u32>,
-    /// Where the entry is sampled, and its rank.
+    /// The sample position of the entry, and its rank.
     pub samples: Vec<EntrySample>,
     /// Outgoing radiance of each level, and its number of samples: `level_at` of `table.wesl`.
     pub light: Vec<Vec<Vec4>>,
@@ -49,7 +49,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// No entries in so many slots; so many levels of radiance and means of earlier hits.
+    /// Creates an empty table with so many slots, radiance levels and means of earlier hits.
     pub fn new(slots: u32, levels: usize, steps: usize) -> Self {
         let slots = slots as usize;
         let [keys, hashes, rgbe, votes, requested] = [(); 5].map(|()| vec![0; slots]);

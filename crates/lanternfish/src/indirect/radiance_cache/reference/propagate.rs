@@ -1,4 +1,4 @@
-//! Entries read along their hit lists what others send.
+//! Propagation of radiance along hit lists.
 
 use glam::Vec3;
 
@@ -8,10 +8,10 @@ use super::{
 };
 use crate::indirect::radiance_cache::parameters::{CacheSweep, ScheduledEntry};
 
-/// No colours: every entry reads in each sweep.
+/// A sweep without colours: every entry reads.
 const ALL: u32 = 2;
 
-/// Colour of an entry: entries of one colour read in a sweep, those of the other keep what they send.
+/// Colour of an entry: in a sweep, entries of one colour read, and those of the other do not change.
 pub(in super::super) fn color(key: u32) -> u32 {
     key % 2
 }
@@ -38,14 +38,14 @@ pub(in super::super) fn sweep_scheduled(
     list.iter().for_each(|entry| read_hits(table, entry.slot as usize, (of_sweep, most)));
 }
 
-/// What they have written goes where it is read: `copy_back`.
+/// Copies the written level to the level that is read: `copy_back`.
 pub(in super::super) fn copy_back(table: &mut Table, list: &[ScheduledEntry], of_sweep: &CacheSweep) {
     for slot in list.iter().map(|entry| entry.slot as usize) {
         table.light[of_sweep.read_level as usize][slot] = table.light[of_sweep.written_level as usize][slot];
     }
 }
 
-/// What an entry sends: the mean of its own samples, and over all its hits of what the entries there send, reflected.
+/// Outgoing radiance of an entry: the mean of its own samples, plus the mean over its hits of the outgoing radiance there, reflected.
 fn read_hits(table: &mut Table, slot: usize, (of_sweep, most): (&CacheSweep, f32)) {
     let own = table.light[1][slot];
     let light = &table.light[of_sweep.read_level as usize];

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Table;
 
-/// Exponents of what is known, in the bits of a float.
+/// Least and largest exponent of packed radiance, in the bits of a float.
 const EXPONENTS: [u32; 2] = [8, 254];
 
 /// 2 to the power of a float's exponent bits.
@@ -12,7 +12,7 @@ fn power(exponent: u32) -> f32 {
     f32::from_bits(exponent << 23)
 }
 
-/// Of radiance that is not negative; never 0, which is unknown.
+/// Packs radiance that is not negative; never 0, which means no samples.
 pub(in super::super) fn pack(radiance: Vec3) -> u32 {
     let [least, most] = EXPONENTS;
     let exponent = (radiance.max_element().to_bits() / (1 << 23)).clamp(least, most);
@@ -26,7 +26,7 @@ pub(in super::super) fn unpack(bits: u32) -> Vec3 {
     Vec3::new(r.into(), g.into(), b.into()) * power(u32::from(exponent).max(EXPONENTS[0]) - 7)
 }
 
-/// Packs what these entries send, as all that is requested: `pack`, `pack_scheduled`.
+/// Packs the total outgoing radiance of these entries: `pack`, `pack_scheduled`.
 pub(in super::super) fn pack_slots(table: &mut Table, slots: impl IntoIterator<Item = usize>) {
     for slot in slots {
         let light = table.light[0][slot];

@@ -1,4 +1,4 @@
-//! Which entries get another sample in an update.
+//! Scheduling: the entries that get another sample in an update.
 
 use super::{Table, vote};
 use crate::indirect::radiance_cache::{
@@ -6,24 +6,24 @@ use crate::indirect::radiance_cache::{
     parameters::{SampledEntry, ScheduledEntry},
 };
 
-/// Updates after which an entry that pixels no longer request goes on to the next rank.
+/// Updates after which an unrequested entry ages to the next rank.
 const AGES: u32 = 128;
-/// Samples from which on an entry of rank 0 gets half as many others, and a quarter.
+/// Samples from which on an entry of rank 0 is updated half as often, and a quarter as often.
 const WELL_SAMPLED: [u32; 2] = [24, 32];
-/// Times that numbers of samples are halved at most, by rank.
+/// Most halvings of these numbers, by rank.
 const MOST_HALVINGS: u32 = 2;
 
-/// Whether an entry has its turn in this update, where one of `stride` entries has: a power of two.
+/// True if the update stride schedules this key in this update: one of `stride` keys, a power of two.
 pub(in super::super) fn is_in_stride(key: u32, update: u32, stride: u32) -> bool {
     (key / 256 % stride) == update % stride
 }
 
-/// True if a sample's rays vote for an entry that is there, where one of `stride` entries is voted for, by `step` others in each sample.
+/// True if rays of this sample index vote for this existing entry: for one of `stride` entries. `step` 1: a different subset for each sample index.
 pub(in super::super) fn is_voted_for(key: u32, update: u32, sample: u32, stride: u32, step: u32) -> bool {
     is_in_stride(key, update ^ (step * sample), stride)
 }
 
-/// Samples that an entry of this rank has at least.
+/// Least number of samples of an entry of this rank.
 fn fewest(rank: u32, parameters: &RadianceCacheParameters) -> u32 {
     match rank {
         0 => parameters.fewest.max(1),
@@ -32,13 +32,13 @@ fn fewest(rank: u32, parameters: &RadianceCacheParameters) -> u32 {
     }
 }
 
-/// The number of an entry's next sample, and in the lower half by which its sequences are shifted.
+/// The number of an entry's next sample, with the shift of its sequences in the lower half.
 fn scheduled(table: &Table, slot: usize, samples: u32, parameters: &RadianceCacheParameters) -> ScheduledEntry {
     let number = samples.wrapping_add(parameters.changes) % 65_536;
     ScheduledEntry { slot: slot as u32, sample: table.keys[slot] / 65_536 + number * 65_536 }
 }
 
-/// The first list of an update, of all entries; updates what they know: `choose`.
+/// The first list of an update, from all entries; also cuts histories: `choose`.
 pub(in super::super) fn choose(
     table: &mut Table,
     parameters: &RadianceCacheParameters,
@@ -75,14 +75,14 @@ fn choose_one(
     let samples = table.light[0][slot].w as u32;
     let rank = vote::rank(table.samples[slot]);
     let halvings = rank.min(MOST_HALVINGS);
-    let known = WELL_SAMPLED.iter().filter(|well| samples >= **well >> halvings).count() as u32;
-    let stride = if fraction == 0 { 0 } else { (fraction << (rank + known)).min(most_fraction) };
+    let halved_rate = WELL_SAMPLED.iter().filter(|well| samples >= **well >> halvings).count() as u32;
+    let stride = if fraction == 0 { 0 } else { (fraction << (rank + halved_rate)).min(most_fraction) };
     let is_in_own_stride = fraction != 0 && is_in_stride(key, update, fraction) && is_in_stride(key, update, stride);
     let is_scheduled = is_requested && (samples < fewest(rank, parameters) || is_in_own_stride);
     is_scheduled.then(|| scheduled(table, slot, samples, parameters))
 }
 
-/// A further list of an update: entries of the one before that have too few samples still, and new ones that these have hit: `choose_again`.
+/// A further list of an update: entries of the previous list that still have too few samples, and new entries that these have hit: `choose_again`.
 pub(in super::super) fn choose_again(
     table: &Table,
     before: &[ScheduledEntry],

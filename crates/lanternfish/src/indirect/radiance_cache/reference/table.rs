@@ -1,4 +1,4 @@
-//! Open addressing by buckets of four slots.
+//! Open addressing with buckets of four slots.
 
 use std::collections::BTreeMap;
 
@@ -8,21 +8,21 @@ use crate::indirect::radiance_cache::RadianceCacheParameters;
 const BUCKET: u32 = 4;
 const PROBES: u32 = 16;
 
-/// The buckets in which an entry is looked for, in order: the first, and 1, 3, 6, 10 … behind it.
+/// The buckets that a lookup probes, in order: the first, and those at a distance of 1, 3, 6, 10 … from it.
 fn buckets(hash: u32, slots: u32) -> impl Iterator<Item = u32> {
     let first = (hash % slots) / BUCKET;
     (0..PROBES).map(move |probe| (first + probe * (probe + 1) / 2) % (slots / BUCKET))
 }
 
 impl Table {
-    /// The slots in which an entry is looked for, in order.
+    /// The slots that a lookup probes, in order.
     fn probed(&self, entry: Entry) -> impl Iterator<Item = usize> + use<> {
         buckets(entry.hash, self.slots())
             .flat_map(|bucket| BUCKET * bucket..BUCKET * (bucket + 1))
             .map(|slot| slot as usize)
     }
 
-    /// The slot of an entry, which is inserted where it is not there; `None`: all its buckets are full.
+    /// The slot of an entry, which is inserted if it is missing; `None`: all its buckets are full.
     pub fn insert(&mut self, entry: Entry) -> Option<u32> {
         let slot = self.probed(entry).find(|slot| [0, entry.key].contains(&self.keys[*slot]))?;
         if self.keys[slot] == 0 {
@@ -32,9 +32,9 @@ impl Table {
         Some(slot as u32)
     }
 
-    /// The slot of an entry that is there.
+    /// The slot of an existing entry.
     pub fn find(&self, entry: Entry) -> Option<u32> {
-        // Slots are filled in order: behind an empty one there is none.
+        // Slots are filled in order: an empty one ends the search.
         let slot = self.probed(entry).find(|slot| [0, entry.key].contains(&self.keys[*slot]))?;
         (self.keys[slot] != 0).then_some(slot as u32)
     }
@@ -44,13 +44,13 @@ impl Table {
         self.probed(entry).all(|slot| self.keys[slot] != 0)
     }
 
-    /// Whether an entry moves to another table: something has requested it within `kept` frames.
+    /// True if an entry migrates to another table: it was requested within `kept` frames.
     pub fn is_kept(&self, slot: usize, parameters: &RadianceCacheParameters) -> bool {
         self.keys[slot] != 0 && parameters.frame.wrapping_sub(self.requested[slot]) <= parameters.kept
     }
 
-    /// The table of so many slots that entries move to, and the new slots of the old ones that have one. What is not in the hit list of anything
-    /// else is as it was; nobody has voted.
+    /// A table of so many slots with the migrated entries, and their new slots by old slot. Except for the slots in hit lists, their data does not change;
+    /// there are no votes.
     pub fn migrate(&self, slots: u32, parameters: &RadianceCacheParameters) -> (Self, BTreeMap<u32, u32>) {
         let mut new = Self::new(slots, self.light.len(), self.earlier.len());
         let mut moved = BTreeMap::new();
@@ -68,7 +68,7 @@ impl Table {
             if self.light.len() == 1 {
                 continue;
             }
-            // A hit whose entry is gone becomes one of the entry itself.
+            // A hit of an evicted entry refers to the entry itself.
             new.hits[to] = self.hits[old];
             new.hits[to].iter_mut().for_each(|hit| hit.slot = *moved.get(&hit.slot).unwrap_or(slot));
             for (new, earlier) in new.earlier.iter_mut().zip(&self.earlier) {

@@ -1,4 +1,4 @@
-//! Who says where an entry is sampled: of those that vote the one with the largest priority.
+//! Votes for the sample position of an entry: the largest priority wins.
 
 use glam::{IVec2, UVec2, Vec2, Vec3};
 
@@ -12,21 +12,21 @@ use crate::{
     },
 };
 
-/// Ranks are below this, or it.
+/// The largest rank.
 pub(in super::super) const LAST_RANK: u32 = 7;
 const RANK_SHIFT: u32 = 28;
 const FROM_BEHIND: u32 = 1 << 31;
 const NOTHING: u32 = u32::MAX;
 const NO_SLOT: u32 = u32::MAX;
-/// Seed by which hits of entries' rays are moved along their surfaces.
+/// Seed of the jitter of hits of entries' rays.
 const SEED: u32 = 34;
 /// 2³² over the golden ratio.
 const GOLDEN: u32 = 0x9e37_79b9;
-/// Bits of a pixel's place in the number of a ray that votes, and of its sample index.
+/// Bits of a pixel's index in the candidate number of a ray, and of its sample index.
 const PLACE_BITS: u32 = 26;
 const SAMPLE_BITS: u32 = 5;
 
-/// A permutation of all numbers, another one in each update: no two candidates have the same priority, and 0 never wins.
+/// A permutation of all numbers, different in each update: no two candidates have the same priority, and 0 never wins.
 pub(in super::super) fn priority(candidate: u32, update: u32) -> u32 {
     let mut x = candidate ^ update.wrapping_mul(GOLDEN);
     x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
@@ -47,12 +47,12 @@ fn ray_shift(first_sample: u32) -> u32 {
     first_sample.wrapping_mul(GOLDEN) % (1 << (PLACE_BITS + SAMPLE_BITS))
 }
 
-/// Priority of a pixel's ray: the pixel's place, its sample index, and the first of those that are looked up together.
-pub(in super::super) fn ray_priority(scatter: u32, sample: u32, first_sample: u32, update: u32) -> u32 {
-    priority((scatter | ((sample - first_sample) << PLACE_BITS)) ^ ray_shift(first_sample), update)
+/// Priority of a pixel's ray, from the pixel's index, its sample index, and the first of the sample indices that are looked up together.
+pub(in super::super) fn ray_priority(pixel: u32, sample: u32, first_sample: u32, update: u32) -> u32 {
+    priority((pixel | ((sample - first_sample) << PLACE_BITS)) ^ ray_shift(first_sample), update)
 }
 
-/// The ray with this priority: the pixel's place, and its sample index.
+/// The ray with this priority: the pixel's index (x), and the sample index (y).
 pub(in super::super) fn ray_with(of: u32, first_sample: u32, update: u32) -> UVec2 {
     let number = (candidate(of, update) % (1 << (PLACE_BITS + SAMPLE_BITS))) ^ ray_shift(first_sample);
     UVec2::new(number % (1 << PLACE_BITS), first_sample + (number >> PLACE_BITS))
@@ -82,12 +82,12 @@ fn unit(bits: u32) -> Vec3 {
     v / (v.x * v.x + v.y * v.y + v.z * v.z).sqrt()
 }
 
-/// Two snorms of 16 bits, of whole numbers.
+/// Packs two snorms of 16 bits, given as integers.
 pub(in super::super) fn snorm_bits(halves: IVec2) -> u32 {
     (halves.x as u32 & 0xffff) | ((halves.y as u32) << 16)
 }
 
-/// Where a sample's ray hit, on the triangle's plane; the normal of the side that it hit; and the sample there, of rank 0.
+/// The hit of a sample's ray, projected onto the triangle's plane; the normal of the side that it hit; and the sample position there, of rank 0.
 fn face(sampled: &SampledEntry, planes: &[TrianglePlane]) -> (Vec3, Vec3, EntrySample) {
     let dot = |a: Vec3, b: Vec3| a.x * b.x + a.y * b.y + a.z * b.z;
     let (direction, plane) = (unit(sampled.hit_direction), planes[sampled.triangle as usize]);
@@ -99,7 +99,7 @@ fn face(sampled: &SampledEntry, planes: &[TrianglePlane]) -> (Vec3, Vec3, EntryS
     (on_plane, normal, with_rank(EntrySample { p_world: on_plane, triangle: sampled.triangle | side }, 0))
 }
 
-/// Inserts the entries that samples' rays have hit, and votes for each: `intersect`. How many had no slot.
+/// Inserts the entries that samples' rays have hit, and votes for each: `intersect`. Returns the number of hits without a slot.
 pub(in super::super) fn intersect(
     table: &mut Table,
     sampled: &mut [SampledEntry],
@@ -126,7 +126,7 @@ pub(in super::super) fn intersect(
     lost
 }
 
-/// Those that have won say where the entry that they hit is sampled, unless its rank is lower than theirs would make it: `scatter`.
+/// The winners set the sample position of the entry that they hit, unless that would raise the entry's rank: `scatter`.
 pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledEntry], planes: &[TrianglePlane], update: u32) {
     for sampled in sampled.iter_mut().filter(|sampled| sampled.slot_hit != NO_SLOT) {
         let slot = sampled.slot_hit as usize;

@@ -1,11 +1,11 @@
-//! What samples add to their entries.
+//! Accumulation of samples in their entries.
 
 use super::*;
 use crate::indirect::radiance_cache::reference::accumulate;
 
 const SLOTS: u32 = 256;
 
-/// Caches of one bounce, of counted ones, and of all.
+/// Parameters of caches with one bounce, with a limited number of bounces, and with all.
 fn caches() -> [RadianceCacheParameters; 3] {
     let all = parameters(SLOTS);
     [
@@ -15,7 +15,7 @@ fn caches() -> [RadianceCacheParameters; 3] {
     ]
 }
 
-/// Hits are appended, and samples accumulated, in updates that follow each other.
+/// Hits are appended and samples accumulated in successive updates.
 pub(super) fn compare(bench: &Bench) -> Compared {
     for (cache, parameters) in caches().iter().enumerate() {
         let mut random = Random::new(71 + cache as u64);
@@ -23,7 +23,7 @@ pub(super) fn compare(bench: &Bench) -> Compared {
         for _ in 0..4 {
             let list = random_list(&mut random, &table, 0.5);
             let mut samples = random_samples(&mut random, &table, &list);
-            // No numbers, and too large ones.
+            // NaN, and numbers that are too large.
             samples.iter_mut().step_by(3).for_each(|sample| sample.sent = Vec3::NAN);
             samples.iter_mut().step_by(7).for_each(|sample| sample.sent = Vec3::splat(f32::INFINITY));
             let mut memory = memory_of(&table, parameters);
@@ -35,28 +35,28 @@ pub(super) fn compare(bench: &Bench) -> Compared {
             }
             bench.run(&mut memory, "accumulate", "accumulate", workgroups(list.len() as u32));
             accumulate::accumulate(&mut table, &samples, parameters);
-            let mut found = table_of(&memory, &table);
+            let mut actual = table_of(&memory, &table);
             if bench.is_gpu() {
-                // Roots, and means of which a mantissa is made, are the device's own.
-                take_close_ones(&mut found, &table)?;
+                // The rounding of roots, and of means before packing, depends on the device.
+                take_close_ones(&mut actual, &table)?;
             }
-            same_tables(bench, &found, &table)?;
+            same_tables(bench, &actual, &table)?;
         }
     }
     Ok(())
 }
 
-/// Packed numbers that differ by one step are taken to be those of the other table.
-fn take_close_ones(found: &mut Table, expected: &Table) -> Compared {
+/// Replaces packed numbers that differ by one step with those of the other table.
+fn take_close_ones(actual: &mut Table, expected: &Table) -> Compared {
     let is_close = |a: u32, b: u32, bits: &[u32], mask: u32| {
         bits.iter().all(|bit| (a >> bit & mask).abs_diff(b >> bit & mask) <= 1)
     };
     for slot in expected.taken() {
-        let (rgbe, expected_rgbe) = (&mut found.rgbe[slot], expected.rgbe[slot]);
+        let (rgbe, expected_rgbe) = (&mut actual.rgbe[slot], expected.rgbe[slot]);
         if is_close(*rgbe, expected_rgbe, &[0, 8, 16], 0xff) && *rgbe >> 24 == expected_rgbe >> 24 {
             *rgbe = expected_rgbe;
         }
-        for (hit, expected) in found.hits[slot].iter_mut().zip(&expected.hits[slot]) {
+        for (hit, expected) in actual.hits[slot].iter_mut().zip(&expected.hits[slot]) {
             if is_close(hit.reflectance, expected.reflectance, &[0, 10, 20], 1023) {
                 hit.reflectance = expected.reflectance;
             }
@@ -66,11 +66,11 @@ fn take_close_ones(found: &mut Table, expected: &Table) -> Compared {
 }
 
 #[test]
-fn samples_are_accumulated_as_the_references() {
+fn accumulation_matches_the_reference() {
     check(compare);
 }
 
 #[test]
-fn gpu_samples_are_accumulated_as_the_references() {
-    check_on_gpu("gpu_samples_are_accumulated_as_the_references", compare);
+fn gpu_accumulation_matches_the_reference() {
+    check_on_gpu("gpu_accumulation_matches_the_reference", compare);
 }

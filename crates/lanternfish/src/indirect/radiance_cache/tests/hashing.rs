@@ -7,56 +7,56 @@ use crate::indirect::radiance_cache::reference::{
     rgbe,
 };
 
-/// A point, a normal, and by what the point is moved.
-type Place = (Vec3, Vec3, [f32; 2]);
+/// A point, a normal, and the jitter of the point.
+type Point = (Vec3, Vec3, [f32; 2]);
 
-fn places(bench: &Bench, parameters: &RadianceCacheParameters) -> Vec<Place> {
+fn points(bench: &Bench, parameters: &RadianceCacheParameters) -> Vec<Point> {
     let mut random = Random::new(31);
-    let mut places: Vec<Place> = Vec::new();
+    let mut points: Vec<Point> = Vec::new();
     for _ in 0..600 {
         // Up to a few levels away.
         let scale = (random.unit() * 12.0 - 2.0).exp2();
-        places.push((scale * random.point(), random.direction(), [random.unit(), random.unit()]));
+        points.push((scale * random.point(), random.direction(), [random.unit(), random.unit()]));
     }
     if bench.is_gpu() {
-        // A device may round otherwise: within that of a border either side will do.
-        let key = |(p, n, u): Place| entry_at(parameters, EYE, p, n, u.into());
+        // Rounding differs on a device: points near a border are left out.
+        let key = |(p, n, u): Point| entry_at(parameters, EYE, p, n, u.into());
         let moved = |p: Vec3, axis: usize, off: f32| p + Vec3::AXES[axis] * off * (1.0 + p.abs().max_element());
-        places.retain(|(p, n, u)| {
+        points.retain(|(p, n, u)| {
             let is_inside =
                 |axis| [-1e-5, 1e-5].iter().all(|off| key((moved(*p, axis, *off), *n, *u)) == key((*p, *n, *u)));
             (0..3).all(is_inside)
         });
-        assert!(places.len() > 500, "{}", places.len());
-        return places;
+        assert!(points.len() > 500, "{}", points.len());
+        return points;
     }
-    // On borders, of axes that are as near, and of levels.
+    // On the borders between facing directions and between levels.
     for i in 0..200 {
         let p = Vec3::from([i % 5, i / 5 % 5, i / 25].map(|k| k as f32 - 2.0)) * 0.125;
         let n = Vec3::new((i % 3) as f32 - 1.0, (i / 3 % 3) as f32 - 1.0, (i / 9 % 3) as f32 - 1.0);
         let n = if n == Vec3::ZERO { Vec3::Y } else { n / (n.x * n.x + n.y * n.y + n.z * n.z).sqrt() };
-        places.push((p, n, [0.5, 0.5]));
+        points.push((p, n, [0.5, 0.5]));
         let far = parameters.near * (i as f32 / 8.0 - 3.0).exp2();
-        places.push((EYE + far * Vec3::AXES[i as usize % 3], n, [0.5, 0.5]));
+        points.push((EYE + far * Vec3::AXES[i as usize % 3], n, [0.5, 0.5]));
     }
-    places
+    points
 }
 
 fn compare_keys(bench: &Bench) -> Compared {
     let parameters = parameters(64);
-    let places = places(bench, &parameters);
-    let queries = places.iter().flat_map(|(p, n, [x, y])| [p.extend(*x), n.extend(*y)]);
+    let points = points(bench, &parameters);
+    let queries = points.iter().flat_map(|(p, n, [x, y])| [p.extend(*x), n.extend(*y)]);
     let queries: Vec<_> = queries.map(|query| bits(query.to_array())).collect();
     let mut memory = memory_of(&Table::new(64, 3, 1), &parameters);
-    let found = bench.evaluate(&mut memory, "testing/radiance_cache", "keys", &queries, 2);
-    let expected = places.iter().map(|(p, n, u)| {
+    let actual = bench.evaluate(&mut memory, "testing/radiance_cache", "keys", &queries, 2);
+    let expected = points.iter().map(|(p, n, u)| {
         let entry = entry_at(&parameters, EYE, *p, *n, (*u).into());
         [entry.key, entry.hash, level(*p, EYE, parameters.near) as u32, 0]
     });
     let expected: Vec<_> = expected.collect();
     let levels: std::collections::BTreeSet<_> = expected.iter().map(|entry| entry[2]).collect();
     assert!(levels.len() > 4, "{levels:?}");
-    same("key, hash and level", &found, &expected)
+    same("key, hash and level", &actual, &expected)
 }
 
 fn compare_packing(bench: &Bench) -> Compared {
@@ -64,7 +64,7 @@ fn compare_packing(bench: &Bench) -> Compared {
     let mut colors: Vec<Vec3> =
         (0..600).map(|_| (random.unit() * 200.0 - 100.0).exp2() * 0.5 * (Vec3::ONE + random.point())).collect();
     colors.extend([Vec3::ZERO, Vec3::splat(1e-44), Vec3::X, Vec3::splat(3e38), Vec3::splat(f32::MIN_POSITIVE)]);
-    // Halves, and numbers between two levels.
+    // Halves, and numbers between two quantization steps.
     colors.extend((0..600).map(|i| Vec3::new(i as f32 / 256.0, i as f32 / 512.0, 1.0)));
     let evaluate = |entry: &str| {
         let queries: Vec<_> = colors.iter().map(|color| bits(color.extend(0.0).to_array())).collect();
@@ -81,14 +81,14 @@ fn compare_packing(bench: &Bench) -> Compared {
         [packed, r, g, b]
     };
     let radiance = colors.iter().map(|color| answer(rgbe::pack(*color), rgbe::unpack(rgbe::pack(*color))));
-    // A device may take numbers below 2^-126 for 0.
+    // A device may flush numbers below 2^-126 to 0.
     let is_normal = |(_, color): &(_, &Vec3)| color.to_array().iter().all(|x| *x == 0.0 || x.is_normal());
     let of_normal = |all: Vec<[u32; 4]>| -> Vec<[u32; 4]> {
         all.into_iter().zip(&colors).filter(is_normal).map(|(answer, _)| answer).collect()
     };
     same("radiance", &of_normal(evaluate("radiance")), &of_normal(radiance.collect()))?;
     if bench.is_gpu() {
-        // Roots and divisions are the device's own.
+        // The rounding of roots and divisions depends on the device.
         return Ok(());
     }
     let expected =
@@ -96,7 +96,7 @@ fn compare_packing(bench: &Bench) -> Compared {
     same("reflectance", &evaluate("reflectance"), &expected.collect::<Vec<_>>())
 }
 
-/// What the passes pack: of all slots, and of those of a list.
+/// The packing passes, over all slots and over those of a list.
 fn compare_packed_slots(bench: &Bench) -> Compared {
     let mut random = Random::new(33);
     let parameters = parameters(256);
@@ -122,11 +122,11 @@ pub(super) fn compare(bench: &Bench) -> Compared {
 }
 
 #[test]
-fn keys_and_packed_numbers_are_the_references() {
+fn keys_and_packing_match_the_reference() {
     check(compare);
 }
 
 #[test]
-fn gpu_keys_and_packed_numbers_are_the_references() {
-    check_on_gpu("gpu_keys_and_packed_numbers_are_the_references", compare);
+fn gpu_keys_and_packing_match_the_reference() {
+    check_on_gpu("gpu_keys_and_packing_match_the_reference", compare);
 }

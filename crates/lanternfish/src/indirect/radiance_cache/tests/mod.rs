@@ -1,5 +1,5 @@
-//! The shaders of the cache against its reference in Rust: bit for bit in the interpreter, which needs no adapter; and on a device, where slots and
-//! the rounding of floats are the device's own.
+//! Comparison of the cache's shaders with the CPU reference: bit-exact in the interpreter, which needs no adapter; and on a device, up to the assignment
+//! of slots and the rounding of floats.
 
 mod accumulate;
 mod hashing;
@@ -24,27 +24,27 @@ use super::{
 };
 use crate::{common::workgroups, testing::Random, view::View};
 
-/// What a comparison finds: the first difference.
+/// Result of a comparison; an error describes the first difference.
 type Compared = Result<(), String>;
 
 /// A comparison of one part of the cache.
 type Comparison = fn(&Bench) -> Compared;
 
-/// Where shaders run.
+/// Executes shaders: the interpreter or a device.
 #[derive(Clone, Copy, Debug)]
 enum Runner {
     Interpreter(Order),
     Gpu(&'static Gpu),
 }
 
-/// The shaders, and where they run.
+/// The shaders and their runner.
 struct Bench {
     library: ShaderLibrary,
     runner: Runner,
     linked: RefCell<BTreeMap<String, Arc<LinkedShader>>>,
 }
 
-/// What a panic about a shader that does not link begins with.
+/// Prefix of the panic message for a shader that does not link.
 const NOT_LINKED: &str = "not linked: ";
 
 impl Bench {
@@ -56,12 +56,12 @@ impl Bench {
         matches!(self.runner, Runner::Gpu(_))
     }
 
-    /// True if slots are those of the reference, which goes through everything in order.
+    /// True if slots are those of the reference, which processes everything in order.
     fn is_in_order(&self) -> bool {
         matches!(self.runner, Runner::Interpreter(Order::Forward))
     }
 
-    /// Largest error of floats, of their size: on a device some operations are not rounded as IEEE 754 has it.
+    /// Largest relative error of floats: on a device some operations are not rounded as in IEEE 754.
     fn tolerance(&self) -> f32 {
         if self.is_gpu() { 1e-5 } else { 0.0 }
     }
@@ -80,7 +80,7 @@ impl Bench {
         }
     }
 
-    /// Runs a probe over these queries, so many each.
+    /// Runs a probe over these queries, `each` vectors per query.
     fn evaluate(
         &self,
         memory: &mut Memory,
@@ -97,7 +97,7 @@ impl Bench {
     }
 }
 
-/// Compares in the interpreter, forwards and backwards.
+/// Compares in the interpreter, in forward and in backward order.
 fn check(comparison: Comparison) {
     for order in [Order::Forward, Order::Backward] {
         let compared = comparison(&Bench::new(crate::testing::library(), Runner::Interpreter(order)));
@@ -111,12 +111,12 @@ fn check_on_gpu(test: &str, comparison: Comparison) {
     comparison(&Bench::new(crate::testing::library(), Runner::Gpu(gpu))).unwrap();
 }
 
-/// An error that says where lists differ first.
-fn same<T: PartialEq + Debug>(what: &str, found: &[T], expected: &[T]) -> Compared {
-    let at = found.iter().zip(expected).position(|(found, expected)| found != expected);
-    let at = at.or((found.len() != expected.len()).then_some(found.len().min(expected.len())));
+/// Returns an error that describes the first difference of two lists.
+fn same<T: PartialEq + Debug>(what: &str, actual: &[T], expected: &[T]) -> Compared {
+    let at = actual.iter().zip(expected).position(|(actual, expected)| actual != expected);
+    let at = at.or((actual.len() != expected.len()).then_some(actual.len().min(expected.len())));
     at.map_or(Ok(()), |at| {
-        Err(format!("{what} {at} of {}: {:?} for {:?}", expected.len(), found.get(at), expected.get(at)))
+        Err(format!("{what} {at} of {}: {:?} for {:?}", expected.len(), actual.get(at), expected.get(at)))
     })
 }
 
@@ -124,12 +124,12 @@ fn bits<const N: usize>(floats: [f32; N]) -> [u32; N] {
     floats.map(f32::to_bits)
 }
 
-/// A number below `end`.
+/// A random number below `end`.
 fn below(random: &mut Random, end: u32) -> u32 {
     ((random.unit() * end as f32) as u32).min(end - 1)
 }
 
-/// A number of 32 bits.
+/// A random number of 32 bits.
 fn word(random: &mut Random) -> u32 {
     below(random, 1 << 16) | (below(random, 1 << 16) << 16)
 }
@@ -138,7 +138,7 @@ fn one_of<T: Copy>(random: &mut Random, all: &[T]) -> T {
     all[below(random, all.len() as u32) as usize]
 }
 
-/// Different keys with hashes that name one of the first `homes` buckets.
+/// Different random keys with hashes that select one of the first `homes` buckets.
 fn random_entries(random: &mut Random, count: usize, homes: u32) -> Vec<Entry> {
     let mut keys = std::collections::BTreeSet::new();
     while keys.len() < count {
@@ -146,12 +146,12 @@ fn random_entries(random: &mut Random, count: usize, homes: u32) -> Vec<Entry> {
     }
     let hash = |random: &mut Random| (word(random) & !0xffff) | (4 * below(random, homes) + below(random, 4));
     let mut entries: Vec<_> = keys.into_iter().map(|key| Entry { key, hash: hash(random) }).collect();
-    // In any order.
+    // Shuffles them.
     entries.sort_by_key(|entry| entry.key.wrapping_mul(0x9e37_79b9));
     entries
 }
 
-/// What passes are told of a frame, by a cache of which every bounce is requested.
+/// Parameters of a frame, for a cache with all bounces.
 fn parameters(slots: u32) -> RadianceCacheParameters {
     RadianceCacheParameters {
         slot_mask: slots - 1,
@@ -169,16 +169,16 @@ fn parameters(slots: u32) -> RadianceCacheParameters {
     }
 }
 
-/// An update in which nothing changes.
+/// Parameters of an update in an unchanged scene.
 const UPDATE: CacheUpdate =
     CacheUpdate { update: 1_000_003, fraction: 8, remembered: f32::MAX, ages: 1, counts: 1, _pad: 0 };
 
-/// A table with so many entries of any state; those of any age up to 200 frames.
+/// A table with so many entries of random state, requested up to 200 frames ago.
 fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &RadianceCacheParameters) -> Table {
     let levels = 1 + parameters.bounce_levels as usize;
     let mut table = Table::new(slots, levels, parameters.earlier_steps as usize);
     for entry in random_entries(random, entries, slots / 4) {
-        let slot = table.insert(entry).expect("there is room") as usize;
+        let slot = table.insert(entry).expect("the table is full") as usize;
         table.votes[slot] = if random.unit() < 0.3 { word(random).max(1) } else { 0 };
         table.requested[slot] = parameters.frame - one_of(random, &[0, 1, 2, 50, 127, 128, 129, 130, 200]);
         let triangle = below(random, 1 << 20) | (below(random, 2) << 31);
@@ -190,7 +190,7 @@ fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &Ra
             light[slot] = (Vec3::ONE + random.point()).extend(samples as f32);
         }
         for earlier in &mut table.earlier {
-            // Nothing that is read, where no hit has left the list.
+            // Not read if no hit has left the list.
             let mean = if samples <= LISTED { Vec3::INFINITY } else { Vec3::ONE + random.point() };
             earlier[slot] = mean.extend(0.0);
         }
@@ -206,7 +206,7 @@ fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &Ra
     table
 }
 
-/// Samples of entries of a list, whose rays have hit entries of the table, or what has no slot, or nothing.
+/// Samples of the entries of a list, whose rays have hit entries of the table, surfaces without a slot, or nothing.
 fn random_samples(random: &mut Random, table: &Table, list: &[ScheduledEntry]) -> Vec<SampledEntry> {
     let taken: Vec<usize> = table.taken().collect();
     let mut samples = Vec::new();
@@ -227,7 +227,7 @@ fn random_samples(random: &mut Random, table: &Table, list: &[ScheduledEntry]) -
     samples
 }
 
-/// A list of different entries of a table: about so large a share of them.
+/// A list of different entries of a table: about this fraction of them.
 fn random_list(random: &mut Random, table: &Table, fraction: f32) -> Vec<ScheduledEntry> {
     let taken: Vec<usize> = table.taken().collect();
     let mut list = Vec::new();
@@ -239,7 +239,7 @@ fn random_list(random: &mut Random, table: &Table, fraction: f32) -> Vec<Schedul
     list
 }
 
-/// A list as passes read it: its length, and room for as many entries as the table has slots.
+/// A list as passes read it: its length, and capacity for as many entries as the table has slots.
 fn scheduled_words(list: &[ScheduledEntry], slots: u32) -> Vec<u32> {
     let mut words = vec![list.len() as u32];
     words.extend(list.iter().flat_map(|entry| [entry.slot, entry.sample]));
@@ -252,7 +252,7 @@ fn list_of(words: &[u32]) -> Vec<ScheduledEntry> {
     pairs.map(|pair| ScheduledEntry { slot: pair[0], sample: pair[1] }).collect()
 }
 
-/// Memory with a table and what the passes are told.
+/// Memory with a table and the parameters of the passes.
 fn memory_of(table: &Table, parameters: &RadianceCacheParameters) -> Memory {
     let mut memory = Memory::new();
     memory.bind(&["view"], &[View { eye: EYE, ..Default::default() }]);
@@ -264,7 +264,7 @@ fn memory_of(table: &Table, parameters: &RadianceCacheParameters) -> Memory {
     memory
 }
 
-/// Where the eye is.
+/// Position of the eye, m.
 const EYE: Vec3 = Vec3::new(3.0, -2.0, 0.5);
 
 fn bind_table(memory: &mut Memory, table: &Table, prefix: &str, earlier: &str) {
@@ -281,7 +281,7 @@ fn bind_table(memory: &mut Memory, table: &Table, prefix: &str, earlier: &str) {
     memory.bind(&[earlier], &if table.earlier.is_empty() { vec![Vec4::ZERO] } else { table.earlier.concat() });
 }
 
-/// The table that is there, with as many levels and steps as another one has.
+/// The table in memory, with as many levels and steps as `like`.
 fn table_of(memory: &Memory, like: &Table) -> Table {
     let words: Vec<u32> = memory.get("entry_words");
     let half =
@@ -304,7 +304,7 @@ fn table_of(memory: &Memory, like: &Table) -> Table {
     }
 }
 
-/// What an entry has kept, whatever its slot is.
+/// Data of an entry, independent of its slot.
 #[derive(Debug, PartialEq)]
 struct Kept {
     hash: u32,
@@ -312,23 +312,23 @@ struct Kept {
     vote: u32,
     requested: u32,
     sample: [u32; 4],
-    /// Samples of each level.
+    /// Number of samples of each level.
     counts: Vec<f32>,
     /// Keys of the entries that it has hit, and reflectances.
     hits: Vec<[u32; 2]>,
 }
 
-/// Of each key. An error where a key is not found in its slot.
+/// The data of each key. An error if a lookup does not find a key in its slot.
 fn kept(table: &Table) -> Result<BTreeMap<u32, (Kept, Vec<Vec3>)>, String> {
     let mut all = BTreeMap::new();
     for slot in table.taken() {
         let (key, hash) = (table.keys[slot], table.hashes[slot]);
         if table.find(Entry { key, hash }) != Some(slot as u32) {
-            return Err(format!("the entry in slot {slot} is not found there"));
+            return Err(format!("a lookup does not find the entry in slot {slot}"));
         }
         let EntrySample { p_world, triangle } = table.samples[slot];
         let [x, y, z] = bits(p_world.to_array());
-        // One a sample; of one bounce there are none.
+        // One per sample; none with one bounce.
         let listed = table.light.get(1).map_or(0, |light| (light[slot].w as usize).min(LISTED));
         let hits = table.hits[slot][..listed].iter().map(|hit| [table.keys[hit.slot as usize], hit.reflectance]);
         let kept = Kept {
@@ -348,20 +348,20 @@ fn kept(table: &Table) -> Result<BTreeMap<u32, (Kept, Vec<Vec3>)>, String> {
     Ok(all)
 }
 
-/// An error that names the first entry that differs.
-fn same_tables(bench: &Bench, found: &Table, expected: &Table) -> Compared {
+/// Returns an error that names the first entry that differs.
+fn same_tables(bench: &Bench, actual: &Table, expected: &Table) -> Compared {
     if bench.is_in_order() {
-        same("key of slot", &found.keys, &expected.keys)?;
+        same("key of slot", &actual.keys, &expected.keys)?;
     }
-    let (found, expected) = (kept(found)?, kept(expected)?);
-    same("key", &found.keys().collect::<Vec<_>>(), &expected.keys().collect::<Vec<_>>())?;
-    for ((key, (found, floats)), (expected, expected_floats)) in found.iter().zip(expected.values()) {
-        let is_close = |(found, expected): (&Vec3, &Vec3)| {
-            let is_close = |i: usize| (found[i] - expected[i]).abs() <= bench.tolerance() * expected[i].abs();
-            found == expected || (0..3).all(is_close)
+    let (actual, expected) = (kept(actual)?, kept(expected)?);
+    same("key", &actual.keys().collect::<Vec<_>>(), &expected.keys().collect::<Vec<_>>())?;
+    for ((key, (actual, floats)), (expected, expected_floats)) in actual.iter().zip(expected.values()) {
+        let is_close = |(actual, expected): (&Vec3, &Vec3)| {
+            let is_close = |i: usize| (actual[i] - expected[i]).abs() <= bench.tolerance() * expected[i].abs();
+            actual == expected || (0..3).all(is_close)
         };
-        if found != expected || !floats.iter().zip(expected_floats).all(is_close) {
-            return Err(format!("{key}: {found:?}, {floats:?}, for {expected:?}, {expected_floats:?}"));
+        if actual != expected || !floats.iter().zip(expected_floats).all(is_close) {
+            return Err(format!("{key}: {actual:?}, {floats:?}, for {expected:?}, {expected_floats:?}"));
         }
     }
     Ok(())

@@ -1,10 +1,10 @@
-//! The comparisons can fail: shaders that are wrong by one are told from the reference.
+//! Mutation tests: the comparisons detect shaders with an error.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::*;
 
-/// An edit of a file of `indirect/radiance_cache/`, or of another one below `src/`: what stands there, and what is put in its place.
+/// An edit of a file of `indirect/radiance_cache/`, or of another one below `src/`: module, old text and new text.
 type Edit = (&'static str, &'static str, &'static str);
 
 fn path(module: &str) -> String {
@@ -12,7 +12,7 @@ fn path(module: &str) -> String {
 }
 
 /// An edited shader may also read out of bounds, which the interpreter refuses.
-fn is_found_out(comparison: Comparison, (module, text, by): Edit) -> bool {
+fn is_detected(comparison: Comparison, (module, text, by): Edit) -> bool {
     let library = crate::testing::edited_library(&path(module), text, by);
     let compared = || comparison(&Bench::new(library, Runner::Interpreter(Order::Forward)));
     match catch_unwind(AssertUnwindSafe(compared)) {
@@ -26,12 +26,12 @@ fn is_found_out(comparison: Comparison, (module, text, by): Edit) -> bool {
 }
 
 fn check_edits(comparison: Comparison, edits: &[Edit]) {
-    let overlooked: Vec<_> = edits.iter().filter(|edit| !is_found_out(comparison, **edit)).collect();
-    assert!(overlooked.is_empty(), "{overlooked:#?}");
+    let undetected: Vec<_> = edits.iter().filter(|edit| !is_detected(comparison, **edit)).collect();
+    assert!(undetected.is_empty(), "{undetected:#?}");
 }
 
 #[test]
-fn another_hash_is_found_out() {
+fn wrong_hash_is_detected() {
     check_edits(
         hashing::compare,
         &[
@@ -64,7 +64,7 @@ fn another_hash_is_found_out() {
 }
 
 #[test]
-fn another_table_is_found_out() {
+fn wrong_table_is_detected() {
     check_edits(
         table::compare_table,
         &[
@@ -91,7 +91,7 @@ fn another_table_is_found_out() {
 }
 
 #[test]
-fn another_eviction_is_found_out() {
+fn wrong_eviction_is_detected() {
     check_edits(
         table::compare_migration,
         &[
@@ -111,7 +111,7 @@ fn another_eviction_is_found_out() {
 }
 
 #[test]
-fn another_vote_is_found_out() {
+fn wrong_vote_is_detected() {
     check_edits(
         vote::compare,
         &[
@@ -133,7 +133,7 @@ fn another_vote_is_found_out() {
             ("intersect", "atomicAdd(&entry_counters[LOST], 1u)", "atomicAdd(&entry_counters[LOST], 2u)"),
             ("indirect/sampled/hit_point", "PLACE_BITS = 26u", "PLACE_BITS = 25u"),
             ("indirect/sampled/hit_point", "SAMPLE_BITS = 5u", "SAMPLE_BITS = 4u"),
-            ("indirect/sampled/hit_point", "round - sample_slots.round", "round"),
+            ("indirect/sampled/hit_point", "sample - sample_slots.round", "sample"),
             ("vote", "step * sample", "step + sample"),
             ("vote", "mask + 1u", "2u * (mask + 1u)"),
         ],
@@ -141,7 +141,7 @@ fn another_vote_is_found_out() {
 }
 
 #[test]
-fn another_schedule_is_found_out() {
+fn wrong_schedule_is_detected() {
     check_edits(
         schedule::compare,
         &[
@@ -184,7 +184,7 @@ fn another_schedule_is_found_out() {
 }
 
 #[test]
-fn another_accumulation_is_found_out() {
+fn wrong_accumulation_is_detected() {
     check_edits(
         accumulate::compare,
         &[
@@ -213,7 +213,7 @@ fn another_accumulation_is_found_out() {
 }
 
 #[test]
-fn another_propagation_is_found_out() {
+fn wrong_propagation_is_detected() {
     check_edits(
         propagate::compare,
         &[
@@ -235,11 +235,11 @@ fn another_propagation_is_found_out() {
     );
 }
 
-/// Texts as they are pass, and an edit of what is not there is refused.
+/// An equivalent edit passes, and an edit of a missing text is refused.
 #[test]
 fn edits_are_made() {
     let same_again = ("hashing", "MOST_LEVEL = 15", "MOST_LEVEL = 16 - 1");
-    assert!(!is_found_out(hashing::compare, same_again));
+    assert!(!is_detected(hashing::compare, same_again));
     let edit = |module: &str, text: &str| catch_unwind(|| crate::testing::edited_library(module, text, "")).is_err();
     assert!(
         edit("indirect/radiance_cache/hashing", "MOST_LEVEL = 99") && edit("indirect/radiance_cache/nothing", "LIFT")

@@ -1,11 +1,11 @@
-//! Entries read what others send.
+//! Propagation of radiance between entries.
 
 use super::*;
 use crate::indirect::radiance_cache::{Bounces, reference::propagate};
 
 const SLOTS: u32 = 128;
 
-/// The sweeps of a frame in the order in which the host asks for them, over all entries and over those of a list.
+/// The sweeps of a frame in the order of the host, over all entries and over those of a list.
 pub(super) fn compare(bench: &Bench) -> Compared {
     for bounces in [Bounces::UpTo(2), Bounces::UpTo(4), Bounces::All] {
         let parameters = RadianceCacheParameters {
@@ -17,7 +17,7 @@ pub(super) fn compare(bench: &Bench) -> Compared {
         let mut random = Random::new(81 + u64::from(bounces.levels()));
         let mut table = random_table(&mut random, SLOTS, 70, &parameters);
         let mut list = random_list(&mut random, &table, 0.4);
-        // The last one has as many samples as any.
+        // The last entry has the largest number of samples.
         list.sort_by_key(|entry| table.light[1][entry.slot as usize].w as u32);
         let mut memory = memory_of(&table, &parameters);
         memory.bind(&["scheduled"], &scheduled_words(&list, SLOTS));
@@ -44,11 +44,11 @@ pub(super) fn compare(bench: &Bench) -> Compared {
 }
 
 #[test]
-fn light_is_propagated_as_the_references() {
+fn propagation_matches_the_reference() {
     check(compare);
 }
 
 #[test]
-fn gpu_light_is_propagated_as_the_references() {
-    check_on_gpu("gpu_light_is_propagated_as_the_references", compare);
+fn gpu_propagation_matches_the_reference() {
+    check_on_gpu("gpu_propagation_matches_the_reference", compare);
 }

@@ -1,11 +1,11 @@
-//! Which entries get another sample.
+//! Scheduling of entries.
 
 use super::*;
 use crate::indirect::radiance_cache::reference::schedule;
 
 const SLOTS: u32 = 256;
 
-/// What passes are told in frames of every kind.
+/// Parameters of frames of every kind.
 fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
     let (frame, update) = (parameters(SLOTS), UPDATE);
     let first = RadianceCacheParameters { fewest: 16, ..frame };
@@ -16,7 +16,7 @@ fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
         (RadianceCacheParameters { bounce_levels: 0, earlier_steps: 0, ..frame }, update),
         (frame, CacheUpdate { fraction: 1, ..update }),
         (is_reset, CacheUpdate { fraction: 1, ..update }),
-        // A change that comes alone, and one of many.
+        // A single change, and one of many.
         (is_reset, CacheUpdate { remembered: 0.0, fraction: 1, ..update }),
         (
             RadianceCacheParameters { changes: 65_533, ..is_reset },
@@ -27,7 +27,7 @@ fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
         (RadianceCacheParameters { fewest: 1, ..frame }, update),
     ];
     frames.extend((0..8).map(|i| (first, CacheUpdate { update: 7 * i, ..of_first })));
-    // Updates that follow each other.
+    // Successive updates.
     let following = |i| CacheUpdate { update: update.update + i, fraction: if i < 10 { 8 } else { 1 }, ..update };
     frames.extend((1..20).map(|i| (frame, following(i))));
     frames
@@ -38,7 +38,7 @@ fn sorted(mut list: Vec<ScheduledEntry>) -> Vec<[u32; 2]> {
     list.iter().map(|entry| [entry.slot, entry.sample]).collect()
 }
 
-/// The lists of an update's first and second round.
+/// The lists of an update's first and second sample.
 fn compare_lists(
     bench: &Bench,
     frame: usize,
@@ -58,25 +58,25 @@ fn compare_lists(
     bench.run(&mut memory, "schedule", "choose", workgroups(SLOTS));
     bench.run(&mut memory, "schedule", "measure", [1; 3]);
     let list = schedule::choose(&mut table, parameters, update);
-    let found = list_of(&memory.get("found_scheduled"));
+    let actual = list_of(&memory.get("found_scheduled"));
     if bench.is_in_order() {
-        same("entry of the list", &found, &list)?;
+        same("entry of the list", &actual, &list)?;
     }
-    same("scheduled entry", &sorted(found), &sorted(list.clone()))?;
+    same("scheduled entry", &sorted(actual), &sorted(list.clone()))?;
     same_tables(bench, &table_of(&memory, &table), &table)?;
     let count = list.len() as u32;
     same("workgroups along", &memory.get("scheduled_dispatch"), &schedule::workgroups(count))?;
     let counted = if update.counts == 1 { entries } else { 77 };
     same("counter", &memory.get("entry_counters"), &[counted, 1000 + count, 0, 0])?;
 
-    // Behind the samples of the first round.
+    // After the first samples.
     for entry in &list {
         let level = parameters.bounce_levels.min(1) as usize;
         table.light[level][entry.slot as usize].w += 1.0;
         table.light[0][entry.slot as usize].w = table.light[level][entry.slot as usize].w;
     }
     let mut samples = random_samples(&mut random, &table, &list);
-    // One wins each entry.
+    // Each entry has one winner.
     let mut is_winner = std::collections::BTreeSet::new();
     samples.iter_mut().for_each(|sample| sample.is_selected &= u32::from(is_winner.insert(sample.slot_hit)));
     memory.set("entry_light", &table.light.concat());
@@ -107,25 +107,25 @@ fn compare_lengths(bench: &Bench) -> Compared {
 }
 
 #[test]
-fn entries_are_scheduled_as_the_references() {
+fn schedule_matches_the_reference() {
     check(compare);
 }
 
 #[test]
-fn gpu_entries_are_scheduled_as_the_references() {
-    check_on_gpu("gpu_entries_are_scheduled_as_the_references", compare);
+fn gpu_schedule_matches_the_reference() {
+    check_on_gpu("gpu_schedule_matches_the_reference", compare);
 }
 
-/// Turns of the reference itself: each entry has one in `stride` updates that follow each other, and those of a larger stride are among them.
+/// Update strides of the reference: each entry is scheduled once in `stride` successive updates, and the updates of a larger stride are among them.
 #[test]
-fn each_entry_has_one_turn() {
+fn each_entry_is_scheduled_once_per_stride() {
     let mut random = Random::new(62);
     for _ in 0..1000 {
         let (key, first) = (word(&mut random), word(&mut random) >> 1);
-        let sweeps = |stride| {
+        let scheduled = |stride| {
             (first..first + 64).filter(|update| schedule::is_in_stride(key, *update, stride)).collect::<Vec<_>>()
         };
-        assert_eq!([1, 8, 64].map(|stride| sweeps(stride).len()), [64, 8, 1]);
-        assert!(sweeps(64).iter().all(|turn| sweeps(8).contains(turn)));
+        assert_eq!([1, 8, 64].map(|stride| scheduled(stride).len()), [64, 8, 1]);
+        assert!(scheduled(64).iter().all(|update| scheduled(8).contains(update)));
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 
 const SLOTS: u32 = 1024;
 
-/// The last entries have no slot where all hashes name a few buckets.
+/// The last entries have no slot if all hashes select a few buckets.
 fn compare_insertions(bench: &Bench, count: usize, homes: u32) -> Compared {
     let mut random = Random::new(41);
     let entries = random_entries(&mut random, count, homes);
@@ -14,21 +14,21 @@ fn compare_insertions(bench: &Bench, count: usize, homes: u32) -> Compared {
     let slots: Vec<u32> = inserted.iter().map(|entry| expected.insert(*entry).unwrap_or(u32::MAX)).collect();
     let mut memory = memory_of(&Table::new(SLOTS, 1, 0), &parameters(SLOTS));
     let queries: Vec<_> = inserted.iter().map(|entry| [entry.key, entry.hash, 0, 0]).collect();
-    let found = bench.evaluate(&mut memory, "testing/radiance_cache", "insert", &queries, 1);
-    let found: Vec<u32> = found.iter().map(|answer| answer[0]).collect();
+    let actual = bench.evaluate(&mut memory, "testing/radiance_cache", "insert", &queries, 1);
+    let actual: Vec<u32> = actual.iter().map(|answer| answer[0]).collect();
     let table = table_of(&memory, &expected);
     if bench.is_in_order() {
-        same("slot of insertion", &found, &slots)?;
+        same("slot of insertion", &actual, &slots)?;
     }
-    // Which have no slot depends on the order; that there is none for them does not.
+    // The set of entries without a slot depends on the order; their number does not.
     let kept = kept(&table)?;
-    for (entry, slot) in inserted.iter().zip(&found) {
+    for (entry, slot) in inserted.iter().zip(&actual) {
         let is_right = match *slot {
             u32::MAX => table.is_full_for(*entry) && !kept.contains_key(&entry.key),
             slot => table.find(*entry) == Some(slot),
         };
         if !is_right {
-            return Err(format!("{entry:?} was said to be in slot {slot}"));
+            return Err(format!("{entry:?} was reported in slot {slot}"));
         }
     }
     if expected.taken().count() == count {
@@ -39,26 +39,26 @@ fn compare_insertions(bench: &Bench, count: usize, homes: u32) -> Compared {
     compare_searches(bench, &table, &inserted)
 }
 
-/// Entries are looked up in the table as it is.
+/// Compares lookups in a table.
 fn compare_searches(bench: &Bench, table: &Table, inserted: &[Entry]) -> Compared {
     let mut random = Random::new(42);
     let others = random_entries(&mut random, 300, SLOTS / 4);
     let all: Vec<Entry> = inserted.iter().chain(&others).copied().collect();
     let queries: Vec<_> = all.iter().map(|entry| [entry.key, entry.hash, 0, 0]).collect();
     let mut memory = memory_of(table, &parameters(SLOTS));
-    let found = bench.evaluate(&mut memory, "testing/radiance_cache", "look_up", &queries, 1);
-    let found: Vec<Option<u32>> = found.iter().map(|answer| Some(answer[0]).filter(|slot| *slot < SLOTS)).collect();
-    same("slot that is found", &found, &all.iter().map(|entry| table.find(*entry)).collect::<Vec<_>>())
+    let actual = bench.evaluate(&mut memory, "testing/radiance_cache", "look_up", &queries, 1);
+    let actual: Vec<Option<u32>> = actual.iter().map(|answer| Some(answer[0]).filter(|slot| *slot < SLOTS)).collect();
+    same("slot of lookup", &actual, &all.iter().map(|entry| table.find(*entry)).collect::<Vec<_>>())
 }
 
 pub(super) fn compare_table(bench: &Bench) -> Compared {
     compare_insertions(bench, 400, SLOTS / 4)?;
-    // Full buckets, behind which others are looked into: 64 slots a home. The last are lost.
+    // Full buckets, after which others are probed: 64 slots per home bucket. The last entries are lost.
     compare_insertions(bench, 75, 1)?;
     compare_insertions(bench, 500, 4)
 }
 
-/// Entries move to a table of the same size, a larger one, or one that is too small for them.
+/// Entries migrate to a table of the same size, a larger one, or one that is too small for them.
 pub(super) fn compare_migration(bench: &Bench) -> Compared {
     for (slots, new_slots, entries, levels) in
         [(256, 256, 150, 2), (256, 512, 180, 3), (256, 256, 140, 0), (128, 128, 90, 2)]
@@ -72,7 +72,7 @@ pub(super) fn compare_migration(bench: &Bench) -> Compared {
         let empty = Table::new(new_slots, 1 + levels as usize, steps as usize);
         let mut memory = memory_of(&empty, &parameters);
         bind_table(&mut memory, &old, "old_", "old_earlier");
-        // The new table's words are what is bound to the other names.
+        // The other names are bound to the words of the new table.
         memory.bind(&["moved_to"], &vec![0u32; slots as usize]);
         for entry in ["rehash", "migrate", "migrate_hits"] {
             bench.run(&mut memory, "rehash", entry, workgroups(slots));
@@ -90,21 +90,21 @@ pub(super) fn compare_migration(bench: &Bench) -> Compared {
 }
 
 #[test]
-fn entries_are_where_the_reference_puts_them() {
+fn table_matches_the_reference() {
     check(compare_table);
 }
 
 #[test]
-fn gpu_entries_are_where_the_reference_finds_them() {
-    check_on_gpu("gpu_entries_are_where_the_reference_finds_them", compare_table);
+fn gpu_table_matches_the_reference() {
+    check_on_gpu("gpu_table_matches_the_reference", compare_table);
 }
 
 #[test]
-fn entries_move_and_are_evicted_as_the_references() {
+fn migration_matches_the_reference() {
     check(compare_migration);
 }
 
 #[test]
-fn gpu_entries_move_and_are_evicted_as_the_references() {
-    check_on_gpu("gpu_entries_move_and_are_evicted_as_the_references", compare_migration);
+fn gpu_migration_matches_the_reference() {
+    check_on_gpu("gpu_migration_matches_the_reference", compare_migration);
 }

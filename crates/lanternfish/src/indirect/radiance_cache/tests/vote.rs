@@ -1,4 +1,4 @@
-//! Who says where an entry is sampled.
+//! Votes for the sample positions of entries.
 
 use glam::IVec2;
 
@@ -13,14 +13,14 @@ use crate::indirect::{
 
 const SLOTS: u32 = 256;
 
-/// Priorities, and who wins a slot.
+/// Priorities, and the winner of each slot.
 fn compare_priorities(bench: &Bench) -> Compared {
     let mut random = Random::new(51);
     let mut candidates: Vec<u32> = (0..500).map(|_| word(&mut random)).collect();
     candidates.extend(0..100);
     let mut queries: Vec<[u32; 4]> =
         candidates.iter().map(|candidate| [below(&mut random, 40), *candidate, 0, 0]).collect();
-    // Whose priority is 0, in a slot that nobody else votes for.
+    // The candidate with priority 0, alone in a slot.
     candidates.push(vote::candidate(0, UPDATE.update));
     queries.push([40, candidates[600], 0, 0]);
     let mut memory = memory_of(&Table::new(SLOTS, 1, 0), &parameters(SLOTS));
@@ -34,7 +34,7 @@ fn compare_priorities(bench: &Bench) -> Compared {
         most[query[0] as usize] = most[query[0] as usize].max(*priority);
     }
     same("vote for slot", &memory.get::<u32>("entry_winners"), &most)?;
-    // Nobody wins who has not voted.
+    // Only voters win.
     let others: Vec<u32> = (0..200).map(|_| word(&mut random)).collect();
     queries.extend(others.iter().map(|candidate| [below(&mut random, 60), *candidate, 0, 0]));
     let priorities = priorities.into_iter().chain(others.iter().map(|of| vote::priority(*of, UPDATE.update)));
@@ -44,13 +44,13 @@ fn compare_priorities(bench: &Bench) -> Compared {
     let is_selected = |(query, priority): (&[u32; 4], &u32)| *priority != 0 && most[query[0] as usize] == *priority;
     let expected: Vec<bool> = queries.iter().zip(&priorities).map(is_selected).collect();
     same("whether candidate wins", &is_winner, &expected)?;
-    // Of each slot one.
+    // One winner per slot.
     let winners = queries.iter().zip(&is_winner).filter(|(_, is_winner)| **is_winner).map(|(query, _)| query[0]);
     assert_eq!(winners.clone().collect::<std::collections::BTreeSet<_>>().len(), winners.count());
     Ok(())
 }
 
-/// Pixels' rays: their priorities, and for which entries they may vote.
+/// Pixels' rays: their priorities, and the entries for which they may vote.
 fn compare_rays(bench: &Bench) -> Compared {
     let mut random = Random::new(52);
     let empty = Table::new(SLOTS, 1, 0);
@@ -59,14 +59,14 @@ fn compare_rays(bench: &Bench) -> Compared {
             (0..300).map(|_| [below(&mut random, 1 << 26), first + below(&mut random, 32), 0, 0]).collect();
         let mut memory = memory_of(&empty, &parameters(SLOTS));
         memory.bind(&["sample_slots"], &[SampleSlots { round: first, ..Default::default() }]);
-        let found = bench.evaluate(&mut memory, "testing/radiance_cache_rays", "rays", &queries, 1);
+        let actual = bench.evaluate(&mut memory, "testing/radiance_cache_rays", "rays", &queries, 1);
         let expected = queries.iter().map(|[scatter, sample, ..]| {
             let priority = vote::ray_priority(*scatter, *sample, first, UPDATE.update);
             let ray = vote::ray_with(priority, first, UPDATE.update);
             assert_eq!(ray.to_array(), [*scatter, *sample]);
             [priority, ray.x, ray.y, 0]
         });
-        same("priority and ray", &found, &expected.collect::<Vec<_>>())?;
+        same("priority and ray", &actual, &expected.collect::<Vec<_>>())?;
     }
     let mask_and_step = [[7, 0], [7, 1], [3, 1], [0, 0]];
     let queries = (0..1200)
@@ -80,7 +80,7 @@ fn compare_rays(bench: &Bench) -> Compared {
     same("whether rays vote", &may_vote, &expected.collect::<Vec<_>>())
 }
 
-/// Planes across the axes, and samples whose rays hit them, all of numbers that are exact in a float: what is computed of them is the same on any device.
+/// Planes across the axes, and samples whose rays hit them, all with numbers that are exact in a float: results are the same on every device.
 fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledEntry>) {
     let ends = [[32_767, 0], [-32_767, 0], [0, 32_767], [0, -32_767], [0, 0]];
     let normal = |i: usize| vote::snorm_bits(IVec2::from(ends[i % ends.len()]));
@@ -94,7 +94,7 @@ fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledE
         sample.hit_direction = normal(i / 3);
         sample.rank = below(random, 8);
         (sample.slot_hit, sample.is_selected) = (u32::MAX, 0);
-        // Few places, so that some are voted for by many.
+        // Few positions, so that some entries have many voters.
         if i % 2 == 0 {
             (sample.p_world, sample.distance) = (Vec3::new(0.125, 0.125, 0.25 * (i % 6) as f32), 1.0);
         }
@@ -102,14 +102,14 @@ fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledE
     (planes, samples)
 }
 
-/// What samples' rays hit is inserted and voted for, and who wins says where it is sampled.
+/// Hits of samples' rays are inserted and voted for, and winners set the sample positions.
 fn compare_hits(bench: &Bench) -> Compared {
-    // With room for all, and with too little for some.
+    // With enough capacity for all, and with too little for some.
     for (slots, entries, are_lost) in [(512, 120, false), (128, 100, true)] {
         let mut random = Random::new(53);
         let parameters = parameters(slots);
         let mut table = random_table(&mut random, slots, entries, &parameters);
-        // Rays of pixels have voted for none of them in this update.
+        // Pixels' rays have not voted in this update.
         table.votes.fill(0);
         let (planes, mut samples) = hits(&mut random, &table);
         let list: Vec<_> = samples.iter().map(|sample| ScheduledEntry { slot: sample.slot, sample: 0 }).collect();
@@ -121,19 +121,19 @@ fn compare_hits(bench: &Bench) -> Compared {
         let lost = vote::intersect(&mut table, &mut samples, &planes, (EYE, &parameters), UPDATE.update);
         assert_eq!(lost > 0, are_lost, "{lost} of {}", samples.len());
         if are_lost && !bench.is_in_order() {
-            // Which are lost depends on the order.
+            // The set of lost entries depends on the order.
             continue;
         }
         same("counter", &memory.get::<u32>("entry_counters"), &[0, 0, lost, 0])?;
         bench.run(&mut memory, "intersect", "scatter", workgroups(list.len() as u32));
         vote::select(&mut table, &mut samples, &planes, UPDATE.update);
-        let found = table_of(&memory, &table);
-        same_tables(bench, &found, &table)?;
+        let actual = table_of(&memory, &table);
+        same_tables(bench, &actual, &table)?;
         let hit = |table: &Table, sample: &SampledEntry| {
             (table.keys.get(sample.slot_hit as usize).copied(), sample.is_selected, sample.rank, sample.triangle)
         };
         let read: Vec<SampledEntry> = memory.get("sampled_entries");
-        let read: Vec<_> = read.iter().map(|sample| hit(&found, sample)).collect();
+        let read: Vec<_> = read.iter().map(|sample| hit(&actual, sample)).collect();
         same("hit", &read, &samples.iter().map(|sample| hit(&table, sample)).collect::<Vec<_>>())?;
         assert!(samples.iter().filter(|sample| sample.is_selected == 1).count() > 10);
     }
@@ -147,16 +147,16 @@ pub(super) fn compare(bench: &Bench) -> Compared {
 }
 
 #[test]
-fn votes_are_counted_as_the_references() {
+fn votes_match_the_reference() {
     check(compare);
 }
 
 #[test]
-fn gpu_votes_are_counted_as_the_references() {
-    check_on_gpu("gpu_votes_are_counted_as_the_references", compare);
+fn gpu_votes_match_the_reference() {
+    check_on_gpu("gpu_votes_match_the_reference", compare);
 }
 
-/// No two candidates have one priority: it is undone.
+/// Priorities are invertible: no two candidates have the same.
 #[test]
 fn priorities_are_a_permutation() {
     let mut random = Random::new(54);

@@ -1,4 +1,4 @@
-//! What the tests measure with: rigs of cameras, and how far a point lies outside.
+//! Helpers of the tests: rigs of cameras, and the distance of a point from a frustum.
 
 mod clusters;
 mod cpu_reference;
@@ -12,9 +12,9 @@ use proptest::{
 
 use super::{ClusterShape, GridGeometry, ViewFrustum};
 
-/// What double precision leaves of a corner that lies on a side, in widths of the frustum.
+/// Error of a corner on a side in double precision, in widths of the frustum.
 const EXACT: f64 = 1e-9;
-/// And what rounding a grid's `low` and `cell` to f32 does, in widths of the grid.
+/// Error due to rounding a grid's `low` and `cell` to f32, in widths of the grid.
 const ROUNDED: f64 = 1e-6;
 
 /// Half-angle tangents of the HTC Vive's left eye; the right one's are mirrored.
@@ -24,13 +24,13 @@ const VIVE: [f32; 4] = [-1.39, 1.25, -1.47, 1.46];
 #[derive(Clone, Copy, Debug)]
 struct Rig {
     head: Affine3A,
-    /// Between the eyes, m.
+    /// Distance between the eyes, m.
     ipd: f32,
-    /// The right eye above the left one, m.
+    /// Height of the right eye above the left one, m.
     disparity: f32,
-    /// Displays turned outwards, radians.
+    /// Outward rotation of the displays, radians.
     cant: f32,
-    /// Left eye.
+    /// Slopes of the left eye's frustum.
     slopes: [f32; 4],
     near: f32,
     far: f32,
@@ -40,8 +40,8 @@ impl Rig {
     fn eyes(&self) -> [ViewFrustum; 2] {
         let [l, r, b, t] = self.slopes;
         [(-0.5, [l, r, b, t]), (0.5, [-r, -l, b, t])].map(|(side, slopes)| {
-            let turn = Quat::from_rotation_y(-2.0 * side * self.cant);
-            let eye = Affine3A::from_rotation_translation(turn, vec3(self.ipd, self.disparity, 0.0) * side);
+            let rotation = Quat::from_rotation_y(-2.0 * side * self.cant);
+            let eye = Affine3A::from_rotation_translation(rotation, vec3(self.ipd, self.disparity, 0.0) * side);
             let size = UVec2::new(1080, 1200);
             let Self { head, near, far, .. } = *self;
             ViewFrustum { world_from_view: head * eye, slopes, near, far, parallel: false, size }
@@ -69,7 +69,7 @@ fn slopes() -> impl Strategy<Value = [f32; 4]> {
     prop::array::uniform4(0.3f32..2.0).prop_map(|[l, r, b, t]| [-l, r, -b, t])
 }
 
-/// As the thesis assumes: the same orientation, only apart.
+/// Rigs as the thesis assumes them: two translated views of the same orientation.
 fn straight_rig() -> impl Strategy<Value = Rig> {
     (pose(), 0.03f32..0.08, slopes(), 0.05f32..1.0, 1.0f32..4.0).prop_map(|(head, ipd, slopes, near, log_ratio)| Rig {
         head,
@@ -82,10 +82,10 @@ fn straight_rig() -> impl Strategy<Value = Rig> {
     })
 }
 
-/// Also with canted displays and unequal heights, and with far planes nearer than far.
+/// General rigs: canted displays, unequal heights, far planes nearer than far.
 fn rig() -> impl Strategy<Value = Rig> {
-    let turned = (straight_rig(), -0.26f32..0.26, -0.005f32..0.005, 0.05f32..5.0);
-    turned.prop_map(|(rig, cant, disparity, log_ratio)| Rig {
+    let canted = (straight_rig(), -0.26f32..0.26, -0.005f32..0.005, 0.05f32..5.0);
+    canted.prop_map(|(rig, cant, disparity, log_ratio)| Rig {
         cant,
         disparity,
         far: rig.near * 10f32.powf(log_ratio),
@@ -109,7 +109,7 @@ fn check<S: Strategy>(strategy: S, test: impl Fn(S::Value) -> TestCaseResult) {
     }
 }
 
-/// How far the worst of these points lies outside, in widths of the frustum; negative when all are inside.
+/// Greatest distance of these points outside the frustum, in widths of the frustum; negative if all are inside.
 fn outside(frustum: &ViewFrustum, p_worlds: &[DVec3]) -> f64 {
     let [left, right, bottom, top] = frustum.slopes.map(f64::from);
     let low = DVec3::new(left, bottom, frustum.near.into());
@@ -126,7 +126,7 @@ fn outside(frustum: &ViewFrustum, p_worlds: &[DVec3]) -> f64 {
 }
 
 /// The volume that a grid divides, as a frustum.
-fn whole_grid(grid: &GridGeometry) -> ViewFrustum {
+fn grid_frustum(grid: &GridGeometry) -> ViewFrustum {
     let high = grid.low.as_dvec3() + grid.cell.as_dvec3() * grid.dimensions.as_dvec3();
     let layers = f64::from(grid.cell.z) * f64::from(grid.dimensions.z);
     let far = if grid.parallel { high.z } else { f64::from(grid.low.z) * layers.exp() };
@@ -140,7 +140,7 @@ fn whole_grid(grid: &GridGeometry) -> ViewFrustum {
     }
 }
 
-/// m³ [VanGelderen2020, eq. 4.2].
+/// Volume of a frustum, m³ [VanGelderen2020, eq. 4.2].
 fn volume(frustum: &ViewFrustum) -> f64 {
     let [l, r, b, t] = frustum.slopes.map(f64::from);
     let (near, far) = (f64::from(frustum.near), f64::from(frustum.far));
@@ -148,7 +148,7 @@ fn volume(frustum: &ViewFrustum) -> f64 {
     (r - l) * (t - b) * depth
 }
 
-/// The frustum, drawn in by 1 % of its width on one side: left, right, bottom, top, near, far.
+/// The frustum with one side moved inwards by 1 % of its width: left, right, bottom, top, near, far.
 fn narrowed(frustum: &ViewFrustum, side: usize) -> ViewFrustum {
     let mut narrowed = *frustum;
     let [left, right, bottom, top] = frustum.slopes;

@@ -1,4 +1,4 @@
-//! Grids contain their views, in clusters of the size that was requested.
+//! Grids contain their views and have clusters of the requested size.
 
 use std::{cell::Cell, f32::consts::PI};
 
@@ -9,7 +9,7 @@ use super::{
     super::*,
     ROUNDED, Rig, any_shape, check,
     cpu_reference::{Wrong, point_of},
-    narrowed, outside, rig, slopes, view, vive, volume, whole_grid,
+    grid_frustum, narrowed, outside, rig, slopes, view, vive, volume,
 };
 
 #[test]
@@ -27,9 +27,10 @@ fn enclosed_clusters_have_the_views_mean_volume_up_to_the_ceiling() {
     let tested = Cell::new(0);
     check((rig(), 24u32..300, 0.0f32..50.0), |(rig, pixels, distance)| {
         let eyes = rig.eyes();
-        // What a cluster of P pixels is, from its own definition.
+        // Mean volume of the clusters of P pixels, by their definition.
         let own = eyes.map(|eye| GridGeometry::of_pixels(&eye, pixels));
-        let target = own.map(|grid| volume(&whole_grid(&grid)) / grid.cluster_count() as f64).iter().sum::<f64>() / 2.0;
+        let target =
+            own.map(|grid| volume(&grid_frustum(&grid)) / grid.cluster_count() as f64).iter().sum::<f64>() / 2.0;
         let enclosed = enclosing(&eyes).unwrap();
         for (shape, frustum) in [
             (ClusterShape::Perspective { pixels }, enclosed),
@@ -44,7 +45,7 @@ fn enclosed_clusters_have_the_views_mean_volume_up_to_the_ceiling() {
             }
             tested.set(tested.get() + 1);
             let fraction = grid.mean_volume() / target * (grid.dimensions.as_dvec3() / exact).element_product();
-            // f32 cells: 1.2e-7 · 3 ln(far / near) and a far plane rounded out.
+            // f32 cells: 1.2e-7 · 3 ln(far / near) and a far plane rounded outwards.
             prop_assert!((fraction - 1.0).abs() < 2e-5, "{fraction}");
             prop_assert!(grid.mean_volume() <= target * (1.0 + 2e-5));
             let rounded_up = grid.dimensions.as_dvec3().cmpge(exact * (1.0 - 2e-6));
@@ -65,10 +66,10 @@ fn every_grid_contains_every_corner() {
         let views = if single { &views[..1] } else { &views[..] };
         let Ok(grid) = GridGeometry::new(views, shape) else { return Ok(()) };
         tested.set(tested.get() + 1);
-        let grid = whole_grid(&grid);
+        let grid = grid_frustum(&grid);
         let excess = outside(&grid, &corners_of(views));
         prop_assert!(excess <= ROUNDED, "{excess:e}: {grid:?}");
-        // Columns of pixels may hang over on the right and rows at the bottom; a displaced grid is fitted to a frustum.
+        // Columns of pixels may extend beyond the right side and rows beyond the bottom; a displaced grid is fitted to a frustum.
         let (sides, corners) = match shape {
             ClusterShape::Perspective { .. } if single => ([0, 3].as_slice(), corners_of(views)),
             ClusterShape::Orthographic { .. } => ([0, 1, 2, 3].as_slice(), corners_of(views)),
@@ -76,7 +77,7 @@ fn every_grid_contains_every_corner() {
         };
         for side in sides.iter().filter(|_| !(parallel && single)) {
             let excess = outside(&narrowed(&grid, *side), &corners);
-            prop_assert!(excess > 5e-3, "blind to side {side} drawn in by 1 %: {excess}");
+            prop_assert!(excess > 5e-3, "insensitive to side {side} moved inwards by 1 %: {excess}");
         }
         Ok(())
     };
@@ -97,11 +98,11 @@ fn perspective_clusters_tile_pixels() {
                 let uv = (pixel.as_dvec2() + 0.5) / size.as_dvec2();
                 let p_view = point_of(&view, [uv.x, 1.0 - uv.y], 0.5).as_vec3();
                 let cluster = grid.cluster_from_grid(grid.grid_from_cluster(p_view, Wrong(0.0)));
-                // Rows of pixels run down, rows of clusters up.
+                // Rows of pixels are numbered downwards, rows of clusters upwards.
                 let tile = UVec2::new(cluster.x, tiles.y - 1 - cluster.y);
                 assert_eq!(tile, pixel / pixels, "pixel {pixel} of {size}, {pixels} wide");
             }
-            // As deep as wide, up to the ceiling of the number of layers (eq. 3.4, eq. 3.6).
+            // As deep as wide, up to rounding up the number of layers (eq. 3.4, eq. 3.6).
             let width = 0.5 * f64::from(grid.cell.x + grid.cell.y);
             let width = if parallel { width } else { width.ln_1p() };
             let depth = f64::from(grid.cell.z);
@@ -119,8 +120,8 @@ fn layers_cover_near_to_far() {
             let view = ViewFrustum { parallel, ..view(slopes, near, near * 10f32.powf(log_ratio)) };
             let grid = GridGeometry::of_pixels(&view, pixels);
             prop_assert_eq!(grid.low.z, view.near);
-            let far = whole_grid(&grid).far;
-            // The layers' thickness is rounded to f32: 6e-8 · ln 1e7.
+            let far = grid_frustum(&grid).far;
+            // Error of the layers' thickness in f32: 6e-8 · ln 1e7.
             prop_assert!((far / view.far - 1.0).abs() < 1.2e-6, "{far} instead of {}", view.far);
             Ok(())
         },
@@ -130,15 +131,15 @@ fn layers_cover_near_to_far() {
 #[test]
 fn opposite_views_have_orthographic_grids_only() {
     let front = vive().eyes()[0];
-    for turn in [1.6, 3.0, PI] {
-        let rear = ViewFrustum { world_from_view: Affine3A::from_rotation_y(turn), ..front };
+    for angle in [1.6, 3.0, PI] {
+        let rear = ViewFrustum { world_from_view: Affine3A::from_rotation_y(angle), ..front };
         let views = [front, rear];
         for shape in [ClusterShape::Perspective { pixels: 64 }, ClusterShape::Displaced { pixels: 64, distance: 5.0 }] {
             assert_eq!(GridGeometry::new(&views, shape), Err(GridError::Unaligned));
         }
         let grid = GridGeometry::new(&views, ClusterShape::Orthographic { side: 2.0 }).unwrap();
         assert_eq!(grid.world_from_cluster.matrix3, Affine3A::IDENTITY.matrix3);
-        assert!(outside(&whole_grid(&grid), &corners_of(&views)) <= ROUNDED);
+        assert!(outside(&grid_frustum(&grid), &corners_of(&views)) <= ROUNDED);
         assert!(grid.cell.max_element() < 2.0 * (1.0 + 2e-6) && grid.cell.min_element() > 1.9);
     }
 }
@@ -154,7 +155,7 @@ fn too_many_clusters_are_refused() {
     for side in [0.0, -1.0, f32::NAN] {
         assert_eq!(orthographic(side), too_many(u64::MAX));
     }
-    // A telescope's clusters are thin.
+    // The clusters of a telescope's view are thin.
     let telescope = view([-1e-5, 1e-5, -1e-5, 1e-5], 0.1, 1e6);
     let grid = GridGeometry::new(&[telescope], ClusterShape::Perspective { pixels: 8 });
     assert!(matches!(grid, Err(GridError::TooMany { .. })));
@@ -206,14 +207,14 @@ fn extreme_views_have_finite_grids() {
                     assert!(grid.dimensions.min_element() > 0 && grid.cell.min_element() > 0.0, "{grid:?}");
                     assert!(grid.parallel || grid.low.z > 0.0);
                     assert!(grid.mean_volume() > 0.0 && grid.mean_volume().is_finite());
-                    assert!(outside(&whole_grid(&grid), &corners_of(views)) <= ROUNDED, "{grid:?} of {views:?}");
+                    assert!(outside(&grid_frustum(&grid), &corners_of(views)) <= ROUNDED, "{grid:?} of {views:?}");
                 }
             }
         }
     }
 }
 
-/// A cluster's corners are where the CPU reference of the shader has its sides, and all clusters together are the frustum.
+/// A cluster's corners lie on the sides of the shader's CPU reference, and the outline of all clusters is the frustum.
 #[test]
 fn corners_of_clusters_tile_the_frustum() {
     for shape in [ClusterShape::Perspective { pixels: 60 }, ClusterShape::Orthographic { side: 7.0 }] {
@@ -223,14 +224,14 @@ fn corners_of_clusters_tile_the_frustum() {
         let near = |a: Vec3, b: Vec3| a.distance(b) < 1e-4 * eye.far;
         let count = grid.cluster_count() as u32;
         assert!(near(grid.corners(0)[0], outline[0]) && near(grid.corners(count - 1)[7], outline[7]));
-        // Each begins where the one before it ends.
+        // Each cluster begins where the previous one ends.
         let UVec3 { x, y, .. } = grid.dimensions;
         for (step, axis) in [(1, 1), (x, 2), (x * y, 4)] {
             let (first, second) = (grid.corners(0), grid.corners(step));
             assert!((0..8).filter(|corner| corner & axis == 0).all(|i| near(first[i | axis], second[i])), "{shape}");
         }
         if let ClusterShape::Perspective { .. } = shape {
-            // Rows of whole clusters may end below the image.
+            // The rows of clusters may extend below the image.
             assert!(near(outline[6], eye.corners()[6]), "{outline:?} {:?}", eye.corners());
         }
     }

@@ -1,4 +1,4 @@
-//! The shaders' arithmetic in plain Rust: a point lies in the volume of the cluster that it is given to.
+//! CPU reference of the shaders' arithmetic: a point lies in the volume of the cluster that the shader assigns it to.
 
 use std::cell::Cell;
 
@@ -30,7 +30,7 @@ impl Volume {
     }
 }
 
-/// How wrong WGSL lets `log` and `exp` be: 1 and −1 all the way up or down, 0 as right as this machine.
+/// Error of WGSL's `log` and `exp`: 1 and −1 for the greatest error that the standard allows, 0 for this machine's.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wrong(pub f32);
 
@@ -98,7 +98,7 @@ pub(super) fn point_of(view: &ViewFrustum, across: [f64; 2], along: f64) -> DVec
     view.world_from_view.as_daffine3().transform_point3((p.truncate() * scale).extend(-distance))
 }
 
-/// Rigs down to telescopes and long thin boxes.
+/// Rigs that include telescopes and long thin boxes.
 fn narrow_rig() -> impl Strategy<Value = Rig> {
     (rig(), -4.0f32..0.0).prop_map(|(rig, log_fraction)| {
         let fraction = if log_fraction > -2.0 { 1.0 } else { 10f32.powf(log_fraction + 2.0) };
@@ -109,7 +109,7 @@ fn narrow_rig() -> impl Strategy<Value = Rig> {
 #[test]
 fn points_lie_in_the_volume_of_their_cluster() {
     let padding = constant("light_culling/clustered/cluster_volume", "PADDING") as f32;
-    // With the edges; proptest's own closed ranges of floats panic at times.
+    // Includes the edges; proptest's closed ranges of floats sometimes panic.
     let fraction = || (0..=4096).prop_map(|part| f64::from(part) / 4096.0);
     let points = prop::collection::vec((0..2usize, [fraction(), fraction()], fraction()), 64);
     let wrong = (-1..=1, -1..=1).prop_map(|(log, exp)| (Wrong(log as f32), Wrong(exp as f32)));
@@ -122,7 +122,7 @@ fn points_lie_in_the_volume_of_their_cluster() {
             let eye = &views[eye.min(count - 1)];
             let world_from_view = eye.world_from_view.as_daffine3();
             let p_view = world_from_view.inverse().transform_point3(point_of(eye, across, along)).as_vec3();
-            // What the host gives the shader, and what the shader makes of it.
+            // Inputs that the host uploads, and the shader's results from them.
             let cluster_from_view = grid.world_from_cluster.as_daffine3().inverse() * world_from_view;
             let p_cluster = cluster_from_view.as_affine3a().transform_point3(p_view);
             let cluster = grid.cluster_from_grid(grid.grid_from_cluster(p_cluster, log));
@@ -138,6 +138,6 @@ fn points_lie_in_the_volume_of_their_cluster() {
         Ok(())
     });
     assert!(tested.get() > 15_000, "only {} points", tested.get());
-    // A shell of 2 % inside each of six sides: one point in ten.
-    assert!(lost.get() > tested.get() / 20, "blind to clusters that are 2 % too small: {} lost", lost.get());
+    // A shell of 2 % at each of six sides holds about one point in ten.
+    assert!(lost.get() > tested.get() / 20, "insensitive to clusters that are 2 % too small: {} lost", lost.get());
 }

@@ -1,4 +1,4 @@
-//! The enclosing frustum contains all views and no more.
+//! The enclosing frustum contains all views and is no larger than needed.
 
 use glam::{Affine3A, DAffine3, DVec3, Quat, UVec2, Vec3};
 use proptest::prelude::*;
@@ -15,7 +15,7 @@ fn enclosing_contains_every_corner() {
         let excess = outside(&frustum, &corners_of(&rig.eyes()));
         prop_assert!(excess <= EXACT, "{excess:e}: {frustum:?}");
         prop_assert!(frustum.near > 0.0);
-        // The public corners are rounded to f32, at positions up to far + 90 m, by that much of the least width.
+        // The public corners are rounded to f32, at positions up to far + 90 m, by that fraction of the least width.
         let corners: Vec<_> = rig.eyes().iter().flat_map(|eye| eye.corners()).map(|p| p.as_dvec3()).collect();
         let width = (0.6 * frustum.near).min(frustum.far - frustum.near);
         let rounding = f64::from(f32::EPSILON * (5.0 * frustum.far + 90.0) / width);
@@ -31,10 +31,10 @@ fn enclosing_contains_any_views_that_face_roughly_one_way() {
     let views = prop::collection::vec((pose(), slopes(), 0.01f32..5.0, 0.05f32..7.0, any::<bool>()), 1..7);
     check((pose(), views, 0.0f32..0.15), |(head, views, spread)| {
         let views = views.into_iter().map(|(pose, slopes, near, log_ratio, parallel)| {
-            let (_, turn, position) = pose.to_scale_rotation_translation();
-            let turn = Quat::IDENTITY.slerp(turn, 0.5 * spread);
-            let world_from_view = head * Affine3A::from_rotation_translation(turn, position * spread);
-            // A parallel box 1e5 times as long as wide is as exact as double precision.
+            let (_, rotation, position) = pose.to_scale_rotation_translation();
+            let rotation = Quat::IDENTITY.slerp(rotation, 0.5 * spread);
+            let world_from_view = head * Affine3A::from_rotation_translation(rotation, position * spread);
+            // A parallel box 1e5 times as long as wide reaches the limit of double precision.
             let far = near * 10f32.powf(if parallel { log_ratio.min(4.0) } else { log_ratio });
             ViewFrustum { world_from_view, parallel, ..view(slopes, near, far) }
         });
@@ -55,20 +55,20 @@ fn enclosing_is_tight() {
         let frustum = enclosing(&rig.eyes()).unwrap();
         for side in 0..6 {
             let excess = outside(&narrowed(&frustum, side), &corners);
-            // The near plane's 1 % are in depths of the frustum, of which near is 1e-4 or more.
+            // The near plane's 1 % are relative to the depth of the frustum, of which near is 1e-4 or more.
             prop_assert!(excess > if side == 4 { 5e-7 } else { 5e-3 }, "side {side}: {excess:e}");
         }
         let eye = frustum.world_from_view.as_daffine3().translation;
         let back = eye.distance(rig.head.as_daffine3().translation);
-        // Figure 4.3: eyes that see further to their own side lead there along those outer lines.
+        // Figure 4.3: for eyes that see further to their own side, the frustum's sides are those outer planes.
         let [outer, inner] = [-rig.slopes[0], rig.slopes[1]];
         if outer < inner {
             return Ok(());
         }
         let expected = f64::from(0.5 * rig.ipd / outer);
-        // Positions up to 87 m from the origin are rounded by 4e-6 m on each axis, three times over.
+        // Positions up to 87 m from the origin are rounded by 4e-6 m on each axis, three times.
         prop_assert!((back - expected).abs() < 2e-5, "{back} m back, not {expected}");
-        // The eye may not stand 1 % less far back: with the far plane's slopes (or its own) it would lose near corners.
+        // The eye may not be 1 % less far back: with the far plane's slopes (or its own) it would lose near corners.
         let forward = DAffine3::from_translation(DVec3::new(0.0, 0.0, -0.01 * back));
         let moved = frustum.world_from_view.as_daffine3() * forward;
         let far: Vec<_> = rig.eyes().iter().flat_map(|eye| eye.exact_corners()[4..].to_vec()).collect();
@@ -98,7 +98,7 @@ fn displaced_grids_end_at_the_same_far_plane() {
         let view = ViewFrustum { world_from_view: pose, ..view(slopes, 0.1, 100.0) };
         let displaced = view.displaced(distance);
         prop_assert!(outside(&displaced, &view.exact_corners()) <= EXACT);
-        // Positions are rounded as far from the origin as the eye stands, off the axis by 0.85 of the distance at most.
+        // The rounding of positions scales with the eye's distance from the origin; off the axis by 0.85 of the distance at most.
         let rounding = 2.0 * f32::EPSILON * (90.0 + 1.7 * distance);
         prop_assert!((displaced.near - distance - 0.1).abs() <= rounding + displaced.near * f32::EPSILON);
         let (before, after) = (view.exact_corners(), displaced.exact_corners());
@@ -116,7 +116,7 @@ fn displaced_grids_end_at_the_same_far_plane() {
 
 #[test]
 fn displacement_is_along_the_central_ray() {
-    // All to one side of the axis: from back along the axis, near corners would be beside the far rectangle.
+    // The view lies completely to one side of the axis: from an eye back along the axis, near corners would lie outside the far rectangle.
     let view = view([0.5, 1.5, -2.0, -1.0], 0.1, 100.0);
     let displaced = view.displaced(50.0);
     let expected = [1.0 - 1.0 / 3.0, 1.0 + 1.0 / 3.0, -1.5 - 1.0 / 3.0, -1.5 + 1.0 / 3.0];
