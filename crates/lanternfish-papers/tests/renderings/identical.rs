@@ -273,7 +273,8 @@ fn gpu_rays_to_lights_behind_a_surface_do_not_change_pixels() {
     atrium.lights.extend(generate::light_rain(&atrium.bounds(), 60, Some(4.0), 6, 0.0));
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
         let rendering = |ray_culling, ray_range_culling| {
-            let settings = Settings { ray_culling, ray_range_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
+            let settings =
+                Settings { ray_culling, ray_range_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
             render(gpu, &scene, &camera, SIZE, settings)
         };
         let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");

@@ -53,7 +53,8 @@ pub fn all_settings() -> Vec<Settings> {
     let is_usual = |s: &&Settings| s.ray_culling == usual.ray_culling;
     let with_history = all.iter().filter(is_usual).map(|s| Settings { history: History::On, ..s.clone() });
     let any_range = all.iter().map(|s| Settings { ray_range_culling: RayRangeCulling::Off, ..s.clone() });
-    let any_range = any_range.filter(|s| s.indirect == Indirect::NONE && s.samples == Samples::One && s.debug_view.is_none());
+    let any_range =
+        any_range.filter(|s| s.indirect == Indirect::NONE && s.samples == Samples::One && s.debug_view.is_none());
     with_history.chain(any_range).chain(all.iter().cloned()).collect()
 }
 
