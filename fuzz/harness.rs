@@ -1,25 +1,25 @@
-//! What any input to the importers must come to; shared by the fuzz target and the bounded test.
+//! Checks of the importers for arbitrary input; shared by the fuzz target and the bounded test.
 
 use std::path::{Path, PathBuf};
 
 use lanternfish_scene::{Environment, LoadOptions, SceneError, load_with};
 
-/// Most memory that an input may ask for, bytes.
+/// Memory limit of an import, bytes.
 const MEMORY: u64 = 256_000_000;
 
-/// Runs inputs through files of a folder, which is otherwise empty.
+/// Passes inputs to the importers through files in a folder that is otherwise empty.
 pub struct Harness {
     folder: PathBuf,
 }
 
 impl Harness {
-    /// Writes its inputs to `folder`.
+    /// A harness that writes its inputs to `folder`.
     pub fn new(folder: &Path) -> Self {
         Self { folder: folder.to_owned() }
     }
 
-    /// Loads `bytes` as a file with that ending: a scene, what a scene names, or its environment; whether it is one. Panics
-    /// unless it is a scene that keeps the promises of its types, or an error of the file.
+    /// Loads `bytes` as a file with the extension `ending`: a scene, a file that a scene refers to, or an environment. Returns true
+    /// if it loads. Panics if the scene is invalid, or if the error is not a fault of the file.
     pub fn check(&self, bytes: &[u8], ending: &str) -> bool {
         let path = self.folder.join("input").with_extension(ending);
         std::fs::write(&path, bytes).expect("the folder can be written to");
@@ -47,7 +47,7 @@ impl Harness {
         }
     }
 
-    /// A scene of this text, which names the input.
+    /// Loads a scene with this text, which refers to the input file.
     fn load(&self, text: &str, ending: &str) -> Result<(), SceneError> {
         let path = self.folder.join("scene").with_extension(ending);
         std::fs::write(&path, text).expect("the folder can be written to");
@@ -76,14 +76,14 @@ impl Harness {
     }
 }
 
-/// Prints what came of a decoder that panicked: an error as any other, and worth knowing.
+/// Prints the error if a decoder panicked. It is an error like any other, but worth reporting upstream.
 fn tell(error: &SceneError) {
-    if error.to_string().contains("gives up") {
+    if error.to_string().contains("its decoder panicked") {
         println!("{error}");
     }
 }
 
-/// The ending that content of unknown origin is given.
+/// File extension for content of unknown format, from its first bytes.
 pub fn ending(bytes: &[u8]) -> &'static str {
     let begins = |magic: &[u8]| bytes.starts_with(magic);
     match bytes.iter().find(|byte| !byte.is_ascii_whitespace()) {

@@ -1,4 +1,4 @@
-//! Any bytes as a scene file.
+//! Fuzz target: loads arbitrary bytes as a scene file.
 
 #![no_main]
 

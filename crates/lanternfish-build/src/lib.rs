@@ -1,4 +1,4 @@
-//! For build scripts of crates with shaders: lists a crate's WESL files, and writes in WESL what its Rust files share with them.
+//! Build-script helpers for crates with shaders: they embed a crate's WESL files and translate shared Rust declarations to WESL.
 
 use std::{
     collections::BTreeMap,
@@ -6,8 +6,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Writes `OUT_DIR/shaders.rs`: an expression `&[(path, text)]` of every `.wesl` file below `src/`, and of a module `host` for each folder
-/// whose Rust files declare what shaders share (`gpu_struct!`, `gpu_constants!`): the same in WESL. Files below `src/testing/` are left out.
+/// Writes `OUT_DIR/shaders.rs`: an expression `&[(path, text)]` with every `.wesl` file below `src/`. A folder whose Rust files declare
+/// shared structs or constants (`gpu_struct!`, `gpu_constants!`) also has a module `host`, which holds them in WESL. Files below
+/// `src/testing/` are left out.
 ///
 /// ```no_run
 /// // build.rs
@@ -19,10 +20,12 @@ use std::{
 /// pub static SHADERS: Package = Package::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs")));
 /// ```
 ///
-/// Panics outside a build script, and where a file cannot be read or a declaration is not written a field a line, as rustfmt has it.
+/// # Panics
+///
+/// Panics outside a build script, if a file cannot be read, and if a declaration does not have one field per line, as rustfmt formats it.
 pub fn write_shaders() {
     let root = Path::new(&env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("src");
-    // By module path: an expression of its text.
+    // From the module path to a Rust expression for the module's text.
     let mut modules = BTreeMap::new();
     collect(&root, &root, &mut modules);
     let rows: String = modules.iter().map(|(module, text)| format!("    ({module:?}, {text}),\n")).collect();
@@ -38,7 +41,7 @@ fn collect(root: &Path, folder: &Path, modules: &mut BTreeMap<String, String>) {
     let mut shared = String::new();
     for path in entries {
         if path.ends_with("src/testing") {
-            // Probes of the tests, which take them in themselves.
+            // Shaders of the tests, which include them themselves.
             continue;
         } else if path.is_dir() {
             collect(root, &path, modules);
@@ -54,13 +57,13 @@ fn collect(root: &Path, folder: &Path, modules: &mut BTreeMap<String, String>) {
     }
 }
 
-/// A file's path below `src/`, as shaders name it.
+/// The module path of a file, relative to `src/`.
 fn module_path(root: &Path, path: &Path) -> String {
     let below = path.strip_prefix(root).expect("it is below src");
     below.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// What a Rust file declares for shaders too, in WESL. Reads as rustfmt and `gpu_struct!` have it: a field or constant a line.
+/// Translates a Rust file's shared declarations to WESL. Expects one field or constant per line, as rustfmt and `gpu_struct!` format them.
 fn in_wesl(text: &str) -> String {
     let mut wesl = String::new();
     for start in ["\ngpu_constants! {\n", "\ngpu_struct! {\n"] {
@@ -102,7 +105,7 @@ fn type_in_wesl(rust: &str) -> String {
         "UVec3" => "vec3u",
         "UVec4" => "vec4u",
         "Mat4" => "mat4x4f",
-        // The same in both, or another struct of the folder.
+        // A type with the same name in both languages, or another struct of the folder.
         same => same,
     };
     wesl.to_owned()

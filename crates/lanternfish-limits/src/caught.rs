@@ -7,15 +7,15 @@ use std::{
 };
 
 thread_local! {
-    /// True if a panic of this thread is caught and told as an error.
+    /// True while panics of this thread are caught and returned as errors.
     static CATCHES: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What `work` returns, or the message of its panic. For the code of others that reads bytes from outside: what it would end
-/// the program with is a fault of these bytes.
+/// Runs `work` and returns its result, or the message of its panic as an error. Meant for third-party decoders of untrusted
+/// bytes: a panic there is a fault of the input.
 ///
-/// The panic is not printed: the first call puts a hook before the program's own, which is left out within `work`, on this
-/// thread. A hook that the program sets later prints it. Nothing that `work` had begun to change may be used after a panic.
+/// The panic is not printed. The first call installs a panic hook that skips the program's hook within `work` on this thread. A
+/// hook that the program sets later prints the panic. After a panic, do not use anything that `work` modifies.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -32,7 +32,7 @@ pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     result.map_err(|payload| {
         let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
-        format!("its reader gives up: {}", text.as_deref().unwrap_or("it does not say why"))
+        format!("its decoder panicked: {}", text.as_deref().unwrap_or("no message"))
     })
 }
 
@@ -47,7 +47,7 @@ mod tests {
         assert!(caught(|| 1 / zero).unwrap_err().contains("divide by zero"));
         assert!(caught(|| panic!("byte {}", 5)).unwrap_err().ends_with("byte 5"));
         let inner = caught(|| (caught(|| panic!("inside")).unwrap_err(), CATCHES.get())).unwrap();
-        assert!(inner.0.contains("inside") && inner.1, "one within another leaves the outer one on");
+        assert!(inner.0.contains("inside") && inner.1, "an inner call leaves the outer one active");
         assert!(!CATCHES.get());
     }
 }

@@ -1,5 +1,5 @@
-//! What files from outside may cost: [`memory`], which is requested before it is taken, and [panics](caught) of the
-//! decoders of others, which become errors.
+//! Limits for untrusted files: a [`memory`] budget that is checked before allocation, and third-party decoders whose
+//! [panics](caught) become errors.
 
 mod caught;
 mod machine;

@@ -1,8 +1,8 @@
-//! Memory of the machine; `None` on systems other than Linux.
+//! Memory of the machine and of this process. All functions return `None` on systems other than Linux.
 
 use std::{fs, path::Path};
 
-/// Bytes that this process may still take: available memory, or what is left of its control group or its address space.
+/// Bytes that this process can still allocate: the least of the available memory and the rest of its control group and address space.
 pub fn free() -> Option<u64> {
     let available = kibibytes(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:")?;
     let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
@@ -10,31 +10,31 @@ pub fn free() -> Option<u64> {
     Some([of_group, address_space()].into_iter().flatten().fold(available, u64::min))
 }
 
-/// Bytes of memory that this process holds.
+/// Resident memory of this process, bytes.
 pub fn used() -> Option<u64> {
     kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmRSS:")
 }
 
-/// What is left of a limited address space.
+/// Bytes left of a limited address space; `None` if it is unlimited.
 fn address_space() -> Option<u64> {
     let most = most_addresses(&fs::read_to_string("/proc/self/limits").ok()?)?;
     Some(most.saturating_sub(kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmSize:")?))
 }
 
-/// The soft limit of the table of limits; `None`: unlimited.
+/// Soft limit of the address space, bytes, from the text of `/proc/self/limits`; `None`: unlimited.
 fn most_addresses(limits: &str) -> Option<u64> {
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     line.split_whitespace().next()?.parse().ok()
 }
 
-/// `name:   123 kB`, in bytes.
+/// Bytes of the line `name:   123 kB`.
 fn kibibytes(text: &str, name: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// What is left of the control groups that `/proc/self/cgroup` names, or of all that a container sees of them. Pages of files
-/// on a disk count as left: they are given back when memory is short. Files in memory (`shmem`, which `file` includes) are not.
+/// Bytes left of the control groups that `/proc/self/cgroup` names, or of those that a container sees. The page cache of files
+/// on disk counts as free, since the kernel reclaims it. Files in memory (`shmem`, which `file` includes) do not.
 fn in_group(root: &Path, groups: &str) -> Option<u64> {
     let number = |path: &Path| fs::read_to_string(path).ok()?.trim().parse::<u64>().ok();
     let left = |folder: &Path, most: &str, used: &str, pages: &[&str]| {
@@ -55,7 +55,7 @@ fn in_group(root: &Path, groups: &str) -> Option<u64> {
             }
             _ => return None,
         };
-        // A group's limit holds for all below it.
+        // A group's limit applies to all its descendants.
         let own = root.join(path.trim_start_matches('/'));
         let above = own.ancestors().take_while(|folder| folder.starts_with(&root));
         above.filter_map(|folder| left(folder, most, used, pages)).min()
@@ -86,19 +86,19 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, text).unwrap();
         };
-        let room = |groups: &str| in_group(folder.path(), groups);
-        assert_eq!(room("0::/a/b\n"), None);
+        let left = |groups: &str| in_group(folder.path(), groups);
+        assert_eq!(left("0::/a/b\n"), None);
         write("a/b/memory.max", "max\n");
         write("a/b/memory.current", "50\n");
-        assert_eq!(room("0::/a/b\n"), None, "max is no limit");
+        assert_eq!(left("0::/a/b\n"), None, "max is no limit");
         write("a/memory.max", "1000\n");
         write("a/memory.current", "700\n");
         write("a/memory.stat", "anon 5\nfile 500\nshmem 300\nfile_mapped 99\ninactive_file 50\nactive_file 150\n");
-        assert_eq!(room("0::/a/b\n"), Some(500));
-        // The first version of groups: one a controller, and in a container the root is the group.
+        assert_eq!(left("0::/a/b\n"), Some(500));
+        // Version 1 has one hierarchy per controller; in a container the root is the group.
         write("memory/memory.limit_in_bytes", "900\n");
         write("memory/memory.usage_in_bytes", "600\n");
-        assert_eq!(room("3:cpuset:/\n4:memory:/not/seen/here\n"), Some(300));
-        assert_eq!(room("0::/a/b\n4:memory:/x\n"), Some(300));
+        assert_eq!(left("3:cpuset:/\n4:memory:/not/seen/here\n"), Some(300));
+        assert_eq!(left("0::/a/b\n4:memory:/x\n"), Some(300));
     }
 }

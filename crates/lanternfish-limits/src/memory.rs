@@ -1,5 +1,5 @@
-//! How much memory there is, asked before it is taken: a header of a few bytes can claim any amount, and a process that takes
-//! what is not there is ended without a word.
+//! A memory budget that is checked before allocation: a header of a few bytes can claim any amount, and the system kills a
+//! process that exceeds its memory without a message.
 
 use std::{
     fmt,
@@ -8,31 +8,31 @@ use std::{
 
 use crate::machine;
 
-/// What the process may use; 0: no limit was set.
+/// Memory limit of the process, bytes; 0: no limit was set.
 static LIMIT: AtomicU64 = AtomicU64::new(0);
 
-/// Limits the memory of this process, bytes: whatever asks for more is refused. Without it, the limit is what the machine has
-/// free at that moment: its available memory, or what is left of its control group or address space if that is less (Linux;
+/// Limits the memory of this process to `bytes`: larger requests are refused. Without a limit, the bound is the free memory at
+/// the time of the request: the available memory, or the rest of the control group or address space if that is less (Linux;
 /// 16 GB on other systems).
 pub fn set_limit(bytes: u64) {
     LIMIT.store(bytes.max(1), Relaxed);
 }
 
-/// More memory is needed than there is.
+/// More memory is needed than is free.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{what} {} of memory, {}", Bytes(*.needed), Rest(*.free, *.limit))]
 pub struct TooMuch {
-    /// What needs it, with a verb: "3 images need".
+    /// Subject and verb of the message: "3 images need".
     pub what: String,
-    /// Bytes that it needs.
+    /// Bytes needed.
     pub needed: u64,
-    /// Bytes that are free.
+    /// Bytes free.
     pub free: u64,
-    /// The limit that was set, bytes; `None`: the machine's.
+    /// The limit that was set, bytes; `None`: the bound is the machine's free memory.
     pub limit: Option<u64>,
 }
 
-/// Memory that is handed out in parts, on paper, before it is taken.
+/// A budget from which allocations are reserved before they are made.
 #[derive(Debug)]
 pub struct Budget {
     free: u64,
@@ -41,7 +41,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// What this process may still take: of the limit that was [set](set_limit), or of the machine's memory.
+    /// The memory that this process may still allocate: the rest of the [limit](set_limit), or the machine's free memory.
     pub fn of_process() -> Self {
         let limit = Some(LIMIT.load(Relaxed)).filter(|limit| *limit > 0);
         let free = match limit {
@@ -51,12 +51,12 @@ impl Budget {
         Self { free, limit, taken: AtomicU64::new(0) }
     }
 
-    /// So many bytes, whatever the process uses already.
+    /// A budget of `bytes`, whatever the process uses already.
     pub fn of(bytes: u64) -> Self {
         Self { free: bytes, limit: Some(bytes), taken: AtomicU64::new(0) }
     }
 
-    /// Hands out `bytes`, for good; an error where they are not there. `what` needs them, with a verb: "3 images need".
+    /// Reserves `bytes` permanently; an error if fewer are free. `what` is subject and verb of the message: "3 images need".
     pub fn take(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), TooMuch> {
         let add = |taken: u64| taken.checked_add(bytes).filter(|taken| *taken <= self.free);
         match self.taken.fetch_update(Relaxed, Relaxed, add) {
@@ -68,14 +68,14 @@ impl Budget {
         }
     }
 
-    /// An error where `bytes` are not there; nothing is handed out.
+    /// Returns an error if fewer than `bytes` are free; reserves nothing.
     pub fn check(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), TooMuch> {
         let free = self.free.saturating_sub(self.taken.load(Relaxed));
         if bytes <= free { Ok(()) } else { Err(TooMuch { what: what(), needed: bytes, free, limit: self.limit }) }
     }
 }
 
-/// `6.7 GB`.
+/// Formats a byte count as `6.7 GB`.
 struct Bytes(u64);
 
 impl fmt::Display for Bytes {
@@ -88,7 +88,7 @@ impl fmt::Display for Bytes {
     }
 }
 
-/// What is free, and of what.
+/// Bytes free, and the limit that they are the rest of.
 struct Rest(u64, Option<u64>);
 
 impl fmt::Display for Rest {
@@ -105,10 +105,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_taken_is_gone() {
+    fn reserved_memory_is_not_free() {
         let budget = Budget::of(10_000_000);
-        assert!(budget.take(6_000_000, || unreachable!("it is there")).is_ok());
-        assert!(budget.check(4_000_000, || unreachable!("it is there")).is_ok());
+        assert!(budget.take(6_000_000, || unreachable!("it is free")).is_ok());
+        assert!(budget.check(4_000_000, || unreachable!("it is free")).is_ok());
         let error = budget.take(4_100_000, || "3 images need".to_owned()).unwrap_err();
         assert_eq!(error.to_string(), "3 images need 4.1 MB of memory, the limit is 10.0 MB, of which 4.0 MB are left");
         assert!(budget.take(4_000_000, String::new).is_ok() && budget.take(1, String::new).is_err());
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn the_machine_has_some_and_not_any_amount() {
+    fn the_machine_has_a_finite_amount() {
         let machine = Budget::of_process();
         assert!(machine.check(1_000_000, || "a megabyte needs".to_owned()).is_ok());
         let error = machine.take(1 << 60, || "everything needs".to_owned()).unwrap_err();

@@ -1,4 +1,4 @@
-//! Many images on one sheet, each made smaller by a whole factor: the image of `docs/any-file.md`.
+//! Places many images on one sheet, each downsampled by an integer factor: the image of `docs/any-file.md`.
 //!
 //! `cargo run --release -p lanternfish-metrics --example sheet -- COLUMNS FACTOR SHEET.jpg IMAGE.png…`: images of one
 //! size, row by row.

@@ -2,11 +2,11 @@
 
 use crate::{MetricsError, RgbImage, image::luminance};
 
-/// How far an image is from a ground truth, pixel by pixel and as a whole.
+/// Error of an image against a ground truth, per pixel and over the image.
 ///
 /// The error of a pixel is ‖image − reference‖₁ / ‖reference‖₁ over the three channels: a channel that is dark in the
-/// reference cannot blow it up, and a wrong colour of the right brightness is still seen. It is measured where the
-/// reference is lit, since nothing can be said relative to black. A pixel that is not finite has an infinite error.
+/// reference does not inflate it, and a wrong colour of the right brightness still counts. Only pixels that are lit in the
+/// reference count, since an error relative to black is undefined. A pixel that is not finite has an infinite error.
 #[derive(Clone, Debug)]
 pub struct RelativeError {
     /// Error of each lit pixel, ascending; never empty.
@@ -42,21 +42,21 @@ impl RelativeError {
         self.sorted[self.sorted.len() / 2]
     }
 
-    /// The share of lit pixels, 0..=1, whose error is at most `error`.
+    /// Fraction of lit pixels, 0..=1, whose error is at most `error`.
     pub fn fraction_within(&self, error: f32) -> f32 {
         self.sorted.partition_point(|e| *e <= error) as f32 / self.sorted.len() as f32
     }
 
-    /// Sum of all channels of **all** pixels, lit or not, over the reference's: light that leaks into dark places
-    /// counts. NaN or infinite when the image has such a pixel.
+    /// Sum of all channels of **all** pixels, lit or not, over the reference's: light that leaks into dark areas
+    /// counts. NaN or infinite if the image has such a pixel.
     pub fn energy_ratio(&self) -> f64 {
         self.energy_ratio
     }
 }
 
-/// The share of pixels, 0..=1, of which any channel differs by more than `tolerance`.
+/// Fraction of pixels, 0..=1, in which any channel differs by more than `tolerance`.
 ///
-/// Equal infinities are the same; NaN differs from everything, itself included.
+/// Equal infinities are equal; NaN differs from everything, itself included.
 pub fn fraction_differing(a: &RgbImage, b: &RgbImage, tolerance: f32) -> Result<f32, MetricsError> {
     check_sizes(a, b)?;
     let same = |(x, y): (&f32, &f32)| x == y || (x - y).abs() <= tolerance;
@@ -83,7 +83,7 @@ fn energy(image: &RgbImage) -> f64 {
 mod tests {
     use super::*;
 
-    /// 100 pixels of 0.01 to 1.
+    /// 100 grey pixels from 0.01 to 1.
     fn reference() -> RgbImage {
         RgbImage::new(10, 10, (1..=100).map(|i| [i as f32 / 100.0; 3]).collect()).unwrap()
     }
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn the_share_sees_what_the_median_does_not() {
+    fn the_fraction_sees_what_the_median_does_not() {
         let error = measured(&changed(|i, p| if i % 10 == 0 { [0.0; 3] } else { p }));
         assert_eq!(error.median(), 0.0);
         assert_eq!(error.fraction_within(0.02), 0.9);
@@ -131,12 +131,12 @@ mod tests {
     }
 
     #[test]
-    fn energy_sees_light_in_dark_places() {
+    fn energy_sees_light_in_dark_areas() {
         let mut dark = reference();
         dark.pixels[99] = [0.0; 3];
         let error = RelativeError::measure(&reference(), &dark, 1e-3).unwrap();
         assert_eq!((error.lit_count(), error.fraction_within(0.0)), (99, 1.0));
-        // One of the 50.5 the reference sums to is in the pixel that is black.
+        // The reference sums to 50.5; the black pixel holds 1 of it.
         assert!((error.energy_ratio() - 50.5 / 49.5).abs() < 1e-5);
     }
 
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn the_differing_share_counts_pixels_beyond_the_tolerance() {
+    fn the_differing_fraction_counts_pixels_beyond_the_tolerance() {
         let image = changed(|i, [r, g, b]| if i < 7 { [r, g + 0.25, b] } else { [r, g, b + 1e-4] });
         assert_eq!(fraction_differing(&image, &reference(), 0.1).unwrap(), 0.07);
         assert_eq!(fraction_differing(&image, &reference(), 0.5).unwrap(), 0.0);

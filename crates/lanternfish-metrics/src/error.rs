@@ -2,27 +2,27 @@
 
 use std::path::PathBuf;
 
-/// Why an image could not be read, written or compared.
+/// An error of reading, writing or comparing images.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MetricsError {
-    /// The file cannot be opened, read, written or put in its place.
+    /// The file cannot be opened, read, written or renamed.
     #[error("{path}: {source}", path = path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// The system's reason.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// More memory is needed than there is, or than may be used.
+    /// More memory is needed than is free or allowed.
     #[error("{path}: {need}", path = path.display())]
     TooMuch {
         /// The file.
         path: PathBuf,
-        /// What needs how much.
+        /// The request that was refused.
         need: lanternfish_limits::memory::TooMuch,
     },
-    /// The file's content is not an image that can be read.
+    /// The file's content is not a readable image.
     #[error("{path}: {what}", path = path.display())]
     Invalid {
         /// The file.
@@ -37,15 +37,15 @@ pub enum MetricsError {
         path: PathBuf,
         /// The layer that was requested; empty for the image itself.
         layer: String,
-        /// The channels that are there.
+        /// The channels that exist, separated by commas.
         found: String,
     },
-    /// A list of pixels is not as long as its width and height say.
+    /// The number of pixel values does not match width and height.
     #[error("{got} values for an image that needs {expected}")]
     PixelCount {
         /// Values given.
         got: usize,
-        /// Width × height × values a pixel.
+        /// Width × height × values per pixel.
         expected: usize,
     },
     /// Two images to be compared differ in size.
@@ -63,10 +63,10 @@ pub enum MetricsError {
         width: usize,
         /// Pixels down.
         height: usize,
-        /// Pixels a box is wide and high.
+        /// Width and height of a box, pixels.
         factor: usize,
     },
-    /// No pixel of the reference is brighter than the threshold, so there is nothing to measure.
+    /// No pixel of the reference is brighter than the threshold, so that nothing can be measured.
     #[error("no pixel of the reference is brighter than {threshold}: lower the threshold")]
     NothingLit {
         /// Luminance above which a pixel counts as lit.
@@ -98,26 +98,26 @@ pub enum MetricsError {
         width: usize,
         /// Pixels down.
         height: usize,
-        /// Pixels that a side must have.
+        /// Minimum width and height, pixels.
         smallest: usize,
     },
     /// A z-test without any variance.
     #[error("no image of variances was given: render with variances, or compare without a z-test")]
     NoVariance,
-    /// Exposures of HDR-FLIP that cannot be looked at.
+    /// Exposures of HDR-FLIP that are out of range.
     #[error("{count} exposures from {start} to {stop} stops: take 1 to 300, from -126 to 126 stops, darkest first")]
     Exposures {
-        /// The first, stops.
+        /// First exposure, stops.
         start: f32,
-        /// The last, stops.
+        /// Last exposure, stops.
         stop: f32,
-        /// How many.
+        /// Number of exposures.
         count: u32,
     },
     /// The distance of the observer is out of range.
-    #[error("{got} pixels a degree: take 2 to 1000; 67 is a 4K display 0.7 m wide, from 0.7 m")]
+    #[error("{got} pixels per degree: take 2 to 1000; 67 is a 4K display 0.7 m wide, from 0.7 m")]
     PixelsPerDegree {
-        /// What was given.
+        /// Pixels per degree given.
         got: f32,
     },
 }

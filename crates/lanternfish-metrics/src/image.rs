@@ -2,7 +2,7 @@
 
 use crate::MetricsError;
 
-/// A linear, scene-referred image, Rec. 709. `pixels` has `width * height` entries, rows from the top.
+/// A linear, scene-referred image in Rec. 709. `pixels` has `width * height` entries, rows from the top.
 ///
 /// Only [`flip_ldr`](crate::flip_ldr) takes images of sRGB-encoded values instead.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +16,7 @@ pub struct RgbImage {
 }
 
 impl RgbImage {
-    /// An image of the given pixels; an error unless there are `width * height` of them.
+    /// Creates an image; an error unless there are `width * height` pixels.
     pub fn new(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Self, MetricsError> {
         if pixels.len() != width * height {
             return Err(MetricsError::PixelCount { got: pixels.len(), expected: width * height });
@@ -26,8 +26,8 @@ impl RgbImage {
 
     /// The image at 1/`factor` of its size: each pixel is the mean of a `factor` × `factor` box.
     ///
-    /// Both sides must be multiples of `factor`, which must not be zero. Sums are in 64 bits, so the mean of the whole
-    /// image stays the same to the last bits of `f32`.
+    /// Both sides must be multiples of `factor`, which must not be zero. Sums are in 64 bits, so that the image's mean
+    /// is preserved up to the last bits of `f32`.
     pub fn box_downsampled(&self, factor: usize) -> Result<Self, MetricsError> {
         let (width, height) = (self.width, self.height);
         if factor == 0 || !width.is_multiple_of(factor) || !height.is_multiple_of(factor) {
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_divide_is_refused() {
+    fn sizes_that_are_no_multiple_are_refused() {
         let image = RgbImage::new(6, 4, vec![[0.0; 3]; 24]).unwrap();
         assert!(matches!(image.box_downsampled(4), Err(MetricsError::Indivisible { factor: 4, .. })));
         assert!(image.box_downsampled(0).is_err());

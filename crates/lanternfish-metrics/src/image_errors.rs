@@ -2,24 +2,24 @@
 
 use crate::Pair;
 
-/// What keeps relative errors of dark pixels finite: they are taken of the reference plus this, and the relative mean
-/// squared error of its square plus this. 0.01, as is usual where white is about 1.
+/// Offset that keeps relative errors of dark pixels finite. It is added to the reference, and for the relative mean squared
+/// error to the reference's square. 0.01 is usual where white is about 1.
 ///
-/// Relative errors thus depend on the unit of radiance.
+/// Relative errors therefore depend on the unit of radiance.
 pub const RELATIVE_EPSILON: f64 = 1e-2;
 
-/// The errors of two images, over every channel a, r (image, reference) of the pixels that are compared.
+/// Errors of an image a against a reference r, over every channel of the compared pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageErrors {
     /// Mean of (a − r)².
     pub mse: f64,
     /// relMSE: mean of (a − r)² / (r² + ε) with ε = [`RELATIVE_EPSILON`].
     pub relative_mse: f64,
-    /// Spread of the absolute error |a − r|.
+    /// Statistics of the absolute error |a − r|.
     pub absolute: Spread,
-    /// Spread of the relative error |a − r| / (|r| + ε) with ε = [`RELATIVE_EPSILON`].
+    /// Statistics of the relative error |a − r| / (|r| + ε) with ε = [`RELATIVE_EPSILON`].
     pub relative: Spread,
-    /// Sum of a over sum of r; not finite where the reference is black.
+    /// Sum of a over sum of r; not finite if the reference is black.
     pub energy_ratio: f64,
 }
 
@@ -57,7 +57,7 @@ impl ImageErrors {
 }
 
 impl Spread {
-    /// The spread of these errors, which are 0 or more; there must be at least one.
+    /// The statistics of these errors. They must be 0 or more, and there must be at least one.
     pub(crate) fn of(errors: impl Iterator<Item = f64>) -> Self {
         let mut errors: Vec<f64> = errors.collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
@@ -79,7 +79,7 @@ mod tests {
     }
 
     fn close(a: f64, b: f64) -> bool {
-        // Values of f32, near 1.
+        // f32 values near 1.
         (a - b).abs() <= 1e-6 * b.abs().max(1.0)
     }
 
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_of_1_per_cent_is_seen() {
+    fn a_change_of_1_per_cent_is_detected() {
         let reference: Vec<[f32; 3]> = (1..=50).map(|i| [i as f32; 3]).collect();
         let brighter: Vec<[f32; 3]> = reference.iter().map(|p| p.map(|v| 1.01 * v)).collect();
         let errors = Pair::new(image(&brighter), image(&reference)).unwrap().errors();

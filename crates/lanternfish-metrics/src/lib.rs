@@ -1,9 +1,9 @@
-//! Images on disk and how two of them differ. No GPU.
+//! Image files and image difference metrics. No GPU.
 //!
-//! [`RgbImage`] is linear and scene-referred; it is read from and written to OpenEXR. What a display shows is 8 bits
-//! and goes to PNG with [`write_png`]. [`Pair`] is two images to be compared by any measure there is, pixels that are
-//! not finite left out. [`RelativeError`] compares with a ground truth where that is lit, [`fraction_differing`] two
-//! images that should be the same, [`flip_ldr`] and [`flip_hdr`] how different two look to an observer.
+//! [`RgbImage`] is linear and scene-referred; it is read from and written to OpenEXR. Display values have 8 bits and are
+//! written to PNG by [`write_png`]. [`Pair`] holds two images for comparison by any metric and leaves out pixels that are
+//! not finite. [`RelativeError`] measures the error against a ground truth where it is lit, [`fraction_differing`] compares
+//! two images that should be equal, and [`flip_ldr`] and [`flip_hdr`] measure the perceived difference.
 
 mod compare;
 mod error;

@@ -1,6 +1,6 @@
-//! The normal distribution, and the χ² distribution by it.
+//! The normal distribution, and a normal approximation of the χ² distribution.
 
-/// The probability that a standard normal variable is further from 0 than `deviate`, on either side: erfc(|x|/√2).
+/// Two-sided tail probability of a standard normal variable beyond `deviate`: erfc(|x|/√2).
 pub(crate) fn two_sided(deviate: f64) -> f64 {
     if deviate.is_nan() {
         return f64::NAN;
@@ -10,7 +10,7 @@ pub(crate) fn two_sided(deviate: f64) -> f64 {
 
 /// The standard normal deviate that a χ² variable of `freedom` > 0 degrees corresponds to [WilsonHilferty1931, cube root].
 ///
-/// Off by less than 0.05 up to 3 standard deviations from 3 degrees on; much less for many.
+/// The error is less than 0.05 up to 3 standard deviations for 3 or more degrees of freedom, and much less for many.
 pub(crate) fn chi_square_deviate(chi_square: f64, freedom: f64) -> f64 {
     let spread = 2.0 / (9.0 * freedom);
     ((chi_square / freedom).cbrt() - (1.0 - spread)) / spread.sqrt()
@@ -28,7 +28,7 @@ fn erfc(x: f64) -> f64 {
         }
         return 1.0 - gauss * sum;
     }
-    // The continued fraction 1/√π e^(−x²) / (x + ½/(x + 1/(x + 3/2/(x + …)))), from its far end.
+    // The continued fraction 1/√π e^(−x²) / (x + ½/(x + 1/(x + 3/2/(x + …)))), evaluated from the innermost term.
     let fraction = (1..=100).rev().fold(x, |rest, n| x + 0.5 * f64::from(n) / rest);
     0.5 * gauss / fraction
 }
@@ -37,7 +37,7 @@ fn erfc(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The expected tails are from tables of the normal distribution.
+    /// The expected values are from tables of the normal distribution.
     #[test]
     fn tails_are_those_of_the_tables() {
         for (deviate, fraction) in [
@@ -45,7 +45,7 @@ mod tests {
             (1.0, 0.317_310_507_863),
             (1.959_963_984_54, 0.05),
             (3.0, 2.699_796_063_26e-3),
-            // Either side of the change of method, 2.5 √2.
+            // On either side of the switch of method at 2.5 √2.
             (3.53, 4.155_6e-4),
             (3.54, 4.001_3e-4),
             (6.0, 1.973_175_290_08e-9),

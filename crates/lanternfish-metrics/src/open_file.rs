@@ -1,4 +1,4 @@
-//! Opening files to read.
+//! Opens files for reading.
 
 use std::{
     fs::{self, File},
@@ -6,7 +6,7 @@ use std::{
     path::Path,
 };
 
-/// Opens a file; pipes and devices are refused, which may have no end, and on which even opening may never return.
+/// Opens a file for reading. Pipes and devices are refused: they may have no end, and opening one may block forever.
 pub fn open_file(path: &Path) -> io::Result<File> {
     if !fs::metadata(path)?.is_file() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "this is a folder, a pipe or a device, not a file"));

@@ -1,4 +1,4 @@
-//! Two images to be compared, and the pixels that cannot be.
+//! Two images for comparison, and counts of invalid pixels.
 
 use std::fmt;
 
@@ -7,23 +7,23 @@ use crate::{
     flip_ldr, ssim,
 };
 
-/// Number of pixels of an image with a channel of each kind that no renderer should produce. A pixel can count in several.
+/// Numbers of an image's pixels with invalid channels, by kind. A pixel can count in several kinds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelFaults {
-    /// A channel that is not a number.
+    /// Pixels with a channel that is NaN.
     pub nan: usize,
-    /// A channel that is +∞.
+    /// Pixels with a channel that is +∞.
     pub positive_infinity: usize,
-    /// A channel that is −∞.
+    /// Pixels with a channel that is −∞.
     pub negative_infinity: usize,
-    /// A finite channel below 0: compared like any other value.
+    /// Pixels with a finite channel below 0; they are compared like any other.
     pub negative: usize,
-    /// Pixels with a channel that is not finite: left out of every comparison.
+    /// Pixels with a channel that is not finite; they are left out of every comparison.
     pub not_finite: usize,
 }
 
 impl PixelFaults {
-    /// Counts the faults of all pixels of an image.
+    /// Counts the invalid pixels of an image.
     pub fn of(image: &RgbImage) -> Self {
         let count = |is: fn(f32) -> bool| image.pixels.iter().filter(|pixel| pixel.iter().any(|v| is(*v))).count();
         Self {
@@ -36,7 +36,7 @@ impl PixelFaults {
     }
 }
 
-/// `3 NaN, 1 +inf, 2 negative`; `none` where there are none.
+/// `3 NaN, 1 +inf, 2 negative`, or `none`.
 impl fmt::Display for PixelFaults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kinds = [
@@ -51,11 +51,11 @@ impl fmt::Display for PixelFaults {
     }
 }
 
-/// Two images of one size, ready for every measure.
+/// Two images of one size, for comparison by any metric.
 ///
-/// A pixel that is not finite in either image is left out of all of them, and black in both. Both images hold linear
-/// radiance, or both hold what a display shows ([`Self::shown`], [`read_png`](crate::read_png)); each measure says
-/// which it takes.
+/// A pixel that is not finite in either image is set to black in both and left out of all metrics. Both images hold linear
+/// radiance, or both hold display values ([`Self::shown`], [`read_png`](crate::read_png)); each metric's documentation says
+/// which it expects.
 #[derive(Clone, Debug)]
 pub struct Pair {
     image: RgbImage,
@@ -67,7 +67,7 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// An image under test and its reference. An error when sizes differ, or when no pixel is finite in both.
+    /// Creates a pair of an image under test and its reference. An error if sizes differ, or if no pixel is finite in both.
     pub fn new(mut image: RgbImage, mut reference: RgbImage) -> Result<Self, MetricsError> {
         check_sizes(&image, &reference)?;
         let faults = [PixelFaults::of(&image), PixelFaults::of(&reference)];
@@ -95,7 +95,7 @@ impl Pair {
         &self.reference
     }
 
-    /// Whether each pixel is compared, that is finite in both images; one value a pixel, rows from the top.
+    /// True for each pixel that is finite in both images; one value per pixel, rows from the top.
     pub fn is_compared(&self) -> &[bool] {
         &self.is_compared
     }
@@ -105,18 +105,18 @@ impl Pair {
         self.compared_count
     }
 
-    /// Counts of pixels that no renderer should make: in the image, and in the reference.
+    /// Counts of invalid pixels in the image and in the reference.
     pub fn faults(&self) -> [PixelFaults; 2] {
         self.faults
     }
 
-    /// The pixels that are compared: image, reference.
+    /// The compared pixels: (image, reference).
     pub(crate) fn pixels(&self) -> impl Iterator<Item = (&[f32; 3], &[f32; 3])> {
         let pixels = self.image.pixels.iter().zip(&self.reference.pixels).zip(&self.is_compared);
         pixels.filter(|(_, is_compared)| **is_compared).map(|(pixel, _)| pixel)
     }
 
-    /// The pair as a display shows it, from linear images: times 2^`exposure` (stops), clamped to 0..=1, sRGB-encoded.
+    /// Display values of a pair of linear images: scaled by 2^`exposure` (stops), clamped to 0..=1, sRGB-encoded.
     pub fn shown(&self, exposure: f32) -> Self {
         let scale = exposure.exp2();
         let shown = |image: &RgbImage| RgbImage {
@@ -131,54 +131,54 @@ impl Pair {
         }
     }
 
-    /// Errors of the images' values, linear radiance or display values alike.
+    /// Errors of the images' values, for linear radiance and display values alike.
     pub fn errors(&self) -> ImageErrors {
         ImageErrors::measure(self)
     }
 
-    /// Peak signal-to-noise ratio of **display values**, dB: 10 log₁₀(1 / mean squared error). Infinite where the
+    /// Peak signal-to-noise ratio of **display values**, dB: 10 log₁₀(1 / mean squared error). Infinite if the
     /// images are equal; higher is better.
     pub fn psnr(&self) -> f64 {
         -10.0 * self.errors().mse.log10()
     }
 
-    /// Structural similarity of **display values**, at most 1, which equal images have [Wang2004, eq. 13].
+    /// Structural similarity of **display values**, at most 1; 1 if the images are equal [Wang2004, eq. 13].
     ///
     /// It compares the luma 0.2126 R + 0.7152 G + 0.0722 B in windows of 11 × 11 pixels weighted by a Gaussian of σ = 1.5
-    /// pixels, with K₁ = 0.01, K₂ = 0.03 and the range 1, and is the mean over all windows that lie in the image and hold no pixel
-    /// that is left out. An error when a side has less than 11 pixels, or when there is no such window.
+    /// pixels, with K₁ = 0.01, K₂ = 0.03 and the range 1. The result is the mean over all windows within the image that hold no
+    /// left-out pixel. An error if a side has less than 11 pixels, or if there is no such window.
     pub fn ssim(&self) -> Result<f64, MetricsError> {
         ssim::mean(self)
     }
 
-    /// LDR-ꟻLIP of **display values**: see [`flip_ldr`]. What is left out has the error 0; for the mean, ask
-    /// [`Self::mean_of`].
+    /// LDR-ꟻLIP of **display values**: see [`flip_ldr`]. Left-out pixels have the error 0; [`Self::mean_of`] gives the
+    /// mean.
     pub fn flip_ldr(&self, pixels_per_degree: f32) -> Result<FlipMap, MetricsError> {
         flip_ldr(&self.reference, &self.image, pixels_per_degree).map(|map| self.without_left_out(map))
     }
 
-    /// HDR-ꟻLIP of **linear** images: see [`flip_hdr`]. What is left out has the error 0; for the mean, ask
-    /// [`Self::mean_of`].
+    /// HDR-ꟻLIP of **linear** images: see [`flip_hdr`]. Left-out pixels have the error 0; [`Self::mean_of`] gives the
+    /// mean.
     pub fn flip_hdr(&self, looks: &HdrFlip) -> Result<HdrFlipMap, MetricsError> {
         let HdrFlipMap { map, exposures } = flip_hdr(&self.reference, &self.image, looks)?;
         Ok(HdrFlipMap { map: self.without_left_out(map), exposures })
     }
 
-    /// The mean of a map of this pair over the pixels that are compared.
+    /// The mean of a map of this pair over the compared pixels.
     pub fn mean_of(&self, map: &FlipMap) -> f64 {
         map.errors.iter().map(|e| f64::from(*e)).sum::<f64>() / self.compared_count as f64
     }
 
-    /// The mean, the 95th percentile and the largest error of a map of this pair, over the pixels that are compared.
+    /// The mean, the 95th percentile and the largest error of a map of this pair, over the compared pixels.
     pub fn spread_of(&self, map: &FlipMap) -> Spread {
         let errors = map.errors.iter().zip(&self.is_compared).filter(|(_, is_compared)| **is_compared);
         Spread::of(errors.map(|(error, _)| f64::from(*error)))
     }
 
-    /// Whether the differences of **linear** images are noise: see [`ZTest`].
+    /// Tests whether noise explains the differences of **linear** images: see [`ZTest`].
     ///
-    /// Each variance is that of the *pixel's value*, not of its samples: theirs over their number. An image without
-    /// variances is taken to be exact. An error when both are missing, or when a size differs.
+    /// Each variance is that of the *pixel's mean*: the variance of its samples over their number. An image without
+    /// variances counts as exact. An error if both are missing, or if a size differs.
     pub fn z_test(
         &self,
         image_variance: Option<&RgbImage>,
@@ -194,7 +194,7 @@ impl Pair {
     }
 }
 
-/// What a display is sent for a linear value, both 0..=1; values outside are clamped [IEC 61966-2-1].
+/// sRGB-encoded value of a linear one, both 0..=1; values outside are clamped [IEC 61966-2-1].
 pub(crate) fn srgb_from_linear(linear: f32) -> f32 {
     let linear = linear.clamp(0.0, 1.0);
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }

@@ -1,4 +1,4 @@
-//! PNG: what a display shows.
+//! PNG files of display values.
 
 use std::{
     io::{self, BufReader},
@@ -13,17 +13,17 @@ use lanternfish_limits::{caught, memory::Budget};
 
 use crate::{MetricsError, RgbImage, open_file::open_file, write_aside};
 
-/// What the bytes of a pixel mean.
+/// The channels of a pixel, one byte each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColorType {
     /// Red, green, blue.
     Rgb,
-    /// Red, green, blue, and opacity that the others are not multiplied by.
+    /// Red, green, blue and alpha, not premultiplied.
     Rgba,
 }
 
 impl ColorType {
-    /// Bytes a pixel.
+    /// Bytes per pixel.
     pub const fn bytes(self) -> usize {
         match self {
             Self::Rgb => 3,
@@ -32,7 +32,7 @@ impl ColorType {
     }
 }
 
-/// Writes sRGB-encoded 8-bit pixels, rows from the top, whole or not at all.
+/// Writes sRGB-encoded 8-bit pixels, rows from the top. The write is atomic.
 pub fn write_png(path: &Path, width: u32, height: u32, color: ColorType, pixels: &[u8]) -> Result<(), MetricsError> {
     let expected = width as usize * height as usize * color.bytes();
     if pixels.len() != expected {
@@ -51,10 +51,10 @@ pub fn write_png(path: &Path, width: u32, height: u32, color: ColorType, pixels:
     .map_err(|source| MetricsError::Io { path: path.to_owned(), source })
 }
 
-/// Reads what a display shows: **sRGB-encoded** values 0..=1, not linear ones. Grey has three channels alike.
+/// Reads display values: **sRGB-encoded**, 0..=1, not linear. A grey image gets three equal channels.
 ///
-/// 8 bits a channel and 16; opacity is dropped and the colours are taken as they are stored. A gamma or colour profile
-/// in the file is not looked at.
+/// Channels have 8 or 16 bits. Alpha is dropped, and the colours are used as stored. A gamma or colour profile in the
+/// file is ignored.
 pub fn read_png(path: &Path) -> Result<RgbImage, MetricsError> {
     let failed = |error| match error {
         ImageError::IoError(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
@@ -68,7 +68,7 @@ pub fn read_png(path: &Path) -> Result<RgbImage, MetricsError> {
     let decode = || {
         let decoder = PngDecoder::new(BufReader::new(file)).map_err(failed)?;
         let (width, height) = decoder.dimensions();
-        // As it is stored, as floats, and as pixels.
+        // The decoded bytes, plus 12 bytes per pixel as floats and 12 as stored.
         let bytes = decoder.total_bytes().saturating_add(24 * u64::from(width) * u64::from(height));
         Budget::of_process()
             .check(bytes, || format!("{width} × {height} pixels need"))
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pixels_come_back_as_they_were() {
+    fn pixels_round_trip() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.png");
         for color in [ColorType::Rgb, ColorType::Rgba] {
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_are_read_as_what_they_encode() {
+    fn bytes_are_read_as_display_values() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.png");
         for color in [ColorType::Rgb, ColorType::Rgba] {
@@ -121,19 +121,19 @@ mod tests {
                 assert_eq!(read.map(|v| v * 255.0), [0, 1, 2].map(|c| f32::from(bytes[c])));
             }
         }
-        // Sixteen bits, and grey.
+        // 16 bits, and grey.
         image::ImageBuffer::from_pixel(3, 2, image::Luma([0x8000u16])).save(&path).unwrap();
         assert_eq!(read_png(&path).unwrap(), RgbImage::new(3, 2, vec![[32768.0 / 65535.0; 3]; 6]).unwrap());
     }
 
     #[test]
-    fn what_is_no_png_is_an_error_that_names_the_file() {
+    fn an_invalid_png_is_an_error_that_names_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.png");
         assert!(matches!(read_png(&path), Err(MetricsError::Io { .. })));
         write_png(&path, 40, 40, ColorType::Rgb, &[77; 4800]).unwrap();
-        let whole = std::fs::read(&path).unwrap();
-        for broken in [&b"this is no image"[..], b"", &whole[..whole.len() / 2]] {
+        let bytes = std::fs::read(&path).unwrap();
+        for broken in [&b"this is no image"[..], b"", &bytes[..bytes.len() / 2]] {
             std::fs::write(&path, broken).unwrap();
             let error = read_png(&path).unwrap_err();
             assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");

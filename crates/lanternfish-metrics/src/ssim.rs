@@ -6,12 +6,12 @@ use crate::{MetricsError, Pair, image::luminance};
 
 /// Width and height of a window, pixels.
 const WINDOW: usize = 11;
-/// Standard deviation of the Gaussian that weighs a window's pixels, pixels.
+/// Standard deviation of the Gaussian weights of a window, pixels.
 const SIGMA: f64 = 1.5;
 /// (K₁ L)² and (K₂ L)² with K₁ = 0.01, K₂ = 0.03 and the range L = 1 [Wang2004, §III.B].
 const STABILITY: [f64; 2] = [1e-4, 9e-4];
 
-/// Mean structural similarity over the windows that lie in the image and hold no pixel that is left out.
+/// Mean structural similarity over the windows within the image that hold no left-out pixel.
 pub(crate) fn mean(pair: &Pair) -> Result<f64, MetricsError> {
     let (width, height) = (pair.image().width, pair.image().height);
     if width < WINDOW || height < WINDOW {
@@ -21,7 +21,7 @@ pub(crate) fn mean(pair: &Pair) -> Result<f64, MetricsError> {
     let (a, b) = (luma(&pair.image().pixels), luma(&pair.reference().pixels));
     let weights = weights();
 
-    // Every row of windows by itself: the weighted sums of a, b, a², b², a b down its columns, then across.
+    // For each row of windows: the weighted sums of a, b, a², b², a b along columns, then along rows.
     let rows = (0..=height - WINDOW).into_par_iter().map(|top| {
         let mut columns = vec![[0.0; 5]; width];
         let mut column_is_whole = vec![true; width];
@@ -34,10 +34,10 @@ pub(crate) fn mean(pair: &Pair) -> Result<f64, MetricsError> {
             }
         }
         let windows = columns.windows(WINDOW).zip(column_is_whole.windows(WINDOW));
-        let whole = windows.filter(|(_, is_complete)| is_complete.iter().all(|is| *is));
-        whole.fold((0.0, 0usize), |(sum, count), (columns, _)| (sum + similarity(columns, &weights), count + 1))
+        let complete = windows.filter(|(_, is_complete)| is_complete.iter().all(|is| *is));
+        complete.fold((0.0, 0usize), |(sum, count), (columns, _)| (sum + similarity(columns, &weights), count + 1))
     });
-    // Collected, so that the order of the sum does not depend on the number of threads.
+    // Collected first, so that the summation order does not depend on the number of threads.
     let (sum, count) = rows.collect::<Vec<_>>().into_iter().fold((0.0, 0), |(sum, count), (s, c)| (sum + s, count + c));
     if count == 0 { Err(MetricsError::NothingFinite) } else { Ok(sum / count as f64) }
 }
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_negative_is_the_opposite_structure() {
+    fn an_inverted_image_has_the_opposite_structure() {
         let board = |white: usize| {
             let pixel = |i: usize| [((i % 16 + i / 16 + white) % 2) as f32; 3];
             RgbImage::new(16, 16, (0..256).map(pixel).collect()).unwrap()
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn small_images_and_windows_without_a_whole_one_are_errors() {
+    fn small_images_and_images_without_a_complete_window_are_errors() {
         let pair = Pair::new(uniform(10, 40, 0.5), uniform(10, 40, 0.5)).unwrap();
         assert!(matches!(pair.ssim(), Err(MetricsError::TooSmall { width: 10, height: 40, smallest: 11 })));
         let mut holed = uniform(12, 12, 0.5);

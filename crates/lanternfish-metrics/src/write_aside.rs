@@ -1,4 +1,4 @@
-//! Files that are whole or not there.
+//! Atomic file writes.
 
 use std::{
     fs::{self, File, OpenOptions, Permissions},
@@ -11,11 +11,11 @@ use std::{
     },
 };
 
-/// Puts a file at `path` that is whole or not there: `write` fills a file beside it, which is then renamed.
+/// Writes a file at `path` atomically: `write` fills a temporary file in the same folder, which is then renamed.
 ///
-/// What stood at `path` before is replaced by the rename, keeps its permissions, and is untouched when anything fails; the
-/// file beside is then removed. A symbolic link is followed: its target is what is replaced. Pipes, devices and what
-/// `/dev/stdout` leads to get the whole content at once, or nothing. Refused is what [`check_writable`] refuses.
+/// The rename replaces an existing file and keeps its permissions. If anything fails, the existing file is unchanged and the
+/// temporary file is removed. A symbolic link is followed: its target is replaced. Pipes, devices and the target of
+/// `/dev/stdout` get the complete content at once, or nothing. An error if [`check_writable`] returns one.
 pub fn write_aside<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
@@ -29,7 +29,7 @@ pub fn write_aside<E: From<io::Error>>(
             let mut writer = BufWriter::new(file);
             write(&mut writer)?;
             writer.flush()?;
-            // Without this, a crash of the machine after the rename could leave an empty file under the final name.
+            // Without this, a crash of the machine after the rename could leave an empty file at the final path.
             writer.get_ref().sync_all()?;
             drop(writer);
             Ok(aside.rename(&target)?)
@@ -37,32 +37,32 @@ pub fn write_aside<E: From<io::Error>>(
         Destination::Stream => {
             let mut writer = BufWriter::new(tempfile::tempfile()?);
             write(&mut writer)?;
-            let mut whole = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
-            whole.rewind()?;
-            io::copy(&mut whole, &mut OpenOptions::new().append(true).open(path)?)?;
+            let mut content = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+            content.rewind()?;
+            io::copy(&mut content, &mut OpenOptions::new().append(true).open(path)?)?;
             Ok(())
         }
     }
 }
 
-/// An error where [`write_aside`] could not put anything at `path`, told before work depends on it: a folder, a file that is
-/// read-only, a name that is too long, a folder that is missing or cannot be written to. Leaves nothing behind.
+/// Returns an error if [`write_aside`] cannot write to `path`, so that a caller can check before long work. Reasons: a folder, a
+/// read-only file, a name that is too long, a parent folder that is missing or not writable. Leaves no file behind.
 pub fn check_writable(path: &Path) -> io::Result<()> {
     match Destination::of(path)? {
-        // Permissions, read-only disks and quotas all show in an attempt, and only there.
+        // Only an attempt reveals permissions, read-only disks and quotas.
         Destination::File { target, .. } => Aside::create_in(folder_of(&target)).map(drop),
         Destination::Stream => Ok(()),
     }
 }
 
-/// Whether [`write_aside`] writes to `path` as it is and replaces no file: a pipe, a device, a file that this process was given
-/// open. Each content comes after the one before.
+/// True if [`write_aside`] appends to `path` instead of replacing a file: a pipe, a device, or a file that this process inherited
+/// open.
 pub fn is_stream(path: &Path) -> bool {
     matches!(Destination::of(path), Ok(Destination::Stream))
 }
 
-/// Where content for `path` is put, without links, whether it is there or not: one for all names of a file. `None` where there
-/// is no folder for it.
+/// The canonical path that [`write_aside`] writes to for `path`, with links resolved; the file need not exist. All names of a
+/// file have the same destination. `None` if the parent folder does not exist.
 pub fn destination(path: &Path) -> Option<PathBuf> {
     match path.canonicalize() {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -73,32 +73,32 @@ pub fn destination(path: &Path) -> Option<PathBuf> {
     }
 }
 
-/// Removes every file that [`write_aside`] has begun beside its final name, and lets it begin or finish no other: for a
-/// process that is told to end, and must do so after this.
+/// Removes every temporary file of [`write_aside`], and blocks it from creating or renaming others. For a process that was
+/// asked to terminate, which must exit after this call.
 pub fn remove_unfinished() {
     let unfinished = unfinished();
     for path in unfinished.iter() {
-        // Best effort: there is nobody to tell.
+        // Best effort: nobody could handle the error.
         let _ = fs::remove_file(path);
     }
-    // Whoever wants to begin or rename a file waits for the end of the process.
+    // Keeps the lock, so that other threads wait for the end of the process.
     std::mem::forget(unfinished);
 }
 
-/// Where content goes.
+/// The target of a write.
 enum Destination {
-    /// A file by the name that is its own, not a link's; the permissions of what is there.
+    /// A file's own path, with links resolved, and the permissions of an existing file.
     File { target: PathBuf, permissions: Option<Permissions> },
-    /// What is written to as it is: a pipe, a device, a file that this process was given open.
+    /// A target that is appended to: a pipe, a device, a file that this process inherited open.
     Stream,
 }
 
 impl Destination {
     fn of(path: &Path) -> io::Result<Self> {
         let refused = |kind, what: &str| Err(io::Error::new(kind, what));
-        // `name/` and `name/.` are folders too, though none that are there.
-        let whole = path.as_os_str().as_encoded_bytes();
-        if path.file_name().is_none_or(|name| !whole.ends_with(name.as_encoded_bytes())) {
+        // `name/` and `name/.` denote folders too, even if they do not exist.
+        let bytes = path.as_os_str().as_encoded_bytes();
+        if path.file_name().is_none_or(|name| !bytes.ends_with(name.as_encoded_bytes())) {
             return refused(io::ErrorKind::IsADirectory, "this is a folder");
         }
         match fs::metadata(path) {
@@ -108,7 +108,7 @@ impl Destination {
             }
             Ok(there) if !there.is_file() || is_given_open(path) => Ok(Self::Stream),
             Ok(there) => {
-                // The rename would not ask whether the file may be written to.
+                // A rename succeeds even if the file is not writable.
                 OpenOptions::new().write(true).open(path)?;
                 Ok(Self::File { target: path.canonicalize()?, permissions: Some(there.permissions()) })
             }
@@ -128,9 +128,9 @@ impl Destination {
     }
 }
 
-/// A path, what it is a symbolic link to, what that is one to, and so on.
+/// A path, followed by the target of each symbolic link in its chain.
 fn links(path: &Path) -> impl Iterator<Item = PathBuf> {
-    // The system has followed them before, so they have an end.
+    // The system has followed them before, so the chain is finite.
     successors(Some(path.to_owned()), |path| Some(folder_of(path).join(fs::read_link(path).ok()?)))
 }
 
@@ -145,20 +145,20 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Files that stand beside their final names.
+/// Temporary files that are not yet renamed.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A file beside the final one, removed when dropped unless it was renamed.
+/// A temporary file in the target's folder, removed when dropped unless it was renamed.
 struct Aside {
     path: PathBuf,
 }
 
 impl Aside {
-    /// A new file with a short name that nobody else has.
+    /// Creates a file with a short, unique name.
     fn create_in(folder: &Path) -> io::Result<(File, Self)> {
         static SERIAL: AtomicU32 = AtomicU32::new(0);
         let mut unfinished = unfinished();
@@ -170,7 +170,7 @@ impl Aside {
                     unfinished.push(path.clone());
                     return Ok((file, Self { path }));
                 }
-                // Left by a process of the same number that was killed: take the next name.
+                // Left by a killed process with the same process id: try the next name.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => {
                     let what = format!("the folder {} cannot be written to ({error})", folder.display());
@@ -191,7 +191,7 @@ impl Aside {
 impl Drop for Aside {
     fn drop(&mut self) {
         let mut unfinished = unfinished();
-        // Only if it has not been renamed; best effort: the error that led here is the one to report.
+        // Only if it has not been renamed. Best effort: the error that led here is the one to report.
         if let Some(index) = unfinished.iter().position(|path| *path == self.path) {
             let _ = fs::remove_file(&self.path);
             unfinished.swap_remove(index);
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_file_is_replaced_whole_and_nothing_else_stays() {
+    fn the_file_is_replaced_and_no_temporary_file_remains() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rendering");
         for content in ["first", "second"] {
@@ -222,24 +222,24 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_write_leaves_what_was_there() {
+    fn a_failed_write_leaves_the_existing_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rendering");
         let fail = |file: &mut BufWriter<File>| {
-            file.write_all(b"half a pict")?;
+            file.write_all(b"half an im")?;
             Err(io::Error::other("the disk is full"))
         };
         assert_eq!(write_aside(&path, fail).unwrap_err().to_string(), "the disk is full");
         assert!(files_in(folder.path()).is_empty(), "left behind: {:?}", files_in(folder.path()));
 
-        fs::write(&path, "whole").unwrap();
+        fs::write(&path, "complete").unwrap();
         write_aside(&path, fail).unwrap_err();
-        assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "complete");
         assert_eq!(files_in(folder.path()), ["rendering"]);
     }
 
     #[test]
-    fn the_longest_name_there_may_be_is_written() {
+    fn the_longest_valid_name_is_written() {
         let folder = tempfile::tempdir().unwrap();
         for length in [240, 255] {
             let path = folder.path().join("n".repeat(length));
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_written_is_refused_and_stays() {
+    fn unwritable_paths_are_refused_and_unchanged() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rendering");
         let refused = |path: &Path| {
@@ -262,7 +262,7 @@ mod tests {
             assert_eq!(error.to_string(), before.to_string());
             error
         };
-        fs::write(&path, "whole").unwrap();
+        fs::write(&path, "complete").unwrap();
         let permissions = fs::metadata(&path).unwrap().permissions();
         let mut read_only = permissions.clone();
         read_only.set_readonly(true);
@@ -274,12 +274,12 @@ mod tests {
             assert_eq!(error.kind(), io::ErrorKind::NotFound, "{error}");
         }
         assert_eq!(refused(folder.path()).kind(), io::ErrorKind::IsADirectory);
-        // Once: found out at the rename, after all the work.
+        // These would otherwise fail only at the rename, after all the work.
         for name in ["new/", "new/.", "rendering/", "new//"] {
             let error = refused(&folder.path().join(name));
             assert_eq!(error.kind(), io::ErrorKind::IsADirectory, "{name}: {error}");
         }
-        assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "complete");
         assert_eq!(files_in(folder.path()), ["rendering"]);
     }
 
@@ -300,7 +300,7 @@ mod tests {
             fs::create_dir(path("disk")).unwrap();
             symlink("disk/rendering", path("link")).unwrap();
             symlink("link", path("link to a link")).unwrap();
-            // Its target is not there at first.
+            // Its target does not exist at first.
             for content in ["first", "second"] {
                 check_writable(&path("link to a link")).unwrap();
                 write_aside(&path("link to a link"), |file| file.write_all(content.as_bytes())).unwrap();
@@ -313,9 +313,9 @@ mod tests {
             assert_eq!(files_in(&path("disk")), ["rendering"]);
             symlink("nowhere/rendering", path("astray")).unwrap();
             assert!(check_writable(&path("astray")).unwrap_err().to_string().contains("there is no folder"));
-            symlink("round", path("round")).unwrap();
-            check_writable(&path("round")).unwrap_err();
-            assert_eq!(files_in(folder.path()), ["astray", "disk", "link", "link to a link", "round"]);
+            symlink("cycle", path("cycle")).unwrap();
+            check_writable(&path("cycle")).unwrap_err();
+            assert_eq!(files_in(folder.path()), ["astray", "cycle", "disk", "link", "link to a link"]);
         }
 
         #[test]
@@ -324,15 +324,15 @@ mod tests {
             let path = |name: &str| folder.path().join(name);
             fs::create_dir(path("disk")).unwrap();
             symlink("disk/rendering", path("link")).unwrap();
-            symlink("round", path("round")).unwrap();
+            symlink("cycle", path("cycle")).unwrap();
             for _ in 0..2 {
                 let one = destination(&path("disk/rendering"));
                 assert!(one.is_some() && destination(&path("link")) == one);
                 assert_eq!(destination(&path("disk/../disk/rendering")), one);
-                // The second time it is there.
+                // In the second iteration it exists.
                 fs::write(path("disk/rendering"), "rendering").unwrap();
             }
-            assert_eq!((destination(&path("round")), destination(&path("nowhere/rendering"))), (None, None));
+            assert_eq!((destination(&path("cycle")), destination(&path("nowhere/rendering"))), (None, None));
             assert!(is_stream(Path::new("/dev/null")) && !is_stream(&path("link")) && !is_stream(&path("new")));
         }
 
@@ -357,7 +357,7 @@ mod tests {
                 move || fs::read_to_string(path).unwrap()
             });
             let backwards = |file: &mut BufWriter<File>| {
-                // As the writer of EXR does.
+                // Seeks as the EXR writer does.
                 file.write_all(b"--age")?;
                 file.rewind()?;
                 file.write_all(b"im")

@@ -1,4 +1,4 @@
-//! A test of whether the difference of two images is noise.
+//! A statistical test whether noise explains the difference of two images.
 
 use crate::{
     MetricsError, Pair, RgbImage,
@@ -8,68 +8,68 @@ use crate::{
 
 /// Edge of the tiles whose sums are tested, pixels.
 ///
-/// A tile of 256 pixels makes sums that are close to normal where the samples of one pixel are far from it, and
-/// variances that are known well enough.
+/// The sum over a tile of 256 pixels is nearly normal even if the samples of one pixel are not, and its variance is
+/// accurate enough.
 pub const Z_TEST_TILE: usize = 16;
 
-/// The probability below which images that differ by noise alone are said to differ.
+/// Significance level: the probability that images that differ by noise alone are reported as different.
 const LEVEL: f64 = 1e-3;
 
-/// Two noisy images against their variances: per value z = (a − b) / √(var a + var b), and the image as a whole.
+/// Test of the difference of two noisy images against their variances: per value z = (a − b) / √(var a + var b), and sums.
 ///
-/// A value is a channel of a pixel. If both images have the same expectation and the stated variances, independent from
-/// pixel to pixel and from one another, z has mean 0 and mean square 1; where it is normal, 4.55 % of it lie beyond 2 and
-/// 0.27 % beyond 3. It is not normal where variances are estimated from few samples, or where light comes from rare bright
-/// samples: then these four figures describe, and are no proof. The proof is in sums, per channel, since channels share
-/// their samples:
+/// A value is a channel of a pixel. If both images have the same expectation and the stated variances, independent between
+/// pixels and between the images, z has mean 0 and mean square 1. If it is normal, 4.55 % of the values lie beyond 2 and
+/// 0.27 % beyond 3. It is not normal if variances are estimated from few samples, or if light comes from rare bright
+/// samples: then these four figures are descriptive only. The test uses sums, per channel, since the channels of a pixel
+/// have the same samples:
 ///
-/// 1. *offset*: Σ(a − b) / √Σ(var a + var b) over the image is a standard normal deviate. It sees a change of the
-///    whole, down to the noise over the root of the pixels.
-/// 2. *spread*: the same of every tile of [`Z_TEST_TILE`]² pixels, squared and added up, is χ² with as many degrees of
-///    freedom as there are tiles, and a normal deviate by [WilsonHilferty1931, cube root]. It sees changes that cancel out.
+/// 1. *offset*: Σ(a − b) / √Σ(var a + var b) over the image is a standard normal deviate. It detects a change of the
+///    image's mean, down to the noise of a pixel over the root of the number of pixels.
+/// 2. *spread*: the sum of the squared deviates of all tiles of [`Z_TEST_TILE`]² pixels is χ² with one degree of freedom
+///    per tile, converted to a normal deviate by [WilsonHilferty1931, cube root]. It detects changes that cancel out.
 ///
-/// [`Self::p_value`] is the smallest probability of these six, times six (Bonferroni). It holds as far as the
-/// assumptions do: pixels that share samples (filters wider than a pixel, denoising) make the spread too large.
+/// [`Self::p_value`] is the smallest probability of these six, times six (Bonferroni). It is valid only under these
+/// assumptions: correlated pixels (filters wider than a pixel, denoising) make the spread too large.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZTest {
     /// Values that were tested.
     pub value_count: usize,
-    /// Mean of z: 0 for noise, above where the image is brighter than the reference.
+    /// Mean of z: 0 for noise, positive if the image is brighter than the reference.
     pub mean_z: f64,
-    /// Mean of z²: 1 for noise, more where images differ or variances are too small.
+    /// Mean of z²: 1 for noise, more if the images differ or the variances are too small.
     pub mean_z_squared: f64,
-    /// Share of values with |z| > 2, 0..=1.
+    /// Fraction of values with |z| > 2, 0..=1.
     pub share_beyond_2: f64,
-    /// Share of values with |z| > 3, 0..=1.
+    /// Fraction of values with |z| > 3, 0..=1.
     pub share_beyond_3: f64,
-    /// Values without variance in both images that are equal: nothing to test.
+    /// Equal values without variance in either image: nothing to test.
     pub certain_equal: usize,
-    /// Values without variance in both images that **differ**: no noise explains them. Not in any figure above.
+    /// **Different** values without variance in either image: noise cannot explain them. No other figure includes them.
     pub certain_different: usize,
-    /// Pixels whose variance is negative or not finite in a channel of either image: left out.
+    /// Pixels whose variance is negative or not finite in a channel of either image; they are left out.
     pub invalid_variance: usize,
-    /// Standard normal deviate of the image's sum of differences, for red, green and blue. NaN where no value was tested.
+    /// Standard normal deviate of the image's sum of differences, for red, green and blue. NaN if no value was tested.
     pub offset: [f64; 3],
-    /// Standard normal deviate that the tiles' χ² corresponds to, for red, green and blue. NaN where no value was tested.
+    /// Standard normal deviate of the tiles' χ², for red, green and blue. NaN if no value was tested.
     pub spread: [f64; 3],
 }
 
-/// What a [`ZTest`] comes to, at the level 0.001.
+/// Verdict of a [`ZTest`] at the significance level 0.001.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ZVerdict {
     /// Noise of the stated variances explains the difference.
     Noise,
     /// One image is brighter than the other in a channel.
     Offset,
-    /// The images differ from place to place by more than the noise, or the variances are too small.
+    /// The images differ locally by more than the noise, or the variances are too small.
     Spread,
-    /// The images differ by less than the noise: the variances are too large, or the images share samples.
+    /// The images differ by less than the noise: the variances are too large, or the images have common samples.
     TooAlike,
     /// No value has a variance.
     Untested,
 }
 
-/// Sums over an image or a tile: of differences, and of variances.
+/// Sums of differences and of variances over an image or a tile.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     difference: f64,
@@ -82,7 +82,7 @@ impl Sums {
         self.variance += variance;
     }
 
-    /// The sum of differences in its standard deviations; NaN where nothing was added.
+    /// The sum of differences over its standard deviation; NaN if nothing was added.
     fn deviate(self) -> f64 {
         self.difference / self.variance.sqrt()
     }
@@ -106,7 +106,7 @@ impl ZTest {
         let (width, height) = (pair.image().width, pair.image().height);
         let tiles_across = width.div_ceil(Z_TEST_TILE);
         let mut tiles = vec![[Sums::default(); 3]; tiles_across * height.div_ceil(Z_TEST_TILE)];
-        let mut whole = [Sums::default(); 3];
+        let mut total = [Sums::default(); 3];
         let (mut sum, mut squares, mut beyond_2, mut beyond_3) = (0.0, 0.0, 0usize, 0usize);
         let (mut value_count, mut certain_equal, mut certain_different, mut invalid_variance) = (0, 0, 0, 0);
         for i in (0..pair.is_compared().len()).filter(|i| pair.is_compared()[*i]) {
@@ -129,7 +129,7 @@ impl ZTest {
                 squares += z * z;
                 beyond_2 += usize::from(z.abs() > 2.0);
                 beyond_3 += usize::from(z.abs() > 3.0);
-                whole[c].add(difference, variance);
+                total[c].add(difference, variance);
                 tile[c].add(difference, variance);
             }
         }
@@ -149,12 +149,12 @@ impl ZTest {
             certain_equal,
             certain_different,
             invalid_variance,
-            offset: whole.map(Sums::deviate),
+            offset: total.map(Sums::deviate),
             spread,
         })
     }
 
-    /// How probable deviates like these are if the images differ by noise alone, 0..=1: see [`ZTest`]. NaN where no
+    /// Probability of deviates at least this large if the images differ by noise alone, 0..=1: see [`ZTest`]. NaN if no
     /// value was tested.
     pub fn p_value(&self) -> f64 {
         let deviates = self.offset.iter().chain(&self.spread).filter(|d| !d.is_nan());
@@ -162,7 +162,7 @@ impl ZTest {
         if smallest > 1.0 / 6.0 { 1.0 } else { 6.0 * smallest }
     }
 
-    /// Verdict of the test: where [`Self::p_value`] is below 0.001, the deviate that is furthest from 0 decides.
+    /// The test's verdict: if [`Self::p_value`] is below 0.001, the deviate with the largest magnitude decides.
     pub fn verdict(&self) -> ZVerdict {
         let p_value = self.p_value();
         if p_value.is_nan() {

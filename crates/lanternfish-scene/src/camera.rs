@@ -6,12 +6,12 @@ use glam::{Affine3A, Mat3, Mat3A, Vec3};
 
 use crate::{Bounds, Scene, validate::UNIT_TOLERANCE};
 
-/// A camera: looks down its own −z, +y up, +x right.
+/// A camera that looks along its −z axis, with +y up and +x right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// The file's name for it, or empty.
+    /// Name in the file, or empty.
     pub name: String,
-    /// Camera to world: rotation and translation only.
+    /// Transform from camera space to world space: rotation and translation only.
     pub world_from_camera: Affine3A,
     /// How the view is projected.
     pub projection: Projection,
@@ -27,8 +27,8 @@ pub enum Projection {
         /// Distance of the near plane, m, > 0.
         near: f32,
     },
-    /// Perspective projection that may be off the view axis: an eye of a head-mounted display, a part of a larger image. Pixels
-    /// need not be square. The far plane is at infinity.
+    /// Off-axis perspective projection: an eye of a head-mounted display, a tile of a larger image. Pixels need not be
+    /// square. The far plane is at infinity.
     Frustum {
         /// Slope of the left side, view space: x over distance along the view axis.
         left: f32,
@@ -41,7 +41,7 @@ pub enum Projection {
         /// Distance of the near plane, m, > 0.
         near: f32,
     },
-    /// Orthographic projection, along parallel lines.
+    /// Orthographic projection.
     Orthographic {
         /// Half the height of the view, m, > 0.
         half_height: f32,
@@ -53,8 +53,8 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// Slopes of the sides, left, right, bottom, top, in an image `aspect` times as wide as high; `None` where lines are
-    /// parallel.
+    /// Slopes of the sides (left, right, bottom, top) of an image of aspect ratio `aspect`, width / height; `None` for
+    /// orthographic projections.
     pub fn slopes(&self, aspect: f32) -> Option<[f32; 4]> {
         match *self {
             Self::Perspective { fov_y, .. } => {
@@ -66,7 +66,7 @@ impl Projection {
         }
     }
 
-    /// Checks that the projection shows anything; the error says which field is wrong, and what is meant.
+    /// Checks that the projection is valid. The error names the invalid field and the expected values.
     fn validate(&self) -> Result<(), String> {
         let is_distance = |x: f32| x > 0.0 && x.is_finite();
         match *self {
@@ -107,16 +107,16 @@ impl Projection {
 }
 
 impl Camera {
-    /// A camera at `eye` that looks at `target`, world space, m; +y is up as far as that goes (looking straight down, −z is up; straight
-    /// up, +z).
+    /// A camera at `eye` that looks at `target`, world space, m; +y is up where possible (−z if the camera
+    /// looks straight down, +z if it looks straight up).
     ///
-    /// `eye` and `target` must differ: else the camera looks nowhere, and is refused where it is used ([`Camera::validate`]).
+    /// `eye` and `target` must differ: otherwise the camera has no direction and [`Camera::validate`] refuses it.
     pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
         Self::looking_along(eye, target - eye, projection)
     }
 
-    /// A camera at `eye` that looks along `direction`, which need not be of unit length: far from the origin a target near the eye may be
-    /// the eye itself.
+    /// A camera at `eye` that looks along `direction`, of any length but zero. Use it far from the origin, where a target near the eye
+    /// rounds to the eye.
     pub(crate) fn looking_along(eye: Vec3, direction: Vec3, projection: Projection) -> Self {
         let back = -direction.normalize();
         let up = if back.y.abs() > 0.999_999 { Vec3::NEG_Z * back.y.signum() } else { Vec3::Y };
@@ -125,7 +125,7 @@ impl Camera {
         Self { name: String::new(), world_from_camera: Affine3A::from_mat3_translation(rotation, eye), projection }
     }
 
-    /// Checks that there is a view through the camera; the error names the field that is wrong, and says how it is put right.
+    /// Checks that the camera is valid. The error names the invalid field and the remedy.
     pub fn validate(&self) -> Result<(), String> {
         let (axes, eye) = (self.world_from_camera.matrix3, self.eye());
         if eye.is_nan() || eye.abs().max_element() > Scene::FARTHEST {
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_without_cameras_has_one_that_shows_it() {
+    fn a_scene_without_cameras_gets_a_framing_camera() {
         let mut scene = crate::generate::demo("cornell").expect("it is built in");
         assert_eq!(scene.default_camera(1.5), scene.cameras[0]);
         scene.cameras.clear();
@@ -218,6 +218,6 @@ mod tests {
         assert_eq!(camera.validate(), Ok(()));
         let p = camera.world_from_camera.inverse().transform_point3(scene.bounds().center());
         assert!(p.z < 0.0 && p.truncate().length() < 0.1 * -p.z, "the middle is at {p}");
-        assert_eq!(Scene::default().default_camera(1.5).validate(), Ok(()), "an empty one has one, too");
+        assert_eq!(Scene::default().default_camera(1.5).validate(), Ok(()), "an empty scene too");
     }
 }

@@ -1,4 +1,4 @@
-//! Light from infinitely far, as an image of all directions.
+//! Environment map: radiance from infinitely far away, as an equirectangular image.
 
 mod read;
 
@@ -12,45 +12,48 @@ use glam::Vec3;
 
 use crate::SceneError;
 
-/// An equirectangular image of the radiance that arrives from every direction.
+/// An equirectangular environment map: the radiance that arrives from every direction.
 ///
-/// A direction `d` of unit length, world space, lies in the image at
+/// A direction `d` (unit length, world space) maps to the image coordinates
 ///
-/// * `u = 0.5 + (atan2(d.x, -d.z) + rotation) / 2π`, which wraps: without rotation the image's centre is seen looking
-///   along −z, and `u` grows to the right, towards +x;
+/// * `u = 0.5 + (atan2(d.x, -d.z) + rotation) / 2π`, which wraps. Without rotation −z maps to the image's centre,
+///   and `u` grows to the right, towards +x;
 /// * `v = acos(d.y) / π`: 0 straight up, 1 straight down.
 ///
-/// Pixel (x, y) has its centre at `u = (x + 0.5) / width`, `v = (y + 0.5) / height`. Between centres the radiance is
-/// bilinear; beyond the first and the last row of centres it is that of the row.
+/// Pixel (x, y) has its centre at `u = (x + 0.5) / width`, `v = (y + 0.5) / height`. Radiance is interpolated bilinearly
+/// between pixel centres. It wraps in `u` and is clamped to the first and last row in `v`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
-    /// Pixels across; > 0.
+    /// Width, pixels; > 0.
     pub width: usize,
-    /// Pixels down; > 0.
+    /// Height, pixels; > 0.
     pub height: usize,
-    /// Radiance, nits, linear Rec. 709: finite and not negative; rows from the top (+y), `width * height` of them.
+    /// Radiance of the pixels, nits, linear Rec. 709; finite and not negative. Row-major from the top (+y), `width * height` long.
     pub pixels: Vec<Vec3>,
-    /// Turns the environment about +y, counter-clockwise seen from above, radians. Finite.
+    /// Rotation of the environment about +y, counter-clockwise seen from above, radians. Finite.
     pub rotation: f32,
 }
 
 impl Environment {
-    /// Most pixels a side of a file that is read.
+    /// Largest width and height that [`Environment::load`] reads, pixels.
     pub const MAX_SIDE: usize = 16_384;
 
-    /// Reads a Radiance file (`.hdr`: RGBE, with or without run lengths) or an OpenEXR file (`.exr`: the first layer
-    /// that has R, G and B, as half, float or integer), as it is: primaries are taken for Rec. 709 and values for nits.
-    /// Not applied, with a warning: the exposure that a Radiance file states.
+    /// Reads a Radiance file (`.hdr`: RGBE, with or without run-length encoding) or an OpenEXR file (`.exr`: the first layer
+    /// with R, G and B channels, as half, float or integer).
     ///
-    /// Values that are no numbers or infinite are [`SceneError::Invalid`], which counts the pixels that have them; so
-    /// are images without pixels, with more than [`Self::MAX_SIDE`] a side, and files that break off. Negative values,
-    /// which filters leave, become 0 with a warning.
+    /// Values are not converted: primaries are assumed to be Rec. 709 and values nits. The exposure of a Radiance
+    /// file is ignored, with a warning. Negative values, which resampling filters produce, become 0 with a warning.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Invalid`] if pixels are NaN or infinite (the message counts them), if the image has no pixels or more
+    /// than [`Self::MAX_SIDE`] a side, or if the file is truncated.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         read::load(path)
     }
 
-    /// Radiance that arrives from `direction`: unit length, world space, pointing away from who looks; nits. The nearest
-    /// pixels' mean, each weighted by how near it is (see [`Environment`]).
+    /// Radiance that arrives from `direction`, nits. `direction` has unit length, is in world space and points away from
+    /// the viewer. The four nearest pixels are interpolated bilinearly (see [`Environment`]).
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let (u, v) = self.uv(direction);
         let (x, y) = (u * self.width as f32 - 0.5, v * self.height as f32 - 0.5);
@@ -65,23 +68,23 @@ impl Environment {
         mix(mix(above.0, above.1, x - left), mix(below.0, below.1, x - left), y - top)
     }
 
-    /// Where `direction` (unit length, world space) lies in the image: `u` in 0..1 and `v` in 0..=1.
+    /// Image coordinates of `direction` (unit length, world space): `u` in 0..1 and `v` in 0..=1.
     pub fn uv(&self, direction: Vec3) -> (f32, f32) {
         let u = 0.5 + (direction.x.atan2(-direction.z) + self.rotation) / TAU;
-        // The arc cosine, without its loss of digits towards the poles.
+        // acos(y), without its loss of precision near the poles.
         let v = direction.x.hypot(direction.z).atan2(direction.y) / PI;
-        // Just below a whole number the remainder rounds to 1.
+        // `rem_euclid` rounds to 1 just below an integer.
         (u.rem_euclid(1.0) % 1.0, v.min(1.0))
     }
 
-    /// The direction that lies at (u, v) of the image: unit length, world space. The inverse of [`Environment::uv`].
+    /// The direction at image coordinates (u, v): unit length, world space. The inverse of [`Environment::uv`].
     pub fn direction(&self, u: f32, v: f32) -> Vec3 {
         let (sin_azimuth, cos_azimuth) = (TAU * (u - 0.5) - self.rotation).sin_cos();
         let (sin_polar, cos_polar) = (PI * v).sin_cos();
         Vec3::new(sin_azimuth * sin_polar, cos_polar, -cos_azimuth * sin_polar)
     }
 
-    /// Whether it is as its fields' documentation promises; if not, the first fault.
+    /// Checks the invariants that the fields document; an error names the first violation.
     pub(crate) fn validate(&self) -> Result<(), String> {
         let Self { width, height, pixels, rotation } = self;
         if pixels.is_empty() || width.checked_mul(*height) != Some(pixels.len()) {

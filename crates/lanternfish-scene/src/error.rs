@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Why a scene, or an environment, could not be read. Messages say what, where, and what to do.
+/// An error of reading a scene or an environment. Messages give the fault, its location, and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -11,30 +11,30 @@ pub enum SceneError {
     Io {
         /// The file that could not be read.
         path: PathBuf,
-        /// The system's reason.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// More memory is needed than there is, or than may be used.
+    /// More memory is needed than is free or allowed.
     #[error("{path}: {need}", path = path.display())]
     TooMuch {
         /// The file.
         path: PathBuf,
-        /// What needs how much.
+        /// The request that was refused.
         need: lanternfish_limits::memory::TooMuch,
     },
-    /// The file is to be read from its scene's folder alone, and is elsewhere ([`crate::LoadOptions::confine`]).
+    /// The file is outside the scene's folder, to which reading is confined ([`crate::LoadOptions::confine`]).
     #[error("{path}: not within the scene's folder, and no other is read", path = path.display())]
     Outside {
-        /// The file, as the scene names it.
+        /// The file's path in the scene.
         path: PathBuf,
     },
-    /// The file's ending names no format that is read.
+    /// The file's extension is not that of a supported scene format.
     #[error("{path}: not a scene file (expected .gltf, .glb or .obj, or demo:NAME)", path = path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
-    /// The file's ending names no format of environments that is read.
+    /// The file's extension is not that of a supported environment format.
     #[error("{path}: not an environment (expected .hdr or .exr)", path = path.display())]
     UnknownEnvironmentFormat {
         /// The file.
@@ -45,7 +45,7 @@ pub enum SceneError {
     Invalid {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with the object's place in the file.
+        /// The fault, and the object's location in the file.
         what: String,
     },
     /// The file requires something that is not supported.
@@ -61,17 +61,17 @@ pub enum SceneError {
     NoSuchScene {
         /// The file.
         path: PathBuf,
-        /// What was requested.
+        /// The requested name.
         scene: String,
-        /// What there is: indices and names.
+        /// Available scenes: indices and names.
         known: String,
     },
     /// No generated scene has that name.
     #[error("demo:{name}: no such scene; there are {known}")]
     UnknownDemo {
-        /// What was requested.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// Available names.
         known: String,
     },
 }

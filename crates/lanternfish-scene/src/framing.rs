@@ -1,25 +1,25 @@
-//! Cameras that show the whole of something.
+//! Cameras that frame a scene.
 
 use glam::{Affine3A, Mat3, Vec2, Vec3, Vec3A};
 
 use crate::{Bounds, Camera, Projection, Scene, named_enum, near_plane};
 
-/// Share of the image's tighter side that a framed object takes.
+/// Fraction of the image's tighter dimension that a framed object fills.
 const FILL: f32 = 0.8;
 
-/// Default direction towards the eye, any length: from the front, a little from the right and above.
+/// Default direction towards the eye, any length: from the front, slightly from the right and above.
 const THREE_QUARTER: Vec3 = Vec3::new(0.4, 0.3, 1.0);
 
 named_enum! {
-    /// The side from which a scene is looked at. As glTF has it, +y is up and a thing's front faces +z; left and right
-    /// are those of who looks at the front.
+    /// The side from which a scene is viewed. As in glTF, +y is up and an object's front faces +z; left and right are
+    /// those of an observer who faces the front.
     Viewpoint {
         /// From +z.
-        Front = "front": "From +z, as glTF has it",
+        Front = "front": "From +z, the front in glTF",
         /// From −z.
         Back = "back": "From -z",
         /// From −x.
-        Left = "left": "From -x, to the left of who looks at the front",
+        Left = "left": "From -x, left of an observer who faces the front",
         /// From +x.
         Right = "right": "From +x",
         /// From +y; the front is at the bottom of the image.
@@ -44,9 +44,9 @@ impl Viewpoint {
 }
 
 impl Camera {
-    /// A perspective camera that sees the whole of `bounds`, from the front, a little to the right and above: its
-    /// corners take 80 % of the tighter side of the image. `aspect` is width / height. An empty box is taken for a
-    /// cube of 2 m around the origin.
+    /// A perspective camera that frames `bounds` from the front, slightly from the right and above. The corners fill 80 % of
+    /// the image's tighter dimension. `aspect` is width / height, `fov_y` is in radians. An empty box counts as a cube of
+    /// 2 m around the origin.
     pub fn framing(bounds: &Bounds, fov_y: f32, aspect: f32) -> Self {
         let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
         let bounds = if bounds.is_empty() { &cube } else { bounds };
@@ -55,10 +55,10 @@ impl Camera {
         frame.camera(bounds, fov_y)
     }
 
-    /// A perspective camera that sees all of a scene's surfaces from `side`; without one, from the front, a little to
-    /// the right and above. What is placed takes 80 % of the tighter side of the image, by its vertices, not its
-    /// box. `aspect` is width / height. Takes time linear in the vertices placed, less those of instances that cannot
-    /// stick out. A scene without geometry is taken for a cube of 2 m around the origin.
+    /// A perspective camera that frames a scene from `side`; `None`: from the front, slightly from the right and above. The
+    /// vertices, not their box, fill 80 % of the image's tighter dimension. `aspect` is width / height, `fov_y` is in
+    /// radians. Takes time linear in the placed vertices, except those of instances within the bounds of others. A scene
+    /// without geometry counts as a cube of 2 m around the origin.
     pub fn framing_scene(scene: &Scene, side: Option<Viewpoint>, fov_y: f32, aspect: f32) -> Self {
         let towards_eye = side.map_or(THREE_QUARTER, Viewpoint::towards_eye);
         let boxes = scene.boxes();
@@ -81,29 +81,29 @@ impl Camera {
     }
 }
 
-/// The four planes through an eye that hold what is framed: an image of which a border is left free. Whatever the eye,
-/// their slopes are known, and so is how far out each of them is.
+/// The four planes through the eye that bound the framed points, with a margin to the image's sides. The planes' slopes do not
+/// depend on the eye's position; each plane is determined by the outermost point.
 struct Frame {
-    /// Point that coordinates are relative to, so that a float holds them far from the origin; world space, m.
+    /// Origin of the coordinates, for float precision far from the world's origin; world space, m.
     center: Vec3,
     world_from_turned: Mat3,
     /// Slopes of the planes, x and y over distance along the view axis: those of the image's sides times [`FILL`].
     slope: Vec2,
-    /// How far out the points are, m: max(x + slope z) and so on, for the planes to the right, top, left and bottom, where z points
+    /// Outermost plane offsets of the points, m: max(x + slope z) and so on for the right, top, left and bottom plane, where z points
     /// towards the eye; then max(z).
     reach: [f32; 5],
 }
 
 impl Frame {
     fn new(center: Vec3, towards_eye: Vec3, fov_y: f32, aspect: f32) -> Self {
-        // Only how it is turned matters.
+        // Only the rotation is used.
         let projection = Projection::Perspective { fov_y, near: 1.0 };
         let world_from_turned = Camera::look_at(towards_eye, Vec3::ZERO, projection).world_from_camera.matrix3.into();
         let slope = FILL * Vec2::new(aspect, 1.0) * (0.5 * fov_y).tan();
         Self { center, world_from_turned, slope, reach: [f32::NEG_INFINITY; 5] }
     }
 
-    /// How far out these points are, as the field `reach` has it.
+    /// Outermost plane offsets of these points: see the field `reach`.
     fn reach(&self, points: &[Vec3], world_from_points: &Affine3A) -> [f32; 5] {
         let center = Affine3A::from_translation(-self.center);
         let turned = Affine3A::from_mat3(self.world_from_turned.transpose()) * center * *world_from_points;
@@ -118,7 +118,7 @@ impl Frame {
     }
 
     fn is_exceeded_by(&self, points: &[Vec3], world_from_points: &Affine3A) -> bool {
-        self.reach(points, world_from_points).iter().zip(self.reach).any(|(outer, known)| *outer > known)
+        self.reach(points, world_from_points).iter().zip(self.reach).any(|(outer, own)| *outer > own)
     }
 
     fn add(&mut self, points: &[Vec3], world_from_points: &Affine3A) {
@@ -126,12 +126,12 @@ impl Frame {
         self.reach = std::array::from_fn(|i| self.reach[i].max(outer[i]));
     }
 
-    /// The nearest camera whose planes hold all points. Opposite planes are equally far from the points that they are next to.
+    /// The nearest camera whose planes bound all points. The margins on opposite sides are equal.
     fn camera(&self, bounds: &Bounds, fov_y: f32) -> Camera {
         let [right, top, left, bottom, nearest] = self.reach;
         let near = near_plane(bounds);
         let back = ((right + left) / (2.0 * self.slope.x)).max((top + bottom) / (2.0 * self.slope.y));
-        // A point, or a line towards the eye, has no width to go by.
+        // A point, or a line towards the eye, has no width.
         let back = back.max(nearest + 2.0 * near);
         let eye = Vec3::new(0.5 * (right - left), 0.5 * (top - bottom), back);
         let world_from_camera =
@@ -146,19 +146,19 @@ mod tests {
     use super::*;
     use crate::{Instance, Mesh, Primitive};
 
-    /// Least and greatest x and y of what a camera sees of these points, in halves of the image; all before the eye.
+    /// Least and greatest x and y of the projected points, in −1..=1 for the image. All must be before the eye.
     fn extent(camera: &Camera, aspect: f32, points: impl Iterator<Item = Vec3>) -> [f32; 4] {
         let Projection::Perspective { fov_y, near } = camera.projection else { panic!("{camera:?}") };
         let camera_from_world = camera.world_from_camera.inverse();
         let slope = Vec2::new(aspect, 1.0) * (0.5 * fov_y).tan();
-        let mut found = [f32::INFINITY, f32::INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY];
+        let mut extent = [f32::INFINITY, f32::INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY];
         for point in points {
             let p = camera_from_world.transform_point3(point);
             assert!(-p.z > near, "{p} is behind the near plane");
             let (x, y) = (p.x / (-p.z * slope.x), p.y / (-p.z * slope.y));
-            found = [found[0].min(x), found[1].min(y), found[2].max(x), found[3].max(y)];
+            extent = [extent[0].min(x), extent[1].min(y), extent[2].max(x), extent[3].max(y)];
         }
-        found
+        extent
     }
 
     /// A ball, a pole, a plate, a ring of twenty pieces far from the origin, and a mirrored cone.
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_framed_takes_four_fifths_of_the_tighter_side() {
+    fn framed_objects_fill_four_fifths_of_the_tighter_dimension() {
         for (i, scene) in shapes().iter().enumerate() {
             let points = || {
                 let placed = |at: &Instance| {
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn sides_are_those_of_who_looks_at_the_front() {
+    fn sides_are_those_of_an_observer_who_faces_the_front() {
         let scene = &shapes()[0];
         let camera = |side| Camera::framing_scene(scene, Some(side), 0.8, 1.0);
         let right_of = |side| camera(side).world_from_camera.transform_vector3(Vec3::X);
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_and_nothing_are_framed() {
+    fn boxes_and_empty_scenes_are_framed() {
         for (size, aspect) in [(Vec3::new(9.0, 1.0, 2.0), 1.78), (Vec3::new(1.0, 7.0, 1.0), 0.5), (Vec3::ONE, 1.0)] {
             let bounds = Bounds { min: Vec3::splat(3.0), max: Vec3::splat(3.0) + size };
             let camera = Camera::framing(&bounds, 0.8, aspect);
@@ -247,7 +247,7 @@ mod tests {
         }
         let nothing = Camera::framing(&Bounds::EMPTY, 0.8, 1.5);
         assert_eq!(Camera::framing_scene(&Scene::default(), None, 0.8, 1.5), nothing);
-        // Something is placed of which nothing is left, as of a file of points or lines alone.
+        // An instance without triangles, as in a file that has only points or lines.
         let mut dust = shapes().swap_remove(0);
         dust.meshes[0].primitives.clear();
         assert_eq!(Camera::framing_scene(&dust, None, 0.8, 1.5), nothing);

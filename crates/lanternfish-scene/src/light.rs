@@ -4,51 +4,51 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-/// A light, in world space. It is no surface: no image shows it, and it hides nothing.
+/// A light in world space. It is not a surface: it is invisible, and it casts no shadow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
-    /// The file's name for it, or empty.
+    /// Name in the file, or empty.
     pub name: String,
-    /// Which way it shines.
+    /// Type of the light.
     pub kind: LightKind,
-    /// World space, m: the middle of a disk or rectangle. Of no meaning for directional lights.
+    /// Position, world space, m; the centre of a disk or rectangle. Not used for directional lights.
     pub position: Vec3,
     /// The direction light travels, unit length: the axis of a spot, every ray of a directional light; the normal of a disk or
-    /// rectangle, on the side that shines.
+    /// rectangle, on the emitting side.
     pub direction: Vec3,
     /// Linear Rec. 709. Point and spot: luminous intensity (on the axis), cd; directional: illuminance of a surface
-    /// that faces the light, lx; disk and rectangle: the radiance of every point of it, every way, nits.
+    /// that faces the light, lx; disk and rectangle: radiance of every point in every direction, nits.
     pub intensity: Vec3,
     /// Distance from the position at which the light ends, m; `None`: the renderer derives it from a threshold.
     pub range: Option<f32>,
 }
 
-/// Which way a light shines.
+/// Type of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// Every way.
+    /// Emits in every direction.
     Point,
-    /// A cone around the direction.
+    /// Emits in a cone around the direction.
     Spot {
-        /// Angle from the axis up to which the light is full, radians; 0 <= inner < outer.
+        /// Angle from the axis up to which the intensity is full, radians; 0 <= inner < outer.
         inner_angle: f32,
         /// Angle from the axis at which the light ends, radians; <= π/2.
         outer_angle: f32,
     },
-    /// From infinitely far.
+    /// Parallel light from an infinite distance.
     Directional,
-    /// From one side of a disk, alike from every point of it and every way (Lambert's law). Its flux is π · area · radiance.
+    /// Area light: one side of a disk, with constant radiance (a Lambertian emitter). Its flux is π · area · radiance.
     Disk {
-        /// m; > 0.
+        /// Radius, m; > 0.
         radius: f32,
     },
-    /// From one side of a rectangle, as of a disk.
+    /// Area light: one side of a rectangle, with constant radiance.
     Rectangle {
-        /// Half its width, m; > 0.
+        /// Half the width, m; > 0.
         half_width: f32,
-        /// Half its height, m; > 0.
+        /// Half the height, m; > 0.
         half_height: f32,
-        /// The way its width goes: world space, unit, across the light's direction. Its height goes across both.
+        /// Direction of the width: world space, unit length, perpendicular to the light's direction. The height is perpendicular to both.
         right: Vec3,
     },
 }
@@ -59,7 +59,7 @@ impl Light {
         Self { name: String::new(), kind: LightKind::Point, position, direction: Vec3::NEG_Y, intensity, range: None }
     }
 
-    /// A directional light. Repeatable, travelling along `direction` (any length but zero).
+    /// A directional light that travels along `direction` (any length but zero), with `illuminance` in lx.
     pub fn directional(direction: Vec3, illuminance: Vec3) -> Self {
         Self {
             name: String::new(),
@@ -71,20 +71,20 @@ impl Light {
         }
     }
 
-    /// A disk that shines along `direction` (unit) with this radiance, nits.
+    /// A disk with the normal `direction` (unit length), `radius` in m and `radiance` in nits.
     pub fn disk(position: Vec3, direction: Vec3, radius: f32, radiance: Vec3) -> Self {
         Self { kind: LightKind::Disk { radius }, direction, ..Self::point(position, radiance) }
     }
 
-    /// A rectangle that shines along `direction` (unit) with this radiance, nits. `right`: the way of its width, any length but zero,
-    /// not along the direction; what of it goes along the direction is taken away.
+    /// A rectangle with the normal `direction` (unit length), size in m and `radiance` in nits. `right`: direction of the width, any
+    /// length but zero, not parallel to `direction`; it is made perpendicular to it.
     pub fn rectangle(position: Vec3, direction: Vec3, right: Vec3, [width, height]: [f32; 2], radiance: Vec3) -> Self {
         let right = right.reject_from_normalized(direction).normalize();
         let kind = LightKind::Rectangle { half_width: 0.5 * width, half_height: 0.5 * height, right };
         Self { kind, direction, ..Self::point(position, radiance) }
     }
 
-    /// What shines of a disk or rectangle, m²; `None` for lights without an area.
+    /// Emitting area of a disk or rectangle, m²; `None` for lights without an area.
     pub fn area(&self) -> Option<f32> {
         match self.kind {
             LightKind::Disk { radius } => Some(PI * radius * radius),
@@ -93,17 +93,17 @@ impl Light {
         }
     }
 
-    /// What it sends where it shines most, from far away, cd: along its axis radiance times area of a disk or rectangle. Of a
-    /// directional light its illuminance, lx.
+    /// Maximum far-field intensity over all directions, cd; for disks and rectangles, radiance times area. For directional lights,
+    /// the illuminance, lx.
     pub fn greatest_intensity(&self) -> Vec3 {
         self.intensity * self.area().unwrap_or(1.0)
     }
 
-    /// Half of what a disk or rectangle is across, m, along each axis of the world: its box is its position with this to either side.
-    /// Zero for lights without an area.
+    /// Half the size of the light's world-space bounding box, m, which is centred on the position. Zero for lights without an
+    /// area.
     pub fn half_extent(&self) -> Vec3 {
         match self.kind {
-            // Of a disk's rim, the point farthest along an axis is off it by what the normal leaves of that axis.
+            // The extent along an axis is the radius times the sine of the angle between axis and normal.
             LightKind::Disk { radius } => {
                 radius * (1.0 - self.direction * self.direction).max(Vec3::ZERO).map(f32::sqrt)
             }
@@ -132,7 +132,7 @@ mod tests {
         let LightKind::Rectangle { right, .. } = rectangle.kind else { panic!("{rectangle:?}") };
         assert!(right.dot(direction).abs() < 1e-6 && right.is_normalized() && right.x > 0.0);
 
-        // The box touches what it holds.
+        // The box is tight.
         let (across, up) = direction.any_orthonormal_pair();
         let rim = (0..10_000).map(|i| 0.5 * Vec2::from_angle(i as f32 * 1e-3)).map(|p| p.x * across + p.y * up);
         let farthest = rim.fold(Vec3::ZERO, |farthest, p| farthest.max(p.abs()));

@@ -2,10 +2,10 @@
 
 use glam::{Affine2, Vec3, Vec4};
 
-/// A surface. Textures multiply the factors beside them.
+/// A surface's material. Each texture multiplies the corresponding factor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// The file's name for it, or empty.
+    /// Name in the file, or empty.
     pub name: String,
     /// Linear RGBA.
     pub base_color: Vec4,
@@ -13,7 +13,7 @@ pub struct Material {
     pub base_color_texture: Option<TextureRef>,
     /// 0: dielectric, 1: metal.
     pub metallic: f32,
-    /// The artist's roughness; `alpha` is its square.
+    /// Perceptual roughness; the microfacet `alpha` is its square.
     pub perceptual_roughness: f32,
     /// Linear; green: roughness, blue: metallic.
     pub metallic_roughness_texture: Option<TextureRef>,
@@ -29,50 +29,50 @@ pub struct Material {
     pub emissive: Vec3,
     /// sRGB-encoded RGB.
     pub emissive_texture: Option<TextureRef>,
-    /// What alpha means.
+    /// Meaning of alpha.
     pub alpha_mode: AlphaMode,
-    /// True if back faces are drawn, with the normal turned to the viewer.
+    /// True if back faces are drawn, with the normal flipped towards the viewer.
     pub double_sided: bool,
-    /// Index of refraction of what is not metal: at least 1, or 0 for a mirror. At 1.5, the default, it reflects 0.04
-    /// of the light that falls on it from the front.
+    /// Index of refraction of the dielectric part: at least 1, or 0 for a mirror. The default, 1.5, gives a reflectance of 0.04
+    /// at normal incidence.
     pub ior: f32,
-    /// Multiplies what is reflected where the surface is no metal, in 0..=1.
+    /// Multiplies the reflection of the dielectric part, in 0..=1.
     pub specular: f32,
     /// Linear; alpha.
     pub specular_texture: Option<TextureRef>,
-    /// Linear; multiplies the reflectance from the front where the surface is no metal. Not negative; may exceed 1,
-    /// where the product with the reflectance is to be cut at 1.
+    /// Linear; multiplies the dielectric part's reflectance at normal incidence. Not negative; may exceed 1, but the
+    /// product with the reflectance is clamped to 1.
     pub specular_color: Vec3,
     /// sRGB-encoded RGB.
     pub specular_color_texture: Option<TextureRef>,
-    /// Share of light that passes through what is not metal, of what it does not reflect, in 0..=1. Alpha is apart from it: it
-    /// says where the surface is. Above 0 the surface is blended, whatever its alpha mode ([`Material::is_transparent`]).
+    /// Fraction of the light not reflected by the dielectric part that is transmitted, in 0..=1. It is independent of alpha,
+    /// which is the coverage. Above 0 the surface is transparent, whatever its alpha mode ([`Material::is_transparent`]).
     pub transmission: f32,
     /// Linear; red.
     pub transmission_texture: Option<TextureRef>,
-    /// How much of a clear coat of index 1.5 lies over the surface, in 0..=1 (`KHR_materials_clearcoat`). Its normal is the
-    /// vertices', whatever the normal map is.
+    /// Strength of a clear coat of index 1.5 over the surface, in 0..=1 (`KHR_materials_clearcoat`). Its normal is the vertex
+    /// normal, without the normal map.
     pub clearcoat: f32,
     /// Linear; red.
     pub clearcoat_texture: Option<TextureRef>,
-    /// The coat's own, in 0..=1.
+    /// Perceptual roughness of the clear coat, in 0..=1.
     pub clearcoat_roughness: f32,
     /// Linear; green.
     pub clearcoat_roughness_texture: Option<TextureRef>,
-    /// `KHR_materials_volume`: how thick the body below the surface is, in object space, m, not negative. 0: the surface
-    /// is a thin sheet. For a renderer that traces through closed surfaces, only whether it is 0 matters.
+    /// `KHR_materials_volume`: thickness of the volume below the surface, object space, m, not negative. 0: the surface is
+    /// thin-walled. A renderer that traces through closed surfaces only distinguishes 0 from other values.
     pub thickness: f32,
-    /// What white light becomes after [`Material::attenuation_distance`] in the body, linear, in 0..=1.
+    /// Transmittance of the volume over [`Material::attenuation_distance`], linear, in 0..=1.
     pub attenuation_color: Vec3,
-    /// Distance after which light in the body has become [`Material::attenuation_color`], world space, m, > 0; infinite
-    /// where the body absorbs nothing.
+    /// Distance over which the volume's transmittance is [`Material::attenuation_color`], world space, m, > 0; infinite if
+    /// the volume absorbs nothing.
     pub attenuation_distance: f32,
     /// `KHR_materials_unlit`: the base colour is the radiance.
     pub unlit: bool,
 }
 
 impl Material {
-    /// Whether what is behind the surface shows through it, so that it is drawn after everything else, far to near.
+    /// True if surfaces behind it are visible through it. It is then drawn after all opaque surfaces, from far to near.
     pub fn is_transparent(&self) -> bool {
         self.alpha_mode == AlphaMode::Blend || self.transmission > 0.0
     }
@@ -115,17 +115,17 @@ impl Default for Material {
     }
 }
 
-/// What a material's alpha means.
+/// Meaning of a material's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
-    /// Ignored: the surface is solid.
+    /// Alpha is ignored: the surface is opaque.
     Opaque,
-    /// The surface is there where alpha >= cutoff.
+    /// The surface exists where alpha >= cutoff.
     Mask {
-        /// 0.5 unless the file says otherwise.
+        /// Alpha threshold, 0.5 by default.
         cutoff: f32,
     },
-    /// Covers what is behind it by alpha.
+    /// The surface is blended over its background by alpha.
     Blend,
 }
 
@@ -134,14 +134,14 @@ pub enum AlphaMode {
 pub struct TextureRef {
     /// Index into [`crate::Scene::textures`].
     pub texture: usize,
-    /// 0 or 1: which texture coordinates.
+    /// Set of texture coordinates: 0 or 1.
     pub uv_set: u32,
     /// `KHR_texture_transform`: applied to the texture coordinates.
     pub texture_from_uv: Affine2,
 }
 
 impl TextureRef {
-    /// The texture through its first coordinates, untransformed.
+    /// A reference with the first set of texture coordinates and without a transform.
     pub fn new(texture: usize) -> Self {
         Self { texture, uv_set: 0, texture_from_uv: Affine2::IDENTITY }
     }

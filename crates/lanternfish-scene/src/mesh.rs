@@ -4,16 +4,16 @@ use glam::{Affine3A, Vec2, Vec3, Vec4};
 
 use crate::motion::Deformation;
 
-/// A list of primitives that are placed together.
+/// A list of primitives that are instanced together.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// The file's name for it, or empty.
+    /// Name in the file, or empty.
     pub name: String,
     /// Parts with one material each.
     pub primitives: Vec<Primitive>,
 }
 
-/// An indexed triangle list with one material. Attribute lists are as long as `positions`, or empty where said.
+/// An indexed triangle list with one material. Attribute lists are as long as `positions`; those whose documentation says so may be empty.
 #[derive(Clone, Debug, Default)]
 pub struct Primitive {
     /// Index into [`crate::Scene::materials`].
@@ -22,7 +22,7 @@ pub struct Primitive {
     pub positions: Vec<Vec3>,
     /// Unit length.
     pub normals: Vec<Vec3>,
-    /// xyz: unit tangent along +u; w: sign of the bitangent, `cross(normal, tangent) * w`. Empty when the material
+    /// xyz: unit tangent along +u; w: sign of the bitangent, `cross(normal, tangent) * w`. Empty if the material
     /// has no normal map.
     pub tangents: Vec<Vec4>,
     /// First texture coordinates, origin top left. Empty: all zero.
@@ -31,14 +31,14 @@ pub struct Primitive {
     pub uv1: Vec<Vec2>,
     /// Linear RGBA that multiplies the base colour, in 0..=1. Empty: white.
     pub colors: Vec<Vec4>,
-    /// Three a triangle, counter-clockwise seen from the front; each below `positions.len()`.
+    /// Three per triangle, counter-clockwise seen from the front; each below `positions.len()`.
     pub indices: Vec<u32>,
-    /// How its vertices move, where they do.
+    /// Morph targets and skinning; `None` if the vertices are static.
     pub deformation: Option<Box<Deformation>>,
 }
 
 impl Primitive {
-    /// Object-space box of the positions.
+    /// Object-space bounding box of the positions.
     pub fn bounds(&self) -> Bounds {
         let mut bounds = Bounds::EMPTY;
         for p in &self.positions {
@@ -58,7 +58,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Contains nothing; the identity of [`Bounds::add_point`] and [`Bounds::add_bounds`].
+    /// The empty box: the identity of [`Bounds::add_point`] and [`Bounds::add_bounds`].
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// Grows to contain `p`.
@@ -73,12 +73,12 @@ impl Bounds {
         self.max = self.max.max(other.max);
     }
 
-    /// True if it contains nothing.
+    /// True if the box is empty.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
 
-    /// Middle of the box; the origin for an empty one.
+    /// Centre of the box; the origin for an empty one.
     pub fn center(&self) -> Vec3 {
         if self.is_empty() { Vec3::ZERO } else { 0.5 * (self.min + self.max) }
     }

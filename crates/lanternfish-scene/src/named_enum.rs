@@ -1,22 +1,22 @@
-//! Settings as text, and enums whose variants are chosen by name.
+//! Settings as text, and enums whose variants are selected by name.
 
-/// An enum whose variants are chosen by name: what [`named_enum!`](crate::named_enum!) declares.
+/// An enum whose variants are selected by name, as declared by [`named_enum!`](crate::named_enum!).
 pub trait Named: Copy + Send + Sync + 'static {
     /// Every variant, in the order in which help lists them.
     fn all() -> Vec<Self>;
-    /// The name of a variant: in a flag, a file, a report.
+    /// The name of a variant, in flags, files and reports.
     fn name(self) -> &'static str;
-    /// One line of help on a variant; empty where no front end offers it.
+    /// One line of help text on a variant; empty if no front end offers it.
     fn words(self) -> &'static str;
 }
 
-/// A setting as front ends write and read it: flags, shots, reports.
+/// A setting that front ends write and read as text, in flags, shots and reports.
 pub trait Setting {
-    /// Its value; none where it is not set.
+    /// The value as text; `None` if it is not set.
     fn text(&self) -> Option<String>;
-    /// Takes the value that a text says, or says what was expected.
+    /// Parses the value from `text`; the error says what was expected.
     fn read(&mut self, text: &str) -> Result<(), String>;
-    /// Where it is chosen by name: every name, and what it means.
+    /// Every name and its help text, for settings that are selected by name; otherwise empty.
     fn names(&self) -> Vec<(&'static str, &'static str)> {
         Vec::new()
     }
@@ -60,7 +60,7 @@ impl Setting for Option<f32> {
     }
 }
 
-/// `none`: it is not set.
+/// The text `none` means that the setting is not set.
 impl<T: Named> Setting for Option<T> {
     fn text(&self) -> Option<String> {
         self.map(|value| value.name().to_owned())
@@ -75,11 +75,11 @@ impl<T: Named> Setting for Option<T> {
     }
     fn names(&self) -> Vec<(&'static str, &'static str)> {
         let all = T::all().into_iter().map(|value| (value.name(), value.words()));
-        std::iter::once(("none", "It is not set")).chain(all).collect()
+        std::iter::once(("none", "Not set")).chain(all).collect()
     }
 }
 
-/// Declares an enum whose variants have a name, and a line of help, that are written in one place.
+/// Declares an enum whose variants each have a name and a line of help text.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! named_enum {
@@ -97,7 +97,7 @@ macro_rules! named_enum {
                 match self { $(Self::$variant => $text),+ }
             }
 
-            /// What it means, in a line of help.
+            /// One line of help text.
             pub const fn words(self) -> &'static str {
                 match self { $(Self::$variant => concat!($($meaning)?)),+ }
             }
@@ -119,7 +119,7 @@ macro_rules! named_enum {
     };
 }
 
-/// The same of a type that has `all`, `name` and `words` itself: values that are not known when it is compiled.
+/// Implements [`Named`](crate::Named) for a type that has its own `all`, `name` and `words`: the values are only known at run time.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! named_type_impls {
@@ -140,7 +140,7 @@ macro_rules! named_type_impls {
     };
 }
 
-/// What a type can that is [`Named`](crate::Named): its names are read, written and listed.
+/// Implements reading, writing and listing of names for a type that is [`Named`](crate::Named).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! named_enum_impls {
@@ -168,8 +168,8 @@ macro_rules! named_enum_impls {
             type Err = String;
             fn from_str(text: &str) -> Result<Self, String> {
                 <Self as $crate::Named>::all().into_iter().find(|v| v.name() == text).ok_or_else(|| {
-                    let known: Vec<_> = <Self as $crate::Named>::all().into_iter().map(|v| v.name()).collect();
-                    format!("expected one of {}", known.join(", "))
+                    let names: Vec<_> = <Self as $crate::Named>::all().into_iter().map(|v| v.name()).collect();
+                    format!("expected one of {}", names.join(", "))
                 })
             }
         }

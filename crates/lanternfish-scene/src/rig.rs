@@ -1,7 +1,7 @@
-//! Light for scenes that bring none: made by formulas about the camera, so that every view is lit alike.
+//! Procedural lighting for scenes without lights. It is defined relative to the camera, so that every view is lit alike.
 //!
-//! Use one by itself ([`studio`], [`sun`], [`sky`], [`lamp`]), or let a [`LightRig`] put into a scene what belongs
-//! together. [`is_dark`] says whether a scene needs any.
+//! Use [`studio`], [`sun`], [`sky`] and [`lamp`] alone, or add a [`LightRig`] to a scene. [`is_dark`] tells if a scene
+//! needs one.
 
 use glam::{Mat3, Vec2, Vec3};
 
@@ -13,7 +13,7 @@ use crate::{
 named_enum! {
     /// Built-in lighting that can be added to a scene.
     LightRig {
-        /// Soft boxes and a calm backdrop, and where no light from outside comes in, a lamp.
+        /// Soft boxes and a grey backdrop; in a closed room, a lamp.
         Studio = "studio": "Soft boxes and a grey backdrop; in a closed room, a lamp",
         /// A sun from the camera's side and a sky.
         Sun = "sun": "A sun over the left shoulder, and a sky",
@@ -23,7 +23,7 @@ named_enum! {
 }
 
 impl LightRig {
-    /// Adds its light to the scene, for `camera`; environment that the scene has stay.
+    /// Adds the rig's lights to the scene, for `camera`. An existing environment is kept.
     pub fn add(self, scene: &mut Scene, camera: &Camera) {
         let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
         match self {
@@ -44,13 +44,13 @@ impl LightRig {
     }
 }
 
-/// Mean luminance over all surfaces from which on they light a scene, nits: a third of what the lamp of the Cornell box comes to.
+/// Mean emitted luminance over all surfaces from which the scene counts as lit, nits: a third of that of the Cornell box.
 const LIT_BY_EMISSION: f64 = 0.03;
-/// Luminance above which a glowing surface counts as a lamp, nits: brighter than a white sheet in good light. Labels and
-/// displays are not.
+/// Luminance above which an emissive surface counts as a lamp, nits: brighter than a well-lit white sheet. Labels and
+/// displays are darker.
 const LAMP: f32 = 1.0;
 
-/// Whether nothing lights the scene: it has no lights and no environment, and what glows is no lamp, or sends little.
+/// True if nothing lights the scene: no lights, no environment, and no or little emission from lamps.
 pub fn is_dark(scene: &Scene) -> bool {
     let has_light = scene.lights.iter().any(|light| light.intensity != Vec3::ZERO);
     let environment_light = scene
@@ -60,8 +60,8 @@ pub fn is_dark(scene: &Scene) -> bool {
     !has_light && !environment_light && mean_luminance(scene) < LIT_BY_EMISSION
 }
 
-/// Mean luminance that a scene's surfaces emit, over all their area, nits. Materials of at most 1 nit count as dark, and a
-/// texture by the mean of its image.
+/// Mean luminance that a scene's surfaces emit, weighted by area, nits. Materials of at most 1 nit count as dark. A
+/// texture counts with the mean of its image.
 fn mean_luminance(scene: &Scene) -> f64 {
     let glow: Vec<f64> = scene.materials.iter().map(|material| emission(scene, material)).collect();
     if glow.iter().all(|luminance| *luminance == 0.0) {
@@ -83,9 +83,9 @@ fn mean_luminance(scene: &Scene) -> f64 {
     if area > 0.0 { light / area } else { 0.0 }
 }
 
-/// Mean luminance that a material emits, nits; 0 where it glows no brighter than [`LAMP`].
+/// Mean luminance that a material emits, nits; 0 if it is not brighter than [`LAMP`].
 fn emission(scene: &Scene, material: &Material) -> f64 {
-    /// Most texels that are read, evenly spaced: enough for a mean.
+    /// Maximum number of texels that are read, evenly spaced: enough for a mean.
     const MOST: usize = 1 << 14;
     if luminance(material.emissive) <= LAMP {
         return 0.0;
@@ -96,7 +96,7 @@ fn emission(scene: &Scene, material: &Material) -> f64 {
         let read = texels.iter().step_by(step).map(|[r, g, b, _]| Vec3::from([r, g, b].map(|c| linear_from_srgb(*c))));
         read.sum::<Vec3>() / texels.len().div_ceil(step) as f32
     });
-    // In double precision: the luminance of the brightest lamp is beyond what 32 bits hold.
+    // In double precision, since the luminance of the brightest lamps overflows 32 bits.
     material.emissive.as_dvec3().dot((mean * LUMINANCE).into())
 }
 
@@ -108,18 +108,18 @@ fn luminance(color: Vec3) -> f32 {
     color.dot(LUMINANCE)
 }
 
-/// A box of soft light.
+/// A soft box.
 struct SoftBox {
-    /// Direction towards the middle of the box in the camera's frame: x right, y up, z towards who looks; any length.
+    /// Direction towards the centre of the box, camera space (x right, y up, z towards the observer), any length.
     towards: Vec3,
-    /// Half the box's width and height, as slopes about `towards`.
+    /// Half the box's width and height, as slopes relative to `towards`.
     half: [f32; 2],
     /// Radiance, linear Rec. 709, nits.
     radiance: Vec3,
 }
 
 /// The studio's lights: a warm key light from the upper left of the camera; a weaker fill light from the right; a cool rim light from
-/// behind on the right, above what a camera sees; a broad one overhead.
+/// behind on the right, above the view; a broad light overhead.
 const BOXES: [SoftBox; 4] = [
     SoftBox { towards: Vec3::new(-0.75, 0.75, 0.75), half: [0.5, 0.5], radiance: Vec3::new(4.9, 4.7, 4.4) },
     SoftBox { towards: Vec3::new(1.0, 0.15, 0.55), half: [0.35, 0.7], radiance: Vec3::new(1.15, 1.2, 1.25) },
@@ -127,12 +127,12 @@ const BOXES: [SoftBox; 4] = [
     SoftBox { towards: Vec3::new(0.0, 1.0, 0.1), half: [0.7, 0.7], radiance: Vec3::new(1.2, 1.2, 1.2) },
 ];
 
-/// Width of the edge of a soft box, as a share of its half width.
+/// Width of the soft edge of a soft box, as a fraction of its half width.
 const EDGE: f32 = 0.45;
 
-/// Environment for a thing before this camera: soft boxes around it, and behind it a backdrop of grey that darkens
-/// away from the middle of the image. A white sheet that faces the camera is about 0.9 nits bright, a grey one of
-/// 18 % 0.2: an image without exposure shows them as they are. An image of 512 × 256 pixels.
+/// Environment for an object in front of this camera: soft boxes around it, and behind it a grey backdrop that darkens
+/// away from the image's centre. A white sheet that faces the camera has about 0.9 nits, an 18 % grey one 0.2 nits, so
+/// that exposure 0 shows them correctly. The image has 512 × 256 pixels.
 pub fn studio(camera: &Camera) -> Environment {
     let (width, height) = (512, 256);
     let mut environment = Environment { width, height, pixels: Vec::new(), rotation: 0.0 };
@@ -145,9 +145,9 @@ pub fn studio(camera: &Camera) -> Environment {
     environment
 }
 
-/// Radiance of the studio in a direction of the camera's frame, nits.
+/// Radiance of the studio from a camera-space direction, nits.
 fn studio_radiance(direction: Vec3) -> Vec3 {
-    // The backdrop: 0.34 in the middle of the image, falling to 0.1 beside and behind the camera; darker below.
+    // The backdrop: 0.34 at the image's centre, falling to 0.1 beside and behind the camera; darker below.
     let middle = (0.5 - 0.5 * direction.z).powi(6);
     let below = smoothstep(-1.0, 0.4, direction.y);
     let grey = (0.1 + 0.24 * middle) * (0.45 + 0.55 * below);
@@ -159,9 +159,9 @@ fn studio_radiance(direction: Vec3) -> Vec3 {
             continue;
         }
         let right = Vec3::Y.cross(axis).try_normalize().unwrap_or(Vec3::X);
-        let place = [direction.dot(right), direction.dot(axis.cross(right))].map(|x| (x / along).abs());
+        let position = [direction.dot(right), direction.dot(axis.cross(right))].map(|x| (x / along).abs());
         let inside = |x: f32, half: f32| 1.0 - smoothstep(half * (1.0 - EDGE), half * (1.0 + EDGE), x);
-        radiance += inside(place[0], half[0]) * inside(place[1], half[1]) * *bright;
+        radiance += inside(position[0], half[0]) * inside(position[1], half[1]) * *bright;
     }
     radiance
 }
@@ -171,10 +171,10 @@ fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A sun of 3 lx that shines from over the left shoulder of who looks through the camera, 45° high.
+/// A sun of 3 lx from over the observer's left shoulder, 45° high.
 pub fn sun(camera: &Camera) -> Light {
     let axis = |a: Vec3| camera.world_from_camera.transform_vector3(a);
-    // Looking straight up or down, what is up in the image says where behind is.
+    // If the camera looks straight up or down, the image's up direction defines the back.
     let back = axis(Vec3::Z);
     let level = Vec3::new(back.x, 0.0, back.z);
     let upright = -axis(Vec3::Y) * back.y.signum();
@@ -185,35 +185,35 @@ pub fn sun(camera: &Camera) -> Light {
     Light { name: "sun of the rig".to_owned(), ..Light::directional(-towards, Vec3::new(3.0, 2.85, 2.6)) }
 }
 
-/// Radiance of the sky that goes with [`sun`], linear Rec. 709, nits: it gives level ground a third of its light.
+/// Sky radiance to go with [`sun`], linear Rec. 709, nits: a third of the light on horizontal ground comes from the sky.
 pub fn sky() -> Vec3 {
     Vec3::new(0.26, 0.32, 0.42)
 }
 
-/// Cells a side into which the view ahead of a camera is divided to measure depths.
+/// Rays per side that measure the depths ahead of a camera.
 const CELLS: usize = 8;
 
-/// A lamp for a camera in a closed room, to which no light from outside comes (see [`Camera::is_enclosed`]); `None`
-/// elsewhere. It hangs over the left shoulder, free of walls, and gives about 4 lx at the middle distance of what is ahead.
+/// A lamp for a camera in a closed room without light from outside (see [`Camera::is_enclosed`]); `None` elsewhere. It hangs
+/// over the observer's left shoulder, away from walls, and gives about 4 lx at the median distance ahead.
 pub fn lamp(scene: &Scene, camera: &Camera) -> Option<Light> {
     if !camera.is_enclosed(scene) {
         return None;
     }
     let eye = camera.eye();
     let ahead = Face { world_from_face: camera.world_from_camera.matrix3.into(), slope: Vec2::splat(0.6) };
-    let seen = look(scene, eye, &[ahead], CELLS);
-    let mut depths: Vec<f32> = seen.iter().flatten().map(|hit| hit.depth).collect();
+    let hits = look(scene, eye, &[ahead], CELLS);
+    let mut depths: Vec<f32> = hits.iter().flatten().map(|hit| hit.depth).collect();
     depths.sort_unstable_by(f32::total_cmp);
     let middle = *depths.get(depths.len() / 2)?;
-    // Above and to the left, as far as half the way to the next wall there.
+    // Above and to the left, half way to the nearest wall in that direction.
     let aside = camera.world_from_camera.transform_vector3(Vec3::new(-0.6, 0.8, 0.0));
     let face = Face {
         world_from_face: Mat3::from(Camera::looking_along(eye, aside, camera.projection).world_from_camera.matrix3),
         slope: Vec2::splat(0.2),
     };
     let free = look(scene, eye, &[face], 2).iter().flatten().map(|hit| hit.depth).fold(middle, f32::min);
-    let place = eye + 0.5 * free * aside;
-    Some(Light { name: "lamp of the rig".to_owned(), ..Light::point(place, Vec3::splat(4.0 * middle * middle)) })
+    let position = eye + 0.5 * free * aside;
+    Some(Light { name: "lamp of the rig".to_owned(), ..Light::point(position, Vec3::splat(4.0 * middle * middle)) })
 }
 
 #[cfg(test)]
@@ -228,7 +228,7 @@ mod tests {
         sides.chain([below]).collect()
     }
 
-    /// Light that falls on a surface of this normal, lx: the sum over pixels.
+    /// Illuminance of a surface with this normal, lx: a sum over pixels.
     fn irradiance(environment: &Environment, normal: Vec3) -> Vec3 {
         let (width, height) = (environment.width, environment.height);
         let mut sum = Vec3::ZERO;
@@ -249,9 +249,9 @@ mod tests {
         for camera in cameras() {
             let studio = studio(&camera);
             studio.validate().unwrap();
-            assert_eq!(studio, super::studio(&camera), "the same every time");
+            assert_eq!(studio, super::studio(&camera), "deterministic");
             let axis = |x, y, z| camera.world_from_camera.transform_vector3(Vec3::new(x, y, z)).normalize();
-            // Radiance of a white sheet that faces so.
+            // Radiance of a white sheet with this normal.
             let sheet = |normal: Vec3| irradiance(&studio, normal).element_sum() / 3.0 / std::f32::consts::PI;
             let facing = sheet(axis(0.0, 0.0, 1.0));
             assert!((0.75..1.05).contains(&facing), "facing the camera: {facing}");
@@ -259,7 +259,7 @@ mod tests {
             let (up, down) = (sheet(axis(0.0, 1.0, 0.0)), sheet(axis(0.0, -1.0, 0.0)));
             assert!(left > 1.3 * right && up > 3.0 * down, "{left} {right}, {up} {down}");
             assert!(down > 0.08 && right > 0.3, "nothing is black: {down} {right}");
-            // What is behind the thing: calm, and neither as bright as white nor black.
+            // The backdrop: smooth, darker than white and brighter than black.
             let pixels = (0..400).map(|i| {
                 let (x, y) = ((i % 20) as f32 / 10.0 - 0.95, (i / 20) as f32 / 10.0 - 0.95);
                 studio.radiance(axis(0.74 * x, 0.41 * y, -1.0)).element_sum() / 3.0
@@ -291,7 +291,7 @@ mod tests {
         let [inside, outside] = [inside, outside].map(|eye| Camera::look_at(eye, Vec3::Y, projection));
         assert_eq!(lamp(&room, &outside), None);
         assert_eq!(lamp(&room, &inside), None, "light comes in from the open side");
-        // A lid on the open side.
+        // Closes the open side.
         let bounds = room.bounds();
         let lid = Primitive {
             positions: bounds.corners()[4..].iter().map(|p| *p + 0.001 * Vec3::Z).collect(),
@@ -305,11 +305,12 @@ mod tests {
         let light = lamp(&room, &inside).expect("it is closed");
         assert!(light.position.cmpgt(bounds.min).all() && light.position.cmplt(bounds.max).all(), "{light:?}");
         assert!(light.position.x < 0.0 && light.position.y > 1.2, "over the left shoulder: {light:?}");
-        // Large, and far from the origin, where a metre beside the eye is the eye.
+        // Large and far from the origin, where a point one metre from the eye rounds to the eye.
         let mut far = room.clone();
-        let place = glam::Affine3A::from_translation(Vec3::splat(1e9)) * glam::Affine3A::from_scale(Vec3::splat(1e4));
-        far.instances.iter_mut().for_each(|at| at.world_from_object = place * at.world_from_object);
-        let eye = place.transform_point3(inside.eye());
+        let far_from_near =
+            glam::Affine3A::from_translation(Vec3::splat(1e9)) * glam::Affine3A::from_scale(Vec3::splat(1e4));
+        far.instances.iter_mut().for_each(|at| at.world_from_object = far_from_near * at.world_from_object);
+        let eye = far_from_near.transform_point3(inside.eye());
         let mut from_far = inside.clone();
         from_far.world_from_camera.translation = eye.into();
         let (light, bounds) = (lamp(&far, &from_far).expect("it is closed"), far.bounds());
@@ -319,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_is_dark_where_nothing_sends_light() {
+    fn a_scene_without_light_sources_is_dark() {
         let mut scene = generate::demo("cornell").unwrap();
         assert!(!is_dark(&scene));
         scene.lights.clear();
@@ -328,16 +329,16 @@ mod tests {
         assert!(is_dark(&scene));
         scene.sky = Vec3::splat(1e-3);
         assert!(!is_dark(&scene));
-        // An image goes before the sky.
+        // An environment image replaces the sky.
         scene.environment = Some(Environment { width: 1, height: 1, pixels: vec![Vec3::ZERO], rotation: 0.0 });
         assert!(is_dark(&scene));
         scene.environment = None;
         scene.sky = Vec3::ZERO;
-        // A lamp lights, a gleam does not; and half of a glowing texture is half as bright.
+        // A lamp lights the scene, a faint emitter does not. A half-black texture halves the luminance.
         scene.materials.iter_mut().zip(glowing).for_each(|(material, emissive)| material.emissive = emissive);
         scene.materials[0].emissive = Vec3::splat(10.0);
-        let whole = mean_luminance(&scene);
-        assert!(!is_dark(&scene) && whole > 0.1, "{whole}");
+        let untextured = mean_luminance(&scene);
+        assert!(!is_dark(&scene) && untextured > 0.1, "{untextured}");
         let rgba = [[255u8; 4], [0, 0, 0, 255]].concat();
         scene.images.push(Image { name: String::new(), width: 2, height: 1, rgba });
         scene.textures.push(Texture { image: scene.images.len() - 1, sampler: 0 });
@@ -347,10 +348,10 @@ mod tests {
         };
         scene.materials[0].emissive = Vec3::splat(10.0);
         scene.materials[0].emissive_texture = Some(TextureRef::new(scene.textures.len() - 1));
-        assert!((mean_luminance(&scene) - others - 0.5 * (whole - others)).abs() < 1e-3 * whole);
+        assert!((mean_luminance(&scene) - others - 0.5 * (untextured - others)).abs() < 1e-3 * untextured);
         scene.materials.iter_mut().for_each(|material| material.emissive *= 0.1);
         assert!(is_dark(&scene));
-        // Areas that squares of 32 bits do not hold: a dark one of them beside a lamp, and nothing else.
+        // Areas whose squares overflow 32 bits: only a dark surface of such an area, and a lamp.
         let corners = [Vec3::ZERO, 1e11 * Vec3::X, 1e11 * Vec3::Y].to_vec();
         let vast = Primitive { positions: corners, indices: vec![0, 1, 2], material: 1, ..Primitive::default() };
         scene.materials[1].emissive = Vec3::ZERO;
@@ -361,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_scene_has_stays() {
+    fn existing_lighting_is_kept() {
         let camera = &cameras()[0];
         let mut scene = generate::demo("furnace").unwrap();
         LightRig::Sun.add(&mut scene, camera);

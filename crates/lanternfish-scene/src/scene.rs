@@ -1,23 +1,23 @@
-//! A scene: everything a frame needs, placed in world space.
+//! A scene: everything needed to render a frame, in world space.
 
 use glam::{Affine3A, Vec3};
 
 use crate::{Bounds, Camera, Environment, Image, Light, Material, Mesh, Primitive, Sampler, Texture, motion::Motion};
 
-/// Everything a frame needs. Indices refer into the lists of the same scene.
+/// Everything needed to render a frame. Indices refer to the lists of the same scene.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// What the scene is called: a file's stem, or the name of a generated scene.
+    /// Name of the scene: the file's stem, or the name of a generated scene.
     pub name: String,
-    /// Geometry, each in its own object space.
+    /// Geometry, each mesh in its own object space.
     pub meshes: Vec<Mesh>,
     /// Meshes placed in the world.
     pub instances: Vec<Instance>,
     /// Surfaces.
     pub materials: Vec<Material>,
-    /// An image seen through a sampler.
+    /// Pairs of image and sampler.
     pub textures: Vec<Texture>,
-    /// Decoded pixels, each held once however many textures use it.
+    /// Decoded images, each stored once, even if several textures use it.
     pub images: Vec<Image>,
     /// How textures are filtered and wrapped.
     pub samplers: Vec<Sampler>,
@@ -25,12 +25,12 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Cameras, in world space.
     pub cameras: Vec<Camera>,
-    /// Radiance from every direction that no surface covers, nits, linear Rec. 709; nothing where there is an
+    /// Background radiance, the same in every direction, nits, linear Rec. 709. Ignored if there is an
     /// [`Scene::environment`].
     pub sky: Vec3,
-    /// The same as an image; replaces [`Scene::sky`].
+    /// Background radiance as an image; replaces [`Scene::sky`].
     pub environment: Option<Environment>,
-    /// What of it moves, and how.
+    /// Node hierarchy and animations.
     pub motion: Motion,
 }
 
@@ -46,14 +46,14 @@ pub struct Instance {
 }
 
 impl Scene {
-    /// Radiance that arrives from `direction` (unit length, world space) where no surface is in its way, nits: of the
-    /// environment, or where there is none, the sky.
+    /// Background radiance from `direction` (unit length, world space), nits: of the environment, or of the sky if there is
+    /// none.
     pub fn background(&self, direction: Vec3) -> Vec3 {
         self.environment.as_ref().map_or(self.sky, |environment| environment.radiance(direction))
     }
 
-    /// World-space box of all instances; [`Bounds::EMPTY`] for a scene without geometry. Conservative: the boxes of
-    /// the primitives are transformed, not their vertices.
+    /// World-space bounding box of all instances; [`Bounds::EMPTY`] for a scene without geometry. Conservative: it
+    /// transforms the primitives' boxes, not their vertices.
     pub fn bounds(&self) -> Bounds {
         self.bounds_of(&self.boxes())
     }
@@ -74,14 +74,14 @@ impl Scene {
         self.meshes.iter().map(|mesh| mesh.primitives.iter().map(Primitive::bounds).collect()).collect()
     }
 
-    /// The first of its cameras; where it has none, one that sees the whole of it ([`Camera::framing`]) at an angle of 45°.
-    /// `aspect` is the image's width / height.
+    /// The scene's first camera, or if it has none, a camera that frames the scene ([`Camera::framing`]) with a vertical angle
+    /// of 45°. `aspect` is the image's width / height.
     pub fn default_camera(&self, aspect: f32) -> Camera {
         const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
         self.cameras.first().cloned().unwrap_or_else(|| Camera::framing(&self.bounds(), FOV_Y, aspect))
     }
 
-    /// Triangles stored, and triangles placed in the world (each instance counted).
+    /// Number of triangles stored, and number of triangles in the world, where each instance counts.
     pub fn triangle_counts(&self) -> (usize, usize) {
         let count = |mesh: &Mesh| mesh.primitives.iter().map(|p| p.indices.len() / 3).sum::<usize>();
         let counts: Vec<usize> = self.meshes.iter().map(count).collect();

@@ -1,9 +1,9 @@
-//! What every renderer of a scene has to agree on: how light falls off, where it ends, which surfaces are shaded.
+//! Conventions common to all renderers: attenuation, light ranges, and the material model.
 
 use crate::{Light, LightKind, named_enum};
 
 named_enum! {
-    /// How light falls off with distance. R is a light's range, I₀ = I / R² [VanGelderen2020, app. A].
+    /// Attenuation of light with distance d. R is the light's range, I₀ = I / R² [VanGelderen2020, app. A].
     Attenuation {
         /// glTF's window: max(1 − (d/R)⁴, 0) / d².
         Gltf = "gltf": "Inverse square, faded out towards the range: glTF's formula",
@@ -32,21 +32,22 @@ named_enum! {
 named_enum! {
     /// Material model.
     Materials {
-        /// The file's own: Cook–Torrance.
-        File = "file": "The file's own metallic-roughness materials",
-        /// Base colour as a two-sided diffuse albedo. Emission, alpha mask and blending stay; all else is ignored.
-        Lambert = "lambert": "Base colour as a two-sided diffuse surface; emission, alpha mask and blending stay",
+        /// The file's materials: Cook–Torrance.
+        File = "file": "The file's metallic-roughness materials",
+        /// Base colour as a two-sided diffuse albedo. Emission, alpha mask and blending are kept; all else is ignored.
+        Lambert = "lambert": "Base colour as a two-sided diffuse surface; emission, alpha mask and blending are kept",
     }
 }
 
-/// The thesis bounds the inverse square by a near radius R0 (§A.1); ours, in m, is a guard and not a look.
+/// Minimum distance of the inverse square, m. The thesis uses a near radius R0 (§A.1) for appearance; this one only avoids
+/// division by zero.
 pub const NEAR_RADIUS: f32 = 1e-3;
 
-/// Range of a light that never ends, m. Its square is a finite float.
+/// Range of an unbounded light, m. Its square is a finite float.
 pub const UNBOUNDED: f32 = 1e18;
 
 impl Attenuation {
-    /// Share of a unit intensity at distance `d` of a light of range `r`, both m: lux a candela. Zero from `r` on.
+    /// Illuminance per intensity at distance `d` of a light of range `r`, both m: lx/cd. Zero from `r` on.
     pub fn factor(self, d: f32, r: f32) -> f32 {
         if d >= r {
             return 0.0;
@@ -67,17 +68,17 @@ impl Attenuation {
         }
     }
 
-    /// [`Self::factor`] over the inverse square: what it leaves of a light of range `r` at distance `d`, both m. The light of a disk or
-    /// rectangle is the inverse square of its points, times this at its middle: so all of it ends at one distance.
+    /// [`Self::factor`] over the inverse square, for a light of range `r` at distance `d`, both m. The light of a disk or rectangle is the
+    /// inverse square of each point times this window at the centre's distance, so that all of it ends at one distance.
     pub fn window(self, d: f32, r: f32) -> f32 {
         self.factor(d, r) * NEAR_RADIUS.max(d).powi(2)
     }
 }
 
 impl Light {
-    /// Where the light ends, m from its position: its stated range; else, where its brightest channel has fallen to `threshold`, cd/m²
-    /// of its inverse-square law, > 0 [Elagabani2025, eq. 4.1], of a disk or rectangle along its axis; never ([`UNBOUNDED`]) for
-    /// directional lights and under `physical` attenuation.
+    /// The light's range, m: the stated range, or else the distance at which the inverse square of the brightest channel falls to
+    /// `threshold`, cd/m², > 0 [Elagabani2025, eq. 4.1]; for a disk or rectangle along its axis. [`UNBOUNDED`] for directional lights and
+    /// under `physical` attenuation.
     pub fn effective_range(&self, attenuation: Attenuation, threshold: f32) -> f32 {
         if self.kind == LightKind::Directional {
             return UNBOUNDED;

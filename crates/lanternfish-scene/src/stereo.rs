@@ -1,10 +1,10 @@
-//! Two eyes.
+//! Stereo cameras.
 
 use glam::{Affine3A, Quat, Vec3};
 
 use crate::{Camera, Projection};
 
-/// Where the eyes of a head-mounted display are and what each of them sees.
+/// Eye transforms and frusta of a head-mounted display.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StereoRig {
     /// The left eye and the right one.
@@ -14,15 +14,15 @@ pub struct StereoRig {
 /// One eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
-    /// Rotation and translation only; the head looks down −z.
+    /// Transform from eye space to head space: rotation and translation only. The head looks along −z.
     pub head_from_eye: Affine3A,
-    /// Slopes of the sides of its frustum: left, right, bottom, top; x or y over distance. left < right, bottom < top.
+    /// Slopes of the frustum's sides: left, right, bottom, top; x or y over distance. left < right, bottom < top.
     pub slopes: [f32; 4],
 }
 
 impl StereoRig {
-    /// Eyes `distance` (m) apart; `slopes` are the left eye's, the right eye's are mirrored. `cant`: the eyes are turned apart
-    /// by this angle each, radians.
+    /// Eyes `distance` (m) apart. `slopes` are the left eye's; the right eye's are mirrored. `cant`: outward rotation of each
+    /// eye, radians.
     pub fn new(distance: f32, slopes: [f32; 4], cant: f32) -> Self {
         let [left, right, bottom, top] = slopes;
         let eye = |side: f32, slopes| Eye {
@@ -35,13 +35,13 @@ impl StereoRig {
         Self { eyes: [eye(-1.0, slopes), eye(1.0, [-right, -left, bottom, top])] }
     }
 
-    /// The HTC Vive: eyes 63 mm apart and frusta as its driver reports them, a little asymmetric.
+    /// The HTC Vive: eyes 63 mm apart, and the slightly asymmetric frusta that its driver reports.
     pub fn vive() -> Self {
         Self::new(0.063, [-1.3905, 1.2468, -1.4721, 1.4619], 0.0)
     }
 
-    /// Both eyes see the same as `camera`, a perspective one whose image is `aspect` times as wide as high. `None` for
-    /// orthographic cameras.
+    /// Parallel eyes, `distance` (m) apart, both with the frustum of the perspective `camera` at the aspect ratio `aspect`,
+    /// width / height. `None` for orthographic cameras.
     pub fn parallel(camera: &Camera, aspect: f32, distance: f32) -> Option<Self> {
         let slopes = camera.projection.slopes(aspect)?;
         let eye =
@@ -49,7 +49,7 @@ impl StereoRig {
         Some(Self { eyes: [eye(-1.0), eye(1.0)] })
     }
 
-    /// The eyes of a head that is where `head` is; `near` is the distance of their near planes, m.
+    /// The eyes' cameras for a head at `head`; `near` is the distance of their near planes, m.
     pub fn cameras(&self, head: &Camera, near: f32) -> [Camera; 2] {
         let names = ["left", "right"];
         std::array::from_fn(|i| {
@@ -63,23 +63,23 @@ impl StereoRig {
     }
 }
 
-/// Which eyes see an image for two.
+/// Stereo configuration of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eyes {
-    /// The HTC Vive's.
+    /// The eyes of the HTC Vive.
     Vive,
-    /// Both see what the camera sees, this far apart, m.
+    /// Parallel eyes with the camera's frustum, this distance apart, m.
     Parallel(f32),
-    /// The left eye's slopes (left, right, bottom, top), the distance, m, and the angle that each is turned out by, radians.
+    /// The left eye's slopes (left, right, bottom, top), the distance between the eyes, m, and the outward rotation of each eye, radians.
     Rig([f32; 4], f32, f32),
 }
 
 impl Eyes {
-    /// Distance of human eyes, m.
+    /// Distance between human eyes, m.
     pub const HUMAN: f32 = 0.063;
 
-    /// The two cameras of a head where `head` is; an image is `aspect` times as wide as high. `None` for parallel eyes of an orthographic
-    /// camera.
+    /// The two cameras for a head at `head`, for images of the aspect ratio `aspect`, width / height. `None` for parallel eyes of an
+    /// orthographic camera.
     pub fn cameras(self, head: &Camera, aspect: f32) -> Option<[Camera; 2]> {
         let rig = match self {
             Self::Vive => StereoRig::vive(),
@@ -89,7 +89,7 @@ impl Eyes {
         Some(rig.cameras(head, head.projection.near().max(1e-5)))
     }
 
-    /// How many times as wide as high an image is in which nothing is stretched. `None`: any is.
+    /// The aspect ratio, width / height, at which pixels are square. `None`: any.
     pub fn aspect(self) -> Option<f32> {
         let of = |[left, right, bottom, top]: [f32; 4]| (right - left) / (top - bottom);
         match self {
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn eyes_are_apart_and_mirror_each_other() {
+    fn eyes_are_symmetric() {
         let head = Camera::look_at(
             Vec3::new(1.0, 2.0, 3.0),
             Vec3::new(1.0, 2.0, 0.0),
@@ -116,14 +116,14 @@ mod tests {
         assert!((0.5 * (right.eye() + left.eye())).abs_diff_eq(head.eye(), 1e-6));
         let [a, b] = [left, right].map(|c| c.projection.slopes(1.0).unwrap());
         assert_eq!([-a[1], -a[0], a[2], a[3]], b);
-        // Canted outwards, each eye's axis leans to its own side.
+        // Canted outwards: each eye's axis points to its own side.
         let [left, right] = StereoRig::new(0.063, [-1.0, 1.0, -1.0, 1.0], 0.1).cameras(&head, 0.1);
         let axis = |c: &Camera| c.world_from_camera.transform_vector3(Vec3::NEG_Z);
         assert!(axis(&left).x < -0.09 && axis(&right).x > 0.09);
     }
 
     #[test]
-    fn parallel_eyes_see_what_the_camera_sees() {
+    fn parallel_eyes_have_the_cameras_frustum() {
         let projection = Projection::Perspective { fov_y: 1.2, near: 0.1 };
         let head = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, projection);
         let rig = StereoRig::parallel(&head, 1.5, 0.06).unwrap();

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-/// An image seen through a sampler.
+/// A pair of image and sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Texture {
     /// Index into [`crate::Scene::images`].
@@ -11,10 +11,10 @@ pub struct Texture {
     pub sampler: usize,
 }
 
-/// Decoded pixels. Whether they are sRGB-encoded or linear is said by their use in a material, not here.
+/// A decoded image. The material that uses it determines if the values are sRGB-encoded or linear.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
-    /// The file's name for it, or empty.
+    /// Name in the file, or empty.
     pub name: String,
     /// Pixels across; > 0.
     pub width: u32,
@@ -27,20 +27,20 @@ pub struct Image {
 /// How a texture is filtered and wrapped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sampler {
-    /// When a texel covers more than a pixel.
+    /// Magnification filter.
     pub mag: Filter,
-    /// When a texel covers less than a pixel.
+    /// Minification filter.
     pub min: Filter,
-    /// Between mip levels.
+    /// Filter between mip levels.
     pub mip: MipFilter,
-    /// Along u.
+    /// Wrapping along u.
     pub wrap_u: Wrap,
-    /// Along v.
+    /// Wrapping along v.
     pub wrap_v: Wrap,
 }
 
 impl Default for Sampler {
-    /// Trilinear, repeating: glTF's default where a texture has no sampler.
+    /// Trilinear filtering and repeating: glTF's default for textures without a sampler.
     fn default() -> Self {
         Self {
             mag: Filter::Linear,
@@ -68,18 +68,18 @@ pub enum MipFilter {
     None,
     /// The nearest level.
     Nearest,
-    /// Between the two nearest levels.
+    /// Linear interpolation between the two nearest levels.
     Linear,
 }
 
-/// What lies outside 0..1.
+/// Wrapping of texture coordinates outside 0..1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// The image again.
+    /// Repeats the image.
     Repeat,
-    /// The image again, every other one mirrored.
+    /// Repeats the image, every other copy mirrored.
     MirroredRepeat,
-    /// The border texels, stretched.
+    /// Extends the border texels.
     ClampToEdge,
 }
 

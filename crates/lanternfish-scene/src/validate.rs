@@ -1,18 +1,18 @@
-//! Checks that a scene keeps the promises of its types.
+//! Checks that a scene satisfies the invariants that its types document.
 
 use glam::Vec3;
 
 use crate::{Light, LightKind, Material, Primitive, Scene};
 
-/// How far a length may be from 1: two orders above what normalising in f32 leaves, and below what shading shows.
+/// Tolerance of unit lengths: two orders of magnitude above the error of normalising in f32, and below visible errors of shading.
 pub(crate) const UNIT_TOLERANCE: f32 = 1e-3;
 
 impl Scene {
-    /// Farthest from the origin that surfaces, lights and cameras may be, along each axis, m. Volumes of such sizes, and
-    /// products of three such lengths, are floats still.
+    /// Maximum distance of surfaces, lights and cameras from the origin, along each axis, m. Products of three such lengths,
+    /// such as volumes, are finite floats.
     pub const FARTHEST: f32 = 1e12;
 
-    /// Whether everything is within [`Scene::FARTHEST`]; if not, what is not. Indices must be in range.
+    /// Checks that everything is within [`Scene::FARTHEST`]; the error names the first object that is not. Indices must be in range.
     pub(crate) fn check_reach(&self) -> Result<(), String> {
         let within = |p: glam::Vec3| p.abs().max_element() <= Self::FARTHEST && !p.is_nan();
         let fault = |what: &str, i: usize, name: &str, p: glam::Vec3| {
@@ -22,7 +22,7 @@ impl Scene {
         let boxes = self.boxes();
         for (i, instance) in self.instances.iter().enumerate() {
             for bounds in boxes[instance.mesh].iter().filter(|bounds| !bounds.is_empty()) {
-                // Each corner: a box of corners that are no numbers would be empty.
+                // Checks each corner, since the box of NaN corners would be empty.
                 let corners = bounds.corners().map(|corner| instance.world_from_object.transform_point3(corner));
                 if let Some(corner) = corners.into_iter().find(|corner| !within(*corner)) {
                     return fault("instance", i, &instance.name, corner);
@@ -38,9 +38,9 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether every index, length and unit vector is as the types' documentation promises, and everything is within
-    /// [`Scene::FARTHEST`]; if not, the first fault and where it is. Takes time linear in the scene. Not checked: that
-    /// surfaces are closed, that triangles turn the way of their normals (see [`Primitive::winding_faults`]).
+    /// Checks that every index, length and unit vector is as the types document, and that everything is within
+    /// [`Scene::FARTHEST`]. The error gives the first fault and its location. Takes time linear in the scene. Not checked: that
+    /// surfaces are closed, and that windings agree with normals (see [`Primitive::winding_faults`]).
     pub fn validate(&self) -> Result<(), String> {
         for (i, mesh) in self.meshes.iter().enumerate() {
             for (j, primitive) in mesh.primitives.iter().enumerate() {
@@ -109,7 +109,7 @@ impl Scene {
 }
 
 impl Light {
-    /// Whether it is as the type's documentation promises; if not, the first fault.
+    /// Checks that the light is as the type documents; the error is the first fault.
     pub fn validate(&self) -> Result<(), &'static str> {
         if !self.position.is_finite() {
             return Err("its position is not finite");
@@ -132,7 +132,7 @@ impl Light {
     }
 }
 
-/// What is wrong with the shape of a disk or rectangle.
+/// The first fault of the shape of a disk or rectangle.
 fn area_fault(light: &Light) -> Option<&'static str> {
     let (sides, right) = match light.kind {
         LightKind::Disk { radius } => ([radius, radius], None),
@@ -152,16 +152,16 @@ fn area_fault(light: &Light) -> Option<&'static str> {
 }
 
 impl Primitive {
-    /// Number of triangles that face against the mean of their vertex normals: clockwise where they should be
-    /// counter-clockwise. Importers cannot promise zero; generated scenes do.
+    /// Number of triangles that face away from the mean of their vertex normals: clockwise instead of counter-clockwise.
+    /// Zero for generated scenes; imported files may have some.
     pub fn winding_faults(&self) -> usize {
-        let turned = |t: &&[u32]| {
+        let is_flipped = |t: &&[u32]| {
             let [a, b, c] = [t[0], t[1], t[2]].map(|i| i as usize);
             let p = &self.positions;
             let face = (p[b] - p[a]).cross(p[c] - p[a]);
             face.dot(self.normals[a] + self.normals[b] + self.normals[c]) <= 0.0
         };
-        self.indices.chunks_exact(3).filter(turned).count()
+        self.indices.chunks_exact(3).filter(is_flipped).count()
     }
 
     fn validate(&self, material_count: usize) -> Result<(), String> {
@@ -207,7 +207,7 @@ impl Primitive {
 }
 
 impl Material {
-    /// Whether it is as the type's documentation promises, in a scene with so many textures; if not, the first fault.
+    /// Checks that the material is as the type documents, in a scene with `texture_count` textures; the error is the first fault.
     pub fn validate(&self, texture_count: usize) -> Result<(), String> {
         let textures = [
             self.base_color_texture,
@@ -285,15 +285,15 @@ mod tests {
         }
     }
 
-    /// The message for a sound scene after `damage`.
+    /// The error for a valid scene after `damage`.
     fn fault(damage: impl Fn(&mut Scene)) -> String {
         let mut scene = triangle();
         damage(&mut scene);
-        scene.validate().expect_err("the damage goes unseen")
+        scene.validate().expect_err("the damage is not detected")
     }
 
     #[test]
-    fn a_sound_scene_passes() {
+    fn a_valid_scene_passes() {
         assert_eq!(triangle().validate(), Ok(()));
         assert_eq!(triangle().meshes[0].primitives[0].winding_faults(), 0);
     }
@@ -331,30 +331,30 @@ mod tests {
         assert!(fault(|s| s.lights[0].kind = LightKind::Disk { radius: 1e-30 }).contains("its area"));
         let bright = |s: &mut Scene| s.lights[0] = Light::disk(Vec3::ZERO, Vec3::X, 1e10, Vec3::splat(1e30));
         assert!(fault(bright).contains("its area"));
-        let mut whole = triangle();
-        whole.lights[0].kind = rectangle(1.0, across);
-        assert_eq!(whole.validate(), Ok(()));
+        let mut rectangular = triangle();
+        rectangular.lights[0].kind = rectangle(1.0, across);
+        assert_eq!(rectangular.validate(), Ok(()));
         assert!(fault(|s| s.cameras[0].world_from_camera.matrix3 *= 2.0).contains("camera 0"));
         assert!(fault(|s| s.sky.x = -1.0).contains("sky"));
         let pixels = |pixels: Vec<Vec3>| Some(Environment { width: 2, height: 1, pixels, rotation: 0.0 });
         assert!(fault(|s| s.environment = pixels(vec![Vec3::ONE])).contains("environment: 1 pixels for 2 × 1"));
         assert!(fault(|s| s.environment = pixels(vec![Vec3::ONE, Vec3::NAN])).contains("environment: pixel 1, 0"));
         assert!(fault(|s| s.environment = pixels(vec![Vec3::NEG_X; 2])).contains("environment: pixel 0, 0"));
-        let turned = |s: &mut Scene| {
+        let rotated = |s: &mut Scene| {
             s.environment = pixels(vec![Vec3::ONE; 2]);
             s.environment.as_mut().expect("set above").rotation = f32::INFINITY;
         };
-        assert!(fault(turned).contains("environment: its rotation is inf"));
+        assert!(fault(rotated).contains("environment: its rotation is inf"));
     }
 
     #[test]
-    fn what_is_too_far_is_named() {
+    fn distant_objects_are_named() {
         let moved = |scene: &mut Scene, by: f32| scene.instances[0].world_from_object.translation.x = by;
         assert!(fault(|s| moved(s, 1.1e12)).contains("instance 0 (): 1.1e12 m from the origin"));
         assert!(fault(|s| s.lights[0].position.y = -2e12).contains("light 0 (): 2e12 m"));
         let camera = fault(|s| s.cameras[0].world_from_camera.translation.z = 1e13);
         assert!(camera.starts_with("camera 0 ()") && camera.contains("1e12 m"), "{camera}");
-        // Corners that turn into no numbers at all.
+        // Corners whose transforms are NaN.
         let spun = |s: &mut Scene| {
             s.meshes[0].primitives[0].positions = vec![Vec3::splat(-3e38), Vec3::splat(3e38), Vec3::X];
             s.instances[0].world_from_object.matrix3 =

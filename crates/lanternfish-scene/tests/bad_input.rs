@@ -1,5 +1,5 @@
-//! Whatever a file holds, it is a scene that keeps its types' promises, or one error: truncated files, mutated ones,
-//! and those made to exhaust. The same harness is the fuzz target of `fuzz/`, the seeds are its corpus.
+//! Robustness of the import: every file gives a valid scene or one error. The inputs are truncated files, mutated files and
+//! files that try to exhaust memory or the stack. The fuzz target in `fuzz/` has the same harness; the seeds are its corpus.
 
 #[path = "../../../fuzz/harness.rs"]
 mod harness;
@@ -34,7 +34,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Below `count`, which is not zero.
+    /// A number below `count`, which must not be zero.
     fn below(&mut self, count: usize) -> usize {
         (self.next() % count as u64) as usize
     }
@@ -44,7 +44,7 @@ impl Random {
     }
 }
 
-/// What numbers of text become.
+/// Replacements for numbers in text.
 const NUMBERS: &[&str] = &[
     "-1",
     "0",
@@ -79,10 +79,10 @@ const NUMBERS: &[&str] = &[
     "5125",
     "5126",
 ];
-/// What four bytes become: NaN, infinities, the greatest float and integer, a denormal, a signalling NaN.
+/// Replacements for four bytes: NaN, infinities, the largest float and integer, a denormal, a signalling NaN, negative zero.
 const WORDS: &[u32] = &[0x7fc0_0000, 0x7f80_0000, 0xff80_0000, 0x7f7f_ffff, 0xffff_ffff, 1, 0x7f80_0001, 0x8000_0000];
 
-/// One change to a list of bytes.
+/// Applies one random change to a list of bytes.
 fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
     if bytes.is_empty() {
         bytes.push(random.next() as u8);
@@ -113,7 +113,7 @@ fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
     }
 }
 
-/// Where the first number of text from `from` on stands.
+/// The range of the first number in text at or after `from`.
 fn number_from(bytes: &[u8], from: usize) -> Option<Range<usize>> {
     let is_part = |byte: &u8| byte.is_ascii_digit() || b"-.".contains(byte);
     let start = from + bytes[from..].iter().position(is_part)?;
@@ -121,8 +121,8 @@ fn number_from(bytes: &[u8], from: usize) -> Option<Range<usize>> {
     Some(start..start + length)
 }
 
-/// A seed after one to four changes. Of a GLB the chunks are changed, and mostly its lengths put right again:
-/// otherwise hardly any change would come past them.
+/// A seed after one to four changes. In a GLB the chunks change, and in most cases the lengths are corrected: otherwise
+/// nearly all mutants would fail the length checks.
 fn mutant(seed: &[u8], random: &mut Random) -> Vec<u8> {
     let count = 1 + random.below(4);
     if !seed.starts_with(b"glTF") || random.below(5) == 0 {
@@ -145,7 +145,7 @@ fn mutant(seed: &[u8], random: &mut Random) -> Vec<u8> {
     [head, json, [word(bin.len()), *b"BIN\0"].concat(), bin].concat()
 }
 
-/// Runs `count` mutants of every seed; how many became scenes.
+/// Runs `count` mutants of every seed and returns the number of scenes.
 fn run_mutants(count: usize, seed: u64) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let harness = Harness::new(folder.path());
@@ -185,11 +185,11 @@ fn truncated_files_are_scenes_or_errors() {
     let folder = tempfile::tempdir().unwrap();
     let harness = Harness::new(folder.path());
     for (name, content) in seeds() {
-        let whole: Vec<bool> =
+        let is_scene: Vec<bool> =
             (0..content.len()).map(|length| harness.check(&content[..length], ending(&content))).collect();
-        // Text of lines and images may end anywhere; JSON and chunks may not. The seeds end without blanks.
-        let must_be_whole = name.ends_with(".gltf") || name.ends_with(".glb");
-        assert!(!must_be_whole || !whole.contains(&true), "{name}: a part of it is a scene");
+        // OBJ text and images may end anywhere; JSON and GLB chunks may not. The seeds have no trailing blanks.
+        let must_be_complete = name.ends_with(".gltf") || name.ends_with(".glb");
+        assert!(!must_be_complete || !is_scene.contains(&true), "{name}: a part of it is a scene");
     }
 }
 
@@ -197,18 +197,18 @@ fn truncated_files_are_scenes_or_errors() {
 fn mutants_are_scenes_or_errors() {
     let count = 400;
     let (scenes, all) = (run_mutants(count, 1), count * seeds().len());
-    // Both must come up, or the mutations reach only the parser's first check, or nothing at all.
+    // Both outcomes must occur: otherwise the mutations fail the parser's first check, or have no effect.
     assert!((all / 20..all * 19 / 20).contains(&scenes), "{scenes} of {all} mutants are scenes");
 }
 
-/// For searching longer, over a million: `cargo test --release --test bad_input -- --ignored --nocapture`.
+/// A longer search with over a million mutants: `cargo test --release --test bad_input -- --ignored --nocapture`.
 #[test]
 #[ignore = "runs for minutes"]
 fn mutants_for_long() {
     run_mutants(100_000, 2);
 }
 
-/// The triangles' file after each `old` became `new`.
+/// The file `triangles.gltf` with each `old` replaced by `new`.
 fn triangles(changes: &[(&str, &str)]) -> Vec<u8> {
     let (_, seed) = seeds().into_iter().find(|(name, _)| name == "triangles.gltf").unwrap();
     let mut text = String::from_utf8(seed).unwrap();
@@ -220,7 +220,7 @@ fn triangles(changes: &[(&str, &str)]) -> Vec<u8> {
 }
 
 #[test]
-fn files_made_to_exhaust_are_refused() {
+fn files_that_exhaust_resources_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let harness = Harness::new(folder.path());
     for (what, changes) in [
@@ -252,10 +252,10 @@ fn empty_and_degenerate_scenes_are_scenes() {
     assert!(harness.check(b"v 1 1 1\nv 1e12 -1e12 1e12\nf 1 1 1\nf 1 2 1\nf 2 2 2\n", "obj"));
 }
 
-/// A PNG header of any size before very little data: sizes over 16,384 a side or 1 GiB are refused before anything is
-/// allocated, smaller ones when the data ends.
+/// PNG headers of various sizes before very little data. Sizes over 16,384 pixels a side or 1 GiB are refused before anything
+/// is allocated, smaller ones at the end of the data.
 #[test]
-fn images_that_lie_are_refused() {
+fn images_with_less_data_than_stated_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let harness = Harness::new(folder.path());
     for size in [0u32, 2, 4_096, 16_385, 65_536, u32::MAX] {

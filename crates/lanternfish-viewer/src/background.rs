@@ -1,5 +1,6 @@
-//! What the processor does beside the window, in a thread that the path tracer's own threads help: the ground truth of what is seen, sample
-//! by sample, and what lies under a pixel. The scene's tree is built once, and kept until another scene is asked about.
+//! A background thread on the CPU: path-traces the reference image of the view, sample by sample, and probes pixels.
+//!
+//! The path tracer's own threads share the work. The host BVH is built once per scene and stored until another scene is requested.
 
 use std::{
     sync::{
@@ -19,16 +20,16 @@ use lanternfish::{
 use lanternfish_reference::{Film, LightAt, Probed, RayFrom, Settings as Transport, Tracer};
 use lanternfish_scene::{Camera, Scene};
 
-/// Samples of a pixel after which the image is left as it is.
+/// Samples per pixel after which tracing stops.
 const MOST_SAMPLES: u64 = 1 << 16;
-/// How often an image in the making is told of, at most.
-const TELL_AGAIN: Duration = Duration::from_millis(100);
-/// Lights that are told of at a place.
+/// Shortest time between two reports of an image in progress.
+const REPORT_PERIOD: Duration = Duration::from_millis(100);
+/// Maximum number of lights in a probe result.
 const MOST_LIGHTS: usize = 64;
-/// Rays that look for indirect light from a place.
+/// Number of indirect rays in a probe result.
 const RAYS: u32 = 64;
 
-/// What is asked about: a scene, and how light goes about in it.
+/// The subject of a request: a scene and its light transport settings.
 #[derive(Clone, Debug)]
 pub struct Subject {
     scene: Arc<Scene>,
@@ -36,7 +37,8 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// The scene under those of the settings that say what light there is. All of the light is traced, whatever the settings leave out.
+    /// Creates a subject with the settings that define materials, attenuation and light radius. The path tracer computes full light transport, including
+    /// what the render settings leave out.
     pub fn new(scene: &Arc<Scene>, settings: &Settings) -> Self {
         let transport = Transport {
             materials: settings.materials,
@@ -53,48 +55,48 @@ impl Subject {
     }
 }
 
-/// How radiance is shown.
+/// Exposure and tone mapping of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     /// Exposure, EV.
     pub ev: f32,
-    /// The curve.
+    /// Tone-mapping curve.
     pub tone_map: ToneMap,
 }
 
-/// The path tracer's image.
+/// An image of the path tracer.
 #[derive(Clone, Debug)]
 pub struct Traced {
     number: u64,
-    /// As a display shows it: RGBA, rows from the top.
+    /// Display-encoded RGBA, rows from the top.
     pub bytes: Vec<u8>,
-    /// Pixels across and down.
+    /// Width and height, pixels.
     pub size: UVec2,
-    /// Samples of each pixel.
+    /// Samples per pixel.
     pub samples: u64,
 }
 
-/// What lies under a pixel.
+/// The surface at a pixel, and its light.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
-    /// The surface; none where the environment is seen.
+pub struct ProbeResult {
+    /// The surface; `None` where the pixel shows the environment.
     pub place: Option<Probed>,
-    /// Lights that reach it, those first that would bring most.
+    /// Lights that illuminate the surface if unoccluded, by decreasing irradiance.
     pub lights: Vec<LightAt>,
-    /// How many there are in all.
+    /// Number of such lights, including those not in `lights`.
     pub light_count: usize,
-    /// Rays that look for indirect light from there.
+    /// Indirect rays from the surface.
     pub rays: Vec<RayFrom>,
 }
 
-/// What the thread has to say.
+/// A report of the thread.
 #[derive(Debug)]
-pub enum Told {
-    /// The image, as far as it is.
+pub enum Report {
+    /// The image with the samples so far.
     RenderedImage(Traced),
-    /// What is under the pixel that was asked about.
-    Pixel(Found),
-    /// Why there is neither.
+    /// The result of the last requested probe.
+    Pixel(ProbeResult),
+    /// The error message of a failed request.
     Failed(String),
 }
 
@@ -112,30 +114,30 @@ enum Order {
         size: UVec2,
     },
     Look(Look),
-    /// The scene is not asked about any more.
+    /// Releases the scene.
     Forget,
 }
 
-/// What both threads look at while one of them traces.
+/// State that both threads access during tracing.
 #[derive(Debug, Default)]
 struct Shared {
-    /// The number of the image that is wanted; 0: none.
-    wanted: AtomicU64,
-    /// Orders that have not been taken.
+    /// Number of the requested image; 0 for none.
+    requested: AtomicU64,
+    /// Number of orders in the queue.
     waiting: AtomicUsize,
 }
 
-/// The thread, as the window sees it. When this is dropped it ends.
+/// A handle to the thread. The thread ends when the handle is dropped.
 #[derive(Debug)]
 pub struct Background {
     orders: Sender<Order>,
-    told: Receiver<Told>,
+    reports: Receiver<Report>,
     shared: Arc<Shared>,
-    /// The number of the last image that was requested.
+    /// Number of the last requested image.
     last: u64,
     /// True if the image has all its samples.
     is_done: bool,
-    /// Answers that have not come.
+    /// Number of pending probes.
     pixels: usize,
     has_ended: bool,
 }
@@ -143,81 +145,81 @@ pub struct Background {
 impl Background {
     /// Starts the thread.
     pub fn start() -> Self {
-        let ((orders, taken), (says, told)) = (channel(), channel());
+        let ((orders, taken), (sender, reports)) = (channel(), channel());
         let shared = Arc::new(Shared::default());
-        let worker = Worker { orders: taken, says, shared: Arc::clone(&shared), look: None };
+        let worker = Worker { orders: taken, sender, shared: Arc::clone(&shared), look: None };
         thread::spawn(move || worker.run());
-        Self { orders, told, shared, last: 0, is_done: false, pixels: 0, has_ended: false }
+        Self { orders, reports, shared, last: 0, is_done: false, pixels: 0, has_ended: false }
     }
 
-    /// Begins an image; the one before is given up.
+    /// Starts an image, and cancels the previous one.
     pub fn trace(&mut self, subject: Subject, camera: &Camera, size: UVec2) {
         self.last += 1;
         self.is_done = false;
-        self.shared.wanted.store(self.last, Relaxed);
+        self.shared.requested.store(self.last, Relaxed);
         self.order(Order::RenderedImage { number: self.last, subject, camera: camera.clone(), size });
     }
 
-    /// Gives the image up.
+    /// Cancels the image.
     pub fn stop(&mut self) {
-        self.shared.wanted.store(0, Relaxed);
+        self.shared.requested.store(0, Relaxed);
     }
 
-    /// Shows the image so from now on.
+    /// Sets exposure and tone mapping of the image.
     pub fn show_as(&mut self, look: Look) {
         self.order(Order::Look(look));
     }
 
-    /// Asks what is seen at a place of an image: pixels from its top left. The image in the making waits.
+    /// Requests a probe at a position of the image, pixels from its top left. It interrupts the image in progress.
     pub fn probe(&mut self, subject: Subject, camera: &Camera, at: [f64; 2], size: UVec2) {
         self.pixels += 1;
         self.order(Order::Pixel { subject, camera: camera.clone(), at, size });
     }
 
-    /// Lets go of the scene.
+    /// Cancels the image and releases the scene.
     pub fn forget(&mut self) {
         self.stop();
         self.order(Order::Forget);
     }
 
-    /// True if more will be told.
+    /// True if further reports will come.
     pub fn is_working(&self) -> bool {
-        !self.has_ended && (self.pixels > 0 || (self.shared.wanted.load(Relaxed) != 0 && !self.is_done))
+        !self.has_ended && (self.pixels > 0 || (self.shared.requested.load(Relaxed) != 0 && !self.is_done))
     }
 
-    /// What there is to tell, if anything. It never waits.
-    pub fn poll(&mut self) -> Option<Told> {
+    /// The next report, if there is one. Does not block.
+    pub fn poll(&mut self) -> Option<Report> {
         loop {
-            let told = match self.told.try_recv() {
-                Ok(told) => told,
+            let report = match self.reports.try_recv() {
+                Ok(report) => report,
                 Err(TryRecvError::Disconnected) if !std::mem::replace(&mut self.has_ended, true) => {
-                    Told::Failed("the path tracer stopped".to_owned())
+                    Report::Failed("the path tracer stopped".to_owned())
                 }
                 Err(_) => return None,
             };
-            match &told {
-                Told::RenderedImage(traced) if traced.number != self.shared.wanted.load(Relaxed) => continue,
-                // One that is done waits for another exposure.
-                Told::RenderedImage(traced) => self.is_done = traced.samples >= MOST_SAMPLES,
-                Told::Pixel(_) => {
+            match &report {
+                Report::RenderedImage(traced) if traced.number != self.shared.requested.load(Relaxed) => continue,
+                // A finished image is reported again if its exposure changes.
+                Report::RenderedImage(traced) => self.is_done = traced.samples >= MOST_SAMPLES,
+                Report::Pixel(_) => {
                     self.pixels = self.pixels.saturating_sub(1);
                     if self.pixels > 0 {
-                        // Another pixel was asked about since.
+                        // A newer probe is pending.
                         continue;
                     }
                 }
-                Told::Failed(_) => {
+                Report::Failed(_) => {
                     self.pixels = 0;
                     self.stop();
                 }
             }
-            return Some(told);
+            return Some(report);
         }
     }
 
     fn order(&self, order: Order) {
         self.shared.waiting.fetch_add(1, Relaxed);
-        // A thread that is gone has panicked, and has said so.
+        // Sending fails only if the thread panicked, which `poll` reports.
         let _ = self.orders.send(order);
     }
 }
@@ -228,20 +230,20 @@ impl Drop for Background {
     }
 }
 
-/// The thread.
+/// The state of the thread.
 struct Worker {
     orders: Receiver<Order>,
-    says: Sender<Told>,
+    sender: Sender<Report>,
     shared: Arc<Shared>,
     look: Option<Look>,
 }
 
-/// An image in the making.
+/// An image in progress.
 struct RenderedImage {
     number: u64,
     camera: Camera,
     film: Film,
-    told: Option<Instant>,
+    reported: Option<Instant>,
 }
 
 impl Worker {
@@ -254,7 +256,7 @@ impl Worker {
                     match Tracer::new(&subject.scene, subject.transport.clone()) {
                         Ok(tracer) => self.serve(&tracer, &subject, order),
                         Err(error) => {
-                            self.say(Told::Failed(error.to_string()));
+                            self.send(Report::Failed(error.to_string()));
                             self.take()
                         }
                     }
@@ -268,7 +270,7 @@ impl Worker {
         }
     }
 
-    /// Does what is ordered of a scene, until something is ordered of another, which is returned. None: nobody orders any more.
+    /// Executes orders for one scene. Returns the first order for another scene, or `None` if the handle was dropped.
     fn serve(&mut self, tracer: &Tracer<'_>, about: &Subject, first: Order) -> Option<Order> {
         let mut rendering: Option<RenderedImage> = None;
         let mut order = Some(first);
@@ -278,8 +280,8 @@ impl Worker {
                 Some(Order::Forget) => return Some(Order::Forget),
                 Some(Order::RenderedImage { number, camera, size, .. }) => {
                     match Film::new(size.x as usize, size.y as usize) {
-                        Ok(film) => rendering = Some(RenderedImage { number, camera, film, told: None }),
-                        Err(error) => self.say(Told::Failed(error.to_string())),
+                        Ok(film) => rendering = Some(RenderedImage { number, camera, film, reported: None }),
+                        Err(error) => self.send(Report::Failed(error.to_string())),
                     }
                 }
                 Some(Order::Pixel { camera, at, size, .. }) => {
@@ -287,24 +289,24 @@ impl Worker {
                     let (lights, light_count) =
                         place.map_or((Vec::new(), 0), |place| tracer.lights_at(&place, MOST_LIGHTS));
                     let rays = place.map_or(Vec::new(), |place| tracer.rays_from(&place, RAYS));
-                    self.say(Told::Pixel(Found { place, lights, light_count, rays }));
+                    self.send(Report::Pixel(ProbeResult { place, lights, light_count, rays }));
                 }
                 Some(Order::Look(look)) => {
                     self.look = Some(look);
                     if let Some(rendering) = &mut rendering {
-                        rendering.told = None;
-                        self.tell(rendering);
+                        rendering.reported = None;
+                        self.report(rendering);
                     }
                 }
             }
-            rendering = rendering.filter(|rendering| self.shared.wanted.load(Relaxed) == rendering.number);
+            rendering = rendering.filter(|rendering| self.shared.requested.load(Relaxed) == rendering.number);
             let is_done = |rendering: &RenderedImage| rendering.film.samples() >= MOST_SAMPLES;
             let next = match rendering.as_mut().filter(|rendering| !is_done(rendering)) {
                 Some(rendering) => {
                     let pause = || self.shared.waiting.load(Relaxed) > 0;
-                    let stop = || self.shared.wanted.load(Relaxed) != rendering.number;
+                    let stop = || self.shared.requested.load(Relaxed) != rendering.number;
                     tracer.render_unless(&rendering.camera, &mut rendering.film, 1, pause, stop);
-                    self.tell(rendering);
+                    self.report(rendering);
                     match self.orders.try_recv() {
                         Ok(order) => self.taken(order),
                         Err(TryRecvError::Empty) => continue,
@@ -322,10 +324,10 @@ impl Worker {
         }
     }
 
-    /// Tells of the image, if it is a whole one, and not too soon.
-    fn tell(&self, rendering: &mut RenderedImage) {
+    /// Reports the image if all pixels have equally many samples and [`REPORT_PERIOD`] is over.
+    fn report(&self, rendering: &mut RenderedImage) {
         let (Some(look), samples) = (self.look, rendering.film.samples()) else { return };
-        let is_soon = rendering.told.is_some_and(|told| told.elapsed() < TELL_AGAIN) && samples < MOST_SAMPLES;
+        let is_soon = rendering.reported.is_some_and(|at| at.elapsed() < REPORT_PERIOD) && samples < MOST_SAMPLES;
         if samples == 0 || !rendering.film.is_even() || is_soon {
             return;
         }
@@ -333,16 +335,16 @@ impl Worker {
         let rgb = display::encoded(&rendering.film.mean(), look.ev, look.tone_map);
         let bytes = rgb.as_chunks::<3>().0.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect();
         let size = UVec2::new(width as u32, height as u32);
-        rendering.told = Some(Instant::now());
-        self.say(Told::RenderedImage(Traced { number: rendering.number, bytes, size, samples }));
+        rendering.reported = Some(Instant::now());
+        self.send(Report::RenderedImage(Traced { number: rendering.number, bytes, size, samples }));
     }
 
-    fn say(&self, told: Told) {
-        // Who does not listen any more is closing.
-        let _ = self.says.send(told);
+    fn send(&self, report: Report) {
+        // Sending fails only while the window closes.
+        let _ = self.sender.send(report);
     }
 
-    /// The next order. None: there will be none.
+    /// Waits for the next order. `None` if the handle was dropped.
     fn take(&self) -> Option<Order> {
         self.orders.recv().ok().map(|order| self.taken(order))
     }

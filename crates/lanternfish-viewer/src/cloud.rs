@@ -1,4 +1,4 @@
-//! The scene's deep images as points, seen by the camera [Archer2019, fig. 6].
+//! The scene's deep images, rendered as points [Archer2019, fig. 6].
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use lanternfish_scene::{Camera, Scene};
 
 use crate::viewport::Viewport;
 
-/// Deep images of a scene, and the last image of them.
+/// Deep images of a scene, and their last rendered image.
 #[derive(Debug)]
 pub struct Cloud {
     scene: Arc<Scene>,
@@ -29,10 +29,10 @@ pub struct Cloud {
 }
 
 impl Cloud {
-    /// Builds the images that the first rendering's settings say, of its scene as it is now, without waiting for them to be asked for.
+    /// Builds deep images of the first viewport's scene with its settings, whether or not its renderer uses them.
     pub fn new(first: &Viewport) -> Result<Self, RenderError> {
         let gpu = &first.gpu;
-        // The builders draw the BVH's triangles.
+        // The builders rasterise the BVH's triangles.
         let with_bvh = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
         let uploaded = Renderer::with_engine(first.engine(), with_bvh)?.upload(&first.scene)?;
         let settings = DeepImageSettings::of(&first.settings().structure);
@@ -48,17 +48,17 @@ impl Cloud {
         Ok(Self { scene: Arc::clone(&first.scene), settings, uploaded, images, points, profiler, rendering: None })
     }
 
-    /// True if these are the images of what the first rendering shows now.
+    /// True if the deep images match the first viewport's scene and settings.
     pub fn is_of(&self, first: &Viewport) -> bool {
         Arc::ptr_eq(&self.scene, &first.scene) && self.settings == DeepImageSettings::of(&first.settings().structure)
     }
 
-    /// True if the image is what this camera sees.
+    /// True if the last image shows this camera's view in this size, pixels.
     pub fn is_drawn(&self, camera: &Camera, size: UVec2) -> bool {
         self.rendering.as_ref().is_some_and(|(_, of, at)| of == camera && *at == size)
     }
 
-    /// Draws what a camera sees.
+    /// Draws the points for a camera.
     pub fn draw(&mut self, first: &Viewport, camera: &Camera) -> Result<(), RenderError> {
         let (gpu, size) = (&first.gpu, first.size());
         let view = View::new(camera, size, glam::Vec3::ZERO, &self.scene.bounds());
@@ -66,7 +66,7 @@ impl Cloud {
         let point = PointSize::for_images(self.images.directions.len());
         let drawn = self.points.record(&mut frame, &self.uploaded, &self.images, None, &view, point)?;
         frame.submit();
-        // Nobody reads what they took.
+        // Pass times are discarded.
         let _ = self.profiler.finished();
         self.rendering = Some((drawn.display, camera.clone(), size));
         Ok(())

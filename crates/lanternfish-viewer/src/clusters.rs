@@ -1,45 +1,45 @@
-//! The cluster at a position, and its contents.
+//! The cluster that contains a point, and its contents.
 
 use glam::{UVec3, Vec3};
 use lanternfish::light_culling::clustered::{GridContents, grid::GridGeometry};
 
-/// The cluster of a place.
+/// A cluster and its contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClusterAt {
-    /// Its column, row (from the lowest) and layer (from the nearest).
-    pub place: UVec3,
-    /// Lights of its list; none where no pixel showed anything in it.
+    /// Column, row (from the bottom) and layer (from the nearest).
+    pub coords: UVec3,
+    /// Number of lights in its list; `None` if no visible surface lies in it.
     pub lights: Option<u32>,
-    /// Pixels, or samples of them, that show something in it.
+    /// Number of visible samples in it: one per pixel, or per sample of multisampling.
     pub fragments: u32,
 }
 
-/// The cluster that a place of the world, m, is in; none where it is in no grid. Where each eye has a grid, it is that of the eye.
+/// The cluster that contains a world-space point, m; `None` outside all grids. If each eye has a grid, the eye's grid is used.
 pub fn at(grids: &[GridContents], eye: usize, p_world: Vec3) -> Option<ClusterAt> {
     let grids = grids.get(eye..).filter(|grids| !grids.is_empty()).unwrap_or(grids);
-    let (grid, place) = grids.iter().find_map(|grid| Some((grid, place_in(&grid.geometry, p_world)?)))?;
+    let (grid, coords) = grids.iter().find_map(|grid| Some((grid, coords_in(&grid.geometry, p_world)?)))?;
     let UVec3 { x, y, .. } = grid.geometry.dimensions;
-    let index = place.x + x * (place.y + y * place.z);
-    let found = grid.visible.binary_search_by_key(&index, |cluster| cluster.index);
-    let found = found.ok().map(|i| grid.visible[i]);
+    let index = coords.x + x * (coords.y + y * coords.z);
+    let position = grid.visible.binary_search_by_key(&index, |cluster| cluster.index);
+    let visible = position.ok().map(|i| grid.visible[i]);
     Some(ClusterAt {
-        place,
-        lights: found.map(|cluster| cluster.lights),
-        fragments: found.map_or(0, |cluster| cluster.fragments),
+        coords,
+        lights: visible.map(|cluster| cluster.lights),
+        fragments: visible.map_or(0, |cluster| cluster.fragments),
     })
 }
 
-/// Column, row and layer of a place, as `cluster_grid.wesl` finds them.
-fn place_in(grid: &GridGeometry, p_world: Vec3) -> Option<UVec3> {
+/// Column, row and layer of a world-space point, as in `cluster_grid.wesl`.
+fn coords_in(grid: &GridGeometry, p_world: Vec3) -> Option<UVec3> {
     let p = grid.world_from_cluster.inverse().transform_point3(p_world);
     let (distance, low) = (-p.z, grid.low);
     let (across, along) = match grid.parallel {
         true => (p.truncate(), distance - low.z),
         false => (p.truncate() / distance, (distance / low.z).ln()),
     };
-    let place = ((across - low.truncate()).extend(along) / grid.cell).floor();
-    let is_inside = place.cmpge(Vec3::ZERO).all() && place.cmplt(grid.dimensions.as_vec3()).all();
-    is_inside.then(|| place.as_uvec3())
+    let coords = ((across - low.truncate()).extend(along) / grid.cell).floor();
+    let is_inside = coords.cmpge(Vec3::ZERO).all() && coords.cmplt(grid.dimensions.as_vec3()).all();
+    is_inside.then(|| coords.as_uvec3())
 }
 
 #[cfg(test)]
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_middle_of_a_cluster_is_in_it() {
+    fn a_cluster_contains_its_centre() {
         for parallel in [false, true] {
             let geometry = GridGeometry {
                 low: Vec3::new(-1.0, -0.5, 0.1),
@@ -62,10 +62,10 @@ mod tests {
             let grids = [GridContents { geometry, clusters: 320, visible }];
             for index in [0, 77, 319] {
                 let middle = geometry.corners(index).iter().sum::<Vec3>() / 8.0;
-                let found = at(&grids, 0, middle).unwrap();
-                assert_eq!(found.place, UVec3::new(index % 8, index / 8 % 4, index / 32), "{found:?}");
-                assert_eq!(found.lights, (index == 77).then_some(9));
-                assert_eq!(at(&grids, 1, middle), Some(found), "both eyes share a grid");
+                let actual = at(&grids, 0, middle).unwrap();
+                assert_eq!(actual.coords, UVec3::new(index % 8, index / 8 % 4, index / 32), "{actual:?}");
+                assert_eq!(actual.lights, (index == 77).then_some(9));
+                assert_eq!(at(&grids, 1, middle), Some(actual), "both eyes share a grid");
             }
             assert_eq!(at(&grids, 0, Vec3::Z), None, "behind");
         }

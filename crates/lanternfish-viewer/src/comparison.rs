@@ -1,4 +1,4 @@
-//! What is on the other side of the line: the scene by other settings, or the path tracer's image of it; and how far the two sides differ.
+//! Side B of the comparison: the scene under other settings, the path tracer's image, or deep images as points; and the difference of A and B.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use lanternfish_gpu::ShaderTexts;
 use lanternfish_scene::{Camera, Scene};
 
 use crate::{
-    background::{Background, Found, Look, Subject, Told, Traced},
+    background::{Background, Look, ProbeResult, Report, Subject, Traced},
     cloud::Cloud,
     difference::Difference,
     texture::{texture, write},
@@ -19,41 +19,41 @@ use crate::{
     wipe::{Other, Wipe},
 };
 
-/// The other side, and what works for it.
+/// Side B, and its threads.
 #[derive(Debug, Default)]
 pub struct Comparison {
     rendered: Option<Viewport>,
     cloud: Option<Cloud>,
-    /// The scene has become another since the second rendering was made or brought up to date.
+    /// True if the scene has changed since the second viewport was created or updated.
     is_behind: bool,
     background: Option<Background>,
-    /// What the path tracer's image is of.
+    /// Scene, settings, camera and size of the path tracer's image.
     tracing: Option<(Arc<Scene>, Settings, Camera, UVec2)>,
     look: Option<(Look, u64)>,
     traced: Option<(wgpu::TextureView, Traced)>,
     difference: Difference,
-    /// Which two images were compared last.
+    /// The two images of the last comparison; see [`Self::pair`].
     compared: Option<(u64, u64)>,
     map: Option<wgpu::TextureView>,
     mean: Option<f32>,
 }
 
-/// What has come of the other side.
+/// Changes of side B since the last poll.
 #[derive(Debug, Default)]
 pub struct News {
-    /// True if anything is other than before.
+    /// True if anything has changed.
     pub is_new: bool,
-    /// Milliseconds of a frame of the second rendering that has just ended, behind one of the first.
+    /// Duration of the second viewport's last frame, ms, if it has just ended. It includes the wait for the first viewport's frame.
     pub ms: Option<f64>,
-    /// What lies under the pixel that was asked about.
-    pub found: Option<Found>,
-    /// What went wrong.
+    /// The result of the last requested probe.
+    pub probe_result: Option<ProbeResult>,
+    /// The last error message.
     pub failed: Option<String>,
 }
 
 impl Comparison {
-    /// Lets go of the first rendering's scene, which is about to become another: it need not be copied then.
-    pub fn let_go(&mut self) {
+    /// Releases the first viewport's scene before it changes, so that the change does not copy it.
+    pub fn release_scene(&mut self) {
         self.is_behind = true;
         if let Some(viewport) = &mut self.rendered {
             viewport.scene = Arc::default();
@@ -66,14 +66,14 @@ impl Comparison {
         self.forget_difference();
     }
 
-    /// Renders with the shaders of the first, which are others now.
+    /// Replaces the shaders, as for the first viewport.
     pub fn edit_shaders(&mut self, texts: ShaderTexts, camera: &Camera) -> Result<(), RenderError> {
         self.forget_difference();
         self.rendered.as_mut().map_or(Ok(()), |viewport| viewport.edit_shaders(texts, camera))
     }
 
-    /// Draws the other side, where it is requested, as large as the first, or lets the path tracer go on with it. To be called while neither
-    /// is busy. `rests`: nothing moves, and the image is whole.
+    /// Draws side B in the size of A if it is requested, or starts the path tracer. Call it while neither side has a frame in flight.
+    /// `rests`: nothing moves, and A has its full resolution.
     pub fn draw(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
         if wipe.other != Other::Settings {
             self.rendered = None;
@@ -140,9 +140,9 @@ impl Comparison {
             return Ok(());
         }
         let background = self.background.get_or_insert_with(Background::start);
-        // What the first side is shown at may be another with each of its frames.
+        // Auto-exposure may change A's exposure with each frame.
         let frames = first.drawn();
-        if self.look.is_none_or(|(look, viewport)| viewport != frames || look.tone_map != first.settings().tone_map) {
+        if self.look.is_none_or(|(look, of_frames)| of_frames != frames || look.tone_map != first.settings().tone_map) {
             let ev = match first.settings().exposure {
                 Exposure::Ev(ev) => ev,
                 Exposure::Auto => first.exposure()?.unwrap_or(0.0),
@@ -167,7 +167,7 @@ impl Comparison {
         (self.traced, self.look) = (None, None);
     }
 
-    /// Compares the two sides as they are now, unless that is done, or on its way.
+    /// Starts a comparison of the current images, unless it is done or in progress.
     fn compare(&mut self, first: &Viewport) -> Result<(), RenderError> {
         if !self.can_be_compared(first) {
             return Ok(());
@@ -182,7 +182,7 @@ impl Comparison {
         Ok(())
     }
 
-    /// Which two images there are.
+    /// Identifies the current images of A and B: frames drawn, or samples per pixel.
     fn pair(&self, first: &Viewport) -> (u64, u64) {
         let other = match &self.rendered {
             Some(viewport) => viewport.drawn(),
@@ -191,7 +191,7 @@ impl Comparison {
         (first.drawn(), other)
     }
 
-    /// Whether there are two images that have not been compared, and nothing is being compared.
+    /// True if there are two images that have not been compared, and no comparison is in progress.
     fn can_be_compared(&self, first: &Viewport) -> bool {
         let are_there = first.averaged() > 0 && self.progress() > 0;
         are_there && self.compared != Some(self.pair(first)) && !self.difference.is_working()
@@ -202,7 +202,7 @@ impl Comparison {
         (self.compared, self.map, self.mean) = (None, None, None);
     }
 
-    /// Asks what is seen at a place of the first side's image: shares of its sides.
+    /// Requests a probe at a position of A's image, 0 to 1 from the top left.
     pub fn probe(&mut self, first: &Viewport, camera: &Camera, at: [f32; 2]) {
         let background = self.background.get_or_insert_with(Background::start);
         let size = first.size();
@@ -210,18 +210,18 @@ impl Comparison {
         background.probe(Subject::new(&first.scene, first.settings()), camera, at, size);
     }
 
-    /// What has come since it was asked last. It never waits.
+    /// The changes since the last call. Does not block.
     pub fn poll(&mut self, first: &Viewport) -> News {
         let mut news = News::default();
         if let Some(ms) = self.rendered.as_mut().and_then(Viewport::poll) {
             (news.ms, news.is_new) = (Some(ms), true);
         }
-        while let Some(told) = self.background.as_mut().and_then(Background::poll) {
+        while let Some(report) = self.background.as_mut().and_then(Background::poll) {
             news.is_new = true;
-            match told {
-                Told::RenderedImage(traced) => self.show(first, traced),
-                Told::Pixel(found) => news.found = Some(found),
-                Told::Failed(what) => news.failed = Some(what),
+            match report {
+                Report::RenderedImage(traced) => self.show(first, traced),
+                Report::Pixel(result) => news.probe_result = Some(result),
+                Report::Failed(what) => news.failed = Some(what),
             }
         }
         if let Some(compared) = self.difference.poll() {
@@ -239,13 +239,13 @@ impl Comparison {
     }
 
     fn show(&mut self, first: &Viewport, traced: Traced) {
-        let kept = self.traced.take().filter(|(_, before)| before.size == traced.size);
-        let texture = kept.map_or_else(|| texture(&first.gpu.device, traced.size), |(texture, _)| texture);
+        let reused = self.traced.take().filter(|(_, before)| before.size == traced.size);
+        let texture = reused.map_or_else(|| texture(&first.gpu.device, traced.size), |(texture, _)| texture);
         write(&first.gpu.queue, &texture, &traced.bytes);
         self.traced = Some((texture, traced));
     }
 
-    /// The other side's image, where there is one.
+    /// B's image, if there is one.
     pub fn rendering(&self) -> Option<&wgpu::TextureView> {
         match (&self.rendered, &self.cloud) {
             (Some(viewport), _) => Some(viewport.rendering()),
@@ -254,22 +254,22 @@ impl Comparison {
         }
     }
 
-    /// The settings that the other side is rendered by.
+    /// B's settings, if B is rendered.
     pub fn settings(&self) -> Option<&Settings> {
         self.rendered.as_ref().map(Viewport::settings)
     }
 
-    /// Where the two sides differ, as a heat map, once that is known.
+    /// Error map of the two sides, once it is computed.
     pub fn map(&self) -> Option<&wgpu::TextureView> {
         self.map.as_ref()
     }
 
-    /// The mean of the map.
+    /// Mean of the error map, 0 to 1.
     pub fn mean(&self) -> Option<f32> {
         self.mean
     }
 
-    /// Frames that the other side is the mean of, or samples of each of its pixels.
+    /// Number of frames that B averages, or its samples per pixel.
     pub fn progress(&self) -> u64 {
         match &self.rendered {
             Some(viewport) => u64::from(viewport.averaged()),
@@ -277,17 +277,17 @@ impl Comparison {
         }
     }
 
-    /// True if the device has not yet done what it was told of the other side.
+    /// True if a frame of B is still in flight.
     pub fn is_busy(&self) -> bool {
         self.rendered.as_ref().is_some_and(Viewport::is_busy)
     }
 
-    /// True if a thread works on something that will be told.
+    /// True if a thread works on a result.
     pub fn is_working(&self) -> bool {
         self.difference.is_working() || self.background.as_ref().is_some_and(Background::is_working)
     }
 
-    /// Whether another frame would change the other side, or it is not there yet.
+    /// True if another frame would change B, or B has no image yet.
     pub fn has_more(&self, first: &Viewport, wipe: &Wipe, camera: &Camera) -> bool {
         match wipe.other {
             Other::Nothing => self.rendering().is_some(),
@@ -303,7 +303,7 @@ impl Comparison {
     }
 }
 
-/// True if the path tracer's image is the same under both.
+/// True if the path tracer's image is the same under both settings.
 fn lit_alike(a: &Settings, b: &Settings) -> bool {
     let of = |settings: &Settings| {
         (settings.materials, settings.attenuation, settings.range_threshold, settings.light_radius)

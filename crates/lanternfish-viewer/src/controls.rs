@@ -1,41 +1,41 @@
-//! Moving a camera: flying, looking about, going round what is looked at. No window, no clock.
+//! Camera controls: fly, look around, orbit. They use neither a window nor a clock.
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use lanternfish_scene::Camera;
 
 use crate::record::Move;
 
-/// Radians that the camera turns by a point of the window.
-const TURN: f32 = 0.005;
-/// How near to straight up and down it looks, radians.
-const STEEPEST: f32 = std::f32::consts::FRAC_PI_2 - 0.01;
+/// Rotation of the camera, radians per point of pointer motion.
+const RADIANS_PER_POINT: f32 = 0.005;
+/// Greatest elevation of the view direction, radians.
+const MAX_ELEVATION: f32 = std::f32::consts::FRAC_PI_2 - 0.01;
 
-/// A camera that is moved by hand. It stands upright: +y is up.
+/// A camera that the user moves. It has no roll: +y is up.
 #[derive(Clone, Debug)]
 pub struct Controls {
-    /// The camera, where it is now.
+    /// The current camera.
     pub camera: Camera,
-    /// How fast it flies, m/s.
+    /// Fly speed, m/s.
     pub speed: f32,
-    /// How far before it lies what it goes round, m.
+    /// Distance to the orbit centre along the view direction, m.
     pub reach: f32,
-    /// What it has done since somebody took them; none where nobody asks.
+    /// The moves since they were last taken; `None` if moves are not recorded.
     pub moves: Option<Vec<Move>>,
 }
 
-/// Ways to fly, each −1 to 1.
+/// A fly direction: each component is −1 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Way {
     /// To the right.
     pub right: f32,
-    /// Up, of the world.
+    /// Up, along +y of the world.
     pub up: f32,
-    /// Where it looks.
+    /// Along the view direction.
     pub forward: f32,
 }
 
 impl Controls {
-    /// `size`: of the scene, m: it is crossed in a few seconds.
+    /// Creates controls for a scene of `size` metres. The fly speed crosses the scene in 5 s.
     pub fn new(camera: Camera, size: f32) -> Self {
         let size = if size.is_finite() && size > 0.0 { size } else { 1.0 };
         Self { camera, speed: 0.2 * size, reach: 0.4 * size, moves: None }
@@ -45,54 +45,54 @@ impl Controls {
         self.moves.iter_mut().for_each(|moves| moves.push(one.clone()));
     }
 
-    /// Where it is, world space, m.
+    /// The camera's position, world space, m.
     pub fn eye(&self) -> Vec3 {
         self.camera.world_from_camera.translation.into()
     }
 
-    /// Where it looks, unit, world space.
+    /// The view direction, unit vector, world space.
     pub fn forward(&self) -> Vec3 {
         Vec3::from(-self.camera.world_from_camera.matrix3.z_axis).normalize_or(Vec3::NEG_Z)
     }
 
-    /// Heading about +y and height above the horizon, radians.
+    /// Heading about +y and elevation above the horizon, radians.
     fn angles(&self) -> (f32, f32) {
         let forward = self.forward();
         (forward.x.atan2(-forward.z), forward.y.clamp(-1.0, 1.0).asin())
     }
 
-    fn turn_to(&mut self, heading: f32, height: f32) {
-        let height = height.clamp(-STEEPEST, STEEPEST);
-        let turned = Mat3A::from_rotation_y(-heading) * Mat3A::from_rotation_x(height);
-        self.camera.world_from_camera.matrix3 = turned;
+    fn set_angles(&mut self, heading: f32, elevation: f32) {
+        let elevation = elevation.clamp(-MAX_ELEVATION, MAX_ELEVATION);
+        let rotation = Mat3A::from_rotation_y(-heading) * Mat3A::from_rotation_x(elevation);
+        self.camera.world_from_camera.matrix3 = rotation;
     }
 
-    /// Looks about: by points of the window to the right and down.
+    /// Rotates the view direction by a pointer motion to the right and down, points.
     pub fn look(&mut self, right: f32, down: f32) {
         self.note(Move::Look(right, down));
-        let (heading, height) = self.angles();
-        self.turn_to(heading + TURN * right, height - TURN * down);
+        let (heading, elevation) = self.angles();
+        self.set_angles(heading + RADIANS_PER_POINT * right, elevation - RADIANS_PER_POINT * down);
     }
 
-    /// Goes round what lies before it.
+    /// Orbits around the centre by a pointer motion to the right and down, points.
     pub fn orbit(&mut self, right: f32, down: f32) {
         self.note(Move::Orbit(right, down));
         let middle = self.eye() + self.reach * self.forward();
-        let (heading, height) = self.angles();
-        self.turn_to(heading + TURN * right, height - TURN * down);
+        let (heading, elevation) = self.angles();
+        self.set_angles(heading + RADIANS_PER_POINT * right, elevation - RADIANS_PER_POINT * down);
         let eye = middle - self.reach * self.forward();
         self.camera.world_from_camera.translation = Vec3A::from(eye);
     }
 
-    /// Looks at a point, world space, m, and goes round it from now on. A point at the eye is no point to look at: nothing is done.
+    /// Looks at a point, world space, m, and makes it the orbit centre. Does nothing for a point at the eye.
     pub fn focus(&mut self, p: Vec3) {
         let towards = p - self.eye();
         let (distance, Some(forward)) = (towards.length(), towards.try_normalize()) else { return };
-        self.turn_to(forward.x.atan2(-forward.z), forward.y.clamp(-1.0, 1.0).asin());
+        self.set_angles(forward.x.atan2(-forward.z), forward.y.clamp(-1.0, 1.0).asin());
         self.reach = distance;
     }
 
-    /// Flies for so many seconds.
+    /// Flies for `seconds`.
     pub fn fly(&mut self, way: Way, seconds: f32) {
         self.note(Move::Fly(way, seconds));
         let Affine3A { matrix3, .. } = self.camera.world_from_camera;
@@ -100,7 +100,7 @@ impl Controls {
         self.camera.world_from_camera.translation += self.speed * seconds * step;
     }
 
-    /// Flies faster, or slower for notches below 0.
+    /// Multiplies the fly speed by 1.2 per wheel notch; negative notches slow it down.
     pub fn accelerate(&mut self, notches: f32) {
         if notches == 0.0 {
             return;
@@ -123,11 +123,11 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_that_looks_about_stays_upright_and_comes_back() {
+    fn a_camera_that_looks_around_stays_upright() {
         let mut moved = controls();
         let start = moved.camera.world_from_camera;
         moved.look(0.0, 0.0);
-        assert!(moved.camera.world_from_camera.abs_diff_eq(start, 1e-5), "turning by nothing is nothing");
+        assert!(moved.camera.world_from_camera.abs_diff_eq(start, 1e-5), "a rotation by 0 changes nothing");
         for (right, down) in [(300.0, 40.0), (-120.0, 90.0), (5000.0, -4000.0), (20.0, 9000.0)] {
             moved.look(right, down);
             let sideways: Vec3 = moved.camera.world_from_camera.matrix3.x_axis.into();
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_gone_round_stays_in_the_middle() {
+    fn the_orbit_centre_stays_in_the_middle() {
         let mut moved = controls();
         let middle = moved.eye() + moved.reach * moved.forward();
         for _ in 0..50 {
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_focused_on_is_in_the_middle_and_is_gone_round() {
+    fn the_focused_point_is_centred_and_becomes_the_orbit_centre() {
         let mut moved = controls();
         let (eye, p) = (moved.eye(), Vec3::new(-2.0, 0.5, 3.0));
         moved.focus(p);

@@ -1,4 +1,4 @@
-//! How different the two sides look: ꟻLIP of what a display shows of them, computed in a thread of its own.
+//! Perceived difference of the two sides: LDR-ꟻLIP of their display values, computed in a separate thread.
 
 use std::{
     sync::mpsc::{Receiver, TryRecvError, channel},
@@ -8,52 +8,52 @@ use std::{
 use glam::UVec2;
 use lanternfish_metrics::{PIXELS_PER_DEGREE, RgbImage, flip_ldr};
 
-/// What came out.
+/// The result of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared {
-    /// The mean over all pixels, 0 (none is to be told from the other) to 1.
+    /// Mean ꟻLIP error over all pixels, 0 (no visible difference) to 1.
     pub mean: f32,
-    /// The map as an image: RGBA, black 0 to pale yellow 1, rows from the top.
+    /// Error map: RGBA, black 0 to pale yellow 1, rows from the top.
     pub map: Vec<u8>,
-    /// Pixels across and down.
+    /// Width and height, pixels.
     pub size: UVec2,
 }
 
-/// One comparison at a time.
+/// Compares images, one pair at a time.
 #[derive(Debug, Default)]
 pub struct Difference {
-    on_its_way: Option<Receiver<Result<Compared, String>>>,
+    pending: Option<Receiver<Result<Compared, String>>>,
 }
 
 impl Difference {
-    /// Begins to compare two images: bytes of a display, RGBA, of `size` pixels each. Another that is on its way is not heard of any more.
+    /// Starts to compare two images of `size` pixels: display-encoded RGBA. Cancels a comparison in progress.
     pub fn compare(&mut self, a: Vec<[u8; 4]>, b: Vec<[u8; 4]>, size: UVec2) {
-        let (says, told) = channel();
-        self.on_its_way = Some(told);
+        let (sender, receiver) = channel();
+        self.pending = Some(receiver);
         thread::spawn(move || {
-            // Who does not listen any more has other images.
-            let _ = says.send(compared(&a, &b, size));
+            // Sending fails if the comparison was cancelled.
+            let _ = sender.send(compared(&a, &b, size));
         });
     }
 
-    /// True if one is on its way.
+    /// True if a comparison is in progress.
     pub fn is_working(&self) -> bool {
-        self.on_its_way.is_some()
+        self.pending.is_some()
     }
 
-    /// What came out, if it is there. It never waits.
+    /// The result, if it is ready. Does not block.
     pub fn poll(&mut self) -> Option<Result<Compared, String>> {
-        let told = self.on_its_way.as_ref()?.try_recv();
-        if told == Err(TryRecvError::Empty) {
+        let result = self.pending.as_ref()?.try_recv();
+        if result == Err(TryRecvError::Empty) {
             return None;
         }
-        self.on_its_way = None;
-        Some(told.unwrap_or_else(|_| Err("the comparison has failed".to_owned())))
+        self.pending = None;
+        Some(result.unwrap_or_else(|_| Err("the comparison failed".to_owned())))
     }
 
-    /// Leaves it.
+    /// Cancels the comparison.
     pub fn stop(&mut self) {
-        self.on_its_way = None;
+        self.pending = None;
     }
 }
 
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_is_on_the_map() {
+    fn differences_are_on_the_map() {
         let size = UVec2::new(40, 20);
         let grey = vec![[90, 90, 90, 255]; 800];
         let mut difference = Difference::default();

@@ -1,7 +1,7 @@
-//! The loop around a window, whichever it is: events of the system, and when the next frame is due.
+//! The event loop of a window: system events, and the time of the next frame.
 //!
 //! ```text
-//! system ─▶ App ─▶ Program: frame, news, go on     surface.rs: what is typed, when the panels want to be painted again
+//! system ─▶ App ─▶ Program: frame, news, go on     surface.rs: input, time of the next repaint
 //! ```
 
 use std::{
@@ -18,33 +18,33 @@ use winit::{
 
 use crate::{ViewerError, surface::Surface};
 
-/// What an open window answers.
+/// The interface of an open window to the event loop.
 pub trait Program: Sized {
-    /// What it shows first.
+    /// The initial state.
     type Start;
 
-    /// Opens it.
+    /// Opens the window.
     fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Self::Start) -> Result<Self, ViewerError>;
 
-    /// What it is painted on, and the device that paints.
+    /// The surface, and the device that paints on it.
     fn surface(&mut self) -> (&mut Surface, &wgpu::Device);
 
-    /// Takes a file that was dropped on it. It is painted after that.
+    /// Handles a file that was dropped on the window. A repaint follows.
     fn dropped(&mut self, path: &Path);
 
-    /// RepaintLimiter it: whether it is to be closed.
+    /// Runs a frame and paints it. Returns true if the window shall close.
     fn frame(&mut self) -> bool;
 
-    /// Asks what works for it, without waiting: whether it is to be painted because of that.
+    /// Polls the device and threads without blocking. Returns true if the window shall be painted.
     fn has_news(&mut self) -> bool;
 
-    /// Does what is next where it is not painted.
+    /// Continues work when the window is not painted.
     fn go_on(&mut self) {}
 
-    /// How long it is until it is requested news again; none: until something happens.
+    /// Time until the next [`Self::has_news`]; `None` waits for an event.
     fn look_again(&self) -> Option<Duration>;
 
-    /// Ends it.
+    /// Closes the window. Errors are returned by [`run`].
     fn close(self) -> Result<(), ViewerError> {
         Ok(())
     }
@@ -58,7 +58,7 @@ pub fn run<T: Program>(start: T::Start) -> Result<(), ViewerError> {
     app.failed.map_or(Ok(()), Err)
 }
 
-/// The program, before and while its window is open.
+/// The application, before and while its window is open.
 struct App<T: Program> {
     display: OwnedDisplayHandle,
     start: Option<T::Start>,
@@ -81,7 +81,7 @@ impl<T: Program> ApplicationHandler for App<T> {
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(open) = &mut self.open else { return };
         let (surface, device) = open.surface();
-        // That it is to be painted is no reason to paint it again.
+        // A redraw event must not request another redraw.
         if surface.takes(&event) && event != WindowEvent::RedrawRequested {
             surface.window.request_redraw();
         }
@@ -112,7 +112,7 @@ impl<T: Program> ApplicationHandler for App<T> {
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
-        // The surface goes before the display that it is of.
+        // The surface must be dropped before its display.
         if let Some(Err(error)) = self.open.take().map(T::close) {
             self.failed = Some(error);
         }

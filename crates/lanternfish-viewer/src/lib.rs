@@ -1,11 +1,11 @@
-//! The window of Lanternfish: a scene, a camera that flies through it, settings a click away, and what each pass costs.
+//! The interactive viewer of Lanternfish: a scene, a fly-through camera, panels for all settings, and device time per pass.
 //!
 //! ```text
 //! window.rs ─▶ panels/ ─▶ State (settings, camera, clip) ─▶ viewport.rs ─▶ a texture ─▶ window.rs
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 //!
-//! `renderings/` is a window of images of files; `events.rs` is the loop around either.
+//! `renderings/` is the viewer of image files. `events.rs` is the event loop of both windows.
 
 mod background;
 mod cloud;
@@ -43,110 +43,111 @@ pub use error::ViewerError;
 pub use record::{Move, RecordKeeper, Recording};
 pub use renderings::{ImageOfFile, ImageReader, RenderedImages};
 
-/// Opens a file, or says why it cannot.
+/// Opens a file. The error is a message for the user.
 pub type Opener = Box<dyn Fn(&Path) -> Result<Opened, String>>;
-/// Writes sRGB bytes, RGBA, of so many pixels across and down; says where they are, or why it cannot.
+/// Writes a screenshot: sRGB-encoded RGBA bytes, rows from the top, and the width and height in pixels.
+///
+/// Returns the file's path. The error is a message for the user.
 pub type Keeper = Box<dyn Fn(&[u8], [u32; 2]) -> Result<String, String>>;
 
-/// Writes what is seen in a form, or says why that cannot be.
+/// Writes the current view as a shot or a command line. The error is a message for the user.
 pub type Writer = Box<dyn Fn(&Shown<'_>, Form) -> Result<Written, String>>;
 
-/// What is seen: the first side, at rest.
+/// The current view: side A, at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown<'a> {
-    /// How it is rendered. `accumulate` is the number of frames that the image is the mean of once no more come.
+    /// The settings of A. `accumulate` is the number of frames that the image at rest averages.
     pub settings: &'a Settings,
-    /// The scene, with the lights of now.
+    /// The scene with its current lights.
     pub scene: &'a Scene,
-    /// Where it is seen from.
+    /// The current camera.
     pub camera: &'a Camera,
-    /// The eyes that it is seen by, side by side; none: one.
+    /// The eyes of a stereo image, side by side; `None` for a mono image.
     pub eyes: Option<Eyes>,
-    /// Pixels across and down, of one eye.
+    /// Width and height of one eye's image, pixels.
     pub size: [u32; 2],
-    /// The moment that it is of; none where nothing was played.
+    /// The animation time; `None` if nothing was played.
     pub moment: Option<Moment>,
 }
 
-/// A moment of what moves by itself.
+/// A point in time of the animation and light rain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// Index of the animation that is played. None: everything but light rain is as the file has it.
+    /// Index of the animation. `None` leaves everything except light rain as the file has it.
     pub animation: Option<usize>,
-    /// Seconds.
+    /// Time, s.
     pub time: f32,
 }
 
-/// How what is seen is written.
+/// The form in which the current view is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// A file that renders it.
+    /// A shot: a file that renders the view.
     File,
-    /// A line for a shell.
+    /// A command line for a shell.
     CommandLine,
 }
 
-/// What was written.
+/// A written view.
 #[derive(Clone, Debug)]
 pub struct Written {
-    /// The line, or where the file is.
+    /// The command line, or the path of the file.
     pub text: String,
-    /// The camera that what was written gives: the one that was seen, but for rounding. The window goes on with it, so that both show the
-    /// same to the bit.
+    /// The camera as written: the current camera, rounded. The window continues with it, so that both images are equal bit for bit.
     pub camera: Camera,
 }
 
-/// What is seen first.
+/// The initial state of the window.
 pub struct Start {
-    /// What the window is called.
+    /// The window's title.
     pub name: String,
     /// The scene.
     pub scene: Scene,
-    /// Where it is seen from.
+    /// The initial camera.
     pub camera: Camera,
-    /// The eyes that it is seen by, side by side; none: one.
+    /// The eyes of a stereo image, side by side; `None` for a mono image.
     pub eyes: Option<Eyes>,
-    /// How it is rendered.
+    /// The render settings.
     pub settings: Settings,
-    /// Points of the window across and down.
+    /// Width and height of the window, points.
     pub size: [u32; 2],
-    /// Whether somebody has chosen that size: else that of the last window is taken.
+    /// True if the user chose `size`. Otherwise the stored size of the last window takes precedence.
     pub size_is_chosen: bool,
-    /// The moment that is shown; none: everything is as the file has it.
+    /// The animation time that is shown; `None` leaves everything as the file has it.
     pub moment: Option<Moment>,
-    /// Lights that fall while time passes; the scene has them as they are at 0 s.
+    /// Light rain: lights that fall over time. The scene holds their state at 0 s.
     pub rain: Option<Rain>,
-    /// A file where the window leaves its size, its place and whether panels are shown, for the next one.
+    /// The file that stores size, position and panel visibility for the next window.
     pub kept: Option<PathBuf>,
-    /// Where to run.
+    /// The adapter to run on.
     pub adapter: AdapterChoice,
     /// Opens a file that was dropped on the window.
     pub open: Opener,
     /// Writes a screenshot.
     pub keep: Keeper,
-    /// What becomes of what is done to the camera, in steps of so many seconds, when the window is closed. None: it is not recorded.
+    /// Records camera moves in steps of this length in seconds, and passes them to the keeper when the window is closed. `None` records nothing.
     pub record: Option<(f32, RecordKeeper)>,
-    /// Writes what is seen.
+    /// Writes the current view.
     pub write: Writer,
-    /// A folder whose shaders stand in for the library's as often as they are saved.
+    /// A folder of WESL files that replace the library's shaders. They are reloaded when saved.
     pub shaders: Option<PathBuf>,
 }
 
-/// A file that was opened.
+/// The contents of an opened file.
 pub struct Opened {
-    /// What the window is called.
+    /// The window's title.
     pub name: String,
     /// The scene.
     pub scene: Scene,
-    /// Where it is seen from.
+    /// The initial camera.
     pub camera: Camera,
-    /// The eyes that it is seen by; none where it does not say.
+    /// The eyes of a stereo image; `None` if the file specifies none.
     pub eyes: Option<Eyes>,
-    /// How it is rendered; none where it does not say, and is rendered as what was there before.
+    /// The render settings; `None` if the file specifies none, which leaves the current settings.
     pub settings: Option<Settings>,
-    /// The moment that is shown; none: everything is as the file has it.
+    /// The animation time that is shown; `None` leaves everything as the file has it.
     pub moment: Option<Moment>,
-    /// Lights that fall while time passes; the scene has them as they are at 0 s.
+    /// Light rain: lights that fall over time. The scene holds their state at 0 s.
     pub rain: Option<Rain>,
 }
 
@@ -155,7 +156,7 @@ pub fn run(start: Start) -> Result<(), ViewerError> {
     window::run(start)
 }
 
-/// Opens a window on images of files, one at least, and returns when it is closed.
+/// Opens a window that compares image files, and returns when it is closed. At least one image is required.
 pub fn compare(renderings: RenderedImages) -> Result<(), ViewerError> {
     renderings::run(renderings)
 }

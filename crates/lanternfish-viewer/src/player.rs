@@ -1,13 +1,13 @@
-//! What a scene plays, its animations and light rain: which moment of it is shown.
+//! Playback of animations and light rain: the time that is shown.
 
 use lanternfish_scene::{Scene, motion::Animation};
 
 use crate::{Moment, panels::Clip};
 
-/// Seconds of light rain that can be chosen, where there is no animation to end.
-const OF_RAIN: f32 = 60.0;
+/// Range of the time slider for light rain without an animation, s.
+const RAIN_DURATION: f32 = 60.0;
 
-/// What a scene has to play; none where it has neither animations nor rain. Rain falls beside any animation.
+/// The clip of a scene; `None` without animations and rain. Rain plays along with any animation.
 pub fn clip_of(scene: &Scene, has_rain: bool) -> Option<Clip> {
     let animations = &scene.motion.animations;
     let name = |(i, animation): (usize, &Animation)| match animation.name.as_str() {
@@ -27,7 +27,7 @@ pub fn clip_of(scene: &Scene, has_rain: bool) -> Option<Clip> {
     })
 }
 
-/// What a scene has to play, at a moment. An animation that the scene has not is not played.
+/// The clip of a scene at a moment. A moment with a missing animation is ignored.
 pub fn clip_at(scene: &Scene, has_rain: bool, moment: Option<Moment>) -> Option<Clip> {
     let mut clip = clip_of(scene, has_rain)?;
     if let Some(Moment { animation, time }) = moment
@@ -39,12 +39,12 @@ pub fn clip_at(scene: &Scene, has_rain: bool, moment: Option<Moment>) -> Option<
     Some(clip)
 }
 
-/// Seconds until an animation ends; of light rain alone, as many as can be chosen.
+/// Duration of an animation, or [`RAIN_DURATION`] for light rain alone, s.
 fn duration(scene: &Scene, animation: Option<usize>) -> f32 {
-    animation.map_or(OF_RAIN, |animation| scene.motion.animations[animation].duration())
+    animation.map_or(RAIN_DURATION, |animation| scene.motion.animations[animation].duration())
 }
 
-/// Lets `seconds` pass; says whether the moment that is shown now is another than before: the scene is to be brought to it then.
+/// Advances the time by `seconds` while playing. Returns true if the moment has changed, and the scene must be updated.
 pub fn play(scene: &Scene, clip: &mut Clip, shown: &mut Option<Moment>, seconds: f32) -> bool {
     clip.duration = duration(scene, clip.animation);
     if clip.is_playing {
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn time_passes_and_begins_again() {
+    fn time_advances_and_loops() {
         assert_eq!(clip_of(&generate::demo("cornell").unwrap(), false), None);
         let scene = animated();
         let at = |moment| clip_at(&scene, false, moment).map(|clip| (clip.animation, clip.time, clip.is_playing));
@@ -96,33 +96,33 @@ mod tests {
         let mut clip = clip_of(&scene, false).unwrap();
         assert_eq!((clip.names.as_slice(), clip.duration), (&["0".to_owned()][..], 2.0));
         let mut shown = None;
-        assert!(!play(&scene, &mut clip, &mut shown, 0.5), "it rests");
+        assert!(!play(&scene, &mut clip, &mut shown, 0.5), "playback is paused");
         clip.is_playing = true;
         assert!(play(&scene, &mut clip, &mut shown, 0.5) && clip.time == 0.5);
         assert!(play(&scene, &mut clip, &mut shown, 1.75) && clip.time == 0.25);
         clip.is_playing = false;
         assert!(!play(&scene, &mut clip, &mut shown, 9.0));
         clip.time = 1.0;
-        assert!(play(&scene, &mut clip, &mut shown, 0.0), "it was moved by hand");
+        assert!(play(&scene, &mut clip, &mut shown, 0.0), "the time was set by the user");
     }
 
     #[test]
-    fn rain_is_played_beside_animations_and_alone() {
+    fn rain_plays_along_with_animations_and_alone() {
         let still = generate::demo("cornell").unwrap();
         let mut alone = clip_at(&still, true, of(None, 100.0)).unwrap();
         assert_eq!((alone.animation, alone.time), (None, 100.0), "rain has no end");
         let mut shown = of(None, 0.0);
-        assert!(play(&still, &mut alone, &mut shown, 0.0) && shown == of(None, 100.0), "it opens at that moment");
+        assert!(play(&still, &mut alone, &mut shown, 0.0) && shown == of(None, 100.0), "it starts at that moment");
         alone.is_playing = true;
         assert!(play(&still, &mut alone, &mut shown, 0.5) && shown == of(None, 100.5));
         assert_eq!(alone.without_rain(), None);
 
         let scene = animated();
-        let comparison = clip_at(&scene, true, of(Some(0), 2.5)).unwrap();
-        assert_eq!((comparison.animation, comparison.duration, comparison.time), (Some(0), 2.0, 2.5), "rain falls on");
-        // An animation that nobody has chosen rests.
+        let both = clip_at(&scene, true, of(Some(0), 2.5)).unwrap();
+        assert_eq!((both.animation, both.duration, both.time), (Some(0), 2.0, 2.5), "rain does not loop");
+        // An animation that is not selected does not play.
         let mut resting = clip_at(&scene, true, of(None, 0.0)).unwrap();
         assert!(!play(&scene, &mut resting, &mut of(None, 0.0), 0.0) && resting.animation.is_none());
-        assert_eq!(comparison.without_rain().map(|clip| clip.has_rain), Some(false));
+        assert_eq!(both.without_rain().map(|clip| clip.has_rain), Some(false));
     }
 }

@@ -1,44 +1,44 @@
-//! What a hand does to a camera, kept step by step, and done again [VanGelderen2020, §6.1.1].
+//! Recording and replay of camera moves, step by step [VanGelderen2020, §6.1.1].
 //!
-//! Time goes by steps of one length while a window records, however long its frames take: so the same moves make the same cameras again, to
-//! the bit, without a window.
+//! While a window records, time advances by a fixed step, whatever the frame time. Replayed moves therefore give the same cameras bit for bit,
+//! without a window.
 
 use lanternfish_scene::Camera;
 
 use crate::controls::{Controls, Way};
 
-/// One thing that was done to a camera.
+/// One move of a camera.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Move {
-    /// It looked about, by points of the window to the right and down.
+    /// Looks around, by a pointer motion to the right and down, points.
     Look(f32, f32),
-    /// It went round what lies before it, by points to the right and down.
+    /// Orbits, by a pointer motion to the right and down, points.
     Orbit(f32, f32),
-    /// It flew, for so many seconds.
+    /// Flies in a direction for a time, s.
     Fly(Way, f32),
-    /// It became faster, by so many notches of the wheel.
+    /// Changes the fly speed by wheel notches.
     Accelerate(f32),
-    /// It was put somewhere else by something other than the hand: its camera, its speed in m/s and its reach in m.
+    /// Sets the camera, its fly speed in m/s and its orbit distance in m, after a change that is not a move.
     Place(Camera, f32, f32),
 }
 
-/// Everything that was done to a camera, from its first place on.
+/// All moves of a camera, from its initial state on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Where it was at first.
+    /// The initial camera.
     pub first: Camera,
-    /// How fast it flew at first, m/s.
+    /// Initial fly speed, m/s.
     pub speed: f32,
-    /// How far before it lay what it went round, m.
+    /// Initial distance to the orbit centre, m.
     pub reach: f32,
-    /// Seconds of a step.
+    /// Length of a step, s.
     pub step: f32,
-    /// What was done in each step, in its order.
+    /// The moves of each step, in order.
     pub steps: Vec<Vec<Move>>,
 }
 
 impl Recording {
-    /// Where the camera was after each step.
+    /// The camera after each step.
     pub fn cameras(&self) -> Vec<Camera> {
         let mut controls = self.start();
         let after = |moves: &Vec<Move>| {
@@ -54,7 +54,7 @@ impl Recording {
 }
 
 impl Controls {
-    /// Does again what was done.
+    /// Executes a move.
     pub fn make(&mut self, one: &Move) {
         match one {
             Move::Look(right, down) => self.look(*right, *down),
@@ -68,19 +68,19 @@ impl Controls {
     }
 }
 
-/// What becomes of a recording that has ended: it is written, or it is said why not.
+/// Stores a completed recording. The error is a message for the user.
 pub type RecordKeeper = Box<dyn Fn(&Recording) -> Result<(), String>>;
 
-/// Keeps what is done to a camera.
+/// Records the moves of a camera.
 pub struct Recorder {
     recording: Recording,
-    /// Where the kept moves have brought a camera: the one that is watched, unless something else has moved that.
+    /// The camera state after replay of the recorded moves. It differs from the recorded camera only after a change that is not a move.
     follower: Controls,
     keep: RecordKeeper,
 }
 
 impl Recorder {
-    /// From now on `controls` remembers its moves. `step`: seconds of a step.
+    /// Starts a recording of the moves of `controls`. `step`: length of a step, s.
     pub fn begin(controls: &mut Controls, step: f32, keep: RecordKeeper) -> Self {
         controls.moves = Some(Vec::new());
         let Controls { camera, speed, reach, .. } = controls;
@@ -89,12 +89,12 @@ impl Recorder {
         Self { recording, follower, keep }
     }
 
-    /// Seconds that pass for the camera from one [`Self::note`] to the next.
+    /// Camera time between two calls of [`Self::note`], s.
     pub fn step(&self) -> f32 {
         self.recording.step
     }
 
-    /// Ends a step: takes what `controls` has done since the last.
+    /// Ends a step: takes the moves of `controls` since the last step.
     pub fn note(&mut self, controls: &mut Controls) {
         let mut moves = controls.moves.replace(Vec::new()).unwrap_or_default();
         moves.iter().for_each(|one| self.follower.make(one));
@@ -107,7 +107,7 @@ impl Recorder {
         self.recording.steps.push(moves);
     }
 
-    /// Ends the recording, and hands it on.
+    /// Ends the recording, and passes it to the keeper.
     pub fn end(self) -> Result<(), String> {
         (self.keep)(&self.recording)
     }
@@ -127,13 +127,13 @@ mod tests {
         Controls::new(Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::Y, projection), 10.0)
     }
 
-    /// Records what `hand` does in `steps` steps: the recording, and the cameras that were there.
+    /// Records the moves of `hand` in `steps` steps. Returns the recording, and the camera after each step.
     fn recorded(steps: u32, mut hand: impl FnMut(u32, &mut Controls)) -> (Recording, Vec<Camera>) {
-        let kept = Rc::new(RefCell::new(None));
+        let stored = Rc::new(RefCell::new(None));
         let keep = {
-            let kept = Rc::clone(&kept);
+            let stored = Rc::clone(&stored);
             Box::new(move |recording: &Recording| {
-                *kept.borrow_mut() = Some(recording.clone());
+                *stored.borrow_mut() = Some(recording.clone());
                 Ok(())
             })
         };
@@ -146,7 +146,7 @@ mod tests {
             cameras.push(controls.camera.clone());
         }
         recorder.end().unwrap();
-        let recording = kept.borrow_mut().take().unwrap();
+        let recording = stored.borrow_mut().take().unwrap();
         (recording, cameras)
     }
 
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_done_makes_the_same_cameras_to_the_bit() {
+    fn replayed_cameras_equal_the_recorded_ones_bit_for_bit() {
         let (recording, cameras) = recorded(500, |i, controls| {
             let wave = (i as f32 * 0.37).sin();
             match i % 7 {
@@ -174,14 +174,14 @@ mod tests {
         assert_eq!(recording.steps[0], []);
         assert!(again.iter().zip(&cameras).all(|(again, camera)| bits(again) == bits(camera)));
         assert_ne!(bits(&again[0]), bits(&again[499]));
-        // And it would be seen if one move were another.
+        // Check that the comparison detects one different move.
         let mut other = recording;
         other.steps[1] = vec![Move::Look(0.0, -1.7)];
         assert_ne!(bits(&other.cameras()[499]), bits(&cameras[499]));
     }
 
     #[test]
-    fn what_something_else_did_is_kept_as_a_place() {
+    fn changes_that_are_not_moves_are_recorded_as_places() {
         let (recording, cameras) = recorded(6, |i, controls| match i {
             2 => controls.camera = Camera::look_at(Vec3::ONE, Vec3::ZERO, controls.camera.projection),
             4 => *controls = Controls::new(controls.camera.clone(), 99.0),

@@ -1,58 +1,60 @@
-//! When the window is painted while an image at rest gets better, and what its own work takes. No clock: it is told.
+//! Limits repaints of the window while an image at rest accumulates.
+//!
+//! Times are passed in; the module reads no clock.
 
-/// Share of the time that painting may take while nothing but the mean of frames changes. More: each frame is seen sooner, and there are
-/// fewer of them.
+/// Largest fraction of time for paints while only the accumulated image changes. A larger fraction shows frames sooner, but renders fewer.
 const FRACTION: f64 = 0.02;
-/// Milliseconds after which it is painted whatever that takes.
+/// Longest time between paints, whatever a paint takes, ms.
 const LONGEST: f64 = 2000.0;
 
-/// What painting takes, and since when it has not been done. All times are milliseconds.
+/// Measures paints and decides when the next is due. All times are in ms.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RepaintLimiter {
-    /// Of the last paints by themselves; none before the first.
+    /// Moving average of the paint time; `None` before the first.
     takes: Option<f64>,
-    /// Since the last frame of the image ended: how often it was painted.
+    /// Number of paints since the last frame of the image ended.
     count: u32,
-    /// When the last frame ended, where the next one followed at once.
+    /// End of the last frame, if the next one followed immediately.
     last_end: Option<f64>,
 }
 
-/// What lies between the ends of two frames of an image at rest that follow each other.
+/// The interval between the ends of two consecutive frames of an image at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Period {
-    /// How long it is.
+    /// Length, ms.
     pub ms: f64,
-    /// How often the window was painted meanwhile.
-    pub repaint_limiter: u32,
+    /// Number of paints in the interval.
+    pub paints: u32,
 }
 
 impl RepaintLimiter {
-    /// The window was painted while the device did nothing else, which took so long.
+    /// Adds a measurement: a paint took `ms` while the device was otherwise idle.
     pub fn took(&mut self, ms: f64) {
-        // Half of what is known stays: single paints are late for reasons of their own.
+        // Exponential average with weight 1/2, since single paints may be delayed.
         self.takes = Some(self.takes.map_or(ms, |before| 0.5 * (before + ms)));
     }
 
-    /// What it takes.
+    /// Average paint time, ms; `None` before the first.
     pub fn ms(&self) -> Option<f64> {
         self.takes
     }
 
-    /// It was painted, whatever else was done.
+    /// Counts a paint.
     pub fn painted(&mut self) {
         self.count += 1;
     }
 
-    /// True if it is to be painted again, so long after the last time, though only the mean of frames has become another.
+    /// True if the window shall be painted `since` ms after the last paint, though only the accumulated image has changed.
     pub fn is_due(&self, since: f64) -> bool {
         since >= self.takes.map_or(0.0, |takes| (takes / FRACTION).min(LONGEST))
     }
 
-    /// A frame of the image has ended at this time. `goes_on`: the next one follows at once. What lies behind it, where the last one did so.
-    pub fn ended(&mut self, now: f64, goes_on: bool) -> Option<Period> {
-        let before = std::mem::replace(&mut self.last_end, goes_on.then_some(now));
-        let repaint_limiter = std::mem::take(&mut self.count);
-        before.map(|before| Period { ms: now - before, repaint_limiter })
+    /// Registers the end of a frame at `now`. `continues`: the next frame follows immediately. Returns the interval since the last frame, if
+    /// that frame continued.
+    pub fn ended(&mut self, now: f64, continues: bool) -> Option<Period> {
+        let before = std::mem::replace(&mut self.last_end, continues.then_some(now));
+        let paints = std::mem::take(&mut self.count);
+        before.map(|before| Period { ms: now - before, paints })
     }
 }
 
@@ -60,7 +62,7 @@ impl RepaintLimiter {
 mod tests {
     use super::*;
 
-    /// Frames of 100 ms for a minute, each painted where it may be: the share of the time that painting takes.
+    /// The fraction of time for paints over one minute of 100 ms frames, each painted if due.
     fn fraction(paint_ms: f64) -> f64 {
         let (mut repaint_limiter, mut now, mut last, mut own) =
             (RepaintLimiter::default(), 0.0, f64::NEG_INFINITY, 0.0);
@@ -76,22 +78,22 @@ mod tests {
     }
 
     #[test]
-    fn what_only_gets_better_is_painted_for_a_small_share_of_the_time() {
+    fn accumulation_is_painted_for_a_small_fraction_of_the_time() {
         for ms in [0.5, 4.0, 20.0] {
             let fraction = fraction(ms);
             assert!((0.2 * FRACTION..=FRACTION).contains(&fraction), "{ms} ms: {fraction}");
         }
-        // It is seen now and then, whatever that takes.
+        // A slow paint still runs every 2 s.
         assert!((0.15..0.25).contains(&fraction(500.0)), "{}", fraction(500.0));
     }
 
     #[test]
-    fn a_period_is_told_of_frames_that_follow_each_other() {
+    fn a_period_is_returned_for_consecutive_frames() {
         let mut repaint_limiter = RepaintLimiter::default();
         assert_eq!(repaint_limiter.ended(10.0, true), None);
         repaint_limiter.painted();
-        assert_eq!(repaint_limiter.ended(30.0, false), Some(Period { ms: 20.0, repaint_limiter: 1 }));
+        assert_eq!(repaint_limiter.ended(30.0, false), Some(Period { ms: 20.0, paints: 1 }));
         assert_eq!(repaint_limiter.ended(90.0, true), None);
-        assert_eq!(repaint_limiter.ended(95.0, true), Some(Period { ms: 5.0, repaint_limiter: 0 }));
+        assert_eq!(repaint_limiter.ended(95.0, true), Some(Period { ms: 5.0, paints: 0 }));
     }
 }

@@ -1,27 +1,27 @@
-//! Position of the sun by place and hour.
+//! Position of the sun by location and time.
 
 use glam::Vec3;
 
-/// A place on Earth, and a moment there.
+/// A location on Earth, and a local date and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaceAndHour {
     /// Degrees north of the equator, −90 to 90.
     pub latitude: f64,
     /// Degrees east of Greenwich, −180 to 180.
     pub longitude: f64,
-    /// Of the Gregorian calendar.
+    /// Year of the Gregorian calendar.
     pub year: i32,
     /// 1 to 12.
     pub month: u32,
     /// 1 to 31.
     pub day: u32,
-    /// Hours after midnight by the clock.
+    /// Hours after local midnight.
     pub hour: f64,
-    /// Hours by which the clock is ahead of UTC.
+    /// UTC offset, h.
     pub ahead_of_utc: f64,
 }
 
-/// Where the sun stands in the sky, radians: without the air's refraction, which lifts it by half a degree at the horizon.
+/// Position of the sun in the sky, radians, without atmospheric refraction, which raises it by 0.5° at the horizon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunPosition {
     /// From north, clockwise: east is π/2. 0 to 2π.
@@ -36,12 +36,12 @@ impl PlaceAndHour {
         let (year, month) = if self.month <= 2 { (self.year - 1, self.month + 12) } else { (self.year, self.month) };
         let century = (f64::from(year) / 100.0).floor();
         let leap = 2.0 - century + (century / 4.0).floor();
-        let whole = (365.25 * (f64::from(year) + 4716.0)).floor() + (30.6001 * (f64::from(month) + 1.0)).floor();
-        whole + f64::from(self.day) + leap - 1524.5 - 2_451_545.0 + (self.hour - self.ahead_of_utc) / 24.0
+        let whole_days = (365.25 * (f64::from(year) + 4716.0)).floor() + (30.6001 * (f64::from(month) + 1.0)).floor();
+        whole_days + f64::from(self.day) + leap - 1524.5 - 2_451_545.0 + (self.hour - self.ahead_of_utc) / 24.0
     }
 
-    /// Where the sun stands, to about a hundredth of a degree in this century and the last: its apparent place by the low-accuracy method
-    /// of [Meeus1998, ch. 25], turned by the hour [Meeus1998, ch. 12, ch. 13].
+    /// The sun's position: apparent position by the low-accuracy method of [Meeus1998, ch. 25], converted to horizontal coordinates
+    /// [Meeus1998, ch. 12, ch. 13]. The error is about 0.01° in the 20th and 21st centuries.
     pub fn sun(&self) -> SunPosition {
         let days = self.days();
         let (right_ascension, declination) = equatorial(days / 36_525.0);
@@ -51,14 +51,14 @@ impl PlaceAndHour {
         let ((sin_h, cos_h), (sin_d, cos_d)) = (hour_angle.sin_cos(), declination.sin_cos());
         let (sin_l, cos_l) = latitude.sin_cos();
         let elevation = (sin_l * sin_d + cos_l * cos_d * cos_h).clamp(-1.0, 1.0).asin();
-        // East and north of where it stands.
+        // East and north components of the direction to the sun.
         let (east, north) = (-cos_d * sin_h, sin_d * cos_l - cos_d * cos_h * sin_l);
         SunPosition { azimuth: east.atan2(north).rem_euclid(std::f64::consts::TAU), elevation }
     }
 }
 
 impl SunPosition {
-    /// The way its light goes, unit, world space: north is −z, east +x, up +y.
+    /// Direction of the sunlight, unit vector, world space: north is −z, east +x, up +y.
     pub fn direction(&self) -> Vec3 {
         let (sin, cos) = self.elevation.sin_cos();
         let from = [cos * self.azimuth.sin(), sin, -cos * self.azimuth.cos()];
@@ -66,7 +66,7 @@ impl SunPosition {
     }
 }
 
-/// The sun's apparent right ascension and declination, radians, so many Julian centuries after 2000 [Meeus1998, ch. 25].
+/// The sun's apparent right ascension and declination, radians, `t` Julian centuries after J2000 [Meeus1998, ch. 25].
 fn equatorial(t: f64) -> (f64, f64) {
     let mean_longitude = 280.466_46 + t * (36_000.769_83 + 0.000_303_2 * t);
     let anomaly = (357.529_11 + t * (35_999.050_29 - 0.000_153_7 * t)).to_radians();
@@ -91,12 +91,13 @@ mod tests {
     }
 
     #[test]
-    fn the_sun_is_where_tables_have_it() {
+    fn the_sun_position_matches_published_tables() {
         // [Meeus1998, example 25.a]: 13 October 1992 at 0 h.
         let (right_ascension, declination) = equatorial(-0.072_183_436);
         near(right_ascension, 198.380_83, 1e-4);
         near(declination, -7.785_07, 1e-4);
-        // [Reda2004, table A5.1]: Golden, Colorado, without refraction; the table's place of the eye is on the ground, not at Earth's centre.
+        // [Reda2004, table A5.1]: Golden, Colorado, without refraction. The table's observer is on the
+        // ground (topocentric), not at Earth's centre.
         let golden = PlaceAndHour {
             latitude: 39.742_476,
             longitude: -105.178_6,
@@ -122,7 +123,7 @@ mod tests {
         near(at(12.12, 45.0).azimuth, 180.0, 1.0);
         near(at(12.12, -45.0).azimuth, 0.0, 1.0);
         assert!(at(0.0, 45.0).elevation < 0.0);
-        // Light of the morning goes west and down.
+        // Morning light travels west and down.
         let direction = at(8.0, 45.0).direction();
         assert!(direction.x < -0.5 && direction.y < 0.0 && (direction.length() - 1.0).abs() < 1e-6, "{direction}");
     }

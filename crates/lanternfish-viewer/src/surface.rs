@@ -1,4 +1,4 @@
-//! The window's surface, what is typed into it, what egui is painted onto it with and when, and the images that egui knows.
+//! The window's surface: egui's input and painter, repaint times, and textures that are registered with egui.
 
 use std::{sync::Arc, time::Instant};
 
@@ -12,7 +12,7 @@ use winit::{
 
 use crate::ViewerError;
 
-/// A window that is painted.
+/// A window with its surface, egui's input state and painter.
 pub struct Surface {
     /// The window.
     pub window: Arc<Window>,
@@ -21,31 +21,31 @@ pub struct Surface {
     settings: wgpu::SurfaceConfiguration,
     painter: egui_wgpu::Renderer,
     input: egui_winit::State,
-    /// When the panels want to be painted again though nothing happens: a hint opens, a cursor blinks.
+    /// Time of egui's next repaint without input, as for tooltips and blinking cursors.
     repaint_at: Option<Instant>,
-    /// How often it was painted.
+    /// Number of paints so far.
     paint_count: u64,
 }
 
-/// A texture that egui may be shown, by the name that it has there, and how it is filtered.
-pub type Known = Option<(TextureId, wgpu::TextureView, wgpu::FilterMode)>;
+/// A texture that is registered with egui: its id, view and filter.
+pub type Registered = Option<(TextureId, wgpu::TextureView, wgpu::FilterMode)>;
 
-/// Opens a window on a device that can draw to it, with egui in it.
+/// Opens a window with egui, and a device that can present to it.
 pub fn open(
     events: &ActiveEventLoop,
     display: &OwnedDisplayHandle,
     attributes: WindowAttributes,
     adapter: &AdapterChoice,
 ) -> Result<(Surface, Gpu), ViewerError> {
-    let said = |error: &dyn std::error::Error| ViewerError::Display(error.to_string());
-    let window = Arc::new(events.create_window(attributes).map_err(|error| said(&error))?);
+    let display_error = |error: &dyn std::error::Error| ViewerError::Display(error.to_string());
+    let window = Arc::new(events.create_window(attributes).map_err(|error| display_error(&error))?);
     let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle(Box::new(display.clone()));
     descriptor.backends = wgpu::Backends::PRIMARY;
     let instance = wgpu::Instance::new(descriptor);
-    let surface = instance.create_surface(Arc::clone(&window)).map_err(|error| said(&error))?;
+    let surface = instance.create_surface(Arc::clone(&window)).map_err(|error| display_error(&error))?;
     let (gpu, adapter) = Gpu::open_for(&instance, &surface, adapter)?;
     let context = egui::Context::default();
-    // A frame of the window may take as long as one of the image: nothing unfolds step by step.
+    // A paint may wait for a frame of the image, so egui's animations are off.
     context.all_styles_mut(|style| style.animation_time = 0.0);
     let most = gpu.device.limits().max_texture_dimension_2d as usize;
     let scale = Some(window.scale_factor() as f32);
@@ -56,7 +56,7 @@ pub fn open(
 }
 
 impl Surface {
-    /// `surface` is the window's own, of this instance; the device is one that can draw to it.
+    /// Creates a surface. `surface` belongs to the window and instance; `device` can present to it.
     fn new(
         window: Arc<Window>,
         input: egui_winit::State,
@@ -66,18 +66,18 @@ impl Surface {
         device: &wgpu::Device,
     ) -> Result<Self, ViewerError> {
         let settings = surface_settings(&surface, adapter, window.inner_size())
-            .ok_or_else(|| ViewerError::Display("the adapter cannot draw to this window".to_owned()))?;
+            .ok_or_else(|| ViewerError::Display("the adapter cannot present to this window".to_owned()))?;
         let painter = egui_wgpu::Renderer::new(device, settings.format, Default::default());
         Ok(Self { window, instance, surface, settings, painter, input, repaint_at: None, paint_count: 0 })
     }
 
-    /// Fits the surface to the window; a window without a size has none.
+    /// Resizes the surface to the window, and requests a redraw. A window of size 0 is skipped.
     pub fn configure(&mut self, device: &wgpu::Device) {
         self.fit(device);
         self.window.request_redraw();
     }
 
-    /// The same, and nothing is requested: whether it has another size now.
+    /// Resizes the surface to the window. Returns true if its size has changed.
     fn fit(&mut self, device: &wgpu::Device) -> bool {
         let size = self.window.inner_size();
         let most = device.limits().max_texture_dimension_2d;
@@ -90,17 +90,17 @@ impl Surface {
         before != [self.settings.width, self.settings.height]
     }
 
-    /// Tells egui of an event: whether it is to be painted because of that.
+    /// Passes an event to egui. Returns true if egui requests a repaint.
     pub fn takes(&mut self, event: &WindowEvent) -> bool {
         self.input.on_window_event(&self.window, event).repaint
     }
 
-    /// What egui knows.
+    /// egui's context.
     pub fn context(&self) -> &egui::Context {
         self.input.egui_ctx()
     }
 
-    /// Makes the panels of what was typed since the last time. What they are made of is painted by [`Self::paint`].
+    /// Runs the panels with the input since the last call. [`Self::paint`] paints the output.
     pub fn panels(&mut self, show: impl FnMut(&mut Ui)) -> egui::FullOutput {
         let taken = self.input.take_egui_input(&self.window);
         let context = self.input.egui_ctx().clone();
@@ -111,25 +111,25 @@ impl Surface {
         output
     }
 
-    /// When the panels want to be painted again though nothing happens.
+    /// Time of egui's next repaint without input.
     pub fn repaint_at(&self) -> Option<Instant> {
         self.repaint_at
     }
 
-    /// Whether that time has come; it is asked once.
+    /// True once when the time of `repaint_at` has come.
     pub fn is_due(&mut self) -> bool {
         self.repaint_at.take_if(|at| *at <= Instant::now()).is_some()
     }
 
-    /// Makes a texture known to egui in the place of the one that was; none: it has none there any more.
-    pub fn know(
+    /// Registers a texture with egui in place of the previous one. `None` removes the registration.
+    pub fn register(
         &mut self,
         device: &wgpu::Device,
-        known: &mut Known,
+        registered: &mut Registered,
         texture: Option<&wgpu::TextureView>,
         filter: wgpu::FilterMode,
     ) {
-        match (&mut *known, texture) {
+        match (&mut *registered, texture) {
             (Some((_, before, by)), Some(texture)) if before == texture && *by == filter => {}
             (Some((id, before, by)), Some(texture)) => {
                 self.painter.update_egui_texture_from_wgpu_texture(device, texture, filter, *id);
@@ -137,21 +137,21 @@ impl Surface {
             }
             (None, Some(texture)) => {
                 let id = self.painter.register_native_texture(device, texture, filter);
-                *known = Some((id, texture.clone(), filter));
+                *registered = Some((id, texture.clone(), filter));
             }
             (_, None) => {
-                if let Some((id, ..)) = known.take() {
+                if let Some((id, ..)) = registered.take() {
                     self.painter.free_texture(&id);
                 }
             }
         }
     }
 
-    /// RepaintLimiter what egui made.
+    /// Paints egui's output.
     pub fn paint(&mut self, gpu: &Gpu, mut output: egui::FullOutput) {
         self.paint_count += 1;
         tracing::debug!("paint {} of the window", self.paint_count);
-        // Told once: they count whether or not there is a surface to paint on.
+        // Texture changes are delivered once, so they are applied even without a surface.
         for (id, deltas) in &output.textures_delta.set {
             deltas.iter().for_each(|delta| self.painter.update_texture(&gpu.device, &gpu.queue, *id, delta));
         }
@@ -201,14 +201,14 @@ impl Surface {
         queue.submit(before.into_iter().chain([commands.finish()]));
         self.window.pre_present_notify();
         queue.present(surface);
-        // A surface that stays so is painted all the same, and is no reason to paint it again.
+        // A suboptimal surface is still presented. Only a changed size requests a redraw, to avoid an endless loop.
         if is_suboptimal && self.fit(device) {
             self.window.request_redraw();
         }
     }
 }
 
-/// As a display shows bytes: egui encodes by itself. None where the surface is not this adapter's.
+/// Configuration of the surface with a format that is not sRGB, since egui encodes its output. `None` if the adapter cannot present to it.
 fn surface_settings(
     surface: &wgpu::Surface<'_>,
     adapter: &wgpu::Adapter,

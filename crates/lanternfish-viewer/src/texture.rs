@@ -1,11 +1,11 @@
-//! Textures that images of a window are kept in.
+//! Textures of the window's images.
 
 use glam::UVec2;
 
-/// Format of images: the image is encoded for a display, not the texture.
+/// Format of images. The texels are already display-encoded, so the format is not sRGB.
 pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// A texture that images of the window are kept in, of so many pixels.
+/// Creates a texture for an image of `size` pixels.
 pub fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
         | wgpu::TextureUsages::TEXTURE_BINDING
@@ -24,7 +24,7 @@ pub fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
     texture.create_view(&Default::default())
 }
 
-/// Puts bytes into a texture of theirs: RGBA, rows from the top.
+/// Writes RGBA bytes, rows from the top, to a texture of the same size.
 pub fn write(queue: &wgpu::Queue, texture: &wgpu::TextureView, bytes: &[u8]) {
     let texture = texture.texture();
     let layout =

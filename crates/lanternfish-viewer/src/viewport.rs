@@ -15,45 +15,45 @@ use crate::{
     texture::{FORMAT, texture},
 };
 
-/// Pixels across and down of the image that edited shaders are tried on.
-const TRIED: UVec2 = UVec2::new(32, 32);
-/// Frames whose mean an image at rest is.
+/// Size of the image for which edited shaders are compiled, pixels.
+const TRIAL_SIZE: UVec2 = UVec2::new(32, 32);
+/// Number of frames that an image at rest averages.
 pub const AT_REST: u32 = 64;
 
-/// A scene, how it is rendered, and where the image is.
+/// A scene, its renderer, and its image.
 #[derive(Debug)]
 pub struct Viewport {
     /// The device.
     pub gpu: Gpu,
-    /// The scene, as it is now. What works beside the window has it too: it is copied where it is changed meanwhile.
+    /// The current scene, shared with other threads. A change copies it if another thread still uses it.
     pub scene: Arc<Scene>,
-    /// What the last frame that the device is done with has said.
+    /// The report of the last completed frame.
     pub report: Option<FrameReport>,
-    /// What the last change of settings cost.
+    /// The cost class of the last change of settings.
     pub change: Option<Change>,
     renderer: Renderer,
     uploaded: GpuScene,
     settings: Settings,
-    /// The image, or that of each of two eyes.
+    /// The image, or the image of each eye.
     renderings: Vec<wgpu::TextureView>,
     eyes: Option<Eyes>,
     size: UVec2,
-    /// Frames that the image is the mean of, and where the camera was.
+    /// Number of averaged frames, and their camera.
     averaged: (u32, Option<Camera>),
-    /// All frames that were ever handed over.
+    /// Number of frames submitted so far.
     drawn: u64,
-    on_their_way: Option<(FrameId, Instant)>,
+    in_flight: Option<(FrameId, Instant)>,
 }
 
 impl Viewport {
-    /// Uploads the scene.
+    /// Creates a viewport and uploads the scene.
     pub fn new(gpu: Gpu, scene: Scene, settings: &Settings) -> Result<Self, RenderError> {
         let settings = shown(settings);
         let renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone())?;
         Self::of(gpu, Arc::new(scene), settings, renderer)
     }
 
-    /// The same scene on the same device, by settings of its own. What both need of the shaders is compiled once; the scene is uploaded again.
+    /// Creates a second viewport of the same scene and device with other settings. It shares compiled shaders, and uploads the scene again.
     pub fn comparison(&self, settings: &Settings) -> Result<Self, RenderError> {
         let settings = shown(settings);
         let renderer = Renderer::with_engine(self.renderer.engine(), settings.clone())?;
@@ -66,7 +66,7 @@ impl Viewport {
         let uploaded = renderer.upload(&scene)?;
         let (size, renderings) = (UVec2::ONE, vec![texture(&gpu.device, UVec2::ONE)]);
         let (averaged, drawn) = ((0, None), 0);
-        let (report, change, on_their_way) = (None, None, None);
+        let (report, change, in_flight) = (None, None, None);
         Ok(Self {
             gpu,
             scene,
@@ -80,44 +80,43 @@ impl Viewport {
             size,
             averaged,
             drawn,
-            on_their_way,
+            in_flight,
         })
     }
 
-    /// Another scene in the place of this one. After an error this one stays.
+    /// Replaces the scene. After an error the current scene stays.
     pub fn open(&mut self, scene: Scene) -> Result<(), RenderError> {
         self.uploaded = self.renderer.upload(&scene)?;
         self.scene = Arc::new(scene);
-        self.begin_again();
+        self.restart();
         Ok(())
     }
 
-    /// The scene of another rendering of it, as it is there now. After an error this one stays.
+    /// Takes over the current scene of another viewport. After an error the current scene stays.
     pub fn follow(&mut self, other: &Self) -> Result<(), RenderError> {
         self.renderer.update(&mut self.uploaded, &other.scene)?;
         self.scene = Arc::clone(&other.scene);
-        self.begin_again();
+        self.restart();
         Ok(())
     }
 
-    /// Changes lights: those of these indices are others; and where there are more or fewer then, all of them. After an error those of before
-    /// stay.
+    /// Replaces the lights. Only changed lights are uploaded if their number stays the same. After an error the previous lights stay.
     pub fn set_lights(&mut self, lights: Vec<Light>) -> Result<(), RenderError> {
         let before = std::mem::replace(&mut Arc::make_mut(&mut self.scene).lights, lights);
-        let done = self.bring_lights(&before);
+        let done = self.upload_lights(&before);
         match done {
-            Ok(()) => self.begin_again(),
+            Ok(()) => self.restart(),
             Err(_) => {
                 Arc::make_mut(&mut self.scene).lights = before;
-                // Some of them may be there by now.
+                // Some of the new lights may already be on the device.
                 self.renderer.update(&mut self.uploaded, &self.scene)?;
             }
         }
         done
     }
 
-    /// Where as many lights are there as before, those that are others go to the device by themselves, if they may.
-    fn bring_lights(&mut self, before: &[Light]) -> Result<(), RenderError> {
+    /// Uploads changed lights one by one if their number is the same and each allows it; otherwise updates the scene.
+    fn upload_lights(&mut self, before: &[Light]) -> Result<(), RenderError> {
         let lights = &self.scene.lights;
         if lights.len() == before.len() {
             let mut others = lights.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before);
@@ -130,14 +129,14 @@ impl Viewport {
         self.renderer.update(&mut self.uploaded, &self.scene).map(|_| ())
     }
 
-    /// Brings what has changed in the scene to the device.
+    /// Uploads changes of the scene.
     pub fn update(&mut self) -> Result<(), RenderError> {
         self.renderer.update(&mut self.uploaded, &self.scene)?;
-        self.begin_again();
+        self.restart();
         Ok(())
     }
 
-    /// Renders by other settings. After an error those of before stay.
+    /// Changes the settings. After an error the previous settings stay.
     pub fn set(&mut self, settings: &Settings) -> Result<(), RenderError> {
         let settings = shown(settings);
         if settings == self.settings {
@@ -154,16 +153,16 @@ impl Viewport {
             }
         }
         (self.settings, self.change) = (settings, Some(change));
-        self.begin_again();
+        self.restart();
         Ok(())
     }
 
-    /// What the last frame is shown at, EV; none for a debug view. Waits for the device.
+    /// Exposure of the last frame, EV; `None` for a debug view. Blocks until the device is idle.
     pub fn exposure(&self) -> Result<Option<f32>, RenderError> {
         self.renderer.exposure()
     }
 
-    /// The image's pixels, RGBA, rows from the top: those of both eyes side by side. Waits for the device.
+    /// The image's pixels, RGBA, rows from the top; stereo images are side by side. Blocks until the device is idle.
     pub fn pixels(&self) -> Result<Vec<[u8; 4]>, GpuError> {
         let read = |rendering: &wgpu::TextureView| read_texture(&self.gpu.device, &self.gpu.queue, rendering.texture());
         let mut renderings = self.renderings.iter().map(read).collect::<Result<Vec<_>, _>>()?;
@@ -176,47 +175,47 @@ impl Viewport {
         Ok(rows.collect::<Vec<_>>().concat())
     }
 
-    /// Renders with texts in the place of the library's own shaders. After an error those of before stay.
+    /// Replaces the library's shaders by these texts. After an error the previous shaders stay.
     pub fn edit_shaders(&mut self, texts: ShaderTexts, camera: &Camera) -> Result<(), RenderError> {
-        // What they compile to is tried on a small image.
-        let tried = texture(&self.gpu.device, TRIED);
-        let request = ViewRequest::of_camera(0, camera, TRIED.into(), Target::Display(&tried, FORMAT));
+        // A small image compiles the shaders and reports their errors.
+        let tried = texture(&self.gpu.device, TRIAL_SIZE);
+        let request = ViewRequest::of_camera(0, camera, TRIAL_SIZE.into(), Target::Display(&tried, FORMAT));
         self.renderer.edit_shaders(texts, &self.uploaded, &[request])?;
-        self.begin_again();
+        self.restart();
         Ok(())
     }
 
-    /// What it has compiled.
+    /// The engine with the compiled shaders.
     pub fn engine(&self) -> &Engine {
         self.renderer.engine()
     }
 
-    /// True if the last frame is of what this camera sees.
+    /// True if the last frame shows this camera's view.
     pub fn shows(&self, camera: &Camera) -> bool {
         self.averaged.0 > 0 && self.averaged.1.as_ref() == Some(camera)
     }
 
-    /// What the clusters of the last frame hold. Waits for the device.
+    /// Contents of the last frame's clusters. Blocks until the device is idle.
     pub fn clusters(&self) -> Result<Vec<GridContents>, RenderError> {
         self.renderer.cluster_contents()
     }
 
-    /// What the tiles of the last frame list, for each eye. Waits for the device.
+    /// Light lists of the last frame's tiles, for each eye. Blocks until the device is idle.
     pub fn tiles(&self) -> Result<Vec<TileContents>, RenderError> {
         self.renderer.tile_contents()
     }
 
-    /// What its frames keep on the device.
+    /// Device memory that is kept between frames.
     pub fn memory(&self) -> FrameMemory {
         self.renderer.memory()
     }
 
-    /// How it is rendered.
+    /// The current settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Makes the image so large, pixels; whether it is another texture now. A side of 0 is one of 1.
+    /// Resizes the image, pixels. A side of 0 becomes 1. Returns true if the size has changed.
     pub fn resize(&mut self, size: UVec2) -> bool {
         let most = self.gpu.device.limits().max_texture_dimension_2d;
         let size = size.clamp(UVec2::ONE, UVec2::splat(most));
@@ -228,7 +227,7 @@ impl Viewport {
         true
     }
 
-    /// Shows it to two eyes from now on, or to one.
+    /// Changes to stereo, or to mono for `None`.
     pub fn show_to(&mut self, eyes: Option<Eyes>) {
         if self.eyes != eyes {
             self.eyes = eyes;
@@ -242,42 +241,42 @@ impl Viewport {
         self.averaged = (0, None);
     }
 
-    /// The eyes that it is shown to; none: one.
+    /// The eyes of the stereo image; `None` for a mono image.
     pub fn eyes(&self) -> Option<Eyes> {
         self.eyes
     }
 
-    /// The camera of each eye, or the camera itself.
+    /// The camera of each eye; `camera` itself for a mono image.
     pub fn cameras(&self, camera: &Camera) -> Vec<Camera> {
         stereo::cameras(self.eyes, camera, self.size.x as f32 / self.size.y as f32)
     }
 
-    /// The image, that of the left eye: encoded for a display.
+    /// The display-encoded image; the left eye's in stereo.
     pub fn rendering(&self) -> &wgpu::TextureView {
         &self.renderings[0]
     }
 
-    /// That of the right eye, where there are two.
+    /// The right eye's image; `None` for a mono image.
     pub fn right_image(&self) -> Option<&wgpu::TextureView> {
         self.renderings.get(1)
     }
 
-    /// Pixels across and down of one eye's image.
+    /// Width and height of one eye's image, pixels.
     pub fn size(&self) -> UVec2 {
         self.size
     }
 
-    /// Number of frames the image is the mean of.
+    /// Number of frames that the image averages.
     pub fn averaged(&self) -> u32 {
         self.averaged.0
     }
 
-    /// Which mean of frames the image is: each has a number of its own. None while it is none.
+    /// Identifies the accumulation that the image shows: it changes when accumulation restarts. `None` before the first frame.
     pub fn mean(&self) -> Option<u64> {
         (self.averaged.0 > 0).then(|| self.drawn - u64::from(self.averaged.0))
     }
 
-    /// Number of frames drawn so far: it differs for different images.
+    /// Number of frames submitted so far. It identifies the image.
     pub fn drawn(&self) -> u64 {
         self.drawn
     }
@@ -287,12 +286,12 @@ impl Viewport {
         self.averaged.1.as_ref() != Some(camera) || (self.settings.accumulate > 1 && self.averaged.0 < AT_REST)
     }
 
-    /// True if the device has not yet done what it was told.
+    /// True if a frame is still in flight.
     pub fn is_busy(&self) -> bool {
-        self.on_their_way.is_some()
+        self.in_flight.is_some()
     }
 
-    /// Hands the next frame to the device. One at a time: what the window shows comes between.
+    /// Submits the next frame. At most one frame may be in flight, so that paints of the window run in between.
     pub fn draw(&mut self, camera: &Camera) -> Result<(), RenderError> {
         let begun = Instant::now();
         let mut commands = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -304,22 +303,22 @@ impl Viewport {
         let frame = self.renderer.record(&mut commands, &self.uploaded, &requests)?;
         self.gpu.queue.submit([commands.finish()]);
         self.renderer.submitted(frame);
-        let goes_on = self.averaged.1.as_ref() == Some(camera);
-        self.averaged = (if goes_on { self.averaged.0 + 1 } else { 1 }, Some(camera.clone()));
+        let continues = self.averaged.1.as_ref() == Some(camera);
+        self.averaged = (if continues { self.averaged.0 + 1 } else { 1 }, Some(camera.clone()));
         self.drawn += 1;
-        self.on_their_way = Some((frame, begun));
+        self.in_flight = Some((frame, begun));
         Ok(())
     }
 
-    /// What has become of frames. Of one that has ended: milliseconds since it was begun to be recorded.
+    /// Polls submitted frames. Returns the time from recording to completion of a frame that has ended, ms.
     pub fn poll(&mut self) -> Option<f64> {
         let mut took = None;
         while let Some(report) = self.renderer.poll() {
-            if let Some((_, since)) = self.on_their_way.take_if(|(frame, _)| *frame == report.frame) {
+            if let Some((_, since)) = self.in_flight.take_if(|(frame, _)| *frame == report.frame) {
                 took = Some(1e3 * since.elapsed().as_secs_f64());
             }
             if !report.is_complete {
-                // It was not shown: the next is another first.
+                // An incomplete frame is not shown, so accumulation restarts.
                 self.averaged = (0, None);
             }
             self.report = Some(report);
@@ -327,19 +326,19 @@ impl Viewport {
         took
     }
 
-    fn begin_again(&mut self) {
+    fn restart(&mut self) {
         self.averaged = (0, None);
-        self.on_their_way = None;
+        self.in_flight = None;
     }
 }
 
-/// What renders the image that is seen once no more frames come.
+/// The settings that render the image at rest: the mean of [`AT_REST`] frames, or one frame of a debug view.
 pub fn at_rest(settings: &Settings) -> Settings {
     let accumulate = if settings.debug_view.is_some() { 1 } else { AT_REST };
     Settings { accumulate, ..settings.clone() }
 }
 
-/// As settings are rendered here: images at rest are means, but for debug views.
+/// Settings for the window's renderer: accumulation is on except for debug views.
 fn shown(settings: &Settings) -> Settings {
     let accumulate = if settings.debug_view.is_some() { 1 } else { 2 };
     Settings { accumulate, ..settings.clone() }

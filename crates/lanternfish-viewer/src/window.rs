@@ -1,4 +1,4 @@
-//! The window: what it shows, and the order of a frame.
+//! The viewer window: its state, and the order of work in a frame.
 
 mod frame;
 mod renderings;
@@ -28,40 +28,41 @@ use crate::{
     resolution_scaling::ResolutionScaling,
     source_tree::{self, SourceTree},
     stereo::Stereo,
-    surface::{self, Known, Surface},
+    surface::{self, Registered, Surface},
     viewport::Viewport,
     window_state::WindowState,
     wipe::Wipe,
 };
 
-/// How long the camera rests before the image is drawn whole.
+/// Rest time of the camera before the image is drawn at full resolution.
 const REST: Duration = Duration::from_millis(250);
-/// How often it is asked whether the device is done, where nothing else happens: at most and at least, and of how many times in a frame.
-const LOOK_AGAIN: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(8)];
-const LOOKS_IN_A_FRAME: f64 = 200.0;
+/// Shortest and longest period of device polls while no event arrives.
+const POLL_PERIODS: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(8)];
+/// Device polls per frame of the image, within [`POLL_PERIODS`].
+const POLLS_PER_FRAME: f64 = 200.0;
 
 /// An open window.
 struct Viewer {
     surface: Surface,
-    /// A, B, and where they differ, as egui knows them.
-    renderings: [Known; 3],
+    /// A, B, and their difference map, registered with egui.
+    renderings: [Registered; 3],
     state: State,
     viewport: Viewport,
     comparison: Comparison,
     name: String,
     resolution_scaling: ResolutionScaling,
-    /// Pixels of the window that the image has.
-    room: UVec2,
-    /// The moment of animations and rain that is on the device.
+    /// Size of the image's area in the window, pixels.
+    viewport_size: UVec2,
+    /// The time of animation and light rain that is on the device.
     moment: Option<Moment>,
-    /// Lights that fall while time passes.
+    /// Light rain.
     rain: Option<Rain>,
     last: Instant,
     opened: Instant,
     frame_ms: f64,
     memory: Memory,
     repaint_limiter: RepaintLimiter,
-    /// When the window was last painted, and which mean of frames that showed.
+    /// Time of the last paint, and the accumulated image that it showed.
     painted: (Instant, Option<u64>),
     moved: Option<Instant>,
     wants_screenshot: bool,
@@ -70,8 +71,8 @@ struct Viewer {
     recorder: Option<Recorder>,
     shaders: Option<SourceTree>,
     write: Writer,
-    /// Where it is written what the next window is told.
-    kept: Option<PathBuf>,
+    /// The file of the window state for the next window.
+    state_file: Option<PathBuf>,
 }
 
 /// Opens the window, and returns when it is closed.
@@ -83,13 +84,13 @@ impl Program for Viewer {
     type Start = Start;
 
     fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Start) -> Result<Self, ViewerError> {
-        let kept = start.kept.as_deref().map(WindowState::read).unwrap_or_default();
-        let [width, height] = kept.size.filter(|_| !start.size_is_chosen).unwrap_or(start.size);
+        let window_state = start.kept.as_deref().map(WindowState::read).unwrap_or_default();
+        let [width, height] = window_state.size.filter(|_| !start.size_is_chosen).unwrap_or(start.size);
         let mut attributes = Window::default_attributes()
             .with_title(format!("{} – Lanternfish", start.name))
             .with_inner_size(winit::dpi::LogicalSize::new(width, height));
-        // A screen that is gone would hide it.
-        if let Some([x, y]) = kept.position.filter(|place| is_on_a_screen(events, *place)) {
+        // A position on a disconnected screen would hide the window.
+        if let Some([x, y]) = window_state.position.filter(|place| is_on_a_screen(events, *place)) {
             attributes = attributes.with_position(winit::dpi::PhysicalPosition::new(x, y));
         }
         let (surface, gpu) = surface::open(events, display, attributes, &start.adapter)?;
@@ -106,7 +107,7 @@ impl Program for Viewer {
             shaders,
             moment,
             rain,
-            kept: keeps,
+            kept: state_file,
             ..
         } = start;
         let mut controls = Controls::new(camera, scene.bounds().size().length());
@@ -114,7 +115,7 @@ impl Program for Viewer {
         let clip = player::clip_at(&scene, rain.is_some(), moment);
         let viewport = Viewport::new(gpu, scene, &settings)?;
         let state = State {
-            usual: settings.clone(),
+            defaults: settings.clone(),
             wipe: Wipe::new(&settings),
             stereo: Stereo::new(eyes),
             pointed: None,
@@ -126,11 +127,11 @@ impl Program for Viewer {
             clip,
             message: String::new(),
             shows_keys: false,
-            shows_panels: kept.shows_panels,
+            shows_panels: window_state.shows_panels,
             is_unfolded: false,
             unfold: None,
         };
-        let (room, last) = (UVec2::new(width, height), Instant::now());
+        let (viewport_size, last) = (UVec2::new(width, height), Instant::now());
         Ok(Self {
             surface,
             renderings: [const { None }; 3],
@@ -139,8 +140,8 @@ impl Program for Viewer {
             comparison: Comparison::default(),
             name,
             resolution_scaling: ResolutionScaling::default(),
-            room,
-            // The scene is as it is at the start of what it plays.
+            viewport_size,
+            // The uploaded scene is in the state at 0 s.
             moment: moment.map(|moment| Moment { time: 0.0, ..moment }),
             rain,
             last,
@@ -149,7 +150,7 @@ impl Program for Viewer {
             memory: Memory::default(),
             repaint_limiter: RepaintLimiter::default(),
             painted: (last, None),
-            // The first image is a small one: how long a frame takes is not known.
+            // The first image has a low resolution, since the frame time is unknown.
             moved: Some(last),
             wants_screenshot: false,
             open,
@@ -157,7 +158,7 @@ impl Program for Viewer {
             recorder,
             shaders: shaders.map(SourceTree::new),
             write,
-            kept: keeps,
+            state_file,
         })
     }
 
@@ -175,12 +176,12 @@ impl Program for Viewer {
 
     fn has_news(&mut self) -> bool {
         let is_news = self.read_shaders() | self.poll();
-        is_news || self.has_more() && !self.only_gets_better()
+        is_news || self.has_more() && !self.only_accumulates()
     }
 
     fn go_on(&mut self) {
-        if self.only_gets_better() {
-            self.look_from_above();
+        if self.only_accumulates() {
+            self.toggle_birds_eye();
             self.draw_both(0.0);
         }
     }
@@ -191,7 +192,7 @@ impl Program for Viewer {
     }
 
     fn close(mut self) -> Result<(), ViewerError> {
-        self.leave();
+        self.write_window_state();
         let recorder = self.recorder.take();
         drop(self);
         recorder.map_or(Ok(()), Recorder::end).map_err(ViewerError::Record)
@@ -199,55 +200,55 @@ impl Program for Viewer {
 }
 
 impl Viewer {
-    /// Whether anything would be drawn that is not there yet. While the device is busy the panels need not be painted again, unless something
-    /// moves.
+    /// True if another frame would change the images. While a frame is in flight, true only if something moves.
     fn has_more(&self) -> bool {
         let camera = &self.state.controls.camera;
-        let is_complete = self.viewport.size() == self.room
+        let is_complete = self.viewport.size() == self.viewport_size
             && !self.viewport.has_more(camera)
             && self.viewport.eyes() == self.state.eyes();
         let is_complete = is_complete && !self.comparison.has_more(&self.viewport, &self.state.wipe, camera);
         self.moves() || !(self.is_busy() || is_complete)
     }
 
-    /// Whether the next frame changes nothing but means, which were painted a short while ago: it is drawn, and not painted.
-    fn only_gets_better(&self) -> bool {
+    /// True if the next frame only continues the accumulation, and the window was painted recently. Such a frame is drawn without a paint.
+    fn only_accumulates(&self) -> bool {
         let (at, mean) = self.painted;
-        let is_painted = mean.is_some() && mean == self.viewport.mean() && self.viewport.size() == self.room;
+        let is_painted = mean.is_some() && mean == self.viewport.mean() && self.viewport.size() == self.viewport_size;
         is_painted && !self.moves() && self.has_more() && !self.repaint_limiter.is_due(1e3 * at.elapsed().as_secs_f64())
     }
 
-    /// How long it is until it is asked again whether the device is done.
+    /// Time until the next device poll.
     fn period(&self) -> Duration {
-        let [least, most] = LOOK_AGAIN;
-        Duration::from_secs_f64(1e-3 * self.frame_ms / LOOKS_IN_A_FRAME).clamp(least, most)
+        let [least, most] = POLL_PERIODS;
+        Duration::from_secs_f64(1e-3 * self.frame_ms / POLLS_PER_FRAME).clamp(least, most)
     }
 
-    /// True if the device has not yet done what it was told of one of the images.
+    /// True if a frame of either side is still in flight.
     fn is_busy(&self) -> bool {
         self.viewport.is_busy() || self.comparison.is_busy()
     }
 
-    /// Whether the next frame shows something else than the last, whoever sits there.
+    /// True if the view changes from frame to frame: playback, recording, or recent camera motion.
     fn moves(&self) -> bool {
         let plays = self.state.clip.as_ref().is_some_and(|clip| clip.is_playing);
         plays || self.recorder.is_some() || self.moved.is_some()
     }
 
-    /// Asks what has become of the last frame of the images: whether anything is there that was not, and nothing better comes at once.
+    /// Polls the frames in flight and the threads. Returns true if the window shall be painted: B has changed, or a frame of A is done and no
+    /// other follows immediately.
     fn poll(&mut self) -> bool {
         let of_first = self.viewport.poll();
         let news = self.comparison.poll(&self.viewport);
-        if let Some(found) = news.found
+        if let Some(result) = news.probe_result
             && let Some(pointed) = &mut self.state.pointed
         {
-            let place = found.place.as_ref().filter(|_| self.viewport.shows(&pointed.camera));
-            // Who has clicked waits a moment for what the device knows.
+            let place = result.place.as_ref().filter(|_| self.viewport.shows(&pointed.camera));
+            // The cluster and tile contents are read back at once, which blocks for a moment after a click.
             pointed.cluster =
                 place.and_then(|place| clusters::at(&self.viewport.clusters().ok()?, pointed.eye, place.p));
             let pixel = (pointed.at * self.viewport.size().as_vec2()).as_uvec2();
             pointed.tile = place.and_then(|_| self.viewport.tiles().ok()?.get(pointed.eye)?.at(pixel));
-            pointed.found = Some(found);
+            pointed.probe_result = Some(result);
         }
         if let Some(failed) = news.failed {
             self.state.message = failed;
@@ -256,11 +257,11 @@ impl Viewer {
             let size = self.viewport.size();
             self.resolution_scaling.took(u64::from(size.x) * u64::from(size.y), ms);
             self.frame_ms = ms;
-            self.memory.ask_again(&self.viewport);
+            self.memory.refresh(&self.viewport);
             let now = 1e3 * self.opened.elapsed().as_secs_f64();
             let period = self.repaint_limiter.ended(now, !self.moves() && self.has_more());
             tracing::debug!(
-                "frame of {size}: {ms:.1} ms; {} are averaged; {period:.1?} since the one before; a paint takes {:.1?} ms",
+                "frame of {size} pixels: {ms:.1} ms; mean of {} frames; {period:.1?} since the last frame; a paint takes {:.1?} ms",
                 self.viewport.averaged(),
                 self.repaint_limiter.ms()
             );
@@ -271,14 +272,14 @@ impl Viewer {
         news.is_new || of_first.is_some() && !self.has_more()
     }
 
-    /// Takes the shaders of the source tree that were saved since the last time: whether there are any.
+    /// Reloads shaders of the source tree that were saved since the last call. Returns true if there were any.
     fn read_shaders(&mut self) -> bool {
         let Some(texts) = self.shaders.as_mut().and_then(SourceTree::look) else { return false };
         let camera = &self.state.controls.camera;
         let first = self.viewport.edit_shaders(texts.clone(), camera);
         let done = first.and_then(|()| self.comparison.edit_shaders(texts, camera));
         self.state.message =
-            done.map_or_else(|error| error.to_string(), |()| "The shaders are those of the source tree".to_owned());
+            done.map_or_else(|error| error.to_string(), |()| "Shaders reloaded from the source tree".to_owned());
         true
     }
 
@@ -287,10 +288,10 @@ impl Viewer {
         let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, moment, rain }| {
             let controls = Controls::new(camera, scene.bounds().size().length());
             let clip = player::clip_at(&scene, rain.is_some(), moment);
-            self.comparison.let_go();
+            self.comparison.release_scene();
             if let Some(settings) = settings {
                 self.viewport.set(&settings).map_err(|error| error.to_string())?;
-                (self.state.settings, self.state.usual, self.state.written) = (settings.clone(), settings, None);
+                (self.state.settings, self.state.defaults, self.state.written) = (settings.clone(), settings, None);
             }
             self.viewport.open(scene).map_err(|error| error.to_string())?;
             self.surface.window.set_title(&format!("{name} – Lanternfish"));
@@ -302,15 +303,15 @@ impl Viewer {
             (self.moment, self.rain) = (moment.map(|moment| Moment { time: 0.0, ..moment }), rain);
             (self.state.pointed, self.memory) = (None, Memory::default());
             (self.state.overlays.birds_eye, self.state.overlays.wants_birds_eye) = (None, false);
-            // What was recorded is of the scene that was there.
+            // The recording belongs to the previous scene.
             self.recorder.take().map_or(Ok(()), Recorder::end)
         });
         self.state.message = done.err().unwrap_or_default();
     }
 
-    /// Tells the next window of this one.
-    fn leave(&self) {
-        let Some(path) = &self.kept else { return };
+    /// Writes the window state for the next window.
+    fn write_window_state(&self) {
+        let Some(path) = &self.state_file else { return };
         let window = &self.surface.window;
         let size = window.inner_size().to_logical::<u32>(window.scale_factor());
         let position = window.outer_position().ok().map(|place| [place.x, place.y]);
@@ -319,7 +320,7 @@ impl Viewer {
     }
 }
 
-/// True if a window whose frame begins there can be taken hold of.
+/// True if the title bar of a window at this position, pixels, is on a screen.
 fn is_on_a_screen(events: &ActiveEventLoop, [x, y]: [i32; 2]) -> bool {
     events.available_monitors().any(|screen| {
         let (corner, size) = (screen.position(), screen.size());

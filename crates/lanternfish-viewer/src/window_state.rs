@@ -1,17 +1,17 @@
-//! State that the next window takes over: size, position, visibility of panels.
+//! Window state that persists between windows: size, position, visibility of panels.
 //!
-//! A small file of lines `name = value`. What cannot be read or written is said in the log, and changes nothing else.
+//! It is a small file of lines `name = value`. Errors of reading and writing are logged and otherwise ignored.
 
 use std::{fs, io, path::Path};
 
 use lanternfish_metrics::write_aside;
 
-/// What is kept.
+/// The persistent state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WindowState {
-    /// Points across and down.
+    /// Width and height, points.
     pub size: Option<[u32; 2]>,
-    /// Where its frame's left top corner is on the desktop, pixels.
+    /// Position of the window frame's top left corner on the desktop, pixels.
     pub position: Option<[i32; 2]>,
     /// True if panels were shown.
     pub shows_panels: bool,
@@ -23,13 +23,13 @@ impl Default for WindowState {
     }
 }
 
-/// Least points of a side that is taken up again.
-const LEAST: u32 = 100;
-/// Most.
-const MOST: u32 = 16_384;
+/// Smallest valid side, points.
+const MIN_SIDE: u32 = 100;
+/// Largest valid side, points.
+const MAX_SIDE: u32 = 16_384;
 
 impl WindowState {
-    /// What the last window has left; nothing where there was none.
+    /// Reads the state of the last window; the default if there is none.
     pub fn read(path: &Path) -> Self {
         match fs::read_to_string(path) {
             Ok(text) => Self::of(&text),
@@ -42,24 +42,24 @@ impl WindowState {
     }
 
     fn of(text: &str) -> Self {
-        let mut kept = Self::default();
+        let mut state = Self::default();
         for line in text.lines() {
             let Some((name, value)) = line.split_once('=') else { continue };
             let value = value.trim();
             match name.trim() {
                 "size" => {
-                    let is_size = |size: &[u32; 2]| size.iter().all(|side| (LEAST..=MOST).contains(side));
-                    kept.size = pair(value).filter(is_size);
+                    let is_size = |size: &[u32; 2]| size.iter().all(|side| (MIN_SIDE..=MAX_SIDE).contains(side));
+                    state.size = pair(value).filter(is_size);
                 }
-                "position" => kept.position = pair(value),
-                "panels" => kept.shows_panels = value != "false",
+                "position" => state.position = pair(value),
+                "panels" => state.shows_panels = value != "false",
                 _ => {}
             }
         }
-        kept
+        state
     }
 
-    /// Leaves it for the next window.
+    /// Writes the state for the next window.
     pub fn write(&self, path: &Path) {
         let mut text = String::new();
         if let Some([width, height]) = self.size {
@@ -77,7 +77,7 @@ impl WindowState {
     }
 }
 
-/// Two numbers in brackets.
+/// Parses two numbers in brackets.
 fn pair<T: std::str::FromStr>(text: &str) -> Option<[T; 2]> {
     let (first, second) = text.strip_prefix('[')?.strip_suffix(']')?.split_once(',')?;
     Some([first.trim().parse().ok()?, second.trim().parse().ok()?])
@@ -88,18 +88,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_is_found_again_and_nonsense_is_nothing() {
+    fn written_state_is_read_back_and_invalid_values_are_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("lanternfish/window.toml");
         assert_eq!(WindowState::read(&path), WindowState::default());
-        let kept = WindowState { size: Some([800, 600]), position: Some([-7, 30]), shows_panels: false };
-        kept.write(&path);
-        assert_eq!(WindowState::read(&path), kept);
+        let state = WindowState { size: Some([800, 600]), position: Some([-7, 30]), shows_panels: false };
+        state.write(&path);
+        assert_eq!(WindowState::read(&path), state);
         for nonsense in ["size = [1, 99999999]", "size = 8", "position = [a, b]", "\u{0}", "panels"] {
             assert_eq!(WindowState::of(nonsense), WindowState::default(), "{nonsense}");
         }
-        // A folder in a file's place: it is said in the log.
-        kept.write(folder.path());
+        // A folder in place of the file is logged.
+        state.write(folder.path());
         assert_eq!(WindowState::read(folder.path()), WindowState::default());
     }
 }

@@ -1,7 +1,7 @@
-//! One order of a file's attributes. The exr crate writes those of its users in the order of a hash map, which is another
-//! in every process; the format leaves the order free.
+//! Sorts a file's attributes, so that equal content gives equal bytes. The exr crate writes custom attributes in the order of a
+//! hash map, which differs between processes; the format allows any order.
 
-/// Sorts the attributes of a file of one part by name, in place; what cannot be parsed stays as it is.
+/// Sorts the attributes of a single-part file by name, in place. A file that cannot be parsed stays unchanged.
 pub(super) fn sort_attributes(file: &mut [u8]) {
     // Magic number and version.
     let Some(header) = file.get_mut(8..) else { return };
@@ -11,7 +11,7 @@ pub(super) fn sort_attributes(file: &mut [u8]) {
     header[..sorted.len()].copy_from_slice(&sorted);
 }
 
-/// Each attribute whole: name, 0, type, 0, size in 4 bytes (little-endian), value. The list ends with an empty name.
+/// The bytes of each attribute: name, 0, type, 0, size in 4 bytes (little-endian), value. The list ends with an empty name.
 fn split(header: &[u8]) -> Option<Vec<&[u8]>> {
     let (mut attributes, mut rest) = (Vec::new(), header);
     while *rest.first()? != 0 {

@@ -1,4 +1,4 @@
-//! Reads OpenEXR files: the headers decide which part and which channels are meant, before pixels are read.
+//! Reads OpenEXR files: the headers select the part and its channels before pixels are read.
 
 use std::{
     collections::BTreeMap,
@@ -16,16 +16,16 @@ use lanternfish_limits::{caught, memory::Budget};
 
 use crate::{MetricsError, RgbImage, open_file::open_file};
 
-/// Reads the channels R, G and B of the first part that has them, stored as half, float or 32-bit integer. Others are
-/// ignored. A file without them that has Y is read as grey.
+/// Reads the channels R, G and B of the first part that has them, stored as half, float or 32-bit integer. Other channels
+/// are ignored. A file with Y instead is read as grey.
 pub fn read_exr(path: &Path) -> Result<RgbImage, MetricsError> {
     read_exr_layer(path, "")
 }
 
-/// Reads the layer `name`: its channels `name.R`, `name.G` and `name.B`, or R, G and B of the part that is called so.
+/// Reads the layer `name`: its channels `name.R`, `name.G` and `name.B`, or R, G and B of the part of this name.
 ///
-/// The empty name is the image itself, as [`read_exr`] has it. A layer that has only Y is grey. Which layers a file
-/// has is told by [`exr_layers`].
+/// The empty name is the image itself, as in [`read_exr`]. A layer that has only Y is grey. [`exr_layers`] lists the layers
+/// of a file.
 pub fn read_exr_layer(path: &Path, name: &str) -> Result<RgbImage, MetricsError> {
     let headers = headers(path)?;
     let Some(layer) = Selection::find(&headers, name) else {
@@ -36,7 +36,7 @@ pub fn read_exr_layer(path: &Path, name: &str) -> Result<RgbImage, MetricsError>
         });
     };
     let pixels = (layer.size.width() as u64).saturating_mul(layer.size.height() as u64);
-    // As they are read, and as they are kept.
+    // 12 bytes per pixel as read, and 12 as stored.
     Budget::of_process()
         .check(pixels.saturating_mul(24), || format!("{} × {} pixels need", layer.size.width(), layer.size.height()))
         .map_err(|need| MetricsError::TooMuch { path: path.to_owned(), need })?;
@@ -47,10 +47,10 @@ pub fn read_exr_layer(path: &Path, name: &str) -> Result<RgbImage, MetricsError>
     pixels.map_err(|error| file_error(path, error))
 }
 
-/// The names of the layers that [`read_exr_layer`] could be asked for, sorted: everything that stands before the last
-/// dot of a channel's name, and the names of parts. The image itself is the empty name.
+/// The names of the layers for [`read_exr_layer`], sorted: the text before the last dot of each channel's name, and the names
+/// of parts. The image itself is the empty name.
 ///
-/// A layer need not be whole: reading one that lacks a channel is an error that says so.
+/// A layer may be incomplete: reading one that lacks a channel is an error.
 pub fn exr_layers(path: &Path) -> Result<Vec<String>, MetricsError> {
     let mut names = Vec::new();
     for header in headers(path)? {
@@ -65,7 +65,7 @@ pub fn exr_layers(path: &Path) -> Result<Vec<String>, MetricsError> {
     Ok(names)
 }
 
-/// The text attributes of a file's parts by name. Where several parts have one of the same name, the first part's counts.
+/// The text attributes of a file's parts by name. If several parts have an attribute of the same name, the first part's is returned.
 pub fn read_exr_attributes(path: &Path) -> Result<BTreeMap<String, String>, MetricsError> {
     let mut texts = BTreeMap::new();
     for header in headers(path)? {
@@ -78,13 +78,13 @@ pub fn read_exr_attributes(path: &Path) -> Result<BTreeMap<String, String>, Metr
     Ok(texts)
 }
 
-/// Which channels of which part make an image.
+/// The part and the channels of an image.
 struct Selection {
     part: Option<Text>,
     /// Width and height of the part, pixels.
     size: Vec2<usize>,
     channels: Channels,
-    /// Why the exr crate would read the part wrongly, and what to do; `None` where it reads it well.
+    /// The reason why the exr crate cannot read the part, and the remedy; `None` if it can.
     unreadable: Option<&'static str>,
 }
 
@@ -111,7 +111,7 @@ impl Selection {
         Some(Self::new(header, Channels::Rgb([red?, green?, blue?])))
     }
 
-    /// The selection of Y alone. `None` where colour differences (RY, BY) stand beside it: such an image is not grey.
+    /// The selection of Y alone. `None` if colour differences (RY, BY) exist too: such an image is not grey.
     fn grey(header: &Header, prefix: &str) -> Option<Self> {
         let [y, ry, by] = ["Y", "RY", "BY"].map(|name| channel(header, &format!("{prefix}{name}")));
         if ry.or(by).is_some() { None } else { Some(Self::new(header, Channels::Grey(y?))) }
@@ -122,7 +122,7 @@ impl Selection {
             Channels::Rgb(names) => names,
             Channels::Grey(name) => std::slice::from_ref(name),
         };
-        // The crate takes every line to hold every channel.
+        // The crate assumes that every line holds every channel.
         let subsampled = header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1));
         debug_assert!(chosen.iter().all(|name| header.channels.list.iter().any(|c| c.name == *name)));
         let unreadable = if header.deep {
@@ -140,7 +140,7 @@ fn channel(header: &Header, name: &str) -> Option<Text> {
     header.channels.list.iter().map(|channel| &channel.name).find(|text| utf8(text) == name).cloned()
 }
 
-/// Every channel of every part, those of named parts as `part: channel` where there is more than one part.
+/// Every channel of every part; in files of several parts, those of named parts are `part: channel`.
 fn channel_names(headers: &[Header]) -> Vec<String> {
     let name = |header: &Header, channel: &Text| match &header.own_attributes.layer_name {
         Some(part) if headers.len() > 1 => format!("{}: {}", utf8(part), utf8(channel)),
@@ -198,7 +198,7 @@ fn read_pixels(path: &Path, selection: &Selection) -> Result<RgbImage, Error> {
     }
 }
 
-/// Channels of the part of this name only: others may have channels of the same names.
+/// Reads channels of the part of this name only: other parts may have channels of the same names.
 struct InPart<C> {
     part: Option<Text>,
     channels: C,
@@ -215,10 +215,10 @@ impl<'s, C: ReadChannels<'s>> ReadChannels<'s> for InPart<C> {
     }
 }
 
-/// The error of this crate for one of the exr crate.
+/// Converts an error of the exr crate.
 fn file_error(path: &Path, error: Error) -> MetricsError {
     match error {
-        // A file that ends early is a broken file, not a fault of the disk.
+        // A file that ends early is invalid; it is not an I/O error.
         Error::Io(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
             MetricsError::Io { path: path.to_owned(), source }
         }

@@ -51,10 +51,10 @@ fn missing_and_broken_files_are_errors_that_name_the_file() {
     assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");
     assert!(error.to_string().contains("image.exr"));
 
-    // Cut short.
+    // A truncated file.
     write_exr(&path, &RgbImage::new(40, 40, vec![[0.5; 3]; 1600]).unwrap()).unwrap();
-    let whole = std::fs::read(&path).unwrap();
-    std::fs::write(&path, &whole[..whole.len() - 20]).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() - 20]).unwrap();
     assert!(matches!(read_exr(&path), Err(MetricsError::Invalid { .. })));
 }
 
@@ -66,7 +66,7 @@ fn writing_into_a_missing_folder_fails() {
     assert!(matches!(error, MetricsError::Io { .. }), "{error:?}");
 }
 
-/// Values that a half cannot hold.
+/// Values that a half float cannot hold.
 fn floats(seed: u32) -> RgbImage {
     let value =
         |i: usize, c: usize| f32::from_bits(0x3f80_0000 ^ (i as u32 * 3 + c as u32 + seed).wrapping_mul(0x0001_9351));
@@ -74,7 +74,7 @@ fn floats(seed: u32) -> RgbImage {
 }
 
 #[test]
-fn layers_come_back_bit_for_bit_with_their_attributes() {
+fn layers_and_attributes_round_trip_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("layers.exr");
     let (image, variance, other) = (floats(0), floats(5), floats(9));
@@ -100,7 +100,7 @@ fn layers_come_back_bit_for_bit_with_their_attributes() {
 }
 
 #[test]
-fn layers_that_are_not_there_are_errors_that_name_those_that_are() {
+fn a_missing_layer_is_an_error_that_lists_the_channels() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("layers.exr");
     write_exr_layers(&path, &[("", &floats(0))], &[]).unwrap();
@@ -111,7 +111,7 @@ fn layers_that_are_not_there_are_errors_that_name_those_that_are() {
 }
 
 #[test]
-fn what_cannot_be_written_is_refused_and_nothing_is_left() {
+fn invalid_names_and_sizes_are_refused_and_leave_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("layers.exr");
     let (image, small) = (floats(0), RgbImage::new(1, 1, vec![[0.0; 3]]).unwrap());
@@ -135,7 +135,7 @@ fn what_cannot_be_written_is_refused_and_nothing_is_left() {
     }
 }
 
-/// A part of a file, of channels that hold what is given.
+/// A part of a file with these channels.
 fn part(name: &str, channels: Vec<(&str, FlatSamples)>) -> Layer<AnyChannels<FlatSamples>> {
     let channels = channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect();
     let attributes = if name.is_empty() { LayerAttributes::default() } else { LayerAttributes::named(name) };
@@ -151,12 +151,12 @@ fn written(parts: Vec<Layer<AnyChannels<FlatSamples>>>) -> (tempfile::TempDir, s
 }
 
 #[test]
-fn odd_channels_are_read_or_named() {
+fn unusual_channels_are_read_or_listed() {
     let half = |a: f32, b: f32| FlatSamples::F16(vec![f16::from_f32(a), f16::from_f32(b)]);
     let float = |a: f32, b: f32| FlatSamples::F32(vec![a, b]);
     let integer = |a: u32, b: u32| FlatSamples::U32(vec![a, b]);
 
-    // Every kind of number, and what is not asked for.
+    // Every sample type, and channels that are ignored.
     let colors = vec![
         ("R", half(1.0, 2.0)),
         ("G", float(3.0, 4.0)),
@@ -196,7 +196,7 @@ fn parts_are_layers_too() {
 }
 
 #[test]
-fn the_same_content_is_the_same_bytes() {
+fn equal_content_gives_equal_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let image = RgbImage::new(1, 1, vec![[1.0, 2.0, 3.0]]).unwrap();
     let names: Vec<String> = (0..12).map(|i| format!("lanternfish.{i}")).collect();

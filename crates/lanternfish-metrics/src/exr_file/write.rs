@@ -1,4 +1,4 @@
-//! To OpenEXR, whole or not at all, ZIP-compressed without loss.
+//! Writes OpenEXR files atomically, with lossless ZIP compression.
 
 use std::{
     io::{Cursor, Write as _},
@@ -16,9 +16,9 @@ use exr::{
 use super::order::sort_attributes;
 use crate::{MetricsError, RgbImage, compare::check_sizes, write_aside};
 
-/// Writes R, G and B as half floats, ZIP-compressed, whole or not at all.
+/// Writes R, G and B as half floats, ZIP-compressed. The write is atomic.
 ///
-/// A half holds up to 65504 with 11 bits: brighter finite values are written as 65504.
+/// A half holds up to 65504 with 11 bits of precision: brighter finite values are written as 65504.
 pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
     let half = |value: f32| {
         let largest = f16::MAX.to_f32();
@@ -32,13 +32,13 @@ pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
     write_aside(path, |file| Image::from_layer(layer).write().to_buffered(file)).map_err(|error| failed(path, error))
 }
 
-/// Writes several images of one size into one part of a file as 32-bit floats, bit for bit, with text attributes;
-/// whole or not at all. The same content is the same bytes.
+/// Writes several images of one size into one part of a file as 32-bit floats, losslessly, with text attributes. The
+/// write is atomic. Equal content gives equal bytes.
 ///
 /// A layer called `variance` becomes the channels `variance.R`, `variance.G` and `variance.B`; the empty name is the
-/// image itself, R, G and B, which is what other programs show. Names of layers and attributes are ASCII, at most
-/// 250 letters long, and each is there once; attributes must not have the names that OpenEXR itself uses
-/// (`compression`, `comments`): put `lanternfish.` before them. Values are any text.
+/// image itself, R, G and B, which other programs show. Names of layers and attributes are unique, ASCII, and at most
+/// 250 letters long. Attributes must not have the names that OpenEXR itself uses (`compression`, `comments`): use the
+/// prefix `lanternfish.`. Values are any text.
 pub fn write_exr_layers(
     path: &Path,
     layers: &[(&str, &RgbImage)],
@@ -80,19 +80,19 @@ fn encoding() -> Encoding {
 }
 
 fn check_names<'n>(path: &Path, what: &str, names: impl Iterator<Item = &'n str>) -> Result<(), MetricsError> {
-    let mut known = Vec::new();
+    let mut names_before = Vec::new();
     for name in names {
-        // The format ends names with a zero and takes 255 bytes, of which a channel needs two.
+        // Names end with a zero byte and have at most 255 bytes, of which a channel's suffix takes two.
         if !name.bytes().all(|b| b.is_ascii_graphic() || b == b' ') || name.len() > 250 {
             return Err(invalid(
                 path,
                 format!("{name:?} cannot be the name of a {what}: take up to 250 ASCII letters"),
             ));
         }
-        if known.contains(&name) {
-            return Err(invalid(path, format!("the {what} {name:?} is there twice")));
+        if names_before.contains(&name) {
+            return Err(invalid(path, format!("duplicate {what} {name:?}")));
         }
-        known.push(name);
+        names_before.push(name);
     }
     Ok(())
 }

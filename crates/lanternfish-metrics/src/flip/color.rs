@@ -1,4 +1,4 @@
-//! Colours as the eye takes them apart, and how far two are from each other.
+//! Opponent colour space and colour difference of ꟻLIP.
 
 use rayon::prelude::*;
 
@@ -6,7 +6,7 @@ use crate::RgbImage;
 
 /// X/Xₙ, Y/Yₙ, Z/Zₙ from linear sRGB: white is 1, 1, 1.
 ///
-/// Made from Rec. 709's primaries and the white point (0.95043, 1, 1.08890) of the authors' evaluator; each row adds up to 1.
+/// Made from Rec. 709's primaries and the white point (0.95043, 1, 1.08890) of the authors' evaluator; each row sums to 1.
 const XYZ_FROM_RGB: [[f32; 3]; 3] = [
     [0.433_895_4, 0.376_242_37, 0.189_862_24],
     [0.212_636_82, 0.715_183, 0.072_180_2],
@@ -19,7 +19,7 @@ const RGB_FROM_XYZ: [[f32; 3]; 3] = [
     [0.052_881_293, -0.204_011_2, 1.151_13],
 ];
 
-/// An image in YCxCz, a plane each: the opponent colours that the eye's contrast sensitivity is known for.
+/// An image in the opponent colour space YCxCz, one plane per channel. The eye's contrast sensitivity was measured for these channels.
 pub(super) struct Opponent {
     pub(super) width: usize,
     /// Y: 1 for white, 0 for black.
@@ -31,11 +31,11 @@ pub(super) struct Opponent {
 }
 
 impl Opponent {
-    /// The opponent planes of an image. `linear` turns the image's values into linear colours that a display shows, 0..=1. The image
-    /// must have pixels.
+    /// The opponent planes of an image. `linear` converts the image's values to linear display colours, 0..=1. The image must not
+    /// be empty.
     ///
-    /// The measure's Y is 116 Y/Yₙ − 16, Cx is 500 (X/Xₙ − Y/Yₙ) and Cz is 200 (Y/Yₙ − Z/Zₙ). All filters are linear
-    /// and either keep a constant or drop it, so that the scale and the −16 can be left out until [`lab_from_opponent`].
+    /// In ꟻLIP Y is 116 Y/Yₙ − 16, Cx is 500 (X/Xₙ − Y/Yₙ) and Cz is 200 (Y/Yₙ − Z/Zₙ). All filters are linear and
+    /// either preserve or remove a constant. Scale and offset are therefore left to [`lab_from_opponent`].
     pub(super) fn new(image: &RgbImage, linear: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
         let width = image.width;
         let plane = || vec![0.0; image.pixels.len()];
@@ -54,9 +54,9 @@ impl Opponent {
     }
 }
 
-/// L*a*b* with a and b scaled by L/100, since colours of dark surfaces seem paler (Hunt) [Andersson2020, colour pipeline].
+/// L*a*b* with a and b scaled by L/100, since dark colours look less saturated (Hunt effect) [Andersson2020, colour pipeline].
 ///
-/// The argument is Y/Yₙ, X/Xₙ − Y/Yₙ, Y/Yₙ − Z/Zₙ. Colours that a display cannot show are clamped to those that it can.
+/// The argument is Y/Yₙ, X/Xₙ − Y/Yₙ, Y/Yₙ − Z/Zₙ. Colours outside the display's gamut are clamped.
 pub(super) fn lab_from_opponent([luminance, red_green, blue_yellow]: [f32; 3]) -> [f32; 3] {
     let rgb = transformed(&RGB_FROM_XYZ, [luminance + red_green, luminance, luminance - blue_yellow]);
     hunt_lab(rgb.map(|v| v.clamp(0.0, 1.0)))
@@ -70,18 +70,18 @@ fn hunt_lab(linear: [f32; 3]) -> [f32; 3] {
     [lightness, 0.01 * lightness * 500.0 * (x - y), 0.01 * lightness * 200.0 * (y - z)]
 }
 
-/// Turns the distance between two colours into an error, 0..=1 [Andersson2020, colour pipeline].
+/// Maps the distance between two colours to an error, 0..=1 [Andersson2020, colour pipeline].
 pub(super) struct ColorDifference {
-    /// Largest distance between two colours that a display shows, green and blue, raised to `EXPONENT`.
+    /// Largest distance between two display colours, green and blue, raised to `EXPONENT`.
     largest: f32,
 }
 
 impl ColorDifference {
-    /// Exponent of distances: makes large ones, which all look large, more alike.
+    /// Exponent of distances: compresses large distances, which all look large.
     const EXPONENT: f32 = 0.7;
-    /// Distances up to this share of the largest …
+    /// Distances up to this fraction of the largest …
     const KNEE_DISTANCE: f32 = 0.4;
-    /// … take errors up to this.
+    /// … map to errors up to this.
     const KNEE_ERROR: f32 = 0.95;
 
     pub(super) fn new() -> Self {
@@ -101,7 +101,7 @@ impl ColorDifference {
     }
 }
 
-/// HyAB distance between two L*a*b* colours: lightness and hue are judged apart, so that their distances add.
+/// HyAB distance between two L*a*b* colours: the sum of the lightness distance and the chromatic distance.
 fn distance(p: [f32; 3], q: [f32; 3]) -> f32 {
     (p[0] - q[0]).abs() + (p[1] - q[1]).hypot(p[2] - q[2])
 }
@@ -124,7 +124,7 @@ mod tests {
     fn the_matrices_are_inverses_and_keep_white() {
         for rgb in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
             let back = transformed(&RGB_FROM_XYZ, transformed(&XYZ_FROM_RGB, rgb));
-            // A few roundings of numbers up to 3.
+            // The rounding error of a few operations on numbers up to 3.
             assert!(back.iter().zip(&rgb).all(|(b, v)| (b - v).abs() < 1e-6), "{rgb:?} became {back:?}");
         }
         let [lightness, a, b] = hunt_lab([1.0; 3]);

@@ -1,17 +1,17 @@
-//! Contrast sensitivity, edge and point filters of the eye. All are separable.
+//! Contrast sensitivity, edge and point filters of ꟻLIP. All are separable.
 
 use std::f64::consts::PI;
 
-/// Weights of a filter along one axis, an odd number of them around the middle.
+/// Weights of a filter along one axis, centred; their number is odd.
 pub(super) struct Kernel(Vec<f32>);
 
-/// The filters for one distance to the display.
+/// The filters for one viewing distance.
 pub(super) struct Filters {
-    /// The contrast sensitivity of the eye to each opponent colour; the filter is the sum of the parts.
+    /// Contrast sensitivity of the eye to each opponent channel; the filter is the sum of the kernels.
     pub(super) luminance: Vec<Kernel>,
     pub(super) red_green: Vec<Kernel>,
     pub(super) blue_yellow: Vec<Kernel>,
-    /// Across the direction of a detector.
+    /// Gaussian, applied across a detector's direction.
     pub(super) smooth: Kernel,
     /// First derivative of `smooth`.
     pub(super) edge: Kernel,
@@ -27,7 +27,7 @@ impl Filters {
         let red_green = sensitivity(&[(1.0, 0.0053)], pixels_per_degree);
         let blue_yellow = sensitivity(&[(34.1, 0.04), (13.5, 0.025)], pixels_per_degree);
 
-        // A detector is as wide as an edge that is best seen, 0.082 degrees [Andersson2020, feature pipeline].
+        // A detector is as wide as the most visible edge, 0.082 degrees [Andersson2020, feature pipeline].
         let sigma = 0.5 * 0.082 * pixels_per_degree;
         let radius = (3.0 * sigma).ceil() as i32;
         let gaussian = |x: f64| (-0.5 * (x / sigma).powi(2)).exp();
@@ -49,23 +49,23 @@ fn sensitivity(gaussians: &[(f64, f64)], pixels_per_degree: f64) -> Vec<Kernel> 
     let lines: Vec<(f64, Vec<f64>)> = gaussians
         .iter()
         .map(|(a, b)| {
-            // Weights below e⁻²⁵, 1e-11 of the middle one, are lost in an `f32`.
+            // Weights below e⁻²⁵, 1e-11 of the central one, vanish in an `f32`.
             let radius = radius.min((5.0 / PI * b.sqrt() * pixels_per_degree).ceil() as i32);
             let weight = |x: i32| (-(PI * f64::from(x) / pixels_per_degree).powi(2) / b).exp();
             (a * (PI / b).sqrt(), (-radius..=radius).map(weight).collect())
         })
         .collect();
-    // The sum over the square of pixels is that along a line, squared.
+    // The sum over the square of pixels is the square of the sum along a line.
     let total: f64 = lines.iter().map(|(scale, line)| scale * line.iter().sum::<f64>().powi(2)).sum();
     let kernel = |(scale, line): (f64, Vec<f64>)| {
-        // Applied down and across: each takes the root.
+        // Applied vertically and horizontally, so that each pass has the square root.
         let scale = (scale / total).sqrt();
         Kernel(line.into_iter().map(|weight| (scale * weight) as f32).collect())
     };
     lines.into_iter().map(kernel).collect()
 }
 
-/// A filter whose positive weights add to 1 and whose negative ones, if any, to −1.
+/// A filter whose positive weights sum to 1 and whose negative weights, if any, sum to −1.
 fn balanced(radius: i32, weight: impl Fn(f64) -> f64) -> Kernel {
     let weights: Vec<f64> = (-radius..=radius).map(|x| weight(f64::from(x))).collect();
     let positive: f64 = weights.iter().map(|w| w.max(0.0)).sum();
@@ -78,9 +78,9 @@ fn balanced(radius: i32, weight: impl Fn(f64) -> f64) -> Kernel {
     )
 }
 
-/// Row `y` of a plane, filtered in both directions. Beyond its borders, the plane goes on with the values there.
+/// Row `y` of a plane, filtered in both directions. The border values extend beyond the plane.
 ///
-/// The plane must have a whole number of rows of `width` > 0, and `y` must be one of them.
+/// The plane's length must be a multiple of `width` > 0, and `y` must be one of its rows.
 pub(super) fn filtered_row(plane: &[f32], width: usize, y: usize, down: &Kernel, across: &Kernel) -> Vec<f32> {
     let last_row = plane.len() / width - 1;
     let mut sums = vec![0.0f32; width];
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn filters_keep_what_is_even_and_detectors_drop_it() {
+    fn filters_preserve_constants_and_detectors_remove_them() {
         for pixels_per_degree in [2.0, 20.0, super::super::PIXELS_PER_DEGREE, 1000.0] {
             let filters = Filters::new(pixels_per_degree);
             for parts in [&filters.luminance, &filters.red_green, &filters.blue_yellow] {
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_is_that_of_the_filter_in_two_dimensions() {
+    fn a_filtered_row_equals_the_two_dimensional_filter() {
         let (width, height) = (7, 5);
         let plane: Vec<f32> = (0..width * height).map(|i| ((i * 37) % 11) as f32).collect();
         let (down, across) = (Kernel(vec![0.5, -1.0, 0.25, 2.0, 3.0]), Kernel(vec![1.0, 0.0, -4.0]));

@@ -1,36 +1,36 @@
-//! HDR-ꟻLIP: the largest error over all exposures at which an observer would look at the images [Andersson2021, algorithm].
+//! HDR-ꟻLIP: the maximum of LDR-ꟻLIP over a range of exposures [Andersson2021, algorithm].
 
 use super::{FlipMap, FlipToneMapper, Observer, PIXELS_PER_DEGREE, check_finite};
 use crate::{MetricsError, RgbImage, compare::check_sizes, image::luminance};
 
-/// The share of a display's white that the brightest and the middle pixel of a reference are shown at
+/// Fraction of the display's white that the first exposure gives the reference's brightest pixel, and the last its median
 /// [Andersson2021, exposures].
 const SHOWN: f32 = 0.85;
 
-/// Luminance below which the exposures no longer follow the reference, as in the authors' tool: 2⁻²³.
+/// Lower bound of the luminances that determine the exposures, as in the authors' tool: 2⁻²³.
 const DARKEST: f32 = f32::EPSILON;
 
-/// More exposures than the range of a float has stops are of no use.
+/// Maximum number of exposures: more than the range of a float has stops are of no use.
 const MOST_EXPOSURES: u32 = 300;
 
-/// The exposures at which two images are compared, stops: `count` of them from `start` to `stop`, evenly.
+/// The exposures at which two images are compared: `count` of them, evenly spaced from `start` to `stop`, stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
     /// First and darkest exposure, stops: log₂ of the factor of radiance.
     pub start: f32,
     /// Last and brightest exposure, stops; at least `start`.
     pub stop: f32,
-    /// Number of exposures, at least 1. One is `start` alone.
+    /// Number of exposures, at least 1. A single exposure is `start`.
     pub count: u32,
 }
 
 impl Exposures {
-    /// The exposures of a reference: at the first, its brightest pixel is shown at 0.85 of white, at the last its median. There are
-    /// as many as stops lie between the two, rounded up, and two at least [Andersson2021, exposures].
+    /// The exposures of a reference: the first shows its brightest pixel at 0.85 of white, the last its median. Their number is the
+    /// number of stops between the two, rounded up, and at least 2 [Andersson2021, exposures].
     ///
     /// The median of an even number of pixels is the upper of the two in the middle. Luminances below 2⁻²³ count as
-    /// 2⁻²³, so that most of a reference may be black. So may all of it, which the authors' tool refuses. The reference
-    /// must be finite; without pixels it is taken to be black.
+    /// 2⁻²³, so that most of a reference may be black. An entirely black reference is allowed too, which the authors' tool
+    /// refuses. The reference must be finite; an empty one counts as black.
     pub fn of(reference: &RgbImage, tone_mapper: FlipToneMapper) -> Self {
         let mut luminances: Vec<f32> = reference.pixels.iter().map(|pixel| luminance(*pixel)).collect();
         let middle = luminances.len() / 2;
@@ -66,11 +66,11 @@ impl Exposures {
 /// Settings of HDR-ꟻLIP: viewing distance, tone mapper and exposures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HdrFlip {
-    /// Pixels a degree of the visual angle, 2..=1000, as in [`flip_ldr`](crate::flip_ldr). Higher: the observer stands further off.
+    /// Pixels per degree of visual angle, 2..=1000, as in [`flip_ldr`](crate::flip_ldr). Higher: a larger viewing distance.
     pub pixels_per_degree: f32,
-    /// Tone mapper from exposed radiance to what a display shows.
+    /// Tone mapper from exposed radiance to display values.
     pub tone_mapper: FlipToneMapper,
-    /// Exposures to compare at. `None`: those of the reference, [`Exposures::of`].
+    /// Exposures to compare at. `None`: the reference's, [`Exposures::of`].
     pub exposures: Option<Exposures>,
 }
 
@@ -80,23 +80,23 @@ impl Default for HdrFlip {
     }
 }
 
-/// The noticeable difference of every pixel at the exposure where it is largest.
+/// The perceived difference of every pixel at the exposure where it is largest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HdrFlipMap {
     /// The largest error of each pixel.
     pub map: FlipMap,
-    /// The exposures that were looked at.
+    /// The exposures that were compared.
     pub exposures: Exposures,
 }
 
 /// HDR-ꟻLIP of `test` against `reference`, both linear Rec. 709 [Andersson2021, algorithm].
 ///
-/// The images are exposed, tone-mapped, clamped to what a display shows, and compared as
-/// [`flip_ldr`](crate::flip_ldr) compares; the largest error of each pixel over all exposures counts. They must not be
-/// exchanged: the reference chooses the exposures. Radiance below 0 counts as 0.
+/// The images are exposed, tone-mapped, clamped to 0..=1, and compared by [`flip_ldr`](crate::flip_ldr); the result is each
+/// pixel's maximum error over all exposures. The measure is not symmetric: the reference determines the exposures.
+/// Radiance below 0 counts as 0.
 ///
-/// An error when sizes differ, when a value is not finite ([`Pair`](crate::Pair) leaves such pixels out), or when
-/// `looks` is out of range. Work is that of [`flip_ldr`](crate::flip_ldr) times the number of exposures.
+/// An error if sizes differ, if a value is not finite ([`Pair`](crate::Pair) leaves such pixels out), or if
+/// `looks` is out of range. The cost is that of [`flip_ldr`](crate::flip_ldr) times the number of exposures.
 pub fn flip_hdr(reference: &RgbImage, test: &RgbImage, looks: &HdrFlip) -> Result<HdrFlipMap, MetricsError> {
     check_sizes(test, reference)?;
     check_finite(reference)?;

@@ -1,6 +1,6 @@
-//! The colour map *magma* by Nathaniel Smith and Stéfan van der Walt, as matplotlib has it (public domain, CC0).
+//! The colour map *magma* by Nathaniel Smith and Stéfan van der Walt, as in matplotlib (public domain, CC0).
 
-/// 0 is black, 1 pale yellow; values outside are clamped. Lightness grows evenly between.
+/// sRGB colour of `value`: 0 is black, 1 pale yellow, and lightness grows evenly between. Values outside are clamped.
 pub(super) fn srgb(value: f32) -> [u8; 3] {
     let [_, rgb @ ..] = MAGMA[(value.clamp(0.0, 1.0) * 255.0 + 0.5) as usize].to_be_bytes();
     rgb

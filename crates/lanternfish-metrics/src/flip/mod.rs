@@ -1,10 +1,9 @@
-//! What an eye notices of the difference between two images: LDR-ꟻLIP [Andersson2020, algorithm], and HDR-ꟻLIP
-//! [Andersson2021, algorithm], which is its maximum over exposures (`hdr`).
+//! The perceived difference of two images: LDR-ꟻLIP [Andersson2020, algorithm], and HDR-ꟻLIP [Andersson2021, algorithm], its
+//! maximum over exposures (`hdr`).
 //!
-//! The measure models an observer who flips between two images on one display. Colour: each image is blurred as
-//! far as the eye cannot resolve it (`filters`), and the distance of what is left is taken in a space where equal
-//! distances look equally different (`color`). Features: edges and points of either image that the other lacks make
-//! a difference of colour count for more.
+//! The measure models an observer who flips between two images on one display. Colour: each image is filtered by the
+//! eye's contrast sensitivity (`filters`), and the colour difference is measured in a perceptually uniform space
+//! (`color`). Features: an edge or a point that only one image has amplifies the colour difference.
 
 mod color;
 mod filters;
@@ -25,33 +24,33 @@ use self::{
 };
 use crate::{MetricsError, RgbImage, compare::check_sizes};
 
-/// Pixels a degree of the visual angle for a 3840-pixel display of 0.7 m seen from 0.7 m: 67.02.
+/// Pixels per degree of visual angle for a 3840-pixel display of 0.7 m seen from 0.7 m: 67.02.
 ///
 /// 3840 px / 0.7 m × 0.7 m × π/180 [Andersson2020, viewing conditions].
 pub const PIXELS_PER_DEGREE: f32 = 3840.0 * std::f32::consts::PI / 180.0;
 
-/// Exponent of the difference of features [Andersson2020, feature pipeline].
+/// Exponent of the feature difference [Andersson2020, feature pipeline].
 const FEATURE_EXPONENT: f32 = 0.5;
 
-/// The noticeable difference of every pixel of two images, and of the images as wholes.
+/// The perceived difference of two images, per pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlipMap {
     /// Pixels across.
     pub width: usize,
     /// Pixels down.
     pub height: usize,
-    /// Error of each pixel, 0 (no difference) to 1 (the largest), `width * height` of them, rows from the top.
+    /// Error of each pixel, 0 (no difference) to 1 (the largest); `width * height` values, rows from the top.
     pub errors: Vec<f32>,
 }
 
 impl FlipMap {
-    /// The mean over all pixels, 0..=1; 0 for a map without pixels. Summed in 64 bits.
+    /// The mean over all pixels, 0..=1; 0 for an empty map. Summed in 64 bits.
     pub fn mean(&self) -> f32 {
         let sum: f64 = self.errors.iter().map(|e| f64::from(*e)).sum();
         (sum / self.errors.len().max(1) as f64) as f32
     }
 
-    /// The map as an sRGB-encoded image, three bytes a pixel: black 0, through purple and orange, pale yellow 1.
+    /// The map as an sRGB-encoded image, three bytes per pixel: 0 is black, 1 pale yellow, with purple and orange between.
     ///
     /// The colour map is *magma*, as in the authors' images. For [`write_png`](crate::write_png).
     pub fn magma(&self) -> Vec<u8> {
@@ -61,15 +60,15 @@ impl FlipMap {
 
 /// LDR-ꟻLIP of `test` against `reference` [Andersson2020, algorithm].
 ///
-/// Both hold **sRGB-encoded** values, not linear ones: what a display gets, bytes over 255. They are clamped to 0..=1.
-/// The two may be exchanged; the result is the same. Beyond its borders, an image goes on with the pixels there.
+/// Both hold **sRGB-encoded** values, not linear ones: display bytes over 255. They are clamped to 0..=1. The measure is
+/// symmetric. The border pixels extend beyond the image.
 ///
-/// `pixels_per_degree` (2..=1000) of the visual angle, [`PIXELS_PER_DEGREE`] by default. Higher: the observer stands
-/// further off, fine differences blur and the errors fall. Lower: single pixels are seen; below 2, all detail that
-/// the eye can find would be narrower than a pixel.
+/// `pixels_per_degree` (2..=1000) is the resolution in pixels per degree of visual angle, usually [`PIXELS_PER_DEGREE`].
+/// Higher: the viewing distance is larger, fine differences blur, and the errors fall. Lower: single pixels are visible;
+/// below 2, all detail that the eye resolves would be narrower than a pixel.
 ///
-/// An error when sizes differ, when `pixels_per_degree` is out of range, or when a value is NaN. Work is proportional
-/// to pixels × `pixels_per_degree`; it runs on rayon's threads, and their number does not change the result.
+/// An error if sizes differ, if `pixels_per_degree` is out of range, or if a value is NaN. The cost is proportional to
+/// pixels × `pixels_per_degree`. It runs on rayon's threads; their number does not change the result.
 pub fn flip_ldr(reference: &RgbImage, test: &RgbImage, pixels_per_degree: f32) -> Result<FlipMap, MetricsError> {
     check_sizes(test, reference)?;
     check_numbers(reference)?;
@@ -80,7 +79,7 @@ pub fn flip_ldr(reference: &RgbImage, test: &RgbImage, pixels_per_degree: f32) -
     Ok(FlipMap { width, height, errors })
 }
 
-/// An observer at a viewing distance: the filters and the colour difference that go with it.
+/// The filters and the colour difference for one viewing distance.
 struct Observer {
     filters: Filters,
     color_difference: ColorDifference,
@@ -94,7 +93,7 @@ impl Observer {
         Ok(Self { filters: Filters::new(pixels_per_degree), color_difference: ColorDifference::new() })
     }
 
-    /// The errors of two images of one size, which `linear` turns into what a display shows, 0..=1.
+    /// The errors of two images of one size. `linear` converts their values to linear display colours, 0..=1.
     fn errors(&self, reference: &RgbImage, test: &RgbImage, linear: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Vec<f32> {
         let mut errors = vec![0.0; reference.pixels.len()];
         if errors.is_empty() {
@@ -102,13 +101,14 @@ impl Observer {
         }
         let (reference, test) = (Opponent::new(reference, &linear), Opponent::new(test, &linear));
         errors.par_chunks_mut(reference.width).enumerate().for_each(|(y, errors)| {
-            let (reference, test) = (SeenRow::new(&reference, &self.filters, y), SeenRow::new(&test, &self.filters, y));
+            let (reference, test) =
+                (FilteredRow::new(&reference, &self.filters, y), FilteredRow::new(&test, &self.filters, y));
             for (x, error) in errors.iter_mut().enumerate() {
                 let color = self.color_difference.between(reference.lab[x], test.lab[x]);
                 let edge = (reference.edges[x] - test.edges[x]).abs();
                 let point = (reference.points[x] - test.points[x]).abs();
-                // Each detector's response is at most 1 along an axis and √2 along both. Rounding must not take the
-                // exponent below 0, where equal colours would become an infinite error.
+                // Each detector's response is at most 1 along an axis and √2 along both. Rounding must not make the
+                // exponent negative, which would give equal colours an infinite error.
                 let feature = (edge.max(point) * std::f32::consts::FRAC_1_SQRT_2).min(1.0).powf(FEATURE_EXPONENT);
                 *error = color.powf(1.0 - feature);
             }
@@ -131,9 +131,9 @@ fn check_finite(image: &RgbImage) -> Result<(), MetricsError> {
     }
 }
 
-/// What an observer sees of a row of an image.
-struct SeenRow {
-    /// Colour of each pixel as far as the eye resolves it, in the space of [`lab_from_opponent`].
+/// A row of an image, filtered for an observer.
+struct FilteredRow {
+    /// Colour of each pixel after the contrast sensitivity filter, in the space of [`lab_from_opponent`].
     lab: Vec<[f32; 3]>,
     /// Length of the luminance's gradient at each pixel.
     edges: Vec<f32>,
@@ -141,19 +141,19 @@ struct SeenRow {
     points: Vec<f32>,
 }
 
-impl SeenRow {
+impl FilteredRow {
     fn new(rendering: &Opponent, filters: &Filters, y: usize) -> Self {
         let width = rendering.width;
-        let seen = |plane: &[f32], parts: &[Kernel]| {
+        let filtered = |plane: &[f32], parts: &[Kernel]| {
             let mut sum = vec![0.0; width];
             for part in parts {
                 sum.iter_mut().zip(filtered_row(plane, width, y, part, part)).for_each(|(sum, value)| *sum += value);
             }
             sum
         };
-        let luminance = seen(&rendering.luminance, &filters.luminance);
-        let red_green = seen(&rendering.red_green, &filters.red_green);
-        let blue_yellow = seen(&rendering.blue_yellow, &filters.blue_yellow);
+        let luminance = filtered(&rendering.luminance, &filters.luminance);
+        let red_green = filtered(&rendering.red_green, &filters.red_green);
+        let blue_yellow = filtered(&rendering.blue_yellow, &filters.blue_yellow);
         let lab = (0..width).map(|x| lab_from_opponent([luminance[x], red_green[x], blue_yellow[x]])).collect();
 
         let lengths = |detector: &Kernel| {

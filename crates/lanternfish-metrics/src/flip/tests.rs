@@ -1,4 +1,4 @@
-//! Against the authors' evaluator, on images that are made here: `flip-evaluator` 1.7 of PyPI,
+//! Compares with the authors' evaluator on generated images: `flip-evaluator` 1.7 of PyPI,
 //! `evaluate(reference, test, "LDR", applyMagma=False, parameters={"ppd": …})`.
 
 use super::*;
@@ -6,7 +6,7 @@ use super::*;
 const WIDTH: usize = 61;
 const HEIGHT: usize = 47;
 
-/// A byte of a channel at x, y.
+/// A byte as a function of x, y and channel.
 type Pattern = fn(usize, usize, usize) -> usize;
 
 fn rendering(pattern: Pattern) -> RgbImage {
@@ -18,7 +18,7 @@ fn uniform(color: [f32; 3]) -> RgbImage {
     RgbImage::new(20, 20, vec![color; 400]).unwrap()
 }
 
-/// 0..256, without pattern.
+/// Pseudo-random, 0..256.
 fn hash(x: usize, y: usize, channel: usize, seed: u32) -> usize {
     let mut h = (x as u32).wrapping_mul(0x9E37_79B1)
         ^ (y as u32).wrapping_mul(0x85EB_CA77)
@@ -64,7 +64,7 @@ fn blurred_squares(x: usize, y: usize, channel: usize) -> usize {
     (0..9).map(|i| squares(column(i % 3), row(i / 3), channel)).sum::<usize>() / 9
 }
 
-/// Two images, pixels a degree, and what the evaluator says: mean, and errors at (0, 0), (30, 20) and (60, 46).
+/// Two images, pixels per degree, and the evaluator's results: the mean, and the errors at (0, 0), (30, 20) and (60, 46).
 type Case = (Pattern, Pattern, f32, f32, [f32; 3]);
 
 const CASES: [Case; 7] = [
@@ -77,20 +77,20 @@ const CASES: [Case; 7] = [
     (squares, shifted_squares, 150.0, 0.343_572, [0.21906, 0.58361, 0.25424]),
 ];
 
-/// By how much the map differs from the evaluator's mean and from its pixels at most.
+/// Difference from the evaluator's mean, and largest difference from its pixels.
 fn deviation(map: &FlipMap, (_, _, _, mean, pixels): &Case) -> (f32, f32) {
     let at = [(0, 0), (30, 20), (60, 46)].map(|(x, y)| map.errors[y * WIDTH + x]);
     let pixel = at.iter().zip(pixels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     ((map.mean() - mean).abs(), pixel)
 }
 
-/// The evaluator adds millions of numbers up in 32 bits, and so do its filters: 8e-6 on images of half a million pixels.
+/// The evaluator and its filters sum millions of numbers in 32 bits: the error is 8e-6 on images of half a million pixels.
 const MEAN_TOLERANCE: f32 = 2e-5;
-/// In pixels with almost no error, rounding is raised to the powers 0.5 and 0.7: 4e-4 on images with flat surfaces.
+/// In pixels with almost no error, the rounding error is raised to the powers 0.5 and 0.7: 4e-4 on images with flat areas.
 const PIXEL_TOLERANCE: f32 = 5e-4;
 
 #[test]
-fn errors_are_those_of_the_authors() {
+fn errors_match_the_evaluator() {
     for case in &CASES {
         let (reference, test, pixels_per_degree, ..) = *case;
         let map = flip_ldr(&rendering(reference), &rendering(test), pixels_per_degree).unwrap();
@@ -101,7 +101,7 @@ fn errors_are_those_of_the_authors() {
 }
 
 #[test]
-fn the_comparison_with_the_authors_sees_an_observer_who_is_5_per_cent_off() {
+fn the_comparison_detects_a_viewing_distance_that_is_5_per_cent_off() {
     for case in &CASES {
         let (reference, test, pixels_per_degree, ..) = *case;
         let map = flip_ldr(&rendering(reference), &rendering(test), 1.05 * pixels_per_degree).unwrap();
@@ -113,10 +113,9 @@ fn the_comparison_with_the_authors_sees_an_observer_who_is_5_per_cent_off() {
     }
 }
 
-/// A uniform image is the same everywhere, and has no features. Greys are grey up to rounding, which the power 0.7 raises
-/// to 1e-5.
+/// A uniform image has no features. Greys are neutral up to rounding, which the power 0.7 raises to 1e-5.
 #[test]
-fn uniform_images_differ_as_the_authors_say() {
+fn uniform_images_match_the_evaluator() {
     let (black, white) = ([0.0; 3], [1.0; 3]);
     for (reference, test, expected) in [
         (black, white, 0.967_388),
@@ -135,7 +134,7 @@ fn uniform_images_differ_as_the_authors_say() {
 }
 
 #[test]
-fn a_image_does_not_differ_from_itself() {
+fn an_image_does_not_differ_from_itself() {
     for pattern in [noise, gradient, squares] {
         let map = flip_ldr(&rendering(pattern), &rendering(pattern), PIXELS_PER_DEGREE).unwrap();
         assert_eq!((map.width, map.height, map.errors.len()), (WIDTH, HEIGHT, WIDTH * HEIGHT));
@@ -145,7 +144,7 @@ fn a_image_does_not_differ_from_itself() {
 }
 
 #[test]
-fn images_may_be_exchanged() {
+fn the_measure_is_symmetric() {
     for (a, b, pixels_per_degree, ..) in CASES {
         let (a, b) = (rendering(a), rendering(b));
         assert_eq!(flip_ldr(&a, &b, pixels_per_degree).unwrap(), flip_ldr(&b, &a, pixels_per_degree).unwrap());
@@ -153,7 +152,7 @@ fn images_may_be_exchanged() {
 }
 
 #[test]
-fn one_wrong_pixel_is_seen_where_it_is() {
+fn one_wrong_pixel_is_located() {
     let reference = uniform([0.5; 3]);
     let mut test = reference.clone();
     test.pixels[20 * 4 + 15] = [1.0; 3];
@@ -205,11 +204,11 @@ fn the_image_of_errors_goes_from_black_to_pale_yellow() {
     let (black, yellow) = ([0, 0, 4], [252, 253, 191]);
     assert_eq!(map.magma(), [black, [183, 55, 121], yellow, black, yellow, black].concat());
 
-    // Lightness grows all the way.
+    // Lightness is monotonic.
     let lightness: Vec<f32> = (0..=255)
         .map(|i| magma::srgb(i as f32 / 255.0).map(|v| f32::from(v) / 255.0))
         .map(|[red, green, blue]| 0.2126 * red.powf(2.2) + 0.7152 * green.powf(2.2) + 0.0722 * blue.powf(2.2))
         .collect();
-    // In steps of a byte, two neighbours may be the same but for the last step of a channel.
+    // With 8 bits, neighbours may differ only in the last bit of a channel.
     assert!(lightness.windows(4).all(|w| w[0] < w[3]));
 }

@@ -1,26 +1,26 @@
-//! Tone mapping from radiance to display values, as the authors of HDR-ꟻLIP do it.
+//! Tone mapping from radiance to display values, as in HDR-ꟻLIP.
 
 use crate::image::luminance;
 
-/// The curve that takes an exposed image to a display in HDR-ꟻLIP [Andersson2021, tone mapping].
+/// The curve from exposed radiance to display values in HDR-ꟻLIP [Andersson2021, tone mapping].
 ///
-/// Each is (k₀x² + k₁x + k₂) / (k₃x² + k₄x + k₅). What comes out is linear; it is clamped to 0..=1.
+/// Each is (k₀x² + k₁x + k₂) / (k₃x² + k₄x + k₅). The result is linear and is clamped to 0..=1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FlipToneMapper {
-    /// Narkowicz's fit of the ACES curve, of 0.6 x: the authors' default. Each channel by itself.
+    /// Narkowicz's fit of the ACES curve, of 0.6 x: the authors' default. Per channel.
     #[default]
     Aces,
-    /// Hable's film curve with its white point divided out. Each channel by itself.
+    /// Hable's film curve with its white point divided out. Per channel.
     Hable,
-    /// x / (1 + x) of the luminance, by which the colour is scaled: hues stay, bright colours are clamped.
+    /// x / (1 + x) of the luminance; the colour is scaled with it. Hues are preserved, bright colours are clamped.
     Reinhard,
 }
 
 impl FlipToneMapper {
-    /// All of them, the default first.
+    /// All tone mappers, the default first.
     pub const ALL: [Self; 3] = [Self::Aces, Self::Hable, Self::Reinhard];
 
-    /// As the authors' tool calls it.
+    /// The name in the authors' tool.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Aces => "aces",
@@ -44,9 +44,9 @@ impl FlipToneMapper {
         ((k0 * x + k1) * x + k2) / ((k3 * x + k4) * x + k5)
     }
 
-    /// What a display shows, linear, 0..=1, of a finite radiance ≥ 0.
+    /// Linear display value, 0..=1, of a finite radiance ≥ 0.
     pub(super) fn display(self, radiance: [f32; 3]) -> [f32; 3] {
-        // The square of what is brighter is no number, and the curves are flat long before.
+        // The square of a larger value overflows, and the curves are flat long before.
         const FLAT: f32 = 1e15;
         let mapped = match self {
             Self::Aces | Self::Hable => radiance.map(|v| self.curve(v.min(FLAT))),
@@ -58,7 +58,7 @@ impl FlipToneMapper {
         mapped.map(|v| v.clamp(0.0, 1.0))
     }
 
-    /// The luminance that the curve takes to `shown`, which must be below all that it can reach: the greater root.
+    /// The luminance that the curve maps to `shown`, which must be below the curve's limit: the greater root.
     pub(super) fn inverse(self, shown: f32) -> f32 {
         let [k0, k1, k2, k3, k4, k5] = self.coefficients();
         let (a, b, c) = (k0 - shown * k3, k1 - shown * k4, k2 - shown * k5);
@@ -83,7 +83,7 @@ mod tests {
             assert!(shown[0] > 0.0 && *shown.last().unwrap() > 0.99, "{mapper:?}: {shown:?}");
             for value in [0.2, 0.5, 0.85] {
                 let [_, back, _] = mapper.display([mapper.inverse(value); 3]);
-                // Some roundings of numbers up to 1.
+                // The rounding error of a few operations on numbers up to 1.
                 assert!((back - value).abs() < 1e-5, "{mapper:?}: {value} became {back}");
             }
         }

@@ -11,7 +11,7 @@ fn pair(image: &RgbImage, reference: &RgbImage) -> Pair {
 }
 
 #[test]
-fn pixels_that_are_not_finite_are_counted_by_kind_and_left_out_of_everything() {
+fn invalid_pixels_are_counted_by_kind_and_left_out() {
     let reference = grey(32, 20);
     let mut broken = reference.clone();
     broken.pixels[5] = [f32::NAN, f32::INFINITY, 1.0];
@@ -41,18 +41,18 @@ fn pixels_that_are_not_finite_are_counted_by_kind_and_left_out_of_everything() {
 }
 
 #[test]
-fn what_is_left_out_does_not_thin_the_means() {
+fn left_out_pixels_do_not_bias_the_means() {
     let reference = grey(32, 20);
     let mut image = RgbImage { pixels: reference.pixels.iter().map(|p| p.map(|v| v + 0.25)).collect(), ..reference };
-    let whole = pair(&image, &reference).errors();
+    let all = pair(&image, &reference).errors();
     // Half of the image.
     image.pixels[..320].fill([f32::NAN; 3]);
     let half = pair(&image, &reference);
-    assert!((half.errors().mse - 0.0625).abs() < 1e-6 && (whole.mse - 0.0625).abs() < 1e-6);
+    assert!((half.errors().mse - 0.0625).abs() < 1e-6 && (all.mse - 0.0625).abs() < 1e-6);
     assert_eq!(half.compared_count(), 320);
-    // Where the difference is uniform, the lower half looks as it did, but for the rows that see the border.
+    // For a uniform difference, the lower half is unchanged, except for rows whose filters reach the border.
     let uniform = |v: f32| RgbImage { pixels: vec![[v; 3]; 640], ..reference };
-    let whole = pair(&uniform(0.5), &uniform(0.6));
+    let all = pair(&uniform(0.5), &uniform(0.6));
     let mut image = uniform(0.5);
     image.pixels[..320].fill([f32::NAN; 3]);
     let half = pair(&image, &uniform(0.6));
@@ -61,7 +61,7 @@ fn what_is_left_out_does_not_thin_the_means() {
     let spread = half.spread_of(&map);
     assert_eq!(spread.mean, half.mean_of(&map));
     assert!(spread.percentile_95 > 0.5 * spread.max && map.errors[..320].iter().all(|e| *e == 0.0), "{spread:?}");
-    assert!((mean(&whole) / mean(&half) - 1.0).abs() < 0.2, "{} and {}", mean(&whole), mean(&half));
+    assert!((mean(&all) / mean(&half) - 1.0).abs() < 0.2, "{} and {}", mean(&all), mean(&half));
 }
 
 #[test]
@@ -82,10 +82,10 @@ fn psnr_is_20_db_for_an_error_of_a_tenth() {
 }
 
 #[test]
-fn a_display_shows_a_stop_more_as_twice_the_light() {
+fn one_stop_doubles_the_display_radiance() {
     let image = |v: f32| RgbImage::new(1, 1, vec![[v, 8.0, -1.0]]).unwrap();
     let shown = pair(&image(0.107_02), &image(0.214_04)).shown(1.0);
-    // 0.21404 is half of sRGB's range.
+    // 0.21404 is encoded as 0.5 in sRGB.
     assert!((shown.image().pixels[0][0] - 0.5).abs() < 1e-4);
     let [_, white, black] = shown.image().pixels[0];
     assert!((white - 1.0).abs() < 1e-6 && black == 0.0);

@@ -3,11 +3,11 @@ use super::*;
 const WIDTH: usize = 96;
 const HEIGHT: usize = 64;
 
-/// 64 random bits a call (SplitMix64).
+/// A generator of 64 random bits per call (SplitMix64).
 struct Random(u64);
 
 impl Random {
-    /// 0..1, both exclusive.
+    /// A uniform number in 0..1, both ends exclusive.
     fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -21,7 +21,7 @@ impl Random {
     }
 }
 
-/// The image without noise: 0.2 to 2.
+/// The noise-free image, 0.2 to 2.
 fn expected(i: usize) -> [f64; 3] {
     let (x, y) = ((i % WIDTH) as f64 / WIDTH as f64, (i / WIDTH) as f64 / HEIGHT as f64);
     [0.2 + 1.8 * x, 0.2 + y, 1.0 - 0.5 * x * y]
@@ -31,7 +31,7 @@ fn image_of(pixel: impl FnMut(usize) -> [f64; 3]) -> RgbImage {
     RgbImage::new(WIDTH, HEIGHT, (0..WIDTH * HEIGHT).map(pixel).map(|p| p.map(|v| v as f32)).collect()).unwrap()
 }
 
-/// With normal noise of a tenth of each value, and its variance; `change` is what is done to the expected value.
+/// An image with normal noise of a tenth of each value, and its variance. `change` modifies the expected value.
 fn noisy(seed: u64, change: impl Fn(usize, f64) -> f64) -> (RgbImage, RgbImage) {
     let mut random = Random(seed);
     let image = image_of(|i| expected(i).map(|v| change(i, v) + 0.1 * v * random.normal()));
@@ -60,23 +60,23 @@ fn equal_noise_is_noise() {
     }
 }
 
-/// Under noise alone, p values are spread over 0..1: times six, no more than a tenth of them are below a tenth.
+/// Under noise alone, p values are uniform in 0..1: after the factor six, at most a tenth of them are below 0.1.
 #[test]
 fn noise_is_rarely_improbable() {
     let p = |seed| test_of(&noisy(seed, unchanged), &noisy(1000 + seed, unchanged)).p_value();
     let low = (0..100).filter(|seed| p(*seed) < 0.1).count();
-    // The mean is at most 10; 20 is 3.3 standard deviations more. Without the six it would be 47.
+    // The mean is at most 10; 20 is 3.3 standard deviations more. Without the factor six it would be 47.
     assert!(low <= 20, "{low}");
 }
 
 #[test]
-fn a_change_of_1_per_cent_is_seen() {
+fn a_change_of_1_per_cent_is_detected() {
     for (seed, factor) in [(1, 1.01), (2, 0.99)] {
         let test = test_of(&noisy(seed, |_, v| factor * v), &noisy(1000 + seed, unchanged));
         assert_eq!(test.verdict(), ZVerdict::Offset, "{test:?}");
         assert!(test.p_value() < 1e-6 && (test.mean_z > 0.0) == (factor > 1.0), "{} {test:?}", test.p_value());
     }
-    // In one channel.
+    // A change of one channel.
     let reference = noisy(3, unchanged);
     let mut image = noisy(4, unchanged);
     image.0.pixels.iter_mut().for_each(|pixel| pixel[2] *= 1.01);
@@ -86,15 +86,15 @@ fn a_change_of_1_per_cent_is_seen() {
 }
 
 #[test]
-fn changes_that_cancel_out_are_seen() {
-    // Left 3 % brighter, right 3 % darker, by the same light.
+fn changes_that_cancel_out_are_detected() {
+    // The left half is 0.03 brighter and the right half 0.03 darker, so that the sum is unchanged.
     let test = test_of(&noisy(5, |i, v| v + if i % WIDTH < WIDTH / 2 { 0.03 } else { -0.03 }), &noisy(6, unchanged));
     assert_eq!(test.verdict(), ZVerdict::Spread, "{test:?}");
     assert!(test.offset.iter().all(|d| d.abs() < 4.0), "{test:?}");
 }
 
 #[test]
-fn variances_that_are_wrong_are_seen() {
+fn wrong_variances_are_detected() {
     let scaled = |(image, variance): (RgbImage, RgbImage), factor: f32| {
         let pixels = variance.pixels.iter().map(|p| p.map(|v| factor * v)).collect();
         (image, RgbImage { pixels, ..variance })
@@ -108,8 +108,8 @@ fn variances_that_are_wrong_are_seen() {
     assert_eq!(test_of(&same, &same).verdict(), ZVerdict::TooAlike);
 }
 
-/// As a path tracer has it: few samples, most of them dark, and variances estimated from the same samples, so that an
-/// image that came out too dark also says that it is sure of it.
+/// Path-traced images: few samples, most of them dark, and variances estimated from the same samples. A pixel that is too
+/// dark therefore has too small a variance.
 #[test]
 fn few_skewed_samples_of_two_counts_are_no_difference() {
     let traced = |seed: u64, count: usize, factor: f64| {
@@ -117,7 +117,7 @@ fn few_skewed_samples_of_two_counts_are_no_difference() {
         let mut variances = Vec::new();
         let image = image_of(|i| {
             let estimates = expected(i).map(|v| {
-                // One sample in five carries light, exponentially distributed: a skewness of 4.6.
+                // One sample in five is lit, with an exponential distribution: a skewness of 4.6.
                 let samples: Vec<f64> = (0..count)
                     .map(|_| if random.uniform() < 0.2 { -5.0 * factor * v * random.uniform().ln() } else { 0.0 })
                     .collect();
@@ -134,10 +134,10 @@ fn few_skewed_samples_of_two_counts_are_no_difference() {
     for seed in 20..30 {
         let test = test_of(&traced(seed, 16, 1.0), &reference);
         assert_eq!(test.verdict(), ZVerdict::Noise, "{seed}: {} {test:?}", test.p_value());
-        // Here, the plain mean of z would have been wrong by 25 standard deviations.
+        // Here, the plain mean of z would be off by 25 standard deviations.
         assert!(test.mean_z < -0.1, "{test:?}");
     }
-    // Noise of 75 % a value: 5 % are still seen.
+    // Noise of 75 % per value: a change of 5 % is still detected.
     assert_eq!(test_of(&traced(40, 16, 1.05), &reference).verdict(), ZVerdict::Offset);
 }
 

@@ -1,4 +1,4 @@
-//! Against what others measured, and images that others made.
+//! Comparison with other implementations, and with reference images.
 
 mod pairs;
 mod references;

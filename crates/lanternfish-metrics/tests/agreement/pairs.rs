@@ -1,6 +1,6 @@
-//! Against the authors' evaluator of FLIP and scikit-image, on the images of `tests/pairs`.
+//! Comparison with the authors' evaluator of FLIP and with scikit-image, on the images of `tests/pairs`.
 //!
-//! `tests/pairs/make.py` draws the images and writes `expected.csv`; its head says with which versions.
+//! `tests/pairs/make.py` draws the images and writes `expected.csv`; its head names the versions.
 
 use std::path::PathBuf;
 
@@ -12,15 +12,15 @@ use lanternfish_metrics::{
 struct Case {
     line: String,
     pair: Pair,
-    /// `None` of display values.
+    /// `None` for display values.
     tone_mapper: Option<FlipToneMapper>,
     pixels_per_degree: f32,
-    /// `None` of display values.
+    /// `None` for display values.
     exposures: Option<Exposures>,
     flip_mean: f64,
-    /// At (0, 0), (50, 6) and (30, 45).
+    /// Errors at (0, 0), (50, 6) and (30, 45).
     flip_at: [f32; 3],
-    /// `None` of linear images.
+    /// `None` for linear images.
     ssim: Option<f64>,
 }
 
@@ -56,7 +56,7 @@ impl Case {
         cases
     }
 
-    /// At the exposures that are expected where they are not those of the reference.
+    /// The error map, at the case's own exposures if it has any, otherwise at the reference's.
     fn flip(&self, pixels_per_degree: f32) -> FlipMap {
         match self.tone_mapper {
             None => self.pair.flip_ldr(pixels_per_degree).unwrap(),
@@ -71,21 +71,21 @@ impl Case {
         self.exposures.is_some_and(|exposures| exposures.count == 4)
     }
 
-    /// By how much a map's mean and its pixels are off at most.
+    /// Error of a map's mean, and largest error of its pixels.
     fn deviation(&self, map: &FlipMap) -> (f64, f32) {
         let at = [(0, 0), (50, 6), (30, 45)].map(|(x, y)| map.errors[y * map.width + x]);
-        let pixel = at.iter().zip(self.flip_at).map(|(got, expected)| (got - expected).abs()).fold(0.0, f32::max);
+        let pixel = at.iter().zip(self.flip_at).map(|(actual, expected)| (actual - expected).abs()).fold(0.0, f32::max);
         ((self.pair.mean_of(map) - self.flip_mean).abs(), pixel)
     }
 }
 
-/// Both sides filter and add up in 32 bits: 7e-7 at most is found, and libraries for powers differ between systems.
+/// Both sides filter and sum in 32 bits: the measured error is at most 7e-7, and `pow` differs between systems.
 const MEAN_TOLERANCE: f64 = 3e-6;
-/// 8e-6 is found. In pixels with almost no error, rounding is raised to the powers 0.5 and 0.7.
+/// The measured error is 8e-6. In pixels with almost no error, the rounding error is raised to the powers 0.5 and 0.7.
 const PIXEL_TOLERANCE: f32 = 1e-4;
 
 #[test]
-fn flip_is_that_of_the_authors() {
+fn flip_matches_the_evaluator() {
     let mut worst = (0.0f64, 0.0f32);
     for case in Case::all() {
         let (mean, pixel) = case.deviation(&case.flip(case.pixels_per_degree));
@@ -96,23 +96,23 @@ fn flip_is_that_of_the_authors() {
 }
 
 #[test]
-fn the_exposures_are_those_of_the_authors() {
+fn exposures_match_the_evaluator() {
     for case in Case::all().into_iter().filter(|case| !case.has_own_exposures()) {
         let (Some(tone_mapper), Some(expected)) = (case.tone_mapper, case.exposures) else { continue };
-        let got = Exposures::of(case.pair.reference(), tone_mapper);
-        assert_eq!(got.count, expected.count, "{}", case.line);
-        // Roundings of the luminance and of the logarithm.
+        let actual = Exposures::of(case.pair.reference(), tone_mapper);
+        assert_eq!(actual.count, expected.count, "{}", case.line);
+        // Rounding errors of the luminance and of the logarithm.
         let close = |a: f32, b: f32| (a - b).abs() < 4e-6;
-        assert!(close(got.start, expected.start) && close(got.stop, expected.stop), "{}: {got:?}", case.line);
+        assert!(close(actual.start, expected.start) && close(actual.stop, expected.stop), "{}: {actual:?}", case.line);
     }
 }
 
 #[test]
-fn the_comparison_sees_an_observer_who_is_5_per_cent_off_and_another_tone_mapper() {
+fn the_comparison_detects_another_viewing_distance_and_another_tone_mapper() {
     for case in Case::all() {
         let (mean, _) = case.deviation(&case.flip(1.05 * case.pixels_per_degree));
         assert!(mean > MEAN_TOLERANCE, "{}: blind; off by {mean}", case.line);
-        // Lamps that are there against lamps that are not are as different as can be on every curve.
+        // Lit lamps against unlit ones have the largest error on every curve.
         if let Some(right) = case.tone_mapper.filter(|_| !case.line.starts_with("dim-unlit")) {
             let tone_mapper = FlipToneMapper::ALL.into_iter().find(|mapper| *mapper != right).unwrap();
             let looks = HdrFlip { tone_mapper, pixels_per_degree: case.pixels_per_degree, exposures: case.exposures };
@@ -123,18 +123,18 @@ fn the_comparison_sees_an_observer_who_is_5_per_cent_off_and_another_tone_mapper
 }
 
 #[test]
-fn ssim_is_that_of_scikit_image() {
+fn ssim_matches_scikit_image() {
     let cases: Vec<_> = Case::all().into_iter().filter(|case| case.ssim.is_some()).collect();
     assert_eq!(cases.len(), 5);
     for case in cases {
-        // Luma of f32 here, of doubles there.
-        let (got, expected) = (case.pair.ssim().unwrap(), case.ssim.unwrap());
-        assert!((got - expected).abs() < 1e-6, "{}: {got}", case.line);
+        // Luma is f32 here and f64 there.
+        let (actual, expected) = (case.pair.ssim().unwrap(), case.ssim.unwrap());
+        assert!((actual - expected).abs() < 1e-6, "{}: {actual}", case.line);
     }
 }
 
 #[test]
-fn an_exposure_that_is_left_out_changes_hdr_flip() {
+fn fewer_exposures_change_hdr_flip() {
     let case = &Case::all()[5];
     let HdrFlipMap { map, exposures } = case.pair.flip_hdr(&HdrFlip::default()).unwrap();
     let fewer = Exposures { count: 1, ..exposures };
@@ -145,7 +145,7 @@ fn an_exposure_that_is_left_out_changes_hdr_flip() {
 }
 
 #[test]
-fn a_image_does_not_differ_from_itself_and_black_may_be_a_reference() {
+fn an_image_does_not_differ_from_itself_and_a_black_reference_is_allowed() {
     let case = &Case::all()[5];
     let reference = case.pair.reference();
     let same = Pair::new(reference.clone(), reference.clone()).unwrap();
@@ -153,7 +153,7 @@ fn a_image_does_not_differ_from_itself_and_black_may_be_a_reference() {
     let black = lanternfish_metrics::RgbImage { pixels: vec![[0.0; 3]; reference.pixels.len()], ..*reference };
     let unlit = Pair::new(black.clone(), black.clone()).unwrap();
     assert_eq!(unlit.mean_of(&unlit.flip_hdr(&HdrFlip::default()).unwrap().map), 0.0);
-    // Any light at all is seen as far as can be.
+    // Any light against black has the largest error.
     let lit = Pair::new(reference.clone(), black).unwrap();
     let mean = lit.mean_of(&lit.flip_hdr(&HdrFlip::default()).unwrap().map);
     assert!((mean - 0.967_388).abs() < 1e-4, "{mean}");

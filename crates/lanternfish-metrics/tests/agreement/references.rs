@@ -1,4 +1,4 @@
-//! The ground truth that lies outside the repository can be read.
+//! Reads the reference images that are stored outside the repository.
 
 use std::{fs::OpenOptions, io::Write, path::PathBuf};
 
@@ -10,7 +10,7 @@ fn shared() -> PathBuf {
         .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared")), PathBuf::from)
 }
 
-/// Says that a test did not run, on the terminal and in the file that `cargo xtask test` reads.
+/// Reports a skipped test on the terminal and in the file that `cargo xtask test` reads.
 fn leave_out(test: &str, reason: &str) {
     let line = format!("LEFT OUT (shared): {test}: {reason}\n");
     eprint!("{line}");
@@ -37,7 +37,7 @@ fn a_reference_is_read_and_agrees_with_itself() {
     // The box fills the image and the lamp reaches most of it.
     assert!(error.lit_count() > 256 * 256 / 2, "only {} pixels are lit", error.lit_count());
 
-    // The comparison notices an image that is upside down.
+    // The comparison detects a flipped image.
     let mut flipped = image.clone();
     flipped.pixels.reverse();
     assert!(RelativeError::measure(&flipped, &image, 1e-3).unwrap().median() > 0.02);

@@ -1,9 +1,9 @@
 //! A binary tree by parallel, locally ordered clustering [Meister2018].
 //!
-//! Boxes are put in the order of a space-filling curve. In each pass every cluster looks for the neighbour with which its box
-//! grows least, and two that choose each other become one. Where each chooses the next, as boxes of one place do, hardly any
-//! become one: then the pass pairs neighbours by their order. So each pass leaves at most 15 of 16 clusters, but for the
-//! last few, and all passes together do at most 16 times the work of the first.
+//! Boxes are sorted along a space-filling curve. In each pass every cluster selects the neighbour with which their common box
+//! is smallest, and two clusters that select each other are merged. If many boxes coincide, each cluster selects the next one and
+//! hardly any are merged; the pass then pairs neighbours in order. Each pass therefore leaves at most 15 of 16 clusters, except
+//! for the last few, and all passes together do at most 16 times the work of the first.
 
 use obvhs::{
     aabb::Aabb,
@@ -12,37 +12,37 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-/// A pass that makes fewer pairs than one for this many clusters pairs neighbours by order instead.
+/// A pass that merges less than one pair per this many clusters pairs neighbours in order instead.
 const LEAST_FRACTION: usize = 16;
-/// Number of clusters up to which a pass may make a single pair.
+/// Number of clusters up to which a pass may merge a single pair.
 const FEW: usize = 64;
-/// Least number of clusters in a task of a thread.
+/// Minimum number of clusters in a thread's task.
 const TASK: usize = 2048;
 
-/// How a cluster finds the one that it is joined with.
+/// How a cluster's merge partner is selected.
 #[derive(Clone, Copy, Debug)]
 pub enum Search {
-    /// Searches `radius` clusters to either side in the order; one to either side in the first `narrow_passes`.
+    /// Searches `radius` clusters on either side in order; in the first `narrow_passes` passes one on either side.
     Near { radius: usize, narrow_passes: usize },
-    /// Joins neighbours in the order without a search, so that the tree is as flat as can be.
+    /// Merges neighbours in order without a search, which gives the minimum depth.
     Halves,
 }
 
 /// Indices of the boxes along a space-filling curve through their centres.
 pub fn order(boxes: &[Aabb]) -> Vec<u32> {
-    let whole = boxes.par_iter().copied().reduce(Aabb::empty, |a, b| a.union(&b));
-    // Along an axis on which nothing extends all are at 0.
-    let extent = whole.diagonal().as_dvec3().max(glam::DVec3::splat(f64::MIN_POSITIVE));
+    let bounds = boxes.par_iter().copied().reduce(Aabb::empty, |a, b| a.union(&b));
+    // Along an axis without extent, all centres are at 0.
+    let extent = bounds.diagonal().as_dvec3().max(glam::DVec3::splat(f64::MIN_POSITIVE));
     let code = |i: u32| {
-        let place = (boxes[i as usize].center().as_dvec3() - whole.min.as_dvec3()) / extent;
-        (morton_encode_u128_unorm(place.clamp(glam::DVec3::ZERO, glam::DVec3::ONE)), i)
+        let position = (boxes[i as usize].center().as_dvec3() - bounds.min.as_dvec3()) / extent;
+        (morton_encode_u128_unorm(position.clamp(glam::DVec3::ZERO, glam::DVec3::ONE)), i)
     };
     let mut codes: Vec<(u128, u32)> = (0..boxes.len() as u32).into_par_iter().map(code).collect();
     codes.par_sort_unstable();
     codes.into_par_iter().map(|(_, i)| i).collect()
 }
 
-/// The tree over boxes that are in this [`order`], one a leaf. There is at least one.
+/// The tree over boxes that are in this [`order`], one per leaf. There must be at least one box.
 pub fn tree(boxes: &[Aabb], order: &[u32], search: Search) -> Bvh2 {
     let count = boxes.len();
     let mut nodes = vec![Bvh2Node::default(); 2 * count - 1];
@@ -67,7 +67,7 @@ pub fn tree(boxes: &[Aabb], order: &[u32], search: Search) -> Bvh2 {
             if partner == i || partners[partner] as usize != i {
                 next.push(*cluster);
             } else if partner < i {
-                // The second of two: both have their places, children behind parents.
+                // The second of a pair: stores both nodes, so that children come after their parents.
                 let first = clusters[partner];
                 free -= 2;
                 (nodes[free], nodes[free + 1]) = (*cluster, first);
@@ -81,15 +81,15 @@ pub fn tree(boxes: &[Aabb], order: &[u32], search: Search) -> Bvh2 {
     Bvh2 {
         nodes,
         primitive_indices: (0..count as u32).collect(),
-        // With this depth obvhs walks the tree with a stack of fixed size, which drops what is too deep. Its stack for deeper trees panics
-        // where it is full.
+        // With this depth obvhs traverses the tree with a fixed-size stack, which drops nodes that are too deep. Its stack for deeper
+        // trees panics on overflow.
         max_depth: DEFAULT_MAX_STACK_DEPTH,
         children_are_ordered_after_parents: true,
         ..Bvh2::default()
     }
 }
 
-/// Writes to `partners`, for each cluster, the one within `radius` that makes the smallest box with it; the last of several.
+/// Writes to `partners`, for each cluster, the cluster within `radius` that has the smallest common box with it; the last of equals.
 fn choose(clusters: &[Bvh2Node], partners: &mut [u32], radius: usize) {
     let best = |i: usize| {
         let (first, end) = (i.saturating_sub(radius), (i + radius + 1).min(clusters.len()));
@@ -106,14 +106,14 @@ fn choose(clusters: &[Bvh2Node], partners: &mut [u32], radius: usize) {
     partners.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, partner)| *partner = best(i));
 }
 
-/// Number of pairs of clusters that choose each other.
+/// Number of pairs of clusters that select each other.
 fn pairs(partners: &[u32]) -> usize {
     let is_first =
         |(i, partner): &(usize, &u32)| **partner as usize > *i && partners[**partner as usize] as usize == *i;
     partners.iter().enumerate().filter(is_first).count()
 }
 
-/// Pairs each cluster with the next in the order; the last of an odd number stays alone.
+/// Pairs each cluster with the next in order; the last of an odd number stays alone.
 fn pair_neighbours(partners: &mut [u32]) {
     let count = partners.len();
     for (i, partner) in partners.iter_mut().enumerate() {

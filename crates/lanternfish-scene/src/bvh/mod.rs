@@ -1,10 +1,10 @@
-//! A compressed wide BVH `[Ylitie2017]` over boxes, in bounded time and depth whatever lies on one spot.
+//! A compressed wide BVH `[Ylitie2017]` over boxes, with bounded build time and depth even if many boxes coincide.
 //!
-//! 1. `cluster`: a binary tree by locally ordered clustering `[Meister2018]`, which always gets on.
-//! 2. Reinsertion `[Meister2018b]`, by `obvhs`: it costs as many steps a box as there are boxes around it, so it is left out
-//!    where these are thousands.
-//! 3. Eight children a node, by `obvhs`. Where that is deeper than [`MAX_DEPTH`], the boxes' order along a space-filling
-//!    curve is halved again and again instead: no tree of fewer than 2³² boxes is deeper than 32 levels then.
+//! 1. `cluster`: a binary tree by locally ordered clustering `[Meister2018]`, with guaranteed progress in each pass.
+//! 2. Reinsertion `[Meister2018b]`, by `obvhs`: its cost per box is proportional to the number of overlapping boxes, so it is
+//!    skipped if these are thousands.
+//! 3. Eight children per node, by `obvhs`. If the tree is deeper than [`MAX_DEPTH`], it is rebuilt by repeatedly halving the
+//!    boxes' order along a space-filling curve: a tree of fewer than 2³² boxes then has at most 32 levels.
 
 mod cluster;
 #[cfg(test)]
@@ -18,31 +18,30 @@ use obvhs::{
 
 use cluster::Search;
 
-/// Most levels of a tree: what the stacks of the walks have room for.
+/// Maximum number of levels of a tree: the capacity of the traversal stacks.
 pub const MAX_DEPTH: usize = 32;
 
-/// Memory that [`build`] takes for each box, at most: the binary tree and the costs of eight ways to divide each of its nodes
-/// are most of it.
+/// Maximum memory of [`build`] per box, bytes. Most of it holds the binary tree, and for each node the costs of eight ways to
+/// collapse it.
 pub const BYTES_PER_BOX: u64 = 420;
 
-/// Most boxes of one leaf.
+/// Maximum number of boxes per leaf.
 const LEAF_SIZE: u32 = 3;
 
-/// Boxes in the same place, on average over all boxes, from which reinsertion is left out. Meshes of a million triangles
-/// have 2 to 60.
+/// Mean number of overlapping boxes from which reinsertion is skipped. Meshes of a million triangles have 2 to 60.
 const CROWD: f64 = 1024.0;
 
-/// How much work goes into a tree.
+/// Build quality of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// Half as long to build as [`Effort::High`].
+    /// Takes half the build time of [`Effort::High`].
     Medium,
-    /// Fewest steps a ray.
+    /// Fewest traversal steps per ray.
     High,
 }
 
-/// The tree over these boxes, which are finite, of coordinates whose squares are finite. Its leaves hold indices of them, each
-/// once. Without boxes it has no nodes.
+/// Builds the tree over boxes whose coordinates and their squares are finite. The leaves hold each box's index once. Without
+/// boxes the tree has no nodes.
 pub fn build(boxes: &[Aabb], effort: Effort) -> CwBvh {
     if boxes.is_empty() {
         return CwBvh::default();
@@ -59,7 +58,7 @@ pub fn build(boxes: &[Aabb], effort: Effort) -> CwBvh {
     } else {
         let count = boxes.len();
         tracing::warn!(
-            "{crowd:.0} of {count} triangles are in the place of one, on average: a ray there meets all of them"
+            "on average, {crowd:.0} of {count} triangles overlap each triangle: a ray there intersects all of them"
         );
     }
     let wide = bvh2_to_cwbvh(&binary, LEAF_SIZE, true, false);
@@ -69,7 +68,7 @@ pub fn build(boxes: &[Aabb], effort: Effort) -> CwBvh {
     bvh2_to_cwbvh(&cluster::tree(boxes, &order, Search::Halves), LEAF_SIZE, true, false)
 }
 
-/// Levels of a tree; counts no further than one over [`MAX_DEPTH`].
+/// Number of levels of a tree; stops counting one above [`MAX_DEPTH`].
 pub fn depth(nodes: &[CwBvhNode]) -> usize {
     let mut depth = 0;
     let mut level: Vec<u32> = if nodes.is_empty() { vec![] } else { vec![0] };
@@ -84,11 +83,11 @@ pub fn depth(nodes: &[CwBvhNode]) -> usize {
     depth
 }
 
-/// Number of boxes that overlap one, on average: of each box, the greatest ratio of the boxes' areas below a node
-/// above it to the node's own.
+/// Mean number of boxes that overlap a box. For each box, this is the greatest ratio over its ancestors of the summed areas of
+/// the boxes below the ancestor to the ancestor's own area.
 fn crowding(tree: &Bvh2) -> f64 {
     let area = |i: usize| f64::from(tree.nodes[i].aabb().half_area());
-    // Children lie behind their parents.
+    // Children come after their parents.
     let mut below: Vec<(f64, f64)> = vec![(0.0, 0.0); tree.nodes.len()];
     for (i, node) in tree.nodes.iter().enumerate().rev() {
         let first = node.first_index as usize;
@@ -97,7 +96,7 @@ fn crowding(tree: &Bvh2) -> f64 {
             false => (below[first].0 + below[first + 1].0, below[first].1 + below[first + 1].1),
         };
     }
-    // Boxes without an area, on one line, count as all in one place.
+    // Boxes without area, on one line, all count as overlapping.
     let ratio = |i: usize| if area(i) > 0.0 { below[i].0 / area(i) } else { below[i].1 };
     let (mut greatest, mut sum) = (vec![0.0f64; tree.nodes.len()], 0.0);
     for (i, node) in tree.nodes.iter().enumerate() {

@@ -9,7 +9,7 @@ use obvhs::{
 
 use super::*;
 
-/// A number in 0..1 for each counter, by splitmix64.
+/// A pseudo-random number in 0..1 for each counter, by splitmix64.
 fn unit(counter: usize) -> f32 {
     let mut z = (counter as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -22,8 +22,8 @@ fn around(center: Vec3A, half: f32) -> Aabb {
 }
 
 fn scattered(count: usize) -> Vec<Aabb> {
-    let place = |i: usize| 50.0 * Vec3A::new(unit(4 * i), unit(4 * i + 1), unit(4 * i + 2));
-    (0..count).map(|i| around(place(i), 0.3 * unit(4 * i + 3))).collect()
+    let center = |i: usize| 50.0 * Vec3A::new(unit(4 * i), unit(4 * i + 1), unit(4 * i + 2));
+    (0..count).map(|i| around(center(i), 0.3 * unit(4 * i + 3))).collect()
 }
 
 /// Levels of a binary tree.
@@ -36,7 +36,7 @@ fn levels(tree: &Bvh2) -> usize {
     1 + level.into_iter().max().unwrap_or(0)
 }
 
-/// Builds it with every effort; every box is in a leaf once, and within all boxes above.
+/// Builds a tree with every effort. Asserts that each box is in exactly one leaf and within the boxes of all its ancestors.
 fn check(what: &str, boxes: &[Aabb]) {
     for effort in [Effort::Medium, Effort::High] {
         let tree = build(boxes, effort);
@@ -48,9 +48,9 @@ fn check(what: &str, boxes: &[Aabb]) {
     }
 }
 
-/// What clustering by the nearest alone joins one pair a pass: as many passes as boxes, and as many levels.
+/// Clustering by the nearest neighbour alone merges one pair of these boxes per pass: as many passes and levels as boxes.
 #[test]
-fn a_crowd_on_one_spot_is_built_in_few_levels() {
+fn coincident_boxes_give_few_levels() {
     const COUNT: usize = 30_000;
     let size = |i: usize| i as f32 / COUNT as f32;
     let mut mesh = scattered(COUNT);
@@ -71,9 +71,9 @@ fn a_crowd_on_one_spot_is_built_in_few_levels() {
     }
 }
 
-/// Reinsertion looks at every box of a crowd for each: there is none, and there is none missed in a mesh.
+/// Reinsertion visits all overlapping boxes for each box. It must be skipped for crowds, and only for these.
 #[test]
-fn crowds_are_told_from_meshes() {
+fn crowds_are_distinguished_from_meshes() {
     let of = |boxes: &[Aabb]| {
         crowding(&cluster::tree(boxes, &cluster::order(boxes), Search::Near { radius: 14, narrow_passes: 3 }))
     };
@@ -84,9 +84,9 @@ fn crowds_are_told_from_meshes() {
     assert!(of(&nested) > CROWD, "{}", of(&nested));
 }
 
-/// Halving is the bound of what is left when all else is too deep.
+/// Halving bounds the depth if the clustered tree is too deep.
 #[test]
-fn halves_are_as_flat_as_can_be() {
+fn halving_gives_the_minimum_depth() {
     for count in [1, 2, 3, 4, 5, 1000, 1025] {
         let boxes = scattered(count);
         let tree = cluster::tree(&boxes, &cluster::order(&boxes), Search::Halves);
@@ -94,9 +94,9 @@ fn halves_are_as_flat_as_can_be() {
     }
 }
 
-/// Where nothing is crowded the clusters are those of the library, whose trees were measured.
+/// Without crowds, the clusters are equal to those of the library, whose trees were measured.
 #[test]
-fn meshes_get_the_trees_of_the_library() {
+fn trees_of_meshes_equal_those_of_the_library() {
     for count in [1, 2, 3, 50, 5000] {
         let boxes = scattered(count);
         check("scattered", &boxes);
@@ -108,8 +108,8 @@ fn meshes_get_the_trees_of_the_library() {
             assert_eq!((ours.first_index, ours.prim_count), (theirs.first_index, theirs.prim_count));
         }
         let parameters = BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() };
-        let whole = build_cwbvh(&boxes, parameters, &mut Duration::default());
-        assert_eq!(build(&boxes, Effort::High).nodes.len(), whole.nodes.len());
+        let wide = build_cwbvh(&boxes, parameters, &mut Duration::default());
+        assert_eq!(build(&boxes, Effort::High).nodes.len(), wide.nodes.len());
     }
     assert!(build(&[], Effort::High).nodes.is_empty());
 }

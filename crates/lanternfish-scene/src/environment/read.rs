@@ -1,4 +1,4 @@
-//! Environments from files.
+//! Reading environment maps from Radiance and OpenEXR files.
 
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -15,18 +15,18 @@ use lanternfish_limits::memory::{Budget, TooMuch};
 use super::Environment;
 use crate::{SceneError, import};
 
-/// Most pixels: a panorama of the largest width. They take 1.5 GiB.
+/// Largest number of pixels: a panorama of the largest width. They take 1.5 GiB.
 const MAX_PIXELS: usize = Environment::MAX_SIDE * Environment::MAX_SIDE / 2;
 
-/// What Radiance files may begin with instead of the decoder's [`SIGNATURE`].
+/// The second valid signature of Radiance files; the decoder accepts [`SIGNATURE`] only.
 const RGBE_SIGNATURE: &[u8] = b"#?RGBE";
 
-/// Rows of pixels as they are stored.
+/// Pixel rows as stored in the file.
 struct Stored {
     width: usize,
     height: usize,
     pixels: Vec<[f32; 3]>,
-    /// What was read and is not applied.
+    /// Warning about metadata that is not applied.
     note: Option<String>,
 }
 
@@ -68,7 +68,7 @@ impl Fault {
     }
 }
 
-/// Refuses what is no number, and cuts what is negative.
+/// Rejects NaN and infinite values; clamps negative values to 0.
 fn checked(stored: Stored) -> Result<(Environment, Vec<String>), Fault> {
     let Stored { width, height, pixels, note } = stored;
     let mut notes: Vec<_> = note.into_iter().collect();
@@ -81,7 +81,7 @@ fn checked(stored: Stored) -> Result<(Environment, Vec<String>), Fault> {
         );
     }
     if negative > 0 {
-        notes.push(format!("{negative} of {} pixels have negative values, which are taken for 0", pixels.len()));
+        notes.push(format!("{negative} of {} pixels have negative values, which become 0", pixels.len()));
     }
     let pixels = pixels.into_iter().map(|pixel| Vec3::from(pixel).max(Vec3::ZERO)).collect();
     Ok((Environment { width, height, pixels, rotation: 0.0 }, notes))
@@ -95,21 +95,21 @@ fn check_size(width: usize, height: usize, budget: &Budget) -> Result<(), Fault>
             format!("{width} × {height} pixels: expected 1 to {most} a side, and at most {MAX_PIXELS} in all").into()
         );
     }
-    // As it is read, and as it is kept.
+    // One copy as read, and one as stored.
     let bytes = 2 * width as u64 * height as u64 * size_of::<Vec3>() as u64;
     budget.check(bytes, || format!("{width} × {height} pixels need")).map_err(Fault::TooMuch)
 }
 
 fn read_radiance(bytes: &[u8], budget: &Budget) -> Result<Stored, Fault> {
     let fault = |error: image::ImageError| format!("not a Radiance image that can be read ({error})");
-    // The decoder knows one of the two signatures.
+    // The decoder accepts one of the two signatures.
     let rest = bytes.strip_prefix(RGBE_SIGNATURE);
     let (signature, rest) = rest.map_or((&[][..], bytes), |rest| (SIGNATURE, rest));
     let decoder = HdrDecoder::new(signature.chain(rest)).map_err(fault)?;
     let header = decoder.metadata();
     let (width, height) = (header.width as usize, header.height as usize);
     check_size(width, height, budget)?;
-    // A row takes at least the four bytes of its first pixel.
+    // A row has at least the four bytes of its first pixel.
     if bytes.len() < 4 * height {
         return Err(format!("{} bytes hold no {height} rows", bytes.len()).into());
     }
@@ -119,16 +119,16 @@ fn read_radiance(bytes: &[u8], budget: &Budget) -> Result<Stored, Fault> {
         return Err(format!("its format is {format} (expected 32-bit_rle_rgbe)").into());
     }
     let exposure = header.exposure.filter(|exposure| *exposure != 1.0);
-    // Zeros that are never written cost no memory: a broken file ends the reading before they are.
+    // Untouched zero pages take no memory, and decoding a truncated file stops before it writes them.
     let mut pixels = vec![[0.0f32; 3]; width * height];
     decoder.read_image(bytemuck::cast_slice_mut(&mut pixels)).map_err(fault)?;
-    let note = exposure.map(|exposure| format!("states an exposure of {exposure}, by which nothing is divided"));
+    let note = exposure.map(|exposure| format!("its exposure of {exposure} is ignored"));
     Ok(Stored { width, height, pixels, note })
 }
 
 fn read_open_exr(bytes: &[u8], budget: &Budget) -> Result<Stored, Fault> {
     let fault = |error: exr::error::Error| format!("not an OpenEXR image that can be read ({error})");
-    // Before the reader makes room for them.
+    // Checked before the reader allocates the pixels.
     for header in MetaData::read_from_buffered(bytes, false).map_err(fault)?.headers {
         check_size(header.layer_size.width(), header.layer_size.height(), budget)?;
     }

@@ -4,16 +4,16 @@ use glam::{Quat, Vec3};
 
 use super::*;
 
-/// Every pixel another radiance.
+/// An environment whose pixels all differ.
 fn numbered(width: usize, height: usize) -> Environment {
     let pixels = (0..width * height).map(|i| Vec3::new(i as f32, (i % width) as f32, (i / width) as f32)).collect();
     Environment { width, height, pixels, rotation: 0.0 }
 }
 
-/// Directions all around, with the six axes.
+/// Directions over the full sphere, including the six axes.
 fn directions() -> impl Iterator<Item = Vec3> {
     let axes = [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
-    // A spiral of evenly spread points.
+    // A Fibonacci spiral.
     let spiral = (0..1000).map(|i| {
         let y = 1.0 - (2.0 * i as f32 + 1.0) / 1000.0;
         let (sin, cos) = (i as f32 * 2.399_963_2).sin_cos();
@@ -24,7 +24,7 @@ fn directions() -> impl Iterator<Item = Vec3> {
 }
 
 #[test]
-fn the_image_hangs_the_right_way_round() {
+fn axes_map_to_the_documented_uv() {
     let environment = numbered(8, 4);
     for (direction, u, v) in [
         (Vec3::NEG_Z, 0.5, 0.5),
@@ -33,30 +33,30 @@ fn the_image_hangs_the_right_way_round() {
         (Vec3::new(0.0, 1.0, -1.0).normalize(), 0.5, 0.25),
         (Vec3::new(1.0, -1.0, -1.0).normalize(), 0.625, 0.5 + (1f32 / 3.0).sqrt().asin() / PI),
     ] {
-        let (found_u, found_v) = environment.uv(direction);
-        assert!((found_u - u).abs() < 1e-6 && (found_v - v).abs() < 1e-6, "{direction}: {found_u}, {found_v}");
+        let (actual_u, actual_v) = environment.uv(direction);
+        assert!((actual_u - u).abs() < 1e-6 && (actual_v - v).abs() < 1e-6, "{direction}: {actual_u}, {actual_v}");
     }
     assert_eq!((environment.uv(Vec3::Y).1, environment.uv(Vec3::NEG_Y).1), (0.0, 1.0));
-    // Behind is the seam.
+    // The seam is at +z.
     let (u, _) = environment.uv(Vec3::Z);
     assert!(u.min(1.0 - u) < 1e-6, "{u}");
 }
 
 #[test]
-fn a_rotation_turns_what_is_seen() {
+fn rotation_rotates_radiance() {
     let still = numbered(64, 32);
     for angle in [0.3, -2.0, 7.0] {
-        let turned = Environment { rotation: angle, ..still.clone() };
+        let rotated = Environment { rotation: angle, ..still.clone() };
         // At the poles all columns meet.
         for direction in directions().filter(|direction| direction.y.abs() < 1.0) {
             let (before, after) =
-                (still.radiance(direction), turned.radiance(Quat::from_rotation_y(angle) * direction));
+                (still.radiance(direction), rotated.radiance(Quat::from_rotation_y(angle) * direction));
             let difference = (before - after).abs();
-            // Rows hold 64 numbers, and the seam falls from 63 to 0 within a pixel: a rounding of u shows 4000 times.
+            // The seam falls from 63 to 0 within one of 64 pixels, which scales a rounding error of u by 64 × 63.
             assert!(difference.max_element() < 4096.0 * 4e-7 * 64.0, "{angle}, {direction}: {before} {after}");
         }
     }
-    // Counter-clockwise seen from above: what was ahead is on the left.
+    // Counter-clockwise seen from above: the centre of the image moves to the left (−x).
     let quarter = Environment { rotation: PI / 2.0, ..still };
     assert!((quarter.uv(Vec3::NEG_X).0 - 0.5).abs() < 1e-6);
 }
@@ -76,7 +76,7 @@ fn direction_and_uv_are_inverses() {
 }
 
 #[test]
-fn centres_are_exact_and_between_them_is_the_mean() {
+fn radiance_is_exact_at_centres_and_bilinear_between() {
     let environment = numbered(8, 4);
     for i in 0..32 {
         let (u, v) = ((i % 8) as f32 / 8.0 + 1.0 / 16.0, (i / 8) as f32 / 4.0 + 1.0 / 8.0);
@@ -84,7 +84,7 @@ fn centres_are_exact_and_between_them_is_the_mean() {
         assert!((radiance - environment.pixels[i]).abs().max_element() < 1e-4, "{i}: {radiance}");
     }
     let at = |u, v| environment.radiance(environment.direction(u, v));
-    // Between four pixels: 10, 11, 18 and 19; over the seam: 15 and 8; beyond the last row: 28 and 29.
+    // Between the pixels 10, 11, 18 and 19; across the seam, 15 and 8; beyond the last row, 28 and 29.
     for (u, v, expected) in [(0.375, 0.5, 14.5), (0.0, 0.375, 11.5), (0.625, 0.999, 28.5), (0.625, 0.001, 4.5)] {
         assert!((at(u, v).x - expected).abs() < 1e-3, "{u}, {v}: {}", at(u, v));
     }
@@ -109,7 +109,7 @@ impl Folder {
     }
 }
 
-/// A Radiance file without run lengths: `mantissas` times 2^(exponent - 136).
+/// A Radiance file without run-length encoding: RGB = mantissas * 2^(exponent - 136).
 fn radiance_file(header: &str, pixels: &[[u8; 4]]) -> Vec<u8> {
     [header.as_bytes(), pixels.as_flattened()].concat()
 }
@@ -137,7 +137,7 @@ fn radiance_files_are_read() {
         assert_eq!(environment.pixels, expected);
         environment.validate().expect("sound");
     }
-    // With run lengths: each of four components is five times one byte, then three.
+    // Run-length encoded: each of the four components is a run of five bytes, then three literal ones.
     let row: Vec<u8> =
         [[128u8; 2], [64; 2], [0; 2], [129; 2]].iter().flat_map(|c| [133, c[0], 3, c[1], c[1], c[1]]).collect();
     let bytes = [b"#?RADIANCE\n\n-Y 1 +X 8\n\x02\x02\x00\x08", &row[..]].concat();
@@ -146,18 +146,18 @@ fn radiance_files_are_read() {
 }
 
 #[test]
-fn exr_files_are_read_and_negative_values_are_cut() {
+fn exr_files_are_read_and_negative_values_become_zero() {
     let folder = Folder::new();
     let pixel = |i: usize| [i as f32 * 0.125, 1e6, if i == 3 { -0.5 } else { 2.0 }];
     let environment = Environment::load(&folder.file("a.exr", exr_file(7, 5, pixel))).expect("read");
     assert_eq!((environment.width, environment.height), (7, 5));
-    for (i, found) in environment.pixels.iter().enumerate() {
-        assert_eq!(*found, Vec3::from(pixel(i)).max(Vec3::ZERO), "{i}");
+    for (i, actual) in environment.pixels.iter().enumerate() {
+        assert_eq!(*actual, Vec3::from(pixel(i)).max(Vec3::ZERO), "{i}");
     }
 }
 
 #[test]
-fn what_is_no_number_is_counted_and_refused() {
+fn nan_and_infinite_pixels_are_counted_and_refused() {
     let folder = Folder::new();
     let pixel =
         |i: usize| [1.0, if i.is_multiple_of(4) { f32::NAN } else { 0.0 }, if i == 1 { f32::INFINITY } else { 0.0 }];
@@ -171,14 +171,14 @@ fn broken_files_are_errors_that_name_the_file() {
     let error = Environment::load(&folder.0.path().join("missing.hdr")).expect_err("missing");
     assert!(matches!(error, SceneError::Io { .. }), "{error}");
     assert!(folder.fault("sky.png", "").contains("sky.png: not an environment (expected .hdr or .exr)"));
-    let whole = radiance_file("#?RADIANCE\n\n-Y 2 +X 2\n", &[[1, 2, 3, 128]; 4]);
-    let whole_exr = exr_file(20, 20, |i| [i as f32; 3]);
-    for length in 0..whole.len() {
-        let fault = folder.fault("cut.hdr", &whole[..length]);
+    let complete_hdr = radiance_file("#?RADIANCE\n\n-Y 2 +X 2\n", &[[1, 2, 3, 128]; 4]);
+    let complete_exr = exr_file(20, 20, |i| [i as f32; 3]);
+    for length in 0..complete_hdr.len() {
+        let fault = folder.fault("cut.hdr", &complete_hdr[..length]);
         assert!(fault.contains("cut.hdr: "), "{fault}");
     }
-    for length in (0..whole_exr.len()).step_by(7) {
-        let fault = folder.fault("cut.exr", &whole_exr[..length]);
+    for length in (0..complete_exr.len()).step_by(7) {
+        let fault = folder.fault("cut.exr", &complete_exr[..length]);
         assert!(fault.contains("cut.exr: not an OpenEXR image"), "{length}: {fault}");
     }
     for garbage in [&b"this is no image"[..], &[0; 1000], &[0xff; 1000], b"#?RADIANCE\n\n-Y two +X 2\n"] {
@@ -201,7 +201,7 @@ fn mutated_files_are_images_or_errors() {
     ];
     let mut state = 1u64;
     let mut random = |below: usize| {
-        // Knuth's MMIX generator; its high bits.
+        // The high bits of Knuth's MMIX generator.
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize % below
     };
@@ -225,7 +225,7 @@ fn mutated_files_are_images_or_errors() {
 }
 
 #[test]
-fn a_size_that_is_only_claimed_takes_no_memory() {
+fn sizes_beyond_the_data_allocate_nothing() {
     let folder = Folder::new();
     for (size, message) in [
         ("-Y 0 +X 8", "8 × 0 pixels: expected 1 to 16384 a side"),
@@ -240,7 +240,7 @@ fn a_size_that_is_only_claimed_takes_no_memory() {
             folder.fault("huge.hdr", format!("#?RADIANCE\n\n{size}\n\x02\x02\x02\x02\x02\x02\x02\x02{:40}", ""));
         assert!(fault.contains(message), "{size}: {fault}");
     }
-    // The data window's greatest corner, in the header of an OpenEXR file.
+    // The maximum corner of the data window, in the header of an OpenEXR file.
     let sound = exr_file(3, 3, |_| [1.0; 3]);
     let name = b"dataWindow\0box2i\0\x10\0\0\0";
     let at = sound.windows(name.len()).position(|w| w == name).expect("a data window") + name.len() + 8;

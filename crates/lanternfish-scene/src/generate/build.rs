@@ -1,4 +1,4 @@
-//! A small kit for building meshes: flat polygons, boxes, turned shapes, sheets and mouldings.
+//! Mesh building: flat polygons, boxes, solids of revolution, sheets and mouldings.
 //!
 //! Space: the caller's object space, +y up, metres. Texture coordinates are metres too, v downwards, until
 //! [`Surface::primitive`] scales them to the texture.
@@ -9,7 +9,7 @@ use glam::{Affine3A, Vec2, Vec3, Vec4};
 
 use crate::{Primitive, generate::surface::Surface};
 
-/// Triangles being put together. Every shape is wound counter-clockwise seen from its front.
+/// A mesh under construction. Triangles are counter-clockwise seen from the front.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shape {
     pub positions: Vec<Vec3>,
@@ -19,7 +19,7 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// Nothing yet.
+    /// An empty shape.
     pub fn new() -> Self {
         Self::default()
     }
@@ -32,7 +32,7 @@ impl Shape {
         self.positions.len() as u32 - 1
     }
 
-    /// Adds a triangle; one without area (under 1 mm² / 100) is left out.
+    /// Adds a triangle; degenerate ones (under 1 mm² / 100) are skipped.
     pub fn triangle(&mut self, a: u32, b: u32, c: u32) {
         let [p, q, r] = [a, b, c].map(|i| self.positions[i as usize]);
         if (q - p).cross(r - p).length() > 2e-8 {
@@ -40,9 +40,9 @@ impl Shape {
         }
     }
 
-    /// A flat convex polygon, counter-clockwise. Texture: metres in its plane, upright where it can be.
+    /// Adds a flat convex polygon, counter-clockwise. Texture: metres in its plane, upright where possible.
     pub fn polygon(&mut self, points: &[Vec3]) -> &mut Self {
-        // Newell's sum is the normal even when some of the points coincide.
+        // Newell's sum is the normal even if some points coincide.
         let sum: Vec3 = (0..points.len()).map(|i| points[i].cross(points[(i + 1) % points.len()])).sum();
         let Some(normal) = sum.try_normalize() else { return self };
         let right = if normal.y.abs() > 0.99 { Vec3::X } else { Vec3::Y.cross(normal).normalize() };
@@ -55,14 +55,14 @@ impl Shape {
         self
     }
 
-    /// A box with its edges cut off at 45°, `bevel` wide (0: sharp; less than half the box).
+    /// Adds a box with edges bevelled at 45°, `bevel` wide (0: sharp; less than half the box).
     pub fn cuboid(&mut self, min: Vec3, max: Vec3, bevel: f32) -> &mut Self {
         let (center, half) = (0.5 * (min + max), 0.5 * (max - min));
         let axes = [Vec3::X, Vec3::Y, Vec3::Z];
         for i in 0..3 {
             let (u, v) = ((i + 1) % 3, (i + 2) % 3);
             for side in [1.0f32, -1.0] {
-                // The face across axis i; u × v = axis i, so it turns with `side`.
+                // The face across axis i; u × v = axis i, so the winding depends on `side`.
                 let corner = |s: f32, t: f32| {
                     let inset = half - bevel;
                     center + side * half[i] * axes[i] + s * side * inset[u] * axes[u] + t * inset[v] * axes[v]
@@ -72,7 +72,7 @@ impl Shape {
                     continue;
                 }
                 // The four edges along axis v, between this face and the next axis' face.
-                for turn in [1.0f32, -1.0] {
+                for direction in [1.0f32, -1.0] {
                     let edge = |outer: usize, t: f32| {
                         let mut p = half - bevel;
                         p[outer] = half[outer];
@@ -81,13 +81,13 @@ impl Shape {
                                 p[k] * if k == i {
                                     side
                                 } else if k == u {
-                                    turn
+                                    direction
                                 } else {
                                     t
                                 }
                             }))
                     };
-                    let [a, b] = if side * turn > 0.0 { [i, u] } else { [u, i] };
+                    let [a, b] = if side * direction > 0.0 { [i, u] } else { [u, i] };
                     self.polygon(&[edge(a, -1.0), edge(b, -1.0), edge(b, 1.0), edge(a, 1.0)]);
                 }
             }
@@ -105,8 +105,8 @@ impl Shape {
         self
     }
 
-    /// A profile of (radius, height) turned about +y, in `segments` steps. Listed upwards the outside is the front,
-    /// downwards the inside. Profile corners of more than 40° stay sharp.
+    /// Adds a profile of (radius, height) revolved about +y in `segments` steps. If listed upwards, the outside is the front;
+    /// if downwards, the inside. Profile corners of more than 40° stay sharp.
     pub fn lathe(&mut self, profile: &[(f32, f32)], segments: u32) -> &mut Self {
         let points: Vec<Vec2> = profile.iter().map(|(r, y)| Vec2::new(*r, *y)).collect();
         let normals: Vec<Vec2> = points.windows(2).map(|w| -(w[1] - w[0]).perp().normalize_or_zero()).collect();
@@ -123,11 +123,11 @@ impl Shape {
             let first = self.positions.len() as u32;
             for segment in 0..=segments {
                 let angle = TAU * segment as f32 / segments as f32;
-                // Against the sense of x to z: to the right, seen from outside.
+                // From x towards −z: to the right, seen from outside.
                 let (sin, cos) = if segment == segments { (0.0, 1.0) } else { angle.sin_cos() };
                 for (point, normal, v) in [(ends[0], below, length), (ends[1], above, next)] {
-                    let turn = |p: Vec2| Vec3::new(p.x * cos, p.y, -p.x * sin);
-                    self.vertex(turn(point), turn(normal), Vec2::new(angle * widest, -v));
+                    let revolved = |p: Vec2| Vec3::new(p.x * cos, p.y, -p.x * sin);
+                    self.vertex(revolved(point), revolved(normal), Vec2::new(angle * widest, -v));
                 }
             }
             for segment in 0..segments {
@@ -140,14 +140,14 @@ impl Shape {
         self
     }
 
-    /// A smooth sheet `position(s, t)` over 0..1 × 0..1 in `columns` × `rows` cells, `size` metres of texture. Its
+    /// Adds a smooth sheet `position(s, t)` over 0..1 × 0..1 in `columns` × `rows` cells, `size` metres of texture. Its
     /// front is where s runs to the right and t upwards.
     pub fn sheet(&mut self, columns: u32, rows: u32, size: Vec2, position: impl Fn(f32, f32) -> Vec3) -> &mut Self {
         let first = self.positions.len() as u32;
         for row in 0..=rows {
             for column in 0..=columns {
                 let (s, t) = (column as f32 / columns as f32, row as f32 / rows as f32);
-                // Differences stay inside the sheet, and off its border, where a sheet may come to a point.
+                // Differences are taken within the sheet and away from its border, where a sheet may degenerate to a point.
                 let step = 2e-3;
                 let (s_in, t_in) = (s.clamp(2.0 * step, 1.0 - 2.0 * step), t.clamp(2.0 * step, 1.0 - 2.0 * step));
                 let along_s = position(s_in + step, t_in) - position(s_in - step, t_in);
@@ -167,8 +167,8 @@ impl Shape {
         self
     }
 
-    /// A profile of (reach, height), listed upwards, led around a rectangle of half size `half` with mitred corners.
-    /// It faces the rectangle's inside when `inward`, and reach counts that way.
+    /// Adds a profile of (reach, height), listed upwards, swept around a rectangle of half size `half` with mitred corners.
+    /// If `inward`, it faces the rectangle's inside, and reach is measured inwards.
     pub fn moulding(&mut self, profile: &[(f32, f32)], half: Vec2, inward: bool) -> &mut Self {
         let sign = if inward { -1.0 } else { 1.0 };
         let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)];
@@ -184,7 +184,7 @@ impl Shape {
         self
     }
 
-    /// A round bar of `radius` from `from` to `to`, open at its ends.
+    /// Adds a round bar of `radius` from `from` to `to`, open at its ends.
     pub fn bar(&mut self, from: Vec3, to: Vec3, radius: f32, segments: u32) -> &mut Self {
         let axis = to - from;
         let rotation = glam::Quat::from_rotation_arc(Vec3::Y, axis.normalize());
@@ -193,7 +193,7 @@ impl Shape {
         self.append(&bar, &Affine3A::from_rotation_translation(rotation, from))
     }
 
-    /// Adds a copy of `other`, moved. The transform may scale and mirror.
+    /// Adds a transformed copy of `other`. The transform may scale and mirror.
     pub fn append(&mut self, other: &Shape, transform: &Affine3A) -> &mut Self {
         let first = self.positions.len() as u32;
         let normal_from_normal = transform.matrix3.inverse().transpose();
@@ -208,7 +208,7 @@ impl Shape {
         self
     }
 
-    /// The same, moved by `offset`.
+    /// Adds a copy of `other`, translated by `offset`.
     pub fn append_at(&mut self, other: &Shape, offset: Vec3) -> &mut Self {
         self.append(other, &Affine3A::from_translation(offset))
     }
@@ -233,7 +233,7 @@ impl Surface {
 }
 
 /// Tangents along +u, averaged over the triangles of each vertex. The bitangent points along −v, up in the image, as
-/// glTF's normal maps want it.
+/// glTF's normal maps expect.
 fn tangents(shape: &Shape) -> Vec<Vec4> {
     let mut along_u = vec![Vec3::ZERO; shape.positions.len()];
     let mut along_v = along_u.clone();
@@ -241,7 +241,7 @@ fn tangents(shape: &Shape) -> Vec<Vec4> {
         let [a, b, c] = [t[0], t[1], t[2]].map(|i| i as usize);
         let (e, f) = (shape.positions[b] - shape.positions[a], shape.positions[c] - shape.positions[a]);
         let (g, h) = (shape.uv[b] - shape.uv[a], shape.uv[c] - shape.uv[a]);
-        // Solve e = g.x T + g.y B, f = h.x T + h.y B; the determinant's size only weighs by area.
+        // Solve e = g.x T + g.y B, f = h.x T + h.y B; the determinant's magnitude is the weight by area.
         let sign = g.perp_dot(h).signum();
         for i in [a, b, c] {
             along_u[i] += sign * (h.y * e - g.y * f);

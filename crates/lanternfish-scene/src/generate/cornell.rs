@@ -11,9 +11,9 @@ use crate::{Camera, Light, Projection, Scene};
 /// Metres per published millimetre: the published box is 548.8 mm high and becomes 2 m.
 const SCALE: f32 = 2.0 / 548.8;
 
-/// The Cornell box after the published measurements, 2 m high: floor at y = 0, centred in x and z, open to +z. The
-/// lamp is an emissive quad in the ceiling; the light comes from a point light just below it, since renderers light
-/// by punctual lights alone.
+/// The Cornell box with the published measurements, 2 m high: floor at y = 0, centred in x and z, open to +z. The
+/// lamp is an emissive quad in the ceiling. A point light just below it is for renderers that only support punctual
+/// lights.
 pub(super) fn cornell() -> Scene {
     let mut workshop = Workshop { scene: Scene { name: "cornell".to_owned(), ..Scene::default() } };
     let white = workshop.surface(Finish::new("white", [0.73, 0.73, 0.73], 1.0));
@@ -41,15 +41,15 @@ pub(super) fn cornell() -> Scene {
     workshop.add("short block", white, block(short, 165.0));
     workshop.add("tall block", white, block(tall, 330.0));
 
-    // The published lamp: x 213 to 343, z 227 to 332 mm; 1 mm below the ceiling, so that the two never coincide.
-    let [a, b] = [place([213.0, 227.0]), place([343.0, 332.0])];
+    // The published lamp: x 213 to 343, z 227 to 332 mm; 1 mm below the ceiling, so that they do not coincide.
+    let [a, b] = [world([213.0, 227.0]), world([343.0, 332.0])];
     let y = 2.0 - 1e-3;
     let mut quad = Shape::new();
     quad.polygon(&[Vec3::new(b.x, y, b.y), Vec3::new(a.x, y, b.y), Vec3::new(a.x, y, a.y), Vec3::new(b.x, y, a.y)]);
     workshop.add("lamp", lamp, quad);
 
     let mut scene = workshop.scene;
-    // 3.5 cd at 2 m: the floor's centre gets 0.9 lx and reflects 0.2 nits; the walls, nearer, up to 1.
+    // 3.5 cd at 2 m: the floor's centre has 0.9 lx and reflects 0.2 nits; the walls, which are nearer, up to 1 nit.
     let position = Vec3::new(0.5 * (a.x + b.x), 1.95, 0.5 * (a.y + b.y));
     scene.lights.push(Light { name: "lamp".to_owned(), ..Light::point(position, Vec3::new(4.6, 3.4, 1.8)) });
     let projection = Projection::Perspective { fov_y: 36f32.to_radians(), near: 0.01 };
@@ -58,14 +58,14 @@ pub(super) fn cornell() -> Scene {
     scene
 }
 
-/// A published (x from the right wall, z from the front), mm, as world (x, z).
-fn place([x, z]: [f32; 2]) -> Vec2 {
+/// Converts a published position (x from the right wall, z from the front), mm, to world (x, z), m.
+fn world([x, z]: [f32; 2]) -> Vec2 {
     Vec2::new(1.0 - SCALE * x, 1.0 - SCALE * z)
 }
 
-/// A block with the given corners of its top and published height, mm. It stands on the floor without a bottom.
+/// A block with the given top corners and published height, mm. It stands on the floor and has no bottom face.
 fn block(corners: [[f32; 2]; 4], height: f32) -> Shape {
-    let mut corners = corners.map(place);
+    let mut corners = corners.map(world);
     // Counter-clockwise seen from above is clockwise in (x, z).
     let area: f32 = (0..4).map(|i| corners[i].perp_dot(corners[(i + 1) % 4])).sum();
     if area > 0.0 {

@@ -16,11 +16,11 @@ const STEPS: u32 = 6;
 const SPACING: f32 = 1.25;
 
 /// Two rows of white spheres under a sky of radiance 1 from everywhere: metals above, dielectrics below, roughness
-/// from 0 (left) to 1 (right) in steps of 0.2. A surface that loses and gains no energy cannot be told from the sky:
-/// where a sphere shows, shading is wrong by what shows.
+/// from 0 (left) to 1 (right) in steps of 0.2. A surface that conserves energy is indistinguishable from the sky: a
+/// visible difference is the error of shading.
 ///
-/// Until the sky lights surfaces, this is a definition only. The one directional light, which has no part in a furnace,
-/// is there so that the spheres show something; leave it out for the test.
+/// The directional light is no part of the furnace. It makes the spheres visible in renderers without sky lighting; remove
+/// it for the test.
 pub(super) fn furnace() -> Scene {
     let mut workshop = Workshop { scene: Scene { name: "furnace".to_owned(), ..Scene::default() } };
     let ball = sphere(0.5, 64, 32);
@@ -35,7 +35,7 @@ pub(super) fn furnace() -> Scene {
     }
     let mut scene = workshop.scene;
     scene.sky = Vec3::ONE;
-    // π lx make a white diffuse surface that faces the light 1 nit bright: as bright as the sky.
+    // π lx give a white diffuse surface that faces the light 1 nit, the radiance of the sky.
     let light = Light::directional(Vec3::new(-0.4, -0.6, -1.0), Vec3::splat(PI));
     scene.lights.push(Light { name: "not of the furnace".to_owned(), ..light });
     let projection = Projection::Perspective { fov_y: 30f32.to_radians(), near: 0.1 };

@@ -1,4 +1,4 @@
-//! A hall with an outer shell, turned.
+//! A rotated hall with an outer shell.
 
 use std::f32::consts::{FRAC_PI_6, PI};
 
@@ -13,13 +13,13 @@ use crate::{Camera, Light, Projection, Scene};
 /// Half the hall's width and length, and the height of its walls, m.
 const HALF: Vec2 = Vec2::new(8.0, 15.0);
 const HEIGHT: f32 = 9.0;
-/// Between the inner and the outer shell, m.
+/// Distance between the inner and the outer shell, m.
 const THICKNESS: f32 = 0.6;
-/// About the edge of a wall's triangles, m: less than a texel of a deep image of 64 x 64 texels.
+/// Approximate edge length of a wall's triangles, m: less than a texel of a deep image of 64 × 64 texels.
 const STEP: f32 = 0.4;
 
-/// A vaulted hall with two rows of columns, lit from within, in a shell of its own that no light reaches: what slips through the walls
-/// ends on black. It is turned by 30° about each axis, so that nothing in it lies along a raster.
+/// A vaulted hall with two rows of columns, lit from inside, in an unlit outer shell: a ray that leaks through the walls hits black. It
+/// is rotated by 30° about each axis, so that no surface is aligned with a raster.
 pub(super) fn hall() -> Scene {
     let mut workshop = Workshop { scene: Scene { name: "hall".to_owned(), ..Scene::default() } };
     let plaster = workshop.surface(Finish::new("plaster", [0.7, 0.68, 0.62], 0.9));
@@ -52,14 +52,14 @@ pub(super) fn hall() -> Scene {
     let projection = Projection::Perspective { fov_y: 60f32.to_radians(), near: 0.05 };
     let camera = Camera::look_at(Vec3::new(1.5, 2.0, 13.5), Vec3::new(-0.5, 4.0, 0.0), projection);
     scene.cameras.push(Camera { name: "nave".to_owned(), ..camera });
-    turned(scene)
+    rotated(scene)
 }
 
 /// A floor, four walls and a vault from wall to wall, seen from inside or from outside.
 fn shell(shape: &mut Shape, half: Vec2, floor: f32, height: f32, inside: bool) {
     let mut side = |size: Vec2, position: &dyn Fn(f32, f32) -> Vec3| {
         let [columns, rows] = (size / STEP).ceil().to_array().map(|count| count as u32);
-        // Sheets face where s and t turn counter-clockwise.
+        // A sheet's front is where s and t are counter-clockwise.
         shape.sheet(columns, rows, size, |s, t| position(if inside { s } else { 1.0 - s }, t));
     };
     let (width, length) = (2.0 * half.x, 2.0 * half.y);
@@ -69,7 +69,7 @@ fn shell(shape: &mut Shape, half: Vec2, floor: f32, height: f32, inside: bool) {
         side(Vec2::new(length, rise), &|s, t| {
             Vec3::new(sign * half.x, floor + rise * t, sign * half.y * (2.0 * s - 1.0))
         });
-        // Up to the crown, as the vault cuts it.
+        // Up to the crown, bounded by the vault.
         side(Vec2::new(width, rise), &|s, t| {
             let x = half.x * (2.0 * s - 1.0);
             let top = height + (half.x * half.x - x * x).max(0.0).sqrt();
@@ -82,18 +82,18 @@ fn shell(shape: &mut Shape, half: Vec2, floor: f32, height: f32, inside: bool) {
     });
 }
 
-/// By 30° about each axis.
-fn turned(mut scene: Scene) -> Scene {
-    let turn = Affine3A::from_mat3(Mat3A::from_euler(EulerRot::XYZ, FRAC_PI_6, FRAC_PI_6, FRAC_PI_6).into());
+/// Rotates the scene by 30° about each axis.
+fn rotated(mut scene: Scene) -> Scene {
+    let rotation = Affine3A::from_mat3(Mat3A::from_euler(EulerRot::XYZ, FRAC_PI_6, FRAC_PI_6, FRAC_PI_6).into());
     for instance in &mut scene.instances {
-        instance.world_from_object = turn * instance.world_from_object;
+        instance.world_from_object = rotation * instance.world_from_object;
     }
     for light in &mut scene.lights {
-        light.position = turn.transform_point3(light.position);
-        light.direction = turn.transform_vector3(light.direction);
+        light.position = rotation.transform_point3(light.position);
+        light.direction = rotation.transform_vector3(light.direction);
     }
     for camera in &mut scene.cameras {
-        camera.world_from_camera = turn * camera.world_from_camera;
+        camera.world_from_camera = rotation * camera.world_from_camera;
     }
     scene
 }

@@ -1,4 +1,4 @@
-//! Counter-based random numbers and tileable noise: a value is a function of its coordinates alone.
+//! Counter-based random numbers and tileable noise: a value depends only on its coordinates.
 
 /// PCG's output permutation as a hash of 32 bits [Jarzynski2020].
 pub(crate) fn pcg(value: u32) -> u32 {
@@ -14,7 +14,7 @@ pub(crate) fn hash(parts: &[u32]) -> u32 {
 
 /// The hash of `parts` as a number in 0..1.
 pub(crate) fn unit(parts: &[u32]) -> f32 {
-    // 24 bits are what an f32 between 0.5 and 1 holds.
+    // An f32 between 0.5 and 1 has 24 bits of precision.
     (hash(parts) >> 8) as f32 / (1 << 24) as f32
 }
 
@@ -31,7 +31,7 @@ pub(crate) fn noise(x: f32, y: f32, period: u32, seed: u32) -> f32 {
     let column = |offset: i32| (cell_x as i32 + offset).rem_euclid(period as i32) as u32;
     let row = |offset: i32| (cell_y as i32 + offset).rem_euclid(period as i32) as u32;
     let (x0, x1, y0, y1) = (column(0), column(1), row(0) * 4096, row(1) * 4096);
-    // Lattice values need less mixing than random numbers, and this is the inner loop of every texture.
+    // Lattice values need less mixing than random numbers; this is the inner loop of every texture.
     let value = |index: u32| (pcg(index + seed * 0x0101_0101) >> 16) as f32 / 65535.0;
     let top = value(x0 + y0) + s * (value(x1 + y0) - value(x0 + y0));
     let bottom = value(x0 + y1) + s * (value(x1 + y1) - value(x0 + y1));
@@ -68,7 +68,7 @@ mod tests {
     fn noise_tiles_and_varies() {
         for i in 0..50 {
             let (x, y) = (0.37 * i as f32, 0.61 * i as f32);
-            // 1e-4: adding 8 to x rounds its fraction by up to 2^-20, and the slope is below 2 a cell.
+            // 1e-4: adding 8 to x rounds its fraction by up to 2^-20, and the slope is below 2 per cell.
             assert!((noise(x, y, 8, 1) - noise(x + 8.0, y - 8.0, 8, 1)).abs() < 1e-4);
         }
         let values: Vec<f32> = (0..100).map(|i| fractal(0.013 * i as f32, 0.3, 4, 4, 2)).collect();

@@ -1,4 +1,4 @@
-//! Scenes made by code, the same on every machine.
+//! Procedural scenes, equal on every machine.
 
 mod atrium;
 mod build;
@@ -21,15 +21,15 @@ pub(crate) use surface::Surface;
 
 use crate::{Scene, SceneError};
 
-/// Names that [`demo`] knows.
+/// Names of the scenes of [`demo`].
 ///
 /// - `atrium`: a court with two storeys of arcades, about 24 × 15 m and 10 m high, y = 0 at the court's floor; a low
-///   sun and hanging lanterns. Made for [`light_rain`] on top.
+///   sun and hanging lanterns. Meant to be used with [`light_rain`].
 /// - `cornell`: the Cornell box, 2 m high, y = 0 at its floor, lit by a point light under its lamp.
 /// - `furnace`: two rows of white spheres of rising roughness under a white sky of radiance 1, and a directional light
-///   that shows them as long as the sky lights nothing.
-/// - `hall`: a vaulted hall of 16 × 30 × 17 m in a dark outer shell, turned by 30° about each axis: what a structure that rays are traced
-///   through leaves out shows as darkness.
+///   for renderers without sky lighting.
+/// - `hall`: a vaulted hall of 16 × 30 × 17 m in a dark outer shell, rotated by 30° about each axis: hits that an acceleration
+///   structure misses are dark.
 /// - `street`: a street of 240 m at night, about a million placed triangles and several hundred lamps, y = 0 at the
 ///   asphalt. For scale.
 pub const DEMOS: &[&str] = &["atrium", "cornell", "furnace", "hall", "street"];

@@ -1,36 +1,36 @@
-//! Light rain: any number of small moving lights, for measuring how techniques scale with lights.
+//! Light rain: any number of small moving lights, to measure how techniques scale with the number of lights.
 
 use glam::Vec3;
 
 use super::hash::{hash, unit};
 use crate::{Bounds, Light, Scene};
 
-/// Number of lights that reach a point, on average, when the radius is left to [`light_rain`].
+/// Mean number of lights that reach a point if [`light_rain`] chooses the radius.
 const LIGHTS_PER_POINT: f32 = 12.0;
 
 /// Falling speeds, m/s.
 const SPEEDS: std::ops::Range<f32> = 1.0..3.0;
 
 /// Luminous intensity over squared radius, cd/m²: a light alone gives a surface that faces it from half its radius
-/// 4 × 0.15 × (1 − 1/2⁴)² ≈ 0.5 lx. See [`light_rain`] on why it is not the threshold 0.02.
+/// 4 × 0.15 × (1 − 1/2⁴)² ≈ 0.5 lx. [`light_rain`] explains why it is not the threshold 0.02.
 const INTENSITY_PER_RADIUS2: f32 = 0.15;
 
 /// `count` coloured point lights that fall through `bounds` like rain, as they are at `time` seconds: each starts at
-/// a random place, falls at 1 to 3 m/s, and on reaching the bottom comes back at a new random place of the top
+/// a random position, falls at 1 to 3 m/s, and restarts at a new random position of the top when it reaches the bottom
 /// [VanGelderen2020, §6.1].
 ///
-/// A pure function: a light depends on `seed`, its index and `time` alone, so more lights leave the first ones as
-/// they are (when `radius` is given), and any time can be asked for in any order.
+/// A pure function: a light depends only on `seed`, its index and `time`. With a given `radius`, more lights do not change
+/// the first ones, and times can be evaluated in any order.
 ///
-/// `radius` is each light's range, m. A higher one costs more light–surface pairs. `None` keeps their number
+/// `radius` is each light's range, m. A larger radius has more light–surface pairs. `None` keeps their number
 /// constant: 12 lights are expected at an inner point at any count, `count · 4/3 π radius³ = 12 · volume`, but no
 /// radius is larger than half the box's diagonal (few lights) or less than 1 cm (very many).
 ///
 /// All lights have the same luminance, at random saturated hues. The greatest component of their intensity is not
 /// scaled to a visibility threshold at the radius (0.02 · radius², as the paper's lights without a window would need):
-/// the range is explicit, and the window of glTF takes the light to zero there. The luminous intensity is
-/// 0.15 · radius² cd, which at 12 lights per point gives unoccluded surfaces about 1 lx on average, whatever the
-/// count: the mean over orientations is `1/4 · n ∫ I w(d) / d² · 4π d² dd` = 12 · 3/4 · 0.71 · I / radius².
+/// the range is explicit, and glTF's window function is zero there. The luminous intensity is
+/// 0.15 · radius² cd, which at 12 lights per point gives unoccluded surfaces about 1 lx on average, independent of
+/// the count: the mean over orientations is `1/4 · n ∫ I w(d) / d² · 4π d² dd` = 12 · 3/4 · 0.71 · I / radius².
 ///
 /// An empty box gives no lights.
 pub fn light_rain(bounds: &Bounds, count: u32, radius: Option<f32>, seed: u32, time: f32) -> Vec<Light> {
@@ -46,12 +46,12 @@ pub fn light_rain(bounds: &Bounds, count: u32, radius: Option<f32>, seed: u32, t
     let height = size.y.max(1e-3);
     let drop = |index: u32| {
         let speed = SPEEDS.start + (SPEEDS.end - SPEEDS.start) * unit(&[seed, index, 0]);
-        // Distance fallen since a start above the box; each whole height is one life. f64: hours stay smooth.
+        // Distance fallen since a start above the box; each whole height is one life. f64, for smooth motion after hours.
         let fallen = f64::from(unit(&[seed, index, 1])) + f64::from(time) * f64::from(speed / height);
         let (life, fraction) = (fallen.floor(), (fallen - fallen.floor()) as f32);
         let life = hash(&[life as i64 as u32]);
-        let place = Vec3::new(unit(&[seed, index, life, 2]), 1.0 - fraction, unit(&[seed, index, life, 3]));
-        let position = (bounds.min + place * size).clamp(bounds.min, bounds.max);
+        let fractions = Vec3::new(unit(&[seed, index, life, 2]), 1.0 - fraction, unit(&[seed, index, life, 3]));
+        let position = (bounds.min + fractions * size).clamp(bounds.min, bounds.max);
         let color = saturated(unit(&[seed, index, life, 4]));
         Light { range: Some(radius), ..Light::point(position, INTENSITY_PER_RADIUS2 * radius * radius * color) }
     };
@@ -61,9 +61,9 @@ pub fn light_rain(bounds: &Bounds, count: u32, radius: Option<f32>, seed: u32, t
 /// Light rain among a scene's lights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rain {
-    /// Index of its first light in the scene's.
+    /// Index of the rain's first light in the scene's list.
     first: usize,
-    /// Where it falls: the scene's box when it was added, so that it falls there whatever else moves.
+    /// The scene's bounds when the rain was added, so that moving objects do not change it.
     bounds: Bounds,
     count: u32,
     radius: Option<f32>,
@@ -71,33 +71,37 @@ pub struct Rain {
 }
 
 impl Rain {
-    /// Adds [`light_rain`] to the scene, behind its other lights, as it is at 0 s.
+    /// Appends [`light_rain`] at 0 s to the scene's lights.
     pub fn add(scene: &mut Scene, count: u32, radius: Option<f32>, seed: u32) -> Self {
         let rain = Self { first: scene.lights.len(), bounds: scene.bounds(), count, radius, seed };
         scene.lights.extend(light_rain(&rain.bounds, count, radius, seed, 0.0));
         rain
     }
 
-    /// Moves its lights to where they are at `time`, s; any time will do. `lights` are the scene's, in the order in which they were when the rain was
-    /// added: fewer panic.
+    /// Moves the rain's lights to their positions at any `time`, s. `lights` are the scene's, in the order they had when the rain was
+    /// added.
+    ///
+    /// # Panics
+    ///
+    /// Panics if `lights` is too short.
     pub fn fall(&self, lights: &mut [Light], time: f32) {
         let drops = light_rain(&self.bounds, self.count, self.radius, self.seed, time);
         lights[self.first..][..drops.len()].clone_from_slice(&drops);
     }
 
-    /// The indices of its lights among the scene's.
+    /// The indices of the rain's lights in the scene's list.
     pub fn indices(&self) -> std::ops::Range<usize> {
         self.first..self.first + self.count as usize
     }
 
-    /// A light that stood before its own was deleted.
+    /// Decrements the indices after a light before the rain's was deleted.
     pub fn moves_up(&mut self) {
         self.first -= 1;
     }
 }
 
-/// The colour of luminance 1 at `hue` in 0..1, linear Rec. 709, as saturated as keeps the blue ones from glaring:
-/// a tenth of white is mixed in.
+/// The colour of luminance 1 at `hue` in 0..1, linear Rec. 709, with a tenth of white mixed in, so
+/// that blue lights do not glare.
 fn saturated(hue: f32) -> Vec3 {
     let ramp = |offset: f32| (((hue + offset).fract() * 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);
     let color = Vec3::new(ramp(0.0), ramp(2.0 / 3.0), ramp(1.0 / 3.0)) * 0.9 + 0.1;
@@ -135,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_fall_and_come_back_elsewhere() {
+    fn lights_fall_and_restart_elsewhere() {
         let (before, after) = (light_rain(&BOX, 1000, None, 9, 2.0), light_rain(&BOX, 1000, None, 9, 2.1));
         let (mut fell, mut reborn) = (0, 0);
         for (a, b) in before.iter().zip(&after) {
@@ -157,14 +161,14 @@ mod tests {
     }
 
     #[test]
-    fn the_chosen_radius_keeps_the_lights_per_point() {
+    fn the_chosen_radius_preserves_the_lights_per_point() {
         for count in [100, 1_000, 20_000] {
             let rain = light_rain(&BOX, count, None, 5, 0.0);
             let radius = rain[0].range.unwrap();
             // Inner points only: near a wall part of the ball lies outside.
             let probes = (0..400u32).map(|i| {
-                let place = Vec3::new(unit(&[i, 1]), unit(&[i, 2]), unit(&[i, 3]));
-                BOX.min + radius + place * (BOX.size() - 2.0 * radius).max(Vec3::ZERO)
+                let fractions = Vec3::new(unit(&[i, 1]), unit(&[i, 2]), unit(&[i, 3]));
+                BOX.min + radius + fractions * (BOX.size() - 2.0 * radius).max(Vec3::ZERO)
             });
             let reached: usize = probes.map(|p| rain.iter().filter(|l| l.position.distance(p) < radius).count()).sum();
             let mean = reached as f32 / 400.0;

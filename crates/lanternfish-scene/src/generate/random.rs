@@ -1,13 +1,13 @@
-//! Lights at random places, by a rule that another renderer can follow.
+//! Lights at random positions, by a rule that other renderers can reproduce.
 
 use glam::Vec3;
 
 use crate::{Bounds, Light};
 
-/// `count` point lights of one `radius` (their range, m) at random places of `bounds`, in random light colours.
+/// `count` point lights of one `radius` (their range, m) at random positions within `bounds`, in random light colours.
 ///
-/// SplitMix64 from `seed` [Steele2014, fig. 16]; each number is u = (next >> 40) / 2²⁴, six a light in the order x y z r g b. Position:
-/// low + u · (high − low); linear colour: 0.25 + 0.75 · u; luminous intensity: radius² × colour, cd. All in 32 bits.
+/// SplitMix64 from `seed` [Steele2014, fig. 16]; each number is u = (next >> 40) / 2²⁴, six per light in the order x y z r g b. Position:
+/// low + u · (high − low); linear colour: 0.25 + 0.75 · u; luminous intensity: radius² × colour, cd. All arithmetic is in 32 bits.
 pub fn random_lights(bounds: &Bounds, count: u32, radius: f32, seed: u64) -> Vec<Light> {
     let mut state = seed;
     let mut unit = || {
@@ -20,8 +20,8 @@ pub fn random_lights(bounds: &Bounds, count: u32, radius: f32, seed: u64) -> Vec
     (0..count)
         .map(|_| {
             let mut three = || Vec3::new(unit(), unit(), unit());
-            let (place, color) = (three(), three());
-            let position = bounds.min + place * (bounds.max - bounds.min);
+            let (fractions, color) = (three(), three());
+            let position = bounds.min + fractions * (bounds.max - bounds.min);
             Light { range: Some(radius), ..Light::point(position, radius * radius * (0.25 + 0.75 * color)) }
         })
         .collect()

@@ -1,4 +1,4 @@
-//! An environment.
+//! A procedural environment.
 
 use glam::Vec3;
 
@@ -10,7 +10,7 @@ pub fn sky() -> Environment {
     let mut sky = Environment { width, height, pixels: vec![Vec3::ZERO; width * height], rotation: 0.0 };
     let towards_patch = Vec3::new(0.5, 0.6, -0.4).normalize();
     for i in 0..sky.pixels.len() {
-        let middle = |i: usize, whole: usize| (i as f32 + 0.5) / whole as f32;
+        let middle = |i: usize, count: usize| (i as f32 + 0.5) / count as f32;
         let direction = sky.direction(middle(i % width, width), middle(i / width, height));
         sky.pixels[i] = if direction.y < 0.0 {
             Vec3::splat(0.1)

@@ -1,22 +1,22 @@
-//! Putting a generated scene together: materials with textures, meshes of several parts, instances.
+//! Assembly of procedural scenes: materials with textures, meshes of several parts, instances.
 
 use glam::{Affine3A, Vec3, Vec4};
 
 use super::build::Shape;
 use crate::{AlphaMode, Image, Instance, Material, Mesh, Sampler, Scene, Texture, TextureRef};
 
-/// A material as meshes are built with it.
+/// A material in the form that mesh building needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surface {
     /// Index into [`Scene::materials`].
     pub material: usize,
-    /// What one repeat of the texture covers, m.
+    /// Size of one repeat of the texture, m.
     pub texture_size: f32,
     /// True if tangents are needed.
     pub normal_mapped: bool,
 }
 
-/// A material with the images it wants, before it is part of a scene.
+/// The parameters of a material that is not yet in a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Finish {
     pub name: &'static str,
@@ -31,7 +31,7 @@ pub(crate) struct Finish {
     /// Indices into [`Scene::textures`]: colour, normal.
     pub color_texture: Option<usize>,
     pub normal_texture: Option<usize>,
-    /// What one repeat of the textures covers, m.
+    /// Size of one repeat of the textures, m.
     pub texture_size: f32,
 }
 
@@ -42,14 +42,14 @@ impl Finish {
     }
 }
 
-/// A scene being put together.
+/// A scene under construction.
 #[derive(Debug, Default)]
 pub(crate) struct Workshop {
     pub scene: Scene,
 }
 
 impl Workshop {
-    /// Adds an image that repeats; returns the texture.
+    /// Adds a repeating image; returns the texture's index.
     pub fn texture(&mut self, image: Image) -> usize {
         if self.scene.samplers.is_empty() {
             self.scene.samplers.push(Sampler::default());
@@ -87,18 +87,18 @@ impl Workshop {
         self.scene.meshes.len() - 1
     }
 
-    /// Places a mesh under its own name.
+    /// Adds an instance of a mesh, with the mesh's name.
     pub fn place(&mut self, mesh: usize, world_from_object: Affine3A) {
         let name = self.scene.meshes[mesh].name.clone();
         self.scene.instances.push(Instance { name, mesh, world_from_object });
     }
 
-    /// Places a mesh, turned by `angle` about +y (radians; 0 leaves +z, π/2 takes +z to +x).
+    /// Adds an instance of a mesh, rotated by `angle` about +y (radians; 0 leaves +z, π/2 takes +z to +x).
     pub fn place_at(&mut self, mesh: usize, position: Vec3, angle: f32) {
         self.place(mesh, Affine3A::from_rotation_translation(glam::Quat::from_rotation_y(angle), position));
     }
 
-    /// Adds a mesh of one part that is placed once, where it was built.
+    /// Adds a mesh of one part and one instance with the identity transform.
     pub fn add(&mut self, name: &str, surface: Surface, shape: Shape) {
         let mesh = self.mesh(name, [(surface, shape)]);
         self.place(mesh, Affine3A::IDENTITY);

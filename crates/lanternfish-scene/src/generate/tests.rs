@@ -5,7 +5,7 @@ use glam::{Affine3A, Vec2, Vec3};
 use super::{build::Shape, *};
 use crate::{AlphaMode, LightKind, Primitive};
 
-/// The enclosed volume by the divergence theorem: right only for a closed surface that is wound outwards.
+/// The enclosed volume by the divergence theorem; valid for closed surfaces with outward winding.
 fn volume(shape: &Shape) -> f32 {
     let corner = |t: &[u32], i: usize| shape.positions[t[i] as usize];
     shape.indices.chunks_exact(3).map(|t| corner(t, 0).dot(corner(t, 1).cross(corner(t, 2))) / 6.0).sum()
@@ -43,7 +43,7 @@ fn solids_are_closed_and_wound_outwards() {
 }
 
 #[test]
-fn a_sheet_faces_where_it_says() {
+fn a_sheet_has_the_documented_front() {
     let mut sheet = Shape::new();
     sheet.sheet(3, 2, Vec2::new(3.0, 2.0), |s, t| Vec3::new(3.0 * s, 2.0 * t, 0.0));
     assert_eq!(sheet.indices.len(), 3 * 12);
@@ -86,7 +86,7 @@ fn demos_are_valid() {
 }
 
 #[test]
-fn demos_are_the_same_every_time() {
+fn demos_are_deterministic() {
     for name in DEMOS {
         let [a, b] = [0, 1].map(|_| format!("{:?}", demo(name).unwrap()));
         assert!(a == b, "{name} differs from itself");
@@ -94,7 +94,7 @@ fn demos_are_the_same_every_time() {
 }
 
 #[test]
-fn the_atrium_has_what_it_promises() {
+fn the_atrium_is_as_documented() {
     let start = Instant::now();
     let scene = demo("atrium").unwrap();
     let seconds = start.elapsed().as_secs_f32();
@@ -122,7 +122,7 @@ fn the_atrium_has_what_it_promises() {
 }
 
 #[test]
-fn the_street_has_what_it_promises() {
+fn the_street_is_as_documented() {
     let start = Instant::now();
     let scene = demo("street").unwrap();
     let seconds = start.elapsed().as_secs_f32();
@@ -143,7 +143,7 @@ fn the_street_has_what_it_promises() {
     let bounds = scene.bounds();
     assert!(bounds.size().x < 242.0 && bounds.size().z < 40.0 && bounds.size().y < 35.0, "{}", bounds.size());
     assert!(scene.cameras.iter().all(|c| c.eye().cmpgt(bounds.min).all() && c.eye().cmplt(bounds.max).all()));
-    // A lamp inside a solid would light nothing: all are over the ground and between the façades.
+    // A lamp inside a solid would light nothing: all must be over the ground and between the façades.
     assert!(scene.lights.iter().all(|l| l.position.z.abs() < 8.1 && l.position.y > 1.0));
 }
 

@@ -1,4 +1,4 @@
-//! Textures made by code. All repeat; sizes are powers of two.
+//! Procedural textures. All repeat; sizes are powers of two.
 
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -108,7 +108,7 @@ pub(super) fn plaster() -> Image {
     })
 }
 
-/// Polished tiles in two colours, four by four, turned a quarter of a right angle by their placement only.
+/// Polished tiles in two colours, four by four. The pattern is axis-aligned; only instances rotate it.
 pub(super) fn tiles() -> Image {
     paint("tiles", 512, |x, y| {
         let (joint, tile) = bricks(x, y, 4, 4, false);
@@ -124,7 +124,7 @@ pub(super) fn tiles() -> Image {
     })
 }
 
-/// Relief of [`tiles`]: joints, and tiles that are not quite level.
+/// Relief of [`tiles`]: joints, and slightly tilted tiles.
 pub(super) fn tiles_normal() -> Image {
     emboss("tiles normal", 512, |x, y| {
         let (joint, tile) = bricks(x, y, 4, 4, false);
@@ -164,13 +164,13 @@ pub(super) fn cloth_normal() -> Image {
     })
 }
 
-/// Heights of the two threads of a plain weave, 0..=1, 32 threads an image.
+/// Heights of the two threads of a plain weave, 0..=1, 32 threads per image.
 fn weave(x: f32, y: f32) -> (f32, f32) {
     let (u, v) = (32.0 * x, 32.0 * y);
-    let round = |t: f32| (std::f32::consts::PI * t.fract()).sin();
+    let arch = |t: f32| (std::f32::consts::PI * t.fract()).sin();
     let raised = (u as u32 + v as u32).is_multiple_of(2);
     let [high, low] = if raised { [1.0, 0.55] } else { [0.55, 1.0] };
-    (high * round(v) * (0.5 + 0.5 * round(u)), low * round(u) * (0.5 + 0.5 * round(v)))
+    (high * arch(v) * (0.5 + 0.5 * arch(u)), low * arch(u) * (0.5 + 0.5 * arch(v)))
 }
 
 /// Painted tiles, two by two: blue stars on white, ochre centres.
@@ -205,7 +205,7 @@ pub(super) fn asphalt() -> Image {
     })
 }
 
-/// Relief of [`asphalt`]: grit that the water half covers.
+/// Relief of [`asphalt`]: grit that is half covered by water.
 pub(super) fn asphalt_normal() -> Image {
     emboss("asphalt normal", 512, |x, y| {
         let dry = smoothstep(0.35, 0.7, fractal(x, y, 2, 5, 103));

@@ -1,4 +1,4 @@
-//! Reading files whose names come from outside.
+//! Reading files whose paths come from scene files or the user.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -16,7 +16,7 @@ pub(crate) enum FileError {
     Io(#[from] io::Error),
     #[error(transparent)]
     TooMuch(#[from] TooMuch),
-    /// It is not in the scene's folder, and nothing else is to be read.
+    /// The file is outside the scene's folder, and reading is confined to that folder.
     #[error("not within the scene's folder, and no other is read")]
     Outside,
 }
@@ -33,16 +33,16 @@ impl FileError {
     }
 }
 
-/// Reads the files of a scene: its folder, what may be read from there, and the memory that it may take.
+/// Reads the files of a scene: holds the scene's folder, the confinement and the memory budget.
 pub(crate) struct Files<'a> {
     pub budget: &'a Budget,
     folder: PathBuf,
-    /// Folder, links resolved, that every file must be in; `None`: files may be anywhere.
+    /// Folder (links resolved) that must contain every file; `None`: files may be anywhere.
     confined_to: Option<PathBuf>,
 }
 
 impl<'a> Files<'a> {
-    /// The files beside the scene at `path`. An error where `options` confine them to its folder, and that cannot be resolved.
+    /// The files of the scene at `path`. An error if `options` confine them to its folder and that cannot be resolved.
     pub fn beside(path: &Path, options: &LoadOptions, budget: &'a Budget) -> Result<Self, SceneError> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let real = || if folder.as_os_str().is_empty() { Path::new(".") } else { &folder }.canonicalize();
@@ -73,7 +73,7 @@ impl<'a> Files<'a> {
                 Component::ParentDir => depth -= 1,
                 Component::CurDir => {}
             }
-            // Told before anything is asked of the disk: not even whether it is there.
+            // Checked before any file access, so that the error does not reveal whether the file exists.
             if depth < 0 && self.confined_to.is_some() {
                 return Err(FileError::Outside);
             }
@@ -81,7 +81,7 @@ impl<'a> Files<'a> {
         self.open(&self.path(name))
     }
 
-    /// The content of a regular file. Devices, pipes and folders are refused: they may have no end, or never answer.
+    /// The content of a regular file. Devices, pipes and folders are refused: they may be endless or block forever.
     fn open(&self, path: &Path) -> Result<Vec<u8>, FileError> {
         let file = match &self.confined_to {
             None => open_regular(path)?,
@@ -91,7 +91,7 @@ impl<'a> Files<'a> {
                     return Err(FileError::Outside);
                 }
                 let file = open_regular(&real)?;
-                // A folder may have become a link meanwhile.
+                // A folder may have been replaced by a link since the check.
                 if opened_path(&file).unwrap_or(real).starts_with(folder) {
                     file
                 } else {
@@ -108,22 +108,22 @@ impl<'a> Files<'a> {
     }
 }
 
-/// Why a path is not resolved. Where its last part that is there leads out, or nowhere, that is all there is to be told:
-/// what is there outside, or is not, is told alike.
+/// The error for a path that cannot be resolved. It is [`FileError::Outside`] if the longest existing part of the path leads
+/// out of `folder` or is a dangling link, so that the error does not reveal which files exist outside.
 fn unresolved(path: &Path, folder: &Path, error: io::Error) -> FileError {
     let there = path.ancestors().find(|path| path.symlink_metadata().is_ok());
     let leads_out = |path: &Path| !path.canonicalize().is_ok_and(|real| real.starts_with(folder));
     if there.is_some_and(leads_out) { FileError::Outside } else { FileError::Io(error) }
 }
 
-/// The content of a file that the program's user names, of at most so many bytes.
+/// The content of a file that the user names, within `budget`.
 pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, SceneError> {
     Files { budget, folder: PathBuf::new(), confined_to: None }.scene(path)
 }
 
 fn open_regular(path: &Path) -> io::Result<File> {
     let refused = || io::Error::new(io::ErrorKind::InvalidInput, "not a regular file");
-    // Requested before it is opened: opening a pipe waits for who writes to it.
+    // Checked before opening: opening a pipe blocks until a writer opens it.
     if !fs::metadata(path)?.is_file() {
         return Err(refused());
     }
@@ -131,7 +131,7 @@ fn open_regular(path: &Path) -> io::Result<File> {
     if file.metadata()?.is_file() { Ok(file) } else { Err(refused()) }
 }
 
-/// Where an open file is, on systems that say so.
+/// The path of an open file, on systems that provide it.
 fn opened_path(file: &File) -> Option<PathBuf> {
     #[cfg(target_os = "linux")]
     {

@@ -1,4 +1,4 @@
-//! Reading scenes from files.
+//! Import of scenes from glTF and Wavefront OBJ files.
 
 mod files;
 mod gltf;
@@ -18,42 +18,45 @@ use crate::{Scene, SceneError};
 
 /// Reads a scene: a glTF 2.0 file (`.gltf`, `.glb`), a Wavefront file (`.obj`), or `demo:NAME` for a generated one.
 ///
-/// What is read of a glTF file:
+/// Supported parts of glTF:
 ///
-/// * The default scene (without one the first, without any all root nodes), its node tree resolved to world space.
+/// * The default scene, else the first; all root nodes if the file has no scene. The node tree is resolved to world space.
 ///   Meshes, materials, textures and images that this scene does not use are left out.
 /// * Triangle lists, strips and fans; all accessor forms. Points and lines are left out with a warning. Missing
 ///   normals become flat ones, and missing tangents are generated (MikkTSpace) where the material has a normal map.
-///   Instances that stand in the place of a copy are left out with a warning, unless they blend.
-/// * Textures as PNG, JPEG or WebP, up to 16,384 pixels a side and 1 GiB of pixels each, 16 bits a channel reduced to 8.
+///   Duplicate instances (same mesh, same transform) are left out with a warning, unless they are transparent.
+/// * Textures as PNG, JPEG or WebP, up to 16,384 pixels a side and 1 GiB of pixels each. Channels of 16 bits are reduced to 8.
 /// * In full: `EXT_lights_area` (a draft), `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_lights_punctual`,
 ///   `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`,
 ///   `KHR_materials_unlit`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_texture_transform`.
-/// * In part, with a warning of what is left out: `KHR_materials_clearcoat` without its normal map;
+/// * In part, with a warning about the rest: `KHR_materials_clearcoat` without its normal map;
 ///   `KHR_materials_pbrSpecularGlossiness` without its texture;
 ///   `KHR_materials_volume` into the material, without its texture; `KHR_materials_{anisotropy, dispersion,
 ///   iridescence, sheen}` not at all.
-/// * `KHR_materials_variants`: the default materials alone. Any other extension that the file requires is an error; one
-///   that it only uses is a warning.
-/// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene is as the file puts it at rest.
+/// * `KHR_materials_variants`: the default materials only. Any other extension is an error if the file requires it, and
+///   a warning if the file only uses it.
+/// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene has the file's rest pose.
 ///   Animations of anything else are counted in a warning.
 ///
-/// What is read of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as fans of triangles,
+/// Supported parts of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as triangle fans,
 /// materials as metallic-roughness ones (from `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `illum`, `map_Kd`, `map_Ke`,
 /// `map_d`, `norm` and, where it is a normal map, `map_Bump`). Missing normals become flat ones. A missing MTL file or
-/// texture is a warning. Not read: smoothing groups, vertex colours, points, lines, curves.
+/// texture is a warning. Not supported: smoothing groups, vertex colours, points, lines, curves.
 ///
-/// Files are checked while they are read: offsets, counts and indices out of range, node cycles, and attributes of
-/// unequal length are [`SceneError::Invalid`], and so are more than 4 Mi instances, and whatever is farther than
-/// [`Scene::FARTHEST`] from the origin. What would need more memory than there is is refused before it is allocated
-/// ([`SceneError::TooMuch`]). Devices and pipes are not read. Rules of the format that do no harm when broken are not checked.
+/// Every file that the scene names is read, wherever it is. Set [`LoadOptions::confine`] for files from untrusted sources.
 ///
-/// Every file that the scene names is read, wherever it is: [`LoadOptions::confine`] is for files from strangers.
+/// # Errors
+///
+/// * [`SceneError::Invalid`]: offsets, counts or indices out of range, node cycles, attributes of unequal length, more
+///   than 4 Mi instances, or geometry farther than [`Scene::FARTHEST`] from the origin. Harmless violations of the
+///   format are not checked.
+/// * [`SceneError::TooMuch`]: the import needs more memory than is available. It is returned before the allocation.
+/// * [`SceneError::Io`]: a file cannot be read. Devices and pipes are refused.
 pub fn load(source: impl AsRef<OsStr>) -> Result<Scene, SceneError> {
     load_with(source, &LoadOptions::default())
 }
 
-/// Reads a scene as these options say, otherwise as [`load`].
+/// Reads a scene with `options`; otherwise the same as [`load`].
 pub fn load_with(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let source = source.as_ref();
     let path = Path::new(source);
@@ -74,7 +77,7 @@ pub fn load_with(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Sce
     Ok(scene)
 }
 
-/// Refuses any scene but number 0 where the source holds only one.
+/// Rejects any scene but index 0, for sources with a single scene.
 fn only_scene(path: &Path, options: &LoadOptions) -> Result<(), SceneError> {
     match options.scene.as_deref() {
         None | Some("0") => Ok(()),

@@ -1,26 +1,26 @@
-//! Options of reading a scene file.
+//! Options for importing a scene file.
 
 use lanternfish_limits::memory::Budget;
 
-/// How [`crate::load_with`] reads a file. The default reads its default scene, follows every path that it names, and takes what
-/// memory the process may.
+/// Options of [`crate::load_with`]. The default reads the file's default scene, follows every path in the file, and may use
+/// the memory limit of the process.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Which of the file's scenes: that of this name, else that of the index that it spells; `None`: the default scene.
+    /// Name of the scene to read, else its index in decimal; `None`: the default scene.
     pub scene: Option<String>,
-    /// Whether only files of the scene's folder, and of folders in it, are read. It holds for where a path leads in the end:
-    /// `..`, percent-encoding and symbolic links do not get out, and a scene that is itself a link to elsewhere is refused.
+    /// True if only files in the scene's folder and its subfolders are read. The check uses the resolved path:
+    /// `..`, percent-encoding and symbolic links cannot leave the folder, and a scene that is itself a link to elsewhere is refused.
     ///
-    /// For files from strangers: without it a scene can name any file that the process can read, as a buffer or a texture.
-    /// What leads out is an error of glTF files, and of OBJ files a warning, as a missing file is.
+    /// For files from untrusted sources: otherwise a scene can name any file that the process can read, as a buffer or a texture.
+    /// A path out of the folder is an error in a glTF file. In an OBJ file it is a warning, as a missing file is.
     pub confine: bool,
-    /// Most memory that the import may need, bytes; `None`: [what the process may use](lanternfish_limits::memory::set_limit).
-    /// It is counted from headers before anything is allocated.
+    /// Memory limit of the import, bytes; `None`: [the limit of the process](lanternfish_limits::memory::set_limit).
+    /// The need is estimated from headers before anything is allocated.
     pub memory_limit: Option<u64>,
 }
 
 impl LoadOptions {
-    /// What an import may take.
+    /// The memory budget of the import.
     pub(crate) fn budget(&self) -> Budget {
         self.memory_limit.map_or_else(Budget::of_process, Budget::of)
     }

@@ -1,4 +1,4 @@
-//! Images as bytes of a file: PNG, JPEG and WebP, told apart by their content.
+//! Decoding of PNG, JPEG and WebP images, detected by their content.
 
 use std::io::Cursor;
 
@@ -8,22 +8,22 @@ use lanternfish_limits::memory::{Budget, TooMuch};
 
 use crate::Image;
 
-/// Most pixels a side.
+/// Largest width and height, pixels.
 const MAX_SIDE: u32 = 16_384;
-/// Most bytes that decoding one image may take: RGBA of 8 bits and the largest sides is just within.
+/// Memory limit for decoding one image, bytes: exactly an 8-bit RGBA image of the largest sides.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// What an image's header says of it.
+/// Size of an image, from its header.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Size {
     pub width: u32,
     pub height: u32,
-    /// Bytes of what the decoder gives.
+    /// Size of the decoder's output, bytes.
     decoded: u64,
 }
 
 impl Size {
-    /// Bytes of the pixels as they are kept.
+    /// Size of the stored RGBA pixels, bytes.
     fn kept(&self) -> u64 {
         4 * u64::from(self.width) * u64::from(self.height)
     }
@@ -38,14 +38,14 @@ pub(super) fn size(encoded: &[u8]) -> Result<Size, String> {
     })?
 }
 
-/// Takes from the budget what decoding needs: every image's pixels, and on each thread the decoder's own, twice. `sizes` are
-/// those of the images that are read, by their names.
+/// Takes the memory of decoding from the budget: the pixels of every image, and on each thread twice the decoder's output.
+/// `sizes` holds the names and sizes of the images to decode.
 pub(super) fn reserve(sizes: &[(String, Size)], budget: &Budget) -> Result<(), TooMuch> {
     let kept: u64 = sizes.iter().map(|(_, size)| size.kept()).sum();
     let mut decoders: Vec<u64> = sizes.iter().map(|(_, size)| 2 * size.decoded).collect();
     decoders.sort_unstable_by(|a, b| b.cmp(a));
-    let passing: u64 = decoders.iter().take(rayon::current_num_threads()).sum();
-    budget.check(kept + passing, || {
+    let transient: u64 = decoders.iter().take(rayon::current_num_threads()).sum();
+    budget.check(kept + transient, || {
         let largest = sizes.iter().max_by_key(|(_, size)| size.kept());
         let of = |(name, Size { width, height, .. }): &(String, Size)| format!("{name}, of {width} × {height} pixels");
         match (sizes.len(), largest.map(of)) {

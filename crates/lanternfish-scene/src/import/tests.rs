@@ -1,4 +1,4 @@
-//! Where files are read from, and what they may take.
+//! Tests of path confinement and memory limits.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use crate::{LoadOptions, SceneError, load, load_with};
 
 const CONFINED: LoadOptions = LoadOptions { scene: None, confine: true, memory_limit: None };
 
-/// A file of 36 zero bytes, which is enough for a triangle, in a folder, and a scene's folder in that.
+/// A folder with a file of 36 zero bytes (enough for a triangle), and the scene's folder inside it.
 struct Place {
     root: tempfile::TempDir,
 }
@@ -43,7 +43,7 @@ impl Place {
     }
 }
 
-/// Every way to spell a file outside is refused, and nothing else.
+/// Every spelling of a path outside is refused, and no other path.
 #[test]
 fn a_confined_scene_reads_its_folder_alone() {
     let place = Place::new();
@@ -69,7 +69,7 @@ fn a_confined_scene_reads_its_folder_alone() {
         let refused = load_with(&scene, &CONFINED);
         assert!(matches!(refused, Err(SceneError::Outside { .. })), "{uri}: {refused:?}");
     }
-    // Refused with or without: what is absolute, of another kind, or no path once it is decoded.
+    // Refused with and without confinement: absolute paths, other URI schemes, and URIs that decode to no path.
     let encoded = absolute.replace('/', "%2F");
     let file_uri = format!("file://{absolute}");
     for uri in
@@ -77,7 +77,7 @@ fn a_confined_scene_reads_its_folder_alone() {
     {
         assert!(load_with(place.scene(uri), &CONFINED).is_err(), "{uri}");
     }
-    // True if what is outside is there is not told.
+    // The error does not reveal whether a file outside exists.
     let missing = load_with(place.scene("../missing.bin"), &CONFINED);
     assert!(matches!(missing, Err(SceneError::Outside { .. })), "{missing:?}");
 }
@@ -97,7 +97,7 @@ fn links_do_not_lead_out() {
         let refused = load_with(&scene, &CONFINED);
         assert!(matches!(refused, Err(SceneError::Outside { .. })), "{uri}: {refused:?}");
     }
-    // True if there is something behind a link is not told.
+    // The error does not reveal whether a link's target exists.
     symlink(place.path("missing.bin"), place.path("scene/dangling.bin")).unwrap();
     for uri in ["dangling.bin", "inner/up/missing.bin", "inner/up/missing/secret.bin"] {
         let refused = load_with(place.scene(uri), &CONFINED);
@@ -107,20 +107,20 @@ fn links_do_not_lead_out() {
         let refused = load_with(place.scene(uri), &CONFINED);
         assert!(matches!(refused, Err(SceneError::Io { .. })), "{uri}: {refused:?}");
     }
-    // A link within the folder is as good as a file, and so is a link to the whole folder.
+    // Links within the folder are allowed, and so is a link to the complete folder.
     for uri in ["within.bin", "inner/up/scene/own.bin"] {
         assert!(load_with(place.scene(uri), &CONFINED).is_ok(), "{uri}");
     }
     place.scene("own.bin");
     symlink(place.path("scene"), place.path("elsewhere")).unwrap();
     assert!(load_with(place.path("elsewhere/scene.gltf"), &CONFINED).is_ok());
-    // A scene that is itself a link to elsewhere is not in its folder.
+    // A scene that is itself a link to elsewhere is outside its folder.
     fs::create_dir(place.path("upload")).unwrap();
     symlink(place.path("scene/scene.gltf"), place.path("upload/scene.gltf")).unwrap();
     assert!(matches!(load_with(place.path("upload/scene.gltf"), &CONFINED), Err(SceneError::Outside { .. })));
 }
 
-/// A library or a texture outside is left out, as one that is missing is.
+/// A library or texture outside the folder is left out, as a missing one is.
 #[test]
 fn obj_files_are_confined_too() {
     let place = Place::new();
@@ -147,13 +147,13 @@ fn obj_files_are_confined_too() {
         (read("own.mtl", "own.png", &CONFINED), read("own.mtl", "inner\\..\\own.png", &CONFINED)),
         ((1, 0.0), (1, 0.0))
     );
-    // Grey, as what has no material.
+    // Grey, as without a material.
     assert_eq!((read("../out.mtl", "own.png", &free), read("../out.mtl", "own.png", &CONFINED)), ((0, 0.0), (0, 0.8)));
     assert_eq!(read("..\\out.mtl", "own.png", &CONFINED), (0, 0.8));
 }
 
 #[test]
-fn coordinates_whose_squares_are_no_floats_are_refused_by_name() {
+fn coordinates_whose_squares_overflow_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("far.obj");
     let load_text = |text: &str| {
@@ -166,12 +166,12 @@ fn coordinates_whose_squares_are_no_floats_are_refused_by_name() {
         assert!(error.contains("instance 0 (wall): ") && error.contains("farther than 1e12 m"), "{error}");
     }
     assert_eq!(load_text(&quad("-9e11")), Ok(()));
-    // What nothing uses is not there.
+    // Unused vertices are dropped.
     assert_eq!(load_text("v 1e30 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n"), Ok(()));
 }
 
 #[test]
-fn memory_is_asked_for_before_it_is_taken() {
+fn memory_is_checked_before_allocation() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("wide.obj");
     // One polygon of 100,000 corners: 300 kB of text, 64 MB of triangles.
@@ -184,14 +184,14 @@ fn memory_is_asked_for_before_it_is_taken() {
     let error = within(1000).unwrap_err().to_string();
     assert!(error.contains("wide.obj needs 200.0 kB of memory"), "{error}");
     assert!(within(100_000_000).is_ok());
-    // Text alone: what is made of it takes up to eight times as much.
+    // Text alone: its cleaned form takes up to eight times as much.
     fs::write(&path, "# filler\n".repeat(100_000)).unwrap();
     let error = within(3_000_000).unwrap_err().to_string();
     assert!(error.contains("wide.obj: its text needs 2.7 MB"), "{error}");
     assert!(within(10_000_000).is_ok());
 }
 
-/// Materials are counted before they are made; what there is no memory for is refused, and not missing.
+/// Materials are counted before they are allocated; exceeding the budget is an error, not a missing file.
 #[test]
 fn libraries_and_textures_are_within_the_budget() {
     let folder = tempfile::tempdir().unwrap();

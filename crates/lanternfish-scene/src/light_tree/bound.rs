@@ -1,55 +1,55 @@
-//! The bound that a node of the tree keeps of the emitters below it, and its importance for a surface.
+//! The bound of a node's emitters, and its importance for a surface.
 
 use glam::Vec3;
 
 use super::{Cone, Emitter};
 
-/// Slack of cosines that decide whether anything arrives: rounding must not lose light that grazes.
+/// Tolerance of the cosines that cull a node: rounding must not lose light at grazing angles.
 const COSINE_ERROR: f32 = 1e-3;
-/// Least factor of facing, and of leaving along the normal: what only grazes is rarely chosen, never left out.
+/// Minimum of the receiver's and the emitter's cosine factor: emitters at grazing angles are rarely selected, but never excluded.
 const LEAST_COSINE: f32 = 0.02;
-/// Least factor of the fading towards the range; functions that end in a step are as bright there as before.
+/// Minimum of the window factor near the range: attenuations that end in a step are still bright there.
 const LEAST_WINDOW: f32 = 0.01;
-/// Least distance that counts, m.
+/// Minimum distance, m.
 const LEAST_DISTANCE: f32 = 1e-6;
-/// Largest of the integers of a snorm of 8 bits.
+/// Largest integer of an 8-bit snorm.
 const SNORM: f32 = 127.0;
-/// Largest length of the axis's error from rounding its three components to snorms, half a step each: √3 / 2 < 0.87 steps.
+/// Maximum length of the axis's error from rounding its three components to snorms, half a step each: √3 / 2 < 0.87 steps.
 const AXIS_ERROR: f32 = 0.87 / SNORM;
 
-/// A bound of emitters, as a device keeps it: numbers are rounded to the side on which more arrives.
+/// A bound of emitters at the precision of the GPU's copy. All numbers are rounded conservatively, towards more light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
     /// Centre of the emitters' box, world space, m.
     pub center: Vec3,
     /// Half the box's size along each axis, m; floats of 16 bits (bfloat16), rounded up.
     pub half: Vec3,
-    /// Sum of the emitters' [`Emitter::power`], cd; a float of 16 bits (bfloat16), rounded up. 0: nothing shines.
+    /// Sum of the emitters' [`Emitter::power`], cd; a float of 16 bits (bfloat16), rounded up. 0: no emitters.
     pub power: f32,
-    /// Reciprocal of the distance from the box beyond which nothing arrives, 1/m; a float of 16 bits (bfloat16), rounded down.
+    /// Reciprocal of the distance from the box beyond which no light arrives, 1/m; a float of 16 bits (bfloat16), rounded down.
     pub inverse_range: f32,
-    /// Axis of the cone that holds the emitters' normals, world space, nearly unit: three snorms of 8 bits. Zero: normals may point anywhere.
+    /// Axis of the cone of the emitters' normals, world space, nearly unit length: three 8-bit snorms. Zero: normals in all directions.
     pub axis: Vec3,
-    /// Cosine of the largest angle between a normal and light that leaves there; a snorm of 8 bits, rounded down.
+    /// Cosine of the largest angle between a normal and its emitted light; an 8-bit snorm, rounded down.
     pub cos_reach: f32,
-    /// Sine of the largest angle between axis and normals, plus the axis's rounding error; 1 where the angle is a right one or more. A float
-    /// of 16 bits (bfloat16), rounded up.
+    /// Sine of the largest angle between axis and normals, plus the axis's rounding error; 1 if the angle is 90° or more. A float of
+    /// 16 bits (bfloat16), rounded up.
     pub sin_spread: f32,
 }
 
-/// A surface that light may arrive at.
+/// A point on a surface that receives light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// Position, world space, m.
     pub p: Vec3,
-    /// Normal, world space, unit.
+    /// Normal, world space, unit length.
     pub normal: Vec3,
-    /// True if light that arrives from behind counts too.
+    /// True if light from behind counts too.
     pub is_transmitting: bool,
 }
 
 impl Bound {
-    /// The bound of nodes below which there is no emitter: they fill a tree's last levels.
+    /// The bound of nodes without emitters, which pad the tree's last levels.
     pub(super) const NONE: Self = Self {
         center: Vec3::ZERO,
         half: Vec3::ZERO,
@@ -77,13 +77,13 @@ impl Bound {
         }
     }
 
-    /// What may arrive at a surface, up to a factor [Conty2018, eq. 3]. Zero only where nothing does.
+    /// Importance for a receiver: the light that may arrive, up to a factor [Conty2018, eq. 3]. Zero only if no light arrives.
     ///
-    /// Where a direction, a normal or the axis may lie within an angle of what is known, its sine is added to the cosine. For acute
-    /// angles that is at least the cosine of their difference, and it is below zero only where that difference is obtuse.
+    /// A direction, a normal or the axis that is uncertain by an angle adds the sine of that angle to the cosine. For acute angles
+    /// the sum is at least the cosine of their difference, and it is negative only if that difference is obtuse.
     pub fn importance(&self, receiver: &Receiver) -> f32 {
         let towards = self.center - receiver.p;
-        // Seen from p, all lies in the sphere around the box.
+        // The sphere around the box bounds the directions from p.
         let (squared, radius_squared) = (towards.length_squared(), self.half.length_squared());
         let inverse = 1.0 / squared.max(radius_squared).max(LEAST_DISTANCE * LEAST_DISTANCE).sqrt();
         let sine = radius_squared.sqrt() * inverse;

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::{Bounds, Light, LightKind, shading::UNBOUNDED};
 
-/// Largest [`Emitter::power`]: what sends more is chosen as rarely as this.
+/// Maximum of [`Emitter::power`]: brighter emitters have the importance of this one.
 const MOST_POWER: f32 = 1e20;
 
 /// One emitter, or several together. World space, m.
@@ -14,23 +14,23 @@ const MOST_POWER: f32 = 1e20;
 pub struct Emitter {
     /// Bounding box of the emitters.
     pub bounds: Bounds,
-    /// What it sends to where it is seen at its brightest, cd, of the brightest channel: a light's intensity, or a triangle's radiance
-    /// times its area; > 0, and at most 1e20, so that what is made of it is finite.
+    /// Maximum intensity over all directions, brightest channel, cd: a light's intensity, or a triangle's radiance times its area; > 0,
+    /// and at most 1e20, so that values derived from it are finite.
     pub power: f32,
-    /// Distance from the box beyond which nothing arrives, m.
+    /// Distance from the box beyond which no light arrives, m.
     pub range: f32,
-    /// Directions in which the emitters shine.
+    /// Directions of emission.
     pub cone: Cone,
 }
 
-/// Directions: normals lie within an angle of the axis, and light leaves within another of its normal [Conty2018, §4.1].
+/// Orientation bounds: normals are within an angle of the axis, and light leaves within another angle of its normal [Conty2018, §4.1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Axis of the cone, world space, unit.
+    /// Axis of the cone, world space, unit length.
     pub axis: Vec3,
-    /// Cosine of the largest angle between the axis and a normal; −1: normals may point anywhere.
+    /// Cosine of the largest angle between the axis and a normal; −1: normals in all directions.
     pub cos_spread: f32,
-    /// Cosine of the largest angle between a normal and light that leaves there; 0 at least.
+    /// Cosine of the largest angle between a normal and its emitted light; at least 0.
     pub cos_reach: f32,
 }
 
@@ -48,19 +48,19 @@ impl Cone {
             return Self { cos_reach, ..*wide };
         }
         let spread = 0.5 * (wide_spread + between + narrow_spread);
-        // Axes that are nearly opposite say nothing of a direction between them.
+        // Nearly opposite axes do not define a direction between them.
         if spread >= PI || between > 0.99 * PI {
             return Self { cos_reach, ..Self::ALL };
         }
-        let turn = spread - wide_spread;
-        let axis = (between - turn).sin() * wide.axis + turn.sin() * narrow.axis;
+        let angle = spread - wide_spread;
+        let axis = (between - angle).sin() * wide.axis + angle.sin() * narrow.axis;
         Self { axis: axis.try_normalize().unwrap_or(wide.axis), cos_spread: spread.cos(), cos_reach }
     }
 }
 
 impl Emitter {
-    /// A light with a place that ends at `range`, m. `radius`, m, is that of point and spot lights, which may be seen where their centres
-    /// are not.
+    /// A light with a position and a `range`, m. `radius`, m, is that of point and spot lights: a surface may see a part of the sphere but
+    /// not its centre.
     pub fn of_light(light: &Light, range: f32, radius: f32) -> Self {
         let cone = match light.kind {
             LightKind::Spot { outer_angle, .. } => {
@@ -77,9 +77,9 @@ impl Emitter {
         Self { bounds, power, range: range.min(UNBOUNDED), cone }
     }
 
-    /// A triangle of mean `radiance` (nits, brightest channel) that shines on the side of `front` alone; both sides without it.
+    /// A triangle of mean `radiance` (nits, brightest channel) that emits on the side of the normal `front`; `None`: on both sides.
     pub fn of_triangle(corners: [Vec3; 3], radiance: f32, front: Option<Vec3>) -> Self {
-        // Areas, and what they send, may be more than 32 bits hold.
+        // Areas and intensities may overflow 32 bits.
         let [a, b, c] = corners.map(|corner| corner.as_dvec3());
         let mut bounds = Bounds::EMPTY;
         corners.into_iter().for_each(|corner| bounds.add_point(corner));

@@ -1,12 +1,12 @@
-//! A tree over emitters that have a place, from which one is chosen by what it may send to a surface `[Conty2018]`.
+//! A tree over emitters with a position, for sampling one of them by its importance for a surface `[Conty2018]`.
 //!
-//! 1. Build: halve the emitters at their median along the longest side of the box of their centres, until single ones are left. All leaves
-//!    lie on the last level, which has room for a power of two of them. The depth is the binary logarithm of that power, however many
-//!    emitters lie on one spot; the same emitters give the same tree.
-//! 2. Choose: walk down, at each node to either child by its importance, a bound of what it may send ([`Bound::importance`]).
-//! 3. The chance of an emitter: climb from its leaf, and multiply.
+//! 1. Build: split the emitters at the median along the longest side of the box of their centres, down to single emitters. All leaves
+//!    are on the last level, whose size is a power of two. The depth is the binary logarithm of that size, even if many emitters
+//!    coincide. Equal emitters give equal trees.
+//! 2. Sample: descend from the root; at each node select a child in proportion to its importance ([`Bound::importance`]).
+//! 3. Probability of an emitter: ascend from its leaf and multiply the probabilities of the selections.
 //!
-//! Node `i` has the children `2 i + 1` and `2 i + 2`, so that nothing but what shines need be read on the way.
+//! Node `i` has the children `2 i + 1` and `2 i + 2`, so that no child indices are stored or read.
 
 mod bound;
 mod emitter;
@@ -21,13 +21,13 @@ use crate::Bounds;
 /// A node of the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// Bound of the emitters below the node, or of the leaf's own.
+    /// Bound of the emitters below the node, or of the leaf's emitter.
     pub bound: Bound,
-    /// Number of a leaf's emitter; 0 in other nodes.
+    /// Index of a leaf's emitter; 0 in other nodes.
     pub link: u32,
 }
 
-/// Emitters, and how one of them is chosen. They are numbered as they were given.
+/// A sampling tree over emitters. Their indices are those of the list given to [`LightTree::new`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightTree {
     nodes: Vec<Node>,
@@ -36,7 +36,7 @@ pub struct LightTree {
 }
 
 impl LightTree {
-    /// Builds the tree over at most 2³⁰ emitters, each of a power above 0 and with finite bounds. That is not checked.
+    /// Builds the tree over at most 2³⁰ emitters. Each must have a positive power and finite bounds; this is not checked.
     pub fn new(emitters: &[Emitter]) -> Self {
         if emitters.is_empty() {
             return Self::default();
@@ -49,7 +49,7 @@ impl LightTree {
         tree
     }
 
-    /// Fills a node and the `levels` below it; gives what shines there.
+    /// Fills a node and the `levels` below it; returns the joined emitter.
     fn build(&mut self, emitters: &[Emitter], order: &mut [u32], index: usize, levels: u32) -> Emitter {
         let joined = match *order {
             [emitter] if levels == 0 => {
@@ -68,12 +68,12 @@ impl LightTree {
         joined
     }
 
-    /// The tree's nodes level by level, from the root on; none without emitters.
+    /// The nodes, level by level from the root; empty without emitters.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// Index in [`Self::nodes`] of each emitter's leaf, by the emitter's number.
+    /// Index in [`Self::nodes`] of each emitter's leaf, by the emitter's index.
     pub fn leaves(&self) -> &[u32] {
         &self.leaves
     }
@@ -88,7 +88,7 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
-    /// Chance of the first child of an inner node; `None` where neither matters.
+    /// Probability of the first child of an inner node; `None` if the importance of both is zero.
     fn first_chance(&self, index: usize, receiver: &Receiver) -> Option<f64> {
         let importance = |i: usize| f64::from(self.nodes[i].bound.importance(receiver));
         let (first, second) = (importance(2 * index + 1), importance(2 * index + 2));
@@ -96,8 +96,8 @@ impl LightTree {
         (sum > 0.0).then(|| first / sum)
     }
 
-    /// Chooses an emitter by the random number `u`, 0..1: its number and its chance. `None`: nothing arrives, or the walk ended where nothing
-    /// does. A single emitter is always chosen.
+    /// Samples an emitter by the random number `u`, 0..1; returns its index and probability. `None`: no light arrives, or the descent
+    /// ended at a node of zero importance. A single emitter is always selected.
     pub fn choose(&self, receiver: &Receiver, mut u: f64) -> Option<(u32, f64)> {
         let (mut index, mut chance) = (0, 1.0);
         self.nodes.first()?;
@@ -116,7 +116,7 @@ impl LightTree {
         Some((self.nodes[index].link, chance))
     }
 
-    /// The chance that [`LightTree::choose`] gives `emitter`.
+    /// The probability with which [`LightTree::choose`] selects `emitter`.
     pub fn chance(&self, receiver: &Receiver, emitter: u32) -> f64 {
         let (mut index, mut chance) = (self.leaves[emitter as usize] as usize, 1.0);
         while index != 0 {
@@ -129,7 +129,7 @@ impl LightTree {
     }
 }
 
-/// Splits two emitters or more into the lower and the upper half along the longest side of the box of their centres.
+/// Splits two or more emitters into the lower and the upper half along the longest side of the box of their centres.
 fn halves<'a>(emitters: &[Emitter], order: &'a mut [u32]) -> (&'a mut [u32], &'a mut [u32]) {
     let center = |e: u32| emitters[e as usize].bounds.center();
     let mut centers = Bounds::EMPTY;

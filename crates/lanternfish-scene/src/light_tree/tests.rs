@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::*;
 use crate::{Light, LightKind, shading::Attenuation};
 
-/// Numbers in 0..1 that are the same on every machine.
+/// A generator of numbers in 0..1, equal on every machine.
 struct Random(u64);
 
 impl Random {
@@ -25,12 +25,12 @@ impl Random {
 
 const RANGE: f32 = 4.0;
 
-/// Points and now and then a disk, spots and one-sided triangles, by turns.
+/// Points (some of them disks), spots and one-sided triangles, in alternation.
 fn emitters(count: usize) -> (Vec<Emitter>, Vec<Light>) {
     let mut random = Random(7);
     let mut lights = Vec::new();
     let emitter = |i: usize| {
-        let (place, direction, power) = (random.point(), random.direction(), 0.1 + random.unit());
+        let (position, direction, power) = (random.point(), random.direction(), 0.1 + random.unit());
         let kind = if i % 3 == 1 {
             LightKind::Spot { inner_angle: 0.2, outer_angle: 0.3 + random.unit() }
         } else if i % 6 == 3 {
@@ -38,11 +38,11 @@ fn emitters(count: usize) -> (Vec<Emitter>, Vec<Light>) {
         } else {
             LightKind::Point
         };
-        let light = Light { kind, direction, range: Some(RANGE), ..Light::point(place, Vec3::splat(power)) };
+        let light = Light { kind, direction, range: Some(RANGE), ..Light::point(position, Vec3::splat(power)) };
         lights.push(light.clone());
         if i % 3 == 2 {
             let (right, up) = direction.any_orthonormal_pair();
-            Emitter::of_triangle([place, place + 0.3 * right, place + 0.3 * up], power, Some(direction))
+            Emitter::of_triangle([position, position + 0.3 * right, position + 0.3 * up], power, Some(direction))
         } else {
             Emitter::of_light(&light, RANGE, 0.0)
         }
@@ -55,7 +55,7 @@ fn receivers(count: usize) -> Vec<Receiver> {
     (0..count).map(|_| Receiver { p: random.point(), normal: random.direction(), is_transmitting: false }).collect()
 }
 
-/// What a light sends to a surface, without a factor.
+/// Light that arrives at a surface, up to a factor.
 fn sent(light: &Light, receiver: &Receiver) -> f64 {
     let towards = light.position - receiver.p;
     let wi = towards.normalize();
@@ -64,7 +64,7 @@ fn sent(light: &Light, receiver: &Receiver) -> f64 {
             let span = inner_angle.cos() - outer_angle.cos();
             ((-wi.dot(light.direction) - outer_angle.cos()) / span).clamp(0.0, 1.0).powi(2)
         }
-        // The surface sees some of it, if not its middle.
+        // A part of the disk may be visible if its centre is not.
         LightKind::Disk { radius } => {
             let height = (receiver.p - light.position).dot(light.direction);
             let rise = radius * (1.0 - receiver.normal.dot(light.direction).powi(2)).max(0.0).sqrt();
@@ -78,23 +78,23 @@ fn sent(light: &Light, receiver: &Receiver) -> f64 {
     f64::from(light.intensity.x * falloff * cone * wi.dot(receiver.normal).max(0.0))
 }
 
-/// By the triangle's middle and corners.
+/// True if light of the triangle's centre or corners arrives.
 fn triangle_sends(emitter: &Emitter, light: &Light, receiver: &Receiver) -> bool {
     let wi = (light.position - receiver.p).normalize();
     emitter.power > 0.0 && wi.dot(receiver.normal) > 0.01 && wi.dot(light.direction) < -0.01
 }
 
 #[test]
-fn nothing_in_reach_is_without_a_chance_and_chances_are_of_one() {
+fn contributing_emitters_have_a_probability_and_probabilities_sum_to_at_most_one() {
     for count in [1, 2, 3, 40, 600] {
         let (emitters, lights) = emitters(count);
         let tree = LightTree::new(&emitters);
-        let (mut reached, mut whole) = (0, 0.0);
+        let (mut reached, mut complete) = (0, 0.0);
         for receiver in receivers(60) {
             let chances: Vec<f64> = (0..count as u32).map(|e| tree.chance(&receiver, e)).collect();
             let sum: f64 = chances.iter().sum();
             assert!(sum < 1.0 + 1e-9, "{count}: {sum}");
-            whole += sum / 60.0;
+            complete += sum / 60.0;
             for (i, (emitter, light)) in emitters.iter().zip(&lights).enumerate() {
                 let arrives =
                     if i % 3 == 2 { triangle_sends(emitter, light, &receiver) } else { sent(light, &receiver) > 0.0 };
@@ -103,11 +103,11 @@ fn nothing_in_reach_is_without_a_chance_and_chances_are_of_one() {
             }
         }
         assert!(reached > 0, "{count}: nothing is reached");
-        // Walks may end where nothing arrives: not many of them.
-        println!("{count}: {whole:.3} of all walks end at an emitter");
-        assert!(count < 600 || whole > 0.4, "{count}: {whole} of all walks end at an emitter");
+        // Some descents end at a node of zero importance, but not many.
+        println!("{count}: {complete:.3} of all descents end at an emitter");
+        assert!(count < 600 || complete > 0.4, "{count}: {complete} of all descents end at an emitter");
     }
-    // Without ranges and sides all walks end at an emitter.
+    // Without ranges and sides all descents end at an emitter.
     let all: Vec<Emitter> = emitters(300).0.iter().map(|e| Emitter { range: 1e9, cone: Cone::ALL, ..*e }).collect();
     let tree = LightTree::new(&all);
     for receiver in receivers(40) {
@@ -118,7 +118,7 @@ fn nothing_in_reach_is_without_a_chance_and_chances_are_of_one() {
 }
 
 #[test]
-fn what_is_out_of_reach_is_not_chosen() {
+fn emitters_out_of_range_are_not_selected() {
     let (emitters, _) = emitters(300);
     let tree = LightTree::new(&emitters);
     for receiver in receivers(40) {
@@ -132,7 +132,7 @@ fn what_is_out_of_reach_is_not_chosen() {
 }
 
 #[test]
-fn the_mean_of_what_is_chosen_is_the_sum_over_all() {
+fn the_estimate_is_unbiased() {
     let (emitters, lights) = emitters(200);
     let points: Vec<usize> = (0..200).filter(|i| i % 3 != 2).collect();
     let tree = LightTree::new(&points.iter().map(|i| emitters[*i]).collect::<Vec<_>>());
@@ -140,22 +140,22 @@ fn the_mean_of_what_is_chosen_is_the_sum_over_all() {
     let count = 4000;
     let mut lit = 0;
     for receiver in receivers(12) {
-        let truth: f64 = lights.iter().map(|light| sent(light, &receiver)).sum();
-        // Even numbers: each chance is hit to within one of them.
+        let expected: f64 = lights.iter().map(|light| sent(light, &receiver)).sum();
+        // Stratified numbers: the frequency of each emitter is exact to one sample.
         let of = |i: usize| {
             let chosen = tree.choose(&receiver, (i as f64 + 0.5) / f64::from(count))?;
             assert!((tree.chance(&receiver, chosen.0) / chosen.1 - 1.0).abs() < 1e-9);
             Some(sent(lights[chosen.0 as usize], &receiver) / chosen.1)
         };
         let mean = (0..count as usize).filter_map(of).sum::<f64>() / f64::from(count);
-        assert!((mean - truth).abs() < 0.02 * truth + 1e-6, "{mean}, not {truth}");
-        lit += usize::from(truth > 0.01);
+        assert!((mean - expected).abs() < 0.02 * expected + 1e-6, "{mean}, not {expected}");
+        lit += usize::from(expected > 0.01);
     }
     assert!(lit > 6, "{lit} lit");
 }
 
 #[test]
-fn a_million_in_one_place_are_a_shallow_tree() {
+fn a_million_coincident_emitters_give_a_shallow_tree() {
     let light = Light::point(Vec3::ONE, Vec3::ONE);
     let emitters = vec![Emitter::of_light(&light, 5.0, 0.0); 1 << 20];
     let tree = LightTree::new(&emitters);
@@ -164,7 +164,7 @@ fn a_million_in_one_place_are_a_shallow_tree() {
 }
 
 #[test]
-fn cones_hold_what_they_are_made_of() {
+fn joined_cones_contain_their_parts() {
     let mut random = Random(3);
     for _ in 0..500 {
         let mut cone =
@@ -180,7 +180,7 @@ fn cones_hold_what_they_are_made_of() {
 }
 
 #[test]
-fn what_a_node_keeps_holds_all_that_is_below_it() {
+fn a_nodes_bound_contains_all_emitters_below_it() {
     for count in [1, 2, 3, 5, 33, 600] {
         let (emitters, _) = emitters(count);
         let tree = LightTree::new(&emitters);
@@ -200,7 +200,7 @@ fn what_a_node_keeps_holds_all_that_is_below_it() {
                 index = (index - 1) / 2;
             }
         }
-        // As few bits as a device keeps.
+        // The precision of the GPU's copy.
         let is_short = |v: f32| v.to_bits() & 0xffff == 0;
         assert!(tree.nodes().iter().all(|n| is_short(n.bound.power) && is_short(n.bound.inverse_range)));
     }

@@ -1,12 +1,12 @@
-//! Validation of motion: posing a valid scene does not panic.
+//! Validation of motion: posing a validated scene does not panic.
 
 use super::{Animation, Motion, Property};
 use crate::{Primitive, Scene};
 
 impl Motion {
-    /// Whether nodes, skins, animations and what goes with nodes name only nodes that are there, and animations are whole: what
-    /// [`Self::pose`], [`Self::joints`] and the like need so as not to panic; if not, the first fault and where it is. Vertices are not
-    /// looked at, nor whether there are such instances, cameras, lights and meshes in a scene.
+    /// Checks that all node indices are in range and that animations are complete: the conditions under which [`Self::pose`],
+    /// [`Self::joints`] and similar functions do not panic. Returns the first fault and its location. Does not check vertices, nor
+    /// the indices of instances, cameras, lights and meshes.
     pub fn check_nodes(&self) -> Result<(), String> {
         let node_count = self.nodes.len();
         for (i, node) in self.nodes.iter().enumerate() {
@@ -32,14 +32,14 @@ impl Motion {
         }
     }
 
-    /// What goes with nodes: a kind of thing, its index, the index of its node.
+    /// Objects attached to nodes: kind, index, and index of the node.
     fn bound(&self) -> impl Iterator<Item = (&'static str, usize, usize)> {
         let instances = self.instances.iter().map(|bound| ("instance", bound.index, bound.node));
         let cameras = self.cameras.iter().map(|bound| ("camera", bound.index, bound.node));
         instances.chain(cameras).chain(self.lights.iter().map(|bound| ("light", bound.index, bound.node)))
     }
 
-    /// [`Self::check_nodes`], and whether there are the instances, cameras, lights and meshes of `scene` that go with nodes.
+    /// [`Self::check_nodes`], and checks that the instances, cameras, lights and meshes attached to nodes exist in `scene`.
     pub fn check_things(&self, scene: &Scene) -> Result<(), String> {
         self.check_nodes()?;
         let counts =
@@ -55,7 +55,7 @@ impl Motion {
         }
     }
 
-    /// Whether every index is in range and every list as long as it must be; if not, the first fault and where it is.
+    /// Checks that every index is in range and every list has the required length. Returns the first fault and its location.
     pub(crate) fn validate(&self, scene: &Scene) -> Result<(), String> {
         self.check_things(scene)?;
         for deformed in &self.meshes {
@@ -75,7 +75,7 @@ impl Motion {
     }
 }
 
-/// `joint_count`: none: there is no skin.
+/// True if the deformation's lists and joints are valid. `joint_count`: of the skin; `None` without a skin.
 fn is_sound(primitive: &Primitive, joint_count: Option<usize>) -> bool {
     let Some(deformation) = &primitive.deformation else { return true };
     let count = primitive.positions.len();

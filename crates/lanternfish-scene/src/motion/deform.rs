@@ -1,49 +1,49 @@
-//! Vertices that move: morph targets, then a skin [glTF 2.0, 3.7.2.2 and 3.7.3.3].
+//! Deformation of vertices: morph targets, then skinning [glTF 2.0, 3.7.2.2 and 3.7.3.3].
 
 use glam::{Affine3A, Mat3, Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::Primitive;
 
-/// How a primitive's vertices move: its vertices at rest, and what bends them. Lists are as long as the primitive's positions, or empty
-/// where said.
+/// Deformation of a primitive: its vertices at rest, morph targets and joint influences. Lists are as long as the primitive's positions;
+/// those whose documentation says so may be empty.
 #[derive(Clone, Debug, Default)]
 pub struct Deformation {
-    /// Object space at rest, m.
+    /// Positions at rest, object space, m.
     pub positions: Vec<Vec3>,
-    /// Unit length, at rest.
+    /// Normals at rest, unit length.
     pub normals: Vec<Vec3>,
-    /// As [`Primitive::tangents`], at rest; empty without.
+    /// Tangents at rest, as [`Primitive::tangents`]; may be empty.
     pub tangents: Vec<Vec4>,
-    /// Joints of each vertex, four a set; none: there is no skin. The weights of all sets add up to 1.
+    /// Joint influences of each vertex, four per set; empty without a skin. The weights of all sets sum to 1.
     pub influences: Vec<Influences>,
-    /// Morph targets, each with a weight of its own.
+    /// Morph targets, in the order of their weights.
     pub targets: Vec<MorphTarget>,
-    /// Whether normals are those of the triangles, wherever their corners go. The vertices are then not shared: three a triangle.
+    /// True if normals are recomputed from the deformed triangles. Triangles then have no common vertices.
     pub has_flat_normals: bool,
 }
 
-/// Four joints of each vertex.
+/// Four joint influences of each vertex.
 #[derive(Clone, Debug, Default)]
 pub struct Influences {
     /// Indices into the skin's joints.
     pub joints: Vec<[u16; 4]>,
-    /// Of each of the four.
+    /// Weights of the four joints.
     pub weights: Vec<Vec4>,
 }
 
-/// What a weight of 1 adds to the vertices. Lists are as long as the primitive's positions, or empty.
+/// Displacements of the vertices at weight 1. Lists are as long as the primitive's positions, or empty.
 #[derive(Clone, Debug, Default)]
 pub struct MorphTarget {
-    /// m.
+    /// Displacements of positions, m.
     pub positions: Vec<Vec3>,
-    /// Added before normals are made unit length.
+    /// Added to normals before normalisation.
     pub normals: Vec<Vec3>,
-    /// As normals.
+    /// Added to tangents before normalisation.
     pub tangents: Vec<Vec3>,
 }
 
-/// A vertex that moves.
+/// A deformed vertex.
 #[derive(Clone, Copy)]
 struct Vertex {
     position: Vec3,
@@ -52,15 +52,15 @@ struct Vertex {
 }
 
 impl Deformation {
-    /// The largest index of a joint that has a weight.
+    /// The largest joint index with a positive weight.
     pub fn greatest_joint(&self) -> Option<u16> {
         let sets = self.influences.iter().flat_map(|set| set.joints.iter().zip(&set.weights));
         let used = sets.flat_map(|(joints, weights)| joints.iter().copied().zip(weights.to_array()));
         used.filter(|(_, weight)| *weight > 0.0).map(|(joint, _)| joint).max()
     }
 
-    /// Puts `primitive`'s vertices where morph targets of these weights and joints at these places bring them. Weights that are missing
-    /// are 0. `world_from_object`: of each joint; empty: there is no skin.
+    /// Writes the deformed vertices to `primitive`. `weights` are those of the morph targets; missing ones are 0. `world_from_object`
+    /// are the joints' transforms; empty without a skin.
     pub fn apply(&self, primitive: &mut Primitive, weights: &[f32], world_from_object: &[Affine3A]) {
         let moved: Vec<Vertex> =
             (0..self.positions.len()).into_par_iter().map(|i| self.vertex(i, weights, world_from_object)).collect();
@@ -108,8 +108,8 @@ impl Deformation {
     }
 }
 
-/// What turns normals: the inverse transpose but for its length, and there for flat transforms too. Mirrors turn them the other way, as
-/// they do the winding of triangles.
+/// The cofactor matrix, which transforms normals: the inverse transpose up to scale, defined for singular transforms too. Mirroring
+/// flips normals, as it flips the winding of triangles.
 fn cofactors(transform: Affine3A) -> Mat3 {
     let m = Mat3::from(transform.matrix3);
     Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))

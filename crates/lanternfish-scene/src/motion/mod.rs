@@ -1,4 +1,4 @@
-//! What moves in a scene, and how: nodes, what hangs on them, skins, and animations. [`crate::Scene::pose`] brings a scene to a moment of one.
+//! Motion in a scene: nodes, the objects attached to them, skins, and animations. [`crate::Scene::pose`] sets the scene to a time of one.
 //!
 //! ```text
 //! Animation ─▶ nodes' transforms, weights of morph targets ─▶ world from node ─┬─▶ instances, lights, cameras
@@ -25,27 +25,27 @@ pub use self::reach::Reach;
 pub use self::sampler::{Interpolation, Sampler};
 use crate::Light;
 
-/// Everything of a scene that moves. Empty for scenes in which nothing does.
+/// The node hierarchy, skins and animations of a scene. Empty for static scenes.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {
-    /// The node tree, parents before their children.
+    /// The node hierarchy, parents before their children.
     pub nodes: Vec<Node>,
-    /// Bones of deformed meshes.
+    /// Skins of deformed meshes.
     pub skins: Vec<Skin>,
-    /// What may be played, in the file's order.
+    /// Animations, in the file's order.
     pub animations: Vec<Animation>,
-    /// Instances that go with a node.
+    /// Instances attached to a node.
     pub instances: Vec<Bound>,
-    /// Cameras that go with a node.
+    /// Cameras attached to a node.
     pub cameras: Vec<Bound>,
-    /// Lights that go with a node.
+    /// Lights attached to a node.
     pub lights: Vec<BoundLight>,
-    /// Meshes whose vertices move, each of one node.
+    /// Deformed meshes, each attached to one node.
     pub meshes: Vec<DeformedMesh>,
 }
 
 impl Motion {
-    /// Of each node, whether an animation moves it, or a node that it goes with.
+    /// True for each node that an animation moves, directly or through an ancestor.
     pub fn moving_nodes(&self) -> Vec<bool> {
         let mut moves = vec![false; self.nodes.len()];
         for channel in self.animations.iter().flat_map(|animation| &animation.channels) {
@@ -58,40 +58,40 @@ impl Motion {
     }
 }
 
-/// A node of the tree that a file places things by.
+/// A node of the hierarchy.
 #[derive(Clone, Debug, Default)]
 pub struct Node {
-    /// The file's name for it, or empty.
+    /// Name in the file, or empty.
     pub name: String,
-    /// Index of the node that it goes with, which is less than its own.
+    /// Index of the parent node, which is less than the node's own.
     pub parent: Option<usize>,
-    /// Where it stands in its parent where no animation says otherwise.
+    /// Transform relative to the parent, unless animated.
     pub rest: Transform,
-    /// Weights of its mesh's morph targets where no animation says otherwise.
+    /// Weights of the mesh's morph targets, unless animated.
     pub weights: Vec<f32>,
 }
 
-/// Where a node stands in its parent.
+/// Transform of a node relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transform {
-    /// Scaled, then rotated, then moved: what animations change.
+    /// Scale, then rotation, then translation. Animations change these components.
     Parts {
-        /// m.
+        /// Translation, m.
         translation: Vec3,
-        /// Unit length.
+        /// Rotation, unit length.
         rotation: Quat,
-        /// Along each axis.
+        /// Scale along each axis.
         scale: Vec3,
     },
-    /// Any transform. An animation that changes a part of it puts the identity in its place first.
+    /// Any affine transform. An animation of one component first replaces it by the identity.
     Matrix(Affine3A),
 }
 
 impl Transform {
-    /// Changes nothing.
+    /// The identity transform.
     pub const IDENTITY: Self = Self::Parts { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
 
-    /// Parent from node.
+    /// The transform from the node's space to its parent's.
     pub fn to_affine(self) -> Affine3A {
         match self {
             Self::Parts { translation, rotation, scale } => {
@@ -108,27 +108,27 @@ impl Default for Transform {
     }
 }
 
-/// The bones of a mesh.
+/// The joints of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Skin {
-    /// Nodes, in the order in which vertices name them.
+    /// Node indices, in the order in which vertices refer to them.
     pub joints: Vec<usize>,
-    /// Of each joint: joint from object at rest, the inverse bind matrix.
+    /// Inverse bind matrix of each joint: from object space at rest to the joint's space.
     pub joint_from_object: Vec<Affine3A>,
 }
 
-/// An instance or a camera that goes with a node.
+/// An instance or a camera attached to a node.
 #[derive(Clone, Copy, Debug)]
 pub struct Bound {
     /// Index into the scene's list.
     pub index: usize,
     /// Index of the node.
     pub node: usize,
-    /// Where the thing stands in the node.
+    /// Transform of the object relative to the node.
     pub node_from_object: Affine3A,
 }
 
-/// A light that goes with a node.
+/// A light attached to a node.
 #[derive(Clone, Debug)]
 pub struct BoundLight {
     /// Index into the scene's lights.
@@ -139,59 +139,59 @@ pub struct BoundLight {
     pub light: Light,
 }
 
-/// A mesh whose vertices move: of its primitives those that have a [`Deformation`].
+/// A deformed mesh: at least one of its primitives has a [`Deformation`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeformedMesh {
     /// Index into the scene's meshes.
     pub mesh: usize,
-    /// The node whose weights its morph targets have.
+    /// Index of the node that has the morph targets' weights.
     pub node: usize,
-    /// Index of its skin. Skinned vertices are in world space, and their instance stands at the origin.
+    /// Index of its skin. Skinned vertices are in world space, and their instance has the identity transform.
     pub skin: Option<usize>,
 }
 
-/// What is played together.
+/// An animation: channels that are played together.
 #[derive(Clone, Debug, Default)]
 pub struct Animation {
-    /// The file's name for it, or empty.
+    /// Name in the file, or empty.
     pub name: String,
-    /// What it changes.
+    /// Animated properties.
     pub channels: Vec<Channel>,
 }
 
 impl Animation {
-    /// When its last keyframe is, seconds.
+    /// Time of the last keyframe, s.
     pub fn duration(&self) -> f32 {
         self.channels.iter().filter_map(|channel| channel.sampler.times.last()).fold(0.0, |last, time| last.max(*time))
     }
 
-    /// The moment of it that is shown at `time`, seconds: after its end it starts again.
+    /// The time within the animation at `time`, s: the animation loops.
     pub fn moment(&self, time: f32) -> f32 {
         let duration = self.duration();
         if time > duration && duration > 0.0 { time.rem_euclid(duration) } else { time }
     }
 }
 
-/// One thing that an animation changes.
+/// An animated property of a node.
 #[derive(Clone, Debug)]
 pub struct Channel {
     /// Index of the node.
     pub node: usize,
-    /// What of it.
+    /// Animated property.
     pub property: Property,
-    /// To what.
+    /// Keyframes.
     pub sampler: Sampler,
 }
 
-/// What an animation changes of a node.
+/// A property of a node that can be animated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Property {
-    /// Three values, m.
+    /// Translation: three values, m.
     Translation,
-    /// Four values: a quaternion.
+    /// Rotation: four values, a quaternion.
     Rotation,
-    /// Three values.
+    /// Scale: three values.
     Scale,
-    /// As many values as the node's mesh has morph targets.
+    /// Weights: one value per morph target of the node's mesh.
     Weights,
 }

@@ -1,21 +1,21 @@
-//! Bringing a scene to a moment.
+//! Poses a scene at a time of an animation.
 
 use glam::{Affine3A, Quat, Vec3};
 
 use super::{Animation, Bound, BoundLight, Motion, Property, Transform, place_camera, place_light};
 use crate::{Light, Scene};
 
-/// Where nodes stand at a moment.
+/// Transforms and weights of all nodes at a time.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
-    /// World from node, of each node.
+    /// Transform of each node to world space.
     pub world_from_node: Vec<Affine3A>,
-    /// Weights of morph targets, of each node.
+    /// Morph target weights of each node.
     pub weights: Vec<Vec<f32>>,
 }
 
 impl Motion {
-    /// Where nodes stand at a moment of an animation, seconds; `None`: where the file puts them.
+    /// The pose at a time within an animation, s; `None`: the pose at rest.
     pub fn pose(&self, moment: Option<(&Animation, f32)>) -> Pose {
         let mut transforms: Vec<Transform> = self.nodes.iter().map(|node| node.rest).collect();
         let mut weights: Vec<Vec<f32>> = self.nodes.iter().map(|node| node.weights.clone()).collect();
@@ -47,27 +47,30 @@ impl Motion {
         Pose { world_from_node, weights }
     }
 
-    /// World from object at rest, of each joint of a skin.
+    /// Transform of each joint of a skin, from object space at rest to world space.
     pub fn joints(&self, skin: usize, pose: &Pose) -> Vec<Affine3A> {
         let skin = &self.skins[skin];
         let joints = skin.joints.iter().zip(&skin.joint_from_object);
         joints.map(|(node, joint_from_object)| pose.world_from_node[*node] * *joint_from_object).collect()
     }
 
-    /// World from object, of each instance that goes with a node, with its index.
+    /// Index and object-to-world transform of each instance attached to a node.
     pub fn placed_instances(&self, pose: &Pose) -> impl Iterator<Item = (usize, Affine3A)> {
         let place = |bound: &Bound| (bound.index, pose.world_from_node[bound.node] * bound.node_from_object);
         self.instances.iter().map(place)
     }
 
-    /// Each light that goes with a node, in world space, with its index. `None`: an area that has shrunk to nothing, which sends nothing.
+    /// Index of each light attached to a node, and the light in world space. `None`: an area light scaled to zero, which emits nothing.
     pub fn placed_lights(&self, pose: &Pose) -> impl Iterator<Item = (usize, Option<Light>)> {
         let place = |bound: &BoundLight| (bound.index, place_light(&bound.light, &pose.world_from_node[bound.node]));
         self.lights.iter().map(place)
     }
 
-    /// Moves those of a scene's lights that go with nodes to where they are at `time`, seconds, of an animation of [`Motion::animations`], by its
-    /// index. Panics where there is no such animation.
+    /// Moves the lights attached to nodes to their positions at `time`, s. `animation` is an index into [`Motion::animations`].
+    ///
+    /// # Panics
+    ///
+    /// Panics if there is no such animation.
     pub fn lights_at(&self, lights: &mut [Light], animation: usize, time: f32) {
         let animation = &self.animations[animation];
         self.place_lights(lights, &self.pose(Some((animation, animation.moment(time)))));
@@ -82,18 +85,22 @@ impl Motion {
 }
 
 impl Scene {
-    /// Brings all that moves to where it is at `time`, seconds, of an animation of [`Motion::animations`], by its index: instances,
-    /// lights, cameras, and the vertices of deformed meshes. After its end an animation starts again.
+    /// Poses the scene at `time`, s: instances, lights, cameras, and the vertices of deformed meshes. `animation` is an index into
+    /// [`Motion::animations`]; the animation loops.
     ///
-    /// What it does not change goes where the file puts it, whatever was posed before. Lights and instances that were added to the
-    /// scene's lists stay. Panics where there is no such animation.
+    /// Nodes that it does not animate return to rest, independent of earlier poses. Lights and instances that were added to the
+    /// scene's lists are unchanged.
+    ///
+    /// # Panics
+    ///
+    /// Panics if there is no such animation.
     pub fn pose(&mut self, animation: usize, time: f32) {
         let animation = &self.motion.animations[animation];
         let pose = self.motion.pose(Some((animation, animation.moment(time))));
         self.apply(&pose);
     }
 
-    /// Brings all that moves to where the file puts it.
+    /// Poses the scene at rest, as in the file.
     pub fn pose_at_rest(&mut self) {
         self.apply(&self.motion.pose(None));
     }

@@ -1,4 +1,4 @@
-//! Boxes around vertices that bend, without bending them.
+//! Bounding boxes of deformed vertices, without deforming them.
 
 use std::collections::BTreeMap;
 
@@ -7,25 +7,26 @@ use glam::{Affine3A, Vec3, Vec3A};
 use super::Deformation;
 use crate::Bounds;
 
-/// What a coordinate may lose to rounding, as a share of the magnitudes that it is the sum of: 32 roundings of 2⁻²⁴ each. Blending eight joints
-/// and placing a vertex takes 12.
+/// Bound of a coordinate's rounding error, relative to the sum of its terms' magnitudes: 32 roundings of 2⁻²⁴ each. Blending eight
+/// joints and transforming a vertex takes 12.
 const ROUNDING: f32 = 16.0 * f32::EPSILON;
 
-/// Where the vertices of a primitive may be: made once of a [`Deformation`], asked for every pose.
+/// Bounds of a primitive's deformed vertices: built once from a [`Deformation`], evaluated for every pose.
 ///
-/// A skinned vertex is a mean of the places to which its joints bring it, so it is within the box of the boxes of all joints' vertices.
+/// A skinned vertex is a weighted mean of its positions under each joint. The union of all joints' transformed boxes therefore
+/// contains it.
 #[derive(Clone, Debug)]
 pub struct Reach {
-    /// The box of the vertices at rest that go with a joint, and the joint. None without a skin: one box.
+    /// Each joint and the box of its vertices at rest. Without a skin: `None` and one box.
     boxes: Vec<(Option<usize>, Bounds)>,
-    /// The box of what a weight of 1 adds, of each morph target.
+    /// The box of each morph target's displacements at weight 1.
     targets: Vec<Bounds>,
-    /// The least and the greatest sum of a vertex's weights of joints: 1 but for rounding.
+    /// The least and the greatest sum of a vertex's joint weights: 1 up to rounding.
     sums: [f32; 2],
 }
 
 impl Reach {
-    /// Looks at all vertices and morph targets. `joint_count`: of the skin; 0: there is none.
+    /// Computes the bounds from all vertices and morph targets. `joint_count`: of the skin; 0 without a skin.
     pub fn new(deformation: &Deformation, joint_count: usize) -> Self {
         let box_of = |points: &[Vec3]| {
             let mut bounds = Bounds::EMPTY;
@@ -57,8 +58,8 @@ impl Reach {
         Self { boxes, targets, sums: sums.map(|sum| sum as f32) }
     }
 
-    /// A box that holds all vertices that [`Deformation::apply`] gives for the same weights and joints, in the space that it puts them in, m.
-    /// It looks at no vertex, and is larger than need be where a joint turns, or where not all vertices of a joint go with a target.
+    /// A box that contains all vertices of [`Deformation::apply`] for the same weights and joints, in the same space, m. It reads no
+    /// vertex. The box is not tight if a joint rotates, or if a morph target moves only some of a joint's vertices.
     pub fn bounds(&self, weights: &[f32], world_from_object: &[Affine3A]) -> Bounds {
         let mut added = Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
         let mut magnitude = Vec3::ZERO;
@@ -102,7 +103,7 @@ mod tests {
         motion::{Influences, MorphTarget},
     };
 
-    /// A tube along x of joints at whole metres, five of which share each ring; and a target that lifts some of it.
+    /// A tube along x whose vertices are influenced by five joints, and a morph target that lifts some of them.
     fn tube(scale: f32) -> Deformation {
         let ring = |i: usize| {
             let angle = i as f32;
@@ -128,20 +129,20 @@ mod tests {
 
     fn joints(step: f32) -> Vec<Affine3A> {
         let joint = |i: u32| {
-            let turn = Quat::from_scaled_axis(step * Vec3::new(0.3, -0.2, 0.5) * i as f32);
-            Affine3A::from_rotation_translation(turn, 5.0 * step * Vec3::new(0.1, 0.2, -0.1) * i as f32)
+            let rotation = Quat::from_scaled_axis(step * Vec3::new(0.3, -0.2, 0.5) * i as f32);
+            Affine3A::from_rotation_translation(rotation, 5.0 * step * Vec3::new(0.1, 0.2, -0.1) * i as f32)
         };
         (0..5).map(joint).collect()
     }
 
     #[test]
-    fn a_reach_holds_every_vertex_and_little_more() {
+    fn bounds_contain_every_vertex_and_are_nearly_tight() {
         let mut told_apart = 0;
-        for (scale, is_skinned, weights_are_whole) in
+        for (scale, is_skinned, weights_sum_to_one) in
             [(1.0, true, true), (1.0, true, false), (1e4, true, true), (1e-3, false, true)]
         {
             let mut deformation = tube(scale);
-            if !weights_are_whole {
+            if !weights_sum_to_one {
                 deformation.influences[0].weights.iter_mut().step_by(2).for_each(|weights| *weights *= 0.5);
                 deformation.influences.iter_mut().for_each(|set| set.weights[7] = Vec4::ZERO);
             }
@@ -151,17 +152,17 @@ mod tests {
                 let weights = [0.4 * step as f32 - 1.0];
                 let mut primitive = Primitive::default();
                 deformation.apply(&mut primitive, &weights, &joints);
-                let (found, exact) = (reach.bounds(&weights, &joints), primitive.bounds());
-                let holds = found.min.cmple(exact.min).all() && found.max.cmpge(exact.max).all();
-                assert!(holds, "{scale}, {is_skinned}, {step}: {found:?} and {exact:?}");
-                let ratio = found.size().length() / exact.size().length();
-                // What joints share that turn apart shrinks, and their boxes do not: 2.25 at most here.
-                assert!(ratio < 3.0 || !weights_are_whole, "{scale}, {is_skinned}, {step}: {ratio} times as large");
+                let (actual, exact) = (reach.bounds(&weights, &joints), primitive.bounds());
+                let holds = actual.min.cmple(exact.min).all() && actual.max.cmpge(exact.max).all();
+                assert!(holds, "{scale}, {is_skinned}, {step}: {actual:?} and {exact:?}");
+                let ratio = actual.size().length() / exact.size().length();
+                // Blending rotated joints shrinks the mesh but not the joints' boxes: a ratio of at most 2.25 here.
+                assert!(ratio < 3.0 || !weights_sum_to_one, "{scale}, {is_skinned}, {step}: {ratio} times as large");
                 let other = reach.bounds(&[weights[0] + 3.0], &joints);
                 told_apart += usize::from(!other.min.cmple(exact.min).all());
             }
         }
-        // It can fail: boxes of other poses do not hold these vertices.
+        // The test can fail: boxes of other poses do not contain these vertices.
         assert!(told_apart > 8, "{told_apart}");
         let nothing = Reach::new(&Deformation::default(), 0).bounds(&[1.0], &[]);
         assert!(nothing.is_empty(), "{nothing:?}");

@@ -1,48 +1,48 @@
-//! Keyframes, and what is between them [glTF 2.0, appendix C].
+//! Keyframes and their interpolation [glTF 2.0, appendix C].
 
 use glam::{Quat, Vec4};
 
-/// What is between two keyframes.
+/// Interpolation between two keyframes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The value of the keyframe before.
+    /// The value of the preceding keyframe.
     Step,
-    /// A straight line; of rotations the shorter arc.
+    /// Linear; for rotations, along the shorter arc.
     #[default]
     Linear,
-    /// A cubic Hermite spline through values with tangents of their own.
+    /// A cubic Hermite spline with explicit tangents.
     CubicSpline,
 }
 
-/// Values at times. Before the first keyframe its value holds, after the last one that of the last.
+/// Values at times. Before the first keyframe the value is the first, after the last keyframe the last.
 #[derive(Clone, Debug, Default)]
 pub struct Sampler {
-    /// What is between keyframes.
+    /// Interpolation between keyframes.
     pub interpolation: Interpolation,
-    /// Seconds, rising; one at least.
+    /// Times of the keyframes, s, ascending; at least one.
     pub times: Vec<f32>,
-    /// Of each keyframe as many numbers as the property has; of a spline the tangent that comes in, the value, the tangent that goes out.
+    /// For each keyframe the components of its value; for splines the in-tangent, the value and the out-tangent.
     pub values: Vec<f32>,
 }
 
 impl Sampler {
-    /// Numbers of a value.
+    /// Number of components of a value.
     pub fn width(&self) -> usize {
         self.values.len() / (self.times.len() * self.parts()).max(1)
     }
 
-    /// Values that are stored for a keyframe.
+    /// Number of values stored per keyframe.
     pub(super) fn parts(&self) -> usize {
         if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 }
     }
 
-    /// One part of a keyframe: of a spline 0 is the tangent that comes in, 1 the value, 2 the tangent that goes out.
+    /// One part of a keyframe; for splines 0 is the in-tangent, 1 the value, 2 the out-tangent.
     fn part(&self, keyframe: usize, part: usize) -> &[f32] {
         let width = self.width();
         &self.values[(keyframe * self.parts() + part) * width..][..width]
     }
 
-    /// The value at a time, seconds: as many numbers as it has. `is_rotation`: it is a quaternion; the result is of unit length.
+    /// The interpolated value at `time`, s. `is_rotation`: the value is a quaternion; the result then has unit length.
     pub fn at(&self, time: f32, is_rotation: bool) -> Vec<f32> {
         let is_spline = self.interpolation == Interpolation::CubicSpline;
         let value = |keyframe| self.part(keyframe, usize::from(is_spline));
@@ -74,7 +74,7 @@ impl Sampler {
     }
 }
 
-/// A rotation made unit length; the identity where it has no direction.
+/// Normalises a rotation; the identity if it has no direction. Other values are unchanged.
 fn as_unit(value: Vec<f32>, is_rotation: bool) -> Vec<f32> {
     if !is_rotation {
         return value;

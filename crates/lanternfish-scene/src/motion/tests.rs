@@ -13,7 +13,7 @@ fn sampler(interpolation: Interpolation, times: &[f32], values: &[f32]) -> Sampl
 }
 
 #[test]
-fn values_between_keyframes_are_the_formats() {
+fn interpolation_follows_the_format() {
     let (times, values) = ([1.0, 2.0, 4.0], [0.0, 10.0, -2.0]);
     let step = sampler(Interpolation::Step, &times, &values);
     let line = sampler(Interpolation::Linear, &times, &values);
@@ -28,20 +28,20 @@ fn values_between_keyframes_are_the_formats() {
     ] {
         assert_eq!((step.at(time, false)[0], line.at(time, false)[0]), (stepped, straight), "at {time}");
     }
-    // Hermite: with these tangents the curve is t², which lines do not meet.
+    // Hermite: with these tangents the curve is t², which linear interpolation does not give.
     let square = |t: f32| [2.0 * t, t * t, 2.0 * t];
     let spline: Vec<f32> = times.iter().flat_map(|t| square(*t)).collect();
     let spline = sampler(Interpolation::CubicSpline, &times, &spline);
     for time in [1.0, 1.25, 1.9, 2.0, 3.1, 4.0] {
         assert!((spline.at(time, false)[0] - time * time).abs() < 1e-5, "at {time}");
     }
-    // The shorter arc, at a constant speed, whatever sign the quaternions have.
+    // The shorter arc at constant speed, for any sign of the quaternions.
     let quarter = Quat::from_rotation_z(FRAC_PI_2);
     let values: Vec<f32> = Quat::IDENTITY.to_array().into_iter().chain((-quarter).to_array()).collect();
-    let turn = sampler(Interpolation::Linear, &[0.0, 1.0], &values);
-    let found = Quat::from_slice(&turn.at(1.0 / 3.0, true));
-    assert!(found.angle_between(Quat::from_rotation_z(FRAC_PI_2 / 3.0)) < 1e-3, "{found}");
-    // A quaternion without direction is none.
+    let rotation = sampler(Interpolation::Linear, &[0.0, 1.0], &values);
+    let actual = Quat::from_slice(&rotation.at(1.0 / 3.0, true));
+    assert!(actual.angle_between(Quat::from_rotation_z(FRAC_PI_2 / 3.0)) < 1e-3, "{actual}");
+    // A zero quaternion gives the identity.
     for interpolation in [Interpolation::Step, Interpolation::Linear] {
         let still = sampler(interpolation, &[0.0, 1.0], &[0.0; 8]);
         assert_eq!(still.at(0.5, true), [0.0, 0.0, 0.0, 1.0], "{interpolation:?}");
@@ -57,7 +57,7 @@ fn triangle() -> Primitive {
     }
 }
 
-/// A triangle on a turning node, with a camera and a light on its child; and a triangle of two joints, of which one is that child.
+/// A triangle on a rotating node, with a camera and a light on its child; and a triangle skinned to two joints, one of them the child.
 fn moving() -> Scene {
     let at = |translation| Transform::Parts { translation, rotation: Quat::IDENTITY, scale: Vec3::ONE };
     let node = |parent, rest| Node { parent, rest, ..Node::default() };
@@ -67,19 +67,19 @@ fn moving() -> Scene {
         Node { weights: vec![0.0], ..node(None, Transform::Matrix(Affine3A::from_translation(Vec3::Y))) },
     ];
     let quarter = Quat::from_rotation_z(FRAC_PI_2);
-    let turn: Vec<f32> = [Quat::IDENTITY, quarter].into_iter().flat_map(|q| q.to_array()).collect();
+    let rotation: Vec<f32> = [Quat::IDENTITY, quarter].into_iter().flat_map(|q| q.to_array()).collect();
     let channel = |node, property, values: &[f32]| Channel {
         node,
         property,
         sampler: sampler(Interpolation::Linear, &[0.0, 2.0], values),
     };
     let channels = vec![
-        channel(0, Property::Rotation, &turn),
+        channel(0, Property::Rotation, &rotation),
         channel(2, Property::Weights, &[0.0, 1.0]),
         channel(1, Property::Scale, &[1.0, 1.0, 1.0, 3.0, 3.0, 3.0]),
     ];
     let rest = triangle();
-    // The second vertex goes with both joints, the third with the child alone.
+    // The second vertex is influenced by both joints, the third by the child alone.
     let deformation = Deformation {
         positions: rest.positions.clone(),
         normals: rest.normals.clone(),
@@ -121,27 +121,27 @@ fn near(a: Vec3, b: Vec3) -> bool {
 }
 
 #[test]
-fn all_that_hangs_on_a_node_goes_with_it() {
+fn objects_attached_to_a_node_move_with_it() {
     let mut scene = moving();
     assert!(near(scene.instances[0].world_from_object.translation.into(), Vec3::new(1.0, 0.0, 1.0)));
     assert!(near(scene.cameras[0].eye(), 2.0 * Vec3::X));
     assert_eq!(scene.motion.animations[0].duration(), 2.0);
-    // Halfway: an eighth of a turn, a scale of 2, a weight of a half.
+    // Halfway: a rotation of 45°, a scale of 2, a weight of 0.5.
     scene.pose(0, 1.0);
     assert_eq!(scene.validate(), Ok(()));
     let child = Vec3::new(1.0 + FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0);
-    let turned = scene.instances[0].world_from_object.transform_vector3(Vec3::X);
-    assert!(near(turned, Vec3::new(FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0)), "{turned}");
+    let rotated = scene.instances[0].world_from_object.transform_vector3(Vec3::X);
+    assert!(near(rotated, Vec3::new(FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0)), "{rotated}");
     assert!(near(scene.cameras[0].eye(), child), "{}", scene.cameras[0].eye());
     assert!(near(scene.lights[0].position, child));
-    // Areas grow with their node.
+    // Areas scale with their node.
     assert!(
         (scene.lights[0].area().unwrap() / Light::disk(Vec3::ZERO, Vec3::Z, 0.5, Vec3::ONE).area().unwrap() - 1.0)
             .abs()
             < 1e-5
     );
-    assert_eq!(scene.lights[1], Light::point(Vec3::ONE, Vec3::ONE), "what goes with no node stays");
-    // Vertices: the morph target first, half a metre along z; then the joints.
+    assert_eq!(scene.lights[1], Light::point(Vec3::ONE, Vec3::ONE), "a light without a node is unchanged");
+    // Vertices: first the morph target, 0.5 m along z; then the joints.
     let child_from = |p: Vec3| child + Quat::from_rotation_z(FRAC_PI_2 / 2.0) * (2.0 * p);
     let up = 0.5 * Vec3::Z;
     let [a, b, c]: [Vec3; 3] = scene.meshes[1].primitives[0].positions.clone().try_into().unwrap();
@@ -149,7 +149,7 @@ fn all_that_hangs_on_a_node_goes_with_it() {
     assert!(near(b, 0.5 * (Vec3::Y + Vec3::X + up + child_from(Vec3::X + up))), "{b}");
     assert!(near(c, child_from(Vec3::Y + up)), "{c}");
     assert!(scene.meshes[1].primitives[0].normals.iter().all(|normal| near(*normal, Vec3::Z)));
-    // After its end it starts again; and back to where the file puts it.
+    // The animation loops; and the pose at rest.
     let before = scene.meshes[1].primitives[0].positions.clone();
     scene.pose(0, 3.0);
     assert_eq!(scene.meshes[1].primitives[0].positions, before);
@@ -160,9 +160,9 @@ fn all_that_hangs_on_a_node_goes_with_it() {
 }
 
 #[test]
-fn normals_follow_what_bends_them() {
-    // A plane that is turned and stretched: its normal is that of its triangle, and a flat one is found again.
-    let turn = Affine3A::from_rotation_x(0.7) * Affine3A::from_scale(Vec3::new(1.0, 5.0, 0.5));
+fn normals_follow_the_deformation() {
+    // A rotated and stretched plane: both transformed and recomputed normals equal the triangle's normal.
+    let transform = Affine3A::from_rotation_x(0.7) * Affine3A::from_scale(Vec3::new(1.0, 5.0, 0.5));
     let rest = triangle();
     for has_flat_normals in [false, true] {
         let deformation = Deformation {
@@ -174,7 +174,7 @@ fn normals_follow_what_bends_them() {
             has_flat_normals,
         };
         let mut bent = rest.clone();
-        deformation.apply(&mut bent, &[], &[turn]);
+        deformation.apply(&mut bent, &[], &[transform]);
         let [a, b, c] = [0, 1, 2].map(|i| bent.positions[i]);
         let expected = (b - a).cross(c - a).normalize();
         assert!(bent.normals.iter().all(|normal| near(*normal, expected)), "{:?}", bent.normals);
@@ -184,7 +184,7 @@ fn normals_follow_what_bends_them() {
 }
 
 #[test]
-fn what_is_missing_is_named() {
+fn missing_references_are_named() {
     type Damage = fn(&mut Motion);
     let damages: [(&str, Damage); 9] = [
         ("parent", |m| m.nodes[0].parent = Some(1)),

@@ -10,13 +10,13 @@ use super::*;
 
 const SIZE: UVec2 = UVec2::new(48, 32);
 
-/// A window without a window: the first image at rest, and the other side.
+/// The state of a window without a window: A at rest, and B.
 struct Both {
     first: Viewport,
     comparison: Comparison,
     wipe: Wipe,
     camera: Camera,
-    found: Option<Found>,
+    probe_result: Option<ProbeResult>,
 }
 
 impl Both {
@@ -28,19 +28,19 @@ impl Both {
         let mut first = Viewport::new(gpu, scene, settings).unwrap();
         first.resize(SIZE);
         let wipe = Wipe::new(settings);
-        Some(Self { first, comparison: Comparison::default(), wipe, camera, found: None })
+        Some(Self { first, comparison: Comparison::default(), wipe, camera, probe_result: None })
     }
 
-    /// Goes on as the window does, until `done`. The first image is that of so many frames.
+    /// Draws as the window does, until `done`. A averages at most `frames` frames.
     fn until(&mut self, frames: u32, done: impl Fn(&Self) -> bool) {
         let started = Instant::now();
         while !done(self) {
-            assert!(started.elapsed() < Duration::from_secs(300), "it never comes to that");
+            assert!(started.elapsed() < Duration::from_secs(300), "timeout");
             self.first.gpu.device.poll(wgpu::PollType::Poll).unwrap();
             self.first.poll();
             let news = self.comparison.poll(&self.first);
             assert_eq!(news.failed, None);
-            self.found = news.found.or(self.found.take());
+            self.probe_result = news.probe_result.or(self.probe_result.take());
             if self.first.is_busy() || self.comparison.is_busy() {
                 continue;
             }
@@ -58,15 +58,15 @@ impl Both {
     }
 }
 
-/// B is what A would be by its settings, differs as ꟻLIP has it, and follows settings and the scene.
+/// B is rendered with its own settings, its difference equals ꟻLIP, and it follows changes of settings and scene.
 #[test]
-fn gpu_the_other_side_is_rendered_and_compared() {
+fn gpu_side_b_is_rendered_and_compared() {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let Some(mut both) = Both::new("gpu_the_other_side_is_rendered_and_compared", &settings) else { return };
+    let Some(mut both) = Both::new("gpu_side_b_is_rendered_and_compared", &settings) else { return };
     assert!(!both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.comparison.rendering().is_none());
     both.wipe.other = Other::Settings;
     assert!(both.comparison.has_more(&both.first, &both.wipe, &both.camera));
-    // By the same settings the two are one.
+    // Equal settings give equal images.
     let at_rest = |both: &Both| !both.comparison.has_more(&both.first, &both.wipe, &both.camera);
     let is_compared = |both: &Both| {
         let is_complete = both.first.averaged() == 64 && !both.first.is_busy() && !both.comparison.is_busy();
@@ -89,15 +89,15 @@ fn gpu_the_other_side_is_rendered_and_compared() {
     let map = read_texture::<[u8; 4]>(&gpu.device, &gpu.queue, both.comparison.map().unwrap().texture()).unwrap();
     assert!(map.iter().flat_map(|texel| &texel[..3]).eq(&expected.magma()));
 
-    // The scene becomes another.
+    // The scene changes.
     let mut lights = both.first.scene.lights.clone();
     lights[0].position.x += 0.3;
-    both.comparison.let_go();
+    both.comparison.release_scene();
     both.first.set_lights(lights).unwrap();
     both.until(64, is_compared);
     assert!(Arc::ptr_eq(&both.first.scene, &both.comparison.rendered.as_ref().unwrap().scene));
     assert!(both.pixels_of_b() != b && both.first.pixels().unwrap() != a);
-    // A view of a quantity has one frame.
+    // Debug views are not averaged.
     both.wipe.settings.debug_view = Some(DebugView::Normal);
     both.until(64, |both| is_compared(both) && both.comparison.progress() == 1);
     both.wipe.other = Other::Nothing;
@@ -105,7 +105,7 @@ fn gpu_the_other_side_is_rendered_and_compared() {
     assert!(both.comparison.rendering().is_none() && both.comparison.mean().is_none());
 }
 
-/// The path tracer's image is shown as the first side is, and has light that this one does not look for; a camera that moves ends it.
+/// The path tracer's image uses A's exposure and tone map, and includes indirect light that A leaves out. A camera move cancels it.
 #[test]
 fn gpu_the_path_tracer_works_while_the_camera_rests() {
     let settings = Settings { tone_map: ToneMap::Reinhard, ..Settings::direct_light() };
@@ -118,7 +118,7 @@ fn gpu_the_path_tracer_works_while_the_camera_rests() {
     assert!(both.pixels_of_b().as_flattened() == traced.bytes, "the texture is the image");
     let light = |bytes: &[u8]| bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>();
     let (all, direct) = (light(&traced.bytes), light(both.first.pixels().unwrap().as_flattened()));
-    assert!(all > 1.05 * direct, "what comes from other surfaces is there: {all} and {direct}");
+    assert!(all > 1.05 * direct, "indirect light is missing: {all} and {direct}");
     let (first, camera) = (&both.first, both.camera.clone());
     both.comparison.draw(first, &both.wipe, &camera, false).unwrap();
     assert!(
@@ -130,26 +130,29 @@ fn gpu_the_path_tracer_works_while_the_camera_rests() {
 }
 
 #[test]
-fn gpu_a_pixel_is_found_beside_the_images() {
+fn gpu_a_pixel_is_probed_while_images_are_drawn() {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let Some(mut both) = Both::new("gpu_a_pixel_is_found_beside_the_images", &settings) else { return };
+    let Some(mut both) = Both::new("gpu_a_pixel_is_probed_while_images_are_drawn", &settings) else { return };
     both.comparison.probe(&both.first, &both.camera, [0.5, 0.97]);
-    both.until(1, |both| both.found.is_some());
-    let found = both.found.take().unwrap();
-    assert!(found.place.is_some_and(|place| place.normal.y > 0.9) && found.light_count > 0, "{found:?}");
-    // Beyond the box there is nothing.
+    both.until(1, |both| both.probe_result.is_some());
+    let probe_result = both.probe_result.take().unwrap();
+    assert!(
+        probe_result.place.is_some_and(|place| place.normal.y > 0.9) && probe_result.light_count > 0,
+        "{probe_result:?}"
+    );
+    // Outside the box the pixel shows the environment.
     both.camera.world_from_camera.translation.x += 1e4;
     both.comparison.probe(&both.first, &both.camera, [0.5, 0.97]);
-    both.until(1, |both| both.found.is_some());
-    assert_eq!(both.found.unwrap().place, None);
+    both.until(1, |both| both.probe_result.is_some());
+    assert_eq!(both.probe_result.unwrap().place, None);
 }
 
-/// Points of deep images stand where the surfaces are, and follow the camera and the scene.
+/// Points of deep images cover the surfaces, and follow the camera and the scene.
 #[test]
-fn gpu_deep_images_are_points_on_the_other_side() {
+fn gpu_deep_images_are_points_on_side_b() {
     let images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
     let settings = Settings { shadows: Shadows::BVH, structure: images.into(), ..Settings::direct_light() };
-    let Some(mut both) = Both::new("gpu_deep_images_are_points_on_the_other_side", &settings) else { return };
+    let Some(mut both) = Both::new("gpu_deep_images_are_points_on_side_b", &settings) else { return };
     both.wipe.other = Other::DeepImages;
     let at_rest =
         |both: &Both| !both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.first.averaged() > 0;
@@ -157,16 +160,16 @@ fn gpu_deep_images_are_points_on_the_other_side() {
     let points = both.pixels_of_b();
     let covered = points.iter().filter(|[r, g, b, _]| *r > 0 || *g > 0 || *b > 0).count();
     assert!(2 * covered > points.len(), "{covered} of {} pixels show a point", points.len());
-    assert!(both.comparison.mean().is_none(), "they are no image of the same thing");
+    assert!(both.comparison.mean().is_none(), "points are not compared");
     both.camera.world_from_camera.translation.x += 0.3;
     assert!(both.comparison.has_more(&both.first, &both.wipe, &both.camera));
     both.until(1, at_rest);
     let moved = both.pixels_of_b();
     assert!(moved != points);
-    both.comparison.let_go();
+    both.comparison.release_scene();
     both.first.set_lights(Vec::new()).unwrap();
     both.until(1, at_rest);
-    assert!(both.pixels_of_b() == moved, "lights change nothing of it");
+    assert!(both.pixels_of_b() == moved, "lights do not affect the points");
     both.wipe.other = Other::Nothing;
     both.until(1, |both| both.comparison.rendering().is_none());
 }

@@ -7,23 +7,23 @@ use lanternfish_scene::{Bounds, Camera, Projection};
 use super::MOST_CLUSTERS;
 use crate::controls::Controls;
 
-/// What is seen from above.
+/// The bird's-eye view.
 #[derive(Clone, Debug)]
 pub struct BirdsEye {
-    /// The first camera, and how it is moved.
+    /// The first camera and its controls.
     pub first: Controls,
-    /// Width over height of its image.
+    /// Aspect ratio of the first camera's image, width / height.
     pub aspect: f32,
-    /// Corners of its visible clusters, and how many lights they list.
+    /// Corners of visible clusters, world space, m, and the number of lights in each list. At most `MOST_CLUSTERS`.
     pub clusters: Vec<([Vec3; 8], u32)>,
-    /// How many there are.
+    /// Number of visible clusters.
     pub all: usize,
-    /// Corners of all clusters of each grid together.
+    /// Corners of each cluster grid, world space, m.
     pub outlines: Vec<[Vec3; 8]>,
 }
 
 impl BirdsEye {
-    /// `grids`: of the last frame that the first camera has seen.
+    /// Creates the view. `grids` are the cluster grids of the first camera's last frame.
     pub fn new(first: &Controls, aspect: f32, grids: &[GridContents]) -> Self {
         let mut visible: Vec<_> =
             grids.iter().flat_map(|grid| grid.visible.iter().map(move |cluster| (grid, cluster))).collect();
@@ -38,7 +38,7 @@ impl BirdsEye {
         Self { first: first.clone(), aspect, clusters, all, outlines }
     }
 
-    /// Where the second camera is at first: above and behind, on the right, where it sees most of what the first sees.
+    /// The initial second camera: above, behind and to the right of the first frustum, most of which it sees.
     pub fn camera(&self, bounds: &Bounds) -> Camera {
         let camera = &self.first.camera;
         let far = far_of(camera, bounds);
@@ -51,7 +51,7 @@ impl BirdsEye {
     }
 }
 
-/// The greatest distance along its axis of anything that a camera may see, m.
+/// The far distance of the scene along the camera's axis, m.
 pub fn far_of(camera: &Camera, bounds: &Bounds) -> f32 {
     let view_from_world = camera.world_from_camera.inverse();
     let distances = bounds.corners().map(|corner| -view_from_world.transform_point3(corner).z);

@@ -1,6 +1,6 @@
-//! Overlay: lines in the scene's space, projected on the host.
+//! Overlays: world-space lines, projected on the host.
 //!
-//! Nothing hides these lines: they are over the scene.
+//! The lines are drawn over the image without a depth test.
 
 mod birds_eye;
 mod project;
@@ -16,44 +16,45 @@ use lanternfish_scene::{Camera, Light, LightKind, Scene};
 
 pub use self::birds_eye::BirdsEye;
 use self::project::{Projector, edges, frustum};
-use crate::background::Found;
+use crate::background::ProbeResult;
 
-/// Clusters that are drawn at most: those with the most lights.
+/// Maximum number of drawn clusters. Those with the most lights are drawn.
 const MOST_CLUSTERS: usize = 6000;
-/// Lights whose ranges are drawn at most: the nearest ones.
+/// Maximum number of lights with drawn ranges. The nearest are drawn.
 const MOST_LIGHTS: usize = 64;
-/// Straight pieces of a circle.
-const PIECES: usize = 48;
+/// Line segments of a circle.
+const SEGMENTS: usize = 48;
 
 const OF_CAMERA: Color32 = Color32::from_rgb(60, 230, 80);
 const OF_CLUSTERING: Color32 = Color32::from_rgb(240, 60, 50);
 const OF_GRID: Color32 = Color32::from_rgba_premultiplied(70, 70, 70, 70);
-/// What the colours of rays mean.
-pub const RAYS: &str = "Green: open; yellow: open in part; red: in shadow";
-const OPEN: Color32 = Color32::from_rgb(90, 240, 90);
-const IN_PART: Color32 = Color32::from_rgb(250, 210, 60);
+/// Colour key of rays to lights.
+pub const RAYS: &str = "Green: visible; yellow: partly visible; red: in shadow";
+const VISIBLE: Color32 = Color32::from_rgb(90, 240, 90);
+const PARTLY_VISIBLE: Color32 = Color32::from_rgb(250, 210, 60);
 const BLOCKED: Color32 = Color32::from_rgb(240, 70, 60);
-/// What the colours of rays of indirect light mean.
-pub const INDIRECT_RAYS: &str = "64 directions by the cosine, through the scene itself. Blue: to the surface that sends light back; grey: out of the scene";
+/// Colour key of indirect rays.
+pub const INDIRECT_RAYS: &str =
+    "64 cosine-distributed rays, traced through the scene's triangles. Blue: hits a surface; grey: leaves the scene";
 const HIT: Color32 = Color32::from_rgb(110, 190, 255);
-const LEAVES: Color32 = Color32::from_rgba_premultiplied(120, 120, 120, 160);
+const MISS: Color32 = Color32::from_rgba_premultiplied(120, 120, 120, 160);
 
-/// What is drawn over the image.
+/// Switches and state of overlays.
 #[derive(Debug)]
 pub struct Overlays {
-    /// True if the bird's-eye view is requested.
+    /// True if a change to or from the bird's-eye view is requested.
     pub wants_birds_eye: bool,
-    /// The view from above, while it is shown.
+    /// The bird's-eye view; `None` while it is off.
     pub birds_eye: Option<BirdsEye>,
-    /// True if the view from above shows visible clusters.
+    /// True if the bird's-eye view shows visible clusters.
     pub clusters: bool,
-    /// Whether tiles, or columns of clusters, are drawn over the image.
+    /// True if tiles or columns of clusters are drawn over the image.
     pub grid: bool,
-    /// True if ranges of lights are drawn.
+    /// True if light ranges are drawn.
     pub ranges: bool,
-    /// True if lines to the lights of the clicked pixel are drawn.
+    /// True if rays from the clicked pixel to its lights are drawn.
     pub rays: bool,
-    /// True if rays that look for indirect light from the clicked pixel are drawn.
+    /// True if indirect rays from the clicked pixel are drawn.
     pub indirect_rays: bool,
 }
 
@@ -71,43 +72,43 @@ impl Default for Overlays {
     }
 }
 
-/// What overlays are of.
+/// The inputs of overlays.
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// How it is rendered.
+    /// The render settings.
     pub settings: &'a Settings,
-    /// Where it is seen from.
+    /// The current camera.
     pub camera: &'a Camera,
-    /// What lies under the pixel that was clicked.
-    pub found: Option<&'a Found>,
-    /// Pixels of the image.
+    /// The probe of the clicked pixel.
+    pub probe_result: Option<&'a ProbeResult>,
+    /// Width and height of the image, pixels.
     pub size: [u32; 2],
 }
 
-/// Draws what is requested over the image, which is at `place`.
-pub fn paint(ui: &Ui, place: Rect, overlays: &Overlays, drawn: &Drawn<'_>) {
-    let painter = ui.painter().with_clip_rect(place.intersect(ui.clip_rect()));
-    let wire = Wire { painter: &painter, projector: Projector::new(drawn.camera, place) };
+/// Draws the requested overlays over the image in `rect`.
+pub fn paint(ui: &Ui, rect: Rect, overlays: &Overlays, drawn: &Drawn<'_>) {
+    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
+    let wire = Wire { painter: &painter, projector: Projector::new(drawn.camera, rect) };
     if overlays.grid && overlays.birds_eye.is_none() {
-        grid(&painter, place, drawn);
+        grid(&painter, rect, drawn);
     }
     if overlays.ranges {
         ranges(&wire, overlays.birds_eye.as_ref().map_or(drawn.camera, |view| &view.first.camera), drawn);
     }
     if let Some(view) = &overlays.birds_eye {
-        from_above(&wire, view, overlays.clusters, drawn.scene);
+        draw_birds_eye(&wire, view, overlays.clusters, drawn.scene);
     }
-    if let Some(found) = drawn.found.filter(|_| overlays.indirect_rays) {
-        indirect_rays(&wire, found, drawn.scene);
+    if let Some(probe_result) = drawn.probe_result.filter(|_| overlays.indirect_rays) {
+        indirect_rays(&wire, probe_result, drawn.scene);
     }
-    if let Some(found) = drawn.found.filter(|_| overlays.rays) {
-        rays(&wire, found, drawn.scene);
+    if let Some(probe_result) = drawn.probe_result.filter(|_| overlays.rays) {
+        rays(&wire, probe_result, drawn.scene);
     }
 }
 
-/// Lines of the scene's space.
+/// Draws world-space lines.
 struct Wire<'a> {
     painter: &'a Painter,
     projector: Projector,
@@ -128,15 +129,15 @@ impl Wire<'_> {
     fn sphere(&self, middle: Vec3, radius: f32, stroke: Stroke) {
         for [u, v] in [[Vec3::X, Vec3::Y], [Vec3::Y, Vec3::Z], [Vec3::Z, Vec3::X]] {
             let at = |i: usize| {
-                let (sin, cos) = (std::f32::consts::TAU * i as f32 / PIECES as f32).sin_cos();
+                let (sin, cos) = (std::f32::consts::TAU * i as f32 / SEGMENTS as f32).sin_cos();
                 middle + radius * (cos * u + sin * v)
             };
-            (0..PIECES).for_each(|i| self.line(at(i), at(i + 1), stroke));
+            (0..SEGMENTS).for_each(|i| self.line(at(i), at(i + 1), stroke));
         }
     }
 }
 
-/// Points of the window between lines that divide the image; none where it is not divided so.
+/// Side of a tile or cluster column, pixels; `None` if the settings use neither.
 fn spacing(settings: &Settings) -> Option<u32> {
     let culling = &settings.culling;
     let tiles = culling.get::<Tiled>().map(|tiled| tiled.tile_size);
@@ -148,25 +149,25 @@ fn spacing(settings: &Settings) -> Option<u32> {
     tiles.map(TileSize::pixels).or(clusters)
 }
 
-/// True if something divides the image that could be drawn over it.
+/// True if the settings divide the image into tiles or cluster columns.
 pub fn has_grid(settings: &Settings) -> bool {
     spacing(settings).is_some()
 }
 
-/// Tiles, or columns of clusters: from the left and the top edge.
-fn grid(painter: &Painter, place: Rect, drawn: &Drawn<'_>) {
+/// Draws the edges of tiles or cluster columns, which start at the left and top edges.
+fn grid(painter: &Painter, rect: Rect, drawn: &Drawn<'_>) {
     let Some(pixels) = spacing(drawn.settings) else { return };
     let [width, height] = drawn.size;
     let stroke = Stroke::new(1.0, OF_GRID);
     for x in (pixels..width).step_by(pixels as usize) {
-        painter.vline(egui::lerp(place.x_range(), x as f32 / width as f32), place.y_range(), stroke);
+        painter.vline(egui::lerp(rect.x_range(), x as f32 / width as f32), rect.y_range(), stroke);
     }
     for y in (pixels..height).step_by(pixels as usize) {
-        painter.hline(place.x_range(), egui::lerp(place.y_range(), y as f32 / height as f32), stroke);
+        painter.hline(rect.x_range(), egui::lerp(rect.y_range(), y as f32 / height as f32), stroke);
     }
 }
 
-/// Spheres of the lights nearest to a camera, as far as they reach, each in its colour.
+/// Draws range spheres of the lights nearest to a camera, in each light's colour.
 fn ranges(wire: &Wire<'_>, camera: &Camera, drawn: &Drawn<'_>) {
     let settings = drawn.settings;
     let reach = |light: &Light| light.effective_range(settings.attenuation, settings.range_threshold);
@@ -185,8 +186,8 @@ fn ranges(wire: &Wire<'_>, camera: &Camera, drawn: &Drawn<'_>) {
     }
 }
 
-/// The first camera's frustum, that of its clusters, and visible clusters in their whole extent, coloured by their lights.
-fn from_above(wire: &Wire<'_>, view: &BirdsEye, shows_clusters: bool, scene: &Scene) {
+/// Draws the first camera's frustum, its cluster grids, and visible clusters in full extent, coloured by light count.
+fn draw_birds_eye(wire: &Wire<'_>, view: &BirdsEye, shows_clusters: bool, scene: &Scene) {
     if shows_clusters {
         for (corners, lights) in &view.clusters {
             wire.edges(corners, Stroke::new(1.0, heat(*lights)));
@@ -200,7 +201,7 @@ fn from_above(wire: &Wire<'_>, view: &BirdsEye, shows_clusters: bool, scene: &Sc
     wire.edges(&corners, Stroke::new(2.0, OF_CAMERA));
 }
 
-/// The colours of debug view `cluster-lights`: a factor of four each from none to 1,023.
+/// The colours of debug view `cluster-lights`: 0 to 1,023 lights, a factor of four per colour.
 fn heat(lights: u32) -> Color32 {
     const STOPS: [[f32; 3]; 6] = [
         [90.0, 90.0, 90.0],
@@ -210,26 +211,26 @@ fn heat(lights: u32) -> Color32 {
         [255.0, 255.0, 0.0],
         [255.0, 0.0, 0.0],
     ];
-    let place = ((1.0 + lights as f32).log2() / 2.0).min(5.0);
-    let first = (place as usize).min(4);
-    let fraction = place - first as f32;
+    let position = ((1.0 + lights as f32).log2() / 2.0).min(5.0);
+    let first = (position as usize).min(4);
+    let fraction = position - first as f32;
     let channel = |i: usize| (STOPS[first][i] + fraction * (STOPS[first + 1][i] - STOPS[first][i])) as u8;
     Color32::from_rgba_unmultiplied(channel(0), channel(1), channel(2), 130)
 }
 
-/// From the surface that was clicked to each of its lights.
-fn rays(wire: &Wire<'_>, found: &Found, scene: &Scene) {
-    let Some(place) = &found.place else { return };
+/// Draws rays from the clicked surface to each of its lights.
+fn rays(wire: &Wire<'_>, probe_result: &ProbeResult, scene: &Scene) {
+    let Some(place) = &probe_result.place else { return };
     let size = scene.bounds().size().length();
-    for at in &found.lights {
+    for at in &probe_result.lights {
         let Some(light) = scene.lights.get(at.light) else { continue };
         let end = match light.kind {
             LightKind::Directional => place.p - size * light.direction,
             _ => light.position,
         };
         let color = match at.open() {
-            open if open >= 0.995 => OPEN,
-            open if open > 0.0 => IN_PART,
+            visibility if visibility >= 0.995 => VISIBLE,
+            visibility if visibility > 0.0 => PARTLY_VISIBLE,
             _ => BLOCKED,
         };
         wire.line(place.p, end, Stroke::new(1.5, color));
@@ -242,13 +243,13 @@ fn rays(wire: &Wire<'_>, found: &Found, scene: &Scene) {
     }
 }
 
-/// From the surface that was clicked to what sends light back to it.
-fn indirect_rays(wire: &Wire<'_>, found: &Found, scene: &Scene) {
-    let Some(place) = &found.place else { return };
+/// Draws indirect rays from the clicked surface to their hit points.
+fn indirect_rays(wire: &Wire<'_>, probe_result: &ProbeResult, scene: &Scene) {
+    let Some(place) = &probe_result.place else { return };
     let size = scene.bounds().size().length();
-    for ray in &found.rays {
+    for ray in &probe_result.rays {
         let end = place.p + ray.distance.unwrap_or(size) * ray.direction;
-        let color = if ray.distance.is_some() { HIT } else { LEAVES };
+        let color = if ray.distance.is_some() { HIT } else { MISS };
         wire.line(place.p, end, Stroke::new(1.0, color));
         if let (Some(end), true) = (wire.projector.point(end), ray.distance.is_some()) {
             wire.painter.circle_filled(end, 2.5, color);
@@ -256,17 +257,17 @@ fn indirect_rays(wire: &Wire<'_>, found: &Found, scene: &Scene) {
     }
 }
 
-/// The switches.
+/// Draws the switches of overlays.
 pub fn switches(ui: &mut Ui, overlays: &mut Overlays, settings: &Settings) {
     let is_shown = overlays.birds_eye.is_some();
-    let words = if is_shown { "Back to the camera (V)" } else { "Bird\u{2019}s-eye view (V)" };
-    let button = ui.button(words).on_hover_text(
-        "A second camera looks at the first one: its frustum in green, that of its clusters in red, and the clusters in which it sees surfaces",
+    let text = if is_shown { "Back to the camera (V)" } else { "Bird\u{2019}s-eye view (V)" };
+    let button = ui.button(text).on_hover_text(
+        "A second camera shows the first one: its frustum in green, its cluster grid in red, and its visible clusters",
     );
     overlays.wants_birds_eye ^= button.clicked();
     if let Some(view) = &overlays.birds_eye {
         ui.checkbox(&mut overlays.clusters, "Visible clusters").on_hover_text(
-            "In their whole extent, not cut to the surfaces in them. Grey lists no light, blue 3, cyan 15, green 63, yellow 255, red 1,023",
+            "In full extent. Lights per cluster: grey 0, blue 3, cyan 15, green 63, yellow 255, red 1,023",
         );
         ui.label(match (view.clusters.len(), view.all) {
             (_, 0) => "Only `culling clustered` has clusters.".to_owned(),
@@ -275,9 +276,9 @@ pub fn switches(ui: &mut Ui, overlays: &mut Overlays, settings: &Settings) {
         });
     }
     ui.add_enabled(has_grid(settings), egui::Checkbox::new(&mut overlays.grid, "Tiles or clusters on the image"))
-        .on_hover_text("Where the image is divided into lists of lights");
+        .on_hover_text("Tiles or clusters, each with its list of lights");
     ui.checkbox(&mut overlays.ranges, "Ranges of lights")
-        .on_hover_text(format!("Spheres of the {MOST_LIGHTS} nearest lights, as far as they reach"));
+        .on_hover_text(format!("Range spheres of the {MOST_LIGHTS} nearest lights"));
     ui.checkbox(&mut overlays.rays, "Rays to the lights of the clicked pixel").on_hover_text(RAYS);
     ui.checkbox(&mut overlays.indirect_rays, "Rays of its indirect light").on_hover_text(INDIRECT_RAYS);
 }
@@ -289,7 +290,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_are_those_of_the_debug_view() {
+    fn colours_match_the_debug_view() {
         let rgb = |lights| {
             let color = heat(lights).to_srgba_unmultiplied();
             [color[0], color[1], color[2]].map(|byte| byte > 128)
@@ -307,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_divides_the_image_has_a_grid() {
+    fn only_tiles_and_clusters_have_a_grid() {
         let with = |culling| has_grid(&Settings { culling, ..Settings::default() });
         assert!(with(Culling::default()) && !with(Culling::NONE));
     }

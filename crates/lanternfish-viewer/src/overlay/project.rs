@@ -1,35 +1,35 @@
-//! From places of the world to places of the image, on the host: lines are cut where the camera does not see.
+//! Projection of world-space points and lines to the image, on the host. Lines are clipped to the frustum.
 
 use egui::{Pos2, Rect, pos2};
 use glam::{Affine3A, Vec2, Vec3};
 use lanternfish_scene::{Camera, Projection};
 
-/// A camera and the image of it.
+/// Projects world space to the image of a camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Projector {
     view_from_world: Affine3A,
-    /// Left, right, bottom, top: slopes, or m where lines are parallel.
+    /// Left, right, bottom, top of the frustum: slopes, or m for an orthographic camera.
     sides: [f32; 4],
-    /// Least distance along the axis that is drawn, m; none where lines are parallel.
+    /// Near distance along the axis, m; `None` for an orthographic camera.
     near: Option<f32>,
     rendering: Rect,
 }
 
 impl Projector {
-    /// `rendering`: where all of what the camera sees is.
+    /// Creates a projector. `rendering` is the rectangle of the image, points.
     pub fn new(camera: &Camera, rendering: Rect) -> Self {
         let aspect = rendering.width() / rendering.height().max(1.0);
         let (sides, near) = sides(camera, aspect);
         Self { view_from_world: camera.world_from_camera.inverse(), sides, near, rendering }
     }
 
-    /// Where a place of the world is in the image or beside it; none behind the camera.
+    /// The image position of a world-space point, points, which may lie outside the image. `None` if nearer than the near plane.
     pub fn point(&self, p_world: Vec3) -> Option<Pos2> {
         let p_view = self.view_from_world.transform_point3(p_world);
         self.near.is_none_or(|near| -p_view.z >= near).then(|| self.place(p_view))
     }
 
-    /// The part of a line that is in the image.
+    /// The part of a world-space line that lies in the image.
     pub fn segment(&self, a: Vec3, b: Vec3) -> Option<[Pos2; 2]> {
         let [mut a, mut b] = [a, b].map(|p| self.view_from_world.transform_point3(p));
         if let Some(near) = self.near {
@@ -43,7 +43,7 @@ impl Projector {
                 b = cut(b, a);
             }
         }
-        within(self.rendering, self.place(a), self.place(b))
+        clip(self.rendering, self.place(a), self.place(b))
     }
 
     fn place(&self, p_view: Vec3) -> Pos2 {
@@ -57,7 +57,7 @@ impl Projector {
     }
 }
 
-/// The sides of what a camera sees, and its nearest distance where it has an eye.
+/// The sides of a camera's frustum, and its near distance; `None` for an orthographic camera.
 fn sides(camera: &Camera, aspect: f32) -> ([f32; 4], Option<f32>) {
     match camera.projection {
         Projection::Orthographic { half_height, .. } => {
@@ -67,7 +67,7 @@ fn sides(camera: &Camera, aspect: f32) -> ([f32; 4], Option<f32>) {
     }
 }
 
-/// Corners of what a camera sees between two distances, world space, m: x first, then y, then the distance.
+/// Corners of a camera's frustum between two distances, world space, m. Bit 0 of the index selects x, bit 1 y, bit 2 the distance.
 pub fn frustum(camera: &Camera, aspect: f32, [near, far]: [f32; 2]) -> [Vec3; 8] {
     let ([left, right, bottom, top], eye) = sides(camera, aspect);
     std::array::from_fn(|corner| {
@@ -79,34 +79,34 @@ pub fn frustum(camera: &Camera, aspect: f32, [near, far]: [f32; 2]) -> [Vec3; 8]
     })
 }
 
-/// The twelve edges of what has such corners.
+/// The twelve edges of a hexahedron with these corners.
 pub fn edges(corners: &[Vec3; 8]) -> impl Iterator<Item = [Vec3; 2]> {
     let of_axis =
         |axis: usize| (0..8).filter(move |corner| corner & axis == 0).map(move |corner| [corner, corner | axis]);
     [1, 2, 4].into_iter().flat_map(of_axis).map(|pair| pair.map(|corner| corners[corner]))
 }
 
-/// The part of a line that is in a rectangle, by the method of Liang and Barsky.
-fn within(rect: Rect, a: Pos2, b: Pos2) -> Option<[Pos2; 2]> {
+/// The part of a line that lies in a rectangle (Liang–Barsky clipping).
+fn clip(rect: Rect, a: Pos2, b: Pos2) -> Option<[Pos2; 2]> {
     let along = b - a;
     let (mut from, mut to) = (0.0f32, 1.0f32);
-    for (step, room) in [
+    for (step, margin) in [
         (-along.x, a.x - rect.left()),
         (along.x, rect.right() - a.x),
         (-along.y, a.y - rect.top()),
         (along.y, rect.bottom() - a.y),
     ] {
         if step == 0.0 {
-            if room < 0.0 {
+            if margin < 0.0 {
                 return None;
             }
         } else if step < 0.0 {
-            from = from.max(room / step);
+            from = from.max(margin / step);
         } else {
-            to = to.min(room / step);
+            to = to.min(margin / step);
         }
     }
-    // What is not a number is nowhere.
+    // Lines with NaN coordinates are rejected.
     (from <= to && along.x.is_finite() && along.y.is_finite()).then(|| [a + from * along, a + to * along])
 }
 
@@ -122,10 +122,10 @@ mod tests {
     }
 
     #[test]
-    fn places_are_where_the_camera_sees_them() {
+    fn points_are_projected_to_their_image_positions() {
         let (camera, projector) = projector();
         assert_eq!(projector.point(Vec3::ZERO), Some(pos2(300.0, 150.0)));
-        // 5 m ahead the image is 10 m high: 20 points a metre. Up is up.
+        // At 5 m the image is 10 m high: 20 points per metre. +y is up in the image.
         let up = projector.point(Vec3::new(1.0, 2.0, 0.0)).unwrap();
         assert!((up - pos2(320.0, 110.0)).length() < 1e-3, "{up}");
         assert_eq!(projector.point(Vec3::new(0.0, 0.0, 6.0)), None, "behind");
@@ -140,9 +140,9 @@ mod tests {
     }
 
     #[test]
-    fn lines_end_at_the_near_plane_and_at_the_image() {
+    fn lines_are_clipped_to_the_near_plane_and_the_image() {
         let (_, projector) = projector();
-        // From before the camera to behind it, 1 m to the right: its near end is far to the right.
+        // A line from in front of the camera to behind it, 1 m to the right: the clipped end lies at the right edge.
         let [a, b] = projector.segment(Vec3::new(1.0, 0.0, 0.0), Vec3::new(1.0, 0.0, 20.0)).unwrap();
         assert!((a - pos2(320.0, 150.0)).length() < 1e-3 && (b - pos2(500.0, 150.0)).length() < 1e-2, "{a} {b}");
         assert_eq!(projector.segment(Vec3::new(0.0, 0.0, 6.0), Vec3::new(1.0, 0.0, 9.0)), None);

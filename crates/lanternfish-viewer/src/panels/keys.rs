@@ -19,7 +19,7 @@ const KEYS: [(&str, &str); 19] = [
     ("V", "Bird's-eye view: a second camera shows the first one and its clusters"),
     ("Space", "Play and pause animations and light rain"),
     (", .", "Step one frame back, forward"),
-    ("F2", "A screenshot"),
+    ("F2", "Write a screenshot"),
     ("F3", "Hide and show the panels"),
     ("F4", "Save a shot: a file that renders this view"),
     ("F5", "Copy a command line that renders this view"),
@@ -27,18 +27,18 @@ const KEYS: [(&str, &str); 19] = [
     ("F1", "This help; Escape closes it, or the window"),
 ];
 
-/// The page that tells of them.
+/// Draws the list of keys.
 pub fn page(ui: &mut Ui) {
     egui::Grid::new("keys").show(ui, |ui| {
-        for (key, words) in KEYS {
+        for (key, help) in KEYS {
             ui.strong(key);
-            ui.label(words);
+            ui.label(help);
             ui.end_row();
         }
     });
 }
 
-/// Takes the keys that belong to no widget.
+/// Handles keys that no widget uses.
 pub fn take(ui: &Ui, state: &mut State, requested: &mut Requested) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;

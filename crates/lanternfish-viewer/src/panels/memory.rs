@@ -1,4 +1,4 @@
-//! Device memory: amounts by use, and capacities of lists.
+//! Device memory by use, and capacities of lists.
 
 use std::{
     collections::BTreeMap,
@@ -11,28 +11,28 @@ use lanternfish::FrameMemory;
 use super::Facts;
 use crate::viewport::Viewport;
 
-/// How often it is asked, at most.
+/// Shortest time between two queries.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// What is on the device.
+/// Device memory.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
-    requested: Option<Instant>,
-    /// What frames keep.
+    queried: Option<Instant>,
+    /// Memory that is kept between frames.
     pub frames: FrameMemory,
-    /// Bytes of everything, by what it is for: the first word of its label. Empty where the driver is not wgpu's to ask.
+    /// Bytes of all allocations by use: the first part of each label. Empty if the backend reports no allocations.
     pub by_use: Vec<(String, u64)>,
-    /// Bytes that were taken of the device for all of it; 0 where that is not known.
+    /// Bytes that the allocator has reserved on the device; 0 if unknown.
     pub reserved: u64,
 }
 
 impl Memory {
-    /// Asks again, unless it has just been asked.
-    pub fn ask_again(&mut self, viewport: &Viewport) {
-        if self.requested.is_some_and(|requested| requested.elapsed() < PERIOD) {
+    /// Queries the memory, at most once per [`PERIOD`].
+    pub fn refresh(&mut self, viewport: &Viewport) {
+        if self.queried.is_some_and(|queried| queried.elapsed() < PERIOD) {
             return;
         }
-        (self.requested, self.frames) = (Some(Instant::now()), viewport.memory());
+        (self.queried, self.frames) = (Some(Instant::now()), viewport.memory());
         if let Some(report) = viewport.gpu.device.generate_allocator_report() {
             let all = report.allocations.iter().map(|one| (one.name.as_str(), one.size));
             (self.by_use, self.reserved) = (by_use(all), report.total_reserved_bytes);
@@ -40,11 +40,11 @@ impl Memory {
     }
 }
 
-/// Sums by the first word of each label, the largest first.
+/// Sums by the first part of each label, largest first.
 fn by_use<'a>(all: impl Iterator<Item = (&'a str, u64)>) -> Vec<(String, u64)> {
     let mut sums = BTreeMap::new();
     for (label, bytes) in all {
-        let word = label.split('/').next().filter(|word| !word.is_empty()).unwrap_or("without a name");
+        let word = label.split('/').next().filter(|word| !word.is_empty()).unwrap_or("unnamed");
         *sums.entry(word).or_insert(0) += bytes;
     }
     let mut sums: Vec<_> = sums.into_iter().map(|(word, bytes)| (word.to_owned(), bytes)).collect();
@@ -55,15 +55,15 @@ fn by_use<'a>(all: impl Iterator<Item = (&'a str, u64)>) -> Vec<(String, u64)> {
 pub fn show(ui: &mut Ui, facts: &Facts<'_>) {
     let Memory { frames, by_use, reserved, .. } = facts.memory;
     ui.label(format!("{} kept for the next frame", mib(frames.bytes)))
-        .on_hover_text("Buffers and textures of frames, which the next one uses again");
+        .on_hover_text("Buffers and textures of a frame that the next one reuses");
     if !by_use.is_empty() {
         let all = by_use.iter().map(|(_, bytes)| bytes).sum();
-        ui.label(format!("{} on the device in all, of {} reserved", mib(all), mib(*reserved)));
+        ui.label(format!("{} on the device in total, of {} reserved", mib(all), mib(*reserved)));
         table(ui, "memory", by_use.iter().map(|(word, bytes)| (word.as_str(), mib(*bytes))));
     }
     if !frames.lists.is_empty() {
         ui.strong("List capacities, elements");
-        table(ui, "rooms", frames.lists.iter().map(|(name, room)| (*name, room.to_string())));
+        table(ui, "capacities", frames.lists.iter().map(|(name, capacity)| (*name, capacity.to_string())));
     }
 }
 
@@ -86,10 +86,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_is_summed_by_what_it_is_for() {
+    fn memory_is_summed_by_use() {
         let all = [("scene/positions", 10), ("indirect/layers", 3), ("scene/lights", 1), ("", 2)];
-        let expected =
-            [("scene", 11), ("indirect", 3), ("without a name", 2)].map(|(word, bytes)| (word.to_owned(), bytes));
+        let expected = [("scene", 11), ("indirect", 3), ("unnamed", 2)].map(|(word, bytes)| (word.to_owned(), bytes));
         assert_eq!(by_use(all.into_iter()), expected);
         assert_eq!(mib(3 << 19), "1.5 MiB");
     }

@@ -1,4 +1,4 @@
-//! Panels around the image: settings, passes and their times, animation, keys.
+//! Panels around the image: settings, stereo, comparison, pixel, lights, overlays, pass times, memory, animation, keys.
 
 mod keys;
 mod lights;
@@ -34,48 +34,48 @@ use crate::{
     wipe::{Other, Textures, Wipe},
 };
 
-/// What the panels change.
+/// The state that the panels change.
 #[derive(Debug)]
 pub struct State {
-    /// What is requested.
+    /// Settings of A.
     pub settings: Settings,
-    /// What is on the other side of the line, and where that is.
+    /// The comparison with B.
     pub wipe: Wipe,
-    /// True if two eyes see it.
+    /// The stereo setting.
     pub stereo: Stereo,
-    /// The pixel that was clicked.
+    /// The clicked pixel.
     pub pointed: Option<Pointed>,
-    /// Which lights are listed.
+    /// State of the list of lights.
     pub listing: Listing,
-    /// Those that a click on "as it was" goes back to.
-    pub usual: Settings,
-    /// The camera and how it moves.
+    /// The settings that "Reset all" restores: those at the start, or of the opened file.
+    pub defaults: Settings,
+    /// The camera and its controls.
     pub controls: Controls,
-    /// What is drawn over the image.
+    /// The overlays.
     pub overlays: Overlays,
-    /// The pass whose writing is shown.
+    /// The pass whose output is shown.
     pub written: Option<Written>,
-    /// What is played.
+    /// The playback of animation and light rain.
     pub clip: Option<Clip>,
-    /// A line that tells of the last thing that went wrong, or was done.
+    /// The last message: an error or a result.
     pub message: String,
-    /// True if the page of keys is shown.
+    /// True if the list of keys is shown.
     pub shows_keys: bool,
     /// True if the panels are shown.
     pub shows_panels: bool,
-    /// Whether everything behind headings was last unfolded at once, or folded.
+    /// True if all sections were last expanded at once, false if collapsed.
     pub is_unfolded: bool,
-    /// What becomes of all headings in this frame: unfolded, or folded.
+    /// Expands (true) or collapses (false) all sections in this frame.
     pub unfold: Option<bool>,
 }
 
 impl State {
-    /// The eyes that the image is for; none: one.
+    /// The eyes of the stereo image; `None` for a mono image.
     pub fn eyes(&self) -> Option<Eyes> {
         self.stereo.of(&self.controls.camera)
     }
 
-    /// Shows it to two eyes, or to one again. There is no B beside two eyes.
+    /// Switches stereo on or off. Stereo ends the comparison with B.
     pub fn show_stereo(&mut self, is_shown: bool) {
         self.stereo.is_shown = is_shown;
         if is_shown && self.wipe.other != Other::Nothing {
@@ -85,25 +85,25 @@ impl State {
     }
 }
 
-/// What is played, an animation of the scene or light rain or both, and which moment of it is shown.
+/// The playback of an animation, light rain or both, and the time that is shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
     /// Names of all animations.
     pub names: Vec<String>,
-    /// Which of them is played, by its index. None: light rain alone.
+    /// Index of the selected animation; `None` for light rain alone.
     pub animation: Option<usize>,
-    /// Seconds until the animation begins again; of light rain alone, as many as can be chosen.
+    /// Duration of the animation, or range of the time slider for light rain alone, s.
     pub duration: f32,
-    /// Whether there is light rain. It falls on where an animation begins again.
+    /// True if there is light rain. It continues when the animation loops.
     pub has_rain: bool,
-    /// When, s.
+    /// The time that is shown, s.
     pub time: f32,
-    /// True if time passes.
+    /// True while playing.
     pub is_playing: bool,
 }
 
 impl Clip {
-    /// Lets `seconds` pass. An animation begins again after its end by itself; time does so where nothing else needs it.
+    /// Advances the time by `seconds`. Without rain the time wraps at the duration. With rain it does not, and the animation loops on its own.
     pub fn go_on(&mut self, seconds: f32) {
         self.time += seconds;
         if !self.has_rain {
@@ -111,68 +111,68 @@ impl Clip {
         }
     }
 
-    /// What is left where the rain falls no more.
+    /// The clip without rain; `None` if it has no animation.
     pub fn without_rain(self) -> Option<Self> {
         self.animation.map(|_| Self { has_rain: false, ..self })
     }
 }
 
-/// What the panels tell of.
+/// The data that the panels display.
 #[derive(Debug)]
 pub struct Facts<'a> {
     /// The scene's name.
     pub name: &'a str,
     /// The scene.
     pub scene: &'a Scene,
-    /// Its triangles.
+    /// Number of triangles.
     pub triangle_count: usize,
-    /// What renders.
+    /// The adapter that renders.
     pub adapter: &'a AdapterDescription,
-    /// Pixels of the image, or of each eye's.
+    /// Width and height of the image, or of each eye's, pixels.
     pub size: [u32; 2],
-    /// The eyes that it is for; none: one.
+    /// The eyes of the stereo image; `None` for a mono image.
     pub eyes: Option<Eyes>,
-    /// Frames that it is the mean of.
+    /// Number of frames that the image averages.
     pub averaged: u32,
     /// Device time of each pass of the last frame.
     pub passes: &'a [PassTime],
-    /// Entries of its lists, by their names.
+    /// Counters of the last frame: name and value.
     pub counters: &'a [(String, u64)],
-    /// What is on the device.
+    /// Device memory.
     pub memory: &'a Memory,
-    /// Milliseconds from when a frame is begun to when the device is done with it.
+    /// Time of a frame from recording to completion, ms.
     pub frame_ms: f64,
-    /// Milliseconds that panels and painting take, once that is known.
+    /// Average time of panels and paint, ms; `None` before the first measurement.
     pub window_ms: Option<f64>,
-    /// The images.
+    /// Textures of the images.
     pub textures: Textures,
-    /// Frames that the other side's image is the mean of, or samples of each of its pixels.
+    /// Number of frames that B averages, or its samples per pixel.
     pub progress_of_b: u64,
-    /// How different the two sides look, 0 to 1, once that is known.
+    /// Mean ꟻLIP error of A and B, 0 to 1; `None` until it is computed.
     pub mean_difference: Option<f32>,
 }
 
-/// What is asked of the window.
+/// Requests of the panels to the window.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Requested {
-    /// A file with the image.
+    /// Write a screenshot.
     pub screenshot: bool,
-    /// What is seen, in a form that renders it.
+    /// Write the current view in this form.
     pub write: Option<Form>,
-    /// What lies under a pixel: shares of an image's sides, and which eye's it is.
+    /// Probe a pixel: position in the image, 0 to 1 from the top left, and index of the eye.
     pub pixel: Option<(Vec2, usize)>,
-    /// Another light.
+    /// Edit a light.
     pub edit: Option<Edit>,
-    /// To be closed.
+    /// Close the window.
     pub close: bool,
-    /// Points that are left for the image, or each eye's, across and down.
-    pub room: Vec2,
-    /// True if the camera was moved by hand.
+    /// Size of the image's area, or of each eye's, points.
+    pub viewport_size: Vec2,
+    /// True if the user moved the camera.
     pub is_moving: bool,
 }
 
 impl Requested {
-    /// What was asked first, and now.
+    /// Merges the requests of two passes over the panels; values of the later one take precedence.
     pub fn and(self, now: Self) -> Self {
         Self {
             screenshot: self.screenshot | now.screenshot,
@@ -185,7 +185,7 @@ impl Requested {
     }
 }
 
-/// Draws everything, and takes what was clicked and pressed. `seconds`: since the last time.
+/// Draws the panels and the image, and handles input. `seconds`: time since the last call.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> Requested {
     let mut requested = Requested::default();
     keys::take(ui, state, &mut requested);
@@ -212,17 +212,17 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     requested
 }
 
-/// What is wider than its panel is scrolled: a wider panel would leave another room for the image, whose mean would begin again.
+/// A scroll area for contents wider than their panel. A wider panel would resize the viewport and restart accumulation.
 fn scrolled(name: &str) -> egui::ScrollArea {
     egui::ScrollArea::both().id_salt(name).auto_shrink([false, true])
 }
 
-/// What is behind headings on the right.
+/// The sections of the right panel.
 fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, requested: &mut Requested) {
     let unfold = state.unfold;
     let heading = |name: &'static str| egui::CollapsingHeader::new(name).open(unfold);
-    heading("Two eyes").show(ui, |ui| stereo::show(ui, state));
-    heading("Two sides").show(ui, |ui| sides::show(ui, state, facts));
+    heading("Stereo").show(ui, |ui| stereo::show(ui, state));
+    heading("Compare").show(ui, |ui| sides::show(ui, state, facts));
     heading("Pixel").show(ui, |ui| {
         if pixel::show(ui, state, facts) {
             focus(state, requested);
@@ -238,25 +238,25 @@ fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, requested: &mut Requ
     heading("Memory").show(ui, |ui| memory::show(ui, facts));
 }
 
-/// The settings of the side that the panel is of.
+/// The settings of the edited side.
 fn settings(ui: &mut Ui, state: &mut State) {
     let of_b = state.wipe.edits_b;
-    let exchange = |state: &mut State| std::mem::swap(&mut state.settings, &mut state.wipe.settings);
+    let swap = |state: &mut State| std::mem::swap(&mut state.settings, &mut state.wipe.settings);
     if of_b {
-        exchange(state);
+        swap(state);
     }
     let shown = state.settings.debug_view;
     parameters::show(ui, state);
     if state.settings.debug_view != shown {
-        // Another one was chosen by hand.
+        // The user chose another debug view.
         state.written = None;
     }
     if of_b {
-        exchange(state);
+        swap(state);
     }
 }
 
-/// Looks at the surface that was clicked.
+/// Points the camera at the clicked surface.
 fn focus(state: &mut State, requested: &mut Requested) {
     if let Some(place) = state.pointed.as_ref().and_then(Pointed::place) {
         state.controls.focus(place.p);
@@ -264,7 +264,7 @@ fn focus(state: &mut State, requested: &mut Requested) {
     }
 }
 
-/// What is played, and what went wrong.
+/// Playback, fly speed and the last message.
 fn below(ui: &mut Ui, state: &mut State) {
     ui.horizontal(|ui| {
         if let Some(clip) = &mut state.clip {
@@ -281,8 +281,7 @@ fn below(ui: &mut Ui, state: &mut State) {
             let times = clip.time.min(0.0)..=clip.duration.max(clip.time);
             ui.add(egui::Slider::new(&mut clip.time, times).suffix(" s"));
         }
-        ui.label(format!("{:.2} m/s", state.controls.speed))
-            .on_hover_text("How fast the camera flies: the wheel changes it");
+        ui.label(format!("{:.2} m/s", state.controls.speed)).on_hover_text("Fly speed; the wheel changes it");
         ui.label(&state.message);
         if ui.small_button("Keys (F1)").clicked() {
             state.shows_keys = true;

@@ -1,4 +1,4 @@
-//! A widget for every setting, made from what techniques and settings state of themselves.
+//! A widget for every setting, built from the parameter descriptions of techniques and settings.
 
 use egui::Ui;
 use lanternfish::{
@@ -8,30 +8,30 @@ use lanternfish::{
 
 use super::State;
 
-/// A setting's value as text; what it is where nobody says otherwise; the names of its values, with words on each.
+/// A setting's current value and default as text, and the names of its values with help texts.
 struct Value {
     now: Option<String>,
-    usual: Option<String>,
+    default: Option<String>,
     names: Vec<(&'static str, &'static str)>,
 }
 
 pub fn show(ui: &mut Ui, state: &mut State) {
-    let usual = state.usual.clone();
+    let defaults = state.defaults.clone();
     let (settings, unfold) = (&mut state.settings, state.unfold);
-    technique(ui, &mut settings.indirect, &usual.indirect, &mut state.message, unfold);
-    technique(ui, &mut settings.occlusion, &usual.occlusion, &mut state.message, unfold);
-    technique(ui, &mut settings.culling, &usual.culling, &mut state.message, unfold);
+    technique(ui, &mut settings.indirect, &defaults.indirect, &mut state.message, unfold);
+    technique(ui, &mut settings.occlusion, &defaults.occlusion, &mut state.message, unfold);
+    technique(ui, &mut settings.culling, &defaults.culling, &mut state.message, unfold);
     for parameter in Settings::PARAMETERS {
         let name = parameter.info.name;
         let names = (parameter.of)(&mut settings.clone()).names();
-        let value = Value { now: settings.get(name), usual: usual.get(name), names };
+        let value = Value { now: settings.get(name), default: defaults.get(name), names };
         if let Some(text) = widget(ui, &parameter.info, &value) {
             tell(&mut state.message, name, settings.set(name, &text));
         }
     }
     ui.separator();
     if ui.button("Reset all").clicked() {
-        *settings = usual;
+        *settings = defaults;
     }
 }
 
@@ -42,34 +42,34 @@ fn tell(message: &mut String, name: &str, done: Result<(), String>) {
     }
 }
 
-/// Which technique of a kind, and its parameters, which may be unfolded or folded now.
+/// Draws the choice of a kind of technique, and its parameters. `unfold` expands or collapses the parameters.
 fn technique<K: Kind + ?Sized>(
     ui: &mut Ui,
     chosen: &mut Choice<K>,
-    usual: &Choice<K>,
+    defaults: &Choice<K>,
     message: &mut String,
     unfold: Option<bool>,
 ) {
     let all = Choice::<K>::all();
-    let words = all.iter().filter_map(|choice| Some((choice.name(), choice.technique()?.summary())));
-    let names: Vec<_> = [(K::NONE_NAME, K::NONE_SUMMARY)].into_iter().chain(words).collect();
+    let techniques = all.iter().filter_map(|choice| Some((choice.name(), choice.technique()?.summary())));
+    let names: Vec<_> = [(K::NONE_NAME, K::NONE_SUMMARY)].into_iter().chain(techniques).collect();
     let say = |choice: &Choice<K>| Some(choice.name().to_owned());
     let first = K::HELP.lines().next().unwrap_or(K::HELP);
     let choice = ParameterInfo::new(K::FLAG, "NAME", Range::Names, first);
-    let value = Value { now: say(chosen), usual: say(usual), names };
+    let value = Value { now: say(chosen), default: say(defaults), names };
     if let Some(text) = widget(ui, &choice, &value) {
-        let of_usual = (usual.name() == text).then(|| usual.clone());
-        *chosen = of_usual.or_else(|| Choice::named(&text)).unwrap_or_else(|| chosen.clone());
+        let of_defaults = (defaults.name() == text).then(|| defaults.clone());
+        *chosen = of_defaults.or_else(|| Choice::named(&text)).unwrap_or_else(|| chosen.clone());
     }
     let Some(technique) = chosen.technique() else { return };
     let (parameters, name) = (technique.parameters(), chosen.name());
-    // As the window began with it, where it began with this technique; else the technique's own defaults.
-    let plain = if usual.name() == name { Some(usual.clone()) } else { Choice::named(name) };
+    // The window's defaults if they use this technique; otherwise the technique's own.
+    let plain = if defaults.name() == name { Some(defaults.clone()) } else { Choice::named(name) };
     let plain = plain.unwrap_or_else(|| chosen.clone());
     egui::CollapsingHeader::new(format!("{} {name}", K::FLAG)).open(unfold).show(ui, |ui| {
         for (info, names) in parameters {
             let get = |choice: &Choice<K>| choice.technique().and_then(|technique| technique.get(info.name));
-            let value = Value { now: get(chosen), usual: get(&plain), names };
+            let value = Value { now: get(chosen), default: get(&plain), names };
             if let (Some(text), Some(technique)) = (widget(ui, &info, &value), chosen.technique_mut()) {
                 tell(message, info.name, technique.set(info.name, &text));
             }
@@ -77,14 +77,14 @@ fn technique<K: Kind + ?Sized>(
     });
 }
 
-/// A row: the name, the value, and where it is another than before, a click back. What it was changed to.
-fn widget(ui: &mut Ui, words: &ParameterInfo, value: &Value) -> Option<String> {
+/// Draws a row: name, value, and a reset button if the value differs from the default. Returns the changed value.
+fn widget(ui: &mut Ui, info: &ParameterInfo, value: &Value) -> Option<String> {
     let shown = value.now.clone().unwrap_or_default();
     let mut changed = None;
     ui.horizontal(|ui| {
-        let label = ui.label(words.name).on_hover_text(words.help);
-        let response = match words.range {
-            Range::Names | Range::Numbers => choice(ui, words, value, &mut changed),
+        let label = ui.label(info.name).on_hover_text(info.help);
+        let response = match info.range {
+            Range::Names | Range::Numbers => choice(ui, info, value, &mut changed),
             Range::Switch(..) => {
                 let mut is_on = shown == "on";
                 let response = ui.checkbox(&mut is_on, "");
@@ -110,24 +110,24 @@ fn widget(ui: &mut Ui, words: &ParameterInfo, value: &Value) -> Option<String> {
                 }
                 response
             }
-            Range::Text => text(ui, words, &shown, &mut changed),
+            Range::Text => text(ui, info, &shown, &mut changed),
         };
         response.labelled_by(label.id);
-        if value.now != value.usual
-            && let Some(usual) = value.usual.clone().or_else(|| Some("none".to_owned()))
+        if value.now != value.default
+            && let Some(default) = value.default.clone().or_else(|| Some("none".to_owned()))
         {
-            let back = ui.small_button("reset").on_hover_text(format!("Reset {} to {usual}", words.name));
+            let back = ui.small_button("reset").on_hover_text(format!("Reset {} to {default}", info.name));
             if back.clicked() {
-                changed = Some(usual);
+                changed = Some(default);
             }
         }
     });
     changed
 }
 
-fn choice(ui: &mut Ui, words: &ParameterInfo, value: &Value, changed: &mut Option<String>) -> egui::Response {
+fn choice(ui: &mut Ui, info: &ParameterInfo, value: &Value, changed: &mut Option<String>) -> egui::Response {
     let now = value.now.as_deref().unwrap_or("none");
-    let list = egui::ComboBox::from_id_salt(("parameter", words.name)).selected_text(now);
+    let list = egui::ComboBox::from_id_salt(("parameter", info.name)).selected_text(now);
     let shown = list.show_ui(ui, |ui| {
         for (name, meaning) in &value.names {
             if ui.selectable_label(*name == now, *name).on_hover_text(*meaning).clicked() {
@@ -138,9 +138,9 @@ fn choice(ui: &mut Ui, words: &ParameterInfo, value: &Value, changed: &mut Optio
     shown.response
 }
 
-/// What is typed counts when it is done.
-fn text(ui: &mut Ui, words: &ParameterInfo, shown: &str, changed: &mut Option<String>) -> egui::Response {
-    let id = ui.scope_id().with(("typed", words.name));
+/// A text field. Its value applies when it loses focus.
+fn text(ui: &mut Ui, info: &ParameterInfo, shown: &str, changed: &mut Option<String>) -> egui::Response {
+    let id = ui.scope_id().with(("typed", info.name));
     let mut typed: String = ui.data(|data| data.get_temp(id)).unwrap_or_else(|| shown.to_owned());
     let response = ui.add(egui::TextEdit::singleline(&mut typed).desired_width(80.0));
     if response.lost_focus() {

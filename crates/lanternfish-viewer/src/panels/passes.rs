@@ -9,7 +9,7 @@ use super::{
 };
 use crate::Form;
 
-/// What is rendered, and how large; and what can be kept of it.
+/// Scene, adapter, size and frame time; buttons for screenshots and shots.
 pub fn head(ui: &mut Ui, facts: &Facts<'_>, requested: &mut Requested) {
     ui.heading(facts.name);
     ui.label(format!("{} triangles, {} lights", facts.triangle_count, facts.scene.lights.len()));
@@ -17,27 +17,27 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, requested: &mut Requested) {
     let [width, height] = facts.size;
     let eyes = if facts.eyes.is_some() { " per eye" } else { "" };
     ui.label(format!("{width} × {height} pixels{eyes}, mean of {} frames", facts.averaged));
-    let window = facts.window_ms.map_or(String::new(), |ms| format!("; the window {ms:.1} ms"));
+    let window = facts.window_ms.map_or(String::new(), |ms| format!("; window {ms:.1} ms"));
     ui.label(format!("Frame {:.1} ms{window}", facts.frame_ms));
     ui.horizontal_wrapped(|ui| {
         requested.screenshot |=
-            ui.button("Screenshot (F2)").on_hover_text("A PNG of A in the current folder").clicked();
-        for (form, name, words) in [
+            ui.button("Screenshot (F2)").on_hover_text("Writes A as a PNG file to the current folder").clicked();
+        for (form, name, help) in [
             (
                 Form::File,
                 "Save shot (F4)",
-                "A file in the current folder that `lanternfish render` makes this image of",
+                "Writes a file to the current folder from which `lanternfish render` renders this image",
             ),
-            (Form::CommandLine, "Copy command line (F5)", "The same as a line for a shell"),
+            (Form::CommandLine, "Copy command line (F5)", "Copies a shell command that renders this image"),
         ] {
-            if ui.button(name).on_hover_text(words).clicked() {
+            if ui.button(name).on_hover_text(help).clicked() {
                 requested.write = Some(form);
             }
         }
     });
 }
 
-/// Device time of each pass, and counters. Click a pass to show its output; another one, the image again.
+/// Device time of each pass, and counters. A click on a pass shows its output; a second click shows the image again.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     let written = state.written.clone();
     let passes = written.as_ref().map_or(facts.passes, |written| &written.passes);
@@ -46,7 +46,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     egui::Grid::new("passes").striped(true).show(ui, |ui| {
         for pass in passes {
             let is_shown = written.as_ref().is_some_and(|written| written.pass == pass.name);
-            // Names may be wider than the panel.
+            // The time comes first, since names may be wider than the panel.
             ui.label(format!("{:.2}", pass.ms));
             one(ui, state, pass, passes, is_shown);
             ui.end_row();
@@ -62,7 +62,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     });
 }
 
-/// A pass, and below it the views of what it writes, where one of them is shown.
+/// A pass and, if its output is shown, the debug views of its output.
 fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_shown: bool) {
     let views = views_of(&pass.name, &state.settings);
     let Some(first) = views.first() else {
@@ -70,13 +70,13 @@ fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_
         return;
     };
     let names: Vec<_> = views.iter().map(|view| view.name()).collect();
-    let words = match is_shown {
+    let help = match is_shown {
         true => "Click to show the image again".to_owned(),
         false => format!("Click to show its output: debug views {}", names.join(", ")),
     };
     ui.vertical(|ui| {
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
-        if ui.selectable_label(is_shown, &pass.name).on_hover_text(words).clicked() {
+        if ui.selectable_label(is_shown, &pass.name).on_hover_text(help).clicked() {
             let before = state.written.take();
             let shown = state.settings.debug_view;
             if is_shown {

@@ -6,49 +6,50 @@ use lanternfish_reference::Probed;
 use lanternfish_scene::{AlphaMode, Camera, Material, Scene};
 
 use super::{Facts, State};
-use crate::{background::Found, clusters::ClusterAt, overlay};
+use crate::{background::ProbeResult, clusters::ClusterAt, overlay};
 
-/// A pixel that was asked about.
+/// The clicked pixel.
 #[derive(Clone, Debug)]
 pub struct Pointed {
-    /// Where it is in the image: shares of its sides.
+    /// Position in the image, 0 to 1 from the top left.
     pub at: Vec2,
-    /// Which eye's image that is: 0 is the left one, or the only one.
+    /// Index of the eye's image: 0 is the left or only one.
     pub eye: usize,
-    /// Where it was seen from: the camera between the eyes, where there are two.
+    /// The camera at the time of the click; in stereo, the camera between the eyes.
     pub camera: Camera,
-    /// What is there, once that is known.
-    pub found: Option<Found>,
-    /// The cluster that it is in, where there are clusters.
+    /// The result of the probe; `None` while it is pending.
+    pub probe_result: Option<ProbeResult>,
+    /// The cluster that contains the surface, if there are clusters.
     pub cluster: Option<ClusterAt>,
-    /// The tile that it is in, and how many lights that lists, where there are tiles.
+    /// The tile that contains the pixel, and the number of lights in its list, if there are tiles.
     pub tile: Option<(UVec2, u32)>,
     /// True if the scene has changed since.
-    pub is_of_before: bool,
+    pub is_outdated: bool,
 }
 
 impl Pointed {
-    /// The surface.
+    /// The surface at the pixel.
     pub fn place(&self) -> Option<&Probed> {
-        self.found.as_ref()?.place.as_ref()
+        self.probe_result.as_ref()?.place.as_ref()
     }
 }
 
-/// True if the camera is to look there.
+/// Draws the panel. Returns true if the camera shall focus on the surface.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
     let Some(pointed) = state.pointed.clone() else {
         ui.label("Click on the image.");
         return false;
     };
-    let Some(found) = &pointed.found else {
+    let Some(probe_result) = &pointed.probe_result else {
         ui.label("Reading…");
         return false;
     };
-    let Some(place) = &found.place else {
-        ui.label("The environment: there is no surface.");
+    let Some(place) = &probe_result.place else {
+        ui.label("Environment: no surface");
         return false;
     };
-    let is_requested = ui.button("Focus (F)").on_hover_text("Point the camera there, and orbit around it").clicked();
+    let is_requested =
+        ui.button("Focus (F)").on_hover_text("Point the camera at the surface, and orbit around it").clicked();
     ui.checkbox(&mut state.overlays.rays, "Rays to its lights").on_hover_text(overlay::RAYS);
     ui.checkbox(&mut state.overlays.indirect_rays, "Rays of indirect light").on_hover_text(overlay::INDIRECT_RAYS);
     egui::Grid::new("pixel").show(ui, |ui| {
@@ -58,15 +59,15 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
             ui.end_row();
         }
     });
-    if pointed.is_of_before {
+    if pointed.is_outdated {
         ui.weak("Before the last change:");
     }
-    lights(ui, found, facts.scene);
+    lights(ui, probe_result, facts.scene);
     is_requested
 }
 
 fn facts_of(place: &Probed, pointed: &Pointed, scene: &Scene) -> Vec<(&'static str, String)> {
-    // The scene may have become another since it was asked.
+    // The scene may have changed since the click.
     let Some(instance) = scene.instances.get(place.instance) else { return Vec::new() };
     let mesh = scene.meshes.get(instance.mesh).map_or("", |mesh| mesh.name.as_str());
     let mut rows = vec![
@@ -81,10 +82,10 @@ fn facts_of(place: &Probed, pointed: &Pointed, scene: &Scene) -> Vec<(&'static s
         rows.push(("lists", format!("{lights} lights")));
     }
     if let Some(cluster) = &pointed.cluster {
-        let place = cluster.place;
-        rows.push(("cluster", format!("{}, {}, {}", place.x, place.y, place.z)));
+        let coords = cluster.coords;
+        rows.push(("cluster", format!("{}, {}, {}", coords.x, coords.y, coords.z)));
         let lists = |lights| format!("{lights} lights, for {} fragments", cluster.fragments);
-        rows.push(("lists", cluster.lights.map_or("empty: no fragment lies in it".to_owned(), lists)));
+        rows.push(("lists", cluster.lights.map_or("no lights: the cluster has no fragments".to_owned(), lists)));
     }
     if let Some(material) = scene.materials.get(place.material) {
         rows.push(("material", named(place.material, &material.name)));
@@ -93,7 +94,7 @@ fn facts_of(place: &Probed, pointed: &Pointed, scene: &Scene) -> Vec<(&'static s
     rows
 }
 
-/// What its factors are; textures multiply them.
+/// The material's factors, which textures multiply.
 fn of_material(material: &Material) -> Vec<(&'static str, String)> {
     let textured = |texture: bool| if texture { " × texture" } else { "" };
     let color = of_vector(material.base_color.truncate(), textured(material.base_color_texture.is_some()));
@@ -121,27 +122,29 @@ fn of_material(material: &Material) -> Vec<(&'static str, String)> {
     rows
 }
 
-fn lights(ui: &mut Ui, found: &Found, scene: &Scene) {
-    ui.strong(match found.light_count {
-        0 => "No light reaches it".to_owned(),
-        all if all > found.lights.len() => format!("{} of {all} lights in reach, the strongest", found.lights.len()),
-        1 => "1 light in reach".to_owned(),
-        all => format!("{all} lights in reach"),
+fn lights(ui: &mut Ui, probe_result: &ProbeResult, scene: &Scene) {
+    ui.strong(match probe_result.light_count {
+        0 => "No light in range".to_owned(),
+        all if all > probe_result.lights.len() => {
+            format!("{} of {all} lights in range, the strongest", probe_result.lights.len())
+        }
+        1 => "1 light in range".to_owned(),
+        all => format!("{all} lights in range"),
     });
-    if found.lights.is_empty() {
+    if probe_result.lights.is_empty() {
         return;
     }
     egui::ScrollArea::vertical().id_salt("pixel/lights").max_height(220.0).show(ui, |ui| {
         egui::Grid::new("lights at the pixel").striped(true).show(ui, |ui| {
-            for at in &found.lights {
+            for at in &probe_result.lights {
                 let name = scene.lights.get(at.light).map_or("", |light| light.name.as_str());
                 ui.label(named(at.light, name));
                 ui.label(format!("{:.4} lx", at.irradiance.dot(Vec3::new(0.2126, 0.7152, 0.0722))));
                 ui.label(if at.distance.is_finite() { format!("{:.2} m", at.distance) } else { "far".to_owned() });
                 ui.label(match at.open() {
                     0.0 => "in shadow".to_owned(),
-                    open if open < 0.995 => format!("{:.0} % visible", 100.0 * open),
-                    _ => "open".to_owned(),
+                    visibility if visibility < 0.995 => format!("{:.0} % visible", 100.0 * visibility),
+                    _ => "visible".to_owned(),
                 });
                 ui.end_row();
             }
@@ -149,7 +152,7 @@ fn lights(ui: &mut Ui, found: &Found, scene: &Scene) {
     });
 }
 
-/// An index, and the name where there is one.
+/// `#index`, followed by the name if there is one.
 pub fn named(index: usize, name: &str) -> String {
     if name.is_empty() { format!("#{index}") } else { format!("#{index} {name}") }
 }

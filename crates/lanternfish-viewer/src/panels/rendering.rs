@@ -1,4 +1,4 @@
-//! The image, what is drawn over it, and the hand on it.
+//! The image, its overlays, and pointer and keyboard input of the camera.
 
 use egui::{Key, PointerButton, Ui};
 use glam::Vec2;
@@ -11,12 +11,12 @@ use crate::{
     wipe::{self, Other, Painted, Textures},
 };
 
-/// The image, and the hand that moves the camera over it.
+/// Draws the image and overlays, and moves the camera by input. `seconds`: time since the last call.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, requested: &mut Requested) {
     let rect = ui.available_rect_before_wrap();
     let eyes = state.eyes();
     let places = stereo::places(rect, eyes);
-    requested.room = Vec2::new(places[0].width(), places[0].height());
+    requested.viewport_size = Vec2::new(places[0].width(), places[0].height());
     let response = ui.interact(rect, ui.scope_id().with("rendering"), egui::Sense::click_and_drag());
     match places[..] {
         [left, right] => {
@@ -29,9 +29,10 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, req
     if state.wipe.other != Other::Nothing && !state.wipe.shows_map {
         wipe::line(ui, rect, &mut state.wipe.line);
     }
-    let found = state.pointed.as_ref().filter(|pointed| !pointed.is_of_before).and_then(|at| at.found.as_ref());
+    let probe_result =
+        state.pointed.as_ref().filter(|pointed| !pointed.is_outdated).and_then(|at| at.probe_result.as_ref());
     for (camera, place) in stereo::cameras(eyes, &state.controls.camera, places[0].aspect_ratio()).iter().zip(&places) {
-        let drawn = Drawn { scene: facts.scene, settings: &state.settings, camera, found, size: facts.size };
+        let drawn = Drawn { scene: facts.scene, settings: &state.settings, camera, probe_result, size: facts.size };
         overlay::paint(ui, *place, &state.overlays, &drawn);
     }
     if let Some(pointed) = state.pointed.as_ref().filter(|pointed| pointed.camera == state.controls.camera)

@@ -1,4 +1,4 @@
-//! What is on either side of the line, and how far the two differ.
+//! Comparison of A and B: choice of B, and their difference.
 
 use egui::Ui;
 
@@ -13,17 +13,17 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     let wipe = &mut state.wipe;
     ui.horizontal_wrapped(|ui| {
         ui.label("B:");
-        for (other, name, words) in [
+        for (other, name, help) in [
             (Other::Nothing, "nothing", "A only"),
-            (Other::Settings, "other settings", "The same scene by settings of its own"),
+            (Other::Settings, "other settings", "The same scene under other settings"),
+            (Other::DeepImages, "deep images", "The scene's deep images as points: red faces ±x, green ±y, blue ±z"),
             (
-                Other::DeepImages,
-                "deep images",
-                "What the scene's deep images hold, as points: red faces ±x, green ±y, blue ±z",
+                Other::PathTracer,
+                "path tracer",
+                "Reference image of full light transport, traced on the CPU while the camera rests",
             ),
-            (Other::PathTracer, "path tracer", "All light there is, by the processor, while the camera rests"),
         ] {
-            ui.selectable_value(&mut wipe.other, other, name).on_hover_text(words);
+            ui.selectable_value(&mut wipe.other, other, name).on_hover_text(help);
         }
     });
     if ui.button("Copy A to B").on_hover_text("B takes the current settings; the panel edits A").clicked() {

@@ -1,28 +1,28 @@
-//! Two eyes: whether they see the scene, which they are, and how far apart.
+//! Stereo: the switch, the kind of eyes, and their separation.
 
 use egui::Ui;
 use lanternfish_scene::Eyes;
 
 use super::State;
 
-/// Why nothing else stands beside two eyes.
+/// Message while stereo is on: there is no B.
 pub const ALONE: &str = "Stereo is on: B is not shown";
 
 pub fn show(ui: &mut Ui, state: &mut State) {
     let mut is_shown = state.stereo.is_shown;
     let switch = ui.checkbox(&mut is_shown, "Stereo, side by side (T)");
-    if switch.on_hover_text("The left eye's image beside the right eye's; one frame for both").changed() {
+    if switch.on_hover_text("Images of the left and right eye side by side, rendered in one frame").changed() {
         state.show_stereo(is_shown);
     }
     let eyes = &mut state.stereo.eyes;
     ui.horizontal_wrapped(|ui| {
         ui.label("stereo").on_hover_text("As --stereo of the command line");
         let is = |eyes: &Eyes, other: Eyes| std::mem::discriminant(eyes) == std::mem::discriminant(&other);
-        for (other, name, words) in [
+        for (other, name, help) in [
             (Eyes::Parallel(Eyes::HUMAN), "parallel", "Both eyes look parallel to the camera"),
             (Eyes::Vive, "vive", "HTC Vive"),
         ] {
-            if ui.selectable_label(is(eyes, other), name).on_hover_text(words).clicked() && !is(eyes, other) {
+            if ui.selectable_label(is(eyes, other), name).on_hover_text(help).clicked() && !is(eyes, other) {
                 *eyes = other;
             }
         }
@@ -38,6 +38,6 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         });
     }
     if !state.stereo.is_possible(&state.controls.camera) {
-        ui.label("The camera is orthographic: parallel eyes would see the same, and one is shown.");
+        ui.label("The camera is orthographic: parallel eyes would see the same image, so it is shown once.");
     }
 }

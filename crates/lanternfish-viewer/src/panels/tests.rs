@@ -1,4 +1,4 @@
-//! The panels without a window: every widget is found, changed, and reaches the settings.
+//! Tests of the panels without a window: each widget is present and changes the settings.
 
 mod eyes;
 
@@ -16,7 +16,7 @@ use lanternfish_reference::{Settings as Transport, Tracer};
 use lanternfish_scene::{LightKind, generate::demo};
 
 use super::*;
-use crate::{background::Found, wipe::Other};
+use crate::{background::ProbeResult, wipe::Other};
 
 struct Shown {
     scene: Scene,
@@ -55,7 +55,7 @@ fn shown<'a>() -> Harness<'a, Shown> {
         listing: Listing::default(),
         written: None,
         overlays: Overlays::default(),
-        usual: Settings::default(),
+        defaults: Settings::default(),
         controls: Controls::new(scene.cameras[0].clone(), 2.0),
         clip: None,
         message: String::new(),
@@ -105,19 +105,19 @@ fn shown<'a>() -> Harness<'a, Shown> {
     )
 }
 
-/// Opens a list and takes one of its entries.
+/// Opens a list and selects an entry.
 fn choose(harness: &mut Harness<'_, Shown>, name: &str, entry: &str) {
     harness
         .get_by(|node| node.label().as_deref() == Some(name) && node.role() == egui::accesskit::Role::ComboBox)
         .click();
     harness.run();
-    let found = harness.get_all_by_label(entry).last().expect("the list is open");
-    found.click();
+    let item = harness.get_all_by_label(entry).last().expect("the list is open");
+    item.click();
     harness.run();
 }
 
 #[test]
-fn every_named_setting_is_found_and_reaches_the_settings() {
+fn every_named_setting_has_a_widget_that_changes_it() {
     lanternfish_papers::register();
     let mut harness = shown();
     for parameter in Settings::PARAMETERS.iter().filter(|parameter| matches!(parameter.info.range, Range::Names)) {
@@ -138,7 +138,7 @@ fn every_named_setting_is_found_and_reaches_the_settings() {
     assert!(harness.state().state.settings == Settings::default());
 }
 
-/// What a program registers.
+/// A technique that a program registers.
 #[derive(Clone, Debug, PartialEq)]
 struct Fog {
     density: f32,
@@ -171,7 +171,7 @@ impl IndirectTechnique for Fog {
 
 #[test]
 fn a_technique_that_a_program_registers_is_in_the_panel() {
-    // What is registered stays so: where tests share a process, others would meet it.
+    // Registration is global: with a shared process it would affect other tests.
     if std::env::var_os("NEXTEST").is_none() {
         return;
     }
@@ -185,20 +185,20 @@ fn a_technique_that_a_program_registers_is_in_the_panel() {
 }
 
 #[test]
-fn settings_of_rooms_are_found_and_a_click_brings_them_back() {
+fn technique_parameters_are_changed_and_reset() {
     let mut harness = shown();
     harness.get_by_label("indirect sampled").click();
     harness.run();
-    let usual = harness.state().state.settings.clone();
+    let initial = harness.state().state.settings.clone();
     choose(&mut harness, "indirect-resolution", "half");
-    assert!(harness.state().state.settings != usual);
+    assert!(harness.state().state.settings != initial);
     harness.get_by_label("reset").click();
     harness.run();
-    assert!(harness.state().state.settings == usual);
+    assert!(harness.state().state.settings == initial);
 }
 
 #[test]
-fn keys_fly_hide_the_panels_and_ask_for_a_screenshot() {
+fn keys_fly_hide_the_panels_and_write_shots() {
     let mut harness = shown();
     let eye = harness.state().state.controls.eye();
     harness.key_down(Key::W);
@@ -229,23 +229,23 @@ fn keys_fly_hide_the_panels_and_ask_for_a_screenshot() {
     assert!(!harness.state().state.shows_keys && !harness.state().requested.close);
 }
 
-/// Opens one of the headings on the right.
+/// Expands a section of the right panel.
 fn unfold(harness: &mut Harness<'_, Shown>, heading: &str) {
     harness.get_by_label(heading).click();
     harness.run();
 }
 
 #[test]
-fn the_two_sides_are_chosen_edited_apart_and_the_line_is_dragged() {
+fn b_is_chosen_and_edited_separately_and_the_line_is_dragged() {
     let mut harness = shown();
     assert!(harness.query_by_label("Line between A and B").is_none());
-    unfold(&mut harness, "Two sides");
+    unfold(&mut harness, "Compare");
     choose(&mut harness, "tone-map", "aces");
     harness.get_by_label("Copy A to B").click();
     harness.run();
     let wipe = harness.state().state.wipe.clone();
     assert!(wipe.other == Other::Settings && wipe.settings.tone_map == ToneMap::Aces && !wipe.edits_b);
-    // The panel goes on with A, until it is B's.
+    // The panel edits A until B is selected.
     choose(&mut harness, "tone-map", "reinhard");
     assert_eq!(harness.state().state.wipe.settings.tone_map, ToneMap::Aces);
     harness.get_by_label("B").click();
@@ -265,7 +265,7 @@ fn the_two_sides_are_chosen_edited_apart_and_the_line_is_dragged() {
     harness.run();
     let to = harness.get_by_label("Line between A and B").rect().center();
     assert!((to.x - from.x - 60.0).abs() < 8.0, "{from:?} to {to:?}");
-    assert_eq!(harness.state().state.controls.eye(), eye, "the camera does not go round meanwhile");
+    assert_eq!(harness.state().state.controls.eye(), eye, "dragging the line must not move the camera");
 
     harness.get_by_label("Difference map").click();
     harness.run();
@@ -280,27 +280,27 @@ fn the_two_sides_are_chosen_edited_apart_and_the_line_is_dragged() {
     assert_eq!(harness.state().state.wipe.other, Other::Nothing);
 }
 
-/// What the middle of the image shows, as the window would have found it.
+/// The probe of a pixel near the bottom of the image, as the window would set it.
 fn pointed(harness: &Harness<'_, Shown>) -> Pointed {
     let Shown { scene, state, .. } = harness.state();
     let tracer = Tracer::new(scene, Transport::default()).unwrap();
     let camera = state.controls.camera.clone();
     let place = tracer.probe(&camera, [320.0, 465.0], [640, 480]).unwrap();
     let (lights, light_count) = tracer.lights_at(&place, 64);
-    let found = Found { place: Some(place), lights, light_count, rays: tracer.rays_from(&place, 8) };
+    let result = ProbeResult { place: Some(place), lights, light_count, rays: tracer.rays_from(&place, 8) };
     Pointed {
         at: Vec2::new(0.5, 465.0 / 480.0),
         eye: 0,
         camera,
-        found: Some(found),
+        probe_result: Some(result),
         cluster: None,
         tile: None,
-        is_of_before: false,
+        is_outdated: false,
     }
 }
 
 #[test]
-fn a_click_asks_for_a_pixel_and_a_drag_does_not() {
+fn a_click_requests_a_probe_and_a_drag_does_not() {
     let mut harness = shown();
     let place = egui::pos2(600.0, 500.0);
     harness.drag_at(place);
@@ -314,18 +314,18 @@ fn a_click_asks_for_a_pixel_and_a_drag_does_not() {
     harness.drop_at(place);
     harness.step();
     let (at, eye) = harness.state().pixel.expect("a pixel is requested");
-    let room = harness.state().requested.room;
-    assert!(eye == 0 && (0.0..1.0).contains(&at.x) && (at.y - 500.0 / room.y).abs() < 0.01, "{at} of {room}");
+    let size = harness.state().requested.viewport_size;
+    assert!(eye == 0 && (0.0..1.0).contains(&at.x) && (at.y - 500.0 / size.y).abs() < 0.01, "{at} of {size}");
 }
 
 #[test]
-fn what_was_clicked_is_told_and_looked_at() {
+fn the_clicked_pixel_is_described_and_focused() {
     let mut harness = shown();
     unfold(&mut harness, "Pixel");
     assert!(harness.query_by_label("Click on the image.").is_some());
     let pointed = pointed(&harness);
     let place = *pointed.place().unwrap();
-    harness.state_mut().state.pointed = Some(Pointed { found: None, ..pointed.clone() });
+    harness.state_mut().state.pointed = Some(Pointed { probe_result: None, ..pointed.clone() });
     harness.run();
     assert!(harness.query_by_label("Reading…").is_some());
     harness.state_mut().state.pointed = Some(Pointed { tile: Some((glam::UVec2::new(20, 29), 17)), ..pointed });
@@ -337,12 +337,12 @@ fn what_was_clicked_is_told_and_looked_at() {
         format!("{:.3}, {:.3}, {:.3} m", place.p.x, place.p.y, place.p.z),
         pixel::named(place.material, &material.name),
         format!("{:.2}", material.perceptual_roughness),
-        "1 light in reach".to_owned(),
+        "1 light in range".to_owned(),
         "20, 29".to_owned(),
         "17 lights".to_owned(),
     ];
-    for words in expected {
-        assert!(harness.query_all_by_label(&words).next().is_some(), "{words} is not told");
+    for label in expected {
+        assert!(harness.query_all_by_label(&label).next().is_some(), "{label} is not shown");
     }
     harness.get_by_label("Focus (F)").click();
     harness.run();
@@ -352,7 +352,7 @@ fn what_was_clicked_is_told_and_looked_at() {
 }
 
 #[test]
-fn lights_are_added_changed_and_deleted_by_hand() {
+fn lights_are_added_changed_and_deleted() {
     let mut harness = shown();
     unfold(&mut harness, "Lights");
     let count = harness.state().scene.lights.len();
@@ -376,12 +376,12 @@ fn lights_are_added_changed_and_deleted_by_hand() {
     type_into(&mut harness, "illuminance", "5");
     let light = harness.state().scene.lights[sun].clone();
     assert!((light.direction.y + 0.5).abs() < 1e-4 && (light.intensity.max_element() - 5.0).abs() < 1e-4, "{light:?}");
-    assert_eq!(harness.state().scene.lights[..sun], lights[..], "the others are as they were");
+    assert_eq!(harness.state().scene.lights[..sun], lights[..], "other lights are unchanged");
     harness.get_by_label("Delete").click();
     harness.run();
     assert_eq!(harness.state().scene.lights, lights);
 
-    // Found by its number, opened, moved.
+    // Search the light by its number, expand it, move it.
     let search = harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search");
     search.focus();
     harness.run();
@@ -394,7 +394,7 @@ fn lights_are_added_changed_and_deleted_by_hand() {
     assert_eq!(harness.state().scene.lights[count].position.y, 1.25);
 }
 
-/// Types into a number that is dragged otherwise.
+/// Types a value into a drag field.
 fn type_into(harness: &mut Harness<'_, Shown>, name: &str, text: &str) {
     harness.get_by_role_and_label(egui::accesskit::Role::SpinButton, name).click();
     harness.run();
@@ -406,7 +406,7 @@ fn type_into(harness: &mut Harness<'_, Shown>, name: &str, text: &str) {
 }
 
 #[test]
-fn a_click_on_a_pass_shows_what_it_writes_and_another_the_image() {
+fn a_click_on_a_pass_shows_its_output_and_a_second_the_image() {
     let mut harness = shown();
     let pass = |name: &str| PassTime { name: name.to_owned(), ms: 1.5 };
     let passes = ["prepass", "deep_images/build", "indirect/sampled/trace"].map(pass).to_vec();
@@ -417,7 +417,7 @@ fn a_click_on_a_pass_shows_what_it_writes_and_another_the_image() {
     harness.get_by_label("prepass").click();
     harness.run();
     assert_eq!(view(&harness), Some(DebugView::Depth));
-    // Under a debug view there are fewer passes: those that were there can still be clicked.
+    // A debug view runs fewer passes; the list still has those of the image.
     harness.state_mut().passes.truncate(1);
     harness.get_by_label("roughness").click();
     harness.run();
@@ -427,11 +427,11 @@ fn a_click_on_a_pass_shows_what_it_writes_and_another_the_image() {
     assert_eq!(view(&harness), Some(DebugView::Indirect));
     harness.get_by_label("deep_images/build").click();
     harness.run();
-    assert_eq!(view(&harness), Some(DebugView::Indirect), "there is no view of it");
+    assert_eq!(view(&harness), Some(DebugView::Indirect), "the pass has no debug view");
     harness.get_by_label("indirect/sampled/trace").click();
     harness.run();
     assert!(view(&harness).is_none() && harness.state().state.written.is_none());
-    // What is chosen by hand is not gone back from.
+    // A debug view that the user chooses replaces that of a pass.
     harness.state_mut().passes = passes;
     harness.run();
     harness.get_by_label("prepass").click();
@@ -443,7 +443,7 @@ fn a_click_on_a_pass_shows_what_it_writes_and_another_the_image() {
 }
 
 #[test]
-fn overlays_are_switched_and_the_view_from_above_is_asked_for() {
+fn overlays_are_switched_and_the_birds_eye_view_is_requested() {
     let mut harness = shown();
     harness.key_press(Key::V);
     harness.run();
@@ -451,7 +451,7 @@ fn overlays_are_switched_and_the_view_from_above_is_asked_for() {
     unfold(&mut harness, "Overlays");
     harness.get_by_label("Bird\u{2019}s-eye view (V)").click();
     harness.run();
-    assert!(!harness.state().state.overlays.wants_birds_eye, "asked for twice is not asked for");
+    assert!(!harness.state().state.overlays.wants_birds_eye, "a second request cancels the first");
     harness.get_by_label("Ranges of lights").click();
     harness.get_by_label("Tiles or clusters on the image").click();
     harness.run();
@@ -470,7 +470,7 @@ fn overlays_are_switched_and_the_view_from_above_is_asked_for() {
 }
 
 #[test]
-fn a_sun_stands_where_place_and_hour_say() {
+fn a_sun_is_placed_by_location_and_time() {
     let mut harness = shown();
     unfold(&mut harness, "Lights");
     harness.get_by_label("Add a sun").click();
@@ -478,11 +478,11 @@ fn a_sun_stands_where_place_and_hour_say() {
     let sun = harness.state().scene.lights.len() - 1;
     harness.get_by_label(&format!("#{sun} (sun)")).click();
     harness.run();
-    unfold(&mut harness, "By place and hour");
+    unfold(&mut harness, "By location and time");
     harness.get_by_label("Place the sun").click();
     harness.run();
     let direction = |harness: &Harness<'_, Shown>| harness.state().scene.lights[sun].direction;
-    // From the south, as high as the pole's height and the ecliptic's tilt have it: 90° − 51.48° + 23.44°.
+    // From the south, at an elevation of 90° − latitude + axial tilt: 90° − 51.48° + 23.44° = 61.96°.
     let noon = direction(&harness);
     assert!((noon.y + 61.96f32.to_radians().sin()).abs() < 1e-3 && noon.z < 0.0, "{noon}");
     type_into(&mut harness, "hour", "6");
@@ -490,24 +490,24 @@ fn a_sun_stands_where_place_and_hour_say() {
 }
 
 #[test]
-fn everything_is_unfolded_and_folded_at_once() {
+fn all_sections_expand_and_collapse_at_once() {
     let mut harness = shown();
-    let behind = ["Click on the image.", "Copy A to B", "Add a sun", "Ranges of lights", "indirect-resolution"];
-    let told = |harness: &Harness<'_, Shown>| behind.map(|words| harness.query_by_label(words).is_some());
-    assert_eq!(told(&harness), [false; 5]);
+    let labels = ["Click on the image.", "Copy A to B", "Add a sun", "Ranges of lights", "indirect-resolution"];
+    let are_shown = |harness: &Harness<'_, Shown>| labels.map(|label| harness.query_by_label(label).is_some());
+    assert_eq!(are_shown(&harness), [false; 5]);
     harness.key_press(Key::F6);
     harness.run();
-    assert_eq!(told(&harness), [true; 5]);
+    assert_eq!(are_shown(&harness), [true; 5]);
     harness.key_press(Key::F6);
     harness.run();
-    assert_eq!(told(&harness), [false; 5]);
+    assert_eq!(are_shown(&harness), [false; 5]);
 }
 
-/// The image's room is another only if a hand drags a panel, or hides it: its mean goes on.
+/// Panel contents do not change the viewport size, which would restart accumulation.
 #[test]
-fn what_panels_tell_takes_no_room_from_the_image() {
+fn panel_contents_do_not_resize_the_viewport() {
     let mut harness = shown();
-    let room = harness.state().requested.room;
+    let size = harness.state().requested.viewport_size;
     let pass =
         PassTime { name: "a/pass/whose/name/is/longer/than/any/other/and/than/the/panel".to_owned(), ms: 1234.5 };
     let pointed = pointed(&harness);
@@ -516,11 +516,11 @@ fn what_panels_tell_takes_no_room_from_the_image() {
     shown.state.pointed = Some(pointed);
     shown.state.message = "word ".repeat(100);
     harness.run();
-    assert_eq!(harness.state().requested.room, room);
+    assert_eq!(harness.state().requested.viewport_size, size);
     harness.key_press(Key::F6);
     harness.run();
-    assert_eq!(harness.state().requested.room, room);
+    assert_eq!(harness.state().requested.viewport_size, size);
     harness.key_press(Key::F3);
     harness.run();
-    assert!(harness.state().requested.room.x > room.x, "there is more where panels are hidden");
+    assert!(harness.state().requested.viewport_size.x > size.x, "hidden panels enlarge the viewport");
 }

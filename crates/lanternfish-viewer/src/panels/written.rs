@@ -1,4 +1,4 @@
-//! The debug view that shows a pass's output.
+//! Debug views that show a pass's output.
 
 use lanternfish::{
     Settings,
@@ -6,22 +6,22 @@ use lanternfish::{
 };
 use lanternfish_gpu::PassTime;
 
-/// A pass whose writing is shown in the place of the image.
+/// A pass whose output is shown in place of the image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
-    /// Its name.
+    /// The pass's name.
     pub pass: String,
-    /// The debug view of before.
+    /// The previous debug view.
     pub before: Option<DebugView>,
-    /// The passes as they were then: under a debug view there are others.
+    /// The passes before the click. A debug view runs other passes.
     pub passes: Vec<PassTime>,
 }
 
-/// Debug views of what a pass writes; none where there is no such view.
+/// Debug views of a pass's output; empty if there are none.
 pub fn views_of(pass: &str, settings: &Settings) -> &'static [DebugView] {
     let starts = |part: &str| pass == part || pass.strip_prefix(part).is_some_and(|rest| rest.starts_with('/'));
-    let after = |room: &str| pass.strip_prefix(room).and_then(|rest| rest.strip_prefix('/')).unwrap_or_default();
-    // Of the nearest blended surfaces, which no view shows.
+    let after = |module: &str| pass.strip_prefix(module).and_then(|rest| rest.strip_prefix('/')).unwrap_or_default();
+    // No debug view shows the prepass of transparent surfaces, or the absence of culling.
     if starts("prepass/transparent") || settings.culling == Culling::NONE && starts("light_culling") {
         return &[];
     }
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn passes_have_the_views_of_what_they_write() {
+    fn passes_have_views_of_their_output() {
         let settings = Settings::default();
         let first = |pass: &str| views_of(pass, &settings).first().copied();
         for (pass, view) in [

@@ -1,4 +1,4 @@
-//! Images of files, in a window of their own: side by side with a line between them, and what differs.
+//! The viewer of image files: two images with a wipe, and their difference.
 //!
 //! ```text
 //! window.rs ─▶ panel.rs ─▶ State (which two, exposure, place.rs) ─▶ shown.rs ─▶ textures, a map ─▶ window.rs
@@ -19,31 +19,31 @@ use lanternfish_metrics::RgbImage;
 
 pub use window::run;
 
-/// An image of a file.
+/// An image that was read from a file.
 #[derive(Clone, Debug)]
 pub struct ImageOfFile {
-    /// What it is called.
+    /// The displayed name.
     pub name: String,
-    /// Its pixels.
+    /// The pixels.
     pub image: RgbImage,
-    /// Whether they are linear radiance, nits, and not what a display shows, 0 to 1.
+    /// True if the pixels are linear radiance, nits; false if they are display values, 0 to 1.
     pub is_radiance: bool,
 }
 
-/// Reads the images of a file that was dropped on the window, or says why it cannot.
+/// Reads the images of a file that was dropped on the window. The error is a message for the user.
 pub type ImageReader = Box<dyn Fn(&Path) -> Result<Vec<ImageOfFile>, String>>;
 
-/// What a window of images shows first.
+/// The initial state of a window of image files.
 pub struct RenderedImages {
     /// The images. The first two are compared.
     pub renderings: Vec<ImageOfFile>,
-    /// How bright radiance is shown; from the first image of radiance where nobody says it.
+    /// Exposure of radiance; `Auto` meters the first radiance image.
     pub exposure: Exposure,
-    /// The curve that it is shown by.
+    /// Tone-mapping curve of radiance.
     pub tone_map: ToneMap,
-    /// Points of the window across and down.
+    /// Width and height of the window, points.
     pub size: [u32; 2],
-    /// Where to run.
+    /// The adapter to run on.
     pub adapter: AdapterChoice,
     /// Reads files that are dropped on the window.
     pub read: ImageReader,

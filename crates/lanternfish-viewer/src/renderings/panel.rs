@@ -9,51 +9,51 @@ use lanternfish::{
 use super::{ImageOfFile, place::Place, shown::Look};
 use crate::wipe::{self, Painted, Textures};
 
-/// What the panel changes.
+/// The state that the panel changes.
 #[derive(Debug)]
 pub struct State {
-    /// All images there are; one at least.
+    /// All images; at least one.
     pub renderings: Vec<ImageOfFile>,
-    /// Which of them is on the left.
+    /// Index of the left image.
     pub a: usize,
-    /// Which of them is on the right; none: the left one alone is shown.
+    /// Index of the right image; `None` shows only the left one.
     pub b: Option<usize>,
-    /// How radiance is shown.
+    /// Exposure and tone mapping of radiance.
     pub look: Look,
-    /// Where the line is: a share of the window's width.
+    /// Position of the line, as a fraction of the viewport's width.
     pub line: f32,
-    /// True if the map of what differs is shown in the place of both.
+    /// True if the difference map replaces both images.
     pub shows_map: bool,
     /// Zoom and pan.
     pub place: Place,
     /// True if the panel is shown.
     pub shows_panel: bool,
-    /// What went wrong last.
+    /// The last error message.
     pub message: String,
 }
 
-/// What is known of the difference.
+/// State of the comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Difference {
-    /// There are no two images.
+    /// Only one image is shown.
     OfOne,
-    /// They have other sizes.
+    /// The sizes differ.
     Sizes,
-    /// It is on its way.
+    /// The comparison is in progress.
     Pending,
-    /// The mean of the map.
+    /// Mean of the difference map, 0 to 1.
     Mean(f32),
 }
 
-/// What is asked of the window.
+/// Requests of the panel to the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Requested {
-    /// To be closed.
+    /// Close the window.
     pub close: bool,
 }
 
 impl State {
-    /// The first two images; radiance as bright as is said, or as shows the first of it well.
+    /// Compares the first two images. `Exposure::Auto` meters the first radiance image.
     pub fn new(renderings: Vec<ImageOfFile>, exposure: Exposure, tone_map: ToneMap) -> Self {
         let ev = match exposure {
             Exposure::Ev(ev) => ev,
@@ -77,7 +77,7 @@ impl State {
         }
     }
 
-    /// Takes more images; the first of them is compared with A.
+    /// Adds images. The first of them becomes B.
     pub fn add(&mut self, renderings: Vec<ImageOfFile>) {
         if !renderings.is_empty() {
             self.b = Some(self.renderings.len());
@@ -99,7 +99,7 @@ impl State {
     }
 }
 
-/// Draws everything, and takes what was clicked and pressed.
+/// Draws the panel and the images, and handles input.
 pub fn show(ui: &mut Ui, state: &mut State, textures: &Textures, difference: Difference) -> Requested {
     let mut requested = Requested::default();
     keys(ui, state, &mut requested);
@@ -145,7 +145,7 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
             ui.add(egui::DragValue::new(&mut state.look.ev).speed(0.02).suffix(" EV")).labelled_by(label.id);
         });
         ui.horizontal(|ui| {
-            let label = ui.label("tone-map").on_hover_text("From radiance to what a display shows");
+            let label = ui.label("tone-map").on_hover_text("Tone-mapping curve from radiance to display values");
             let list = egui::ComboBox::from_id_salt("tone-map").selected_text(state.look.tone_map.name());
             let shown = list.show_ui(ui, |ui| {
                 for curve in ToneMap::ALL {
@@ -181,11 +181,11 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
             state.place.enlarge_to(size, 1.0 / ui.ctx().pixels_per_point());
         }
     });
-    ui.weak("Wheel: zoom. Drag: move. Space: exchange A and B. F3: hide this. Escape: close.");
+    ui.weak("Wheel: zoom. Drag: move. Space: swap A and B. F3: hide this panel. Escape: close.");
     ui.label(&state.message);
 }
 
-/// A row an image: its name, and which side it is on.
+/// One row per image: its name, and its side.
 fn which(ui: &mut Ui, state: &mut State) {
     let State { renderings, a, b, .. } = state;
     egui::Grid::new("which").striped(true).show(ui, |ui| {
@@ -201,31 +201,31 @@ fn which(ui: &mut Ui, state: &mut State) {
     });
 }
 
-/// The images, and the hand that enlarges and moves them.
+/// Draws the images, and zooms and pans them by input.
 fn rendering(ui: &mut Ui, state: &mut State, textures: &Textures) {
-    let room = ui.available_rect_before_wrap();
-    let response = ui.interact(room, ui.scope_id().with("renderings"), egui::Sense::click_and_drag());
+    let viewport = ui.available_rect_before_wrap();
+    let response = ui.interact(viewport, ui.scope_id().with("renderings"), egui::Sense::click_and_drag());
     let size = state.size();
     let painted = state.painted(textures);
-    wipe::paint(ui, room, state.place.whole(room, size), painted, textures);
+    wipe::paint(ui, viewport, state.place.image_rect(viewport, size), painted, textures);
     if let Painted::Both(_) = painted {
-        wipe::line(ui, room, &mut state.line);
+        wipe::line(ui, viewport, &mut state.line);
     }
     if response.dragged() {
-        state.place.pan(room, size, response.drag_delta());
+        state.place.pan(viewport, size, response.drag_delta());
     }
     let Some(at) = response.hover_pos() else { return };
     let notches = ui.input(|input| input.smooth_scroll_delta.y) / 50.0;
     if notches != 0.0 {
-        state.place.enlarge(room, size, at, 1.25f32.powf(notches));
+        state.place.enlarge(viewport, size, at, 1.25f32.powf(notches));
     }
-    told(ui, state, room, at);
+    pixel_values(ui, state, viewport, at);
 }
 
-/// The values of the pixel under the pointer, in the corner.
-fn told(ui: &Ui, state: &State, room: Rect, at: egui::Pos2) {
-    let pixel = state.place.pixel(room, state.size(), at);
-    let [x, y] = [pixel.x, pixel.y].map(|place| place.floor() as i64);
+/// Draws the values of the pixel under the pointer in the corner.
+fn pixel_values(ui: &Ui, state: &State, viewport: Rect, at: egui::Pos2) {
+    let pixel = state.place.pixel(viewport, state.size(), at);
+    let [x, y] = [pixel.x, pixel.y].map(|coordinate| coordinate.floor() as i64);
     let value = |name: &str, index: usize| {
         let [r, g, b] = state.renderings[index].value([x, y])?;
         Some(format!("{name} {r:.4}  {g:.4}  {b:.4}"))
@@ -235,7 +235,7 @@ fn told(ui: &Ui, state: &State, room: Rect, at: egui::Pos2) {
         [Some(format!("{x}, {y}")), Some(of_a), state.b.and_then(|b| value("B", b))].into_iter().flatten().collect();
     let font = egui::FontId::monospace(12.0);
     let galley = ui.painter().layout_no_wrap(lines.join("\n"), font, egui::Color32::WHITE);
-    let corner = room.left_bottom() + Vec2::new(6.0, -6.0 - galley.size().y);
+    let corner = viewport.left_bottom() + Vec2::new(6.0, -6.0 - galley.size().y);
     let back = Rect::from_min_size(corner, galley.size()).expand(4.0);
     ui.painter().rect_filled(back, 3.0, egui::Color32::from_black_alpha(170));
     ui.painter().galley(corner, galley, egui::Color32::WHITE);

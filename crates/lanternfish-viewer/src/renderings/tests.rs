@@ -1,4 +1,4 @@
-//! Images of files without a window: which are shown, how bright, where, and what is told of them.
+//! Tests of the image viewer without a window: selection, exposure, zoom, and displayed values.
 
 use egui::{Key, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
@@ -31,7 +31,7 @@ fn shown<'a>() -> Harness<'a, (State, Requested)> {
 }
 
 #[test]
-fn radiance_is_exposed_and_what_is_no_number_is_seen() {
+fn radiance_is_exposed_and_nan_pixels_are_marked() {
     let look = Look { ev: 1.0, tone_map: ToneMap::None };
     let finite = |value: f32, is_radiance: bool| ImageOfFile {
         image: RgbImage::new(1, 1, vec![[value; 3]]).unwrap(),
@@ -41,11 +41,11 @@ fn radiance_is_exposed_and_what_is_no_number_is_seen() {
     assert_eq!(finite(0.5, false).bytes(look), [[128, 128, 128, 255]]);
     assert_eq!(rendering("a", 1.0, true).bytes(look)[0], [0, 255, 255, 255]);
     let state = State::new(vec![finite(0.02, true)], Exposure::Auto, ToneMap::Neutral);
-    assert!(state.look.ev > 1.0 && state.b.is_none(), "what is dark is shown brighter: {}", state.look.ev);
+    assert!(state.look.ev > 1.0 && state.b.is_none(), "a dark image gets a higher exposure: {}", state.look.ev);
 }
 
 #[test]
-fn sides_are_chosen_exchanged_and_left_out() {
+fn sides_are_chosen_swapped_and_removed() {
     let mut harness = shown();
     assert_eq!((harness.state().0.a, harness.state().0.b), (0, Some(1)));
     assert!(harness.query_by_label("Mean difference (FLIP): 0.2500").is_some());
@@ -70,7 +70,7 @@ fn sides_are_chosen_exchanged_and_left_out() {
 }
 
 #[test]
-fn the_wheel_enlarges_and_a_drag_moves() {
+fn the_wheel_zooms_and_a_drag_pans() {
     let mut harness = shown();
     let before = harness.state().0.place;
     harness.hover_at(pos2(700.0, 200.0));

@@ -1,4 +1,4 @@
-//! The window of images of files.
+//! The window of image files.
 
 use std::{path::Path, time::Duration};
 
@@ -17,15 +17,15 @@ use super::{
 use crate::{
     ViewerError, difference,
     events::{self, Program},
-    surface::{self, Known, Surface},
+    surface::{self, Registered, Surface},
     texture::{texture, write},
     wipe::Textures,
 };
 
-/// How often it is asked whether the comparison is done.
-const LOOK_AGAIN: Duration = Duration::from_millis(30);
+/// Period of polls while a comparison is in progress.
+const POLL_PERIOD: Duration = Duration::from_millis(30);
 
-/// Opens a window on images, one at least, and returns when it is closed.
+/// Opens a window on at least one image, and returns when it is closed.
 pub fn run(start: RenderedImages) -> Result<(), ViewerError> {
     events::run::<Shown>(start)
 }
@@ -36,14 +36,15 @@ struct Shown {
     gpu: Gpu,
     state: State,
     read: ImageReader,
-    /// A, B, and where they differ, as egui knows them.
-    known: [Known; 3],
-    /// The textures of A and B, and what they are of.
+    /// A, B, and their difference map, registered with egui.
+    registered: [Registered; 3],
+    /// The textures of A and B, with their image's index and look.
     sides: [Option<(wgpu::TextureView, (usize, Look))>; 2],
     difference: difference::Difference,
-    /// Which two were compared last, and what has come of it.
+    /// The last compared pair.
     compared: Option<[(usize, Look); 2]>,
-    found: Option<(wgpu::TextureView, f32)>,
+    /// The difference map and mean of the last compared pair.
+    result: Option<(wgpu::TextureView, f32)>,
 }
 
 impl Program for Shown {
@@ -64,11 +65,11 @@ impl Program for Shown {
             gpu,
             state: State::new(renderings, exposure, tone_map),
             read,
-            known: [const { None }; 3],
+            registered: [const { None }; 3],
             sides: [const { None }; 2],
             difference: difference::Difference::default(),
             compared: None,
-            found: None,
+            result: None,
         })
     }
 
@@ -95,54 +96,54 @@ impl Program for Shown {
     }
 
     fn look_again(&self) -> Option<Duration> {
-        self.difference.is_working().then_some(LOOK_AGAIN)
+        self.difference.is_working().then_some(POLL_PERIOD)
     }
 }
 
 impl Shown {
-    /// True if the comparison has come to something.
+    /// Polls the comparison. Returns true if it has ended.
     fn poll(&mut self) -> bool {
         let Some(compared) = self.difference.poll() else { return false };
         match compared {
             Ok(compared) => {
                 let map = texture(&self.gpu.device, compared.size);
                 write(&self.gpu.queue, &map, &compared.map);
-                self.found = Some((map, compared.mean));
+                self.result = Some((map, compared.mean));
             }
             Err(what) => self.state.message = what,
         }
         true
     }
 
-    /// Which images are on either side, and how they are shown.
-    fn wanted(&self) -> [Option<(usize, Look)>; 2] {
+    /// The requested image index and look of each side.
+    fn requested(&self) -> [Option<(usize, Look)>; 2] {
         let State { renderings, a, b, look, .. } = &self.state;
-        // What is no radiance looks the same under every exposure.
+        // Exposure affects only radiance images.
         let of = |index: usize| (index, if renderings[index].is_radiance { *look } else { Look::PLAIN });
         [Some(of(*a)), b.map(of)]
     }
 
-    /// Brings to the device what is shown, and begins to compare it.
-    fn bring(&mut self) {
-        let wanted = self.wanted();
+    /// Uploads the requested images, and starts their comparison.
+    fn upload(&mut self) {
+        let requested = self.requested();
         let most = self.gpu.device.limits().max_texture_dimension_2d;
-        for (side, wanted) in self.sides.iter_mut().zip(wanted) {
-            if side.as_ref().map(|(_, of)| *of) == wanted {
+        for (side, requested) in self.sides.iter_mut().zip(requested) {
+            if side.as_ref().map(|(_, of)| *of) == requested {
                 continue;
             }
             *side = None;
-            let Some((index, look)) = wanted else { continue };
+            let Some((index, look)) = requested else { continue };
             let rendering = &self.state.renderings[index];
             if rendering.size().max_element() > most {
                 self.state.message =
-                    format!("{}: this adapter shows images of {most} pixels a side at most", rendering.name);
+                    format!("{}: this adapter supports images of at most {most} pixels per side", rendering.name);
                 continue;
             }
             let view = texture(&self.gpu.device, rendering.size());
             write(&self.gpu.queue, &view, rendering.bytes(look).as_flattened());
             *side = Some((view, (index, look)));
         }
-        let two = match wanted {
+        let two = match requested {
             [Some(a), Some(b)] if self.are_comparable() => Some([a, b]),
             _ => None,
         };
@@ -150,7 +151,7 @@ impl Shown {
             return;
         }
         self.compared = two;
-        self.found = None;
+        self.result = None;
         self.difference.stop();
         if let Some([a, b]) = two {
             let bytes = |(index, look): (usize, Look)| self.state.renderings[index].bytes(look);
@@ -165,22 +166,22 @@ impl Shown {
 
     fn show(&mut self) -> Requested {
         self.poll();
-        self.bring();
+        self.upload();
         let ratio = self.surface.context().pixels_per_point();
         let size = self.state.renderings[self.state.a].size().as_vec2();
-        let room = self.surface.context().content_rect();
-        // Pixels are seen as squares once they are enlarged.
-        let filter = match ratio * self.state.place.zoom(room, Vec2::new(size.x, size.y)) > 1.0 {
+        let viewport = self.surface.context().content_rect();
+        // Enlarged pixels are shown as squares.
+        let filter = match ratio * self.state.place.zoom(viewport, Vec2::new(size.x, size.y)) > 1.0 {
             true => wgpu::FilterMode::Nearest,
             false => wgpu::FilterMode::Linear,
         };
-        let map = self.found.as_ref().map(|(map, _)| map);
+        let map = self.result.as_ref().map(|(map, _)| map);
         let [a, b] = self.sides.each_ref().map(|side| side.as_ref().map(|(view, _)| view));
-        for (known, texture) in self.known.iter_mut().zip([a, b, map]) {
-            self.surface.know(&self.gpu.device, known, texture, filter);
+        for (registered, texture) in self.registered.iter_mut().zip([a, b, map]) {
+            self.surface.register(&self.gpu.device, registered, texture, filter);
         }
-        let [a, b, map] = self.known.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
-        let difference = match (&self.found, self.state.b) {
+        let [a, b, map] = self.registered.each_ref().map(|registered| registered.as_ref().map(|(id, ..)| *id));
+        let difference = match (&self.result, self.state.b) {
             (_, None) => Difference::OfOne,
             (Some((_, mean)), _) => Difference::Mean(*mean),
             _ if self.are_comparable() => Difference::Pending,

@@ -1,4 +1,4 @@
-//! Settings that change at random, frame after frame, as a hand on the panels changes them.
+//! Random changes of settings, as by the panels, over many frames.
 
 use lanternfish::{
     settings::Shadows,
@@ -13,28 +13,29 @@ use super::{
     *,
 };
 
-/// Frames, unless the variable below says how many.
+/// Number of frames, unless the environment variable [`FRAMES_FROM`] overrides it.
 const FRAMES: u64 = 150;
 const FRAMES_FROM: &str = "LANTERNFISH_FRAMES";
-/// The first frames, each of which is under other settings: after them the engine keeps as many pipelines as it ever does.
+/// Number of warm-up frames, each with changed settings. After them the engine's pipeline cache is full.
 const WARM: u64 = 100;
-/// Frames under the same settings, after those.
-const ALIKE: u64 = 6;
-/// Pipelines of compute and of drawing: those of any settings, and those that the engine keeps though nobody uses them.
+/// Frames per setting after the warm-up.
+const FRAMES_PER_SETTING: u64 = 6;
+/// Limits of compute and render pipelines: the most that one setting needs, plus [`SPARE`].
 const MOST_COMPILED: [usize; 2] = [64 + SPARE[0], 16 + SPARE[1]];
-/// Those that the engine keeps though nobody uses them.
+/// Unused compute and render pipelines that the engine keeps.
 const SPARE: [usize; 2] = [64, 24];
-/// Bytes by which the process's own memory may be more than at frame [`WARM`], however long the run, on Mesa's software adapter: the driver holds 1 to
-/// 4 MiB for each pipeline, of which more are kept at some times than at others. It was 246 MiB at frame 100, and 265 to 306, without growing, in
-/// the 2,900 after it. Before pipelines were dropped that nobody had used for long, it grew by 604 MiB to frame 3,000, which only a run of so many
-/// frames finds. Memory of the device comes in blocks of 128 MiB: 186 MiB, and 315 where settings ask for a second one; what is in use under the
-/// same settings is the same (`steady.rs`).
-const KEPT: u64 = 96 << 20;
+/// Greatest growth of the process's private memory since frame [`WARM`], bytes, for any number of frames on Mesa's software adapter.
+///
+/// The driver uses 1 to 4 MiB per pipeline, and the number of cached pipelines varies. Measured: 246 MiB at frame 100, and 265 to 306 MiB
+/// over the next 2,900 frames, without a trend. If long-unused pipelines are never dropped, memory grows by 604 MiB by frame 3,000; only a
+/// run of that length detects this. Device memory is not limited here, since it comes in blocks of 128 MiB: 186 MiB, or 315 MiB if settings
+/// need a second block. `steady.rs` checks that equal settings use equal device memory.
+const MAX_GROWTH: u64 = 96 << 20;
 
-/// A value that a setting of these words takes. Counts stay below a hundred or so: what takes long is not the question here.
-fn value(words: &ParameterInfo, names: &[(&'static str, &'static str)], random: &mut Random) -> String {
+/// A random valid value of a setting. Counts stay at most 100 above their minimum, to limit the run time.
+fn value(info: &ParameterInfo, names: &[(&'static str, &'static str)], random: &mut Random) -> String {
     let mut below = |count: usize| (random.unit() * count as f64) as usize;
-    match words.range {
+    match info.range {
         Range::Names | Range::Numbers => names[below(names.len())].0.to_owned(),
         Range::Switch(..) => ["on", "off"][below(2)].to_owned(),
         Range::Count(least, most) => (least + below((most - least).min(100) as usize + 1) as u32).to_string(),
@@ -43,7 +44,7 @@ fn value(words: &ParameterInfo, names: &[(&'static str, &'static str)], random: 
     }
 }
 
-/// Changes the choice of a technique, or one of its parameters.
+/// Changes a technique, or one of its parameters, at random.
 fn change_technique<K: Kind + ?Sized>(choice: &mut Choice<K>, random: &mut Random) {
     if random.unit() < 0.5 {
         let all: Vec<Choice<K>> = [Choice::NONE].into_iter().chain(Choice::all()).collect();
@@ -55,12 +56,12 @@ fn change_technique<K: Kind + ?Sized>(choice: &mut Choice<K>, random: &mut Rando
     if parameters.is_empty() {
         return;
     }
-    let (words, names) = &parameters[(random.unit() * parameters.len() as f64) as usize];
-    // What is refused has a message, and changes nothing.
-    let _ = technique.set(words.name, &value(words, names, random));
+    let (info, names) = &parameters[(random.unit() * parameters.len() as f64) as usize];
+    // A rejected value changes nothing.
+    let _ = technique.set(info.name, &value(info, names, random));
 }
 
-/// Changes one thing that panels show.
+/// Changes one setting of the panels at random.
 fn change(settings: &mut Settings, random: &mut Random) {
     match (random.unit() * 5.0) as u32 {
         0 => change_technique(&mut settings.indirect, random),
@@ -74,21 +75,22 @@ fn change(settings: &mut Settings, random: &mut Random) {
     }
 }
 
-/// Memory that this process uses, bytes.
+/// Resident memory of this process, bytes.
 #[derive(Clone, Copy, Debug)]
 struct Resident {
-    /// Its own: what is allocated for it and for the driver.
+    /// Private memory of the process and the driver.
     own: u64,
-    /// What is shared: memory of Mesa's software device.
+    /// Shared memory: device memory of Mesa's software adapter.
     shared: u64,
 }
 
 impl Resident {
-    /// None where the system does not say it. What is free, and kept by the C library for later, is given back first: one large shader that is
-    /// compiled in a thread of the driver leaves 250 MiB of that.
+    /// The current use; `None` if the system does not report it.
+    ///
+    /// Free heap memory is returned to the system first: the compilation of one large shader in a driver thread leaves 250 MiB of it.
     fn now() -> Option<Self> {
         #[cfg(all(target_os = "linux", target_env = "gnu"))]
-        // Safety: it takes no pointer, and touches nothing that is in use.
+        // Safety: `malloc_trim` takes no pointer and does not touch live allocations.
         unsafe {
             libc::malloc_trim(0)
         };
@@ -103,11 +105,11 @@ impl Resident {
 
 impl std::fmt::Display for Resident {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} MiB of its own, {} MiB of the device", self.own >> 20, self.shared >> 20)
+        write!(f, "{} MiB private, {} MiB device", self.own >> 20, self.shared >> 20)
     }
 }
 
-/// Whether it says what the device or the renderer has not, and not that something went wrong.
+/// True if the error states a limit or missing feature, and not a failure.
 fn is_refusal(error: &RenderError) -> bool {
     !matches!(error, RenderError::Gpu(what) if !matches!(what, GpuError::TooLarge { .. }))
 }
@@ -120,33 +122,33 @@ fn gpu_settings_change_at_random() {
     let gpu = own(gpu);
     let scene = demo("cornell").unwrap();
     let camera = scene.default_camera(1.5);
-    let usual = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let mut viewport = Viewport::new(gpu, scene, &usual).unwrap();
+    let base = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let mut viewport = Viewport::new(gpu, scene, &base).unwrap();
     viewport.resize(UVec2::new(24, 16));
     let mut random = Random::new(7, 0, 0);
-    let (mut requested, mut refused, mut whole, mut warm) = (usual.clone(), 0, 0, None);
+    let (mut requested, mut rejected, mut complete, mut warm) = (base.clone(), 0, 0, None);
     for frame in 0..frames {
-        if frame < WARM || frame % ALIKE == 0 {
+        if frame < WARM || frame % FRAMES_PER_SETTING == 0 {
             if random.unit() < 0.1 {
-                requested = usual.clone();
+                requested = base.clone();
             }
             change(&mut requested, &mut random);
-            // As the window does: the image stays, and the panels say why.
+            // As in the window, the current settings stay after an error.
             if let Err(error) = viewport.set(&requested) {
                 assert!(is_refusal(&error), "{requested:?}: {error}");
-                (refused, requested) = (refused + 1, viewport.settings().clone());
+                (rejected, requested) = (rejected + 1, viewport.settings().clone());
             }
         }
         if let Err(error) = viewport.draw(&camera) {
             assert!(is_refusal(&error), "{requested:?}: {error}");
-            (refused, requested) = (refused + 1, usual.clone());
-            viewport.set(&usual).unwrap();
+            (rejected, requested) = (rejected + 1, base.clone());
+            viewport.set(&base).unwrap();
             continue;
         }
         viewport.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         viewport.poll();
-        assert!(!viewport.is_busy(), "the device is done");
-        whole += u64::from(viewport.averaged() > 0);
+        assert!(!viewport.is_busy(), "the frame is complete");
+        complete += u64::from(viewport.averaged() > 0);
         let compiled = viewport.renderer.engine().kept();
         let most = MOST_COMPILED;
         assert!(
@@ -158,7 +160,7 @@ fn gpu_settings_change_at_random() {
             let [kernels, rasters] = SPARE;
             assert!(
                 compiled.kernels >= kernels && compiled.rasters >= rasters,
-                "as many as it keeps anyway: {compiled:?}"
+                "the pipeline cache is not full: {compiled:?}"
             );
         }
         if (frame == WARM || frame > 0 && frame % 500 == 0)
@@ -167,10 +169,10 @@ fn gpu_settings_change_at_random() {
             println!("frame {frame}: {now}; {:?}", Alive::of(&viewport));
         }
     }
-    println!("{frames} frames, {whole} of them shown, {refused} changes refused");
-    assert!(2 * whole > frames, "{whole} of {frames} frames are shown");
+    println!("{frames} frames, {complete} complete, {rejected} changes rejected");
+    assert!(2 * complete > frames, "{complete} of {frames} frames are complete");
     if let (Some(warm), Some(end)) = (warm, Resident::now()) {
         println!("after {WARM} frames {warm}; at the end {end}");
-        assert!(end.own < warm.own + KEPT, "{} MiB more", (end.own - warm.own) >> 20);
+        assert!(end.own < warm.own + MAX_GROWTH, "{} MiB more", (end.own - warm.own) >> 20);
     }
 }

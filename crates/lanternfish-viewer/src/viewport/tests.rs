@@ -8,7 +8,7 @@ use lanternfish_scene::generate::demo;
 
 use super::*;
 
-/// Draws until so many frames are averaged, as a window does, but waiting for the device.
+/// Draws until `frames` frames are averaged. Blocks until the device is idle after each.
 fn draw(viewport: &mut Viewport, camera: &Camera, frames: u32) {
     for _ in 0..50 {
         let is_of_camera = viewport.averaged.1.as_ref() == Some(camera);
@@ -24,7 +24,7 @@ fn draw(viewport: &mut Viewport, camera: &Camera, frames: u32) {
     panic!("{} frames of {frames}", viewport.averaged());
 }
 
-/// A room of the test's own on the device that tests share.
+/// Creates a separate viewport of the Cornell box on the shared device.
 fn cornell(gpu: &Gpu, settings: &Settings) -> Viewport {
     let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
     let mut viewport = Viewport::new(gpu, demo("cornell").unwrap(), settings).unwrap();
@@ -32,10 +32,10 @@ fn cornell(gpu: &Gpu, settings: &Settings) -> Viewport {
     viewport
 }
 
-/// By hand, light by light or all at once, is as if the scene had been so from the start; what is refused changes nothing.
+/// Changed lights, one by one or all at once, give the same image as a scene with these lights. Rejected lights change nothing.
 #[test]
-fn gpu_lights_by_hand_are_those_of_the_scene() {
-    let Some(gpu) = testing::gpu("gpu_lights_by_hand_are_those_of_the_scene") else { return };
+fn gpu_changed_lights_equal_those_of_a_new_scene() {
+    let Some(gpu) = testing::gpu("gpu_changed_lights_equal_those_of_a_new_scene") else { return };
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let indirect = Settings { indirect: Indirect::from(Quality::Draft.sampled().one_bounce()), ..settings.clone() };
     for settings in [settings, indirect] {
@@ -50,7 +50,10 @@ fn gpu_lights_by_hand_are_those_of_the_scene() {
         let more = [dimmer.clone(), vec![Light::point(middle, Vec3::new(0.5, 0.0, 0.0))]].concat();
         for changed in [dimmer, more] {
             viewport.set_lights(changed.clone()).unwrap();
-            assert!(viewport.scene.lights == changed && held.lights == lights, "who holds the scene sees it as it was");
+            assert!(
+                viewport.scene.lights == changed && held.lights == lights,
+                "other holders of the scene see it unchanged"
+            );
             draw(&mut viewport, &camera, 2);
             let mut again = cornell(gpu, &settings);
             let mut scene = Scene::clone(&again.scene);
@@ -68,17 +71,17 @@ fn gpu_lights_by_hand_are_those_of_the_scene() {
         moved.world_from_camera.translation.x += 0.3;
         draw(&mut viewport, &moved, 1);
         draw(&mut viewport, &camera, 2);
-        assert!(viewport.pixels().unwrap() == before.1, "a refused light is on the device");
+        assert!(viewport.pixels().unwrap() == before.1, "a rejected light is on the device");
         viewport.set_lights(lights).unwrap();
         draw(&mut viewport, &camera, 2);
         assert!(viewport.pixels().unwrap() == first, "back again");
     }
 }
 
-/// Two renderings of a scene: each is what it would be alone, and the second follows what becomes of the scene.
+/// Two viewports of a scene: each renders the same image as alone, and the second follows changes of the scene.
 #[test]
-fn gpu_a_second_rendering_stands_beside_the_first() {
-    let Some(gpu) = testing::gpu("gpu_a_second_rendering_stands_beside_the_first") else { return };
+fn gpu_a_second_viewport_renders_independently() {
+    let Some(gpu) = testing::gpu("gpu_a_second_viewport_renders_independently") else { return };
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let unshadowed = Settings { shadows: Shadows::None, ..settings.clone() };
     let mut a = cornell(gpu, &settings);
@@ -117,7 +120,7 @@ fn gpu_an_image_follows_sizes_settings_and_scenes() {
     draw(&mut viewport, &camera, 3);
     let first = viewport.pixels().unwrap();
     assert!(first.iter().filter(|pixel| pixel[..3] != [0; 3]).count() > 300 && viewport.report.is_some());
-    // Another camera is another mean.
+    // A camera change restarts accumulation.
     let mut moved = camera.clone();
     moved.world_from_camera.translation.x += 0.3;
     assert!(viewport.has_more(&moved));
@@ -125,11 +128,11 @@ fn gpu_an_image_follows_sizes_settings_and_scenes() {
     assert!(viewport.averaged() == 1 && viewport.pixels().unwrap() != first);
     viewport.set(&Settings { debug_view: Some(DebugView::Normal), ..settings.clone() }).unwrap();
     draw(&mut viewport, &camera, 1);
-    assert!(viewport.change.is_some() && !viewport.has_more(&camera), "a view of a quantity has no mean");
+    assert!(viewport.change.is_some() && !viewport.has_more(&camera), "debug views are not averaged");
     viewport.set(&settings).unwrap();
     draw(&mut viewport, &camera, 3);
     assert!(viewport.pixels().unwrap() == first, "back again");
-    // A window without a size, and another scene.
+    // A viewport of size 0, and another scene.
     assert!(viewport.resize(UVec2::ZERO) && viewport.size() == UVec2::ONE);
     draw(&mut viewport, &camera, 1);
     viewport.resize(UVec2::new(48, 32));
@@ -139,10 +142,10 @@ fn gpu_an_image_follows_sizes_settings_and_scenes() {
     assert!(viewport.pixels().unwrap() != first);
 }
 
-/// The visible clusters of an image are where its surfaces are: what a pixel shows is in one of them, and each is in the frustum.
+/// The surface at each pixel lies in a visible cluster, and the bird's-eye view shows all visible clusters.
 #[test]
-fn gpu_visible_clusters_hold_what_pixels_show() {
-    let Some(gpu) = testing::gpu("gpu_visible_clusters_hold_what_pixels_show") else { return };
+fn gpu_visible_clusters_contain_the_visible_surfaces() {
+    let Some(gpu) = testing::gpu("gpu_visible_clusters_contain_the_visible_surfaces") else { return };
     let mut viewport = cornell(gpu, &Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
     let camera = viewport.scene.default_camera(1.5);
     assert!(!viewport.shows(&camera));
@@ -151,29 +154,29 @@ fn gpu_visible_clusters_hold_what_pixels_show() {
     let grids = viewport.clusters().unwrap();
     let tracer =
         lanternfish_reference::Tracer::new(&viewport.scene, lanternfish_reference::Settings::default()).unwrap();
-    let (mut found, mut all) = (0, 0);
+    let (mut visible, mut all) = (0, 0);
     for (x, y) in (0..48).step_by(5).flat_map(|x| (0..32).step_by(5).map(move |y| (x, y))) {
         let Some(place) = tracer.probe(&camera, [f64::from(x) + 0.5, f64::from(y) + 0.5], [48, 32]) else { continue };
-        let cluster = crate::clusters::at(&grids, 0, place.p).expect("the grid holds all that is seen");
+        let cluster = crate::clusters::at(&grids, 0, place.p).expect("the grid contains all visible surfaces");
         all += 1;
-        found += u32::from(cluster.lights.is_some());
+        visible += u32::from(cluster.lights.is_some());
         assert!(cluster.lights.unwrap_or(0) <= viewport.scene.lights.len() as u32);
     }
-    // At a cluster's side rounding may choose its neighbour.
-    assert!(all > 30 && found + 2 >= all, "{found} of {all}");
+    // At a cluster boundary, rounding may select the neighbour.
+    assert!(all > 30 && visible + 2 >= all, "{visible} of {all}");
     let view = crate::overlay::BirdsEye::new(&crate::controls::Controls::new(camera.clone(), 2.0), 1.5, &grids);
     let all: usize = grids.iter().map(|grid| grid.visible.len()).sum();
     assert!(view.all == all && view.clusters.len() == all && all > 1 && view.outlines.len() == 1, "{all}");
 }
 
-/// The images of two eyes in one frame are those that each eye would see alone, whether they share lists of lights or not.
+/// Stereo images of one frame equal those of each eye alone, with shared and with separate light lists.
 #[test]
-fn gpu_two_eyes_see_what_each_sees_alone() {
-    let Some(gpu) = testing::gpu("gpu_two_eyes_see_what_each_sees_alone") else { return };
-    let usual = Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(1.0), ..Settings::direct_light() };
+fn gpu_stereo_images_equal_single_eye_images() {
+    let Some(gpu) = testing::gpu("gpu_stereo_images_equal_single_eye_images") else { return };
+    let base = Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(1.0), ..Settings::direct_light() };
     for grouping in [Grouping::Individual, Grouping::Enclosed] {
         let culling = Culling::from(Clustered { grouping, ..Clustered::default() });
-        let mut viewport = cornell(gpu, &Settings { culling, ..usual.clone() });
+        let mut viewport = cornell(gpu, &Settings { culling, ..base.clone() });
         let camera = viewport.scene.default_camera(1.5);
         draw(&mut viewport, &camera, 2);
         let one = viewport.pixels().unwrap();
@@ -186,20 +189,20 @@ fn gpu_two_eyes_see_what_each_sees_alone() {
             [0, 48].map(|from| both.chunks(96).flat_map(|row| row[from..from + 48].to_vec()).collect::<Vec<_>>());
         assert!(both.len() == 2 * one.len() && halves[0] != halves[1] && halves[0] != one);
         for (half, of_eye) in halves.iter().zip(&cameras) {
-            let mut alone = cornell(gpu, &usual);
+            let mut alone = cornell(gpu, &base);
             draw(&mut alone, of_eye, 2);
             assert!(alone.pixels().unwrap() == *half, "{grouping:?}, {}", of_eye.name);
         }
         viewport.show_to(None);
         draw(&mut viewport, &camera, 2);
-        assert!(viewport.pixels().unwrap() == one, "one again");
+        assert!(viewport.pixels().unwrap() == one, "mono again");
     }
 }
 
-/// The tile of a pixel lists all lights that reach its surface, and no more than there are; the lists of all tiles add up to what was counted.
+/// The tile of each pixel lists all lights that reach its surface. The lists of all tiles add up to the counter.
 #[test]
-fn gpu_tiles_list_what_reaches_their_pixels() {
-    let Some(gpu) = testing::gpu("gpu_tiles_list_what_reaches_their_pixels") else { return };
+fn gpu_tiles_list_the_lights_of_their_pixels() {
+    let Some(gpu) = testing::gpu("gpu_tiles_list_the_lights_of_their_pixels") else { return };
     let culling = Culling::from(Tiled::default());
     let mut viewport = cornell(gpu, &Settings { culling, shadows: Shadows::BVH, ..Settings::direct_light() });
     let (camera, middle) = (viewport.scene.default_camera(1.5), viewport.scene.bounds().center());

@@ -1,4 +1,4 @@
-//! A frame of the window: what is shown, what was requested, and when it is painted.
+//! A frame of the window: panels, requests, drawing and painting.
 
 use std::time::{Duration, Instant};
 
@@ -12,30 +12,31 @@ use crate::{
 };
 
 impl Viewer {
-    /// One frame of the window; now and then one of the image.
+    /// Runs one frame of the window, and starts a frame of the image if none is in flight.
     pub(super) fn show(&mut self) -> Requested {
         if let Some(recorder) = &self.recorder {
-            // A step takes no less than it lasts, however fast the display is.
+            // A recorded step takes at least its own length in real time.
             std::thread::sleep(Duration::from_secs_f32(recorder.step()).saturating_sub(self.last.elapsed()));
         }
         let passed = self.last.elapsed().as_secs_f32().min(0.25);
         let seconds = self.recorder.as_ref().map_or(passed, Recorder::step);
         self.last = Instant::now();
-        let is_alone = !self.is_busy();
+        let was_idle = !self.is_busy();
         self.poll();
         let right = match self.state.eyes() {
             Some(_) => self.viewport.right_image(),
             None => self.comparison.rendering(),
         };
         let shown = [Some(self.viewport.rendering()), right, self.comparison.map()];
-        for (known, texture) in self.renderings.iter_mut().zip(shown) {
-            self.surface.know(&self.viewport.gpu.device, known, texture, wgpu::FilterMode::Linear);
+        for (registered, texture) in self.renderings.iter_mut().zip(shown) {
+            self.surface.register(&self.viewport.gpu.device, registered, texture, wgpu::FilterMode::Linear);
         }
         let (requested, output) = self.panels(seconds);
         if let Some(recorder) = &mut self.recorder {
             recorder.note(&mut self.state.controls);
         }
-        self.room = UVec2::new(requested.room.x as u32, requested.room.y as u32).max(UVec2::ONE);
+        self.viewport_size =
+            UVec2::new(requested.viewport_size.x as u32, requested.viewport_size.y as u32).max(UVec2::ONE);
         if requested.is_moving {
             self.moved = Some(Instant::now());
         }
@@ -53,31 +54,31 @@ impl Viewer {
         if let Some(form) = requested.write {
             self.write(form);
         }
-        // What moves is seen with the frame that is drawn now. At rest what was drawn is painted first: a driver may wait for the one before it
-        // paints the other.
-        let is_first = is_alone && !self.moves();
-        if !is_first && !self.is_busy() {
-            self.look_from_above();
+        // While something moves, the frame is drawn before the paint, for low latency. At rest the window is painted first, since
+        // a driver may delay the paint until the submitted frame is complete.
+        let paints_first = was_idle && !self.moves();
+        if !paints_first && !self.is_busy() {
+            self.toggle_birds_eye();
             self.draw_both(seconds);
         }
         self.surface.paint(&self.viewport.gpu, output);
         self.repaint_limiter.painted();
         self.painted = (Instant::now(), self.viewport.mean());
-        if is_first {
+        if paints_first {
             self.repaint_limiter.took(1e3 * self.last.elapsed().as_secs_f64());
             if !self.is_busy() {
-                self.look_from_above();
+                self.toggle_birds_eye();
                 self.draw_both(seconds);
             }
         }
         requested
     }
 
-    /// What egui makes of the panels; the room that is left for the image is in pixels.
+    /// Runs the panels. `viewport_size` of the result is in pixels.
     fn panels(&mut self, seconds: f32) -> (Requested, egui::FullOutput) {
         let Self { surface, state, viewport, comparison, name, renderings, frame_ms, memory, repaint_limiter, .. } =
             self;
-        let [a, b, map] = renderings.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
+        let [a, b, map] = renderings.each_ref().map(|registered| registered.as_ref().map(|(id, ..)| *id));
         let facts = Facts {
             name,
             scene: &viewport.scene,
@@ -99,7 +100,7 @@ impl Viewer {
         let output = surface.panels(|ui| {
             requested = std::mem::take(&mut requested).and(panels::show(ui, state, &facts, seconds));
         });
-        requested.room *= output.pixels_per_point;
+        requested.viewport_size *= output.pixels_per_point;
         (requested, output)
     }
 }

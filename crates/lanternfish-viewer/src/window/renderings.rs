@@ -1,4 +1,4 @@
-//! What a frame of the window does about its images: it draws the next frame of each, changes the scene, and keeps screenshots.
+//! The images of the window: draws the next frame of each side, changes the scene, writes screenshots and shots.
 
 use std::{sync::Arc, time::Instant};
 
@@ -8,7 +8,7 @@ use lanternfish_scene::Camera;
 use super::Viewer;
 use crate::{
     Form, Shown,
-    background::Found,
+    background::ProbeResult,
     overlay::BirdsEye,
     panels::{Clip, Edit, Pointed, State},
     player,
@@ -17,26 +17,26 @@ use crate::{
 };
 
 impl Viewer {
-    /// The next frame of either side, while the device does nothing for them. What cannot be is told, and is as it was before.
+    /// Draws the next frame of both sides; no frame may be in flight. An error is shown as a message, and the last working settings stay.
     pub(super) fn draw_both(&mut self, seconds: f32) {
         self.viewport.show_to(self.state.eyes());
-        self.draw_beside();
+        self.draw_comparison();
         if let Err(error) = self.draw(seconds) {
             self.state.message = error.to_string();
-            // What was requested cannot be: what is shown can.
+            // The requested settings failed; the current ones work.
             self.state.settings = self.viewport.settings().clone();
             self.state.written = None;
         }
     }
 
-    /// The next frame of the image, where there is one.
+    /// Draws the next frame of A, if it would change the image.
     fn draw(&mut self, seconds: f32) -> Result<(), lanternfish::RenderError> {
         self.viewport.set(&self.state.settings)?;
         if let Some(clip) = &mut self.state.clip
             && player::play(&self.viewport.scene, clip, &mut self.moment, seconds)
         {
             let (animation, time) = (clip.animation, clip.time);
-            self.let_go();
+            self.release_scene();
             let scene = Arc::make_mut(&mut self.viewport.scene);
             if let Some(animation) = animation {
                 scene.pose(animation, time);
@@ -46,8 +46,10 @@ impl Viewer {
             }
             self.viewport.update()?;
         }
-        let fraction = self.resolution_scaling.scale(u64::from(self.room.x) * u64::from(self.room.y), self.moves());
-        let size = (self.room.as_vec2() * fraction).as_uvec2().max(UVec2::ONE);
+        let fraction = self
+            .resolution_scaling
+            .scale(u64::from(self.viewport_size.x) * u64::from(self.viewport_size.y), self.moves());
+        let size = (self.viewport_size.as_vec2() * fraction).as_uvec2().max(UVec2::ONE);
         self.viewport.resize(size);
         if self.viewport.has_more(&self.state.controls.camera) {
             self.viewport.draw(&self.state.controls.camera)?;
@@ -55,11 +57,11 @@ impl Viewer {
         Ok(())
     }
 
-    /// The next frame of the other side, before that of the first: what is compared is what is seen.
-    fn draw_beside(&mut self) {
-        let rests = !self.moves() && self.viewport.size() == self.room && self.viewport.averaged() > 0;
-        if let Some(pointed) = self.state.pointed.clone().filter(|pointed| rests && pointed.is_of_before) {
-            self.probe(pointed.at, pointed.eye, pointed.camera, pointed.found);
+    /// Draws the next frame of B. It runs before A's, so that the comparison uses the displayed image of A.
+    fn draw_comparison(&mut self) {
+        let rests = !self.moves() && self.viewport.size() == self.viewport_size && self.viewport.averaged() > 0;
+        if let Some(pointed) = self.state.pointed.clone().filter(|pointed| rests && pointed.is_outdated) {
+            self.probe(pointed.at, pointed.eye, pointed.camera, pointed.probe_result);
         }
         let State { wipe, controls, message, .. } = &mut self.state;
         if let Err(error) = self.comparison.draw(&self.viewport, wipe, &controls.camera, rests) {
@@ -71,9 +73,9 @@ impl Viewer {
         }
     }
 
-    /// Goes over to the view from above, once the first camera's image is whole, or back from it.
-    pub(super) fn look_from_above(&mut self) {
-        let rests = self.viewport.size() == self.room && !self.moves();
+    /// Enters the bird's-eye view once the first camera's image has full resolution, or leaves it.
+    pub(super) fn toggle_birds_eye(&mut self) {
+        let rests = self.viewport.size() == self.viewport_size && !self.moves();
         let State { overlays, controls, message, clip, .. } = &mut self.state;
         if !overlays.wants_birds_eye {
             return;
@@ -83,7 +85,7 @@ impl Viewer {
                 (false, "Stereo and bird's-eye view are off while a flight is recorded".to_owned());
             return;
         }
-        // What is looked at stands still.
+        // Playback stops while the view changes.
         clip.iter_mut().for_each(|clip| clip.is_playing = false);
         if let Some(view) = overlays.birds_eye.take() {
             controls.camera = view.first.camera.clone();
@@ -91,7 +93,8 @@ impl Viewer {
         } else if rests && self.viewport.shows(&controls.camera) {
             match self.viewport.clusters() {
                 Ok(grids) => {
-                    let view = BirdsEye::new(controls, self.room.x as f32 / self.room.y as f32, &grids);
+                    let view =
+                        BirdsEye::new(controls, self.viewport_size.x as f32 / self.viewport_size.y as f32, &grids);
                     controls.camera = view.camera(&self.viewport.scene.bounds());
                     overlays.birds_eye = Some(view);
                 }
@@ -104,15 +107,16 @@ impl Viewer {
         self.moved = Some(Instant::now());
     }
 
-    /// Asks what lies under a pixel of an eye's image.
+    /// Requests a probe of a pixel of an eye's image. `at`: 0 to 1 from the top left.
     pub(super) fn point(&mut self, at: glam::Vec2, eye: usize) {
         self.probe(at, eye, self.state.controls.camera.clone(), None);
     }
 
-    fn probe(&mut self, at: glam::Vec2, eye: usize, camera: Camera, found: Option<Found>) {
+    fn probe(&mut self, at: glam::Vec2, eye: usize, camera: Camera, probe_result: Option<ProbeResult>) {
         let cameras = self.viewport.cameras(&camera);
         self.comparison.probe(&self.viewport, cameras.get(eye).unwrap_or(&camera), at.to_array());
-        self.state.pointed = Some(Pointed { at, eye, camera, found, cluster: None, tile: None, is_of_before: false });
+        self.state.pointed =
+            Some(Pointed { at, eye, camera, probe_result, cluster: None, tile: None, is_outdated: false });
     }
 
     /// Changes a light.
@@ -120,17 +124,17 @@ impl Viewer {
         self.state.message.clear();
         let changed = edit.changed();
         let lights = edit.applied(&self.viewport.scene.lights);
-        self.let_go();
+        self.release_scene();
         match self.viewport.set_lights(lights) {
-            Ok(()) => self.mind_the_rain(changed),
+            Ok(()) => self.update_rain(changed),
             Err(error) => self.state.message = error.to_string(),
         }
-        // While it is dragged, images are small ones.
+        // During a drag, images have a low resolution.
         self.moved = Some(Instant::now());
     }
 
-    /// Rain of which a light was changed by hand, or deleted, falls no more.
-    fn mind_the_rain(&mut self, changed: Option<(usize, bool)>) {
+    /// Stops light rain if one of its lights was changed or deleted, and shifts its indices if an earlier light was deleted.
+    fn update_rain(&mut self, changed: Option<(usize, bool)>) {
         let (Some(rain), Some((index, is_gone))) = (&mut self.rain, changed) else { return };
         if rain.indices().contains(&index) {
             self.rain = None;
@@ -141,7 +145,7 @@ impl Viewer {
         }
     }
 
-    /// Writes what is seen as it will be at rest, and goes on with the camera of what was written.
+    /// Writes the current view with settings as at rest, and continues with the written camera.
     pub(super) fn write(&mut self, form: Form) {
         let settings = at_rest(&self.state.settings);
         let shown = Shown {
@@ -149,7 +153,7 @@ impl Viewer {
             scene: &self.viewport.scene,
             camera: &self.state.controls.camera,
             eyes: self.state.eyes(),
-            size: self.room.into(),
+            size: self.viewport_size.into(),
             moment: self.moment,
         };
         self.state.message = match (self.write)(&shown, form) {
@@ -159,34 +163,34 @@ impl Viewer {
                 match form {
                     Form::File => written.text,
                     Form::CommandLine => {
-                        let said = format!("copied: {}", written.text);
+                        let message = format!("copied: {}", written.text);
                         self.surface.context().copy_text(written.text);
-                        said
+                        message
                     }
                 }
             }
         };
     }
 
-    /// The scene becomes another: nobody else holds on to it.
-    fn let_go(&mut self) {
-        self.comparison.let_go();
+    /// Releases all references to the scene before it changes, and marks the clicked pixel as outdated.
+    fn release_scene(&mut self) {
+        self.comparison.release_scene();
         if let Some(pointed) = &mut self.state.pointed {
-            pointed.is_of_before = true;
+            pointed.is_outdated = true;
         }
     }
 
-    /// Writes a screenshot, if one is requested and the whole image is there.
+    /// Writes a screenshot, if one is requested and the image has full resolution.
     pub(super) fn keep_image(&mut self) {
         let size = self.viewport.size();
-        if !self.wants_screenshot || size != self.room || self.viewport.averaged() == 0 {
+        if !self.wants_screenshot || size != self.viewport_size || self.viewport.averaged() == 0 {
             return;
         }
         self.wants_screenshot = false;
         let read = self.viewport.pixels().map_err(|error| error.to_string());
-        // Two eyes stand side by side.
+        // Stereo images are side by side.
         let all = if self.viewport.eyes().is_some() { size * UVec2::new(2, 1) } else { size };
-        let kept = read.and_then(|texels| (self.keep)(texels.as_flattened(), all.into()));
-        self.state.message = kept.unwrap_or_else(|what| format!("no screenshot: {what}"));
+        let written = read.and_then(|texels| (self.keep)(texels.as_flattened(), all.into()));
+        self.state.message = written.unwrap_or_else(|what| format!("screenshot failed: {what}"));
     }
 }

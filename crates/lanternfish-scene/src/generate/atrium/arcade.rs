@@ -10,27 +10,27 @@ use crate::generate::{
     surface::{Surface, Workshop},
 };
 
-/// A place on the line of columns, or of the bays between them, and the turn that takes +z to the court.
+/// A position on the line of columns or of bays, and the rotation about y, radians, from +z to the court.
 type Spot = (Vec3, f32);
 
-/// Middles of the cells of `width` along the rectangle of half size `half`; +z looks inside.
+/// Centres of the bays of `width` along the rectangle of half size `half`; +z points inside.
 pub(super) fn cells(half: Vec2, width: f32) -> Vec<Spot> {
     let mut spots = Vec::new();
-    for (turn, length, distance) in
+    for (angle, length, distance) in
         [(PI, half.x, half.y), (0.0, half.x, half.y), (-FRAC_PI_2, half.y, half.x), (FRAC_PI_2, half.y, half.x)]
     {
         let count = (2.0 * length / width).round() as u32;
         for i in 0..count {
-            // On the −z side, +z looks inside untouched.
+            // On the −z side, +z points inside without rotation.
             let along = (i as f32 + 0.5) * width - length;
-            spots.push((glam::Quat::from_rotation_y(turn) * Vec3::new(along, 0.0, -distance), turn));
+            spots.push((glam::Quat::from_rotation_y(angle) * Vec3::new(along, 0.0, -distance), angle));
         }
     }
     spots
 }
 
 /// A wall panel of half width `half_width` from the springing (y = 0) to `top`, centred on z = 0, with a round-arched
-/// opening. Without its bottom and ends, which stand on capitals and meet other panels.
+/// opening. Without its bottom and ends, which touch capitals and other panels.
 pub(super) fn arch_panel(half_width: f32, radius: f32, top: f32, thickness: f32, steps: u32) -> Shape {
     let corner = top.atan2(half_width);
     let mut angles: Vec<f32> = (0..=steps).map(|i| PI * i as f32 / steps as f32).collect();
@@ -211,17 +211,17 @@ pub(super) fn ground_storey(workshop: &mut Workshop, materials: &Materials) {
     let medallion = workshop.mesh("medallion", medallion(materials));
 
     let up = Vec3::new(0.0, SPRING, 0.0);
-    for (place, turn) in cells(COURT, BAY) {
-        workshop.place_at(panel, place + up, turn);
-        workshop.place_at(ring, place + up, turn);
+    for (position, angle) in cells(COURT, BAY) {
+        workshop.place_at(panel, position + up, angle);
+        workshop.place_at(ring, position + up, angle);
     }
     // Blind arches on the outer wall, half sunk into it, and ribs across the walk.
-    for (place, turn) in cells(OUTER, BAY) {
-        workshop.place_at(panel, place + up, turn);
+    for (position, angle) in cells(OUTER, BAY) {
+        workshop.place_at(panel, position + up, angle);
     }
     let middle = 0.5 * (COURT + OUTER);
-    for (place, turn) in cells(middle, BAY) {
-        workshop.place_at(vault, place + up, turn);
+    for (position, angle) in cells(middle, BAY) {
+        workshop.place_at(vault, position + up, angle);
     }
     for (sx, sz) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
         workshop.place_at(vault, Vec3::new(sx * middle.x, SPRING, sz * middle.y), 0.0);
@@ -245,8 +245,8 @@ pub(super) fn ground_storey(workshop: &mut Workshop, materials: &Materials) {
             workshop.place_at(pilaster, Vec3::new(side * OUTER.x, FLOOR, z), 0.0);
             if (1..3).contains(&i) {
                 workshop.place_at(column, Vec3::new(side * COURT.x, FLOOR, z), 0.0);
-                let turn = -side * FRAC_PI_2;
-                workshop.place_at(medallion, Vec3::new(side * (COURT.x - 0.25), SPRING + 1.0, z), turn);
+                let angle = -side * FRAC_PI_2;
+                workshop.place_at(medallion, Vec3::new(side * (COURT.x - 0.25), SPRING + 1.0, z), angle);
             }
         }
     }
@@ -261,7 +261,7 @@ fn medallion(materials: &Materials) -> [(Surface, Shape); 2] {
     let mut disc = Shape::new();
     disc.lathe(&[(0.205, 0.02), (0.16, 0.035), (0.0, 0.06)], 18);
     dish.append(&disc, &upright);
-    // Its texture is laid flat, one tile across.
+    // A planar texture projection, one tile across.
     for (uv, p) in dish.uv.iter_mut().zip(&dish.positions) {
         *uv = Vec2::new(p.x, -p.y) * (0.3 / 0.41) + 0.15;
     }
@@ -299,14 +299,14 @@ pub(super) fn upper_storey(workshop: &mut Workshop, materials: &Materials) {
 
     let floor = Vec3::new(0.0, UPPER_FLOOR, 0.0);
     workshop.place_at(portal, Vec3::new(-COURT.x, 6.9, 0.0), FRAC_PI_2);
-    for (place, turn) in cells(COURT, half_bay) {
-        if place.x < -COURT.x + 0.1 && place.z.abs() < half_bay {
+    for (position, angle) in cells(COURT, half_bay) {
+        if position.x < -COURT.x + 0.1 && position.z.abs() < half_bay {
             continue;
         }
         let up = Vec3::new(0.0, UPPER_SPRING, 0.0);
-        workshop.place_at(panel, place + up, turn);
-        workshop.place_at(ring, place + up, turn);
-        workshop.place_at(rail, place + floor, turn);
+        workshop.place_at(panel, position + up, angle);
+        workshop.place_at(ring, position + up, angle);
+        workshop.place_at(rail, position + floor, angle);
     }
     for side in [-1.0f32, 1.0] {
         for i in 1..12 {
@@ -324,7 +324,7 @@ pub(super) fn upper_storey(workshop: &mut Workshop, materials: &Materials) {
     }
 }
 
-/// What carries the portal's arch; y = 0 is its springing, the floor 1.9 m below.
+/// The jambs of the portal's arch; y = 0 is its springing, the floor 1.9 m below.
 fn portal_jambs() -> Shape {
     let mut shape = Shape::new();
     for side in [-1.0f32, 1.0] {

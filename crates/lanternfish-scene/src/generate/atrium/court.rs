@@ -70,7 +70,7 @@ pub(super) fn shell(workshop: &mut Workshop, m: &Materials) {
         "roof": m.roof, upper_face, [(0.33, 9.26), (-3.62, 10.25)];
     }
 
-    // The outside: walls one can see only by looking for them, and solid for shadows.
+    // The outside: walls that are hardly visible, and solids for shadows.
     let mut outside = Shape::new();
     outside.moulding(&[(WALL, -0.1), (WALL, 10.5), (0.0, 10.5)], OUTER, false);
     outside.moulding(&[(0.0, 9.9), (0.0, 10.5)], OUTER, true);
@@ -100,7 +100,7 @@ fn flagstones(workshop: &mut Workshop, m: &Materials) {
             let (x0, x1) = (at(column as f32 - shift) + 0.004, at(column as f32 + 1.0 - shift) - 0.004);
             let (z0, z1) = (depth * row as f32 - half.y + 0.004, depth * (row + 1) as f32 - half.y - 0.004);
             let seed = [row, column, 5];
-            // No stone lies quite level, by up to 2 mm.
+            // Each stone is tilted by up to 2 mm.
             let height = |corner: u32| 0.002 * signed(&[row, column, corner]);
             let corner = |x: f32, z: f32, index: u32| Vec3::new(x, height(index), z);
             let (b, low) = (0.012, -0.015);
@@ -146,9 +146,9 @@ fn roof_details(workshop: &mut Workshop, m: &Materials) {
         });
     }
     let tiles = workshop.mesh("roof tiles", [(m.roof, tiles)]);
-    for (place, turn) in cells(COURT - 0.18, BAY) {
-        workshop.place_at(dentils, place, turn);
-        workshop.place_at(tiles, place, turn);
+    for (position, angle) in cells(COURT - 0.18, BAY) {
+        workshop.place_at(dentils, position, angle);
+        workshop.place_at(tiles, position, angle);
     }
 }
 
@@ -158,8 +158,8 @@ fn beams_and_doors(workshop: &mut Workshop, m: &Materials) {
     beam.cuboid(Vec3::new(-0.07, 8.74, -1.52), Vec3::new(0.07, 8.97, 1.36), 0.0);
     let beam = workshop.mesh("beam", [(m.wood, beam)]);
     let middle = 0.5 * (COURT + OUTER);
-    for (place, turn) in cells(middle, 0.75) {
-        workshop.place_at(beam, place, turn);
+    for (position, angle) in cells(middle, 0.75) {
+        workshop.place_at(beam, position, angle);
     }
 
     let (mut frame, mut leaf, mut parameter) = (Shape::new(), Shape::new(), Shape::new());
@@ -181,12 +181,12 @@ fn beams_and_doors(workshop: &mut Workshop, m: &Materials) {
     frame.cuboid(Vec3::new(-0.9, 2.19, -0.05), Vec3::new(0.9, 2.42, 0.16), 0.0);
     frame.cuboid(Vec3::new(-0.98, 2.41, -0.05), Vec3::new(0.98, 2.50, 0.22), 0.03);
     let door = workshop.mesh("door", [(m.limestone, frame), (m.wood, leaf), (m.bronze, parameter)]);
-    for (index, (place, turn)) in cells(OUTER, BAY).into_iter().enumerate() {
+    for (index, (position, angle)) in cells(OUTER, BAY).into_iter().enumerate() {
         if index % 4 == 1 {
-            workshop.place_at(door, place + Vec3::Y * FLOOR, turn);
+            workshop.place_at(door, position + Vec3::Y * FLOOR, angle);
         }
         if index % 3 == 0 {
-            workshop.place_at(door, place + Vec3::Y * UPPER_FLOOR, turn);
+            workshop.place_at(door, position + Vec3::Y * UPPER_FLOOR, angle);
         }
     }
 }

@@ -36,9 +36,9 @@ pub(super) fn cloths(workshop: &mut Workshop, m: &Materials) {
         (3, 7.5, -1.0, false),
     ] {
         let curtain = workshop.mesh("curtain", [(m.cloths[color], curtain(color as u32))]);
-        let turn = if side > 0.0 { PI } else { 0.0 };
+        let angle = if side > 0.0 { PI } else { 0.0 };
         let placed =
-            Affine3A::from_rotation_translation(Quat::from_rotation_y(turn), Vec3::new(x, FLOOR, side * COURT.y));
+            Affine3A::from_rotation_translation(Quat::from_rotation_y(angle), Vec3::new(x, FLOOR, side * COURT.y));
         workshop.place(curtain, if mirrored { placed * mirror } else { placed });
     }
     let mut rods = Shape::new();
@@ -63,8 +63,8 @@ fn banner(seed: u32) -> Shape {
         let (y, z) = if along < 0.45 {
             (-0.45 + along, -0.14)
         } else if along < 0.73 {
-            let turn = (along - 0.45) / 0.28 * PI;
-            (0.06 * turn.sin() + 0.01, -0.14 * turn.cos())
+            let angle = (along - 0.45) / 0.28 * PI;
+            (0.06 * angle.sin() + 0.01, -0.14 * angle.cos())
         } else {
             let drop = along - 0.73;
             (-drop, 0.14 + 0.55 * (1.0 - (-drop * 2.2).exp()))
@@ -155,7 +155,7 @@ pub(super) fn plants(workshop: &mut Workshop, m: &Materials) {
         let y = 1.0 - 2.0 * (i as f32 + 0.5) / 150.0;
         let direction =
             (Quat::from_rotation_y(2.399_963 * i as f32) * Vec3::new((1.0 - y * y).sqrt(), y, 0.0)).normalize();
-        let place = center + direction * (0.34 + 0.18 * unit(&[i, 5]));
+        let position = center + direction * (0.34 + 0.18 * unit(&[i, 5]));
         let twist = Quat::from_rotation_arc(Vec3::Z, direction)
             * Quat::from_euler(
                 glam::EulerRot::ZYX,
@@ -168,7 +168,7 @@ pub(super) fn plants(workshop: &mut Workshop, m: &Materials) {
             let (x, y) = (s - 0.5, t - 0.5);
             Vec3::new(0.43 * x, 0.43 * y, -0.14 * (x * x + y * y))
         });
-        crown.append(&card, &Affine3A::from_rotation_translation(twist, place));
+        crown.append(&card, &Affine3A::from_rotation_translation(twist, position));
         if i % 17 == 4 {
             fruit.append_at(&orange, center + direction * 0.50);
         }
@@ -189,7 +189,7 @@ pub(super) fn plants(workshop: &mut Workshop, m: &Materials) {
     }
 }
 
-/// Lanterns on chains, below the vaults and the gallery's beams, each with its light.
+/// Lanterns on chains, below the vaults and the gallery's beams, each with a light.
 pub(super) fn lanterns(workshop: &mut Workshop, m: &Materials) {
     let short = lantern(workshop, m, 1.35);
     let long = lantern(workshop, m, 1.65);
@@ -240,7 +240,7 @@ fn lantern(workshop: &mut Workshop, m: &Materials, length: f32) -> usize {
         cage.bar(foot - Vec3::Y * 0.16, foot + Vec3::Y * 0.16, 0.007, 5);
     }
     bronze.append_at(&cage, Vec3::Y * -length);
-    // Links of the chain, every other one turned.
+    // Links of the chain, every other one rotated.
     let count = ((length - 0.26) / 0.09) as u32;
     for i in 0..count {
         let middle = Vec3::Y * (-0.035 - (length - 0.29) / count as f32 * i as f32);

@@ -10,7 +10,7 @@ use crate::{
     },
 };
 
-/// Everything the atrium is made of.
+/// The materials of the atrium.
 pub(super) struct Materials {
     pub limestone: Surface,
     pub ashlar: Surface,
@@ -40,7 +40,7 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// Adds them to the scene.
+    /// Adds the materials to the scene.
     pub fn new(workshop: &mut Workshop) -> Self {
         let stone = Some(workshop.texture(texture::stone()));
         let stone_normal = Some(workshop.texture(texture::stone_normal()));

@@ -17,22 +17,22 @@ use materials::Materials;
 
 /// Distance between columns, m.
 const BAY: f32 = 3.0;
-/// Half the rectangle (x, z) that the columns stand on, m.
+/// Half size (x, z) of the rectangle of columns, m.
 const COURT: Vec2 = Vec2::new(9.0, 4.5);
-/// Half the rectangle (x, z) of the outer walls' inner faces, m.
+/// Half size (x, z) of the rectangle of the outer walls' inner faces, m.
 const OUTER: Vec2 = Vec2::new(12.0, 7.5);
-/// Height of the ground storey's walk; the court is at 0.
+/// Height of the ground storey's walk, m; the court is at 0.
 const FLOOR: f32 = 0.3;
-/// Height at which the ground storey's arches spring.
+/// Height of the springing of the ground storey's arches, m.
 const SPRING: f32 = 3.2;
-/// Height of the gallery's floor.
+/// Height of the gallery's floor, m.
 const UPPER_FLOOR: f32 = 5.0;
-/// Height at which the gallery's arches spring.
+/// Height of the springing of the gallery's arches, m.
 const UPPER_SPRING: f32 = 7.5;
-/// Height at which the gallery's wall ends.
+/// Height of the top of the gallery's wall, m.
 const WALL_TOP: f32 = 9.0;
 
-/// The scene with its own lights: the sun, and the lanterns.
+/// The scene with its lights: the sun and the lanterns.
 pub(super) fn atrium() -> Scene {
     let mut workshop = Workshop { scene: Scene { name: "atrium".to_owned(), ..Scene::default() } };
     let materials = Materials::new(&mut workshop);
@@ -44,7 +44,7 @@ pub(super) fn atrium() -> Scene {
     decor::cloths(&mut workshop, &materials);
     decor::plants(&mut workshop, &materials);
 
-    // Late afternoon: 5.9 lx make a cream wall (albedo 0.55) that faces the sun 1 nit bright.
+    // Late afternoon: 5.9 lx give a cream wall (albedo 0.55) that faces the sun 1 nit.
     let sun = Light::directional(Vec3::new(-0.47, -0.80, 0.31), Vec3::new(7.0, 5.7, 4.1));
     workshop.scene.lights.push(Light { name: "sun".to_owned(), ..sun });
     decor::lanterns(&mut workshop, &materials);

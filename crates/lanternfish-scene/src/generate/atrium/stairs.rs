@@ -36,7 +36,7 @@ pub(super) fn stairs(workshop: &mut Workshop, m: &Materials) {
         let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
         let w = HALF_WIDTH + 0.02;
         steps.polygon(&[at(x, y, w), at(x, y, -w), at(x, tread - 0.04, -w), at(x, tread - 0.04, w)]);
-        // The carpet lies 6 mm over the steps and turns around each nosing.
+        // The carpet lies 6 mm over the steps and bends around each nosing.
         let (w, over) = (0.72, 0.006);
         let path = [
             (x + over, y + over),
@@ -89,10 +89,10 @@ pub(super) fn stairs(workshop: &mut Workshop, m: &Materials) {
         trim.append(&slanted(start + Vec3::Y * 0.84, direction * length, 0.11, 0.11), &Affine3A::IDENTITY);
         let baluster = arcade::baluster();
         for i in 0..length as u32 {
-            let place = start + direction * (i as f32 + 0.9) + Vec3::Y * 0.06;
+            let position = start + direction * (i as f32 + 0.9) + Vec3::Y * 0.06;
             trim.append(
                 &baluster,
-                &(Affine3A::from_translation(place) * Affine3A::from_scale(Vec3::new(1.0, 1.02, 1.0))),
+                &(Affine3A::from_translation(position) * Affine3A::from_scale(Vec3::new(1.0, 1.02, 1.0))),
             );
         }
         let newel = Vec3::new(foot + 0.1, 0.0, start.z);
@@ -100,7 +100,7 @@ pub(super) fn stairs(workshop: &mut Workshop, m: &Materials) {
         trim.cuboid(newel + Vec3::new(-0.19, 0.19, -0.19), newel + Vec3::new(0.19, 1.2, 0.19), 0.015);
         trim.cuboid(newel + Vec3::new(-0.24, 1.19, -0.24), newel + Vec3::new(0.24, 1.32, 0.24), 0.03);
     }
-    // The passage under the upper flight: one deep arch, its jambs, and the wall at the back of it all.
+    // The passage under the upper flight: one deep arch, its jambs, and the wall at its back.
     let center = Vec3::new(0.5 * (passage_front + passage_back), 1.6, 0.0);
     let mut arch = Shape::new();
     let depth = 2.0 * (HALF_WIDTH + SIDE);

@@ -1,4 +1,4 @@
-//! Houses, of bays: a module is centred on x = 0 with its wall's face in z = 0 towards +z, and stands on y = 0.
+//! Houses, composed of bays: a module is centred on x = 0, its wall faces +z at z = 0, and it stands on y = 0.
 
 use std::f32::consts::PI;
 
@@ -16,7 +16,7 @@ use crate::{
 
 /// Width of a bay, m.
 const BAY: f32 = 2.4;
-/// Bays a house.
+/// Bays per house.
 const BAYS: u32 = 5;
 /// Width of a house, m.
 pub(super) const HOUSE: f32 = BAY * BAYS as f32;
@@ -27,12 +27,12 @@ const STOREY: f32 = 3.4;
 /// Depth of a house behind its façade, m.
 const DEPTH: f32 = 9.0;
 
-/// The modules as meshes.
+/// The modules' meshes.
 pub(super) struct Modules {
-    /// By wall; dark, lit.
+    /// By wall: dark and lit.
     bays: Vec<[usize; 2]>,
     balcony: usize,
-    /// By wall, by colour of the window.
+    /// By wall and colour of the window.
     shops: Vec<[usize; 3]>,
     /// By wall.
     doors: Vec<usize>,
@@ -125,13 +125,13 @@ impl Modules {
         workshop.place(self.bodies[wall], world_from_house * Affine3A::from_translation(Vec3::Z * -0.3) * stretch);
         for (name, position, intensity) in lights {
             let light = Light::point(world_from_house.transform_point3(position), intensity);
-            // Ranges end at about a tenth of a lux: a few hundred lamps, most of which reach little of the street.
+            // The illuminance at the range is about 0.1 lx: each of a few hundred lamps reaches only a small part of the street.
             workshop.scene.lights.push(Light { name: name.to_owned(), range: Some(7.0), ..light });
         }
     }
 }
 
-/// A wall of one bay, `height` high, around an opening of `opening` from `sill` up, with reveals 0.25 m deep.
+/// A wall of one bay, `height` high, with an opening of size `opening` above `sill`, and reveals 0.25 m deep (all in m).
 fn panel(height: f32, opening: Vec2, sill: f32) -> Shape {
     let (x, half) = (0.5 * BAY, 0.5 * opening.x);
     let (low, high, back) = (sill, sill + opening.y, -0.25);
@@ -171,7 +171,7 @@ fn surround(trim: &mut Shape) {
     trim.cuboid(Vec3::new(-0.5 * BAY, STOREY - 0.16, -0.02), Vec3::new(0.5 * BAY, STOREY - 0.02, 0.09), 0.0);
 }
 
-/// Two casements with glazing bars, and their panes.
+/// Two casements with glazing bars and glass.
 fn window(frame: &mut Shape, glass: &mut Shape) {
     let mut bar = |x0: f32, x1: f32, y0: f32, y1: f32, z: f32| {
         frame.cuboid(Vec3::new(x0, y0, -0.24), Vec3::new(x1, y1, z), 0.0);
@@ -188,7 +188,7 @@ fn window(frame: &mut Shape, glass: &mut Shape) {
     glass.polygon(&[[-0.6, 0.9], [0.6, 0.9], [0.6, 2.7], [-0.6, 2.7]].map(|[x, y]| Vec3::new(x, y, -0.21)));
 }
 
-/// A balcony before a window: its floor with consoles, its iron.
+/// A balcony before a window: the floor with consoles, and the iron railing.
 fn balcony() -> [Shape; 2] {
     let (mut floor, mut iron) = (Shape::new(), Shape::new());
     floor.cuboid(Vec3::new(-1.05, 0.02, 0.0), Vec3::new(1.05, 0.16, 0.85), 0.03);

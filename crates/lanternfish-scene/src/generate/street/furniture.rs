@@ -63,7 +63,7 @@ pub(super) fn lamp_post(workshop: &mut Workshop, m: &Materials) -> usize {
     workshop.mesh("lamp post", [(m.iron, iron), (m.lamp, lamp)])
 }
 
-/// The light of a lamp post that stands at `foot`, turned by `angle`.
+/// The light of a lamp post that stands at `foot`, rotated by `angle`, radians.
 pub(super) fn lamp_light(foot: Vec3, angle: f32) -> Light {
     // Below the globe, which would hide a light inside it. 60 cd at 5.6 m: 1.9 lx on the ground beneath.
     let position = foot + Quat::from_rotation_y(angle) * Vec3::new(0.0, LAMP_HEIGHT + 0.06, LAMP_REACH);
@@ -71,7 +71,7 @@ pub(super) fn lamp_light(foot: Vec3, angle: f32) -> Light {
     Light { name: "street lamp".to_owned(), kind, ..Light::point(position, 60.0 * Vec3::new(1.0, 0.70, 0.40)) }
 }
 
-/// A plane tree of about 7 m; `seed` gives it its shape.
+/// A plane tree of about 7 m; `seed` determines its shape.
 pub(super) fn tree(workshop: &mut Workshop, m: &Materials, seed: u32) -> usize {
     let (mut bark, mut crown, mut soil) = (Shape::new(), Shape::new(), Shape::new());
     soil.lathe(&[(0.7, 0.0), (0.6, 0.05), (0.0, 0.08)], 16);
@@ -87,10 +87,10 @@ pub(super) fn tree(workshop: &mut Workshop, m: &Materials, seed: u32) -> usize {
             let at = |k: u32| signed(&[seed, branch, card, k]);
             let along = 0.3 + 0.75 * unit(&[seed, branch, card, 4]);
             let spread = Vec3::new(at(5), 0.7 * at(6), at(7)) * 0.75;
-            let turn = Quat::from_euler(glam::EulerRot::YXZ, 3.1 * at(8), 1.1 * at(9), 3.1 * at(10));
+            let rotation = Quat::from_euler(glam::EulerRot::YXZ, 3.1 * at(8), 1.1 * at(9), 3.1 * at(10));
             let mut leaf = Shape::new();
             leaf.sheet(1, 1, Vec2::ONE, |s, t| 0.42 * Vec3::new(s - 0.5, t - 0.5, 0.0));
-            crown.append(&leaf, &Affine3A::from_rotation_translation(turn, start + along * way + spread));
+            crown.append(&leaf, &Affine3A::from_rotation_translation(rotation, start + along * way + spread));
         }
     }
     workshop.mesh("tree", [(m.soil, soil), (m.bark, bark), (m.leaves, crown)])
@@ -102,7 +102,7 @@ pub(super) fn car(workshop: &mut Workshop, m: &Materials, paint: usize) -> usize
     let (mut rubber, mut tail) = (Shape::new(), Shape::new());
     body.cuboid(Vec3::new(-2.1, 0.3, -0.82), Vec3::new(2.1, 0.86, 0.82), 0.09);
     body.cuboid(Vec3::new(-1.35, 1.36, -0.6), Vec3::new(0.45, 1.44, 0.6), 0.03);
-    // The cabin: windows that lean inwards.
+    // The cabin: windows that slope inwards.
     let low = [[-1.75, -0.74], [1.0, -0.74], [1.0, 0.74], [-1.75, 0.74]].map(|[x, z]| Vec3::new(x, 0.85, z));
     let high = [[-1.3, -0.58], [0.4, -0.58], [0.4, 0.58], [-1.3, 0.58]].map(|[x, z]| Vec3::new(x, 1.38, z));
     for i in 0..4 {
@@ -116,9 +116,9 @@ pub(super) fn car(workshop: &mut Workshop, m: &Materials, paint: usize) -> usize
     hub.lathe(&[(0.0, -0.09), (0.2, -0.08), (0.21, 0.0), (0.2, 0.08), (0.0, 0.09)], 16);
     for x in [-1.35, 1.35] {
         for z in [-0.8, 0.8] {
-            let place = Affine3A::from_translation(Vec3::new(x, 0.32, z)) * along;
-            rubber.append(&tyre, &place);
-            chrome.append(&hub, &place);
+            let car_from_wheel = Affine3A::from_translation(Vec3::new(x, 0.32, z)) * along;
+            rubber.append(&tyre, &car_from_wheel);
+            chrome.append(&hub, &car_from_wheel);
         }
     }
     for x in [-2.12, 2.12f32] {
@@ -143,10 +143,10 @@ pub(super) fn bollard(workshop: &mut Workshop, m: &Materials) -> usize {
     workshop.mesh("bollard", [(m.iron, iron)])
 }
 
-/// Bulbs a string has.
+/// Number of bulbs per string.
 pub(super) const BULBS: u32 = 9;
 
-/// Where the bulbs of a string hang that crosses the street, `span` wide; the origin is the middle between its ends.
+/// Positions of the bulbs of a string across the street, `span` wide, m; the origin is the midpoint between its ends.
 pub(super) fn bulb_places(span: f32) -> impl Iterator<Item = Vec3> {
     (1..=BULBS).map(move |i| on_string(span, i as f32 / (BULBS + 1) as f32) - Vec3::Y * 0.09)
 }
@@ -161,8 +161,8 @@ pub(super) fn bulb_string(workshop: &mut Workshop, m: &Materials, span: f32) -> 
     for i in 0..40 {
         wire.bar(on_string(span, i as f32 / 40.0), on_string(span, (i + 1) as f32 / 40.0), 0.008, 4);
     }
-    for place in bulb_places(span) {
-        bulbs.append_at(&sphere(0.06, 12, 6), place);
+    for position in bulb_places(span) {
+        bulbs.append_at(&sphere(0.06, 12, 6), position);
     }
     workshop.mesh("string of bulbs", [(m.iron, wire), (m.bulb, bulbs)])
 }

@@ -10,7 +10,7 @@ use crate::{
     },
 };
 
-/// Everything the street is made of.
+/// The materials of the street.
 pub(super) struct Materials {
     pub asphalt: Surface,
     pub puddle: Surface,
@@ -18,7 +18,7 @@ pub(super) struct Materials {
     pub paving: Surface,
     pub kerb: Surface,
     pub trim: Surface,
-    /// One for each kind of house.
+    /// One per kind of house.
     pub walls: [Surface; 4],
     pub roof: Surface,
     pub wood: Surface,
@@ -43,7 +43,7 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// Adds them to the scene.
+    /// Adds the materials to the scene.
     pub fn new(workshop: &mut Workshop) -> Self {
         let stone = Some(workshop.texture(texture::stone()));
         let stone_normal = Some(workshop.texture(texture::stone_normal()));

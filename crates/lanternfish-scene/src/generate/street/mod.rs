@@ -1,7 +1,7 @@
 //! `demo:street`: a street at night, for scale: about a million placed triangles, several hundred lamps.
 //!
 //! The street runs along x, 240 m; its asphalt is 9 m wide at y = 0, a pavement of 3.6 m and twenty houses stand on
-//! either side. Everything but the ground is a mesh of a few dozen, placed again and again.
+//! either side. Everything except the ground is an instance of one of a few dozen meshes.
 
 mod facade;
 mod furniture;
@@ -26,7 +26,7 @@ const HOUSES: u32 = 20;
 const HALF: f32 = 0.5 * HOUSE * HOUSES as f32;
 /// Half the width of the asphalt, m.
 const ROAD: f32 = 4.5;
-/// Where the façades stand: half the width between them, m.
+/// Half the distance between the façades, m.
 const FRONT: f32 = 8.1;
 /// Height of the pavement over the asphalt, m.
 const PAVEMENT: f32 = 0.14;
@@ -44,18 +44,18 @@ pub(super) fn street() -> Scene {
     let materials = Materials::new(&mut workshop);
     ground(&mut workshop, &materials);
     let modules = Modules::new(&mut workshop, &materials);
-    for (side, turn) in [(-1.0, 0.0), (1.0, PI)] {
+    for (side, angle) in [(-1.0, 0.0), (1.0, PI)] {
         for house in 0..HOUSES {
             let x = HOUSE * (house as f32 + 0.5) - HALF;
-            let place = Vec3::new(x, PAVEMENT, side * FRONT);
-            let world_from_house = Affine3A::from_rotation_translation(Quat::from_rotation_y(turn), place);
+            let position = Vec3::new(x, PAVEMENT, side * FRONT);
+            let world_from_house = Affine3A::from_rotation_translation(Quat::from_rotation_y(angle), position);
             modules.place_house(&mut workshop, 2 * house + u32::from(side > 0.0), world_from_house);
         }
     }
     furnish(&mut workshop, &materials);
 
     let mut scene = workshop.scene;
-    // A clouded sky over a town.
+    // A cloudy sky over a town.
     scene.sky = Vec3::new(0.006, 0.007, 0.012);
     scene.cameras = vec![
         camera("road", Vec3::new(-66.0, 1.75, 0.6), Vec3::new(0.0, 4.2, -1.6)),
@@ -85,7 +85,7 @@ fn ground(workshop: &mut Workshop, m: &Materials) {
         let z = [inner.min(outer), inner.max(outer)];
         workshop.add("pavement", m.paving, flat([-HALF, HALF], z, PAVEMENT, 120));
     }
-    // 4 mm over the asphalt: a depth buffer tells them apart at 200 m.
+    // 4 mm over the asphalt: distinguishable in a depth buffer at 200 m.
     let mut dashes = Shape::new();
     for i in 0..40 {
         let x = 6.0 * i as f32 - HALF + 1.5;
@@ -133,13 +133,13 @@ fn furnish(workshop: &mut Workshop, m: &Materials) {
         let count = (2.0 * HALF / distance) as u32;
         (0..count).map(move |i| (i, distance * i as f32 + offset - HALF))
     };
-    for (side, turn) in [(-1.0f32, 0.0), (1.0, PI)] {
+    for (side, angle) in [(-1.0f32, 0.0), (1.0, PI)] {
         let on_pavement = |x: f32, from_kerb: f32| Vec3::new(x, PAVEMENT, side * (ROAD + from_kerb));
         let seed = u32::from(side > 0.0);
         for (_, x) in along(LAMPS, if seed == 0 { 2.5 } else { 7.5 }) {
             let foot = on_pavement(x, 0.65);
-            workshop.place_at(post, foot, turn);
-            workshop.scene.lights.push(furniture::lamp_light(foot, turn));
+            workshop.place_at(post, foot, angle);
+            workshop.scene.lights.push(furniture::lamp_light(foot, angle));
         }
         for (i, x) in along(TREES, if seed == 0 { 7.5 } else { 2.5 }) {
             let tree = trees[hash(&[i, seed, 41]) as usize % trees.len()];
@@ -150,8 +150,8 @@ fn furnish(workshop: &mut Workshop, m: &Materials) {
                 continue;
             }
             let car = cars[hash(&[i, seed, 44]) as usize % cars.len()];
-            let place = Vec3::new(x + 0.4 * signed(&[i, seed, 45]), 0.0, side * (ROAD - 1.05));
-            workshop.place_at(car, place, if side > 0.0 { 0.0 } else { PI });
+            let position = Vec3::new(x + 0.4 * signed(&[i, seed, 45]), 0.0, side * (ROAD - 1.05));
+            workshop.place_at(car, position, if side > 0.0 { 0.0 } else { PI });
         }
         for (_, x) in along(5.0, 0.1) {
             workshop.place_at(bollard, on_pavement(x, 0.45), 0.0);
@@ -161,10 +161,10 @@ fn furnish(workshop: &mut Workshop, m: &Materials) {
     for (i, x) in along(STRINGS, 0.5 * STRINGS) {
         let middle = Vec3::new(x, 7.6, 0.0);
         workshop.place_at(string, middle, 0.0);
-        for (k, place) in furniture::bulb_places(span).enumerate() {
+        for (k, position) in furniture::bulb_places(span).enumerate() {
             let tint = tints[(i as usize + k) % tints.len()];
             // Below the bulb, which would hide a light inside it.
-            let light = Light::point(middle + place - Vec3::Y * 0.1, 4.0 * tint);
+            let light = Light::point(middle + position - Vec3::Y * 0.1, 4.0 * tint);
             workshop.scene.lights.push(Light { name: "bulb".to_owned(), range: Some(8.0), ..light });
         }
     }

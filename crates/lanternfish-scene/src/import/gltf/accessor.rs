@@ -1,4 +1,4 @@
-//! Accessors: typed arrays within buffers, in all of the format's forms.
+//! Accessors: typed arrays in buffers, in all forms of the format.
 
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
@@ -7,19 +7,19 @@ use super::buffers::Buffers;
 use super::fault::{Place, Result, invalid, item};
 use super::schema::{Accessor, Root};
 
-/// Most elements without data (all zero), which cost nothing in the file, of all accessors as often as they are
-/// read: 16 Mi.
+/// Limit of elements without data (all zero), which take no space in the file: 16 Mi over all reads of all
+/// accessors.
 pub(super) const MAX_ZERO_COUNT: usize = 1 << 24;
 
 /// Reads accessors.
 pub(super) struct Accessors<'a> {
     pub root: &'a Root<'a>,
     pub buffers: &'a Buffers<'a>,
-    /// Elements without data that have been read.
+    /// Number of elements without data read so far.
     zero_count: AtomicUsize,
 }
 
-/// How one number is stored.
+/// Storage type of one number.
 #[derive(Clone, Copy, PartialEq)]
 enum Component {
     I8,
@@ -43,7 +43,7 @@ impl Component {
         })
     }
 
-    /// Bytes.
+    /// Size, bytes.
     fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -53,11 +53,11 @@ impl Component {
     }
 }
 
-/// Stored elements, checked to lie within their buffer.
+/// Stored elements, checked to be within their buffer.
 struct Elements<'a> {
-    /// From the first byte of the first element to the last of the last.
+    /// From the first byte of the first element to the last byte of the last one.
     bytes: &'a [u8],
-    /// Bytes from an element to the next.
+    /// Distance between elements, bytes.
     stride: usize,
     component: Component,
     normalized: bool,
@@ -68,12 +68,12 @@ impl<'a> Accessors<'a> {
         Self { root, buffers, zero_count: AtomicUsize::new(0) }
     }
 
-    /// Elements of `N` numbers as floats; integers are scaled to 0..=1 or -1..=1 where the accessor is normalised.
+    /// Elements of `N` numbers as floats; integers are scaled to 0..=1 or -1..=1 if the accessor is normalised.
     pub fn vectors<const N: usize>(&self, index: usize) -> Result<Vec<[f32; N]>> {
         self.read(index, N, [0.0; N], |elements, out| elements.copy_floats(out))
     }
 
-    /// Colours, as RGBA; alpha is 1 where only RGB is stored.
+    /// Colours as RGBA; alpha is 1 if only RGB is stored.
     pub fn colors(&self, index: usize) -> Result<Vec<[f32; 4]>> {
         let accessor = item(&self.root.accessors, index, "accessors")?;
         if accessor.shape == "VEC3" {
@@ -84,7 +84,7 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// Vertex indices, not yet checked against a vertex count. The value that would restart a primitive is refused.
+    /// Vertex indices, not yet checked against a vertex count. The primitive restart value is refused.
     pub fn indices(&self, index: usize) -> Result<Vec<u32>> {
         let accessor = item(&self.root.accessors, index, "accessors")?;
         let place = || format!("accessors[{index}]");
@@ -93,7 +93,7 @@ impl<'a> Accessors<'a> {
             Component::U8 => u32::from(u8::MAX),
             Component::U16 => u32::from(u16::MAX),
             Component::U32 => u32::MAX,
-            _ => return Err(invalid("indices are to be unsigned integers")).place(place),
+            _ => return Err(invalid("indices must be unsigned integers")).place(place),
         };
         let indices = self.read(index, 1, 0, |elements, out| elements.copy_integers(out))?;
         if let Some(at) = indices.iter().position(|i| *i == restart) {
@@ -102,7 +102,7 @@ impl<'a> Accessors<'a> {
         Ok(indices)
     }
 
-    /// All elements, sparse ones replaced, each of `size` components. What is not stored is `zero`.
+    /// All elements of `size` components each, with sparse replacements. Elements without data are `zero`.
     fn read<T: Clone>(&self, index: usize, size: usize, zero: T, copy: impl Fn(&Elements, &mut [T])) -> Result<Vec<T>> {
         let accessor = item(&self.root.accessors, index, "accessors")?;
         self.read_checked(accessor, size, zero, copy).place(|| format!("accessors[{index}]"))
@@ -143,10 +143,10 @@ impl<'a> Accessors<'a> {
             if sparse.count > accessor.count {
                 return Err(invalid(format!("sparse: {} of {} elements", sparse.count, accessor.count)));
             }
-            let (places, values) = (&sparse.indices, &sparse.values);
-            let place_component = Component::new(places.component_type)?;
+            let (indices, values) = (&sparse.indices, &sparse.values);
+            let index_component = Component::new(indices.component_type)?;
             let stored =
-                self.locate(places.buffer_view, places.byte_offset, sparse.count, 1, place_component, false)?;
+                self.locate(indices.buffer_view, indices.byte_offset, sparse.count, 1, index_component, false)?;
             let mut targets = vec![0; sparse.count];
             stored.copy_integers(&mut targets);
             let stored = self.locate(values.buffer_view, values.byte_offset, sparse.count, size, component, false)?;
@@ -178,7 +178,7 @@ impl<'a> Accessors<'a> {
         if stride < element {
             return Err(invalid(format!("byteStride {stride}, elements of {element} bytes")));
         }
-        // From the first byte of the first element to the last of the last; there is nothing behind the last.
+        // From the first byte of the first element to the last byte of the last one; no padding follows it.
         let length = match count.checked_sub(1) {
             Some(steps) => steps.checked_mul(stride).and_then(|bytes| bytes.checked_add(element)),
             None => Some(0),
@@ -196,7 +196,7 @@ impl<'a> Accessors<'a> {
 }
 
 impl Elements<'_> {
-    /// `out` is as long as there are elements.
+    /// Converts all elements to floats; `out` is as long as the list of elements.
     fn copy_floats<const N: usize>(&self, out: &mut [[f32; N]]) {
         match (self.component, self.normalized) {
             (Component::F32, _) => self.copy(out, f32::from_le_bytes),
@@ -220,7 +220,7 @@ impl Elements<'_> {
         }
     }
 
-    /// Scalars of an unsigned type; others are the caller's mistake and read as zero.
+    /// Copies scalars of an unsigned type. Other types are a caller's error and give zero.
     fn copy_integers(&self, out: &mut [u32]) {
         let starts = |i: usize| &self.bytes[i * self.stride..];
         for (i, value) in out.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! The bytes of buffers and buffer views.
+//! Bytes of buffers and buffer views.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -14,9 +14,9 @@ use crate::import::files::Files;
 pub(super) struct Buffers<'a> {
     root: &'a Root<'a>,
     files: &'a Files<'a>,
-    /// As long as `root.buffers`; `None` for a buffer without content, whose views are compressed elsewhere.
+    /// As long as `root.buffers`; `None` for a buffer without content, whose views are compressed in another buffer.
     buffers: Vec<Option<Cow<'a, [u8]>>>,
-    /// As long as `root.buffer_views`: what compressed ones hold, decoded when first asked for.
+    /// As long as `root.buffer_views`: content of compressed views, decoded on first use.
     decoded: Vec<OnceLock<Result<Vec<u32>>>>,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Buffers<'a> {
         Ok((view, bytes.place(|| format!("bufferViews[{index}]"))?))
     }
 
-    /// The bytes of a compressed view. Several threads may ask for one: the first decodes it.
+    /// The bytes of a compressed view. The first thread that requests a view decodes it; others wait.
     fn decoded(&self, index: usize, view: &BufferView, compressed: &CompressedView) -> Result<&[u8]> {
         let decode = || {
             let stored = self.stored(compressed.buffer, compressed.byte_offset, compressed.byte_length)?;
@@ -79,7 +79,7 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// Whether a buffer only repeats, uncompressed, what is compressed elsewhere; it may be without content.
+/// True if a buffer is only the uncompressed fallback of compressed data; it may have no content.
 fn is_fallback(buffer: &Buffer) -> bool {
     let (ext, khr) = (&buffer.extensions.ext_meshopt, &buffer.extensions.khr_meshopt);
     ext.as_ref().or(khr.as_ref()).is_some_and(|extension| extension.fallback)

@@ -1,4 +1,4 @@
-//! Cameras.
+//! Import of cameras.
 
 use glam::Affine3A;
 
@@ -7,7 +7,7 @@ use super::hierarchy::Placed;
 use super::schema::{self, Root};
 use crate::{Camera, Projection, motion::place_camera};
 
-/// The camera at a node. A finite far plane and the aspect ratio of a perspective are not kept.
+/// The camera at a node. The far plane and aspect ratio of a perspective camera are ignored.
 pub(super) fn read(root: &Root, index: usize, at: &Placed) -> Result<Camera> {
     let camera = item(&root.cameras, index, "cameras")?;
     let projection = read_projection(camera).place(|| format!("cameras[{index}]"))?;
@@ -21,7 +21,7 @@ fn read_projection(camera: &schema::Camera) -> Result<Projection> {
         (Some(view), None) => {
             let (fov_y, near) = (view.yfov, view.znear);
             if !(fov_y > 0.0 && fov_y < std::f32::consts::PI && near > 0.0 && near.is_finite()) {
-                return Err(invalid(format!("yfov {fov_y} is to be in (0, π) and znear {near} above 0")));
+                return Err(invalid(format!("yfov {fov_y} must be in (0, π), and znear {near} above 0")));
             }
             Ok(Projection::Perspective { fov_y, near })
         }

@@ -2,7 +2,7 @@
 
 use super::fault::{Fault, Result, invalid};
 
-/// A file taken apart.
+/// The parts of a file.
 #[derive(Debug)]
 pub(super) struct Parts<'a> {
     /// JSON text.
@@ -11,12 +11,12 @@ pub(super) struct Parts<'a> {
     pub bin: Option<&'a [u8]>,
 }
 
-/// Takes a file apart; its first bytes say which form it has.
+/// Splits a file into its parts; the first bytes tell the form.
 pub(super) fn split(file: &[u8]) -> Result<Parts<'_>> {
     if file.starts_with(b"glTF") {
         return split_glb(file);
     }
-    // A byte order mark is not allowed, and harmless.
+    // A byte order mark is not allowed, but harmless.
     let json = file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file);
     match json.trim_ascii_start().first() {
         Some(b'{') => Ok(Parts { json, bin: None }),
@@ -32,15 +32,15 @@ fn split_glb(file: &[u8]) -> Result<Parts<'_>> {
     if version != 2 {
         return Err(Fault::Unsupported(format!("GLB version {version}")));
     }
-    // Bytes behind the stated length are allowed, and ignored.
+    // Bytes after the stated length are allowed and ignored.
     let content = file
         .get(12..length as usize)
-        .ok_or_else(|| invalid(format!("GLB: {length} bytes stated, {} there: the file is cut", file.len())))?;
+        .ok_or_else(|| invalid(format!("GLB: {length} bytes stated, {} present: the file is truncated", file.len())))?;
     let (kind, json, mut rest) = split_chunk(content)?;
     if kind != b"JSON" {
         return Err(invalid("GLB: the first chunk is not JSON"));
     }
-    // The BIN chunk, where there is one, is the second; chunks of unknown kinds are to be ignored.
+    // The BIN chunk, if any, is the second; the format requires readers to ignore chunks of unknown kinds.
     let mut bin = None;
     while bin.is_none() && !rest.is_empty() {
         let (kind, data, behind) = split_chunk(rest)?;

@@ -11,10 +11,10 @@ use crate::{
     motion::{Deformation, Influences, MorphTarget},
 };
 
-/// Most sets of joints: the format states no limit, files have one or two.
+/// Limit of joint sets: the format states none, files have one or two.
 const MOST_SETS: usize = 8;
 
-/// Bytes that a vertex takes beside its attributes.
+/// Size of a vertex's deformation data, bytes, without its attributes.
 pub(super) fn bytes_per_vertex(source: &schema::Primitive, has_tangents: bool) -> u64 {
     let sets = source.attributes.keys().filter(|name| name.starts_with("JOINTS_")).count() as u64;
     let targets = source.targets.iter().map(|target| 12 * target.len() as u64).sum::<u64>();
@@ -22,7 +22,7 @@ pub(super) fn bytes_per_vertex(source: &schema::Primitive, has_tangents: bool) -
     24 * sets + targets + rest
 }
 
-/// Reads what moves a primitive's vertices, as they are stored. `None`: nothing does.
+/// Reads the deformation of a primitive's vertices, in their stored order. `None`: it has none.
 pub(super) fn read(
     accessors: &Accessors,
     source: &schema::Primitive,
@@ -59,7 +59,8 @@ pub(super) fn read(
     Ok(moves.then(|| Box::new(Deformation { influences, targets, ..Deformation::default() })))
 }
 
-/// Makes each vertex's weights add up to 1. Where all are 0 the first joint has all: the vertex would shrink to the origin.
+/// Normalises each vertex's weights to a sum of 1. If all are 0 the first joint gets weight 1: otherwise the vertex would collapse
+/// to the origin.
 fn normalise(influences: &mut [Influences], vertex_count: usize) {
     for vertex in 0..vertex_count {
         let clean = |weight: f32| if weight.is_finite() { weight.max(0.0) } else { 0.0 };
@@ -78,7 +79,7 @@ fn normalise(influences: &mut [Influences], vertex_count: usize) {
     }
 }
 
-/// Keeps the vertices as they are as those at rest.
+/// Stores the current vertices as the rest pose.
 pub(super) fn keep_rest(primitive: &mut Primitive, has_flat_normals: bool) {
     let Some(deformation) = &mut primitive.deformation else { return };
     deformation.positions = primitive.positions.clone();

@@ -1,14 +1,14 @@
-//! Supported extensions.
+//! Supported extensions, and the check of a file's extensions.
 
 use std::path::Path;
 
 use super::fault::{Fault, Result};
 use super::schema::Root;
 
-/// Compressed primitives, which are not read.
+/// Draco compression of primitives, which is not supported.
 pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 
-/// Extensions that are read; of some, only a part, and what is left out is noted where it is found.
+/// Supported extensions. Some are supported in part; the modules that read them note the rest.
 const SUPPORTED: &[&str] = &[
     "EXT_lights_area",
     "EXT_mesh_gpu_instancing",
@@ -33,7 +33,7 @@ const SUPPORTED: &[&str] = &[
     "KHR_texture_transform",
 ];
 
-/// The extension's name, and what to do about a file that needs it.
+/// The extension's name, with a remedy for files that need it.
 pub(super) fn with_remedy(name: &str) -> String {
     match name {
         DRACO => format!("{name} (export it without, or with EXT_meshopt_compression)"),
@@ -42,7 +42,7 @@ pub(super) fn with_remedy(name: &str) -> String {
     }
 }
 
-/// Refuses a file that requires an extension that is not understood; warns, once, of those that it only uses.
+/// Refuses a file that requires an unsupported extension. One warning lists the unsupported extensions that the file only uses.
 pub(super) fn check(root: &Root, file: &Path) -> Result<()> {
     let unknown = |name: &&String| !SUPPORTED.contains(&name.as_str());
     let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(|name| with_remedy(name)).collect();
@@ -58,7 +58,7 @@ pub(super) fn check(root: &Root, file: &Path) -> Result<()> {
         );
     }
     if let Some(version) = root.asset.min_version.as_ref().filter(|version| *version != "2.0") {
-        tracing::warn!("{}: asks for glTF {version}, and is read as 2.0", file.display());
+        tracing::warn!("{}: requires glTF {version}; read as 2.0", file.display());
     }
     Ok(())
 }

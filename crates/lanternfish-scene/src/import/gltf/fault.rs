@@ -1,4 +1,4 @@
-//! Why a file is refused, before the file's path is known.
+//! Import errors without the path of the scene file.
 
 use std::path::{Path, PathBuf};
 
@@ -15,11 +15,11 @@ pub(super) enum Fault {
     Unsupported(String),
     /// The file has no such scene.
     NoSuchScene { scene: String, known: String },
-    /// A file that it refers to cannot be read.
+    /// A file that the scene refers to cannot be read.
     Io { path: PathBuf, source: std::io::Error },
-    /// Such a file is not where it may be read.
+    /// A file that the scene refers to is outside the folder that may be read.
     Outside { path: PathBuf },
-    /// More memory is needed than there is.
+    /// The import needs more memory than its limit.
     TooMuch(TooMuch),
 }
 
@@ -37,7 +37,7 @@ pub(super) fn invalid(what: impl Into<String>) -> Fault {
 }
 
 impl Fault {
-    /// Why the file at `path`, which the scene names, cannot be read.
+    /// The error for a file at `path` that the scene names and that cannot be read.
     pub fn of_file(error: FileError, path: PathBuf) -> Self {
         match error {
             FileError::Io(source) => Self::Io { path, source },
@@ -46,7 +46,7 @@ impl Fault {
         }
     }
 
-    /// The same again; a reason of the system's by its kind and words.
+    /// A copy. An I/O error is copied by its kind and message.
     pub fn copy(&self) -> Self {
         match self {
             Self::Invalid(what) => Self::Invalid(what.clone()),
@@ -73,9 +73,9 @@ impl Fault {
     }
 }
 
-/// Says where in the file something went wrong.
+/// Adds the location in the file to an error.
 pub(super) trait Place {
-    /// Puts the place before the message.
+    /// Puts the location `place` before the message.
     fn place(self, place: impl FnOnce() -> String) -> Self;
 }
 
@@ -89,7 +89,7 @@ impl<T> Place for Result<T> {
     }
 }
 
-/// The item that a file's index refers to; `list` is the list's name in the file.
+/// The element at an index from the file; `list` is the list's name in the file.
 pub(super) fn item<'a, T>(items: &'a [T], index: usize, list: &str) -> Result<&'a T> {
     items.get(index).ok_or_else(|| invalid(format!("{list}[{index}] is referred to, but there are {}", items.len())))
 }

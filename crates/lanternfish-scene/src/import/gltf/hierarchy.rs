@@ -6,7 +6,7 @@ use super::fault::{Result, invalid, item};
 use super::schema::{Node, Root};
 use crate::motion::Transform;
 
-/// A node of the scene that is shown.
+/// A node of the selected scene.
 pub(super) struct Placed<'a> {
     /// Its index in the file.
     pub index: usize,
@@ -14,9 +14,9 @@ pub(super) struct Placed<'a> {
     pub world_from_node: Affine3A,
 }
 
-/// The nodes of that scene (all nodes for none), parents before children, in the file's order.
+/// The nodes of `scene` (`None`: all nodes), parents before children, in the file's order.
 ///
-/// An error where the nodes of the file are not a set of trees.
+/// An error if the nodes of the file do not form a set of trees.
 pub(super) fn resolve<'a>(root: &'a Root, scene: Option<usize>) -> Result<Vec<Placed<'a>>> {
     let has_parent = check_trees(root)?;
     let roots = match scene {
@@ -33,22 +33,22 @@ pub(super) fn resolve<'a>(root: &'a Root, scene: Option<usize>) -> Result<Vec<Pl
             return Err(invalid(format!("nodes[{index}]: twice in a scene")));
         }
     }
-    // A stack of our own: trees may be deeper than the program's.
+    // An explicit stack: recursion on a deep tree could overflow the call stack.
     let mut placed = Vec::new();
-    let mut open: Vec<_> = roots.iter().rev().map(|root| (*root, Affine3A::IDENTITY)).collect();
-    while let Some((index, world_from_parent)) = open.pop() {
+    let mut pending: Vec<_> = roots.iter().rev().map(|root| (*root, Affine3A::IDENTITY)).collect();
+    while let Some((index, world_from_parent)) = pending.pop() {
         let node = &root.nodes[index];
         let world_from_node = world_from_parent * transform_of(node).to_affine();
         if !world_from_node.is_finite() {
             return Err(invalid(format!("nodes[{index}]: its transform is not finite")));
         }
-        open.extend(node.children.iter().rev().map(|child| (*child, world_from_node)));
+        pending.extend(node.children.iter().rev().map(|child| (*child, world_from_node)));
         placed.push(Placed { index, node, world_from_node });
     }
     Ok(placed)
 }
 
-/// Whether each node has a parent. An error unless each has at most one, and there is no cycle.
+/// For each node, true if it has a parent. An error if a node has several parents or there is a cycle.
 fn check_trees(root: &Root) -> Result<Vec<bool>> {
     let mut has_parent = vec![false; root.nodes.len()];
     for (parent, node) in root.nodes.iter().enumerate() {
@@ -59,12 +59,12 @@ fn check_trees(root: &Root) -> Result<Vec<bool>> {
             }
         }
     }
-    // With one parent each, the nodes that no root leads to are those on or behind a cycle.
+    // As each node has at most one parent, the nodes that no root reaches are on or below a cycle.
     let mut is_reached = vec![false; root.nodes.len()];
-    let mut open: Vec<_> = (0..root.nodes.len()).filter(|i| !has_parent[*i]).collect();
-    while let Some(index) = open.pop() {
+    let mut pending: Vec<_> = (0..root.nodes.len()).filter(|i| !has_parent[*i]).collect();
+    while let Some(index) = pending.pop() {
         is_reached[index] = true;
-        open.extend(&root.nodes[index].children);
+        pending.extend(&root.nodes[index].children);
     }
     match is_reached.iter().position(|reached| !reached) {
         Some(index) => Err(invalid(format!("nodes[{index}]: within a cycle, or below one"))),
@@ -72,7 +72,8 @@ fn check_trees(root: &Root) -> Result<Vec<bool>> {
     }
 }
 
-/// The node's own transform: parent from node. A matrix goes before translation, rotation and scale; its last row is taken as 0 0 0 1.
+/// The node's local transform: parent from node. A matrix takes precedence over translation, rotation and scale; its last row is
+/// assumed to be 0 0 0 1.
 pub(super) fn transform_of(node: &Node) -> Transform {
     if let Some(matrix) = &node.matrix {
         return Transform::Matrix(Affine3A::from_mat4(Mat4::from_cols_array(matrix)));

@@ -1,4 +1,4 @@
-//! Images: PNG, JPEG and WebP.
+//! Loading of images: PNG, JPEG and WebP.
 
 use std::borrow::Cow;
 
@@ -13,7 +13,7 @@ use crate::{
     import::{files::Files, pixels},
 };
 
-/// Decodes those of the file's images, on all cores; an error before that, if memory does not hold them.
+/// Decodes the file's images at `indices` on all cores. An error, before decoding, if they exceed the memory budget.
 pub(super) fn decode_all(root: &Root, indices: &[usize], buffers: &Buffers, files: &Files) -> Result<Vec<Image>> {
     let name = |index: usize| match root.images[index].name.as_str() {
         "" => format!("images[{index}]"),
@@ -30,7 +30,7 @@ pub(super) fn decode_all(root: &Root, indices: &[usize], buffers: &Buffers, file
     let decode = |(index, bytes): (&usize, &Cow<[u8]>)| {
         pixels::decode(&root.images[*index].name, bytes).map_err(invalid).place(|| name(*index))
     };
-    // Gather all results first, so that of several faults always the same one is reported.
+    // Gather all results first, so that the same fault of several is always reported.
     let images: Vec<_> = indices.par_iter().zip(&encoded).map(decode).collect();
     images.into_iter().collect()
 }

@@ -1,4 +1,4 @@
-//! `EXT_mesh_gpu_instancing`: one node that places its mesh many times.
+//! `EXT_mesh_gpu_instancing`: many instances of a mesh at one node.
 
 use glam::{Affine3A, Quat, Vec3};
 use lanternfish_limits::memory::Budget;
@@ -8,12 +8,12 @@ use super::fault::{Place, Result, invalid};
 use super::schema::Instancing;
 use crate::Instance;
 
-/// Most instances of a scene: 4 Mi, which is about 500 MB. A few bytes of a file can ask for any number of them.
+/// Limit of instances in a scene: 4 Mi, about 500 MB. A few bytes of a file can request any number of instances.
 pub(super) const MAX_INSTANCES: usize = 1 << 22;
 
-/// Where the node's mesh stands, relative to the node: translation, rotation, scale of each instance. Attributes of
-/// an application's own are not read; a node that has only such places its mesh once. Takes the memory of as many instances,
-/// with names of `name_length` bytes.
+/// The transforms of the node's instances, node from instance: translation, rotation and scale. Application-specific
+/// attributes are not read; a node that has only those gets one instance. The memory of the instances, with names of
+/// `name_length` bytes, is taken from `budget`.
 pub(super) fn read(
     accessors: &Accessors,
     instancing: &Instancing,

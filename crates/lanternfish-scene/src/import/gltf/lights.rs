@@ -10,7 +10,7 @@ use super::notes::Notes;
 use super::schema::{self, Root};
 use crate::{Light, LightKind};
 
-/// The light at a node, in the node's space. `None`, with a note, for a kind that is unknown.
+/// The light at a node, in the node's space. `None`, with a note, for an unknown kind.
 pub(super) fn read(root: &Root, index: usize, at: &Placed, notes: &mut Notes) -> Result<Option<Light>> {
     let lights = root.extensions.lights.as_ref().map_or(&[][..], |extension| &extension.lights);
     let light = item(lights, index, "lights")?;
@@ -45,14 +45,14 @@ fn read_kind(light: &schema::Light) -> Result<Option<LightKind>> {
                 return Err(invalid(format!("cone angles {inner}, {outer} are not within 0..=π/2")));
             }
             let outer_angle = outer.min(FRAC_PI_2);
-            // Exporters write hard edges as equal angles; the falloff between them needs a width.
+            // Exporters write hard edges as equal angles; the falloff needs a non-zero width.
             Some(LightKind::Spot { inner_angle: inner.min(0.999 * outer_angle), outer_angle })
         }
         _ => None,
     })
 }
 
-/// The area light at a node, in the node's space. `None`, with a note, for a shape that is unknown.
+/// The area light at a node, in the node's space. `None`, with a note, for an unknown shape.
 pub(super) fn read_area(root: &Root, index: usize, at: &Placed, notes: &mut Notes) -> Result<Option<Light>> {
     let lights = root.extensions.area_lights.as_ref().map_or(&[][..], |extension| &extension.lights);
     let light = item(lights, index, "EXT_lights_area: lights")?;

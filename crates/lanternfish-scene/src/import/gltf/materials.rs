@@ -1,4 +1,4 @@
-//! Materials.
+//! Import of materials.
 
 use glam::{Vec3, Vec4};
 
@@ -11,10 +11,10 @@ use crate::{AlphaMode, Material};
 
 /// The file's material `index`; its textures are added to `textures`. Factors outside the format's range are clamped.
 pub(super) fn read(root: &Root, index: usize, textures: &mut Textures, notes: &mut Notes) -> Result<Material> {
-    read_unplaced(root, &root.materials[index], textures, notes).place(|| format!("materials[{index}]"))
+    read_material(root, &root.materials[index], textures, notes).place(|| format!("materials[{index}]"))
 }
 
-fn read_unplaced(
+fn read_material(
     root: &Root,
     material: &schema::Material,
     textures: &mut Textures,
@@ -55,13 +55,13 @@ fn read_unplaced(
         unlit: material.extensions.unlit.is_some(),
         ..Material::default()
     };
-    // Where the core says something too, that is the author's own conversion.
+    // If the file also has core values, those are the author's own conversion.
     if let Some(source) = &material.extensions.specular_glossiness
         && (material.pbr_metallic_roughness.is_none() || is_required(root, "KHR_materials_pbrSpecularGlossiness"))
     {
         surface::convert(root, source, &mut read, textures, notes)?;
     }
-    // An unlit material is not to have others.
+    // Unlit materials have no other extensions.
     if !read.unlit {
         surface::apply(root, &material.extensions, &mut read, textures, notes)?;
     }

@@ -1,4 +1,4 @@
-//! Meshes: which are used, with which materials, and their primitives, read on all cores.
+//! Meshes: selection of the used meshes and materials, and reading of their primitives on all cores.
 
 use std::collections::BTreeMap;
 
@@ -13,17 +13,17 @@ use super::primitive::{self, Outcome};
 use super::schema::{self, Root};
 use crate::{Material, Mesh};
 
-/// What the scene uses of the file.
+/// The meshes and materials of the file that the scene uses.
 #[derive(Default)]
 pub(super) struct Used {
     /// The scene's index of each used mesh of the file.
     pub meshes: BTreeMap<usize, usize>,
-    /// The file's index of each material of the scene, rising; `None`, the format's default material, is the last.
+    /// The file's index of each material of the scene, ascending; `None`, the format's default material, is last.
     pub materials: Vec<Option<usize>>,
 }
 
 impl Used {
-    /// Finds the meshes that nodes place, and their materials; both keep the file's order.
+    /// Finds the meshes that nodes refer to, and their materials; both keep the file's order.
     pub fn find(root: &Root, nodes: &[Placed]) -> Result<Self> {
         let mut used = Self::default();
         for placed in nodes {
@@ -46,19 +46,19 @@ impl Used {
         Ok(used)
     }
 
-    /// The scene's index of the file's `material`, which is used.
+    /// The scene's index of the file's `material`, which must be in use.
     fn material(&self, material: Option<usize>) -> usize {
-        let found = self.materials.binary_search_by_key(&material_key(&material), material_key);
-        found.expect("all materials of used meshes are listed")
+        let index = self.materials.binary_search_by_key(&material_key(&material), material_key);
+        index.expect("all materials of used meshes are listed")
     }
 }
 
-/// Puts the default material last.
+/// Sort key that puts the default material last.
 fn material_key(material: &Option<usize>) -> usize {
     material.unwrap_or(usize::MAX)
 }
 
-/// Reads the used meshes; an error before that, if memory does not hold them. `materials` are the scene's.
+/// Reads the used meshes. An error, before reading, if they exceed the memory budget. `materials` are the scene's.
 pub(super) fn read_all(
     accessors: &Accessors,
     used: &Used,
@@ -83,7 +83,7 @@ pub(super) fn read_all(
         let uv_set = materials[material].normal_texture.map(|texture| texture.uv_set);
         (*mesh, material, primitive::read(accessors, source, uv_set).place(|| place(*mesh, *i)))
     };
-    // Gather all results first, so that of several faults always the same one is reported.
+    // Gather all results first, so that the same fault of several is always reported.
     let outcomes: Vec<_> = primitives.par_iter().map(read_one).collect();
 
     let new_mesh = |mesh: &usize| Mesh { name: root.meshes[*mesh].name.clone(), primitives: Vec::new() };
@@ -100,14 +100,14 @@ pub(super) fn read_all(
     Ok(meshes)
 }
 
-/// Takes from the budget what all primitives keep; there must be as much more as those need that are read at one time.
+/// Takes the memory of all primitives from the budget. It must also hold the temporary memory of the primitives read in parallel.
 fn reserve(needs: &[primitive::Need], budget: &Budget) -> Result<()> {
     let sum = |list: &mut dyn Iterator<Item = u64>| list.fold(0, u64::saturating_add);
     let kept = sum(&mut needs.iter().map(|need| need.kept));
-    let mut passing: Vec<u64> = needs.iter().map(|need| need.passing).collect();
-    passing.sort_unstable_by(|a, b| b.cmp(a));
-    let passing = sum(&mut passing.into_iter().take(rayon::current_num_threads()));
-    budget.check(kept.saturating_add(passing), || {
+    let mut transient: Vec<u64> = needs.iter().map(|need| need.transient).collect();
+    transient.sort_unstable_by(|a, b| b.cmp(a));
+    let transient = sum(&mut transient.into_iter().take(rayon::current_num_threads()));
+    budget.check(kept.saturating_add(transient), || {
         let corners = sum(&mut needs.iter().map(|need| need.corners));
         format!("{} primitives of {corners} corners need", needs.len())
     })?;

@@ -1,16 +1,16 @@
-//! `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`: buffer views that are stored compressed.
+//! `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`: compressed buffer views.
 
 use lanternfish_limits::memory::Budget;
 
 use super::fault::{Result, invalid};
 use super::schema::CompressedView;
 
-/// Most bytes that one compressed byte can stand for: the vertex codec (version 1) spends a byte for every four bytes
-/// of each of 256 vertices that are all the same. What claims more than that is refused before memory is taken.
+/// Upper bound of the compression ratio: the vertex codec (version 1) needs one byte per four bytes of a vertex, for
+/// 256 identical vertices. A view that claims more is refused before memory is allocated.
 const MAX_RATIO: usize = 1024;
 
-/// Decodes a view: its first `count * byte_stride` bytes are content. In words, so that it is aligned for every
-/// component type.
+/// Decodes a view. The first `count * byte_stride` bytes of the result are its content. The result has words, so that it is
+/// aligned for every component type.
 pub(super) fn decode(view: &CompressedView, compressed: &[u8], budget: &Budget) -> Result<Vec<u32>> {
     let (count, stride) = (view.count, view.byte_stride);
     let length = count.checked_mul(stride).filter(|length| length / MAX_RATIO <= compressed.len());
@@ -25,8 +25,8 @@ pub(super) fn decode(view: &CompressedView, compressed: &[u8], budget: &Budget) 
     budget.take(length as u64, || "a compressed bufferView needs".to_owned())?;
     let mut words = vec![0u32; length.div_ceil(4)];
     let (to, from) = (words.as_mut_ptr().cast::<std::ffi::c_void>(), compressed.as_ptr());
-    // SAFETY: `to` is valid for `count * stride` bytes, which is all that the decoders write, and `from` for as many
-    // bytes as are stated; the decoders check what they read. `is_sound` holds what they ask of count and stride.
+    // SAFETY: `to` is valid for `count * stride` bytes, and the decoders write no more. `from` is valid for the length that
+    // is passed, and the decoders check their reads. `is_sound` checks the preconditions on count and stride.
     let code = unsafe {
         match view.mode.as_str() {
             "ATTRIBUTES" => ::meshopt::ffi::meshopt_decodeVertexBuffer(to, count, stride, from, compressed.len()),
@@ -41,7 +41,7 @@ pub(super) fn decode(view: &CompressedView, compressed: &[u8], budget: &Budget) 
     Ok(words)
 }
 
-/// True if mode, filter, stride and count go together as the extension says.
+/// True if the extension allows this combination of mode, filter, stride and count.
 fn is_sound(view: &CompressedView) -> bool {
     let stride = view.byte_stride;
     let mode = match view.mode.as_str() {
@@ -60,7 +60,7 @@ fn is_sound(view: &CompressedView) -> bool {
     mode && filter && (view.filter == "NONE" || view.mode == "ATTRIBUTES")
 }
 
-/// Undoes the filter that the elements went through before they were compressed.
+/// Reverts the filter that was applied to the elements before compression.
 fn unfilter(view: &CompressedView, words: &mut [u32]) {
     match (view.filter.as_str(), view.byte_stride) {
         ("OCTAHEDRAL", 4) => ::meshopt::decode_filter_oct::<i8>(bytemuck::cast_slice_mut(words)),

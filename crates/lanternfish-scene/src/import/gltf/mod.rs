@@ -1,14 +1,14 @@
-//! glTF 2.0. The steps, each a module:
+//! Import of glTF 2.0. The steps and their modules:
 //!
-//! 1. `container`: JSON and BIN chunk; `schema`: the JSON as structs; `extensions`: what is required
-//! 2. `buffers`, `uri`: the bytes; `meshopt`: compressed ones, when they are requested
-//! 3. `scenes`: the one asked for; `hierarchy`: its nodes in world space; `meshes::Used`: what they use
-//! 4. `materials` (`surface`: their extensions), `textures`
-//! 5. `images` are decoded while `meshes` are read: `primitive` (`accessor`, `topology`, `normals`, `tangents`)
-//! 6. `lights`, `cameras` and instances (`instancing`) are placed; `motion`: what moves, with `deformation`s of vertices
+//! 1. `container`: JSON and BIN chunks; `schema`: the JSON as structs; `extensions`: check of required extensions
+//! 2. `buffers`, `uri`: bytes of buffers; `meshopt`: compressed buffer views, decoded on first use
+//! 3. `scenes`: selection of the requested scene; `hierarchy`: its nodes in world space; `meshes::Used`: the meshes and materials in use
+//! 4. `materials` (extensions in `surface`), `textures`
+//! 5. `images` and `meshes` in parallel; each `primitive` uses `accessor`, `topology`, `normals` and `tangents`
+//! 6. `lights`, `cameras` and instances (`instancing`) of the nodes; `motion`: animation and skins, with vertex `deformation`
 //!
-//! The JSON is parsed with types of our own: other readers refuse accessors without data or `KHR_mesh_quantization`,
-//! or trust indices.
+//! The module parses the JSON with its own types: other readers reject accessors without data or `KHR_mesh_quantization`,
+//! or do not check indices.
 
 mod accessor;
 mod buffers;
@@ -62,10 +62,10 @@ use super::LoadOptions;
 use super::files::Files;
 use crate::{Instance, Light, Material, Mesh, Scene, SceneError, motion::place_light};
 
-/// What drawing a primitive that is placed takes: nothing here, but who places many asks for more than can be looked through.
+/// Memory that drawing one primitive of an instance takes, bytes. The import does not allocate it; it limits the number of placed primitives.
 const BYTES_PER_PLACED: u64 = 256;
 
-/// Reads the file at `path`; see [`crate::import::load_with`] for what of it.
+/// Reads the file at `path`; see [`crate::import::load_with`] for the supported parts.
 pub(super) fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Scene, SceneError> {
     let budget = options.budget();
     let files = Files::beside(path, options, &budget)?;
@@ -107,7 +107,7 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
         ..Default::default()
     };
     let mut collected = Collected::new(&accessors, &nodes, files.budget)?;
-    for (place, at) in nodes.iter().enumerate() {
+    for (node_index, at) in nodes.iter().enumerate() {
         let mut placing = Placing {
             scene: &mut scene,
             accessors: &accessors,
@@ -116,7 +116,7 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
             budget: files.budget,
             notes: &mut notes,
         };
-        placing.place(place, at).place(|| format!("nodes[{}]", at.index))?;
+        placing.place(node_index, at).place(|| format!("nodes[{}]", at.index))?;
     }
     collected.finish(&mut scene, &mut notes)?;
     drop_copies(&mut scene, &mut notes);
@@ -126,7 +126,7 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
     Ok(scene)
 }
 
-/// Bytes that parsing takes of an object, at most: the largest of a list, which doubles as it grows.
+/// Upper bound of the memory for parsing one object, bytes: the largest list element, in a list that doubles as it grows.
 const BYTES_PER_OBJECT: u64 = 2 * size_of::<schema::Material>() as u64;
 const _: () = assert!(
     size_of::<schema::Material>() >= size_of::<schema::Node>()
@@ -134,10 +134,10 @@ const _: () = assert!(
         && size_of::<schema::Material>() >= size_of::<schema::Accessor>()
         && size_of::<schema::Material>() >= size_of::<schema::BufferView>()
 );
-/// And of a number, a string or a map's entry, beside its text.
+/// Upper bound for a number, a string or a map entry, bytes, without its text.
 const BYTES_PER_ITEM: u64 = 96;
 
-/// Parses the JSON, once there is memory for what it may become: a list of `{}` takes hundreds of times its text.
+/// Parses the JSON, after taking the memory of the parsed form from the budget: a list of `{}` takes hundreds of times its text.
 fn parse<'a>(json: &'a [u8], budget: &Budget) -> Result<Root<'a>> {
     let (mut objects, mut items) = (0, 1);
     for byte in json {
@@ -153,30 +153,30 @@ fn parse<'a>(json: &'a [u8], budget: &Budget) -> Result<Root<'a>> {
     let root = Root::deserialize(Objects(&mut reader)).and_then(|root| reader.end().map(|()| root));
     let root = root.map_err(|error| invalid(format!("JSON: {error}")))?;
     let required = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
-    // Minor versions add to the format. There is none beyond 2.0 yet; one to come is tried, and warned about.
+    // Minor versions only add to the format. Later ones than 2.0 are read with a warning.
     if required.starts_with("2.") { Ok(root) } else { Err(Fault::Unsupported(format!("glTF {required}"))) }
 }
 
-/// Leaves out the instances that stand where another of the same mesh stands, and always will: of surfaces that are not blended nothing
-/// more is seen, and a ray would meet every one.
+/// Removes static instances that duplicate another one (same mesh, same transform). Duplicates of surfaces that are not
+/// transparent change nothing in the image, but a ray would intersect each one.
 fn drop_copies(scene: &mut Scene, notes: &mut Notes) {
     let blends = |mesh: &Mesh| mesh.primitives.iter().any(|p| scene.materials[p.material].is_transparent());
-    let mut stays_apart: Vec<bool> = scene.meshes.iter().map(blends).collect();
-    scene.motion.meshes.iter().for_each(|deformed| stays_apart[deformed.mesh] = true);
+    let mut keeps_duplicates: Vec<bool> = scene.meshes.iter().map(blends).collect();
+    scene.motion.meshes.iter().for_each(|deformed| keeps_duplicates[deformed.mesh] = true);
     let moves = scene.motion.moving_nodes();
     let mut is_moved = vec![false; scene.instances.len()];
     scene.motion.instances.iter().for_each(|bound| is_moved[bound.index] = moves[bound.node]);
-    let mut known = HashSet::new();
+    let mut seen = HashSet::new();
     let mut new_from_old = Vec::with_capacity(scene.instances.len());
     let mut kept = 0;
     scene.instances.retain(|instance| {
-        let place = instance.world_from_object.to_cols_array().map(f32::to_bits);
-        let may_part = stays_apart[instance.mesh] || is_moved[new_from_old.len()];
-        let stays = may_part || known.insert((instance.mesh, place));
+        let transform = instance.world_from_object.to_cols_array().map(f32::to_bits);
+        let is_exempt = keeps_duplicates[instance.mesh] || is_moved[new_from_old.len()];
+        let stays = is_exempt || seen.insert((instance.mesh, transform));
         new_from_old.push(stays.then_some(kept));
         kept += usize::from(stays);
         if !stays {
-            notes.add("instances that stand in the place of a copy");
+            notes.add("duplicate instances");
         }
         stays
     });
@@ -189,7 +189,7 @@ fn drop_copies(scene: &mut Scene, notes: &mut Notes) {
     });
 }
 
-/// What nodes are placed with.
+/// Inputs and outputs of [`Placing::place`].
 struct Placing<'p, 'c, 'a> {
     scene: &'p mut Scene,
     accessors: &'p Accessors<'a>,
@@ -200,35 +200,35 @@ struct Placing<'p, 'c, 'a> {
 }
 
 impl Placing<'_, '_, '_> {
-    /// Adds what is at a node: instances, lights, a camera. `place`: of the node among those that are placed.
-    fn place(&mut self, place: usize, at: &Placed) -> Result<()> {
+    /// Adds the instances, lights and camera of a node. `node_index`: the node's index among the scene's nodes.
+    fn place(&mut self, node_index: usize, at: &Placed) -> Result<()> {
         let (root, node) = (self.accessors.root, at.node);
         if let Some(mesh) = node.mesh {
-            self.instances(place, at, self.used.meshes[&mesh])?;
+            self.instances(node_index, at, self.used.meshes[&mesh])?;
         }
         if let Some(light) = &node.extensions.light
             && let Some(light) = lights::read(root, light.light, at, self.notes)?
         {
-            self.light(place, at, light);
+            self.light(node_index, at, light);
         }
         if let Some(light) = &node.extensions.area_light
             && let Some(light) = lights::read_area(root, light.light, at, self.notes)?
         {
-            self.light(place, at, light);
+            self.light(node_index, at, light);
         }
         if let Some(camera) = node.camera {
-            self.collected.camera(self.scene.cameras.len(), place);
+            self.collected.camera(self.scene.cameras.len(), node_index);
             self.scene.cameras.push(cameras::read(root, camera, at)?);
         }
         Ok(())
     }
 
-    fn instances(&mut self, place: usize, at: &Placed, mesh: usize) -> Result<()> {
+    fn instances(&mut self, node_index: usize, at: &Placed, mesh: usize) -> Result<()> {
         let Self { scene, accessors, collected, budget, notes, .. } = self;
-        let (mesh, is_skinned) = collected.mesh(scene, place, mesh, notes)?;
+        let (mesh, is_skinned) = collected.mesh(scene, node_index, mesh, notes)?;
         let node = at.node;
         let nodes_from_objects = match &node.extensions.instancing {
-            // Skinned vertices are where their joints are, wherever their node is.
+            // Joints place skinned vertices; the transform of the node is ignored.
             _ if is_skinned => vec![Affine3A::IDENTITY],
             Some(instancing) => instancing::read(accessors, instancing, node.name.len(), budget)?,
             None => vec![Affine3A::IDENTITY],
@@ -243,22 +243,22 @@ impl Placing<'_, '_, '_> {
                 return Err(invalid("EXT_mesh_gpu_instancing: a transform is not finite"));
             }
             if !is_skinned {
-                collected.instance(scene.instances.len(), place, node_from_object);
+                collected.instance(scene.instances.len(), node_index, node_from_object);
             }
             scene.instances.push(Instance { name: node.name.clone(), mesh, world_from_object });
         }
         Ok(())
     }
 
-    /// Adds a light that is given in its node's space.
-    fn light(&mut self, place: usize, at: &Placed, light: Light) {
+    /// Adds a light, given in its node's space.
+    fn light(&mut self, node_index: usize, at: &Placed, light: Light) {
         let placed = match place_light(&light, &at.world_from_node) {
             Some(placed) => placed,
-            // It may grow.
+            // An animation may give it an area.
             None if self.collected.is_kept() => Light { intensity: Vec3::ZERO, ..light.clone() },
             None => return self.notes.add("area lights without extent"),
         };
-        self.collected.light(self.scene.lights.len(), place, light);
+        self.collected.light(self.scene.lights.len(), node_index, light);
         self.scene.lights.push(placed);
     }
 }

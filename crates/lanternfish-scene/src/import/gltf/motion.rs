@@ -1,6 +1,6 @@
 //! Motion: the node tree, skins, animations, and objects attached to nodes.
 //!
-//! A mesh that is deformed is of one node alone: a second node that places it gets a copy of its own.
+//! A deformed mesh belongs to a single node: each further node that uses it gets its own copy.
 
 use std::collections::{HashMap, HashSet};
 
@@ -19,20 +19,20 @@ use crate::{
     },
 };
 
-/// Collects what moves while a scene's nodes are placed.
+/// Collects the moving parts of a scene while its nodes are placed.
 pub(super) struct Collected<'c, 'a> {
     accessors: &'c Accessors<'a>,
-    /// As they are placed, parents before their children.
+    /// The scene's nodes, parents before their children.
     nodes: &'c [Placed<'a>],
-    /// The place of each of the file's nodes among them.
-    place: HashMap<usize, usize>,
+    /// Index into `nodes` of each of the file's nodes.
+    node_indices: HashMap<usize, usize>,
     budget: &'c Budget,
-    /// Whether anything of the file moves: else nothing is kept.
+    /// True if anything in the file moves; otherwise no motion is stored.
     is_kept: bool,
     motion: Motion,
-    /// The scene's skin of each skin of the file that is used.
+    /// The scene's skin for each used skin of the file.
     skins: HashMap<usize, Option<usize>>,
-    /// How each mesh is used so far.
+    /// Use of each mesh by the nodes placed so far.
     uses: HashMap<usize, Use>,
 }
 
@@ -43,21 +43,21 @@ enum Use {
 }
 
 impl<'c, 'a> Collected<'c, 'a> {
-    /// Takes the node tree, where anything of the file moves. `nodes`: as they are placed, parents before their children.
+    /// Stores the node tree, if anything in the file moves. `nodes`: the scene's, parents before their children.
     pub fn new(accessors: &'c Accessors<'a>, nodes: &'c [Placed<'a>], budget: &'c Budget) -> Result<Self> {
         let root = accessors.root;
-        let place = places(nodes);
+        let node_indices = node_indices(nodes);
         let has_targets = |mesh: usize| root.meshes[mesh].primitives.iter().any(|p| !p.targets.is_empty());
         let deforms = |at: &Placed| at.node.mesh.is_some_and(|mesh| at.node.skin.is_some() || has_targets(mesh));
         let is_kept = !root.animations.is_empty() || nodes.iter().any(deforms);
         let mut motion = Motion::default();
         if is_kept {
-            // A node's weights, and those of a pose.
+            // The weights of the nodes, and those of a pose.
             let weights = nodes.iter().map(|at| 8 * target_count(root, at.node) as u64).fold(0, u64::saturating_add);
             budget.take(weights, || "weights of morph targets need".to_owned())?;
             let mut parents = vec![None; nodes.len()];
             for (parent, at) in nodes.iter().enumerate() {
-                at.node.children.iter().for_each(|child| parents[place[child]] = Some(parent));
+                at.node.children.iter().for_each(|child| parents[node_indices[child]] = Some(parent));
             }
             let node = |(at, parent): (&Placed, Option<usize>)| Node {
                 name: at.node.name.clone(),
@@ -67,7 +67,16 @@ impl<'c, 'a> Collected<'c, 'a> {
             };
             motion.nodes = nodes.iter().zip(parents).map(node).collect();
         }
-        Ok(Self { accessors, nodes, place, budget, is_kept, motion, skins: HashMap::new(), uses: HashMap::new() })
+        Ok(Self {
+            accessors,
+            nodes,
+            node_indices,
+            budget,
+            is_kept,
+            motion,
+            skins: HashMap::new(),
+            uses: HashMap::new(),
+        })
     }
 
     /// True if anything moves.
@@ -75,36 +84,43 @@ impl<'c, 'a> Collected<'c, 'a> {
         self.is_kept
     }
 
-    /// Notes that an instance stands in a node.
+    /// Attaches an instance to a node.
     pub fn instance(&mut self, index: usize, node: usize, node_from_object: Affine3A) {
         if self.is_kept {
             self.motion.instances.push(Bound { index, node, node_from_object });
         }
     }
 
-    /// Notes that a camera stands at a node.
+    /// Attaches a camera to a node.
     pub fn camera(&mut self, index: usize, node: usize) {
         if self.is_kept {
             self.motion.cameras.push(Bound { index, node, node_from_object: Affine3A::IDENTITY });
         }
     }
 
-    /// Notes that a light, which is given in the node's space, goes with a node.
+    /// Attaches a light, given in the node's space, to a node.
     pub fn light(&mut self, index: usize, node: usize, light: Light) {
         if self.is_kept {
             self.motion.lights.push(BoundLight { index, node, light });
         }
     }
 
-    /// The mesh that a node places, by its place among all, of the scene's `mesh`: a copy where it is deformed otherwise elsewhere. And whether it is skinned.
-    pub fn mesh(&mut self, scene: &mut Scene, place: usize, mesh: usize, notes: &mut Notes) -> Result<(usize, bool)> {
+    /// The index of the mesh for the node at `node_index`, and true if it is skinned. It is `mesh`, or a copy of it if another node
+    /// uses it with a different deformation.
+    pub fn mesh(
+        &mut self,
+        scene: &mut Scene,
+        node_index: usize,
+        mesh: usize,
+        notes: &mut Notes,
+    ) -> Result<(usize, bool)> {
         if !self.is_kept {
             return Ok((mesh, false));
         }
         let deformations = || scene.meshes[mesh].primitives.iter().filter_map(|p| p.deformation.as_deref());
         let has_targets = deformations().any(|deformation| !deformation.targets.is_empty());
         let greatest_joint = deformations().filter_map(|deformation| deformation.greatest_joint()).max();
-        let skin = match (self.nodes[place].node.skin, greatest_joint) {
+        let skin = match (self.nodes[node_index].node.skin, greatest_joint) {
             (Some(skin), Some(joint)) => {
                 let own = self.skin(skin, notes).place(|| format!("skins[{skin}]"))?;
                 if let Some(own) = own
@@ -127,18 +143,19 @@ impl<'c, 'a> Collected<'c, 'a> {
             own = scene.meshes.len() - 1;
         }
         if kind == Use::Deformed {
-            self.motion.meshes.push(DeformedMesh { mesh: own, node: place, skin });
+            self.motion.meshes.push(DeformedMesh { mesh: own, node: node_index, skin });
         }
         Ok((own, skin.is_some()))
     }
 
-    /// The scene's skin of a skin of the file. `None`, with a note, where a joint is not in the scene.
+    /// The scene's skin for a skin of the file. `None`, with a note, if a joint is not in the scene.
     fn skin(&mut self, index: usize, notes: &mut Notes) -> Result<Option<usize>> {
-        if let Some(known) = self.skins.get(&index) {
-            return Ok(*known);
+        if let Some(existing) = self.skins.get(&index) {
+            return Ok(*existing);
         }
         let source = item(&self.accessors.root.skins, index, "skins")?;
-        let joints: Option<Vec<usize>> = source.joints.iter().map(|joint| self.place.get(joint).copied()).collect();
+        let joints: Option<Vec<usize>> =
+            source.joints.iter().map(|joint| self.node_indices.get(joint).copied()).collect();
         let skin = match joints {
             Some(joints) => {
                 self.budget.take(128 * joints.len() as u64, || format!("{} joints need", joints.len()))?;
@@ -147,7 +164,7 @@ impl<'c, 'a> Collected<'c, 'a> {
                 Some(self.motion.skins.len() - 1)
             }
             None => {
-                notes.add("skins with joints that are not in the scene: what they bend is drawn as it is stored");
+                notes.add("skins with joints that are not in the scene: their meshes are drawn undeformed");
                 None
             }
         };
@@ -155,9 +172,9 @@ impl<'c, 'a> Collected<'c, 'a> {
         Ok(skin)
     }
 
-    /// Gives the scene all that moves, with the file's animations, and poses it at rest.
+    /// Moves the collected motion and the file's animations into the scene, and sets the rest pose.
     pub fn finish(mut self, scene: &mut Scene, notes: &mut Notes) -> Result<()> {
-        // What no node deforms needs nothing to be deformed by.
+        // Meshes that no node deforms need no deformation data.
         let deformed: HashSet<usize> = self.motion.meshes.iter().map(|deformed| deformed.mesh).collect();
         for (_, mesh) in scene.meshes.iter_mut().enumerate().filter(|(i, _)| !deformed.contains(i)) {
             mesh.primitives.iter_mut().for_each(|primitive| primitive.deformation = None);
@@ -171,12 +188,12 @@ impl<'c, 'a> Collected<'c, 'a> {
     }
 }
 
-/// The place of each of the file's nodes among those that are placed.
-fn places(nodes: &[Placed]) -> HashMap<usize, usize> {
-    nodes.iter().enumerate().map(|(place, at)| (at.index, place)).collect()
+/// The index into `nodes` of each of the file's nodes.
+fn node_indices(nodes: &[Placed]) -> HashMap<usize, usize> {
+    nodes.iter().enumerate().map(|(node_index, at)| (at.index, node_index)).collect()
 }
 
-/// Of the node, else of its mesh, else zero.
+/// Morph target weights at rest: those of the node, else of its mesh, else zero.
 fn weights_at_rest(root: &Root, node: &schema::Node) -> Vec<f32> {
     let Some(mesh) = node.mesh.and_then(|mesh| root.meshes.get(mesh)) else { return Vec::new() };
     let stated = if node.weights.is_empty() { &mesh.weights } else { &node.weights };
@@ -186,7 +203,7 @@ fn weights_at_rest(root: &Root, node: &schema::Node) -> Vec<f32> {
     weights
 }
 
-/// Morph targets of a node's mesh.
+/// Number of morph targets of a node's mesh.
 fn target_count(root: &Root, node: &schema::Node) -> usize {
     let mesh = node.mesh.and_then(|mesh| root.meshes.get(mesh));
     mesh.and_then(|mesh| mesh.primitives.iter().map(|primitive| primitive.targets.len()).max()).unwrap_or(0)
@@ -207,7 +224,7 @@ fn bind_matrices(accessors: &Accessors, skin: &schema::Skin, count: usize) -> Re
 }
 
 fn animations(collected: &Collected, notes: &mut Notes) -> Result<Vec<Animation>> {
-    let Collected { accessors, nodes, place, budget, .. } = collected;
+    let Collected { accessors, nodes, node_indices, budget, .. } = collected;
     let mut animations = Vec::new();
     for (i, source) in accessors.root.animations.iter().enumerate() {
         let mut channels = Vec::new();
@@ -219,14 +236,14 @@ fn animations(collected: &Collected, notes: &mut Notes) -> Result<Vec<Animation>
                 (Some(_), "scale") => Property::Scale,
                 (Some(_), "weights") => Property::Weights,
                 _ => {
-                    notes.add("animations of things that are no nodes");
+                    notes.add("animations of targets that are not nodes");
                     continue;
                 }
             };
             let file_node = channel.target.node.unwrap_or_default();
             item(&accessors.root.nodes, file_node, "nodes").place(at)?;
-            // Of a node that is in another scene nothing is shown.
-            let Some(node) = place.get(&file_node).copied() else { continue };
+            // Nodes of other scenes are not shown.
+            let Some(node) = node_indices.get(&file_node).copied() else { continue };
             let width = match property {
                 Property::Translation | Property::Scale => 3,
                 Property::Rotation => 4,
@@ -260,7 +277,7 @@ fn sampler_of(
         "CUBICSPLINE" => Interpolation::CubicSpline,
         other => return Err(invalid(format!("interpolation {other:?} is not one of the format's"))),
     };
-    // Any number of channels may share one sampler.
+    // Counted for each channel: any number of channels may share one sampler.
     for accessor in [source.input, source.output] {
         let count = item(&accessors.root.accessors, accessor, "accessors")?.count as u64;
         budget.take(count.saturating_mul(16), || format!("{count} keyframes need"))?;
@@ -273,7 +290,7 @@ fn sampler_of(
     };
     let values = values.place(|| "output".into())?;
     if times.is_empty() || !times.iter().all(|time| time.is_finite()) || !times.is_sorted() {
-        return Err(invalid("input: times are to be finite and to rise, and there is to be one"));
+        return Err(invalid("input: times must be finite and ascending, and there must be at least one"));
     }
     let parts = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     let needed = times.len().saturating_mul(parts * width);
@@ -284,7 +301,7 @@ fn sampler_of(
     Ok(Sampler { interpolation, times, values })
 }
 
-/// What a copy of a mesh takes, at most.
+/// Upper bound of the memory of a copy of a mesh, bytes.
 fn bytes_of(mesh: &Mesh) -> u64 {
     let vertex = |primitive: &crate::Primitive| {
         let deformation = primitive.deformation.as_deref();

@@ -1,19 +1,19 @@
-//! Normals that a file lacks, or has wrong.
+//! Generation of missing normals and repair of broken ones.
 
 use glam::Vec3;
 
 use super::vertices;
 use crate::Primitive;
 
-/// Normals of the triangles. Every corner gets a vertex of its own.
+/// Gives the primitive flat normals. Every corner gets its own vertex.
 pub(super) fn make_flat(primitive: &mut Primitive) {
     vertices::unshare(primitive);
     let (triangles, _) = primitive.positions.as_chunks::<3>();
     primitive.normals = triangles.iter().flat_map(|corners| [triangle_normal(corners); 3]).collect();
 }
 
-/// Makes the normals unit length. One that has no direction (zero, or not a number) becomes that of a triangle that
-/// uses the vertex.
+/// Normalises the normals. A normal without a direction (zero or NaN) becomes that of a triangle that uses the
+/// vertex.
 pub(super) fn repair(primitive: &mut Primitive) {
     let mut has_broken = false;
     for normal in &mut primitive.normals {
@@ -35,12 +35,12 @@ pub(super) fn repair(primitive: &mut Primitive) {
     }
 }
 
-/// Unit length, or `None` for what has no direction: zero, not finite, or so short that its square is denormal.
+/// Unit vector along `v`. `None` if `v` is zero, not finite, or so short that its square is denormal.
 pub(super) fn direction(v: Vec3) -> Option<Vec3> {
     v.try_normalize().filter(|unit| unit.is_normalized())
 }
 
-/// Towards the side from which the corners run counter-clockwise; +y for a triangle without area.
+/// The normal on the side from which the corners are counter-clockwise; +y for a triangle without area.
 fn triangle_normal([a, b, c]: &[Vec3; 3]) -> Vec3 {
     direction((b - a).cross(c - a)).unwrap_or(Vec3::Y)
 }

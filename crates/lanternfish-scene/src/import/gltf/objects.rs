@@ -1,14 +1,14 @@
-//! Reads structs from JSON objects alone: serde by itself reads them from lists as well, field by field.
+//! Reads structs from JSON objects only: serde's derived code also accepts lists, field by field.
 
 use std::fmt;
 
 use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, Visitor};
 
 /// A deserialiser that refuses lists where a struct is expected, at any depth; also its visitors, lists, maps and seeds. Each wraps
-/// that of the format.
+/// the one of the format.
 pub(super) struct Objects<T>(pub T);
 
-/// Deserialises one field with [`Objects`], for structs that others contain by serde's `flatten`, which takes the outer [`Objects`] away.
+/// Deserialises one field with [`Objects`], for structs under serde's `flatten`, which removes the outer [`Objects`].
 pub(super) fn field<'de, D: Deserializer<'de>, T: serde::Deserialize<'de>>(deserializer: D) -> Result<T, D::Error> {
     T::deserialize(Objects(deserializer))
 }

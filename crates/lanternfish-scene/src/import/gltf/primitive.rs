@@ -11,16 +11,16 @@ use super::topology::Topology;
 use super::{deformation, extensions, normals, schema, tangents, vertices};
 use crate::Primitive;
 
-/// What came of a primitive of the file.
+/// Result of reading a primitive.
 pub(super) enum Outcome {
     /// A triangle list, without a material yet.
     Read(Primitive),
-    /// Nothing that can be shown; says what, in the plural.
+    /// Nothing to draw; names the omitted content, in the plural.
     LeftOut(&'static str),
 }
 
-/// Reads a primitive. `normal_map_uv_set`: which texture coordinates its material's normal map uses, if it has one;
-/// only then there are tangents.
+/// Reads a primitive. `normal_map_uv_set`: index of the texture coordinates of its material's normal map, if any. Without
+/// a normal map the primitive gets no tangents.
 pub(super) fn read(
     accessors: &Accessors,
     source: &schema::Primitive,
@@ -51,7 +51,7 @@ pub(super) fn read(
         return Ok(Outcome::LeftOut("primitives without triangles"));
     }
 
-    // Tangents without normals are to be ignored: flat normals have others.
+    // The format requires readers to ignore tangents without normals: they do not match flat normals.
     let has_flat_normals = primitive.normals.is_empty();
     if has_flat_normals {
         primitive.tangents.clear();
@@ -73,16 +73,16 @@ pub(super) fn read(
 /// Memory that reading a primitive takes.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Need {
-    /// Bytes of what comes of it, at most.
+    /// Upper bound of the stored primitive, bytes.
     pub kept: u64,
-    /// Bytes while it is read, at most.
-    pub passing: u64,
-    /// Corners of its triangles, each counted.
+    /// Upper bound of temporary memory while reading, bytes.
+    pub transient: u64,
+    /// Number of triangle corners.
     pub corners: u64,
 }
 
-/// What [`read`] will take, by the counts that the file states. Nothing for what will be refused or left out, such as counts
-/// beyond what the bytes can hold.
+/// The memory that [`read`] will take, from the counts in the file. Zero for primitives that will be refused or left out,
+/// such as those with counts beyond the available bytes.
 pub(super) fn need(root: &Root, source: &schema::Primitive, has_normal_map: bool) -> Need {
     let count = |index: usize| {
         let Some(accessor) = root.accessors.get(index) else { return 0 };
@@ -104,17 +104,17 @@ pub(super) fn need(root: &Root, source: &schema::Primitive, has_normal_map: bool
         [(true, 24), (has_normal_map, 16), (has("TEXCOORD_0"), 8), (has("TEXCOORD_1"), 8), (has("COLOR_0"), 16)];
     let vertex: u64 = attributes.iter().filter(|(has, _)| *has).map(|(_, bytes)| bytes).sum();
     let vertex = vertex + deformation::bytes_per_vertex(source, has_normal_map);
-    // Flat normals and tangents of their own divide vertices; what is not used is dropped.
+    // Flat normals and generated tangents split vertices; unused vertices are dropped.
     let divided = !has("NORMAL") || has_normal_map;
     let kept_vertices = if divided { corners } else { vertices.min(corners) };
     let kept = kept_vertices.saturating_mul(vertex).saturating_add(corners.saturating_mul(4));
-    // Tangents take a hundred bytes a corner while they are found.
-    let found = corners.saturating_mul(if has_normal_map { 108 } else { 8 });
-    let passing = vertices.saturating_mul(vertex + 4).saturating_add(kept).saturating_add(found);
-    Need { kept, passing, corners }
+    // Tangent generation takes 100 bytes per corner.
+    let scratch = corners.saturating_mul(if has_normal_map { 108 } else { 8 });
+    let transient = vertices.saturating_mul(vertex + 4).saturating_add(kept).saturating_add(scratch);
+    Need { kept, transient, corners }
 }
 
-/// A primitive that is compressed may have an uncompressed form beside it; without that there is nothing to read.
+/// Refuses Draco-compressed primitives, unless they have an uncompressed fallback.
 fn refuse_draco(accessors: &Accessors, source: &schema::Primitive) -> Result<()> {
     let is_empty = |index: &usize| {
         let accessor = accessors.root.accessors.get(*index);
@@ -146,7 +146,7 @@ fn read_indices(accessors: &Accessors, accessor: usize, vertex_count: usize) -> 
     }
 }
 
-/// Reads what is there beside the positions.
+/// Reads the attributes other than positions.
 fn read_attributes(
     accessors: &Accessors,
     source: &schema::Primitive,
@@ -174,7 +174,7 @@ fn read_attributes(
     Ok(())
 }
 
-/// An attribute as long as there are vertices; empty where the primitive lacks it.
+/// An attribute with one element per vertex; empty if the primitive lacks it.
 pub(super) fn read_attribute<T: From<[f32; N]>, const N: usize>(
     attributes: &BTreeMap<String, usize>,
     name: &str,

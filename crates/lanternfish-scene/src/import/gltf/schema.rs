@@ -1,6 +1,6 @@
-//! The parts of a file's JSON that are read, with the format's defaults. Field names are the format's own.
+//! The supported parts of a file's JSON, with the defaults and field names of the format.
 //!
-//! Indices are as the file has them: unchecked.
+//! Indices are unchecked.
 
 mod material;
 mod motion;
@@ -15,7 +15,7 @@ pub(super) use self::material::{
 };
 pub(super) use self::motion::{Animation, AnimationSampler, Skin};
 
-/// Text that is borrowed from the JSON where it holds no escapes: data URIs are long.
+/// Text, borrowed from the JSON if it has no escapes: data URIs are long.
 #[derive(Deserialize)]
 pub(super) struct Text<'a>(#[serde(borrow)] pub Cow<'a, str>);
 
@@ -159,7 +159,7 @@ pub(super) struct BufferViewExtensions {
 }
 
 impl BufferViewExtensions {
-    /// Where the view is stored compressed, if it is; both extensions have one form.
+    /// The compressed form of the view, if any; both extensions have the same layout.
     pub fn compressed(&self) -> Option<&CompressedView> {
         self.ext_meshopt.as_ref().or(self.khr_meshopt.as_ref())
     }
@@ -219,7 +219,7 @@ pub(super) struct Mesh {
     #[serde(default)]
     pub name: String,
     pub primitives: Vec<Primitive>,
-    /// Of morph targets.
+    /// Weights of the morph targets.
     #[serde(default)]
     pub weights: Vec<f32>,
 }
@@ -359,7 +359,7 @@ pub(super) struct AreaLight {
     pub color: Option<[f32; 3]>,
     /// Nits.
     pub intensity: Option<f32>,
-    /// Height of a rectangle, diameter of a disk; m before the node's scale.
+    /// Height of a rectangle or diameter of a disk, m, before the node's scale.
     pub size: Option<f32>,
     pub rect: Option<Rect>,
 }

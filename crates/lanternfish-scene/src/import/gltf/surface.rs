@@ -1,4 +1,4 @@
-//! Extensions of materials beyond metal, roughness and emission.
+//! Material extensions beyond metallic-roughness and emission.
 
 use glam::{Vec3, Vec4};
 
@@ -8,10 +8,10 @@ use super::schema::{MaterialExtensions, Root, SpecularGlossiness, TextureInfo};
 use super::textures::Textures;
 use crate::Material;
 
-/// Reflectance of a dielectric of index 1.5 seen from the front, which `specular_color` multiplies.
+/// Reflectance at normal incidence of a dielectric with IOR 1.5, which `specular_color` multiplies.
 const DIELECTRIC_REFLECTANCE: f32 = 0.04;
 
-/// Applies what is read of a material's extensions to what is read of its core; notes what is not.
+/// Applies the supported extensions to a material that holds the core's values; notes the unsupported ones.
 pub(super) fn apply(
     root: &Root,
     extensions: &MaterialExtensions,
@@ -24,7 +24,7 @@ pub(super) fn apply(
         None => Ok(None),
     };
     if let Some(ior) = extensions.ior.as_ref().and_then(|extension| extension.ior) {
-        // 0 is allowed, and stands for a mirror; between 0 and 1 there is nothing.
+        // 0 is allowed and means full reflection; values between 0 and 1 are invalid.
         material.ior = if ior == 0.0 { 0.0 } else { ior.clamp(1.0, f32::MAX) };
     }
     if let Some(specular) = &extensions.specular {
@@ -51,7 +51,7 @@ pub(super) fn apply(
         && factor > 0.0
     {
         material.transmission_texture = texture(&transmission.transmission_texture, notes)?;
-        // Metal transmits nothing; where a texture says what is metal, some of it may be none.
+        // Metal transmits nothing; a texture may make parts of the surface dielectric.
         if material.metallic < 1.0 || material.metallic_roughness_texture.is_some() {
             material.transmission = factor;
         }
@@ -82,11 +82,11 @@ pub(super) fn apply(
     Ok(())
 }
 
-/// Replaces the core's surface by that of `KHR_materials_pbrSpecularGlossiness`, as a dielectric: diffuse is its
-/// base colour, and specular what it reflects seen from the front.
+/// Replaces the core's surface by that of `KHR_materials_pbrSpecularGlossiness`, as a dielectric: diffuse becomes the
+/// base colour, and specular the reflectance at normal incidence.
 ///
-/// Its texture of specular and glossiness is not read. Where there is one, the factors mean nothing without it: the
-/// reflectance stays that of glass, and half the glossiness is taken.
+/// The specular-glossiness texture is not read. The factors have no meaning without it: if there is one, the
+/// reflectance stays that of glass, and the glossiness is halved.
 pub(super) fn convert(
     root: &Root,
     source: &SpecularGlossiness,
@@ -111,7 +111,7 @@ pub(super) fn convert(
     let specular = source.specular_factor.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::ONE);
     material.perceptual_roughness = 1.0 - glossiness;
     material.specular_color = specular / DIELECTRIC_REFLECTANCE;
-    // The extension's own: what is reflected is not scattered.
+    // Energy conservation as in the extension: reflected light is not scattered diffusely.
     material.base_color *= (Vec3::ONE - specular.max_element()).extend(1.0);
     Ok(())
 }

@@ -1,5 +1,5 @@
-//! Tangents for normal maps, by MikkTSpace (M. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008): what
-//! the format prescribes where a file has none.
+//! Tangent generation for normal maps by MikkTSpace (M. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008), as
+//! the format prescribes for files without tangents.
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
@@ -9,15 +9,15 @@ use super::fault::{Result, invalid};
 use super::{normals, vertices};
 use crate::Primitive;
 
-/// Index that stands for no vertex.
+/// Index that means no vertex.
 const NONE: u32 = u32::MAX;
 
 /// Generates tangents along texture coordinates `uv_set`, before any `KHR_texture_transform`. Vertices whose corners
-/// get different tangents are split, others stay shared. Needs normals.
+/// get different tangents are split; other vertices stay shared. The primitive must have normals.
 pub(super) fn generate(primitive: &mut Primitive, uv_set: u32) -> Result<()> {
     let uv = if uv_set == 0 { &primitive.uv0 } else { &primitive.uv1 };
     if uv.is_empty() {
-        // Constant texture coordinates have no direction.
+        // Missing texture coordinates are constant and define no direction.
         primitive.tangents = primitive.normals.iter().map(|normal| any_tangent(*normal)).collect();
         return Ok(());
     }
@@ -30,7 +30,7 @@ pub(super) fn generate(primitive: &mut Primitive, uv_set: u32) -> Result<()> {
     Ok(())
 }
 
-/// Makes a file's tangents unit length with a sign of -1 or 1; one without a direction becomes any that is
+/// Normalises a file's tangents and sets their signs to -1 or 1. A tangent without a direction becomes an arbitrary one
 /// perpendicular to the normal.
 pub(super) fn repair(primitive: &mut Primitive) {
     for (tangent, normal) in primitive.tangents.iter_mut().zip(&primitive.normals) {
@@ -46,11 +46,11 @@ fn any_tangent(normal: Vec3) -> Vec4 {
     normal.any_orthonormal_vector().extend(1.0)
 }
 
-/// Gives the corners of `primitive` their tangents: one vertex for each different pair of old vertex and tangent.
-/// Corners with the same tangent have the same bits, as it is computed once for the group they belong to.
+/// Assigns tangents to the corners of `primitive`, with one vertex for each distinct pair of old vertex and tangent.
+/// Equal tangents have equal bits, as MikkTSpace computes a tangent once per group of corners.
 fn split(primitive: &mut Primitive, corner_tangents: &[Vec4]) {
     let vertex_count = primitive.positions.len();
-    // Lists of the new vertices of each old one: `first` is by old vertex, `next` by new vertex.
+    // Linked lists of the new vertices of each old one: `first` is indexed by old vertex, `next` by new vertex.
     let mut first = vec![NONE; vertex_count];
     let mut next: Vec<u32> = Vec::with_capacity(vertex_count);
     let mut sources: Vec<u32> = Vec::with_capacity(vertex_count);
@@ -77,7 +77,7 @@ fn split(primitive: &mut Primitive, corner_tangents: &[Vec4]) {
 struct Corners<'a> {
     primitive: &'a Primitive,
     uv: &'a [Vec2],
-    /// Tangents of the corners, one for each of the primitive's indices.
+    /// Tangents of the corners, one per index of the primitive.
     tangents: Vec<Vec4>,
 }
 
@@ -112,7 +112,7 @@ impl Geometry for Corners<'_> {
         let normal = self.primitive.normals[self.vertex(face, vert)];
         let generated = tangent_space.and_then(|space| {
             let [x, y, z, sign] = space.tangent_encoded();
-            // The algorithm's v points up, the format's down: the bitangent turns.
+            // v points up in MikkTSpace and down in glTF: the sign of the bitangent flips.
             Some(normals::direction(Vec3::new(x, y, z))?.extend(-sign))
         });
         self.tangents[3 * face + vert] = generated.unwrap_or_else(|| any_tangent(normal));

@@ -1,4 +1,4 @@
-//! Textures, samplers, and how materials refer to them.
+//! Import of textures, samplers and the materials' references to them.
 
 use glam::{Affine2, Mat2, Vec2};
 
@@ -7,20 +7,20 @@ use super::notes::Notes;
 use super::schema::{self, Root, TextureInfo, TextureTransform};
 use crate::{Filter, MipFilter, Sampler, Texture, TextureRef, Wrap};
 
-/// The textures that materials refer to, each distinct one once, in the order of first use.
+/// The distinct textures that materials refer to, in the order of first use.
 #[derive(Default)]
 pub(super) struct Textures {
-    /// For [`crate::Scene::textures`].
+    /// The list for [`crate::Scene::textures`].
     pub textures: Vec<Texture>,
-    /// For [`crate::Scene::samplers`].
+    /// The list for [`crate::Scene::samplers`].
     pub samplers: Vec<Sampler>,
-    /// The file's image for each of [`crate::Scene::images`].
+    /// The file's image index for each of [`crate::Scene::images`].
     pub images: Vec<usize>,
 }
 
 impl Textures {
-    /// Adds a texture that a material refers to. `None`, with a note, for one that cannot be read: its image is in
-    /// a format of an extension, or it uses a third set of texture coordinates.
+    /// Adds a texture that a material refers to. `None`, with a note, for an unsupported texture: its image is in the
+    /// format of an extension, or it uses a third set of texture coordinates.
     pub fn add(&mut self, root: &Root, info: &TextureInfo, notes: &mut Notes) -> Result<Option<TextureRef>> {
         let texture = item(&root.textures, info.index, "textures")?;
         let transform = info.extensions.transform.as_ref();
@@ -31,7 +31,7 @@ impl Textures {
         }
         let webp = texture.extensions.webp.as_ref().and_then(|webp| webp.source);
         let Some(source) = webp.or(texture.source) else {
-            notes.add("textures without an image in a format that is supported");
+            notes.add("textures without an image in a supported format");
             return Ok(None);
         };
         let sampler = self.sampler(root, texture, notes).place(|| format!("textures[{}]", info.index))?;
@@ -55,15 +55,15 @@ impl Textures {
     }
 }
 
-/// Where `value` is in the list; it is appended when it is not.
+/// The index of `value` in `list`; appends it if it is missing.
 fn index_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> usize {
-    list.iter().position(|have| *have == value).unwrap_or_else(|| {
+    list.iter().position(|existing| *existing == value).unwrap_or_else(|| {
         list.push(value);
         list.len() - 1
     })
 }
 
-/// Unknown values fall back to the default, with a note. The codes are OpenGL's.
+/// Converts a sampler. Unknown values become the default, with a note. The codes are OpenGL's.
 fn read_sampler(sampler: &schema::Sampler, notes: &mut Notes) -> Sampler {
     let default = Sampler::default();
     let mut unknown = || notes.add("sampler settings of unknown value");
@@ -99,8 +99,8 @@ fn read_sampler(sampler: &schema::Sampler, notes: &mut Notes) -> Sampler {
     Sampler { mag, min, mip, wrap_u: wrap(sampler.wrap_s), wrap_v: wrap(sampler.wrap_t) }
 }
 
-/// Offset * rotation * scale. The rotation is counter-clockwise as one sees the image, whose v points down: the
-/// extension's own example (offset (0, 1), a quarter turn, scale 1/2) is to show the lower left quadrant.
+/// Texture from UV: offset * rotation * scale. The rotation is counter-clockwise in the image, whose v points down: the
+/// extension's example (offset (0, 1), rotation by 90°, scale 1/2) must show the lower left quadrant.
 fn texture_from_uv(transform: &TextureTransform) -> Affine2 {
     let rotation = Mat2::from_angle(-transform.rotation);
     let scale = Mat2::from_diagonal(Vec2::from(transform.scale));

@@ -1,20 +1,20 @@
-//! Triangle lists from lists, strips and fans.
+//! Conversion of triangle lists, strips and fans to triangle lists.
 
-/// How a primitive's vertices are joined.
+/// Primitive topology.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Topology {
-    /// Three a triangle.
+    /// Three vertices per triangle.
     List,
-    /// Each vertex with the two before it.
+    /// One triangle per vertex, with the two vertices before it.
     Strip,
-    /// Each vertex with the one before it and the first.
+    /// One triangle per vertex, with the vertex before it and the first one.
     Fan,
     /// Points or lines of any kind: no triangles.
     Other,
 }
 
 impl Topology {
-    /// The format's code for it (OpenGL's), or `None`.
+    /// The topology of the format's code (OpenGL's); `None` for an unknown code.
     pub fn new(mode: u32) -> Option<Self> {
         Some(match mode {
             0..=3 => Self::Other,
@@ -25,8 +25,8 @@ impl Topology {
         })
     }
 
-    /// The indices as a triangle list of the same winding. Vertices that do not complete a triangle are dropped, and
-    /// so are the triangles of strips and fans that use a vertex twice: they only join what lies beside them.
+    /// The indices as a triangle list with the same winding. Vertices that do not complete a triangle are dropped.
+    /// Degenerate triangles of strips and fans, which use a vertex twice, are dropped as well: they only join parts of a strip.
     pub fn triangles(self, mut indices: Vec<u32>) -> Vec<u32> {
         let is_proper = |t: &[u32; 3]| t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
         match self {
@@ -35,8 +35,9 @@ impl Topology {
                 indices
             }
             Self::Strip => {
-                let turned = |(i, t): (usize, &[u32])| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[0], t[2], t[1]] };
-                indices.windows(3).enumerate().map(turned).filter(is_proper).flatten().collect()
+                let oriented =
+                    |(i, t): (usize, &[u32])| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[0], t[2], t[1]] };
+                indices.windows(3).enumerate().map(oriented).filter(is_proper).flatten().collect()
             }
             Self::Fan => {
                 let Some((first, rest)) = indices.split_first() else { return indices };

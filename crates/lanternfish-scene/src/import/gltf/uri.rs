@@ -9,7 +9,7 @@ use percent_encoding::percent_decode_str;
 use super::fault::{Fault, Result, invalid};
 use crate::import::files::Files;
 
-/// Padding is optional: exporters disagree.
+/// Padding is optional, as some exporters omit it.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &base64::alphabet::STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
@@ -17,7 +17,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 
 /// The bytes that `uri` holds (`data:`) or names (a path relative to the scene's folder, percent-encoded).
 ///
-/// Nothing is fetched from a network; absolute paths, and what is no regular file, are refused.
+/// Nothing is fetched from a network. Absolute paths and anything but regular files are refused.
 pub(super) fn read(uri: &str, files: &Files) -> Result<Vec<u8>> {
     if let Some(data) = uri.strip_prefix("data:") {
         files.budget.take(data.len() as u64, || "a data URI needs".to_owned())?;
@@ -37,7 +37,7 @@ pub(super) fn read(uri: &str, files: &Files) -> Result<Vec<u8>> {
 fn read_data(data: &str) -> Result<Vec<u8>> {
     let (kind, text) = data.split_once(',').ok_or_else(|| invalid("data URI: no comma"))?;
     if kind.ends_with(";base64") {
-        // Base64 has no use for %, but its =, + and / may be percent-encoded.
+        // The base64 alphabet has no %, but its =, + and / may be percent-encoded.
         let bytes: std::borrow::Cow<[u8]> = percent_decode_str(text).into();
         BASE64.decode(bytes).map_err(|error| invalid(format!("data URI: {error}")))
     } else {
@@ -45,7 +45,7 @@ fn read_data(data: &str) -> Result<Vec<u8>> {
     }
 }
 
-/// Whether it starts with `scheme:`. One letter is a drive, not a scheme.
+/// True if `uri` starts with `scheme:`. One letter is a drive, not a scheme.
 fn has_scheme(uri: &str) -> bool {
     uri.split_once(':').is_some_and(|(scheme, _)| {
         scheme.len() > 1 && scheme.bytes().all(|c| c.is_ascii_alphanumeric() || b"+-.".contains(&c))

@@ -1,9 +1,9 @@
-//! Rearranging the vertices of a primitive.
+//! Reordering of a primitive's vertices.
 
 use crate::Primitive;
 
-/// Makes `primitive`'s vertices those that `sources` names, in that order; a vertex may be named several times or
-/// not at all. Indices are left as they are.
+/// Replaces the vertices of `primitive` by those at the indices `sources`, in that order. An index may occur several times
+/// or not at all. The primitive's own indices are left unchanged.
 pub(super) fn select(primitive: &mut Primitive, sources: &[u32]) {
     fn select_list<T: Copy>(list: &mut Vec<T>, sources: &[u32]) {
         if !list.is_empty() {
@@ -29,14 +29,14 @@ pub(super) fn select(primitive: &mut Primitive, sources: &[u32]) {
     }
 }
 
-/// Gives every corner of every triangle a vertex of its own.
+/// Gives every corner of every triangle its own vertex.
 pub(super) fn unshare(primitive: &mut Primitive) {
     let sources = std::mem::take(&mut primitive.indices);
     select(primitive, &sources);
     primitive.indices = (0..sources.len() as u32).collect();
 }
 
-/// Drops the vertices that no triangle uses: files let several primitives share one long list. The order is kept.
+/// Drops unused vertices and keeps the order. Several primitives of a file may share one long vertex list.
 pub(super) fn drop_unused(primitive: &mut Primitive) {
     const UNUSED: u32 = u32::MAX;
     let mut new_from_old = vec![UNUSED; primitive.positions.len()];

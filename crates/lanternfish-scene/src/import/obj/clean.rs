@@ -1,8 +1,8 @@
-//! Rewrites the text of an OBJ file in a plain form that `tobj` reads well.
+//! Rewrites the text of an OBJ file in a plain form that `tobj` reads correctly.
 //!
-//! `tobj` 4 counts past the end of its lists where an index is far out of range, puts attributes beside the wrong
-//! vertices where only some corners have them, and names no lines. So every line is checked here, indices become
-//! absolute, and a shape ends where its corners' attributes change.
+//! `tobj` 4 overruns its lists if an index is far out of range, assigns attributes to the wrong vertices if only
+//! some corners have them, and reports no line numbers. Therefore this module checks every line, makes indices
+//! absolute, and starts a new shape where the attributes of the corners change.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -12,55 +12,57 @@ use super::Notes;
 /// Numbers of vertices, texture coordinates and normals so far.
 type Counts = [usize; 3];
 
-/// Most bytes that are made of one byte of text: a relative index becomes a long one (`f -1 -1 -1` at the ten-millionth
-/// vertex 29 bytes of 11), a divided point of 10 bytes one of 42, and a name is kept by its mesh and by its instance.
+/// Upper bound of the ratio of cleaned text to file text. A relative index becomes a long one (`f -1 -1 -1` at the
+/// ten-millionth vertex: 11 bytes become 29), a point divided by w grows from 10 to 42 bytes, and a name is stored by its mesh and
+/// by its instance.
 pub(super) const MOST_GROWTH: u64 = 5;
 
-/// The plain form of a file, and counts of what is in it.
+/// The plain form of a file, and counts of its content.
 #[derive(Default)]
 pub(super) struct Plain {
-    /// The lines that are read.
+    /// The lines that `tobj` reads.
     pub text: String,
     /// Names of materials that faces use, by `usemtl`.
     pub materials: BTreeSet<String>,
     /// Number of triangles that the faces are split into.
     pub triangles: u64,
-    /// Names of the shapes that have faces. The text has indices into this in the place of names, which may be of any length and
-    /// are needed at every change of attributes.
+    /// Names of the shapes that have faces. The text holds indices into this list instead of names: names may be of any
+    /// length, and each change of attributes repeats the name.
     pub names: Vec<String>,
     /// Number of vertices, texture coordinates and normals together.
     points: u64,
-    /// Number of lines at which the reader begins a model.
+    /// Number of lines at which `tobj` begins a model.
     models: u64,
 }
 
 impl Plain {
-    /// Most bytes that reading the text takes: for each triangle the reader's corners, and three vertices of flat normals before
-    /// and after tangents; for each model the reader's and ours, in lists that double as they grow.
+    /// Upper bound of the memory that reading the text takes, bytes. Each triangle: the corners of `tobj`, and three vertices
+    /// with flat normals before and after tangent generation. Each model: that of `tobj` and its mesh, in lists that double as they
+    /// grow.
     pub fn bytes_needed(&self) -> u64 {
         48 * self.points + 640 * self.triangles + 1024 * self.models
     }
 
-    /// The name of a shape that has faces, by what the text calls it.
+    /// The name of a shape; `index` is its name in the text.
     pub fn name(&self, index: &str) -> &str {
         index.parse().ok().and_then(|index: usize| self.names.get(index)).map_or("unnamed", String::as_str)
     }
 }
 
-/// The lines that are read, each in its plainest form; or what is wrong, with the line. At most [`MOST_GROWTH`] times
-/// as long.
+/// The plain form of the lines that are read, at most [`MOST_GROWTH`] times as long. An error describes the fault and names
+/// its line.
 pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<Plain, String> {
     let mut plain = Plain::default();
     let mut used = None;
     let mut out = String::with_capacity(text.len());
     let mut counts: Counts = [0; 3];
-    // Name of the faces to come, where it is not that of the last face.
+    // Name of the next faces, if it differs from that of the last face.
     let mut next_name = Some("unnamed".to_owned());
-    // Which attributes the corners of the last face had.
+    // Attributes that the corners of the last face had.
     let mut last: Option<[bool; 3]> = None;
     let mut joined = String::new();
     for (number, line) in text.lines().enumerate() {
-        // A line that ends in \ goes on in the next.
+        // A line that ends in \ continues in the next.
         if let Some(part) = line.trim_end().strip_suffix('\\') {
             joined.push_str(part);
             joined.push(' ');
@@ -110,14 +112,14 @@ pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<Plain, String> {
     Ok(plain)
 }
 
-/// The first word of a line, and what follows, trimmed.
+/// The first word of a line, and the rest, trimmed.
 pub(super) fn split_key(line: &str) -> (&str, &str) {
     let line = line.trim();
     let (key, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     (key, rest.trim())
 }
 
-/// Writes a vertex (kind 0), texture coordinate (1) or normal (2). Numbers that follow are dropped: colours, depth.
+/// Writes a vertex (kind 0), texture coordinate (1) or normal (2). Further numbers (colours, depth) are dropped.
 fn write_numbers(out: &mut String, kind: usize, rest: &str) -> Result<(), String> {
     let (mut numbers, mut words) = ([0.0f32; 4], [""; 4]);
     let mut count = 0;
@@ -131,7 +133,7 @@ fn write_numbers(out: &mut String, kind: usize, rest: &str) -> Result<(), String
         return Err(format!("{count} numbers, {least} expected"));
     }
     let ([x, y, z, w], [x_word, y_word, z_word, _]) = (numbers, words);
-    // Four numbers are homogeneous; six are a point and its colour.
+    // Four numbers are a homogeneous point; six are a point and its colour.
     if kind == 0 && rest.split_whitespace().count() == 4 && w != 1.0 {
         let [x, y, z] = [x / w, y / w, z / w];
         if !(x.is_finite() && y.is_finite() && z.is_finite()) {
@@ -139,14 +141,14 @@ fn write_numbers(out: &mut String, kind: usize, rest: &str) -> Result<(), String
         }
         let _ = writeln!(out, "{key} {x:e} {y:e} {z:e}");
     } else {
-        // As they are written: spelt out, a short number may be of fifty digits.
+        // Numbers are copied as text: without an exponent, a short number may have fifty digits.
         let z_word = if kind == 1 { "" } else { z_word };
         out.extend([key, " ", x_word, " ", if count < 2 { "0" } else { y_word }, " ", z_word, "\n"]);
     }
     Ok(())
 }
 
-/// The corners of a face as absolute indices from 1; 0 where there is none.
+/// The corners of a face as absolute indices from 1; 0 for a missing attribute.
 fn corners(rest: &str, counts: &Counts) -> Result<Vec<[usize; 3]>, String> {
     let names = ["vertices", "texture coordinates", "normals"];
     let corner = |word: &str| {
@@ -160,7 +162,7 @@ fn corners(rest: &str, counts: &Counts) -> Result<Vec<[usize; 3]>, String> {
             }
             let index: i64 = part.parse().map_err(|_| format!("{word:?} is no corner"))?;
             let count = counts[kind];
-            // Negative ones count back from the last so far.
+            // Negative indices count back from the last element so far.
             let absolute = if index < 0 { index.checked_add(count as i64 + 1) } else { Some(index) };
             corner[kind] = match absolute.map(usize::try_from) {
                 Some(Ok(absolute)) if (1..=count).contains(&absolute) => absolute,

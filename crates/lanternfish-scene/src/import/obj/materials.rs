@@ -1,4 +1,4 @@
-//! MTL materials as metallic-roughness ones.
+//! Conversion of MTL materials to metallic-roughness materials.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,14 +10,14 @@ use super::clean::split_key;
 use super::textures::{Map, Textures};
 use crate::{AlphaMode, Image, Material, Scene, import::files::Files};
 
-/// Bytes that reading an MTL file takes, at most: its text, which grows where numbers are spelt out; and of each line a
-/// material of the reader's, in a list that doubles as it grows, and two entries in tables of names.
+/// Upper bound of the memory that reading an MTL file takes, bytes: its text, which grows where numbers are written without
+/// an exponent; and for each line a `tobj` material, in a list that doubles as it grows, and two entries in tables of names.
 pub(super) fn bytes_needed(file: &[u8]) -> u64 {
     let lines = 1 + file.iter().filter(|byte| **byte == b'\n').count() as u64;
     4 * file.len() as u64 + (2 * size_of::<tobj::Material>() as u64 + 512) * lines
 }
 
-/// The text of the MTL file `name` without the lines that `tobj` 4 would panic or give up on, which are noted. A colour of one
+/// The text of the MTL file `name` without the lines on which `tobj` 4 panics or fails; these are noted. A colour of one
 /// number is grey.
 pub(super) fn clean(text: &str, name: &str, notes: &mut Notes) -> String {
     let mut out = String::with_capacity(text.len());
@@ -57,18 +57,16 @@ pub(super) fn clean(text: &str, name: &str, notes: &mut Notes) -> String {
     if let Some((number, line)) = dropped.first() {
         let (count, number, line) = (dropped.len(), number + 1, line.trim());
         let line: String = line.chars().take(60).collect();
-        notes.insert(format!(
-            "{name}: {count} lines say no value that can be read and are left out; line {number}: {line}"
-        ));
+        notes.insert(format!("{name}: {count} lines have no readable value and are left out; line {number}: {line}"));
     }
     out
 }
 
-/// The scene's materials as they are requested.
+/// The scene's materials, converted on first use.
 pub(super) struct Materials {
     pub list: Vec<Material>,
-    /// By name in the library; the default material's is `None`.
-    known: BTreeMap<Option<String>, usize>,
+    /// Indices into `list` by the name in the library; `None` is the default material.
+    indices: BTreeMap<Option<String>, usize>,
     textures: Textures,
 }
 
@@ -80,7 +78,7 @@ impl Materials {
         notes: &mut Notes,
     ) -> Result<Self, TooMuch> {
         let names: BTreeSet<String> = used.flat_map(|m| Maps::of(m).all().map(|map| map.file)).collect();
-        Ok(Self { list: Vec::new(), known: BTreeMap::new(), textures: Textures::decode(&names, files, notes)? })
+        Ok(Self { list: Vec::new(), indices: BTreeMap::new(), textures: Textures::decode(&names, files, notes)? })
     }
 
     /// The index of a material; `None` is the default one.
@@ -91,7 +89,7 @@ impl Materials {
         notes: &mut Notes,
     ) -> Result<usize, TooMuch> {
         let key = source.map(|material| material.name.clone());
-        if let Some(index) = self.known.get(&key) {
+        if let Some(index) = self.indices.get(&key) {
             return Ok(*index);
         }
         let material = match source {
@@ -99,7 +97,7 @@ impl Materials {
             None => Material { base_color: Vec3::splat(0.8).extend(1.0), metallic: 0.0, ..Material::default() },
         };
         self.list.push(material);
-        self.known.insert(key, self.list.len() - 1);
+        self.indices.insert(key, self.list.len() - 1);
         Ok(self.list.len() - 1)
     }
 
@@ -110,7 +108,7 @@ impl Materials {
     }
 }
 
-/// The maps that are read of a material.
+/// The texture maps of a material that are read.
 struct Maps {
     color: Option<Map>,
     opacity: Option<Map>,
@@ -135,16 +133,16 @@ impl Maps {
     }
 }
 
-/// The mapping; numbers that are not finite count as absent.
+/// Converts a material. Non-finite numbers count as absent.
 ///
-/// - base colour: `Kd` (0.8 without; 1 under a `map_Kd`) × `map_Kd`, taken as linear and sRGB-encoded;
+/// - base colour: `Kd` (linear; default 0.8, or 1 with a `map_Kd`) × `map_Kd` (sRGB-encoded);
 /// - metallic: `Pm`, else 0;
-/// - roughness: `Pr`; else 1 where there is no highlight (`illum` 0 or 1, `Ks` black, no `Ns`); else the one whose
-///   microfacets are as wide as Blinn's lobe of exponent `Ns`, alpha² = 2 / (Ns + 2) [Walter2007, §5.2];
-/// - emission: `Ke` (1 under a `map_Ke`) × `map_Ke`, nits;
-/// - alpha: `d`, else 1 − `Tr`; less than 1 blends. `map_d` is a mask at 0.5, or blends where `d` does;
-/// - normal map: `norm`, else `map_Bump` or `bump` where its pixels are those of a tangent-space map; a height map is
-///   left out with a warning.
+/// - roughness: `Pr`; else 1 if there is no highlight (`illum` 0 or 1, `Ks` black, no `Ns`); else the roughness whose
+///   microfacet distribution is as wide as a Blinn lobe of exponent `Ns`: alpha² = 2 / (Ns + 2) [Walter2007, §5.2];
+/// - emission: `Ke` (default 1 with a `map_Ke`) × `map_Ke`, nits;
+/// - alpha: `d`, else 1 − `Tr`; less than 1 is alpha blending. `map_d` is a mask with cutoff 0.5, or part of the blended alpha if `d` < 1;
+/// - normal map: `norm`, else `map_Bump` or `bump` if its pixels are tangent-space normals; a height map is left out
+///   with a warning.
 fn convert(
     source: &tobj::Material,
     textures: &mut Textures,
@@ -183,7 +181,7 @@ fn convert(
     let normal_map = maps.normal.filter(|map| match textures.image(map) {
         Some(image) if is_normal_map(image) => true,
         Some(_) => {
-            notes.insert("bump maps of heights are left out; normal maps are read".to_owned());
+            notes.insert("height maps (bump) are left out; normal maps are read".to_owned());
             false
         }
         None => false,
@@ -203,10 +201,10 @@ fn convert(
     })
 }
 
-/// Whether the pixels are tangent-space normals: on average they look out of the surface, and a height map is grey.
+/// True if the pixels are tangent-space normals: their mean points out of the surface. A height map is grey.
 fn is_normal_map(image: &Image) -> bool {
     let pixels = image.rgba.as_chunks::<4>().0;
     let mean = |channel: usize| pixels.iter().map(|p| f64::from(p[channel])).sum::<f64>() / pixels.len() as f64;
-    // Blue over three quarters is a mean tilt of less than 60°; red and green are even, within a fifth of the range.
+    // Mean blue above 3/4 is a mean tilt of less than 60°. Mean red and green are within 1/5 of the range of its centre.
     mean(2) > 191.0 && (mean(0) - 127.5).abs() < 51.0 && (mean(1) - 127.5).abs() < 51.0
 }

@@ -1,9 +1,9 @@
-//! Wavefront OBJ with MTL. The steps, each a module:
+//! Import of Wavefront OBJ files with MTL materials. The steps and their modules:
 //!
-//! 1. `clean`: the text checked and made plain, so that faults have line numbers
-//! 2. `tobj` reads it; `materials::clean` does the same for the MTL files it names
-//! 3. `textures` are decoded on all cores; `materials` are mapped
-//! 4. here: shapes become meshes
+//! 1. `clean` checks and normalises the text, so that errors have line numbers
+//! 2. `tobj` parses it; `materials::clean` does the same for the MTL files that it names
+//! 3. `textures` decodes images on all cores; `materials` converts materials
+//! 4. this module converts shapes to meshes
 
 mod clean;
 mod materials;
@@ -26,13 +26,13 @@ use crate::{
 };
 use materials::Materials;
 
-/// What is said once about a file, however often it is found.
+/// Warnings about a file; each is logged once.
 pub(super) type Notes = BTreeSet<String>;
 
-/// Most names of one kind that are said.
+/// Largest number of names that warnings of one kind list.
 const MOST_NAMES: usize = 8;
 
-/// Reads the file at `path`; see [`crate::import::load`] for what of it.
+/// Reads the file at `path`; see [`crate::import::load`] for the supported parts.
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let budget = options.budget();
     let files = Files::beside(path, options, &budget)?;
@@ -45,7 +45,7 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     let mut notes = Notes::new();
     let too_much = |need| SceneError::TooMuch { path: path.to_owned(), need };
     let take_text = |bytes| files.budget.take(bytes, || "its text needs".to_owned()).map_err(too_much);
-    // Each byte that is none of UTF-8 becomes three.
+    // Each byte of invalid UTF-8 becomes three.
     take_text(3 * file.len() as u64)?;
     let text = String::from_utf8_lossy(file);
     take_text(clean::MOST_GROWTH * text.len() as u64)?;
@@ -80,7 +80,7 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
 
     let models: Vec<_> = models.into_iter().filter(|model| !model.mesh.indices.is_empty()).collect();
     let library = library.unwrap_or_default();
-    // Where a library is missing it has been said what becomes of its materials.
+    // The warning about a missing library already covers its materials.
     let is_unknown = |name: &&String| missing.is_empty() && !library.iter().any(|material| material.name == **name);
     note_unknown(&plain.materials.iter().filter(is_unknown).collect::<Vec<_>>(), &mut notes);
     notes.append(&mut missing);
@@ -94,7 +94,7 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
         let material = material.map_err(too_much)?;
         let normal_mapped = materials.list[material].normal_texture.is_some();
         let primitive = primitive(&model.mesh, Surface { material, texture_size: 1.0, normal_mapped });
-        // One object with several materials comes as several models of its name.
+        // `tobj` splits an object with several materials into several models of the same name.
         let name = plain.name(&model.name);
         match scene.meshes.last_mut().filter(|mesh| mesh.name == name) {
             Some(mesh) => mesh.primitives.push(primitive),
@@ -114,23 +114,23 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// Says which materials there are none of.
+/// Adds warnings about materials that no library defines.
 fn note_unknown(names: &[&String], notes: &mut Notes) {
     for name in names.iter().take(MOST_NAMES) {
-        notes.insert(format!("usemtl {name}: there is no such material; what has it becomes grey"));
+        notes.insert(format!("usemtl {name}: there is no such material; its faces become grey"));
     }
     if names.len() > MOST_NAMES {
-        notes.insert(format!("usemtl: and {} more materials that there are none of", names.len() - MOST_NAMES));
+        notes.insert(format!("usemtl: and {} more materials that do not exist", names.len() - MOST_NAMES));
     }
 }
 
-/// The mesh as a primitive: v turned, missing normals flat. Tangents are averaged over the triangles of each vertex.
+/// Converts a mesh to a primitive: flips v and adds flat normals if there are none. Tangents are averaged over the triangles of each vertex.
 fn primitive(mesh: &tobj::Mesh, surface: Surface) -> Primitive {
     let vectors = |list: &[f32]| list.as_chunks::<3>().0.iter().copied().map(Vec3::from).collect::<Vec<_>>();
     let mut shape = Shape {
         positions: vectors(&mesh.positions),
         normals: vectors(&mesh.normals),
-        // The format's origin is the bottom left, ours the top left.
+        // The origin of texture coordinates is the bottom left in OBJ, the top left in `Primitive`.
         uv: mesh.texcoords.as_chunks::<2>().0.iter().map(|[u, v]| Vec2::new(*u, 1.0 - v)).collect(),
         indices: mesh.indices.clone(),
     };
@@ -148,7 +148,7 @@ fn primitive(mesh: &tobj::Mesh, surface: Surface) -> Primitive {
     primitive
 }
 
-/// Gives every corner a vertex of its own with the normal of its triangle.
+/// Gives every corner its own vertex, with the normal of its triangle.
 fn make_flat(shape: &mut Shape) {
     let corners = std::mem::take(&mut shape.indices);
     shape.positions = corners.iter().map(|i| shape.positions[*i as usize]).collect();
@@ -157,7 +157,7 @@ fn make_flat(shape: &mut Shape) {
     shape.indices = (0..corners.len() as u32).collect();
 }
 
-/// Makes the normals unit length; one without a direction becomes that of a triangle of its vertex.
+/// Normalises the normals. A normal without a direction becomes that of a triangle that uses its vertex.
 fn repair(shape: &mut Shape) {
     let directions: Vec<_> = shape.normals.iter().map(|normal| direction(*normal)).collect();
     for triangle in shape.indices.as_chunks::<3>().0 {
@@ -172,7 +172,7 @@ fn triangle_normal([a, b, c]: &[Vec3; 3]) -> Vec3 {
     direction((*b - *a).cross(*c - *a)).unwrap_or(Vec3::Y)
 }
 
-/// Unit length, or `None` for what has no direction.
+/// Unit vector along `v`; `None` if `v` has no direction.
 fn direction(v: Vec3) -> Option<Vec3> {
     v.try_normalize().filter(|unit| unit.is_normalized())
 }

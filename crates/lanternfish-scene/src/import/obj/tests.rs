@@ -1,4 +1,4 @@
-//! Small files, written to a folder of their own.
+//! Tests of the OBJ import, with small files in a temporary folder.
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -6,7 +6,7 @@ use crate::{AlphaMode, Primitive, Scene, SceneError, Wrap, load};
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
 
-/// What becomes of `files`, the first of which is the scene.
+/// Loads the scene `files[0]`, with the other files beside it.
 fn read(files: &[(&str, &[u8])]) -> Result<Scene, SceneError> {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in files {
@@ -28,7 +28,7 @@ fn fault(text: &str) -> String {
     }
 }
 
-/// A square with the material `a` of `mtl`, and images.
+/// The scene of a square with material `a` of `mtl`, with `images` beside it.
 fn with_material(mtl: &str, images: &[(&str, &[u8])]) -> Scene {
     let text = format!("mtllib a library.mtl\n{SQUARE}usemtl a\nf 1/1/1 2/2/1 3/3/1 4/4/1\n");
     let mut files = vec![("test.obj", text.as_bytes()), ("a library.mtl", mtl.as_bytes())];
@@ -49,7 +49,7 @@ fn only(scene: &Scene) -> &Primitive {
 }
 
 #[test]
-fn polygons_become_triangles_and_v_turns() {
+fn polygons_become_triangles_and_v_is_flipped() {
     let scene = obj(&format!("{SQUARE}f 1/1/1 2/2/1 3/3/1 4/4/1\n"));
     let square = only(&scene);
     assert_eq!(square.indices, [0, 1, 2, 0, 2, 3]);
@@ -76,7 +76,7 @@ fn missing_normals_are_flat_and_zero_ones_repaired() {
 }
 
 #[test]
-fn objects_groups_and_materials_divide() {
+fn objects_groups_and_materials_are_split() {
     let mtl = b"newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\n";
     let text = format!(
         "mtllib m.mtl\n{SQUARE}o first one\nusemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\ng second\nusemtl a\nf 1 2 4\n\
@@ -90,9 +90,9 @@ fn objects_groups_and_materials_divide() {
     assert_eq!(scene.meshes[1].primitives.iter().map(|p| p.material).collect::<Vec<_>>(), [0, 2]);
 }
 
-/// Attributes stay with their corners where only some faces have them.
+/// Attributes stay with their corners if only some faces have them.
 #[test]
-fn faces_of_different_attributes_are_kept_apart() {
+fn faces_with_different_attributes_are_separate_primitives() {
     let scene = obj(&format!("{SQUARE}o s\nf 1 2 3\nf 1/4/1 3/3/1 4/2/1\nf 1/1 2/2 3\n"));
     let parts = &scene.meshes[0].primitives;
     assert_eq!(parts.iter().map(|p| p.uv0.len()).collect::<Vec<_>>(), [0, 3, 0]);
@@ -114,7 +114,7 @@ fn material_values_are_mapped() {
         let glass = material(mtl);
         assert_eq!((glass.base_color.w, glass.alpha_mode), (0.25, AlphaMode::Blend), "{mtl}");
     }
-    // What would make the reader behind panic or give up.
+    // Lines on which `tobj` panics or fails.
     let broken = material("Kd 0.5\nKs 1 2\nKe spectral x.rfl\nNs\nd -halo 0.5\nillum 900\nmap_Kd\nPr nan\nTr x");
     assert_eq!((broken.base_color, broken.perceptual_roughness), (Vec4::new(0.5, 0.5, 0.5, 1.0), 1.0));
 }
@@ -135,18 +135,18 @@ fn maps_are_read() {
     assert_eq!(scene.images[texture.image].rgba[..4], [200, 0, 0, 255]);
     assert_eq!(scene.samplers[texture.sampler].wrap_u, Wrap::ClampToEdge);
     assert!(material.normal_texture.is_some() && material.normal_scale == 0.5);
-    // u runs along +x, v up in the image along +y.
+    // u is along +x; the image's upward direction is +y.
     assert!(only(&scene).tangents.iter().all(|t| t.abs_diff_eq(Vec3::X.extend(1.0), 1e-6)));
 
     let masked = with_material("newmtl a\nmap_Kd c o.png\nmap_d d.png\nbump h.png\n", &files);
     assert_eq!(masked.materials[0].alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
     assert!(masked.materials[0].normal_texture.is_none(), "a height map is no normal map");
-    assert_eq!(masked.images.len(), 1, "what is not used is not kept");
+    assert_eq!(masked.images.len(), 1, "unused images are dropped");
     assert_eq!(masked.images[0].rgba[..8], [200, 0, 0, 0, 200, 1, 0, 255]);
 }
 
 #[test]
-fn what_is_missing_is_left_out() {
+fn missing_files_are_left_out() {
     let scene = with_material("newmtl a\nmap_Kd none.png\nmap_d broken.png\n", &[("broken.png", b"no image")]);
     assert!(scene.textures.is_empty() && scene.materials[0].alpha_mode == AlphaMode::Opaque);
     let scene = obj(&format!("mtllib none.mtl\n{SQUARE}usemtl a\nf 1 2 3\n"));
@@ -174,16 +174,15 @@ fn broken_files_are_refused_with_the_line() {
     }
 }
 
-/// True if `text` beside a library gives these notes, each a part of one.
 #[test]
-fn what_a_material_says_wrongly_is_noted() {
+fn unreadable_material_values_are_noted() {
     let mut notes = super::Notes::new();
     let mtl = "newmtl a\nKd red green blue\nNs shiny\nillum\n# Kd x\nKs 0.1 0.2 0.3\nPr nan\nKe inf 0 0\n";
     let text = super::materials::clean(mtl, "a.mtl", &mut notes);
     assert_eq!(text, "newmtl a\nKs 0.1 0.2 0.3\n");
-    let noted = "a.mtl: 5 lines say no value that can be read and are left out; line 2: Kd red green blue";
+    let noted = "a.mtl: 5 lines have no readable value and are left out; line 2: Kd red green blue";
     assert_eq!(notes.into_iter().collect::<Vec<_>>(), [noted]);
-    // A grey of one number, too.
+    // Non-finite greys of one number.
     for value in ["nan", "inf", "-inf"] {
         let mut notes = super::Notes::new();
         let text = super::materials::clean(&format!("newmtl a\nKd {value}\nKe {value}\n"), "a.mtl", &mut notes);
@@ -199,9 +198,9 @@ fn what_a_material_says_wrongly_is_noted() {
 }
 
 #[test]
-fn of_unknown_materials_those_that_are_not_named_are_counted() {
+fn unknown_materials_beyond_the_limit_are_counted() {
     let names: Vec<String> = (0..11).map(|i| format!("m{i:02}")).collect();
-    for (count, last) in [(8, "usemtl m07: there is no such material; what has it becomes grey"), (11, "and 3 more")] {
+    for (count, last) in [(8, "usemtl m07: there is no such material; its faces become grey"), (11, "and 3 more")] {
         let mut notes = super::Notes::new();
         super::note_unknown(&names.iter().take(count).collect::<Vec<_>>(), &mut notes);
         assert_eq!(notes.len(), 8 + usize::from(count > 8));
@@ -210,7 +209,7 @@ fn of_unknown_materials_those_that_are_not_named_are_counted() {
 }
 
 #[test]
-fn materials_that_are_used_are_known() {
+fn used_materials_are_collected() {
     let plain = super::clean::clean(
         &format!("{SQUARE}usemtl unused\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3 4\n"),
         &mut super::Notes::new(),
@@ -219,9 +218,9 @@ fn materials_that_are_used_are_known() {
     assert_eq!((plain.materials.into_iter().collect::<Vec<_>>(), plain.triangles), (vec!["a".into(), "b".into()], 3));
 }
 
-/// What each change of attributes, number and index becomes is short, whatever the name.
+/// Changes of attributes, numbers and indices stay short, whatever the length of the name.
 #[test]
-fn plain_text_is_not_much_longer_than_the_files() {
+fn plain_text_growth_is_bounded() {
     let plain = |text: &str| {
         let plain = super::clean::clean(text, &mut super::Notes::new()).unwrap();
         let most = super::clean::MOST_GROWTH as usize * text.len();

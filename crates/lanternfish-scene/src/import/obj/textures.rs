@@ -1,4 +1,4 @@
-//! Texture maps of an MTL file.
+//! Texture maps of MTL files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -15,19 +15,19 @@ use crate::{
     },
 };
 
-/// A map as a material states it.
+/// A texture map of a material, with its options.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {
     /// Path of the image, relative to the OBJ's folder.
     pub file: String,
-    /// `-bm`: how strong a bump is.
+    /// `-bm`: strength of the bump or normal map.
     pub strength: f32,
-    /// `-clamp on`: texture coordinates are clamped to 0..=1; else the texture repeats.
+    /// `-clamp on`: texture coordinates are clamped to 0..=1; otherwise the texture repeats.
     pub clamps: bool,
 }
 
 impl Map {
-    /// Takes `[-option arguments …] file name` apart; `None` without a file. Options not in [`Map`] are ignored.
+    /// Parses `[-option arguments …] file name`; `None` without a file. Options not in [`Map`] are ignored.
     pub fn parse(text: &str) -> Option<Self> {
         let mut map = Self { file: String::new(), strength: 1.0, clamps: false };
         let mut words = text.split_whitespace().peekable();
@@ -50,21 +50,21 @@ impl Map {
     }
 }
 
-/// Decoded images, and the textures made of them.
+/// Decoded images and their textures.
 #[derive(Default)]
 pub(super) struct Textures {
     images: Vec<Image>,
-    /// Indices into `images` by file; missing ones are not in it.
+    /// Indices into `images` by file name, without missing files.
     by_file: BTreeMap<String, usize>,
-    /// Indices into `images` of those made of colours with the opacity of another image, by the indices of the colours (if there are any)
-    /// and of the opacity.
+    /// Indices into `images` of images that combine the colours of one image with the opacity of another, by the indices of
+    /// the colour image (if any) and the opacity image.
     with_opacity: BTreeMap<(Option<usize>, usize), usize>,
     textures: Vec<Texture>,
 }
 
 impl Textures {
-    /// Decodes the files of these names on all cores. One that cannot be read is noted and left out; an error before that, if
-    /// memory does not hold them, encoded or decoded.
+    /// Decodes the named files on all cores. A file that cannot be read is noted and left out. An error, before decoding, if the
+    /// encoded or decoded images exceed the budget.
     pub fn decode(names: &BTreeSet<String>, files: &Files, notes: &mut Notes) -> Result<Self, TooMuch> {
         let (mut encoded, mut sizes) = (Vec::new(), Vec::new());
         for name in names {
@@ -95,19 +95,19 @@ impl Textures {
         Ok(textures)
     }
 
-    /// The map's image, if it could be read.
+    /// The decoded image of `map`; `None` if it could not be read.
     pub fn image(&self, map: &Map) -> Option<&Image> {
         self.by_file.get(&map.file).map(|index| &self.images[*index])
     }
 
-    /// The map as a material's texture, if it could be read.
+    /// The texture of `map`; `None` if its image could not be read.
     pub fn texture(&mut self, map: &Map) -> Option<TextureRef> {
         let image = *self.by_file.get(&map.file)?;
         Some(self.add(image, map.clamps))
     }
 
-    /// A texture of colours with the opacity of another map: its alpha, or its red where it has none. White where
-    /// there are no colours. Opacity is resampled to the colours' size (nearest texel).
+    /// A texture of `color` (white if `None`) with the opacity of another map: its alpha channel, or red if alpha is 1 everywhere.
+    /// Opacity is resampled to the size of the colour image (nearest texel).
     pub fn with_opacity(
         &mut self,
         color: Option<&Map>,
@@ -118,8 +118,8 @@ impl Textures {
         let index = |map: &Map| self.by_file.get(&map.file).copied();
         let Some(opacity) = index(opacity) else { return Ok(None) };
         let color = color.and_then(index);
-        if let Some(known) = self.with_opacity.get(&(color, opacity)).copied() {
-            return Ok(Some(self.add(known, clamps)));
+        if let Some(existing) = self.with_opacity.get(&(color, opacity)).copied() {
+            return Ok(Some(self.add(existing, clamps)));
         }
         let source = &self.images[opacity];
         let channel = if source.rgba.as_chunks::<4>().0.iter().any(|p| p[3] < 255) { 3 } else { 0 };
@@ -142,14 +142,14 @@ impl Textures {
 
     fn add(&mut self, image: usize, clamps: bool) -> TextureRef {
         let texture = Texture { image, sampler: usize::from(clamps) };
-        let index = self.textures.iter().position(|known| *known == texture).unwrap_or_else(|| {
+        let index = self.textures.iter().position(|existing| *existing == texture).unwrap_or_else(|| {
             self.textures.push(texture);
             self.textures.len() - 1
         });
         TextureRef::new(index)
     }
 
-    /// Moves what is used into the scene.
+    /// Moves the used images and the textures into the scene.
     pub fn finish(mut self, scene: &mut Scene) {
         let mut moved: BTreeMap<usize, usize> = BTreeMap::new();
         for texture in &mut self.textures {

@@ -20,7 +20,7 @@ pub(in super::super) struct AnimationChannel {
 
 #[derive(Deserialize)]
 pub(in super::super) struct AnimationTarget {
-    /// Without it the channel changes what an extension says.
+    /// The animated node; `None`: the channel animates the target of an extension.
     pub node: Option<usize>,
     pub path: String,
 }

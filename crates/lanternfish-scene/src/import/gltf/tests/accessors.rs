@@ -1,4 +1,4 @@
-//! All forms of accessors.
+//! Tests of all forms of accessors.
 
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
@@ -6,7 +6,7 @@ use serde_json::json;
 use super::{F32, File, I16, U8, U16, U32, assert_contains, bytes_of};
 
 #[test]
-fn interleaved_attributes_are_told_apart() {
+fn interleaved_attributes_are_separated() {
     let file = File::with_primitive(|file| {
         let vertex = |x: f32, y: f32| [x, y, 0.0, 0.0, 0.0, 1.0, x, 1.0 - y];
         let view = file.view(&bytes_of(&[vertex(0.0, 0.0), vertex(1.0, 0.0), vertex(0.0, 1.0)].concat()));
@@ -168,7 +168,7 @@ fn positions_that_are_not_finite_are_refused() {
 }
 
 #[test]
-fn zeros_that_cost_nothing_are_counted_over_all_primitives() {
+fn elements_without_data_are_counted_over_all_primitives() {
     let build = |count: usize| {
         let mut file = File::with_primitive(|file| {
             let zeros = json!({ "componentType": F32, "type": "VEC3", "count": 1 << 20 });

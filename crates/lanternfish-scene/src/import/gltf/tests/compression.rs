@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::{F32, File, I8, I16, TRIANGLE, U16, U32, assert_contains};
 
-/// A view of `count` elements that is stored compressed, over a fallback buffer that has no content.
+/// A compressed view of `count` elements, over a fallback buffer without content.
 fn compressed(file: &mut File, mode: &str, filter: Option<&str>, stride: usize, count: usize, bytes: &[u8]) -> usize {
     let stored = file.view(bytes);
     let mut extension = file.json["bufferViews"][stored].clone();
@@ -32,7 +32,7 @@ fn accessor(file: &mut File, view: usize, shape: &str, component: u32, count: us
     file.push("accessors", json!({ "bufferView": view, "componentType": component, "type": shape, "count": count }))
 }
 
-/// Names the extension, and the buffer that only it fills.
+/// Adds the names of the extension, and the fallback buffer.
 fn finish(file: &mut File) {
     let bin = file.bin.len();
     file.json["buffers"] = json!([{ "byteLength": bin }, { "byteLength": 9, "extensions": { "EXT_meshopt_compression": { "fallback": true } } }]);
@@ -44,7 +44,7 @@ fn corners() -> Vec<[f32; 3]> {
 }
 
 #[test]
-fn compressed_triangles_are_those_that_went_in() {
+fn compressed_triangles_round_trip() {
     let positions = corners();
     for (mode, component) in [("TRIANGLES", U16), ("TRIANGLES", U32), ("INDICES", U16), ("INDICES", U32)] {
         let mut file = File::with_primitive(|file| {
@@ -64,7 +64,7 @@ fn compressed_triangles_are_those_that_went_in() {
         finish(&mut file);
         let primitive = file.primitive();
         assert_eq!(primitive.positions, positions.iter().copied().map(Vec3::from).collect::<Vec<_>>());
-        // The codec may turn a triangle's corners round.
+        // The codec may rotate the order of a triangle's corners.
         let first = primitive.indices.iter().position(|i| *i == 0).expect("index 0");
         assert_eq!([0, 1, 2].map(|i| primitive.indices[(first + i) % 3]), [0, 1, 2], "{mode}");
     }
@@ -97,14 +97,14 @@ fn filters_are_undone() {
         // 15 bits of mantissa below 4.
         let near = |a: Vec3, b: [f32; 3]| a.abs_diff_eq(b.into(), 4.0 / f32::from(1u16 << 14));
         assert!(primitive.positions.iter().zip(&positions).all(|(a, b)| near(*a, *b)), "{:?}", primitive.positions);
-        // Half a step of eight bits twice over: of the octahedron's square, and of what it is unfolded into.
+        // Quantisation to 8 bits, twice: of the octahedral square and of the decoded vector.
         let tolerance = 2.0 / 127.0;
         let is_near = primitive.normals.iter().zip(&normals).all(|(a, b)| a.abs_diff_eq(*b, tolerance));
         assert!(is_near, "{bits} bits: {:?}", primitive.normals);
     }
 }
 
-/// Where the triangle's instances stand.
+/// A triangle with instances of these attributes.
 fn instanced(attributes: impl FnOnce(&mut File) -> Value) -> File {
     let mut file = File::with_triangle();
     let attributes = attributes(&mut file);
@@ -153,7 +153,7 @@ fn rotations_of_instances_may_be_compressed_quaternions() {
 }
 
 #[test]
-fn instances_that_cannot_be_are_refused() {
+fn invalid_instances_are_refused() {
     let file = instanced(
         |file| json!({ "TRANSLATION": file.floats("VEC3", &[0.0; 6]), "SCALE": file.floats("VEC3", &[1.0; 9]) }),
     );
@@ -171,7 +171,7 @@ fn instances_that_cannot_be_are_refused() {
 
 #[test]
 fn damaged_compression_is_refused() {
-    let whole = meshopt::encode_vertex_buffer(&corners()).expect("encoded");
+    let encoded = meshopt::encode_vertex_buffer(&corners()).expect("encoded");
     let build = |bytes: &[u8], change: &dyn Fn(&mut Value)| {
         let mut file = File::with_primitive(|file| {
             let view = compressed(file, "ATTRIBUTES", None, 12, 3, bytes);
@@ -184,9 +184,9 @@ fn damaged_compression_is_refused() {
     let set = |key: &'static str, value: Value| {
         move |view: &mut Value| view["extensions"]["EXT_meshopt_compression"][key] = value.clone()
     };
-    assert_eq!(build(&whole, &|_| ()).scene().triangle_counts(), (1, 1));
-    for length in 0..whole.len() {
-        assert_contains(&build(&whole[..length], &|_| ()).fault(), "damaged");
+    assert_eq!(build(&encoded, &|_| ()).scene().triangle_counts(), (1, 1));
+    for length in 0..encoded.len() {
+        assert_contains(&build(&encoded[..length], &|_| ()).fault(), "damaged");
     }
     for (key, value, fault) in [
         ("byteStride", json!(14), "cannot be"),
@@ -202,9 +202,9 @@ fn damaged_compression_is_refused() {
         ("buffer", json!(1), "buffers[1] has no content"),
         ("buffer", json!(7), "buffers[7]"),
     ] {
-        assert_contains(&build(&whole, &set(key, value)).fault(), fault);
+        assert_contains(&build(&encoded, &set(key, value)).fault(), fault);
     }
-    // Bytes that are neither: random ones of every length.
+    // Random bytes of every length.
     for length in 1..200usize {
         let noise = (0..length).map(|i| (i * i * 31 + 7 * length) as u8).collect::<Vec<_>>();
         for header in [0xa0, 0xa1] {

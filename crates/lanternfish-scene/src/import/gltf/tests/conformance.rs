@@ -1,4 +1,4 @@
-//! Every file of the conformance suite, against the Khronos validator's verdict.
+//! Comparison of all files of the conformance suite with the verdicts of the Khronos validator.
 
 use std::collections::BTreeMap;
 use std::panic::catch_unwind;
@@ -9,16 +9,16 @@ use std::time::{Duration, Instant};
 use super::samples::asset;
 use crate::import::load;
 
-/// A file that takes longer counts as hanging: over a hundred times what the slowest takes on two slow cores.
+/// Time without a result after which loading counts as hanging: over 100 times that of the slowest file on two slow cores.
 const HANGS: Duration = Duration::from_secs(120);
 
-/// What came of a file.
+/// Result of loading a file.
 enum Outcome {
-    /// It loads, and the scene keeps its promises.
+    /// The file loads, and the scene is valid.
     Sound,
-    /// It loads, and the scene breaks this promise.
+    /// The file loads, but the scene violates this invariant.
     Unsound(String),
-    /// It does not load, for this reason.
+    /// The file does not load, for this reason.
     Refused(String),
     Panicked,
 }
@@ -33,16 +33,16 @@ fn try_file(path: &Path) -> Outcome {
     }
 }
 
-/// Outcome and time of each file, tried on all cores. Panics, with the files' names, when some hang.
+/// Outcome and time of each file, on all cores. Panics if files hang, with their names.
 fn try_all(folder: &Path, files: Vec<String>) -> BTreeMap<String, (Outcome, Duration)> {
     let (sender, outcomes) = channel();
-    let mut open: std::collections::BTreeSet<_> = files.iter().cloned().collect();
+    let mut pending: std::collections::BTreeSet<_> = files.iter().cloned().collect();
     for file in files {
         let (sender, path) = (sender.clone(), folder.join(&file));
         rayon::spawn(move || {
             let start = Instant::now();
             let outcome = try_file(&path);
-            // Nobody listens any more once others have hung.
+            // The receiver is gone if other files have hung.
             let _ = sender.send((file, outcome, start.elapsed()));
         });
     }
@@ -51,17 +51,17 @@ fn try_all(folder: &Path, files: Vec<String>) -> BTreeMap<String, (Outcome, Dura
     loop {
         match outcomes.recv_timeout(HANGS) {
             Ok((file, outcome, time)) => {
-                open.remove(&file);
+                pending.remove(&file);
                 results.insert(file, (outcome, time));
             }
             Err(RecvTimeoutError::Disconnected) => return results,
-            Err(RecvTimeoutError::Timeout) => panic!("nothing for {HANGS:?}; still open: {open:?}"),
+            Err(RecvTimeoutError::Timeout) => panic!("nothing for {HANGS:?}; still pending: {pending:?}"),
         }
     }
 }
 
 #[test]
-fn what_the_validator_accepts_loads() {
+fn files_that_the_validator_accepts_load() {
     let Some(folder) = asset("conformance", "conformance") else { return };
     let table = std::fs::read_to_string(folder.join("VALIDATOR.tsv")).expect("the validator's verdicts");
     let rows = table.lines().skip(1).map(|line| {
@@ -70,7 +70,7 @@ fn what_the_validator_accepts_loads() {
         (file.to_owned(), errors == "0")
     });
     let verdicts: BTreeMap<String, bool> = rows.collect();
-    // The verdicts are of some of the files that are there; the others are only not to panic.
+    // Only some of the files have verdicts; the others must not panic.
     let mut files = scene_files(&folder);
     files.extend(verdicts.keys().cloned());
     files.sort();
@@ -101,20 +101,20 @@ fn what_the_validator_accepts_loads() {
         results.len(),
         time.as_secs_f64()
     );
-    assert!(accepted > 200 && refused > 20, "the suite is not whole, or nothing is refused");
+    assert!(accepted > 200 && refused > 20, "the suite is incomplete, or nothing is refused");
     assert!(failures.is_empty(), "{} files:\n{}", failures.len(), failures.join("\n"));
 }
 
 /// The paths of all scene files below `folder`, relative to it.
 fn scene_files(folder: &Path) -> Vec<String> {
-    let (mut files, mut open) = (Vec::new(), vec![PathBuf::new()]);
-    while let Some(inner) = open.pop() {
+    let (mut files, mut folders) = (Vec::new(), vec![PathBuf::new()]);
+    while let Some(inner) = folders.pop() {
         for entry in std::fs::read_dir(folder.join(&inner)).expect("a folder") {
             let entry = entry.expect("an entry");
             let path = inner.join(entry.file_name());
             let ending = path.extension().unwrap_or_default();
             if entry.file_type().expect("a type").is_dir() {
-                open.push(path);
+                folders.push(path);
             } else if ending == "gltf" || ending == "glb" {
                 files.push(path.to_str().expect("UTF-8").to_owned());
             }

@@ -1,4 +1,4 @@
-//! GLB and JSON, URIs, versions and extensions.
+//! Tests of GLB and JSON, URIs, versions and extensions.
 
 use std::path::Path;
 
@@ -17,11 +17,11 @@ fn with_uri(uri: &str) -> File {
 }
 
 #[test]
-fn a_glb_that_is_cut_anywhere_is_refused() {
+fn a_truncated_glb_is_refused() {
     let glb = File::with_triangle().glb();
-    assert_eq!(load_bytes(&glb).expect("the whole file").triangle_counts(), (1, 1));
+    assert_eq!(load_bytes(&glb).expect("the complete file").triangle_counts(), (1, 1));
     for length in 0..glb.len() {
-        // Once as it is, once with a header that admits to the length.
+        // Once unchanged, once with the true length in the header.
         let mut cut = glb[..length].to_vec();
         assert!(matches!(load_bytes(&cut), Err(SceneError::Invalid { .. })), "{length} bytes");
         if length >= 12 {
@@ -46,7 +46,7 @@ fn no_single_changed_byte_of_a_glb_panics() {
 }
 
 #[test]
-fn bytes_behind_a_glb_and_unknown_chunks_are_ignored() {
+fn bytes_after_a_glb_and_unknown_chunks_are_ignored() {
     let mut glb = File::with_triangle().glb();
     let json_length = u32::from_le_bytes(glb[12..16].try_into().expect("four bytes")) as usize;
     let chunk = [&4_u32.to_le_bytes(), &b"????"[..], &[0; 4]].concat();

@@ -1,4 +1,4 @@
-//! Topologies, normals, tangents.
+//! Tests of topologies, normals and tangents.
 
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::{File, TRIANGLE, assert_contains};
 use crate::Primitive;
 
-/// Five points of a flat zigzag: (0, 0), (0, 1), (1, 0), (1, 1), (2, 0).
+/// Five points of a planar zigzag: (0, 0), (0, 1), (1, 0), (1, 1), (2, 0).
 const ZIGZAG: [f32; 15] = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 2.0, 0.0, 0.0];
 
 /// Up to five normals of the plane z = 0.
@@ -23,7 +23,7 @@ fn zigzag(mode: u32, indices: Option<&[u16]>) -> File {
     })
 }
 
-/// True if each triangle of a primitive in the plane z = 0 faces +z.
+/// For each triangle of a primitive in the plane z = 0, true if it faces +z.
 fn facings(primitive: &Primitive) -> Vec<bool> {
     let (triangles, _) = primitive.indices.as_chunks::<3>();
     let corner = |index: u32| primitive.positions[index as usize];
@@ -38,7 +38,7 @@ fn strips_become_lists_of_one_winding() {
 }
 
 #[test]
-fn joints_of_strips_are_dropped() {
+fn degenerate_triangles_of_strips_are_dropped() {
     let primitive = zigzag(5, Some(&[0, 1, 2, 2, 3, 3, 4, 2])).primitive();
     assert_eq!(primitive.indices, [0, 1, 2, 3, 2, 4]);
 }
@@ -100,7 +100,7 @@ fn missing_normals_are_flat() {
 }
 
 #[test]
-fn broken_normals_are_mended() {
+fn broken_normals_are_repaired() {
     let mut file = File::with_triangle();
     let normals = file.floats("VEC3", &[0.0, 0.0, 5.0, 0.0, 1e-21, 0.0, f32::NAN, 0.0, 1.0]);
     file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
@@ -117,7 +117,7 @@ fn colors_are_clamped() {
     assert_eq!(file.primitive().colors, [Vec4::new(0.0, 1.0, 0.0, 1.0), Vec4::splat(0.5), Vec4::splat(0.5)]);
 }
 
-/// A square of two triangles facing +z, with a material that has a normal map where asked. `uv`: four corners.
+/// A square of two triangles facing +z, with a normal map if `has_normal_map`. `uv`: of the four corners.
 fn square(uv: &[f32; 8], has_normal_map: bool, edit: impl FnOnce(&mut File, &mut Value)) -> File {
     let mut file = File::with_primitive(|file| {
         let positions = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
@@ -141,7 +141,7 @@ fn square(uv: &[f32; 8], has_normal_map: bool, edit: impl FnOnce(&mut File, &mut
     file
 }
 
-/// u along +x, v along -y: an image seen upright.
+/// u along +x, v along -y: an upright image.
 const UPRIGHT: [f32; 8] = [0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
 
 #[test]
@@ -150,7 +150,7 @@ fn tangents_are_generated_and_vertices_stay_shared() {
     assert_eq!(primitive.positions.len(), 4);
     assert_eq!(primitive.indices.len(), 6);
     for tangent in &primitive.tangents {
-        // Upright, the bitangent cross(+z, +x) * w is +y: w = 1. The tolerance is a few roundings of f32.
+        // For an upright image the bitangent cross(+z, +x) * w is +y: w = 1. The tolerance is a few rounding errors of f32.
         assert!(tangent.abs_diff_eq(Vec4::new(1.0, 0.0, 0.0, 1.0), 1e-6), "{tangent}");
     }
     assert_eq!(primitive.tangents.len(), 4);

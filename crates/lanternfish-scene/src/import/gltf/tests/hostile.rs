@@ -1,4 +1,4 @@
-//! Files of a few bytes that claim, or cost, more than any machine has.
+//! Small files that claim or need more memory than any machine has.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,7 @@ use super::warnings::warnings;
 use super::{F32, File, TRIANGLE, assert_contains, load_bytes, load_within};
 use crate::SceneError;
 
-/// What is said of a file for which there is not enough memory.
+/// The message of a file that needs more than `memory` bytes.
 fn too_much(file: &File, memory: u64) -> String {
     match load_within(&file.glb(), memory) {
         Err(error @ SceneError::TooMuch { .. }) => error.to_string(),
@@ -20,7 +20,7 @@ fn png(side: u32) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A triangle for each image, which is its colour.
+/// A triangle for each image, with the image as its base colour.
 fn with_images(count: usize, png: &[u8]) -> File {
     let mut file = File::with_triangle();
     let view = file.view(png);
@@ -37,7 +37,7 @@ fn with_images(count: usize, png: &[u8]) -> File {
 
 #[test]
 fn a_panic_of_a_decoder_is_an_error_that_names_the_image() {
-    // A palette of five bytes, of three a colour.
+    // A palette of 5 bytes, which is no multiple of 3 bytes per colour.
     let mut broken = png(1);
     let palette = b"\0\0\0\x05PLTE\0\0\0\0\x02\x66\xd4\x01\0";
     assert_eq!(&broken[12..16], b"IHDR");
@@ -56,7 +56,7 @@ fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// Two megabytes of text that become half a gigabyte of materials.
+/// 2 MB of text that become 0.5 GB of materials.
 #[test]
 fn objects_are_counted_before_they_are_parsed() {
     let text = |list: &str, count: usize| {
@@ -74,7 +74,7 @@ fn objects_are_counted_before_they_are_parsed() {
     }
 }
 
-/// 100 images from one bufferView of two kilobytes: 1.7 GB.
+/// 100 images from one bufferView of 2 kB: 1.7 GB.
 #[test]
 fn images_are_counted_before_they_are_decoded() {
     let file = with_images(100, &png(2048));
@@ -84,7 +84,7 @@ fn images_are_counted_before_they_are_decoded() {
         "folder/test.glb: 100 images (the largest is images[99] (wall 99), of 2048 × 2048 pixels) need 1.7 GB",
     );
     assert_contains(&error, "the limit is 1.0 GB");
-    // A header alone says what will be needed.
+    // The need follows from the header alone.
     let mut lie = png(4);
     lie[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
     let crc = crc32(&lie[12..29]).to_be_bytes();
@@ -96,7 +96,7 @@ fn images_are_counted_before_they_are_decoded() {
     assert_eq!(with_images(3, &png(64)).scene().images.len(), 3);
 }
 
-/// A thousand primitives that share 750,000 indices: each gets normals of its own for every corner.
+/// 1,000 primitives that share 750,000 indices: each gets its own normal for every corner.
 #[test]
 fn corners_are_counted_before_they_are_read() {
     let mut file = File::with_triangle();
@@ -109,7 +109,7 @@ fn corners_are_counted_before_they_are_read() {
 }
 
 #[test]
-fn what_is_counted_is_enough() {
+fn estimated_memory_is_sufficient() {
     let mut file = File::with_primitive(|file| {
         let corners: Vec<f32> = (0..3000).flat_map(|i| [(i % 7) as f32, (i % 11) as f32, (i % 13) as f32]).collect();
         let uv: Vec<f32> = corners.chunks(3).flat_map(|p| [p[0], p[1]]).collect();
@@ -141,28 +141,28 @@ fn instances_are_counted_before_they_are_made() {
         file
     };
     assert_contains(&too_much(&instances(1_000_000, json!([0, 0, 0])), 100_000_000), "1000000 instances need 3");
-    // A million copies in one place are one, and it is said.
+    // Duplicates at the same transform become one instance, with a warning.
     let crowd = instances(100_000, json!([1, 2, 3]));
     assert_eq!(crowd.scene().instances.len(), 1);
-    assert_eq!(warnings(&crowd), ["folder/test.glb: left out: instances that stand in the place of a copy (99999)"]);
+    assert_eq!(warnings(&crowd), ["folder/test.glb: left out: duplicate instances (99999)"]);
 }
 
-/// 3,000 primitives at 100,000 places: each can be told, all cannot.
+/// 3,000 primitives at 100,000 transforms: each list fits the budget, but their product does not.
 #[test]
-fn placed_primitives_are_counted_before_they_are_looked_at() {
+fn placed_primitives_are_limited() {
     let mut file = File::with_triangle();
     let primitive = file.json["meshes"][0]["primitives"][0].clone();
     file.json["meshes"][0]["primitives"] = vec![primitive; 3000].into();
-    let places: Vec<f32> = (0..300_000).map(|i| i as f32).collect();
-    let places = file.floats("VEC3", &places);
+    let translations: Vec<f32> = (0..300_000).map(|i| i as f32).collect();
+    let translations = file.floats("VEC3", &translations);
     file.json["nodes"][0]["extensions"] =
-        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": translations } } });
     assert_contains(&too_much(&file, 50_000_000_000), "300000000 placed primitives need 76.8 GB");
 }
 
-/// What is blended is seen as often as it is there; what stands elsewhere, or is another mesh, is no copy.
+/// Transparent instances are visible once per duplicate. Instances with another transform or mesh are no duplicates.
 #[test]
-fn copies_that_are_seen_stay() {
+fn visible_duplicates_are_kept() {
     let count = |alpha_mode: &str, move_by: f32| {
         let mut file = File::with_primitive(
             |file| json!({ "attributes": { "POSITION": file.floats("VEC3", &TRIANGLE) }, "material": 0 }),

@@ -1,4 +1,4 @@
-//! Materials, textures, samplers, images.
+//! Tests of materials, textures, samplers and images.
 
 use std::io::Cursor;
 
@@ -92,7 +92,7 @@ fn texture_transforms_follow_the_extension() {
         let texture = json!({ "index": 0, "texCoord": 0, "extensions": extensions });
         material(json!({ "emissiveTexture": texture })).emissive_texture.expect("it is given")
     };
-    // The extension's example: the lower left quadrant (v points down), turned a quarter clockwise.
+    // The extension's example: the lower left quadrant (v points down), rotated by 90° clockwise.
     let example =
         transformed(json!({ "offset": [0, 1], "rotation": std::f32::consts::FRAC_PI_2, "scale": [0.5, 0.5] }));
     for (uv, expected) in [
@@ -104,7 +104,7 @@ fn texture_transforms_follow_the_extension() {
         let got = example.texture_from_uv.transform_point2(uv);
         assert!(got.abs_diff_eq(expected, 1e-6), "{uv}: {got}, not {expected}");
     }
-    // Offset * rotation * scale, as matrices; a rotation that sees v point down.
+    // Offset * rotation * scale as matrices, with v pointing down.
     let (angle, scale) = (0.3_f32, Vec2::new(2.0, 3.0));
     let general = transformed(json!({ "offset": [0.1, 0.2], "rotation": angle, "scale": [2, 3], "texCoord": 1 }));
     let (sin, cos) = angle.sin_cos();
@@ -165,7 +165,7 @@ fn filters_map_to_filter_and_mip_filter() {
 }
 
 #[test]
-fn what_no_placed_mesh_uses_is_left_out() {
+fn unused_materials_and_textures_are_left_out() {
     let mut file = with_material(json!({ "name": "used", "emissiveTexture": { "index": 1 } }));
     file.push("materials", json!({ "name": "unused", "emissiveTexture": { "index": 0 } }));
     let view = file.view(&encode(ImageFormat::Png, image::RgbImage::new(3, 2).into()));
@@ -179,7 +179,7 @@ fn what_no_placed_mesh_uses_is_left_out() {
 }
 
 #[test]
-fn images_are_told_apart_by_content_and_become_rgba8() {
+fn image_formats_are_detected_by_content_and_become_rgba8() {
     let gray16 = image::ImageBuffer::<image::Luma<u16>, _>::from_pixel(2, 1, image::Luma([0x8080]));
     let red = image::RgbImage::from_pixel(2, 1, image::Rgb([255, 0, 0]));
     for (bytes, expected) in [

@@ -1,4 +1,4 @@
-//! Tiny files, made here, one for each thing that a file can say.
+//! Tests of the glTF import, with small files that the tests build.
 
 mod accessors;
 mod compression;
@@ -39,7 +39,7 @@ pub struct File {
 }
 
 impl File {
-    /// Without any content.
+    /// A file without any content.
     pub fn new() -> Self {
         let json = json!({
             "asset": { "version": "2.0" },
@@ -49,7 +49,7 @@ impl File {
         Self { json, bin: Vec::new() }
     }
 
-    /// With one mesh of one primitive, at one node.
+    /// A file with one mesh of one primitive, at one node.
     pub fn with_primitive(build: impl FnOnce(&mut Self) -> Value) -> Self {
         let mut file = Self::new();
         let primitive = build(&mut file);
@@ -58,19 +58,19 @@ impl File {
         file
     }
 
-    /// With [`TRIANGLE`] at one node.
+    /// A file with [`TRIANGLE`] at one node.
     pub fn with_triangle() -> Self {
         Self::with_primitive(|file| json!({ "attributes": { "POSITION": file.floats("VEC3", &TRIANGLE) } }))
     }
 
-    /// Appends to one of the file's lists; its index.
+    /// Appends a value to one of the file's lists and returns its index.
     pub fn push(&mut self, list: &str, value: Value) -> usize {
         let list = self.json[list].as_array_mut().expect("a list of the file");
         list.push(value);
         list.len() - 1
     }
 
-    /// A buffer view of its own for `bytes`, aligned to four.
+    /// Adds a new buffer view of `bytes`, aligned to 4 bytes, and returns its index.
     pub fn view(&mut self, bytes: &[u8]) -> usize {
         self.bin.resize(self.bin.len().next_multiple_of(4), 0);
         let offset = self.bin.len();
@@ -78,7 +78,7 @@ impl File {
         self.push("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
     }
 
-    /// An accessor of all `bytes`.
+    /// Adds an accessor of all `bytes` and returns its index.
     pub fn accessor(&mut self, shape: &str, component_type: u32, count: usize, bytes: &[u8]) -> usize {
         let view = self.view(bytes);
         self.push(
@@ -97,7 +97,7 @@ impl File {
         self.accessor("SCALAR", U16, values.len(), &bytes)
     }
 
-    /// As GLB.
+    /// The file as GLB.
     pub fn glb(&self) -> Vec<u8> {
         let mut json = self.json.clone();
         if json["buffers"] == json!([{}]) {
@@ -126,21 +126,21 @@ impl File {
         load_bytes(&self.glb())
     }
 
-    /// The scene of a file that is to load.
+    /// The scene of a file that must load.
     pub fn scene(&self) -> Scene {
         let scene = self.load().unwrap_or_else(|error| panic!("{error}\n{}", self.json));
         scene.validate().unwrap_or_else(|fault| panic!("{fault}\n{}", self.json));
         scene
     }
 
-    /// The only primitive of a file that is to load.
+    /// The only primitive of a file that must load.
     pub fn primitive(&self) -> Primitive {
         let mut scene = self.scene();
         assert_eq!((scene.meshes.len(), scene.meshes[0].primitives.len()), (1, 1));
         scene.meshes[0].primitives.remove(0)
     }
 
-    /// What is said of a file that is to be refused as invalid.
+    /// The message of a file that must be refused as invalid.
     pub fn fault(&self) -> String {
         match self.load() {
             Err(SceneError::Invalid { what, .. }) => what,
@@ -153,7 +153,7 @@ pub fn load_bytes(bytes: &[u8]) -> Result<Scene, SceneError> {
     load_within(bytes, 1 << 40)
 }
 
-/// Reads it where there are so many bytes of memory.
+/// Loads the file within a budget of `memory` bytes.
 pub fn load_within(bytes: &[u8], memory: u64) -> Result<Scene, SceneError> {
     let path = Path::new("folder/test.glb");
     let budget = Budget::of(memory);

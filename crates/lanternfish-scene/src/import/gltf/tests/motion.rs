@@ -1,4 +1,4 @@
-//! Skins, morph targets and animations, against vertices worked out by hand.
+//! Tests of skins, morph targets and animations against vertices computed by hand.
 
 use glam::Vec3;
 use serde_json::{Value, json};
@@ -16,11 +16,11 @@ fn corners(scene: &Scene, instance: usize) -> Vec<Vec3> {
     positions.iter().map(|p| instance.world_from_object.transform_point3(*p)).collect()
 }
 
-/// A triangle of two joints, whose second and third corner go with the second; and an animation that moves and turns that.
+/// A triangle with two joints. Its second and third corners follow the second joint, which an animation moves and rotates.
 fn skinned() -> File {
     let mut file = File::with_primitive(|file| {
         let bytes: Vec<u8> = vec![0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0];
-        // The second corner's weights do not add up to 1: they are made to.
+        // The second corner's weights do not sum to 1: the import normalises them.
         let weights = [1.0, 0.0, 0.0, 0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
         json!({ "attributes": {
             "POSITION": file.floats("VEC3", &TRIANGLE),
@@ -28,7 +28,7 @@ fn skinned() -> File {
             "WEIGHTS_0": file.floats("VEC4", &weights),
         } })
     });
-    // Column by column: at rest the second joint is a metre along x from the mesh's origin.
+    // Column-major: at rest the second joint is 1 m along x from the mesh's origin.
     let mut matrices = [0.0f32; 32];
     for joint in 0..2 {
         (0..4).for_each(|i| matrices[16 * joint + 5 * i] = 1.0);
@@ -36,7 +36,7 @@ fn skinned() -> File {
     matrices[16 + 12] = -1.0;
     let bind = file.accessor("MAT4", F32, 2, &bytes_of(&matrices));
     file.json["nodes"] = json!([
-        // Of a node with a skin the place is of no meaning.
+        // The transform of a skinned node is ignored.
         { "mesh": 0, "skin": 0, "translation": [50, 50, 50] },
         { "children": [2], "translation": [0, 0, 2] },
         { "translation": [1, 0, 0] },
@@ -44,15 +44,15 @@ fn skinned() -> File {
     file.json["skins"] = json!([{ "joints": [1, 2], "inverseBindMatrices": bind }]);
     let times = file.floats("SCALAR", &[1.0, 3.0]);
     let up = file.floats("VEC3", &[1.0, 0.0, 0.0, 1.0, 4.0, 0.0]);
-    // A quarter turn about z, as normalised integers.
+    // A rotation by 90° about z, as normalised integers.
     let half = (0.5f32.sqrt() * 32767.0).round() as i16;
-    let turn: Vec<u8> = [0, 0, 0, 32767, 0, 0, half, half].iter().flat_map(|v: &i16| v.to_le_bytes()).collect();
-    let turn = file.accessor("VEC4", I16, 2, &turn);
-    file.json["accessors"][turn]["normalized"] = json!(true);
+    let rotation: Vec<u8> = [0, 0, 0, 32767, 0, 0, half, half].iter().flat_map(|v: &i16| v.to_le_bytes()).collect();
+    let rotation = file.accessor("VEC4", I16, 2, &rotation);
+    file.json["accessors"][rotation]["normalized"] = json!(true);
     let channel = |sampler: usize, path: &str| json!({ "sampler": sampler, "target": { "node": 2, "path": path } });
     file.json["animations"] = json!([{
         "name": "wave",
-        "samplers": [{ "input": times, "output": up }, { "input": times, "output": turn, "interpolation": "STEP" }],
+        "samplers": [{ "input": times, "output": up }, { "input": times, "output": rotation, "interpolation": "STEP" }],
         "channels": [channel(0, "translation"), channel(1, "rotation")],
     }]);
     file
@@ -64,25 +64,25 @@ fn joints_bend_their_vertices() {
     let animation = &scene.motion.animations[0];
     assert_eq!((animation.name.as_str(), animation.duration()), ("wave", 3.0));
     assert_eq!(animation.channels[1].sampler.interpolation, Interpolation::Step);
-    // At rest: what the first joint has stands 2 m along z, and the second is back where it was bound.
-    let found = corners(&scene, 0);
+    // At rest: vertices of the first joint are 2 m along z, and the second joint is in its bind pose.
+    let actual = corners(&scene, 0);
     assert!(
-        near(found[0], [0.0, 0.0, 2.0]) && near(found[1], [1.0, 0.0, 2.0]) && near(found[2], [0.0, 1.0, 2.0]),
-        "{found:?}"
+        near(actual[0], [0.0, 0.0, 2.0]) && near(actual[1], [1.0, 0.0, 2.0]) && near(actual[2], [0.0, 1.0, 2.0]),
+        "{actual:?}"
     );
-    // Halfway: the second joint is 2 m up. Of the second corner three quarters go with it.
+    // Halfway: the second joint is 2 m up. The second corner follows it with weight 3/4.
     scene.pose(0, 2.0);
-    let found = corners(&scene, 0);
+    let actual = corners(&scene, 0);
     assert!(
-        near(found[0], [0.0, 0.0, 2.0]) && near(found[1], [1.0, 1.5, 2.0]) && near(found[2], [0.0, 3.0, 2.0]),
-        "{found:?}"
+        near(actual[0], [0.0, 0.0, 2.0]) && near(actual[1], [1.0, 1.5, 2.0]) && near(actual[2], [0.0, 3.0, 2.0]),
+        "{actual:?}"
     );
-    // At the end: 4 m up, and turned. The third corner is (-1, 1) from the joint, which turns to (-1, -1).
+    // At the end: 4 m up and rotated. The third corner's offset (-1, 1) from the joint rotates to (-1, -1).
     scene.pose(0, 3.0);
     assert!(near(corners(&scene, 0)[2], [0.0, 3.0, 2.0]), "{:?}", corners(&scene, 0));
 }
 
-/// A triangle with two morph targets, the second of a single vertex (sparse), placed by two nodes of which one has weights of its own.
+/// A triangle with two morph targets, the second of a single vertex (sparse), at two nodes; one node has its own weights.
 fn morphing() -> File {
     let mut file = File::with_primitive(|file| {
         let lift = file.floats("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
@@ -100,7 +100,7 @@ fn morphing() -> File {
     file.json["meshes"][0]["weights"] = json!([0.5, 0]);
     file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 0, "weights": [0, 1], "translation": [10, 0, 0] }]);
     let times = file.floats("SCALAR", &[0.0, 1.0]);
-    // Of each keyframe the tangent that comes in, the value and the tangent that goes out, two weights each.
+    // Each keyframe: in-tangent, value and out-tangent, with two weights each.
     let flat = |value: [f32; 2]| [[0.0; 2], value, [0.0; 2]].concat();
     let weights = file.floats("SCALAR", &[flat([0.0, 0.0]), flat([2.0, 1.0])].concat());
     file.json["animations"] = json!([{
@@ -111,27 +111,27 @@ fn morphing() -> File {
 }
 
 #[test]
-fn morph_targets_move_the_mesh_of_their_node_alone() {
+fn morph_targets_deform_only_the_mesh_of_their_node() {
     let mut scene = morphing().load().unwrap();
     assert_eq!(scene.meshes.len(), 2, "each node has its own");
     let (a, b) = (corners(&scene, 0), corners(&scene, 1));
     assert!(near(a[2], [0.0, 1.0, 0.5]), "the mesh's weights: {a:?}");
     assert!(near(b[0], [10.0, 0.0, 0.0]) && near(b[2], [12.0, 1.0, 0.0]), "the node's weights: {b:?}");
     scene.pose(0, 0.5);
-    // Hermite with flat tangents: half of the way.
+    // Hermite interpolation with zero tangents: the midpoint.
     let (a, b) = (corners(&scene, 0), corners(&scene, 1));
     assert!(near(a[0], [0.0, 0.0, 1.0]) && near(a[2], [1.0, 1.0, 1.0]), "{a:?}");
     assert!(near(b[2], [12.0, 1.0, 0.0]), "{b:?}");
-    // There are no normals: they are those of the triangle, wherever it goes.
+    // Without normals in the file, the normals are those of the deformed triangle.
     let primitive = &scene.meshes[scene.instances[0].mesh].primitives[0];
     let [p, q, r]: [Vec3; 3] = primitive.positions.clone().try_into().unwrap();
     let flat = (q - p).cross(r - p).normalize();
     assert!(primitive.normals.iter().all(|normal| normal.abs_diff_eq(flat, 1e-5)), "{:?}", primitive.normals);
 }
 
-/// Of four triangles in one place two never move: one of them is left out, and what moves still does.
+/// Four triangles with the same transform, two of them static: one static duplicate is left out, and the moving ones still move.
 #[test]
-fn copies_that_part_are_kept() {
+fn moving_duplicates_are_kept() {
     let mut file = File::with_triangle();
     let times = file.floats("SCALAR", &[0.0, 1.0]);
     let up = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 3.0, 0.0]);
@@ -147,7 +147,7 @@ fn copies_that_part_are_kept() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused_by_name() {
+fn inconsistent_motion_is_refused_by_name() {
     type Damage = fn(&mut Value);
     let skins: [(&str, Damage); 6] = [
         ("joint 1 of skins[0], which has 1", |json| json["skins"][0]["joints"] = json!([1])),
@@ -168,7 +168,7 @@ fn what_does_not_fit_is_refused_by_name() {
         let error = file.load().unwrap_err().to_string();
         assert!(error.contains(what), "{what}: {error}");
     }
-    // Joints of another scene bend nothing.
+    // A skin with joints of another scene deforms nothing.
     let mut file = skinned();
     file.json["scene"] = json!(0);
     file.json["scenes"] = json!([{ "nodes": [0] }]);

@@ -1,4 +1,4 @@
-//! The node tree, and what is placed by it.
+//! Tests of the node tree and the objects at its nodes.
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_8};
 
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::{File, assert_contains};
 use crate::{LightKind, Projection};
 
-/// A quarter turn about +y: -z becomes -x.
+/// A rotation by 90° about +y: -z becomes -x.
 const QUARTER_TURN_Y: [f32; 4] = [0.0, std::f32::consts::FRAC_1_SQRT_2, 0.0, std::f32::consts::FRAC_1_SQRT_2];
 
 fn nodes(nodes: Value) -> File {
@@ -30,7 +30,7 @@ fn transforms_are_chained_and_meshes_shared() {
     let names: Vec<_> = scene.instances.iter().map(|instance| instance.name.as_str()).collect();
     assert_eq!(names, ["a", "b"]);
     let [a, b] = [0, 1].map(|i| scene.instances[i].world_from_object);
-    // Two units along the turned -z, from x = 1.
+    // Two units along the rotated -z, from x = 1.
     assert!(a.transform_point3(Vec3::ZERO).abs_diff_eq(Vec3::new(-1.0, 0.0, 0.0), 1e-6), "{a:?}");
     assert!(b.transform_point3(Vec3::X).abs_diff_eq(Vec3::new(1.0, 6.0, -2.0), 1e-6), "{b:?}");
 }
@@ -55,7 +55,7 @@ fn the_default_scene_is_shown_else_the_first_else_all() {
 }
 
 #[test]
-fn what_is_not_a_tree_is_refused() {
+fn graphs_that_are_not_trees_are_refused() {
     assert_contains(&nodes(json!([{ "children": [0] }])).fault(), "cycle");
     assert_contains(&nodes(json!([{}, { "children": [2] }, { "children": [1] }])).fault(), "nodes[1]: within a cycle");
     assert_contains(&nodes(json!([{ "children": [2] }, { "children": [2] }, {}])).fault(), "another parent");
@@ -94,7 +94,7 @@ fn references_out_of_range_are_refused() {
     assert_contains(&file.fault(), "POSITION: accessors[9]");
 }
 
-/// One node that is moved, turned and scaled, with this light.
+/// One translated, rotated and scaled node with this light.
 fn light(light: Value) -> File {
     let mut file = nodes(json!([{
         "translation": [1, 2, 3], "rotation": QUARTER_TURN_Y, "scale": [2, 3, 4],
@@ -131,7 +131,7 @@ fn spot_lights_have_a_cone_with_a_soft_edge() {
 }
 
 #[test]
-fn lights_without_sense_are_refused_and_unknown_ones_left_out() {
+fn invalid_lights_are_refused_and_unknown_kinds_left_out() {
     assert_contains(&light(json!({ "type": "spot" })).fault(), "without `spot`");
     assert_contains(&light(json!({ "type": "spot", "spot": { "outerConeAngle": 2 } })).fault(), "cone angles");
     assert_contains(&light(json!({ "type": "point", "intensity": -1 })).fault(), "intensity");
@@ -139,7 +139,7 @@ fn lights_without_sense_are_refused_and_unknown_ones_left_out() {
     assert!(light(json!({ "type": "area" })).scene().lights.is_empty());
 }
 
-/// One node that is moved, turned and scaled, with this area light.
+/// One translated, rotated and scaled node with this area light.
 fn area_light(scale: [f32; 3], light: Value) -> File {
     let mut file = nodes(json!([{
         "name": "panel", "translation": [1, 2, 3], "rotation": QUARTER_TURN_Y, "scale": scale,
@@ -161,17 +161,17 @@ fn area_lights_are_placed_and_scaled_by_the_largest_axis() {
     let panel = one(json!({ "type": "rect", "size": 2, "rect": { "aspect": 0.25 } }));
     let LightKind::Rectangle { half_width, half_height, right } = panel.kind else { panic!("{panel:?}") };
     assert_eq!((half_width, half_height, panel.intensity), (0.75, 3.0, Vec3::splat(1000.0)));
-    // The node's x: turned about +y, +x becomes -z.
+    // The node's x axis: rotated about +y, +x becomes -z.
     assert!(right.abs_diff_eq(Vec3::NEG_Z, 1e-6) && panel.direction.abs_diff_eq(Vec3::NEG_X, 1e-6), "{panel:?}");
 
-    // What is not said: a metre, a square.
+    // Defaults: 1 m, square.
     let square = one(json!({ "type": "rect" }));
     let LightKind::Rectangle { half_width, half_height, .. } = square.kind else { panic!("{square:?}") };
     assert_eq!((half_width, half_height), (1.5, 1.5));
 }
 
 #[test]
-fn area_lights_without_sense_are_refused_and_unknown_ones_left_out() {
+fn invalid_area_lights_are_refused_and_unknown_shapes_left_out() {
     let fault = |light| area_light([1.0; 3], light).fault();
     assert_contains(&fault(json!({ "type": "rect", "size": 0 })), "lights[0]: size 0");
     assert_contains(&fault(json!({ "type": "rect", "rect": { "aspect": -1 } })), "aspect -1");
@@ -214,7 +214,7 @@ fn orthographic_cameras_are_read() {
 }
 
 #[test]
-fn cameras_that_see_nothing_are_refused() {
+fn cameras_with_empty_frusta_are_refused() {
     assert_contains(&camera(json!({ "perspective": { "yfov": 0, "znear": 1 } })).fault(), "cameras[0]: yfov 0");
     assert_contains(&camera(json!({ "perspective": { "yfov": 1, "znear": 0 } })).fault(), "znear 0");
     let flat = json!({ "orthographic": { "xmag": 1, "ymag": 1, "znear": 2, "zfar": 2 } });

@@ -1,10 +1,10 @@
-//! Real scenes, where they are at hand: `LANTERNFISH_SHARED` names the folder that holds `assets/`.
+//! Tests with real scenes, if they are available: `LANTERNFISH_SHARED` names the folder that holds `assets/`.
 
 use std::path::PathBuf;
 
 use crate::{Camera, LightKind, Scene, import::load};
 
-/// A scene from the folder of assets, validated; `None`, and says so, where there is none.
+/// A validated scene from the folder of assets; `None`, with a message, if it is missing.
 fn sample(name: &str) -> Option<Scene> {
     let path = asset(name, "scene samples")?;
     let scene = load(path.to_str().expect("UTF-8")).unwrap_or_else(|error| panic!("{error}"));
@@ -12,7 +12,7 @@ fn sample(name: &str) -> Option<Scene> {
     Some(scene)
 }
 
-/// A path below the folder of assets; `None`, and says so for `test`, where it is missing.
+/// A path below the folder of assets; `None`, with a message that names `test`, if it is missing.
 pub fn asset(name: &str, test: &str) -> Option<PathBuf> {
     let beside_the_workspace = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared").into();
     let folder = std::env::var_os("LANTERNFISH_SHARED").map_or_else(beside_the_workspace, PathBuf::from);
@@ -61,7 +61,7 @@ fn cornell_box_is_complete() {
     assert_eq!(emitters, 1);
 }
 
-/// Says so on stderr, and in the file that `LANTERNFISH_LEFT_OUT` names.
+/// Writes the line to stderr and to the file that `LANTERNFISH_LEFT_OUT` names.
 fn left_out(line: &str) {
     use std::io::Write;
     eprintln!("{line}");
@@ -71,7 +71,7 @@ fn left_out(line: &str) {
 }
 
 #[test]
-fn rooms_are_looked_at_from_inside_and_things_from_outside() {
+fn overview_cameras_are_inside_interiors_and_outside_objects() {
     let samples = [
         ("sponza/Sponza.glb", true),
         ("cornell/CornellBox-Blocks.glb", false),
@@ -81,9 +81,9 @@ fn rooms_are_looked_at_from_inside_and_things_from_outside() {
         ("conformance/BoxTextured/BoxTextured.gltf", false),
         ("stanford/dragon.glb", false),
     ];
-    for (file, is_room) in samples {
+    for (file, is_interior) in samples {
         let Some(scene) = sample(file) else { continue };
         let (camera, is_inside) = Camera::overview(&scene, None, 16.0 / 9.0);
-        assert_eq!(is_inside, is_room, "{file}: {camera:?}");
+        assert_eq!(is_inside, is_interior, "{file}: {camera:?}");
     }
 }

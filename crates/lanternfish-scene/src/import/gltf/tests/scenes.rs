@@ -1,4 +1,4 @@
-//! Files of several scenes, and files by odd names.
+//! Tests of files with several scenes and files with unusual names.
 
 use serde_json::json;
 
@@ -8,7 +8,7 @@ use crate::{
     import::{LoadOptions, load, load_with},
 };
 
-/// Writes the file, and loads its scene of that name or index.
+/// Writes the file and loads the scene with this name or index.
 fn load_one(file: &File, scene: Option<&str>) -> Result<usize, SceneError> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scenes.glb");
@@ -21,7 +21,7 @@ fn named(scene: Option<&str>) -> LoadOptions {
 }
 
 #[test]
-fn scenes_are_told_by_name_and_index() {
+fn scenes_are_selected_by_name_or_index() {
     let mut file = File::with_triangle();
     for x in 1..6 {
         file.push("nodes", json!({ "mesh": 0, "translation": [x, 0, 0] }));
@@ -54,7 +54,7 @@ fn names_may_be_of_any_script_and_percent_encoded() {
     std::fs::write(inner.join("ü#&+ 100%/ñ [1].bin"), bytes_of(&TRIANGLE)).expect("written");
     let mut file = File::with_triangle();
     let path = inner.join("Lichtfänger 灯.gltf");
-    // Encoded in full, in part, and not at all.
+    // Percent-encoded in full, in part, and not at all.
     for uri in [
         "%C3%BC%23%26%2B%20100%25/%C3%B1%20%5B1%5D.bin",
         "ü%23&+ 100%25/ñ%20[1].bin",
@@ -75,7 +75,7 @@ fn names_may_be_of_any_script_and_percent_encoded() {
 
 #[cfg(unix)]
 #[test]
-fn what_is_no_regular_file_is_not_read() {
+fn only_regular_files_are_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.gltf");
     std::os::unix::fs::symlink("/dev/zero", folder.path().join("endless.bin")).expect("a link");
@@ -89,7 +89,7 @@ fn what_is_no_regular_file_is_not_read() {
         let error = load(path.to_str().expect("UTF-8")).expect_err("it has no end").to_string();
         assert_contains(&error, &format!("{uri}: not a regular file"));
     }
-    // A link to a regular file is one.
+    // A link to a regular file is read.
     std::fs::write(folder.path().join("real"), bytes_of(&TRIANGLE)).expect("written");
     std::os::unix::fs::symlink("real", folder.path().join("link.bin")).expect("a link");
     file.json["buffers"][0]["uri"] = json!("link.bin");
@@ -98,7 +98,7 @@ fn what_is_no_regular_file_is_not_read() {
 }
 
 #[test]
-fn what_is_no_scene_at_all_says_so() {
+fn files_that_are_no_scenes_are_refused() {
     let fault = |bytes: &[u8]| super::load_bytes(bytes).expect_err("no scene").to_string();
     assert_contains(&fault(b""), "the file is empty");
     assert_contains(&fault(b" \n"), "the file is empty");

@@ -1,4 +1,4 @@
-//! Extensions of materials and textures.
+//! Tests of the extensions of materials and textures.
 
 use std::io::Cursor;
 
@@ -9,7 +9,7 @@ use super::warnings::warnings;
 use super::{File, assert_contains};
 use crate::{AlphaMode, Material, SceneError, TextureRef};
 
-/// A triangle with this material; all its extensions are required.
+/// A triangle with this material; the file requires all its extensions.
 fn with_material(material: Value) -> File {
     let mut file = File::with_triangle();
     let names: Vec<_> = material["extensions"].as_object().into_iter().flat_map(|map| map.keys().cloned()).collect();
@@ -37,7 +37,7 @@ fn refraction_and_specular_are_read_and_clamped() {
 }
 
 #[test]
-fn what_transmits_is_blended_and_keeps_its_alpha() {
+fn transmissive_materials_are_transparent_and_keep_their_alpha() {
     let read = |mut source: Value, factor: f32| {
         source["extensions"] = json!({ "KHR_materials_transmission": { "transmissionFactor": factor } });
         let file = with_material(source);
@@ -69,7 +69,7 @@ fn volumes_are_read_and_clamped() {
     let jade = json!({ "thicknessFactor": 0.25, "attenuationColor": [0.1, 0.5, 0.2], "attenuationDistance": 0.5 });
     assert_eq!(read(jade), (0.25, Vec3::new(0.1, 0.5, 0.2), 0.5));
     assert_eq!(read(json!({ "thicknessFactor": 2 })), (2.0, Vec3::ONE, f32::INFINITY));
-    // Without thickness there is no body.
+    // Without thickness there is no volume.
     assert_eq!(read(json!({ "attenuationColor": [0, 0, 0], "attenuationDistance": 1 })), parts(&default));
     assert_eq!(read(json!({ "thicknessFactor": -1, "attenuationDistance": 1 })), parts(&default));
     let hostile = json!({ "thicknessFactor": 1e300, "attenuationColor": [-1, 2, 1e300], "attenuationDistance": -1 });
@@ -86,7 +86,7 @@ fn volumes_are_read_and_clamped() {
 }
 
 #[test]
-fn what_is_left_out_of_a_surface_is_said_by_name() {
+fn unsupported_surface_properties_are_named() {
     let file = with_material(json!({ "extensions": {
         "KHR_materials_clearcoat": { "clearcoatFactor": 1, "clearcoatNormalTexture": { "index": 0 } },
         "KHR_materials_sheen": { "sheenColorFactor": [1, 0, 0] },
@@ -106,7 +106,7 @@ fn what_is_left_out_of_a_surface_is_said_by_name() {
     assert!(warnings(&file).is_empty(), "without effect there is nothing to leave out");
     let mut file = File::with_triangle();
     file.json["asset"]["minVersion"] = json!("2.1");
-    assert_eq!(warnings(&file), ["folder/test.glb: asks for glTF 2.1, and is read as 2.0"]);
+    assert_eq!(warnings(&file), ["folder/test.glb: requires glTF 2.1; read as 2.0"]);
 }
 
 #[test]
@@ -150,7 +150,7 @@ fn textures_of_coats_specular_layers_and_transmission_are_read() {
     assert_ne!(first, second);
     assert_eq!(index(read.specular_color_texture), first);
     assert_eq!((index(read.specular_texture), index(read.transmission_texture)), (second, second));
-    // Without a coat its textures are not read, and what is out of range is clamped.
+    // Without a clearcoat its textures are not read; values out of range are clamped.
     let coat = |coat: Value| {
         let read = material(json!({ "extensions": { "KHR_materials_clearcoat": coat } }));
         (read.clearcoat, read.clearcoat_roughness)
@@ -174,7 +174,7 @@ fn textured(textures: Value) -> File {
 }
 
 #[test]
-fn webp_goes_before_its_fallback() {
+fn webp_is_preferred_to_its_fallback() {
     for source in [json!({}), json!({ "source": 0 })] {
         let mut texture = source;
         texture["extensions"] = json!({ "EXT_texture_webp": { "source": 1 } });
@@ -193,7 +193,7 @@ fn supercompressed_textures_are_left_out_or_refused() {
         warnings(&file),
         [
             "folder/test.glb: read without these extensions, which are not supported: KHR_texture_basisu",
-            "folder/test.glb: left out: textures without an image in a format that is supported (1)",
+            "folder/test.glb: left out: textures without an image in a supported format (1)",
         ]
     );
     file.json["textures"][0]["source"] = json!(0);
@@ -204,7 +204,7 @@ fn supercompressed_textures_are_left_out_or_refused() {
 }
 
 #[test]
-fn draco_is_refused_where_there_is_nothing_else() {
+fn draco_without_a_fallback_is_refused() {
     let mut file = File::with_triangle();
     file.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);
     file.json["meshes"][0]["primitives"][0]["extensions"] =

@@ -1,4 +1,4 @@
-//! What is left out is said once.
+//! Omitted content causes one warning per kind.
 
 use std::fmt::Debug;
 use std::sync::{Arc, Mutex};
@@ -10,7 +10,7 @@ use tracing::{Event, Level, Metadata, Subscriber};
 
 use super::File;
 
-/// Keeps the messages of warnings.
+/// Records the messages of warnings.
 #[derive(Clone, Default)]
 struct Warnings(Arc<Mutex<Vec<String>>>);
 
@@ -41,7 +41,7 @@ impl Subscriber for Warnings {
     fn exit(&self, _: &Id) {}
 }
 
-/// The warnings while the file is loaded.
+/// The warnings that loading the file causes.
 pub fn warnings(file: &File) -> Vec<String> {
     let warnings = Warnings::default();
     tracing::subscriber::with_default(warnings.clone(), || file.scene());
@@ -68,10 +68,10 @@ fn every_kind_of_omission_is_one_warning() {
 }
 
 #[test]
-fn what_cannot_bend_or_move_is_counted() {
+fn unsupported_animations_are_counted() {
     let mut file = File::with_triangle();
     let of_a_material = json!({ "sampler": 0, "target": { "path": "pointer" } });
     file.json["animations"] = json!([{ "channels": [of_a_material.clone(), of_a_material], "samplers": [] }]);
-    let expected = ["folder/test.glb: left out: animations of things that are no nodes (2)"];
+    let expected = ["folder/test.glb: left out: animations of targets that are not nodes (2)"];
     assert_eq!(warnings(&file), expected);
 }
