@@ -5,7 +5,7 @@ use std::time::Instant;
 use clap::Args;
 use lanternfish::{
     GpuScene, RenderedImage, Renderer,
-    settings::{Culling, DebugView, RayCulling, Settings, Shadows, ToneMap},
+    settings::{Culling, DebugView, RayCulling, RayRangeCulling, Settings, Shadows, ToneMap},
     techniques::{TileSize, Tiled},
 };
 use lanternfish_cli::{choices::choice, error::CliError, parse::Size, progress::Progress};
@@ -39,7 +39,7 @@ struct Case {
     ray_culling: RayCulling,
     /// The heat map's file, if it gets one.
     heat_map: Option<&'static str>,
-    /// Frame time in the thesis, ms.
+    /// Frame time in the thesis, ms; none: the thesis has no such row, and rays are culled by range too.
     paper_ms: Option<f64>,
 }
 
@@ -48,13 +48,17 @@ impl Case {
     fn is_exact(&self) -> bool {
         matches!(self.ray_culling, RayCulling::None | RayCulling::Surface)
     }
+
+    fn ray_range_culling(&self) -> RayRangeCulling {
+        if self.paper_ms.is_some() { RayRangeCulling::Off } else { RayRangeCulling::On }
+    }
 }
 
 fn tiled(tile_size: TileSize, aabb_test: bool) -> Culling {
     technique::tiled(Tiled { tile_size, aabb_test })
 }
 
-/// The rows of table 5.1, at tiles of 8 × 8, and ours.
+/// The rows of table 5.1 in their order, at tiles of 8 × 8, and ours.
 fn cases() -> Vec<Case> {
     use RayCulling::{Improved, Naive, None as NoCulling, Surface};
     let px8 = |aabb| tiled(TileSize::Px8, aabb);
@@ -65,7 +69,14 @@ fn cases() -> Vec<Case> {
         ("light culling + AABB + naive normals", px8(true), Naive, Some("rays-naive.png"), Some(9.59)),
         ("light culling + AABB + improved normals", px8(true), Improved, Some("rays-improved.png"), Some(9.67)),
         ("improved normals", technique::NO_CULLING, Improved, None, Some(13.55)),
-        ("light culling + AABB + surface normals", px8(true), Surface, Some("rays-surface.png"), None),
+        ("ours: range per pixel", technique::NO_CULLING, NoCulling, None, None),
+        (
+            "ours: light culling + AABB + surface normals + range per pixel",
+            px8(true),
+            Surface,
+            Some("rays-surface.png"),
+            None,
+        ),
     ];
     let case =
         |(name, culling, ray_culling, heat_map, paper_ms)| Case { name, culling, ray_culling, heat_map, paper_ms };
@@ -84,18 +95,31 @@ fn tile_sizes() -> [Case; 3] {
     })
 }
 
+/// The threshold of the thesis' ranges [Elagabani2025, eq. 4.1].
+const PAPER_THRESHOLD: f32 = 0.02;
+
 /// What every case shares.
 struct Bench<'a> {
     run: Run,
     subject: Subject,
     args: &'a ForwardPlusArgs,
+    /// Threshold of the lights' ranges.
+    range_threshold: f32,
+    /// Whether heat maps are written.
+    has_heat_maps: bool,
 }
 
 impl Bench<'_> {
     fn settings(&self, case: &Case) -> Settings {
-        let Settings { attenuation, range_threshold, .. } = self.subject.look;
-        let (culling, ray_culling, shadows) = (case.culling.clone(), case.ray_culling, self.args.shadows);
-        Settings { culling, ray_culling, shadows, attenuation, range_threshold, ..Settings::direct_light() }
+        Settings {
+            culling: case.culling.clone(),
+            ray_culling: case.ray_culling,
+            ray_range_culling: case.ray_range_culling(),
+            shadows: self.args.shadows,
+            attenuation: self.subject.look.attenuation,
+            range_threshold: self.range_threshold,
+            ..Settings::direct_light()
+        }
     }
 
     fn renderer(&self, settings: Settings) -> Result<(Renderer, GpuScene), CliError> {
@@ -111,6 +135,14 @@ impl Bench<'_> {
 
     fn write(&self, name: &str, rendering: &RenderedImage) -> Result<(), CliError> {
         image::write(&self.run.folder.join(name), rendering)
+    }
+
+    /// Pairs of a pixel and a light: listed by this technique of light culling, or (`in_range`) in range.
+    fn listed(&self, culling: &Culling, in_range: RayRangeCulling) -> Result<u64, CliError> {
+        let case =
+            Case { name: "", culling: culling.clone(), ray_culling: RayCulling::None, heat_map: None, paper_ms: None };
+        let settings = Settings { ray_range_culling: in_range, ..self.settings(&case) };
+        Ok(counter(&self.render(&mut self.renderer(settings)?)?.report, "shadows/rays"))
     }
 
     /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
@@ -131,18 +163,24 @@ impl Bench<'_> {
             let ms = if passes.is_empty() { wall_ms } else { ms_of(&passes, "") };
             Ok::<_, CliError>([ms, ms_of(&passes, "shadows/trace")])
         })?;
-        if let Some(name) = case.heat_map {
+        if let Some(name) = case.heat_map.filter(|_| self.has_heat_maps) {
             let settings = Settings { debug_view: Some(DebugView::RayCount), ..self.settings(case) };
             self.write(name, &self.render(&mut self.renderer(settings)?)?)?;
         }
         let counter = |name| counter(&rendering.report, name);
+        let [listed, reaching] =
+            [RayRangeCulling::Off, RayRangeCulling::On].map(|in_range| self.listed(&case.culling, in_range));
+        let false_positives = 1.0 - reaching? as f64 / (listed? as f64).max(1.0);
         let row = Row::default()
             .text("name", "", case.name)
             .fixed("frame_ms", "frame ms", 2, frame_ms)
             .fixed("shadow_ms", "shadow rays ms", 2, shadow_ms)
+            .percent("shadow_part", "of the frame", 1, shadow_ms / frame_ms.max(1e-9))
             .count("rays", "rays", counter("shadows/rays"))
             .count("light_tests", "light tests", counter("light_culling/light_tests"))
             .count("listed_lights", "listed lights", counter("light_culling/listed_lights"))
+            .count("list_bytes", "list bytes", counter("light_culling/tile_bytes"))
+            .percent("false_positives", "false positives", 1, false_positives)
             .count(
                 "differing_pixels",
                 "pixels that differ",
@@ -221,10 +259,20 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     if subject.scene.lights.is_empty() {
         return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
     }
-    let bench = Bench { run: Run::start(&args.run, "forward-plus")?, subject, args };
+    let (run, range_threshold) = (Run::start(&args.run, "forward-plus")?, subject.look.range_threshold);
+    let mut bench = Bench { run, subject, args, range_threshold, has_heat_maps: true };
     let mut first = None;
     let rows = bench.table(&cases(), &mut first)?;
     let tiles = bench.table(&tile_sizes(), &mut first)?;
+    let normals = bench.normals()?;
+    // The same by the thesis' own rule for ranges, if the subject's lights end earlier.
+    let mut papers = [Vec::new(), Vec::new()];
+    if range_threshold != PAPER_THRESHOLD {
+        (bench.range_threshold, bench.has_heat_maps) = (PAPER_THRESHOLD, false);
+        let mut first = None;
+        papers = [bench.table(&cases(), &mut first)?, bench.table(&tile_sizes(), &mut first)?];
+    }
+    let papers_rows = papers[0].clone();
 
     let (Subject { scene, look, .. }, Size { width, height }) = (&bench.subject, args.subject.size);
     let surface = first.iter().flat_map(|first| &first.radiance).filter(|texel| texel[3] > 0.0).count();
@@ -237,12 +285,18 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
         format!("{width} x {height}, {} lights (threshold of ranges {})", scene.lights.len(), look.range_threshold);
     report.introduction(&what, &format!("median of {} runs", args.run.runs));
     report.paragraph("The thesis' figures: Sponza, ten lights, 1920 x 1080, Ryzen 7 3700X and Nvidia RTX 2060 SUPER.");
-    let wrong = rows.iter().find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0);
+    let wrong =
+        rows.iter().chain(&papers_rows).find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0);
     let wrong = wrong.map(|row| format!("{}: {} pixels", row.words("name"), row.words("differing_pixels")));
-    let text = "Pixels may differ only where normals are rebuilt from depth.";
+    let text = "Pixels may differ only where normals are rebuilt from depth. As in the thesis, rays are culled by facing alone; ours also by each \
+                light's range. False positives: of the pairs of a pixel and a listed light, those out of range.";
     report.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
     report.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
-    report.section("Normals from depth (fig. 5.3)", "", "normals", bench.normals()?);
+    let [rows, tiles] = papers;
+    let text = "Ranges by eq. 4.1: the same tables where lights end at 0.02.";
+    report.section("Table 5.1 at the thesis' threshold", text, "configurations_at_paper_threshold", rows);
+    report.section("Table 5.2 at the thesis' threshold", "", "tile_sizes_at_paper_threshold", tiles);
+    report.section("Normals from depth (fig. 5.3)", "", "normals", normals);
     report.heading("Images");
     report.paragraph(
         "Rays a pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",
@@ -265,9 +319,19 @@ mod tests {
     fn the_rows_are_the_papers() {
         assert_eq!(cases().iter().filter(|case| case.paper_ms.is_some()).count(), 6);
         let exact: Vec<_> = cases().iter().filter(|case| case.is_exact()).map(|case| case.name).collect();
-        let expected =
-            ["no optimisations", "light culling", "light culling + AABB", "light culling + AABB + surface normals"];
+        let expected = [
+            "no optimisations",
+            "light culling",
+            "light culling + AABB",
+            "ours: range per pixel",
+            "ours: light culling + AABB + surface normals + range per pixel",
+        ];
         assert_eq!(exact, expected, "those that use no normals from depth");
+        let by_range = |case: &Case| case.ray_range_culling() == RayRangeCulling::On;
+        assert!(
+            cases().iter().all(|case| by_range(case) == case.name.starts_with("ours")),
+            "his rows cull by facing alone"
+        );
     }
 
     #[test]

@@ -284,6 +284,7 @@ impl RenderArgs {
             culling: technique.culling(),
             shadows: technique.shadows,
             ray_culling: technique.ray_culling,
+            ray_range_culling: technique.ray_range_culling,
             light_radius: self.lights.light_radius,
             shadow_rays: technique.shadow_rays,
             history: technique.history,

@@ -137,6 +137,7 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
     let mut names = BTreeMap::from([
         ("shadows", settings.shadows.to_string()),
         ("ray-culling", settings.ray_culling.to_string()),
+        ("ray-range-culling", settings.ray_range_culling.to_string()),
         ("light-radius", settings.light_radius.to_string()),
         ("shadow-rays", settings.shadow_rays.to_string()),
         ("history", settings.history.to_string()),

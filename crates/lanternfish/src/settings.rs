@@ -25,6 +25,8 @@ pub struct Settings {
     pub shadows: Shadows,
     /// Which shadow rays are skipped because the surface faces away from the light.
     pub ray_culling: RayCulling,
+    /// Whether shadow rays to listed lights that do not reach the point are skipped.
+    pub ray_range_culling: RayRangeCulling,
     /// Radius of point and spot lights for soft shadows, m. 0 gives hard shadows. Moves the end points of shadow rays only;
     /// irradiance is that of a point. Directional lights have no radius.
     pub light_radius: f32,
@@ -75,6 +77,7 @@ impl Settings {
             culling: Culling::default(),
             shadows: Shadows::Auto,
             ray_culling: RayCulling::Surface,
+            ray_range_culling: RayRangeCulling::On,
             light_radius: 0.0,
             shadow_rays: 16,
             attenuation: Attenuation::Gltf,
@@ -186,14 +189,26 @@ named_type_impls!(Shadows);
 named_enum! {
     /// Skips shadow rays where the surface faces away from the light [Elagabani2025, §4.3.1].
     RayCulling {
-        /// Every listed light gets a ray, even from beyond its range: the baseline.
-        None = "none": "Every listed light gets a ray, even from beyond its range",
+        /// Lights behind the surface get a ray too: the baseline.
+        None = "none": "Lights behind the surface get a ray too",
         /// Normals from depth, two samples per axis: wrong at edges.
         Naive = "naive": "Normals from depth, two samples per axis: wrong at edges",
         /// Normals from depth, five samples per axis: wrong only on triangles under three pixels.
         Improved = "improved": "Normals from depth, five samples per axis: wrong only on tiny triangles",
         /// The surface target's own normal: exact.
         Surface = "surface": "The surface's own normal: exact",
+    }
+}
+
+named_enum! {
+    /// Skips shadow rays from points beyond a listed light's range. The image does not depend on it.
+    #[derive(Default)]
+    RayRangeCulling {
+        /// Every listed light gets a ray, as in [Elagabani2025, ch. 5]: light culling alone decides.
+        Off = "off": "Listed lights get a ray even from beyond their range",
+        /// The range is tested for each pixel: the rays do not depend on light culling.
+        #[default]
+        On = "on": "Rays only from within a light's range",
     }
 }
 

@@ -9,6 +9,8 @@ mod conformance;
 mod examples;
 #[path = "renderings/ground_truth.rs"]
 mod ground_truth;
+#[path = "renderings/light_lists.rs"]
+mod light_lists;
 #[path = "renderings/normals.rs"]
 mod normals;
 #[path = "renderings/regressions.rs"]

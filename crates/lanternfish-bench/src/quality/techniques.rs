@@ -6,8 +6,8 @@
 
 use lanternfish::{
     settings::{
-        Anisotropy, Culling, Indirect, Materials, Occlusion, Quality, RayCulling, Samples, Settings, Shadows,
-        TextureBinding, Tracer,
+        Anisotropy, Culling, Indirect, Materials, Occlusion, Quality, RayCulling, RayRangeCulling, Samples, Settings,
+        Shadows, TextureBinding, Tracer,
     },
     techniques::{
         Assignment, ClusterShape, ClusterTest, Clustered, HitLight, IndirectClamp, IndirectResolution, Sampled,
@@ -47,6 +47,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         culling,
         shadows: _,
         ray_culling: _,
+        ray_range_culling: _,
         // Rows under a ground truth of their own, below.
         light_radius: _,
         shadow_rays: _,
@@ -85,6 +86,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     }
     every!("shadows", shadows, Shadows);
     every!("ray-culling", ray_culling, RayCulling);
+    every!("ray-range-culling", ray_range_culling, RayRangeCulling);
     every!("textures", textures, TextureBinding);
     every!("samples", samples, Samples);
     // Four: more frames say the same, and take longer.

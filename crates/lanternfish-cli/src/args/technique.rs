@@ -3,7 +3,7 @@
 use clap::Args;
 use lanternfish::{
     light_culling::CullingTechnique,
-    settings::{Culling, History, RayCulling, Samples, Settings, Shadows, TextureBinding},
+    settings::{Culling, History, RayCulling, RayRangeCulling, Samples, Settings, Shadows, TextureBinding},
 };
 
 use super::parameters::{ParameterFlags, TechniqueFlag};
@@ -22,6 +22,10 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<RayCulling>())]
     #[arg(default_value_t = Settings::default().ray_culling, hide_short_help = true)]
     pub ray_culling: RayCulling,
+    /// Shadow rays only from within a light's range, tested for each pixel. The image is the same.
+    #[arg(long, value_name = "ON|OFF", value_parser = choice::<RayRangeCulling>())]
+    #[arg(default_value_t = Settings::default().ray_range_culling, hide_short_help = true)]
+    pub ray_range_culling: RayRangeCulling,
     /// Shadow rays per pixel to each light with a --light-radius, a --disk or a --rectangle. More: less noise, slower.
     ///
     /// At most 32 to a disk or rectangle; --accumulate adds to them.

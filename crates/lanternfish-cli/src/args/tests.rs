@@ -2,7 +2,7 @@ use clap::{CommandFactory, Parser};
 use lanternfish::{
     settings::{
         Anisotropy, Attenuation, Culling, DebugView, Exposure, History, Indirect, Materials, Occlusion, Quality,
-        RayCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
+        RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
     },
     techniques::{
         Assignment, ClusterShape, ClusterTest, Clustered, Grouping, IndirectClamp, IndirectResolution, Sampled,
@@ -44,7 +44,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 
 #[test]
 fn every_flag_reaches_its_setting() {
-    let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
+    let words = "--shadows bvh --ray-culling naive --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
                  --deep-directions cube:2 --deep-slices 8 --history on --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
@@ -54,6 +54,7 @@ fn every_flag_reaches_its_setting() {
         culling: Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
         shadows: Shadows::BVH,
         ray_culling: RayCulling::Naive,
+        ray_range_culling: RayRangeCulling::Off,
         attenuation: Attenuation::Physical,
         range_threshold: 0.5,
         materials: Materials::Lambert,
@@ -147,6 +148,7 @@ fn unknown_values_are_refused_with_the_known_ones() {
         ("--textures", "per-material"),
         ("--anisotropy", "16"),
         ("--ray-culling", "improved"),
+        ("--ray-range-culling", "off"),
         ("--aabb", "off"),
     ] {
         let error = parsed(&[flag, "nonsense"]).unwrap_err().to_string();

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lanternfish::{
     RenderedImage, Renderer, Settings,
-    settings::{Culling, RayCulling, Samples, Shadows, TextureBinding},
+    settings::{Culling, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding},
     techniques::{Assignment, ClusterShape, ClusterTest, Clustered, Grouping, TileSize, Tiled},
 };
 use lanternfish_gpu::{Gpu, testing};
@@ -272,18 +272,25 @@ fn gpu_rays_to_lights_behind_a_surface_do_not_change_pixels() {
     let (mut atrium, atrium_camera) = atrium();
     atrium.lights.extend(generate::light_rain(&atrium.bounds(), 60, Some(4.0), 6, 0.0));
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
-        let rendering = |ray_culling| {
-            let settings = Settings { ray_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
+        let rendering = |ray_culling, ray_range_culling| {
+            let settings =
+                Settings { ray_culling, ray_range_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
             render(gpu, &scene, &camera, SIZE, settings)
         };
         let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");
-        let none = rendering(RayCulling::None);
-        let surface = rendering(RayCulling::Surface);
-        assert_eq!(differing(&surface, &none), 0, "{}", scene.name);
-        assert!(rays(&surface) < rays(&none), "{}: no ray was saved", scene.name);
+        let none = rendering(RayCulling::None, RayRangeCulling::Off);
+        let range = rendering(RayCulling::None, RayRangeCulling::On);
+        let facing = rendering(RayCulling::Surface, RayRangeCulling::Off);
+        let surface = rendering(RayCulling::Surface, RayRangeCulling::On);
+        for culled in [&range, &facing, &surface] {
+            assert_eq!(differing(culled, &none), 0, "{}", scene.name);
+        }
+        // Each kind leaves out rays that the other traces.
+        assert!(rays(&range) < rays(&none) && rays(&facing) < rays(&none), "{}: no ray was saved", scene.name);
+        assert!(rays(&surface) < rays(&range).min(rays(&facing)), "{}: both save no more than one", scene.name);
         // Normals from depth are wrong at edges, the five-sample variant less often [Elagabani2025, §4.3.1].
-        let naive = rendering(RayCulling::Naive);
-        let improved = rendering(RayCulling::Improved);
+        let naive = rendering(RayCulling::Naive, RayRangeCulling::On);
+        let improved = rendering(RayCulling::Improved, RayRangeCulling::On);
         let wrong = [differing(&naive, &none), differing(&improved, &none)];
         println!(
             "{}: {} rays for all lights, {} by the surface's normal, {} naive, {} improved; {wrong:?} pixels differ",

@@ -201,6 +201,18 @@ impl Prepass {
     }
 }
 
+/// State of a pass that draws the visible fragments again, after the prepass, and writes storage alone.
+pub(crate) fn visible_fragments(samples: crate::settings::Samples) -> PassState {
+    let depth = wgpu::DepthStencilState {
+        format: DEPTH_FORMAT,
+        depth_write_enabled: Some(false),
+        depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+        stencil: Default::default(),
+        bias: Default::default(),
+    };
+    PassState { depth, targets: Vec::new(), samples: samples.count(), draws_backs: false }
+}
+
 fn state(writes: Writes, samples: u32) -> PassState {
     let depth = wgpu::DepthStencilState {
         format: DEPTH_FORMAT,

@@ -44,6 +44,10 @@ impl Settings {
         .with_default(),
         Parameter::new("ray-culling", "NAME", Range::Names, "Which shadow rays are skipped because the surface faces away.", |s: &mut Self| &mut s.ray_culling)
         .with_default(),
+        Parameter::new("ray-range-culling", "ON|OFF", Range::Names, "Whether shadow rays from beyond a light's range are skipped.", |s: &mut Self| {
+            &mut s.ray_range_culling
+        })
+        .with_default(),
         Parameter::new("attenuation", "NAME", Range::Names, "How light falls off with distance.", |s: &mut Self| &mut s.attenuation).with_default(),
         Parameter::new(
             "range-threshold",

@@ -24,7 +24,7 @@ use crate::{
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
     rays::Tracer,
-    settings::{DebugView, History, RayCulling, Settings},
+    settings::{DebugView, History, RayCulling, RayRangeCulling, Settings},
     shaders::{Root, Shaders},
     texture::frame_target,
 };
@@ -56,6 +56,8 @@ pub(crate) const SOFT: Feature = Feature::new("soft");
 pub(crate) const SHADOW_HISTORY: Feature = Feature::new("shadow_history");
 /// Visibility bits are written, not read.
 const VISIBILITY_WRITTEN: Feature = Feature::new("visibility_written");
+/// Ray culling by the lights' ranges.
+const CULL_RANGE: Feature = Feature::new("cull_range");
 /// Ray culling by normals from two depth samples per axis.
 const CULL_NAIVE: Feature = Feature::new("cull_naive");
 /// Ray culling by normals from five depth samples per axis.
@@ -313,6 +315,7 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> 
             return Err(RenderError::Together { setting: "`debug-view` of shadow rays", needed: "`shadows bvh`" });
         }
     }
+    trace.extend((settings.ray_range_culling == RayRangeCulling::On).then_some(CULL_RANGE));
     trace.extend(match settings.ray_culling {
         RayCulling::None => None,
         RayCulling::Naive => Some(CULL_NAIVE),

@@ -14,7 +14,7 @@ use crate::{
     debug_views,
     gpu_scene::{MASKED, TEXTURES},
     lights::AREA_LIGHTS,
-    settings::{Culling, DebugView, History, Indirect, RayCulling, Samples, Settings, Tracer},
+    settings::{Culling, DebugView, History, Indirect, RayCulling, RayRangeCulling, Samples, Settings, Tracer},
     shaders::{Package, Root, Shaders},
     shading, shadows,
     techniques::Sampled,
@@ -52,7 +52,10 @@ pub fn all_settings() -> Vec<Settings> {
     let usual = Settings::default();
     let is_usual = |s: &&Settings| s.ray_culling == usual.ray_culling;
     let with_history = all.iter().filter(is_usual).map(|s| Settings { history: History::On, ..s.clone() });
-    with_history.chain(all.iter().cloned()).collect()
+    let any_range = all.iter().map(|s| Settings { ray_range_culling: RayRangeCulling::Off, ..s.clone() });
+    let any_range =
+        any_range.filter(|s| s.indirect == Indirect::NONE && s.samples == Samples::One && s.debug_view.is_none());
+    with_history.chain(any_range).chain(all.iter().cloned()).collect()
 }
 
 /// Features by module, of folders whose features depend on settings. Rejected settings give no variant.

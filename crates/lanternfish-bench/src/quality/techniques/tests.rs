@@ -15,6 +15,7 @@ fn assert_every<T: PartialEq + std::fmt::Debug>(all: &[T], of: impl Fn(&Settings
 fn every_value_of_every_setting_has_a_row() {
     assert_every(&Shadows::all(), |settings| settings.shadows);
     assert_every(RayCulling::ALL, |settings| settings.ray_culling);
+    assert_every(RayRangeCulling::ALL, |settings| settings.ray_range_culling);
     assert_every(Materials::ALL, |settings| settings.materials);
     assert_every(TextureBinding::ALL, |settings| settings.textures);
 
@@ -90,6 +91,7 @@ fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
             s.culling != default.culling,
             s.shadows != default.shadows,
             s.ray_culling != default.ray_culling,
+            s.ray_range_culling != default.ray_range_culling,
             s.materials != default.materials && row.ground_truth != GroundTruth::OneBounce,
             s.textures != default.textures,
             s.samples != default.samples,

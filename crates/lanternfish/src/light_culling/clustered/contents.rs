@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::read_back;
 
-use super::{ClusteredCulling, grid::GridGeometry};
+use super::{ClusteredCulling, MARKED, grid::GridGeometry};
 use crate::{error::RenderError, renderer::Renderer};
 
 /// A cluster grid of the last frame.
@@ -21,8 +21,8 @@ pub struct GridContents {
 pub struct VisibleCluster {
     /// Index in the grid: x fastest, then y, then z.
     pub index: u32,
-    /// Fragments that the grid's views show in it; above 0. Fragments of transparent surfaces and of multisampled images are counted as
-    /// they are drawn, including hidden ones if the adapter tests depth late.
+    /// Fragments that the grid's views shade in it. Fragments of transparent surfaces and of multisampled images are counted as
+    /// they are drawn, including hidden ones if the adapter tests depth late. 0 if only rays of multisampled images start in it.
     pub fragments: u32,
     /// Number of lights in its list.
     pub lights: u32,
@@ -65,7 +65,7 @@ pub(crate) fn contents_of_grids(
         let fragments = read_back::<u32>(device, queue, fragments, count)?;
         let cluster = |(index, fragments): (usize, u32)| VisibleCluster {
             index: index as u32,
-            fragments,
+            fragments: fragments & !MARKED,
             lights: starts[index + 1].wrapping_sub(starts[index]),
         };
         let visible = fragments.into_iter().enumerate().filter(|(_, fragments)| *fragments > 0);

@@ -29,9 +29,9 @@ use super::{LightCullingPasses, LightLists, Reach};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    gpu_scene::{PassState, SceneRaster, TEXTURES},
+    gpu_scene::{SceneRaster, TEXTURES},
     lights::LightSet,
-    prepass::{DEPTH_FORMAT, MULTISAMPLED},
+    prepass::{MULTISAMPLED, visible_fragments},
     settings::Samples,
     shaders::{Root, Shaders},
     view::frustum::ViewFrustum,
@@ -68,7 +68,7 @@ const HIERARCHY: Feature = Feature::new("hierarchy");
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
-        Root::new("light_culling/clustered/mark"),
+        Root::of("light_culling/clustered/mark", &[&[&[], &[MULTISAMPLED]]]),
         Root::of("light_culling/clustered/mark_drawn", &[&[&[], &[MULTISAMPLED]], TEXTURES]),
         Root::new("light_culling/clustered/compact"),
         Root::new("light_culling/clustered/build_tree"),
@@ -84,6 +84,8 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 gpu_constants! {
     /// Workgroups along x of the passes over all clusters.
     const WIDTH: u32 = 1024;
+    /// Bit of a cluster's fragment count: a pixel's centre lies in the cluster, without being counted.
+    const MARKED: u32 = 1 << 31;
 }
 
 /// The passes.
@@ -108,18 +110,11 @@ impl ClusteredCulling {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, settings: Clustered, samples: Samples) -> Result<Self, RenderError> {
         let label = |entry: &str| format!("light_culling/clustered/{entry}");
-        let mark = DECLARED.link("light_culling/clustered/mark", &[])?;
+        let multisampled: &[Feature] = if samples == Samples::One { &[] } else { &[MULTISAMPLED] };
+        let mark = DECLARED.link("light_culling/clustered/mark", multisampled)?;
         let compact = DECLARED.link("light_culling/clustered/compact", &[])?;
         let hierarchy: &[Feature] = if settings.assignment == Assignment::Hierarchy { &[HIERARCHY] } else { &[] };
         let assign = DECLARED.link("light_culling/clustered/assign", hierarchy)?;
-        let seen = wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(false),
-            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-            stencil: Default::default(),
-            bias: Default::default(),
-        };
-        let state = PassState { depth: seen, targets: Vec::new(), samples: samples.count(), draws_backs: false };
         Ok(Self {
             settings,
             mark: ComputeKernel::new(device, &mark, "mark", &label("mark")),
@@ -127,9 +122,9 @@ impl ClusteredCulling {
                 "light_culling/clustered/mark_drawn",
                 DECLARED,
                 "light_culling/clustered/mark_drawn",
-                if samples == Samples::One { &[] } else { &[MULTISAMPLED] },
+                multisampled,
                 false,
-                state,
+                visible_fragments(samples),
             ),
             flag: ComputeKernel::new(device, &compact, "flag", &label("flag")),
             compact: ComputeKernel::new(device, &compact, "compact", &label("compact")),
@@ -297,7 +292,7 @@ impl ClusteredCulling {
     }
 
     /// Marks the clusters of a view's fragments: those at the pixel centres, by depth. Fragments without such a depth are marked as they
-    /// are drawn: transparent ones, and all fragments of multisampled images.
+    /// are drawn: transparent ones, and all fragments of multisampled images, which are counted there alone.
     fn mark(
         &mut self,
         frame: &mut Frame<'_>,

@@ -11,8 +11,10 @@ use super::{LightCullingPasses, LightLists, Reach, Volume};
 use crate::{
     context::ViewContext,
     error::RenderError,
+    gpu_scene::{SceneRaster, TEXTURES},
     lights::LightSet,
-    prepass::DEPTH_FORMAT,
+    prepass::{DEPTH_FORMAT, MULTISAMPLED, visible_fragments},
+    settings::Samples,
     shaders::{Root, Shaders},
     texture::frame_target,
 };
@@ -30,8 +32,10 @@ gpu_struct! {
         capacity: u32,
         /// 1: lights are also tested against the box around the tile's frustum.
         aabb_test: u32,
-        /// 1: tiles extend from the near plane to infinity, for transparent surfaces; the depth buffer is not read.
+        /// 1: tiles extend from the near plane to infinity, for transparent surfaces.
         unbounded: u32,
+        /// 1: there is a depth buffer with one sample per pixel.
+        reads_depth: u32,
     }
 }
 
@@ -41,7 +45,11 @@ pub(crate) const CULLING_TILED: Feature =
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
-    &[Root::new("light_culling/tiled/bounds"), Root::new("light_culling/tiled/assign")],
+    &[
+        Root::of("light_culling/tiled/bounds", &[&[&[], &[MULTISAMPLED]]]),
+        Root::of("light_culling/tiled/bounds_drawn", &[&[&[MULTISAMPLED]], TEXTURES]),
+        Root::new("light_culling/tiled/assign"),
+    ],
     &[SharedStruct::of::<TileGrid>()],
 );
 
@@ -53,6 +61,8 @@ const FIRST_LIGHTS_PER_TILE: u32 = 64;
 pub struct TiledCulling {
     settings: Tiled,
     bounds: ComputeKernel,
+    /// With several samples per pixel.
+    bounds_drawn: Option<SceneRaster>,
     count: ComputeKernel,
     write: ComputeKernel,
     scan: Scan,
@@ -68,11 +78,7 @@ impl LightCullingPasses for TiledCulling {
         reach: Reach,
         lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError> {
-        let record = |view: &ViewContext<'_>| {
-            // Shading evaluates the pixel's centre, at a depth that may be none of the samples'.
-            let reach = if view.surface.samples > 1 { Reach::Anywhere } else { reach };
-            self.record_view(frame, view, reach, lights)
-        };
+        let record = |view: &ViewContext<'_>| self.record_view(frame, view, reach, lights);
         let lists = views.iter().map(record).collect::<Result<Vec<_>, _>>()?;
         if reach == Reach::Surface {
             let tiles = |view: &ViewContext<'_>| self.dimensions(view.surface.size);
@@ -88,12 +94,16 @@ impl LightCullingPasses for TiledCulling {
 
 impl TiledCulling {
     /// Compiles the passes.
-    pub fn new(device: &wgpu::Device, settings: Tiled) -> Result<Self, RenderError> {
-        let bounds = DECLARED.link("light_culling/tiled/bounds", &[])?;
+    pub fn new(device: &wgpu::Device, settings: Tiled, samples: Samples) -> Result<Self, RenderError> {
+        let multisampled: &[Feature] = if samples == Samples::One { &[] } else { &[MULTISAMPLED] };
+        let bounds = DECLARED.link("light_culling/tiled/bounds", multisampled)?;
+        let drawn =
+            |module| SceneRaster::new(module, DECLARED, module, multisampled, false, visible_fragments(samples));
         let assign = DECLARED.link("light_culling/tiled/assign", &[])?;
         Ok(Self {
             settings,
             bounds: ComputeKernel::new(device, &bounds, "bounds", "light_culling/tiled/bounds"),
+            bounds_drawn: (samples != Samples::One).then(|| drawn("light_culling/tiled/bounds_drawn")),
             count: ComputeKernel::new(device, &assign, "count", "light_culling/tiled/count"),
             write: ComputeKernel::new(device, &assign, "write", "light_culling/tiled/write"),
             scan: Scan::new(device, "light_culling/tiled")?,
@@ -109,9 +119,9 @@ impl TiledCulling {
 
     /// Records tile bounds, count, scan and write. A list that is too small grows before it is written.
     fn record_view(
-        &self,
+        &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { buffer: view, surface, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer: view, draws, surface, middle, .. }: &ViewContext<'_>,
         reach: Reach,
         lights: &LightSet,
     ) -> Result<LightLists, RenderError> {
@@ -127,19 +137,33 @@ impl TiledCulling {
             capacity: 0,
             aabb_test: u32::from(self.settings.aabb_test),
             unbounded: u32::from(reach == Reach::Anywhere),
+            reads_depth: u32::from(middle.samples == 1),
         };
         let grid_buffer = frame.uniform(&grid);
         let tiles = frame.scratch("light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
         let cells = frame.zeroed("light_culling/cells", 4 * (u64::from(tile_count) + 1))?;
-        // The depths of several samples per pixel do not bound a tile: the caller requests unbounded tiles.
-        let no_depth = (surface.samples > 1)
+        let (view_bindings, light_bindings) = (view.bindings(), lights.bindings());
+        let shared = view_bindings.clone().with(&light_bindings).buffer("tiles", &tiles);
+
+        // Bounds from the depth buffer and, with several samples per pixel, from the fragments themselves.
+        let no_depth = (middle.samples > 1)
             .then(|| frame_target(frame, "no_depth", UVec2::ONE, DEPTH_FORMAT, wgpu::TextureUsages::empty(), 1));
-        let depth = no_depth.as_ref().unwrap_or(&surface.depth);
-        let shared = view.bindings().with(&lights.bindings()).texture("depth_texture", depth).buffer("tiles", &tiles);
+        let depth = no_depth.as_ref().unwrap_or(&middle.depth);
+        let depths = frame.zeroed("light_culling/tile_depths", 8 * u64::from(tile_count))?;
+        if let Some(drawn) = self.bounds_drawn.as_mut().filter(|_| reach == Reach::Surface && surface.samples > 1) {
+            drawn.prepare(frame.device, scene, &draws.solid)?;
+            let scene_bindings = scene.bindings();
+            let bindings = view_bindings.with(&scene_bindings).part("tile_grid", &grid_buffer);
+            let bindings = bindings.buffer("tile_depths", &depths);
+            frame.render("light_culling/tiled/bounds_drawn", &[], Some(surface.read_depth()), |groups, pass| {
+                drawn.draw(groups, pass, scene, &bindings, &draws.solid);
+            });
+        }
+        let bindings = shared.clone().part("tile_grid", &grid_buffer).texture("depth_texture", depth);
+        frame.dispatch(&self.bounds, &bindings.buffer("tile_depths", &depths), workgroups);
 
         // Count, and scan the counts into starts. The element after the last is zero and becomes the total.
         let bindings = shared.clone().part("tile_grid", &grid_buffer).buffer("cell_starts", &cells);
-        frame.dispatch(&self.bounds, &bindings, workgroups);
         frame.dispatch(&self.count, &bindings, workgroups);
         let total = self.scan.record(frame, &cells, tile_count + 1)?;
 
@@ -154,6 +178,7 @@ impl TiledCulling {
         })?;
         let remedy = "give the lights a shorter range, use larger tiles, or render a smaller image";
         super::check_capacity(&capacity, limit, lights, remedy)?;
+        let tile_bytes = u64::from(tile_count) * size_of::<Volume>() as u64 + cells.size() + 4 * capacity.elements;
         let grid_buffer = frame.uniform(&TileGrid { capacity: capacity.capacity as u32, ..grid });
         let indices = frame.scratch("light_culling/indices", 4 * capacity.capacity)?;
         let bindings =
@@ -165,7 +190,7 @@ impl TiledCulling {
             grid: Some(("tile_grid", grid_buffer)),
             listed: capacity.elements,
             tests: u64::from(tile_count) * u64::from(lights.capacity),
-            counters: Vec::new(),
+            counters: vec![("light_culling/tile_bytes", tile_bytes)],
             fragments: None,
         })
     }

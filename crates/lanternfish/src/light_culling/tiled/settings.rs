@@ -56,7 +56,7 @@ impl CullingTechnique for Tiled {
         CULLING_TILED
     }
 
-    fn build(&self, device: &wgpu::Device, _samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
-        Ok(Box::new(TiledCulling::new(device, *self)?))
+    fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
+        Ok(Box::new(TiledCulling::new(device, *self, samples)?))
     }
 }
