@@ -73,7 +73,7 @@ impl Bench<'_> {
                             .fixed("rate_traced", "traced, M/s", 2, traced)
                             .fixed("rate_with_light", "with light, M/s", 2, with_light)
                             .shown("ratio", format_args!("{:.2}", with_light / traced))
-                            .count("cells", "cells", counter(&warm.report, "radiance_cache/entries"))
+                            .count("cells", "entries", counter(&warm.report, "radiance_cache/entries"))
                             .count("samples", "samples per frame", counter(&warm.report, "radiance_cache/samples"))
                             .fixed("energy", "energy", 3, fraction(&first))
                             .fixed("warmed_energy", "warmed", 3, fraction(&warmed))
