@@ -56,14 +56,18 @@ impl Run {
             return Ok(run);
         }
         let name = &run.gpu.description.name;
-        Err(CliError::new(format_args!("{name} has no timestamps to time passes"), "choose another adapter with --adapter"))
+        Err(CliError::new(
+            format_args!("{name} has no timestamps to time passes"),
+            "choose another adapter with --adapter",
+        ))
     }
 }
 
 /// Creates a folder and its parents.
 pub fn make_folder(folder: &Path) -> Result<(), CliError> {
-    fs::create_dir_all(folder)
-        .map_err(|error| CliError::new(format_args!("{}: {error}", folder.display()), "choose a folder that can be created"))
+    fs::create_dir_all(folder).map_err(|error| {
+        CliError::new(format_args!("{}: {error}", folder.display()), "choose a folder that can be created")
+    })
 }
 
 /// Returns the result of a first run, and of `runs` more runs the one with the least time `ms`.

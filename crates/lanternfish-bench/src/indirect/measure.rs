@@ -198,7 +198,10 @@ impl Bench<'_> {
         let mut renderer = self.renderer(case.settings(self.look, None))?;
         let rendering = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
         if energy(&rendering) <= 0.0 {
-            return Err(CliError::new("the image is black", "add lights, e.g. --lights rain:10, or choose another view"));
+            return Err(CliError::new(
+                "the image is black",
+                "add lights, e.g. --lights rain:10, or choose another view",
+            ));
         }
         image::write(&self.run.folder.join(format!("{}.png", brdf.name())), &rendering)?;
         Ok(rendering)

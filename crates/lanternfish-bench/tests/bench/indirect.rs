@@ -110,7 +110,7 @@ fn gpu_a_scene_without_light_is_refused() {
 fn the_help_says_what_is_measured() {
     let words = ["help", "indirect", "--all"];
     let output = program(Path::new(".")).args(words).output().unwrap();
-    let help = String::from_utf8(output.stdout).unwrap();
+    let help = String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
     for word in ["rays per second", "FLIP", "energy", "memory", "filter", "384"] {
         assert!(help.contains(word), "{word:?} is not in\n{help}");
     }

@@ -52,7 +52,8 @@ pub fn claims(figures: &Figures) -> Vec<Row> {
         }
         for played in tuned(figures, lights) {
             let frames = played.frame_ms();
-            let variance = frames.iter().map(|ms| (ms - mean(&frames)).powi(2)).sum::<f64>() / frames.len().max(1) as f64;
+            let variance =
+                frames.iter().map(|ms| (ms - mean(&frames)).powi(2)).sum::<f64>() / frames.len().max(1) as f64;
             let thesis = if played.clusters.starts_with("displ") { "most stable: the least" } else { "" };
             let ours = format!("{:.0} %", 100.0 * variance.sqrt() / mean(&frames));
             add("6.6", &format!("{}: deviation of the frame time along the track", played.clusters), thesis, ours);

@@ -48,7 +48,9 @@ pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
     page.introduction(&what, &format!("least of {runs} runs, for each pass and frame"));
     page.paragraph("Figures are numbered as in Van Gelderen 2020, chapter 6.");
     page.heading("The thesis' numbers beside ours");
-    page.paragraph("The figures of the thesis are plots without tables: these are all numbers that its text states about them.");
+    page.paragraph(
+        "The figures of the thesis are plots without tables: these are all numbers that its text states about them.",
+    );
     page.show(claims(figures));
     let lights = distinct(figures.played.iter().map(|played| played.lights));
     let rows = |plots: &dyn Fn(u32) -> Vec<String>| -> String {
