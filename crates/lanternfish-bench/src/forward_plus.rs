@@ -186,7 +186,7 @@ impl Bench<'_> {
         };
         let reference = view(DebugView::GeometricNormal)?;
         self.write("normals-reference.png", &reference)?;
-        let ways = [("naive", DebugView::NormalNaive, 0.07975), ("improved", DebugView::NormalImproved, 0.02264)];
+        let views = [("naive", DebugView::NormalNaive, 0.07975), ("improved", DebugView::NormalImproved, 0.02264)];
         let row = |(name, of, paper)| {
             let rendering = view(of)?;
             self.write(&format!("normals-{name}.png"), &rendering)?;
@@ -202,7 +202,7 @@ impl Bench<'_> {
                 .percent("share_over_ten_degrees", "over 10°", 2, over_ten)
                 .fixed("paper_flip", "thesis: mean FLIP", 5, paper))
         };
-        ways.into_iter().map(row).collect()
+        views.into_iter().map(row).collect()
     }
 }
 

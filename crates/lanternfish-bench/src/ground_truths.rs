@@ -159,7 +159,7 @@ impl GroundTruth {
     }
 
     /// True if techniques are compared with it. False if it is only a part of others.
-    pub fn judges(self) -> bool {
+    pub fn is_compared(self) -> bool {
         self != Self::Emitted
     }
 

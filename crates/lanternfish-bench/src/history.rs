@@ -72,14 +72,15 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
 fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let shaded = Sampled::default().one_bounce();
     let cached = Sampled { hit_light: HitLight::Cached, ..shaded };
-    let ways = [
+    let techniques = [
         ("bvh, shaded", shaded),
         ("bvh, cached", cached),
         ("bvh, shaded, half resolution", Sampled { resolution: IndirectResolution::Half, ..shaded }),
         ("within-texel, cached", Sampled { tracer: WITHIN_TEXEL.into(), ..cached }),
     ];
-    let ways = ways.into_iter().take(if quick { 1 } else { usize::MAX });
-    let with_history = ways.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
+    let techniques = techniques.into_iter().take(if quick { 1 } else { usize::MAX });
+    let with_history =
+        techniques.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
     let case = |(name, rays, history): (&str, Sampled, History)| Case {
         name: format!("{name}, history {history}"),
         settings: Settings { indirect: technique::sampled(rays), history, ..look.clone() },

@@ -67,8 +67,8 @@ pub struct ClusteredArgs {
     #[arg(long)]
     schemes: bool,
     /// Distribution of the lights. Their radius does not depend on it.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = Places::Rain)]
-    lights: Places,
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Distribution::Rain)]
+    lights: Distribution,
     /// Seed of the light positions.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u32,
@@ -81,7 +81,7 @@ pub struct ClusteredArgs {
 /// Distribution of the lights in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
-enum Places {
+enum Distribution {
     /// Light rain
     Rain,
     /// Uniformly random, by a rule that other renderers can reproduce
@@ -90,12 +90,12 @@ enum Places {
 
 /// The scene with `count` lights in place of its own. Their radius is such that 12 lights on average reach a point, for any `count`
 /// [VanGelderen2020, §6.1.4].
-fn lit(scene: &Scene, places: Places, count: u32, seed: u32) -> Scene {
+fn lit(scene: &Scene, distribution: Distribution, count: u32, seed: u32) -> Scene {
     let bounds = scene.bounds();
     let rain = light_rain(&bounds, count, None, seed, 0.0);
     let radius = rain.first().and_then(|light: &Light| light.range);
-    let lights = match (places, radius) {
-        (Places::Random, Some(radius)) => random_lights(&bounds, count, radius, seed.into()),
+    let lights = match (distribution, radius) {
+        (Distribution::Random, Some(radius)) => random_lights(&bounds, count, radius, seed.into()),
         _ => rain,
     };
     Scene { lights, ..scene.clone() }
@@ -109,7 +109,7 @@ fn lit(scene: &Scene, places: Places, count: u32, seed: u32) -> Scene {
 pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let mut shot = subject::shot_of(&args.scene)?;
     if let Some(mut shot) = shot.take_if(|shot| !args.schemes && shot.frames().len() > 1) {
-        if args.lights != Places::Rain {
+        if args.lights != Distribution::Rain {
             return Err(CliError::new("--lights random: along a track lights fall", "leave it out, or use --schemes"));
         }
         shot.args.track.frames = args.frames.map(Frames::Count).or(shot.args.track.frames);
@@ -142,12 +142,12 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let mut report = Document::of_scene("Clustered light culling", &args.scene, &run.gpu, run.runs);
     let facts = Row::default().data("width", width).data("height", height).data("eye_width", eye_width);
     report.facts(facts.data("depth", args.depth).data("lights", args.lights).data("seed", args.seed));
-    let places = match args.lights {
-        Places::Rain => "light rain",
-        Places::Random => "lights at random",
+    let distribution = match args.lights {
+        Distribution::Rain => "light rain",
+        Distribution::Random => "lights at random",
     };
     let what = format!(
-        "{width} x {height} pixels, each eye {eye_width} x {height} pixels (HTC Vive, 63 mm apart); {places}, seed {}, with a radius that lets 12 \
+        "{width} x {height} pixels, each eye {eye_width} x {height} pixels (HTC Vive, 63 mm apart); {distribution}, seed {}, with a radius that lets 12 \
          lights reach a point for any number of lights; no shadows",
         args.seed
     );

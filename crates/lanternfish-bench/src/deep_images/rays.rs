@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// A ray and its exact hit distance.
 #[derive(Clone, Copy, Debug)]
-pub struct KnownRay {
+pub struct ReferenceRay {
     pub ray: TracedRay,
     /// Distance to the first hit, m; `None` if the ray hits nothing.
     pub distance: Option<f32>,
@@ -17,7 +17,7 @@ pub struct KnownRay {
 
 /// Returns `count` rays from surface points with uniform directions; half of them start behind their surface. Returns fewer rays if
 /// 100 tries per ray do not find enough surface points.
-pub fn from_surfaces(scene: &Scene, exact: &Tracer<'_>, images: &DeepImages, count: u32) -> Vec<KnownRay> {
+pub fn from_surfaces(scene: &Scene, exact: &Tracer<'_>, images: &DeepImages, count: u32) -> Vec<ReferenceRay> {
     let bounds = scene.bounds();
     // Three quarters of a texel, so that the ray does not hit its own surface.
     let offset = 0.75 * bounds.size().length() / images.chunks[0].grid.resolution as f32;
@@ -34,10 +34,10 @@ pub fn from_surfaces(scene: &Scene, exact: &Tracer<'_>, images: &DeepImages, cou
         let origin = inside + 0.999 * exact.nearest(inside.into(), towards.into())? * towards;
         let start = origin + offset * away;
         let distance = exact.nearest(start.into(), away.into()).map(|distance| distance + offset);
-        Some(KnownRay { ray: images.ray(origin, away, offset), distance })
+        Some(ReferenceRay { ray: images.ray(origin, away, offset), distance })
     };
     let batch = u64::from(count);
-    let mut rays: Vec<KnownRay> = Vec::with_capacity(count as usize);
+    let mut rays: Vec<ReferenceRay> = Vec::with_capacity(count as usize);
     for first in (0..100 * batch).step_by(batch as usize) {
         rays.par_extend((first..first + batch).into_par_iter().filter_map(ray));
         if rays.len() >= count as usize {

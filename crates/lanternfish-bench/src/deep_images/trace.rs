@@ -11,7 +11,7 @@ use lanternfish_papers::{DeepImageSettings, deep_images::DeepImages};
 use super::{
     Bench,
     cases::{Group, in_words},
-    rays::KnownRay,
+    rays::ReferenceRay,
 };
 use crate::{
     run::{least, ms_of},
@@ -28,7 +28,7 @@ impl Bench {
         group: &Group,
         settings: DeepImageSettings,
         images: &DeepImages,
-        rays: Vec<KnownRay>,
+        rays: Vec<ReferenceRay>,
     ) -> Result<Vec<Row>, CliError> {
         let tracer = RayTracer::new(&self.run.gpu.device)?;
         let supported = Tracer::all().into_iter().filter(|through| through.is_supported(&self.run.gpu.device));
@@ -69,7 +69,7 @@ impl Bench {
         tracer: &RayTracer,
         through: Tracer,
         images: &DeepImages,
-        rays: &[KnownRay],
+        rays: &[ReferenceRay],
     ) -> Result<(f64, Vec<f32>), CliError> {
         let rays: Vec<TracedRay> = rays.iter().map(|reference| reference.ray).collect();
         let uploaded = tracer.upload(&self.run.gpu.device, &rays)?;
@@ -103,7 +103,7 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(actual: &[f32], reference: &[KnownRay]) -> Self {
+    fn of(actual: &[f32], reference: &[ReferenceRay]) -> Self {
         let (mut errors, mut missed, mut false_hits) = (Vec::new(), 0, 0);
         for (actual, reference) in actual.iter().zip(reference) {
             match reference.distance {
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn errors_are_those_of_the_distances() {
         let reference = [Some(1.0), Some(2.0), Some(4.0), Some(1.0), None, None]
-            .map(|distance| KnownRay { ray: TracedRay::default(), distance });
+            .map(|distance| ReferenceRay { ray: TracedRay::default(), distance });
         let errors = Errors::of(&[1.0, 3.0, 8.0, -1.0, 5.0, -1.0], &reference);
         assert_eq!(errors, Errors { median: 0.5, p95: 1.0, missed: 1.0 / 6.0, false_hits: 1.0 / 6.0 });
         assert_eq!(Errors::of(&[], &[]), Errors { median: 0.0, p95: 0.0, missed: 0.0, false_hits: 0.0 });

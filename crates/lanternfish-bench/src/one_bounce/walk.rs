@@ -16,7 +16,7 @@ use lanternfish_scene::{Camera, Scene};
 use crate::table::Row;
 
 /// Numbers of tested surface points, across and down the image in the middle of the walk.
-const PLACES: [u32; 2] = [48, 27];
+const POINTS: [u32; 2] = [48, 27];
 /// Least number of frames with a visible point for the point to count.
 const LEAST_FRAMES: usize = 8;
 
@@ -26,7 +26,7 @@ pub struct Flicker {
     name: String,
     frames: usize,
     /// Number of counted points.
-    places: usize,
+    points: usize,
     /// Standard deviation over the frames with a visible point, relative to the point's mean; mean over all points.
     mean: f64,
     /// 95th percentile of the same deviation.
@@ -41,7 +41,7 @@ impl Flicker {
         Row::default()
             .text("name", "", &self.name)
             .number("frames", "frames", self.frames)
-            .count("places", "points", self.places as u64)
+            .count("places", "points", self.points as u64)
             .percent("mean", "deviation", 2, self.mean)
             .percent("percentile_95", "95th percentile", 2, self.percentile_95)
             .percent("step", "change per frame", 2, self.step)
@@ -86,8 +86,8 @@ impl<'a> Walk<'a> {
     ) -> Result<Self, CliError> {
         let exact = Tracer::new(scene, TracerSettings::default())?;
         let middle = &cameras[cameras.len() / 2];
-        let [columns, rows] = PLACES;
-        let place = |i: u32| {
+        let [columns, rows] = POINTS;
+        let point = |i: u32| {
             let x = (i % columns) as f32 + 0.5;
             let y = (i / columns) as f32 + 0.5;
             let at = [x / columns as f32 * size.width as f32, y / rows as f32 * size.height as f32];
@@ -95,14 +95,14 @@ impl<'a> Walk<'a> {
             let distance = exact.nearest(origin, direction)?;
             Some(origin + distance * direction)
         };
-        let places: Vec<Vec3A> = (0..columns * rows).filter_map(place).collect();
+        let points: Vec<Vec3A> = (0..columns * rows).filter_map(point).collect();
         let sees = |camera: &Camera, p: Vec3A| {
             let at = pixel(camera, size, p)?;
             let (origin, direction) = ray(camera, size, at)?;
             let distance = exact.nearest(origin, direction)?;
             ((distance / (p - origin).length() - 1.0).abs() < 2e-3).then_some(at)
         };
-        let seen = places.iter().map(|p| cameras.iter().map(|camera| sees(camera, *p)).collect()).collect();
+        let seen = points.iter().map(|p| cameras.iter().map(|camera| sees(camera, *p)).collect()).collect();
         let mut walk = Self { engine, scene, cameras, size, seen, direct: Vec::new() };
         walk.direct = walk.renderings(look)?;
         Ok(walk)
@@ -114,9 +114,10 @@ impl<'a> Walk<'a> {
         let at = |frame: usize, at: [f32; 2]| {
             interpolated(&renderings[frame], self.size, at) - interpolated(&self.direct[frame], self.size, at)
         };
-        let of_place =
-            |place: &Vec<Option<[f32; 2]>>| place.iter().enumerate().map(|(i, p)| p.map(|p| at(i, p))).collect();
-        let luminances: Vec<Vec<Option<f64>>> = self.seen.iter().map(of_place).collect();
+        let of_point = |positions: &Vec<Option<[f32; 2]>>| {
+            positions.iter().enumerate().map(|(i, p)| p.map(|p| at(i, p))).collect()
+        };
+        let luminances: Vec<Vec<Option<f64>>> = self.seen.iter().map(of_point).collect();
         Ok(Flicker { name: name.to_owned(), frames: self.cameras.len(), ..of(&luminances) })
     }
 
@@ -151,7 +152,7 @@ fn of(points: &[Vec<Option<f64>>]) -> Flicker {
     Flicker {
         name: String::new(),
         frames: 0,
-        places: all.len(),
+        points: all.len(),
         mean: all.iter().map(|(deviation, _)| deviation).sum::<f64>() / count,
         percentile_95: all.get(all.len() * 95 / 100).map_or(0.0, |(deviation, _)| *deviation),
         step: all.iter().map(|(_, step)| step).sum::<f64>() / count,
@@ -201,10 +202,10 @@ mod tests {
     #[test]
     fn constant_light_does_not_flicker_and_changing_light_does() {
         let constant = of(&[vec![Some(2.0); 10], vec![Some(0.5); 20]]);
-        assert_eq!((constant.places, constant.mean, constant.step), (2, 0.0, 0.0));
+        assert_eq!((constant.points, constant.mean, constant.step), (2, 0.0, 0.0));
         let jumps = of(&[(0..10).map(|i| Some(f64::from(i % 2))).collect()]);
         assert!((jumps.mean - 1.0).abs() < 1e-12 && (jumps.step - 2.0).abs() < 1e-12, "{jumps:?}");
-        assert_eq!(of(&[vec![Some(1.0); 3]]).places, 0, "visible in too few frames");
+        assert_eq!(of(&[vec![Some(1.0); 3]]).points, 0, "visible in too few frames");
         // A change while the point is not visible does not count.
         let gap = of(&[(0..20).map(|i| (i % 10 != 0).then(|| f64::from(1 + i / 10))).collect()]);
         assert!(gap.mean > 0.3 && gap.step == 0.0, "{gap:?}");

@@ -77,13 +77,13 @@ impl QualityArgs {
 }
 
 fn ground_truth() -> impl TypedValueParser<Value = GroundTruth> {
-    PossibleValuesParser::new(judges().map(|ground_truth| ground_truth.name()))
+    PossibleValuesParser::new(compared_ground_truths().map(|ground_truth| ground_truth.name()))
         .map(|name| name.parse().expect("clap lets only known names through"))
 }
 
 /// Ground truths that techniques are compared with.
-fn judges() -> impl Iterator<Item = GroundTruth> {
-    GroundTruth::ALL.iter().copied().filter(|ground_truth| ground_truth.judges())
+fn compared_ground_truths() -> impl Iterator<Item = GroundTruth> {
+    GroundTruth::ALL.iter().copied().filter(|ground_truth| ground_truth.is_compared())
 }
 
 /// Measures and writes the reports.
@@ -120,8 +120,8 @@ fn run_shot(
     let mut techniques = techniques(&settings, complete.bounds().size().length());
     techniques.retain(|technique| args.requests(&technique.name));
     let mut first = None;
-    for ground_truth in
-        judges().filter(|ground_truth| args.ground_truths.is_empty() || args.ground_truths.contains(ground_truth))
+    for ground_truth in compared_ground_truths()
+        .filter(|ground_truth| args.ground_truths.is_empty() || args.ground_truths.contains(ground_truth))
     {
         let (scene, settings) = (&ground_truth.scene(&complete, environment_light), ground_truth.seen(&settings));
         let subject =

@@ -15,9 +15,9 @@ fn gpu_a_walk_flickers_less_with_a_history() {
                 [[track.keyframes]]\ntime = 1\neye = [7.6, 1.75, -2.5]\ntarget = [-4, 2.2, 0]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
     let words = ["history", "walk.toml", "--quick", "--runs", "1", "--size", "48x36", "--spp", "64"];
-    let output = program(folder.path()).args(words).args(["--adapter", "cpu", "-o", "found"]).output().unwrap();
+    let output = program(folder.path()).args(words).args(["--adapter", "cpu", "-o", "report"]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("found/report.json")).unwrap()).unwrap();
+    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("report/report.json")).unwrap()).unwrap();
     let figures = |table: &str, name: &str| -> Vec<f64> {
         report[table].as_array().unwrap().iter().map(|row| row[name].as_f64().unwrap()).collect()
     };

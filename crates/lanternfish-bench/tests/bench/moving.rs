@@ -10,11 +10,11 @@ use crate::program;
 #[test]
 fn gpu_motion_is_counted() {
     let folder = tempfile::tempdir().unwrap();
-    let words = ["moving", "demo:cornell", "--runs", "1", "--rays", "4096", "--adapter", "cpu", "-o", "found"];
+    let words = ["moving", "demo:cornell", "--runs", "1", "--rays", "4096", "--adapter", "cpu", "-o", "report"];
     let output = program(folder.path()).args(words).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8(output.stdout).unwrap();
-    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("found/report.json")).unwrap()).unwrap();
+    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("report/report.json")).unwrap()).unwrap();
     let times = report["times"].as_array().unwrap();
     assert!(times.iter().any(|row| row["tracer"] == "bvh"), "{times:?}");
     for row in times {

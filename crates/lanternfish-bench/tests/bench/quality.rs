@@ -40,13 +40,13 @@ fn bench_of(folder: &Path, ground_truths: &[&str], words: &[&str]) -> Quality {
 
 /// As [`bench`], in a temporary folder.
 #[track_caller]
-fn judged(ground_truths: &[&str]) -> Quality {
-    judged_of(ground_truths, &[])
+fn results(ground_truths: &[&str]) -> Quality {
+    results_of(ground_truths, &[])
 }
 
 /// As [`bench_of`], in a temporary folder.
 #[track_caller]
-fn judged_of(ground_truths: &[&str], words: &[&str]) -> Quality {
+fn results_of(ground_truths: &[&str], words: &[&str]) -> Quality {
     bench_of(tempfile::tempdir().unwrap().path(), ground_truths, words)
 }
 
@@ -75,7 +75,7 @@ impl Quality {
 
 #[test]
 fn gpu_direct_light_matches_its_ground_truth_with_every_technique() {
-    let actual = judged(&["direct", "direct-lambert"]);
+    let actual = results(&["direct", "direct-lambert"]);
     // The default matches the ground truth within its noise and the error of 16 samples per pixel. The light is 5 cm below the ceiling's
     // lamp, where few paths carry much light, which causes noise of more than 1 % in a small image.
     let noise = actual.shot["ground_truths"][0]["noise_energy"].as_f64().unwrap();
@@ -108,7 +108,7 @@ fn gpu_direct_light_matches_its_ground_truth_with_every_technique() {
 
 #[test]
 fn gpu_area_lights_are_not_points() {
-    let actual = judged(&["direct-soft"]);
+    let actual = results(&["direct-soft"]);
     let [point, disk] =
         ["0", "0.1, shadow-rays 64"].map(|radius| actual.error(&format!("light-radius {radius}"), "relative_mse"));
     assert!(disk < point, "{disk} {point}");
@@ -116,7 +116,7 @@ fn gpu_area_lights_are_not_points() {
 
 #[test]
 fn gpu_multi_bounce_light_is_missing_without_indirect_light() {
-    let actual = judged_of(&["full"], &["indirect none", "indirect sampled"]);
+    let actual = results_of(&["full"], &["indirect none", "indirect sampled"]);
     for figure in ["flip", "hdr_flip", "relative_mse"] {
         let [none, sampled] =
             ["none", "sampled"].map(|technique| actual.error(&format!("indirect {technique}"), figure));
@@ -143,7 +143,7 @@ fn gpu_one_bounce_has_the_right_energy_with_every_tracer() {
     // All rows of rays, and one each of photons and of virtual lights.
     let requested =
         ["one-bounce none", "one-bounce bvh", "one-bounce across", "one-bounce within", "splat raster", "map 64"];
-    let actual = judged_of(&["one-bounce"], &requested);
+    let actual = results_of(&["one-bounce"], &requested);
     let energy = |technique| actual.energy(&format!("one-bounce {technique}"));
     assert!(energy("none") < 0.9, "{}", energy("none"));
     assert!((energy("bvh, not clamped") - 1.0).abs() < 0.05, "{}", energy("bvh, not clamped"));
@@ -160,7 +160,7 @@ fn gpu_one_bounce_has_the_right_energy_with_every_tracer() {
 #[test]
 fn gpu_deep_images_include_distant_occluders() {
     // Deep images are better than the view's depth, which is better than no occlusion.
-    let actual = judged_of(&["occlusion", "obscurance-far"], &["none", "hbao", "deep 128"]);
+    let actual = results_of(&["occlusion", "obscurance-far"], &["none", "hbao", "deep 128"]);
     for ground_truth in ["occlusion", "obscurance-far"] {
         let [deep, hbao, none] =
             ["deep 128", "hbao", "none"].map(|technique| actual.error(&format!("{ground_truth} {technique}"), "flip"));
@@ -171,7 +171,7 @@ fn gpu_deep_images_include_distant_occluders() {
 #[test]
 fn gpu_deep_images_occlude_light_of_the_environment() {
     // Holds for both environments, the file and the built-in sky.
-    let actual = judged(&["environment"]);
+    let actual = results(&["environment"]);
     let [deep, hbao, none] =
         ["deep 128", "hbao", "none"].map(|technique| actual.error(&format!("environment {technique}"), "flip"));
     assert!(deep < 0.4 * hbao && deep < 0.4 * none, "{deep} {hbao} {none}");
