@@ -105,7 +105,7 @@ pub const SHOTS: &[Shot] = &[
     },
     // Its own lanterns and sun, and coloured lights of short range.
     Shot { name: "atrium", scene: "demo:atrium", rain: 100, ..INTERIOR },
-    // Nave and aisles inside an outer shell, rotated about all axes. Light comes in through openings only.
+    // Nave and aisles inside an unlit outer shell, rotated about all axes. Shows light leaks through surfaces.
     Shot { name: "hall", scene: "demo:hall", ..INTERIOR },
     // Textures, normal maps, alpha masks.
     Shot {
