@@ -23,13 +23,14 @@ pub fn run(args: &AttenuationArgs) -> Result<(), CliError> {
     output::print(&text)
 }
 
-/// Where I₀ of a light of 1 cd is 0.25 cd/m²: the figure's.
+/// Range of the light, m. I₀ of a light of 1 cd is then 0.25 cd/m², as in the figure.
 const RANGE: f32 = 2.0;
-/// Nearest distance that is shown, the figure's R₀; our own is a millimetre.
+/// Nearest plotted distance, m: R₀ of the figure. The renderer's own R₀ is 1 mm.
 const NEAREST: f32 = 0.75;
+/// Farthest plotted distance, m.
 const FARTHEST: f32 = 2.25;
 
-/// Okabe and Ito's, and two greys.
+/// Colours of the curves: the palette of Okabe and Ito, and two greys.
 const COLORS: [&str; 10] =
     ["#000000", "#999999", "#e69f00", "#d55e00", "#56b4e9", "#0072b2", "#cc79a7", "#009e73", "#b8860b", "#c0c0c0"];
 
@@ -37,12 +38,12 @@ fn plot() -> String {
     let curve = |(i, attenuation): (usize, &Attenuation)| {
         let at = |d: f32| (f64::from(d), f64::from(attenuation.factor(d, RANGE)));
         let steps = |from: f32, to: f32| (0..=150).map(move |step| from + (to - from) * step as f32 / 150.0);
-        // Up to the range, and from it on: some end in an edge.
+        // Sampled on both sides of the range: some functions are discontinuous there.
         let before = RANGE.next_down();
         Curve {
             name: attenuation.name().to_owned(),
             color: COLORS[i],
-            // The same function as gltf, over which it is drawn.
+            // Equals the glTF function and is drawn over it.
             dashed: *attenuation == Attenuation::PhysicalReduced2,
             marked: false,
             points: steps(NEAREST, before).chain([RANGE, FARTHEST]).map(at).collect(),

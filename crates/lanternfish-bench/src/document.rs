@@ -1,4 +1,4 @@
-//! What a bench found: tables with what they say, once, for scripts as report.json and for people as report.md, or report.html.
+//! Reports of benchmarks: tables with texts, written as report.json for scripts, and as Markdown or HTML for people.
 
 use std::path::Path;
 
@@ -17,27 +17,27 @@ use crate::table::{self, Row};
 /// A part of a page.
 #[derive(Debug)]
 enum Block {
-    /// With its level.
+    /// A level and a text.
     Heading(usize, String),
     Paragraph(String),
     List(Vec<String>),
     Table(Vec<Row>),
-    /// For the page in HTML alone: images, plots.
+    /// Content of the HTML page only: images, plots.
     Html(String),
 }
 
-/// Everything a bench found.
+/// Results of a benchmark, as data and as a page.
 #[derive(Debug)]
 pub struct Document {
     title: String,
-    /// What all figures share, for scripts.
+    /// Facts common to all results, for scripts.
     header: Row,
     data: Vec<(&'static str, Value)>,
     rows: Vec<(&'static str, Vec<Row>)>,
     page: Vec<Block>,
 }
 
-/// A case without figures.
+/// A configuration without results.
 #[derive(Clone, Debug, Serialize)]
 pub struct LeftOut {
     pub what: String,
@@ -45,14 +45,14 @@ pub struct LeftOut {
 }
 
 impl Document {
-    /// A document of one scene, which title and header name.
+    /// Returns a document of one scene, named in title and header.
     pub fn of_scene(title: &str, scene: &SceneName, gpu: &Gpu, runs: u32) -> Self {
         let mut document = Self::new(&format!("{title}: {scene}"), gpu, runs);
         document.facts(Row::default().data("scene", scene));
         document
     }
 
-    /// A document whose header says version, adapter, driver and runs.
+    /// Returns a document whose header holds version, adapter, driver and number of runs.
     pub fn new(title: &str, gpu: &Gpu, runs: u32) -> Self {
         let adapter = &gpu.description;
         let header = Row::default()
@@ -63,16 +63,16 @@ impl Document {
         Self { title: title.to_owned(), header, data: Vec::new(), rows: Vec::new(), page: Vec::new() }
     }
 
-    /// Adds to the header.
+    /// Adds facts to the header.
     pub fn facts(&mut self, facts: Row) {
         self.header = std::mem::take(&mut self.header).and(facts);
     }
 
-    /// Where the figures come from, in words: `what`, then adapter, driver and version, then how times were taken.
+    /// Adds a paragraph about the origin of the results: `what`, then adapter, driver and version, then the statistic of the times.
     pub fn introduction(&mut self, what: &str, times: &str) {
         let said = |key| self.header.get(key).as_str().unwrap_or_default();
         let text = format!(
-            "{what}; {} on {}, Lanternfish {}. Times: {times}, to be compared within this page only. Counts and errors are exact.",
+            "{what}; {} on {}, Lanternfish {}. Times: {times}; compare them within this page only. Counts and errors are exact.",
             said("adapter"),
             said("driver"),
             said("version")
@@ -104,22 +104,22 @@ impl Document {
         self.page.push(Block::Table(rows.into_iter().collect()));
     }
 
-    /// Adds to the page in HTML alone.
+    /// Adds content to the HTML page only.
     pub fn html(&mut self, html: String) {
         self.page.push(Block::Html(html));
     }
 
-    /// Keeps rows for scripts.
+    /// Adds rows to the JSON report.
     pub fn keep(&mut self, key: &'static str, rows: Vec<Row>) {
         self.rows.push((key, rows));
     }
 
-    /// Keeps anything else for scripts.
+    /// Adds other data to the JSON report.
     pub fn keep_data(&mut self, key: &'static str, data: &impl Serialize) {
         self.data.push((key, serde_json::to_value(data).expect("plain numbers and strings")));
     }
 
-    /// A section with a table, which is kept for scripts too. Without rows there is no section.
+    /// Adds a section with a table, and its rows to the JSON report. Without rows there is no section.
     pub fn section(&mut self, heading: &str, text: &str, key: &'static str, rows: Vec<Row>) {
         if !rows.is_empty() {
             self.heading(heading);
@@ -131,7 +131,7 @@ impl Document {
         self.keep(key, rows);
     }
 
-    /// What has no figures, and why.
+    /// Adds the list of configurations without results, with reasons.
     pub fn left_out(&mut self, left_out: &[LeftOut]) {
         if !left_out.is_empty() {
             self.heading("Left out");
@@ -154,7 +154,7 @@ impl Document {
         text
     }
 
-    /// A page that needs nothing else; no scripts.
+    /// Returns a self-contained HTML page without scripts.
     pub fn to_html(&self, style: &str) -> String {
         let title = escaped(&self.title);
         let mut text = format!(
@@ -193,7 +193,7 @@ impl Document {
     }
 }
 
-/// The header's figures, then every table under its key.
+/// Serializes to an object with the entries of the header, then every table under its key.
 impl Serialize for Document {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;

@@ -1,4 +1,5 @@
-//! The tables of [Elagabani2025, ch. 5]: what each way to save shadow rays saves, and how wrong normals from depth are.
+//! `lanternfish-bench forward-plus`: the tables of [Elagabani2025, ch. 5]: savings of each optimisation of shadow rays, and errors of
+//! normals from depth.
 
 use std::time::Instant;
 
@@ -25,26 +26,26 @@ use crate::{
 pub struct ForwardPlusArgs {
     #[command(flatten)]
     run: RunArgs,
-    /// Which tracer answers.
+    /// Tracer of the shadow rays.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows)]
     shadows: Shadows,
     #[command(flatten)]
     subject: SubjectArgs,
 }
 
-/// One way to render the view.
+/// One configuration.
 struct Case {
     name: &'static str,
     culling: Culling,
     ray_culling: RayCulling,
-    /// The heat map's file, if it gets one.
+    /// File name of the heat map, if one is written.
     heat_map: Option<&'static str>,
     /// Frame time in the thesis, ms; none: the thesis has no such row, and rays are culled by range too.
     paper_ms: Option<f64>,
 }
 
 impl Case {
-    /// Whether its image must be that of the case without optimisations. Normals from depth are wrong at edges, and may lose light there.
+    /// True if the image must be identical to that without optimisations. Normals from depth are wrong at edges, where light may be lost.
     fn is_exact(&self) -> bool {
         matches!(self.ray_culling, RayCulling::None | RayCulling::Surface)
     }
@@ -58,7 +59,13 @@ fn tiled(tile_size: TileSize, aabb_test: bool) -> Culling {
     technique::tiled(Tiled { tile_size, aabb_test })
 }
 
+<<<<<<< HEAD
 /// The rows of table 5.1 in their order, at tiles of 8 × 8, and ours.
+||||||| 7b174838
+/// The rows of table 5.1, at tiles of 8 × 8, and ours.
+=======
+/// The rows of table 5.1 with tiles of 8 × 8 pixels, and a row with surface normals, which the thesis does not have.
+>>>>>>> prose
 fn cases() -> Vec<Case> {
     use RayCulling::{Improved, Naive, None as NoCulling, Surface};
     let px8 = |aabb| tiled(TileSize::Px8, aabb);
@@ -95,10 +102,16 @@ fn tile_sizes() -> [Case; 3] {
     })
 }
 
+<<<<<<< HEAD
 /// The threshold of the thesis' ranges [Elagabani2025, eq. 4.1].
 const PAPER_THRESHOLD: f32 = 0.02;
 
 /// What every case shares.
+||||||| 7b174838
+/// What every case shares.
+=======
+/// Inputs of all configurations.
+>>>>>>> prose
 struct Bench<'a> {
     run: Run,
     subject: Subject,
@@ -137,6 +150,7 @@ impl Bench<'_> {
         image::write(&self.run.folder.join(name), rendering)
     }
 
+<<<<<<< HEAD
     /// Pairs of a pixel and a light: listed by this technique of light culling, or (`in_range`) in range.
     fn listed(&self, culling: &Culling, in_range: RayRangeCulling) -> Result<u64, CliError> {
         let case =
@@ -146,6 +160,12 @@ impl Bench<'_> {
     }
 
     /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
+||||||| 7b174838
+    /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
+=======
+    /// Renders a configuration once to warm up, then for its times. Changes are relative to `none`, the first row of the table; pixels are
+    /// compared with `first`.
+>>>>>>> prose
     fn row(
         &self,
         case: &Case,
@@ -158,7 +178,7 @@ impl Bench<'_> {
         let [frame_ms, shadow_ms] = medians(self.run.runs, || {
             let started = Instant::now();
             let passes = self.render(&mut ready)?.report.passes;
-            // By the wall clock where the adapter cannot time its passes.
+            // Wall-clock time if the adapter has no timestamps.
             let wall_ms = 1e3 * started.elapsed().as_secs_f64();
             let ms = if passes.is_empty() { wall_ms } else { ms_of(&passes, "") };
             Ok::<_, CliError>([ms, ms_of(&passes, "shadows/trace")])
@@ -198,7 +218,7 @@ impl Bench<'_> {
         Ok((row.and(changes), rendering))
     }
 
-    /// Rows of these cases. The first image of all becomes `first`.
+    /// Measures these configurations. Writes the first image of all tables, and stores it in `first`.
     fn table(&self, cases: &[Case], first: &mut Option<RenderedImage>) -> Result<Vec<Row>, CliError> {
         let mut rows = Vec::new();
         for case in cases {
@@ -212,7 +232,8 @@ impl Bench<'_> {
         Ok(rows)
     }
 
-    /// Renders normals rebuilt from depth, writes them and their differences from the triangles' own, and compares [Elagabani2025, fig. 5.3].
+    /// Renders normals reconstructed from depth, writes them and their error maps, and measures the errors against geometric normals
+    /// [Elagabani2025, fig. 5.3].
     fn normals(&self) -> Result<Vec<Row>, CliError> {
         let view = |view| {
             let (debug_view, tone_map) = (Some(view), ToneMap::None);
@@ -221,7 +242,7 @@ impl Bench<'_> {
         };
         let reference = view(DebugView::GeometricNormal)?;
         self.write("normals-reference.png", &reference)?;
-        let ways = [("naive", DebugView::NormalNaive, 0.07975), ("improved", DebugView::NormalImproved, 0.02264)];
+        let views = [("naive", DebugView::NormalNaive, 0.07975), ("improved", DebugView::NormalImproved, 0.02264)];
         let row = |(name, of, paper)| {
             let rendering = view(of)?;
             self.write(&format!("normals-{name}.png"), &rendering)?;
@@ -237,23 +258,26 @@ impl Bench<'_> {
                 .percent("share_over_ten_degrees", "over 10°", 2, over_ten)
                 .fixed("paper_flip", "thesis: mean FLIP", 5, paper))
         };
-        ways.into_iter().map(row).collect()
+        views.into_iter().map(row).collect()
     }
 }
 
-/// The mean angle between normals packed as (n + 1) / 2, degrees, and the ratio of those that are more than ten degrees off; of pixels
-/// that show a surface.
-fn angles(ground_truth: &[u8], found: &[u8]) -> [f64; 2] {
+/// Mean angle between normals packed as (n + 1) / 2, degrees, and the fraction of angles above 10°, over the pixels with a surface.
+fn angles(ground_truth: &[u8], actual: &[u8]) -> [f64; 2] {
     let unpack = |n: &[u8; 3]| glam::DVec3::from(n.map(|v| f64::from(v) / 127.5 - 1.0)).normalize_or_zero();
-    let pixels = ground_truth.as_chunks::<3>().0.iter().zip(found.as_chunks::<3>().0);
-    // Black is where nothing is: no normal is packed so.
-    let seen = pixels.filter(|(ground_truth, _)| **ground_truth != [0; 3]);
-    let angles: Vec<f64> = seen.map(|(a, b)| unpack(a).angle_between(unpack(b)).to_degrees()).collect();
+    let pixels = ground_truth.as_chunks::<3>().0.iter().zip(actual.as_chunks::<3>().0);
+    // Background pixels are black, which no packed normal is.
+    let covered = pixels.filter(|(ground_truth, _)| **ground_truth != [0; 3]);
+    let angles: Vec<f64> = covered.map(|(a, b)| unpack(a).angle_between(unpack(b)).to_degrees()).collect();
     let count = angles.len().max(1) as f64;
     [angles.iter().sum::<f64>() / count, angles.iter().filter(|angle| **angle > 10.0).count() as f64 / count]
 }
 
-/// Measures, and writes the report. An error where images that must be the same are not.
+/// Measures and writes the report.
+///
+/// # Errors
+///
+/// Fails if images that must be identical differ.
 pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     let subject = Subject::load(&args.subject, true, &mut Progress::hidden())?;
     if subject.scene.lights.is_empty() {
@@ -282,14 +306,20 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     let facts = facts.data("range_threshold", decimal(look.range_threshold)).data("surface_pixels", surface);
     report.facts(facts);
     let what =
-        format!("{width} x {height}, {} lights (threshold of ranges {})", scene.lights.len(), look.range_threshold);
+        format!("{width} x {height} pixels, {} lights (range threshold {})", scene.lights.len(), look.range_threshold);
     report.introduction(&what, &format!("median of {} runs", args.run.runs));
     report.paragraph("The thesis' figures: Sponza, ten lights, 1920 x 1080, Ryzen 7 3700X and Nvidia RTX 2060 SUPER.");
     let wrong =
         rows.iter().chain(&papers_rows).find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0);
     let wrong = wrong.map(|row| format!("{}: {} pixels", row.words("name"), row.words("differing_pixels")));
+<<<<<<< HEAD
     let text = "Pixels may differ only where normals are rebuilt from depth. As in the thesis, rays are culled by facing alone; ours also by each \
                 light's range. False positives: of the pairs of a pixel and a listed light, those out of range.";
+||||||| 7b174838
+    let text = "Pixels may differ only where normals are rebuilt from depth.";
+=======
+    let text = "Pixels may differ only with normals reconstructed from depth.";
+>>>>>>> prose
     report.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
     report.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
     let [rows, tiles] = papers;
@@ -299,7 +329,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     report.section("Normals from depth (fig. 5.3)", "", "normals", normals);
     report.heading("Images");
     report.paragraph(
-        "Rays a pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",
+        "Rays per pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",
     );
     report.write(&bench.run.folder)?;
     match wrong {
@@ -319,6 +349,7 @@ mod tests {
     fn the_rows_are_the_papers() {
         assert_eq!(cases().iter().filter(|case| case.paper_ms.is_some()).count(), 6);
         let exact: Vec<_> = cases().iter().filter(|case| case.is_exact()).map(|case| case.name).collect();
+<<<<<<< HEAD
         let expected = [
             "no optimisations",
             "light culling",
@@ -332,10 +363,19 @@ mod tests {
             cases().iter().all(|case| by_range(case) == case.name.starts_with("ours")),
             "his rows cull by facing alone"
         );
+||||||| 7b174838
+        let expected =
+            ["no optimisations", "light culling", "light culling + AABB", "light culling + AABB + surface normals"];
+        assert_eq!(exact, expected, "those that use no normals from depth");
+=======
+        let expected =
+            ["no optimisations", "light culling", "light culling + AABB", "light culling + AABB + surface normals"];
+        assert_eq!(exact, expected, "rows without normals from depth");
+>>>>>>> prose
     }
 
     #[test]
-    fn equal_images_have_no_error_and_a_turned_normal_has_its_angle() {
+    fn equal_images_have_no_error_and_a_rotated_normal_has_its_angle() {
         let ground_truth = [255, 128, 128, 128, 255, 128, 0, 0, 0];
         let [degrees, over_ten] = angles(&ground_truth, &ground_truth);
         assert!(degrees < 1e-3 && over_ten == 0.0);

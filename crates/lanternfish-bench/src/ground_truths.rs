@@ -1,4 +1,4 @@
-//! Ground truths of the shots: traced once, then read from the disk.
+//! Ground truths of the shots: traced once, then read from files.
 
 mod layers;
 
@@ -18,66 +18,68 @@ use serde::Serialize;
 use self::layers::Layers;
 use crate::image::{energy_of, hdr_flip};
 
-/// Raised when what the path tracer makes of the same scene and settings changes: ground truths that were kept are then old.
+/// Version of the stored ground truths. Raised when the path tracer's result for the same scene and settings changes, which makes stored
+/// ground truths obsolete.
 const FORMAT: u32 = 4;
 
 /// Radius of the lights of [`GroundTruth::DirectSoft`], m.
 pub const SOFT_RADIUS: f32 = 0.1;
 
 named_enum! {
-    /// Ground truths that techniques are judged by, and parts of them.
+    /// Ground truths that techniques are compared with, and parts of them.
     GroundTruth {
-        /// Light that comes from a punctual light by one reflection: nothing else shines.
+        /// Direct light of punctual lights: one reflection. Nothing is emissive.
         Direct = "direct",
-        /// The same on diffuse surfaces.
+        /// As `Direct`, on diffuse surfaces.
         DirectLambert = "direct-lambert",
-        /// The same as the first, from lights that have a size.
+        /// As `Direct`, from area lights.
         DirectSoft = "direct-soft",
-        /// What shines by itself, seen straight: emissive surfaces and environment.
+        /// Directly visible emission: emissive surfaces and environment.
         Emitted = "emitted",
-        /// All light by all ways: emissive surfaces and environment, any number of reflections.
+        /// All light: emissive surfaces and environment included, any number of reflections.
         Full = "full",
-        /// Light from punctual lights by one or two reflections, on diffuse surfaces.
+        /// Light of punctual lights after one or two reflections, on diffuse surfaces.
         OneBounce = "one-bounce",
-        /// The same on the file's materials: what shines shows what is lit.
+        /// As `OneBounce`, on the file's materials: glossy surfaces reflect lit surfaces.
         OneBounceFile = "one-bounce-file",
-        /// Light from an image of the environment by one reflection: nothing else shines.
+        /// Light of an environment map after one reflection. There is no other light.
         Environment = "environment",
-        /// The same by one or two reflections.
+        /// As `Environment`, after one or two reflections.
         EnvironmentBounce = "environment-bounce",
-        /// How open surfaces are to their environment, whatever the distance of what closes them [Aalund2015, eq. 1].
+        /// Ambient visibility of surfaces, with occluders at any distance [Aalund2015, eq. 1].
         Occlusion = "occlusion",
-        /// The same up to a large distance, attenuated.
+        /// Ambient visibility with attenuated occluders up to a large distance.
         ObscuranceFar = "obscurance-far",
-        /// The same up to a small one.
+        /// Ambient visibility with attenuated occluders up to a small distance.
         ObscuranceNear = "obscurance-near",
     }
 }
 
-/// Which light there is in the images of a ground truth.
+/// Light sources of a ground truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Light {
-    /// Emissive surfaces are black: they light nothing in the renderer, and what lights nothing cannot be told from what does.
+    /// The scene's lights only. Emissive surfaces are black: they light nothing in the renderer's direct light, but would in the path
+    /// tracer.
     Lights,
     Environment,
     All,
-    /// White surfaces under a white sky. Nothing occludes from this distance on, a ratio to the scene's diagonal; none: wherever it is.
+    /// White surfaces under a white sky. Surfaces beyond this distance, a ratio to the scene's diagonal, do not occlude; `None`: no limit.
     White(Option<f32>),
 }
 
-/// What a ground truth is.
+/// Definition of a ground truth.
 struct Making {
-    /// One line for the report.
+    /// One-line description for the report.
     meaning: &'static str,
     light: Light,
-    /// Segments of paths at most.
+    /// Most segments of a path.
     segments: u32,
     materials: Materials,
-    /// Factor on the samples a pixel of the command line: short paths are cheap, and what most techniques are judged by should be the least
-    /// noisy.
+    /// Factor on the samples per pixel of the command line. Short paths are cheap, and the ground truths of most techniques should be the
+    /// least noisy.
     samples: u64,
-    /// Ground truths that are together what this one has without indirect light, as an image has it without: what is emissive, and what punctual
-    /// lights send by one reflection. None where this one has no indirect light, or no technique's image goes without.
+    /// Ground truths whose sum is this one without indirect light: emission, and direct light of punctual lights. Empty if this one has no
+    /// indirect light, or if no technique renders it without.
     without_indirect: &'static [GroundTruth],
 }
 
@@ -98,7 +100,7 @@ impl GroundTruth {
             ),
             Self::DirectLambert => lambert(of("the same, base colours as diffuse albedos", Light::Lights, 2, 2)),
             Self::DirectSoft => {
-                of("as direct, from disks of 0.1 m radius that face what they light", Light::Lights, 2, 2)
+                of("as direct, from disks of 0.1 m radius that face the lit point", Light::Lights, 2, 2)
             }
             Self::Emitted => of("paths of 1 segment, emission and environment", Light::All, 1, 1),
             Self::Full => beyond(
@@ -113,33 +115,34 @@ impl GroundTruth {
                 beyond(&[Self::Direct], of("paths of 2 or 3 segments, from punctual lights", Light::Lights, 3, 2))
             }
             Self::Environment => of(
-                "paths of 2 segments, from an image of the environment alone, which is seen as well: kloppenheim_05_1k.hdr, or a sky built \
-                 in where that is not there",
+                "paths of 2 segments, from an environment map alone, which is visible too: kloppenheim_05_1k.hdr, or a built-in sky if that \
+                 file is missing",
                 Light::Environment,
                 2,
                 8,
             ),
             Self::EnvironmentBounce => of("the same, paths of 2 or 3 segments", Light::Environment, 3, 2),
             Self::Occlusion => of(
-                "open share of the cosine-weighted hemisphere: white surfaces under a white sky, at 0 EV without a tone map",
+                "ambient visibility, cosine-weighted: white surfaces under a white sky, at 0 EV without a tone map",
                 Light::White(None),
                 UNLIMITED,
                 8,
             ),
-            // What 1280 units are of the hall of [Aalund2015, fig. 8].
+            // Equals 1280 units in the hall of [Aalund2015, fig. 8].
             Self::ObscuranceFar => of(
-                "the same, closed by what is at distance d by 1 - (d / m)², m 28 % of the scene's diagonal",
+                "the same, with occluders at distance d weighted by 1 - (d / m)², where m is 28 % of the scene's diagonal",
                 Light::White(Some(0.28)),
                 UNLIMITED,
                 8,
             ),
             Self::ObscuranceNear => {
-                of("the same, m 1/64 of the scene's diagonal", Light::White(Some(1.0 / 64.0)), UNLIMITED, 8)
+                of("the same, where m is 1/64 of the scene's diagonal", Light::White(Some(1.0 / 64.0)), UNLIMITED, 8)
             }
         }
     }
 
-    /// The scene both images are made of. `environment_light` stand around it where the ground truth is light from such.
+    /// The scene of both the ground truth and the compared image. `environment_light` is its environment if the ground truth is light of
+    /// an environment map.
     pub fn scene(self, scene: &Scene, environment_light: &Environment) -> Scene {
         let mut scene = scene.clone();
         match self.making().light {
@@ -155,17 +158,17 @@ impl GroundTruth {
         scene
     }
 
-    /// Whether techniques are judged by it; else it is but a part of others.
-    pub fn judges(self) -> bool {
+    /// True if techniques are compared with it. False if it is only a part of others.
+    pub fn is_compared(self) -> bool {
         self != Self::Emitted
     }
 
-    /// Ground truths that are together what this one has without indirect light.
+    /// Ground truths whose sum is this one without indirect light.
     pub fn without_indirect(self) -> &'static [Self] {
         self.making().without_indirect
     }
 
-    /// Distance from which on nothing occludes, m, in a scene of this diagonal.
+    /// Distance beyond which surfaces do not occlude, m, in a scene with this diagonal, m.
     pub fn max_distance(self, diagonal: f32) -> Option<f32> {
         match self.making().light {
             Light::White(ratio) => ratio.map(|ratio| ratio * diagonal),
@@ -173,7 +176,7 @@ impl GroundTruth {
         }
     }
 
-    /// The shot's settings; for ground truths that are ratios of light, without exposure and tone map.
+    /// The shot's settings, at 0 EV and without a tone map for ground truths of ambient visibility.
     pub fn seen(self, shot: &Settings) -> Settings {
         match self.making().light {
             Light::White(_) => Settings { exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, ..shot.clone() },
@@ -181,7 +184,7 @@ impl GroundTruth {
         }
     }
 
-    /// Samples a pixel at `spp` of the command line.
+    /// Samples per pixel for `spp` of the command line.
     fn samples(self, spp: u64) -> u64 {
         self.making().samples * spp
     }
@@ -205,20 +208,20 @@ impl GroundTruth {
     }
 }
 
-/// The scene without light but that of its lights.
+/// The scene without sky, environment and emission: its lights are the only light.
 pub fn of_lights_alone(mut scene: Scene) -> Scene {
     (scene.sky, scene.environment) = (Vec3::ZERO, None);
     darken(&mut scene);
     scene
 }
 
-/// The scene white and diffuse under a white sky, without other light.
+/// The scene with white diffuse surfaces under a white sky, without other light.
 pub fn white(mut scene: Scene) -> Scene {
     make_white(&mut scene);
     scene
 }
 
-/// Makes all surfaces send no light of their own.
+/// Removes the emission of all surfaces.
 fn darken(scene: &mut Scene) {
     for material in &mut scene.materials {
         material.emissive = Vec3::ZERO;
@@ -228,8 +231,8 @@ fn darken(scene: &mut Scene) {
     }
 }
 
-/// Makes all surfaces white and diffuse under a white sky, without other light: what they send is how open they are. Transparent
-/// surfaces go: what they close is a matter of taste.
+/// Makes all surfaces white and diffuse under a white sky, without other light: their radiance is their ambient visibility. Transparent
+/// surfaces are removed, because their occlusion has no common definition.
 fn make_white(scene: &mut Scene) {
     scene.lights.clear();
     (scene.sky, scene.environment) = (Vec3::ONE, None);
@@ -238,7 +241,7 @@ fn make_white(scene: &mut Scene) {
         if material.is_transparent() {
             (material.alpha_mode, material.transmission, alpha) = (AlphaMode::Blend, 0.0, 0.0);
         }
-        // A texture keeps its alpha alone: holes are there.
+        // Only the alpha channel of a texture is kept: it holds cut-outs.
         if let Some(texture) = material.base_color_texture {
             let image = &mut scene.images[scene.textures[texture.texture].image];
             image.rgba.chunks_exact_mut(4).for_each(|texel| texel[..3].fill(255));
@@ -252,43 +255,43 @@ fn make_white(scene: &mut Scene) {
     }
 }
 
-/// A ground truth and how far it can be trusted.
+/// A ground truth with its noise figures.
 pub struct Traced {
     pub mean: RgbImage,
     pub figures: GroundTruthFigures,
 }
 
-/// What the report says about a ground truth. Errors below the ground truth's noise say nothing.
+/// Report entry of a ground truth. Errors below the ground truth's noise are not significant.
 #[derive(Clone, Debug, Serialize)]
 pub struct GroundTruthFigures {
     pub name: &'static str,
     pub meaning: &'static str,
-    /// The file, below the report's folder.
+    /// Path of the file, relative to the report's folder.
     pub file: String,
-    /// Its image, below the report's folder.
+    /// Path of the displayable image, relative to the report's folder.
     pub rendering: String,
     pub spp: u64,
     /// True if an earlier run traced it.
     pub reused: bool,
-    /// Seconds that tracing took; 0 where the ground truth was reused.
+    /// Tracing time, s; 0 if the ground truth was reused.
     pub seconds: f64,
-    /// Samples that were not finite and count as black: not zero is a fault.
+    /// Number of samples that were not finite and count as black. Any but zero indicates a fault.
     pub dropped: u64,
     /// [`lanternfish_reference::Noise::relative`].
     pub noise: f64,
-    /// relMSE that its own noise alone is expected to cause.
+    /// Expected relMSE from the noise of the ground truth alone.
     pub noise_relative_mse: f64,
-    /// Standard deviation of an energy ratio by its own noise, at most.
+    /// Upper bound on the standard deviation of an energy ratio from this noise.
     pub noise_energy: f64,
-    /// Mean LDR-FLIP between the images of its first and its second half of samples, each twice as noisy in variance.
+    /// Mean LDR-FLIP between the means of the first and the second half of the samples. Each half has twice the variance.
     pub noise_flip: f64,
-    /// Mean HDR-FLIP between its two halves. An exact image is about half as far from the ground truth as they are from one another.
+    /// Mean HDR-FLIP between the two halves. The HDR-FLIP of an exact image against the ground truth is about half of it.
     pub noise_hdr_flip: f64,
-    /// Energy of [`GroundTruth::without_indirect`], as a share of its own; `None` where that names no ground truths.
+    /// Energy of [`GroundTruth::without_indirect`], as a fraction of this one's. `None` if that is empty.
     pub energy_without_indirect: Option<f64>,
 }
 
-/// The view of a scene that ground truths are traced of.
+/// A view of a scene, to trace ground truths of.
 pub struct Subject<'s> {
     pub name: &'s str,
     /// The scene as [`GroundTruth::scene`] prepared it.
@@ -296,11 +299,11 @@ pub struct Subject<'s> {
     pub camera: &'s Camera,
     pub size: Size,
     pub settings: &'s Settings,
-    /// Samples a pixel that the command line asks for; [`GroundTruth::samples`] makes the ground truth's number from it.
+    /// Samples per pixel of the command line. [`GroundTruth::samples`] scales them for each ground truth.
     pub spp: u64,
 }
 
-/// Reads the ground truth from `folder`/truths, or traces it and leaves it there.
+/// Reads the ground truth from `folder`/ground_truths, or traces it and stores it there.
 pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -> Result<Traced, CliError> {
     let Subject { name, scene, camera, size, settings, spp } = *subject;
     let spp = ground_truth.samples(spp);
@@ -314,13 +317,13 @@ pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -
             eprintln!("  ground truth {ground_truth}: reused, {file}");
             (layers, 0.0, true)
         }
-        // What cannot be read is made again, whatever the reason.
+        // A missing or unreadable file is traced again.
         _ => {
-            eprintln!("  ground truth {ground_truth}: tracing {spp} samples a pixel");
+            eprintln!("  ground truth {ground_truth}: tracing {spp} samples per pixel");
             let tracer = Tracer::new(scene, tracer_settings)?;
             let layers = Layers::trace(&tracer, camera, size, spp)?;
             fs::create_dir_all(folder.join("ground_truths"))
-                .map_err(|error| CliError::new(format_args!("{file}: {error}"), "choose a folder that is yours"))?;
+                .map_err(|error| CliError::new(format_args!("{file}: {error}"), "choose a writable folder"))?;
             layers.write(&path)?;
             (layers, started.elapsed().as_secs_f64(), false)
         }
@@ -345,22 +348,24 @@ pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -
     Ok(Traced { mean: layers.mean, figures })
 }
 
-/// Share of a ground truth's energy that is not indirect light: that of [`GroundTruth::without_indirect`]. `whole`: the ground truth's image; `scene`: makes the scene of
-/// each part; `subject`: the ground truth's. Parts have as many samples as the ground truth: their random numbers, and so much of their noise, are the same.
+/// Fraction of a ground truth's energy that is not indirect light: the energy of [`GroundTruth::without_indirect`].
+///
+/// `complete` is the image of the ground truth, `scene` makes the scene of each part, `subject` is the view of the ground truth. Parts have
+/// as many samples as the ground truth, so that their random numbers, and much of their noise, are the same.
 pub fn energy_without_indirect(
     folder: &Path,
     ground_truth: GroundTruth,
-    whole: &RgbImage,
+    complete: &RgbImage,
     scene: impl Fn(GroundTruth) -> Scene,
     subject: &Subject<'_>,
 ) -> Result<Option<f64>, CliError> {
     let parts = ground_truth.without_indirect();
     let mut energy = 0.0;
     for part in parts {
-        // Two at least: one for each half.
+        // At least two samples: one for each half.
         let spp = (ground_truth.samples(subject.spp) / part.samples(1)).max(2);
         let traced = obtain(folder, *part, &Subject { scene: &scene(*part), spp, ..*subject })?;
         energy += energy_of(&traced.mean);
     }
-    Ok((!parts.is_empty()).then(|| energy / energy_of(whole)))
+    Ok((!parts.is_empty()).then(|| energy / energy_of(complete)))
 }

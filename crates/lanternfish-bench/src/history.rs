@@ -1,5 +1,4 @@
-//! `lanternfish-bench history`: indirect light while the camera walks and after a light changes, with what pixels keep from frame to frame
-//! and without.
+//! `lanternfish-bench history`: indirect light along a camera path and after a change of light, with and without temporal accumulation.
 
 use lanternfish::{
     settings::{History, Settings},
@@ -17,22 +16,22 @@ use crate::{
     technique,
 };
 
-/// Frames before the change of a light.
+/// Number of frames before the change of light.
 const BEFORE: u32 = 16;
-/// Frames after it that are looked at.
+/// Frames after the change that are compared, counted from 1.
 const AFTER: [u32; 3] = [1, 4, 16];
-/// Factor on the intensity of the scene's light, where it has only one.
+/// Factor on the intensity of the scene's light, if it is the only one.
 const DIMMED: f32 = 0.1;
 
-const TEXT: &str = "The walk is the shot's track up to its middle; without a track it is one frame. *After the change*: HDR-FLIP to the path \
-                    tracer's image of the new light, the camera at rest and each frame by itself; the first light is off, or dimmed to a \
-                    tenth where it is the only one; and the ms of these frames, of one run each: in the first, and a little less for some \
-                    more, the radiance cache samples all its entries.";
+const TEXT: &str = "The walk is the shot's track up to its middle, or one frame without a track. *After the change*: HDR-FLIP of each single \
+                    frame against the path tracer's image of the new light, with the camera at rest, and the time of the frame, ms, of one \
+                    run. The change turns the first light off, or dims it to 1/10 if it is the only one. The first frames after it take \
+                    longer, because the radiance cache samples all its entries.";
 
-/// Measures, and writes the report.
+/// Measures and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
-    let mut bench = Bench::start(args, "history", "Frames after frames", &mut progress)?;
+    let mut bench = Bench::start(args, "history", "Temporal accumulation", &mut progress)?;
     let changed = changed(&bench.scene);
     let changed_ground_truth = progress.step("ground_truth", "Tracing the changed light", || {
         bench.ground_truth_of(GroundTruth::OneBounceFile, &changed)
@@ -69,18 +68,19 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     bench.finish(&requested, progress)
 }
 
-/// Each way with what pixels keep and without.
+/// Each technique, with and without temporal accumulation.
 fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let shaded = Sampled::default().one_bounce();
     let cached = Sampled { hit_light: HitLight::Cached, ..shaded };
-    let ways = [
+    let techniques = [
         ("bvh, shaded", shaded),
         ("bvh, cached", cached),
         ("bvh, shaded, half resolution", Sampled { resolution: IndirectResolution::Half, ..shaded }),
         ("within-texel, cached", Sampled { tracer: WITHIN_TEXEL.into(), ..cached }),
     ];
-    let ways = ways.into_iter().take(if quick { 1 } else { usize::MAX });
-    let with_history = ways.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
+    let techniques = techniques.into_iter().take(if quick { 1 } else { usize::MAX });
+    let with_history =
+        techniques.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
     let case = |(name, rays, history): (&str, Sampled, History)| Case {
         name: format!("{name}, history {history}"),
         settings: Settings { indirect: technique::sampled(rays), history, ..look.clone() },
@@ -88,7 +88,7 @@ fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     with_history.map(case).collect()
 }
 
-/// The scene without its first light; the only one is dimmed.
+/// The scene without its first light, or with its only light dimmed.
 fn changed(scene: &Scene) -> Scene {
     let mut changed = Scene { name: format!("{}, changed", scene.name), ..scene.clone() };
     match &mut changed.lights[..] {

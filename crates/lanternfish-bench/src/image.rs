@@ -1,4 +1,4 @@
-//! Images as they are written and compared.
+//! Writes and compares images.
 
 use std::path::Path;
 
@@ -10,29 +10,29 @@ use lanternfish::{
 use lanternfish_cli::error::CliError;
 use lanternfish_metrics::{ColorType, HdrFlip, MetricsError, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 
-/// What a display shows, without alpha.
+/// Display colours without alpha, as RGB bytes.
 pub fn rgb(rendering: &RenderedImage) -> Vec<u8> {
     rendering.display.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()
 }
 
-/// Writes what a display shows as PNG.
+/// Writes the display colours as a PNG file.
 pub fn write(path: &Path, rendering: &RenderedImage) -> Result<(), CliError> {
     Ok(write_png(path, rendering.width, rendering.height, ColorType::Rgb, &rgb(rendering))?)
 }
 
-/// Linear radiance.
+/// Linear radiance of an image.
 pub fn linear(rendering: &RenderedImage) -> Result<RgbImage, MetricsError> {
     let pixels = rendering.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
     RgbImage::new(rendering.width as usize, rendering.height as usize, pixels)
 }
 
-/// What a display shows, 0..=1.
+/// Display colours, 0..=1.
 pub fn displayed(rendering: &RenderedImage) -> Result<RgbImage, MetricsError> {
     let pixels = rendering.display.iter().map(|[r, g, b, _]| [*r, *g, *b].map(|value| f32::from(value) / 255.0));
     RgbImage::new(rendering.width as usize, rendering.height as usize, pixels.collect())
 }
 
-/// What a display shows of linear radiance: bytes, and the same as values of 0..=1.
+/// Display colours of linear radiance, as bytes and as values of 0..=1.
 pub fn shown(image: &RgbImage, exposure: Exposure, tone_map: ToneMap) -> (Vec<u8>, RgbImage) {
     let ev = exposure.of(image.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]));
     let bytes = display::encoded(&image.pixels, ev, tone_map);
@@ -45,29 +45,29 @@ pub fn energy(rendering: &RenderedImage) -> f64 {
     rendering.radiance.iter().flat_map(|pixel| &pixel[..3]).map(|value| f64::from(*value)).sum()
 }
 
-/// The same of an image of the path tracer.
+/// Sum of all channels of all pixels of a path-traced image.
 pub fn energy_of(image: &RgbImage) -> f64 {
     image.pixels.iter().flatten().map(|value| f64::from(*value)).sum()
 }
 
-/// Mean LDR-FLIP of what a display shows.
+/// Mean LDR-FLIP of the display colours.
 pub fn flip(rendering: &RenderedImage, reference: &RenderedImage) -> Result<f64, MetricsError> {
     let pair = Pair::new(displayed(rendering)?, displayed(reference)?)?;
     Ok(pair.mean_of(&pair.flip_ldr(PIXELS_PER_DEGREE)?))
 }
 
-/// Mean HDR-FLIP of radiance.
+/// Mean HDR-FLIP of the radiance.
 pub fn hdr_flip(pair: &Pair) -> Result<f64, MetricsError> {
     Ok(pair.mean_of(&pair.flip_hdr(&HdrFlip::default())?.map))
 }
 
-/// Pixels whose radiance differs in any bit.
+/// Number of pixels whose radiance is not bit-identical.
 pub fn differing(a: &RenderedImage, b: &RenderedImage) -> usize {
     let bits = |texel: &[f32; 4]| texel.map(f32::to_bits);
     a.radiance.iter().zip(&b.radiance).filter(|(a, b)| bits(a) != bits(b)).count()
 }
 
-/// An image of one pixel row, for tests.
+/// An image with one row of pixels, for tests.
 #[cfg(test)]
 pub fn rendering(texels: Vec<[f32; 4]>, display: u8) -> RenderedImage {
     RenderedImage {

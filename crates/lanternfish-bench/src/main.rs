@@ -1,4 +1,4 @@
-//! `lanternfish-bench`: the measurements of the papers that Lanternfish is built from, and how good every technique is.
+//! `lanternfish-bench`: the measurements of the papers that Lanternfish implements, and the quality of every technique.
 
 mod attenuation;
 mod clustered;
@@ -37,10 +37,10 @@ Examples:
   lanternfish-bench clustered docs/tracks/bistro.toml --runs 5 -o figures
   lanternfish-bench quality --only cornell
 
-Each writes report.md and report.json into a folder, and prints the first. Counts and errors are exact; times are of this machine, to be
-compared with each other only. `lanternfish-bench help BENCH` says what a bench measures, with --all every flag.";
+Each benchmark writes report.md and report.json into a folder, and prints report.md. Counts and errors are exact; compare times of the same
+machine only. `lanternfish-bench help BENCH` describes a benchmark; with --all it lists every flag.";
 
-/// Repeats the measurements of the papers that Lanternfish is built from, and judges every technique.
+/// Repeats the measurements of the papers that Lanternfish implements, and measures the quality of every technique.
 #[derive(Debug, Parser)]
 #[command(name = "lanternfish-bench", version, after_help = AFTER_HELP, max_term_width = 100, arg_required_else_help = true)]
 #[command(disable_help_flag = true, disable_help_subcommand = true, arg = help::flag("lanternfish-bench"))]
@@ -55,73 +55,72 @@ struct Cli {
 enum Bench {
     /// Tables 5.1 and 5.2, heat maps (fig. 5.2) and normals from depth (fig. 5.3) of Elagabani 2025.
     ///
-    /// Renders one view under every configuration of the thesis and ours. Exits with an error when configurations that must show the
-    /// same image do not.
+    /// Renders one view with every configuration of the thesis and additional ones. Exits with an error if images that must be identical
+    /// differ.
     #[command(mut_arg("runs", |runs| runs.default_value("5")))]
     #[command(mut_arg("size", |size| size.default_value("1280x720")))]
     ForwardPlus(Box<forward_plus::ForwardPlusArgs>),
-    /// Building and tracing deep images, beside the BVH: Archer 2019, table 2, and Niessner 2010, table 1.
+    /// Building and tracing deep images, compared with the BVH: Archer 2019, table 2, and Niessner 2010, table 1.
     ///
-    /// Directions are those of the default set, of equal areas; Archer's are stacks and slices. Every speed stands beside its
-    /// error.
+    /// Directions are those of the default equal-area set; Archer's are stacks and slices. Every speed is listed with its error.
     DeepImages(Box<deep_images::DeepImagesArgs>),
-    /// Indirect light by rays through deep images, beside the BVH: Niessner 2010, §7.
+    /// Indirect light with rays through deep images, compared with the BVH: Niessner 2010, §7.
     ///
-    /// One view, its surfaces diffuse (8 rays a pixel), glossy (16) and mirrors (1), with rays through images of 96, 150 and 384
+    /// Renders one view with diffuse (8 rays per pixel), glossy (16) and mirror (1) surfaces, with rays through images of 96, 150 and 384
     /// directions, of 128² and 512² texels, within a texel and across texels, and through the BVH; then with the filter off, with
     /// four samples at edges, and as the mean of four frames.
     ///
-    /// Each row has the device's milliseconds of tracing, shading, resolving, filtering and the whole frame; rays a second of
-    /// tracing alone and with shading what they meet; and what they cost in quality: energy and mean FLIP against the same rays
-    /// through the BVH, and FLIP against the mean of many frames. Each set of images has its building time and its memory.
-    /// What an adapter, or the renderer, refuses is listed with its reason, and the rest goes on.
+    /// Each row has the device times of tracing, shading, resolving, filtering and the complete frame, ms; rays per second, for
+    /// tracing alone and with shading of hits; and errors: energy and mean FLIP against the same rays through the BVH, and FLIP
+    /// against the mean of many frames. Each set of images has its build time and its memory. Configurations that fail on the
+    /// adapter or in the renderer are listed with the reason.
     Indirect(Box<indirect::IndirectArgs>),
     /// Virtual point lights with ranges: Archer 2019, tables 1 and 3 and fig. 7; Van Gelderen 2020, app. B.
     ///
-    /// One view by every kind of virtual lights, and by rays from every pixel: the device's milliseconds by his steps, how many lights
-    /// there are, and how far the image is from the path tracer's: the energy of indirect light alone, and FLIP. Rays that find ranges,
-    /// by structure and number, beside random ranges. Along a shot's track: how much the light of what does not move flickers.
+    /// Renders one view with every kind of virtual lights, and with rays from every pixel. Each row has device times by the paper's steps, ms,
+    /// the number of lights, and errors against the path tracer: energy of indirect light alone, and FLIP. Rays that compute ranges
+    /// are timed by structure and number, and compared with random ranges. Along a shot's track, flicker of static surfaces is
+    /// measured.
     ///
-    /// The path tracer's images are kept in the folder.
+    /// The path tracer's images are stored in the folder and reused.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     VirtualLights(Box<OneBounceArgs>),
     /// Photon differentials, split and splatted: Aalund 2015, figs 8 to 11.
     ///
-    /// One view by photons of every kind, by rays from every pixel and by virtual lights: the device's milliseconds of tracing and of
-    /// splatting, photons a second, how many are kept, and how far the image is from the path tracer's: the energy of indirect light
-    /// alone, and FLIP; means of 1, 16 and 64 frames. Along a shot's track: how much the light of what does not move flickers.
+    /// Renders one view with photons of every kind, with rays from every pixel and with virtual lights. Each row has device times of tracing
+    /// and splatting, ms, photons per second, the number of splatted photons, and errors against the path tracer: energy of indirect
+    /// light alone, and FLIP; also for means of 1, 16 and 64 frames. Along a shot's track, flicker of static surfaces is measured.
     ///
-    /// The path tracer's images are kept in the folder.
+    /// The path tracer's images are stored in the folder and reused.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     Photons(Box<OneBounceArgs>),
-    /// Indirect light while the camera walks and after a light changes, with `--history on` and off.
+    /// Indirect light along a camera path and after a change of light, with `--history on` and off.
     ///
-    /// Along a shot's track: how far the last frame is from the path tracer's image, and how much the light of what does not move
-    /// flickers. Then a light goes out: how far the frames after that are from the image without it.
+    /// Along a shot's track, measures the error of the last frame against the path tracer, and flicker of static surfaces. Then turns
+    /// off a light, and measures the errors of the frames after that.
     ///
-    /// The path tracer's images are kept in the folder.
+    /// The path tracer's images are stored in the folder and reused.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     History(Box<OneBounceArgs>),
-    /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
+    /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, mono and stereo.
     ///
-    /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
-    /// stands for, as Markdown, JSON and plots. Exits with an
-    /// error when configurations that must show the same image do not.
+    /// Writes counts and times of every step, histograms of lights and fragments per cluster, and the ratios expected of clustered
+    /// shading, as Markdown, JSON and plots. Exits with an error if images that must be identical differ.
     #[command(mut_arg("runs", |runs| runs.default_value("1")))]
     Clustered(Box<clustered::ClusteredArgs>),
-    /// Bringing what has moved to the device, beside uploading it afresh, and rays through the tree that was refit.
+    /// Updating moved instances and lights on the device, compared with a new upload, and rays through the refit BVH.
     Moving(moving::MovingArgs),
     /// The attenuation functions as curves: Van Gelderen 2020, fig. A.1.
     Attenuation(attenuation::AttenuationArgs),
-    /// Every technique on a fixed list of shots, against a path tracer.
+    /// Every technique on a fixed list of shots, compared with a path tracer.
     ///
-    /// Writes FLIP, relMSE, energy, milliseconds and rays of each technique, with images, as Markdown, JSON and HTML. The path
-    /// tracer's images are kept in the folder: the first run takes minutes.
+    /// Writes FLIP, relMSE, energy, time in ms and number of rays of each technique, with images, as Markdown, JSON and HTML. The path
+    /// tracer's images are stored in the folder and reused: the first run takes minutes.
     Quality(Box<quality::QualityArgs>),
-    /// Prints this, or the help of a bench.
+    /// Prints this, or the help of a benchmark.
     Help(HelpArgs),
 }
 

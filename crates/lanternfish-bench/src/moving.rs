@@ -1,4 +1,4 @@
-//! `lanternfish-bench moving`: bringing what has moved to the device, beside uploading it again, and what the refit tree then costs rays.
+//! `lanternfish-bench moving`: updates of moved instances and lights, compared with a new upload, and ray rates through the refit BVH.
 
 mod built;
 mod refit;
@@ -30,21 +30,21 @@ pub struct MovingArgs {
     scene: SceneName,
     #[command(flatten)]
     run: RunArgs,
-    /// Rays through the tree.
+    /// Number of rays through the BVH.
     #[arg(long, value_name = "N", default_value_t = 1 << 19, value_parser = clap::value_parser!(u32).range(1024..=1 << 22))]
     rays: u32,
 }
 
-/// Lights, of which one is put elsewhere.
+/// Number of lights, of which one is moved.
 const LIGHTS: u32 = 100_000;
 
-/// What every measurement shares.
+/// Inputs of all measurements.
 struct Bench {
     run: Run,
     scene: Scene,
 }
 
-/// Measures, and writes the report.
+/// Measures and writes the report.
 pub fn run(args: &MovingArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let scene = progress.step("load", &format!("Loading {}", args.scene), || scene::load_part(&args.scene, None))?;
@@ -57,16 +57,16 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
     let built = bench.built()?;
     let refits = bench.refits(args.rays)?;
 
-    let mut report = Document::of_scene("What moves", &args.scene, gpu, args.run.runs);
+    let mut report = Document::of_scene("Motion", &args.scene, gpu, args.run.runs);
     let (parts, triangles) = (bench.scene.instances.len(), bench.scene.triangle_counts().1);
     report.facts(Row::default().data("parts", parts).data("triangles", triangles));
     let what = format!("{}, {triangles} triangles in {parts} parts", args.scene);
     report.introduction(&what, &format!("least of {} runs", args.run.runs));
-    let text = "*Update*: all parts have moved; *one, by an update*: one of them. *One, by the device*: the host sends its transform; \
-                until the host is free again, and until the device is done.";
+    let text = "*Update*: after all parts have moved; *one, by an update*: after one part has moved. *One, by the device*: the host sends \
+                one transform; *host* is the time on the host, *all* the time until the device is done.";
     report.section("Milliseconds", text, "times", times);
     report.paragraph(format!(
-        "One of {} lights put elsewhere: {} ms, {} bytes sent; by an update {} ms.",
+        "Moving one of {} lights: {} ms, {} bytes sent; by an update {} ms.",
         light.get("lights"),
         light.words("set_ms"),
         light.get("bytes"),
@@ -79,7 +79,7 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
     report.write(&bench.run.folder)
 }
 
-/// The scene with every primitive of every instance a mesh of its own, so that each can move by itself.
+/// The scene with every primitive of every instance as a separate mesh, so that each can move alone.
 fn apart(scene: &Scene) -> Scene {
     let mut parts = Scene { meshes: Vec::new(), instances: Vec::new(), ..scene.clone() };
     for instance in &scene.instances {
@@ -91,7 +91,8 @@ fn apart(scene: &Scene) -> Scene {
     parts
 }
 
-/// The scene with every part turned about its middle by up to half a radian, and shifted by up to `reach` of the diagonal.
+/// The scene with every part rotated about its centre by up to half a radian along each axis, and shifted by up to `reach` of the diagonal
+/// along each axis.
 fn moved(scene: &Scene, reach: f32) -> Scene {
     let mut moved = scene.clone();
     let length = reach * scene.bounds().size().length();
@@ -101,9 +102,9 @@ fn moved(scene: &Scene, reach: f32) -> Scene {
         let mut bounds = Bounds::EMPTY;
         scene.meshes[instance.mesh].primitives.iter().for_each(|p| bounds.add_bounds(&p.bounds()));
         let middle = bounds.transformed(&instance.world_from_object).center();
-        let turn = Affine3A::from_quat(Quat::from_scaled_axis(5.0 * reach.min(0.1) * vector()));
+        let rotation = Affine3A::from_quat(Quat::from_scaled_axis(5.0 * reach.min(0.1) * vector()));
         let back = Affine3A::from_translation(middle + length * vector());
-        instance.world_from_object = back * turn * Affine3A::from_translation(-middle) * instance.world_from_object;
+        instance.world_from_object = back * rotation * Affine3A::from_translation(-middle) * instance.world_from_object;
     }
     moved
 }
@@ -113,21 +114,21 @@ impl Bench {
         Ok(Renderer::with_engine(&self.run.engine, Settings { shadows, ..Settings::direct_light() })?)
     }
 
-    /// Runs `work` and waits for the device; ms.
+    /// Runs `work`, waits for the device, and returns the time, ms.
     fn timed(&self, work: impl FnOnce() -> Result<(), CliError>) -> Result<f64, CliError> {
         let gpu = &self.run.gpu;
         let start = Instant::now();
         work()?;
-        // What is read back comes after all that was handed over.
+        // The read-back completes after all submitted work.
         read_back::<u32>(&gpu.device, &gpu.queue, &storage_buffer(&gpu.device, "bench/last", 4)?, 1)?;
         Ok(1e3 * start.elapsed().as_secs_f64())
     }
 
-    /// One tracer's times, ms; least of all runs, the device's included.
+    /// Times of one tracer, ms, device time included; least of all runs.
     fn times(&self, shadows: Shadows) -> Result<Row, CliError> {
         let (renderer, scene) = (self.renderer(shadows)?, &self.scene);
         let elsewhere = moved(scene, 0.01);
-        // The middle one.
+        // The instance in the middle of the list.
         let one = scene.instances.len() / 2;
         let mut one_moved = elsewhere.clone();
         one_moved.instances[one].world_from_object = scene.instances[one].world_from_object;
@@ -153,7 +154,7 @@ impl Bench {
                 })?;
                 Ok::<_, CliError>([host, all])
             };
-            // The first move of all compiles.
+            // The first move compiles pipelines.
             to_and_fro(&elsewhere)?;
             let [host, all] = to_and_fro(&one_moved)?;
             Ok::<_, CliError>([upload, update, unmoved, one_update, host, all])
@@ -170,7 +171,7 @@ impl Bench {
             .number("dispatches", "dispatches", sent.dispatches))
     }
 
-    /// One light of many put elsewhere.
+    /// Times of moving one light of many, ms.
     fn one_light(&self) -> Result<Row, CliError> {
         let (renderer, mut scene) = (self.renderer(Shadows::BVH)?, self.scene.clone());
         scene.lights = light_rain(&scene.bounds(), LIGHTS, None, 0, 0.0);

@@ -1,4 +1,4 @@
-//! What is measured: a scene, its lights and its views, from flags or from a shot.
+//! The subject of a measurement: a scene with lights and views, from flags or from a shot.
 
 use clap::Args;
 use lanternfish::settings::{Exposure, Settings, Shadows};
@@ -18,33 +18,33 @@ use lanternfish_scene::{Camera, Scene};
 /// Flags of a view of a scene.
 #[derive(Debug, Args)]
 pub struct SubjectArgs {
-    /// A shot (.toml), which then says the view, the lights and the look, and along whose track flicker is measured; a glTF or OBJ
-    /// file, or demo:NAME.
+    /// A shot (.toml), a glTF or OBJ file, or demo:NAME. A shot sets the view, the lights and the look; flicker is measured along its
+    /// track.
     #[arg(default_value = "demo:atrium")]
     pub scene: SceneName,
     /// Width and height of every image, pixels.
     #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = parse::size)]
     pub size: Size,
-    /// Where the rain of --lights falls.
+    /// Seed of the light positions of --lights rain.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
-    /// Which scene of the file.
+    /// Scene of the file.
     #[command(flatten, next_help_heading = "View")]
     pub part: PartArgs,
     /// The camera.
     #[command(flatten, next_help_heading = "View")]
     pub view: ViewArgs,
     /// Lights and environment.
-    #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
+    #[command(flatten, next_help_heading = "Lights (in addition to those of the file)")]
     pub lights: LightArgs,
 }
 
-/// A scene in its light, ready to be rendered.
+/// A scene with lights, views and settings, ready to be rendered.
 pub struct Subject {
     pub scene: Scene,
     /// The views: one, or those along a shot's track.
     pub cameras: Vec<Camera>,
-    /// Direct light as it is requested, through the BVH, so that it is the same work on every adapter.
+    /// Requested settings with direct light only, with shadows through the BVH, so that the work is equal on every adapter.
     pub look: Settings,
 }
 
@@ -65,7 +65,7 @@ impl Subject {
             shadows: Shadows::BVH,
             attenuation: lights.attenuation,
             range_threshold: lights.range_threshold,
-            // One for all images, which are compared with each other.
+            // A fixed exposure, so that images are comparable.
             exposure: Exposure::Ev(0.0),
             ..Settings::direct_light()
         };
@@ -79,13 +79,18 @@ impl Subject {
     }
 }
 
-/// The shot that is named, if it is one.
+/// Reads the shot if `name` is one.
 pub fn shot_of(name: &SceneName) -> Result<Option<Shot>, CliError> {
     shot::is_shot(name).then(|| shot::read(name.path(), Vec::new())).transpose()
 }
 
-/// Reads the scene of a shot, or else the one that is named. Without blended surfaces, where those are not wanted: neither deep images
-/// nor the BVH have them, but exact rays would intersect them. An error where nothing is left.
+/// Reads the scene of a shot, or the scene `name` if there is no shot.
+///
+/// Transparent surfaces are removed unless `keeps_transparent`: deep images and the BVH do not contain them, but exact rays would hit them.
+///
+/// # Errors
+///
+/// Fails if the scene cannot be read or has no surfaces left.
 pub fn load(
     name: &SceneName,
     part: &PartArgs,
@@ -100,7 +105,7 @@ pub fn load(
         leave_out_transparent(&mut scene);
     }
     if scene.bounds().is_empty() {
-        return Err(CliError::new(format_args!("{name}: no surface to see"), "name a scene that has opaque surfaces"));
+        return Err(CliError::new(format_args!("{name}: no opaque surfaces"), "choose a scene with opaque surfaces"));
     }
     Ok(scene)
 }
@@ -118,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blended_surfaces_are_left_out() {
+    fn transparent_surfaces_are_left_out() {
         let modes = [AlphaMode::Blend, AlphaMode::Opaque, AlphaMode::Mask { cutoff: 0.5 }];
         let materials = modes.map(|alpha_mode| Material { alpha_mode, ..Material::default() }).to_vec();
         let primitives = (0..3).map(|material| Primitive { material, ..Primitive::default() }).collect();

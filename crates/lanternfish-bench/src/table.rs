@@ -1,5 +1,5 @@
-//! Tables of figures. A figure is said once, with its key for scripts, the heading of its column for people, and how many digits count:
-//! JSON, Markdown and HTML are made of that.
+//! Tables of figures. A figure is declared once, with a key for scripts, a column heading for people, and a number of digits. JSON, Markdown
+//! and HTML are generated from that.
 
 use std::fmt::Display;
 
@@ -10,9 +10,9 @@ use serde_json::Value;
 /// A figure of a row.
 #[derive(Clone, Debug, PartialEq)]
 struct Cell {
-    /// Its key in JSON; none where only people read it.
+    /// JSON key; `None` for figures that are shown only.
     key: Option<&'static str>,
-    /// The heading of its column; none where only scripts read it.
+    /// Column heading; `None` for figures in JSON only.
     heading: Option<String>,
     value: Value,
     shown: String,
@@ -29,7 +29,7 @@ impl Row {
         self
     }
 
-    /// Words.
+    /// Adds a text.
     pub fn text(self, key: &'static str, heading: &str, words: impl Display) -> Self {
         let words = words.to_string();
         let mut row = self.with(Some(key), Some(heading), words.clone().into(), words);
@@ -37,49 +37,49 @@ impl Row {
         row
     }
 
-    /// A number that is shown as it is.
+    /// Adds a number, shown with its own format.
     pub fn number(self, key: &'static str, heading: &str, number: impl Serialize + Display) -> Self {
         self.with(Some(key), Some(heading), value(&number), number.to_string())
     }
 
-    /// A number, or a dash where there is none.
+    /// Adds a number, shown as a dash if it is `None`.
     pub fn optional(self, key: &'static str, heading: &str, number: Option<impl Serialize + Display>) -> Self {
         let shown = number.as_ref().map_or_else(|| DASH.to_owned(), ToString::to_string);
         self.with(Some(key), Some(heading), value(&number), shown)
     }
 
-    /// A count, with commas between thousands.
+    /// Adds a count, shown with commas between thousands.
     pub fn count(self, key: &'static str, heading: &str, count: u64) -> Self {
         self.with(Some(key), Some(heading), count.into(), grouped(count))
     }
 
-    /// A number, shown with so many digits behind the point.
+    /// Adds a number, shown with `digits` decimal places.
     pub fn fixed(self, key: &'static str, heading: &str, digits: usize, number: f64) -> Self {
         self.with(Some(key), Some(heading), number.into(), fixed(digits, number))
     }
 
-    /// A ratio, shown in percent with so many digits behind the point.
+    /// Adds a ratio, shown in percent with `digits` decimal places.
     pub fn percent(self, key: &'static str, heading: &str, digits: usize, ratio: f64) -> Self {
         self.with(Some(key), Some(heading), ratio.into(), percent(digits, ratio))
     }
 
-    /// What only scripts read.
+    /// Adds data to JSON only.
     pub fn data(self, key: &'static str, data: impl Serialize) -> Self {
         self.with(Some(key), None, value(&data), String::new())
     }
 
-    /// What only people read: what follows from other figures, or a paper's.
+    /// Adds a text to the shown table only: a value derived from other figures, or a paper's value.
     pub fn shown(self, heading: &str, words: impl Display) -> Self {
         self.with(None, Some(heading), Value::Null, words.to_string())
     }
 
-    /// Shows the last figure so.
+    /// Replaces the shown text of the last figure.
     pub fn said_as(mut self, words: impl Display) -> Self {
         self.0.last_mut().expect("a figure to show").shown = words.to_string();
         self
     }
 
-    /// The figures of another row behind these.
+    /// Appends the figures of another row.
     pub fn and(mut self, other: Self) -> Self {
         self.0.extend(other.0);
         self
@@ -89,33 +89,33 @@ impl Row {
         self.0.iter().find(|cell| cell.key == Some(key)).unwrap_or_else(|| panic!("no {key} in {self:?}"))
     }
 
-    /// A figure by its key.
+    /// Value of the figure with this key.
     pub fn get(&self, key: &str) -> &Value {
         &self.cell(key).value
     }
 
-    /// A number by its key; 0 where that is none.
+    /// Number with this key; 0 if the figure is not a number.
     pub fn f64(&self, key: &str) -> f64 {
         self.get(key).as_f64().unwrap_or_default()
     }
 
-    /// Words by their key, shown or not.
+    /// Text with this key, shown or not.
     pub fn words_of(&self, key: &str) -> &str {
         self.get(key).as_str().unwrap_or_default()
     }
 
-    /// A figure by its key, as it is shown.
+    /// Shown text of the figure with this key.
     pub fn words(&self, key: &str) -> &str {
         &self.cell(key).shown
     }
 
-    /// Cells that are shown.
+    /// Headings and cells of the shown figures.
     fn columns(&self) -> impl Iterator<Item = (&str, &Cell)> {
         self.0.iter().filter_map(|cell| Some((cell.heading.as_deref()?, cell)))
     }
 }
 
-/// An object of all figures that have a key, in their order.
+/// Serializes to an object of all figures with a key, in order.
 impl Serialize for Row {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
@@ -125,26 +125,26 @@ impl Serialize for Row {
 }
 
 impl Row {
-    /// Adds all figures that have a key to an object.
+    /// Adds all figures with a key to an object.
     pub fn entries<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
         self.0.iter().filter_map(|cell| Some((cell.key?, &cell.value))).try_for_each(|(k, v)| map.serialize_entry(k, v))
     }
 }
 
-/// What stands where there is no figure.
+/// Shown text of a missing figure.
 pub const DASH: &str = "–";
 
-/// A number with so many digits behind the point.
+/// Formats a number with `digits` decimal places.
 pub fn fixed(digits: usize, number: f64) -> String {
     format!("{number:.digits$}")
 }
 
-/// A ratio in percent, with so many digits behind the point.
+/// Formats a ratio in percent, with `digits` decimal places.
 pub fn percent(digits: usize, ratio: f64) -> String {
     format!("{:.digits$} %", 100.0 * ratio)
 }
 
-/// A number that JSON has with as many digits as tell it from others of its type.
+/// The `f64` with the shortest decimal digits that identify `number`, so that JSON has no extra digits.
 pub fn decimal(number: f32) -> f64 {
     number.to_string().parse().unwrap_or_else(|_| number.into())
 }
@@ -153,7 +153,7 @@ fn value(data: &impl Serialize) -> Value {
     serde_json::to_value(data).expect("plain numbers and strings")
 }
 
-/// Rows as a table of Markdown; they have the same columns. Nothing of no rows.
+/// Formats rows, which have the same columns, as a Markdown table. Empty without rows.
 pub fn to_markdown(rows: &[Row]) -> String {
     let Some(first) = rows.first() else { return String::new() };
     let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
@@ -167,7 +167,7 @@ pub fn to_markdown(rows: &[Row]) -> String {
     text
 }
 
-/// The same of HTML. A figure that ends in a star is of the class `marked`, and a row that begins with one of `noise`.
+/// Formats rows as an HTML table. A figure that ends in a star has the class `marked`, a row that begins with a star the class `noise`.
 pub fn to_html(rows: &[Row]) -> String {
     let Some(first) = rows.first() else { return String::new() };
     let head: String = first.columns().map(|(heading, _)| format!("<th>{}", escaped(heading))).collect();
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "no rate in")]
-    fn a_figure_that_is_not_there_is_a_fault() {
+    fn a_missing_figure_panics() {
         rows()[0].get("rate");
     }
 }

@@ -1,4 +1,4 @@
-//! The techniques that benches choose, by a constructor each: what a setting's type is, matters here and where it is taken apart.
+//! Constructors of the techniques that benchmarks use. Types of settings appear only here and where settings are destructured.
 
 use lanternfish::{
     settings::{Culling, Indirect, Occlusion},
@@ -11,7 +11,7 @@ use lanternfish_papers::{
 
 pub const NO_INDIRECT: Indirect = Indirect::NONE;
 pub const NO_OCCLUSION: Occlusion = Occlusion::NONE;
-/// Every light for every pixel.
+/// Shades every pixel with every light.
 pub const NO_CULLING: Culling = Culling::NONE;
 
 pub fn sampled(sampled: Sampled) -> Indirect {
@@ -38,12 +38,12 @@ pub fn raster_grid(grid: RasterGrid) -> Culling {
     Culling::from(grid)
 }
 
-/// By deep images, up to a distance, m, or without an end.
+/// Occlusion with deep images, up to a distance, m; `None`: unlimited.
 pub fn deep_occlusion(max_distance: Option<f32>) -> Occlusion {
     Occlusion::from(Deep { max_distance })
 }
 
-/// By the view's depth, up to a radius, m.
+/// Screen-space occlusion from the view's depth, up to a radius, m.
 pub fn hbao(radius: f32) -> Occlusion {
     Occlusion::from(Hbao { radius })
 }

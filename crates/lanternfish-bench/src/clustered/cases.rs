@@ -1,4 +1,4 @@
-//! What is measured [VanGelderen2020, §6.1.3, §6.1.4, §6.2].
+//! The measured configurations [VanGelderen2020, §6.1.3, §6.1.4, §6.2].
 
 use lanternfish::{
     settings::{Settings, Shadows},
@@ -8,23 +8,23 @@ use serde::Serialize;
 
 use crate::technique;
 
-/// [VanGelderen2020, §6.1.4].
+/// Numbers of lights [VanGelderen2020, §6.1.4].
 pub const LIGHT_COUNTS: &[u32] = &[1_000, 10_000, 100_000];
-/// Those of the promises.
+/// Numbers of lights of a quick run: those that the expected ratios need.
 pub const QUICK_LIGHT_COUNTS: &[u32] = &[10_000, 100_000];
 
-/// Tests of a light against a cluster that every light against every visible cluster may come to; with more, that row is
-/// left out. Twice as many are made, for lists are counted and then written.
+/// Most light-cluster tests of a brute-force row; rows with more are left out. Each test runs twice: lists are first counted, then
+/// written.
 pub const BRUTE_FORCE_TESTS: u64 = 300_000_000;
 
-/// How far from the eye clusters reach in the thesis, whose units are taken as m [VanGelderen2020, §6.1.3].
+/// Depth range of the clusters in the thesis, m. Its units are taken as metres [VanGelderen2020, §6.1.3].
 pub const DEPTH: u32 = 100;
-/// Rows of the thesis' images, in whose pixels its clusters are [VanGelderen2020, §6.1.5].
+/// Image height of the thesis, pixels. Its cluster sizes are in pixels of such images [VanGelderen2020, §6.1.5].
 const ROWS: f32 = 720.0;
-/// Width of a cluster at least, pixels.
+/// Least width of a cluster, pixels.
 const LEAST_PIXELS: u32 = 4;
 
-/// One image, or two, and how two share clusters.
+/// Views of a frame: one, or the two of a stereo pair, with separate or common clusters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Views {
@@ -52,7 +52,8 @@ impl std::fmt::Display for Views {
     }
 }
 
-/// The shapes of [VanGelderen2020, §6.2] and those around them, in pixels that fit an image of so many `rows`, and in m.
+/// The cluster shapes of [VanGelderen2020, §6.2] and neighbouring sizes. Sizes in pixels are scaled to an image height of `rows` pixels;
+/// sizes in metres are not scaled.
 pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
     let pixels = |pixels: f32| ((pixels * rows as f32 / ROWS).round() as u32).max(LEAST_PIXELS);
     let perspective = |width| ClusterShape::Perspective { pixels: pixels(width) };
@@ -64,12 +65,12 @@ pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
     let mut shapes: Vec<_> = [16.0, 32.0, 64.0, 128.0].map(perspective).into();
     shapes.extend([1.0, 2.0, 4.0, 8.0].map(orthographic));
     shapes.extend([displaced(64.0, 8.0), displaced(64.0, 32.0)]);
-    // In a small image two may be one.
+    // In a small image two sizes may coincide.
     shapes.dedup();
     shapes
 }
 
-/// No shadows: it is lists that are measured.
+/// Settings of a configuration, with clusters to `depth` m. Shadows are off, because light culling is measured.
 pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment, depth: u32) -> Settings {
     let clustered = Clustered { shape, grouping, assignment, depth, ..Clustered::default() };
     Settings { culling: technique::clustered(clustered), shadows: Shadows::None, ..Settings::direct_light() }
@@ -77,7 +78,7 @@ pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment,
 
 #[test]
 fn shapes_are_those_of_the_thesis_and_grow_with_the_image() {
-    // Those that the thesis judges best.
+    // The best shapes of the thesis.
     assert_eq!(shapes(720, true)[0], ClusterShape::Perspective { pixels: 64 });
     assert_eq!(shapes(720, true)[1], ClusterShape::Orthographic { side: 4.0 });
     assert_eq!(shapes(720, true)[2], ClusterShape::Displaced { pixels: 64, distance: 32.0 });

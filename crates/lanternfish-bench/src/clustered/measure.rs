@@ -1,4 +1,4 @@
-//! Renders every configuration and counts.
+//! Renders every configuration, and collects counts and times.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ use crate::{
     table::Row,
 };
 
-/// Counts that are the same in every run, and on every adapter that draws the same pixels.
+/// Deterministic counts: equal in every run, and on every adapter that draws the same pixels.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// Clusters of all grids.
@@ -32,19 +32,19 @@ pub struct Counts {
     pub fragments: u64,
     /// Entries of all lists.
     pub lights_listed: u64,
-    /// Tests of a light, or of a node of the tree, against a cluster.
+    /// Tests of a light or a tree node against a cluster.
     pub light_tests: u64,
-    /// Lights of its cluster's list, summed over all fragments.
+    /// Length of the cluster's light list, summed over all fragments.
     pub lighting_operations: u64,
-    /// Bytes of marks, lists, lights and tree.
+    /// Memory of marks, lists, lights and tree, bytes.
     pub bytes: u64,
-    /// Visible clusters by the lights that they list: none, 1, 2 to 3, 4 to 7, and so on (fig. 6.9).
+    /// Histogram of visible clusters over listed lights. Bins: 0, 1, 2 to 3, 4 to 7, and so on (fig. 6.9).
     pub clusters_by_lights: Vec<u64>,
-    /// Visible clusters by their fragments, in the same bins (fig. 6.10).
+    /// Histogram of visible clusters over fragments, with the same bins (fig. 6.10).
     pub clusters_by_fragments: Vec<u64>,
 }
 
-/// What one case did.
+/// Results of one configuration.
 #[derive(Debug, Serialize)]
 pub struct Measured {
     pub clusters: String,
@@ -52,9 +52,9 @@ pub struct Measured {
     pub views: Views,
     pub assignment: String,
     pub counts: Counts,
-    /// Milliseconds of each step, medians over the runs.
+    /// Median time of each step over the runs, ms.
     pub ms: Steps,
-    /// Pixels that differ in any bit from those of the first case with these lights and as many views.
+    /// Number of pixels that are not bit-identical to those of the first configuration with the same numbers of lights and views.
     pub differing_pixels: usize,
 }
 
@@ -63,7 +63,7 @@ impl Measured {
         in_words(&self.clusters, self.lights, self.views, &self.assignment)
     }
 
-    /// As a row of the page.
+    /// The results as a row of the page.
     pub fn row(&self) -> Row {
         let (counts, ms) = (&self.counts, &self.ms);
         let row = Row::default()
@@ -88,26 +88,26 @@ fn in_words(clusters: &str, lights: usize, views: Views, assignment: &str) -> St
     format!("{clusters}, {} lights, {views}, {assignment}", grouped(lights as u64))
 }
 
-/// What every case shares.
+/// Inputs of all configurations.
 pub struct Bench<'a> {
     pub run: &'a Run,
-    /// How far from the eye clusters reach at least, m.
+    /// Least depth range of the clusters, m.
     pub depth: u32,
     pub mono: [(&'a Camera, u32, u32); 1],
     pub stereo: [(&'a Camera, u32, u32); 2],
 }
 
-/// A scene on the device, and its number of lights.
+/// A scene in device memory, and its number of lights.
 struct Lit {
     lights: usize,
     scene: GpuScene,
 }
 
-/// Each view's first images, by the number of lights and of views.
+/// First images of each view, by number of lights and number of views.
 type RenderedImages = BTreeMap<(usize, usize), Vec<RenderedImage>>;
 
 impl Bench<'_> {
-    /// Rows of every shape, view and number of lights.
+    /// Measures every combination of shape, views and number of lights.
     pub fn measure(
         &self,
         shapes: &[ClusterShape],
@@ -135,7 +135,7 @@ impl Bench<'_> {
                     if assignment == Assignment::BruteForce && tests.is_none_or(|tests| tests > BRUTE_FORCE_TESTS) {
                         left_out.push(name(match tests {
                             Some(tests) => format!("{} tests of a light against a cluster", grouped(tests)),
-                            None => "the hierarchy has no figures".to_owned(),
+                            None => "no result of the hierarchy".to_owned(),
                         }));
                         continue;
                     }
@@ -149,7 +149,7 @@ impl Bench<'_> {
                             ms,
                             differing_pixels,
                         }),
-                        // More clusters than there may be, or views that no grid encloses: the others go on.
+                        // Too many clusters, or views that no grid encloses: continue with the next configuration.
                         Err(error) => left_out.push(name(error.to_string())),
                     }
                 }
@@ -182,7 +182,8 @@ fn upload(renderer: &Renderer, scene: &Scene) -> Result<Lit, CliError> {
     Ok(Lit { lights: scene.lights.len(), scene: renderer.upload(scene)? })
 }
 
-/// Number of tests of every light against every visible cluster, by the row of these clusters, lights and views; `None` where it is missing.
+/// Number of tests of every light against every visible cluster, from the row with these clusters, lights and views. `None` if there is
+/// no such row.
 fn tests_of_all(rows: &[Measured], clusters: &str, lights: usize, views: Views) -> Option<u64> {
     let row = rows.iter().find(|row| row.clusters == clusters && row.lights == lights && row.views == views)?;
     Some(row.counts.visible_clusters * lights as u64)

@@ -1,5 +1,5 @@
-//! `lanternfish-bench clustered`: the measurements of [VanGelderen2020, ch. 6] on any scene: tables of one view, or the figures of a track
-//! ([`figures`]).
+//! `lanternfish-bench clustered`: the measurements of [VanGelderen2020, ch. 6] on any scene, as tables for one view, or as figures along
+//! a track ([`figures`]).
 
 mod cases;
 mod figures;
@@ -38,37 +38,38 @@ use crate::{
     table::Row,
 };
 
-/// Width over height of the Vive's frusta: square pixels.
+/// Aspect ratio (width / height) of the HTC Vive's frusta, for square pixels.
 const EYE_ASPECT: f32 = 0.9;
 
 /// Flags of `clustered`.
 #[derive(Debug, Args)]
 pub struct ClusteredArgs {
-    /// A shot (.toml), which then says the view, or with a track the frames of the thesis' figures; a glTF or OBJ file, or demo:NAME. Its own lights are left out.
+    /// A shot (.toml), a glTF or OBJ file, or demo:NAME. A shot sets the view, and one with a track the frames of the thesis' figures. The
+    /// scene's own lights are left out.
     #[arg(default_value = "demo:atrium")]
     scene: SceneName,
     #[command(flatten)]
     run: RunArgs,
-    /// Width and height of the view, pixels: by default the thesis'. Each eye has as many rows, and nine tenths as many columns. Clusters
-    /// are as wide as 16, 32, 64 and 128 pixels are in 720 rows.
+    /// Width and height of the view, pixels; the default is the thesis'. Each eye has the same height, and a width of 0.9 times the height.
+    /// Clusters are 16, 32, 64 and 128 pixels wide at a height of 720 pixels, and scale with the height.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     size: Size,
-    /// How far from the eye clusters reach at least, m: by default as far as in the thesis. 0: as far as the scene.
+    /// Least depth range of the clusters, m; the default is the thesis'. 0: the depth of the scene.
     #[arg(long, value_name = "METRES", default_value_t = DEPTH, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     depth: u32,
-    /// Of a shot that has a track: how many frames of it are played for the figures. Without it: as many as the shot has.
+    /// Number of frames to play along the shot's track for the figures. Default: the frames of the shot.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000))]
     frames: Option<u32>,
-    /// One shape of each kind, and 10,000 and 100,000 lights only.
+    /// Measure one shape of each kind, with 10,000 and 100,000 lights only.
     #[arg(long)]
     quick: bool,
-    /// The table of all schemes of light culling alone, without that of every shape of clusters and without plots.
+    /// Measure the culling schemes only: no table of cluster shapes, no plots.
     #[arg(long)]
     schemes: bool,
-    /// Where the lights are. Their radius is the same either way.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = Places::Rain)]
-    lights: Places,
-    /// Where the lights are: another seed, other places.
+    /// Distribution of the lights. Their radius does not depend on it.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Distribution::Rain)]
+    lights: Distribution,
+    /// Seed of the light positions.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u32,
     #[command(flatten, next_help_heading = "View")]
@@ -77,34 +78,38 @@ pub struct ClusteredArgs {
     view: ViewArgs,
 }
 
-/// Where lights are.
+/// Distribution of the lights in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
-enum Places {
+enum Distribution {
     /// Light rain
     Rain,
-    /// At random, by a rule that other renderers can follow
+    /// Uniformly random, by a rule that other renderers can reproduce
     Random,
 }
 
-/// `count` lights in place of the scene's own, each with the radius that lets 12 of them reach a point whatever their number
+/// The scene with `count` lights in place of its own. Their radius is such that 12 lights on average reach a point, for any `count`
 /// [VanGelderen2020, §6.1.4].
-fn lit(scene: &Scene, places: Places, count: u32, seed: u32) -> Scene {
+fn lit(scene: &Scene, distribution: Distribution, count: u32, seed: u32) -> Scene {
     let bounds = scene.bounds();
     let rain = light_rain(&bounds, count, None, seed, 0.0);
     let radius = rain.first().and_then(|light: &Light| light.range);
-    let lights = match (places, radius) {
-        (Places::Random, Some(radius)) => random_lights(&bounds, count, radius, seed.into()),
+    let lights = match (distribution, radius) {
+        (Distribution::Random, Some(radius)) => random_lights(&bounds, count, radius, seed.into()),
         _ => rain,
     };
     Scene { lights, ..scene.clone() }
 }
 
-/// Measures, and writes the report. An error where images that must be the same are not.
+/// Measures and writes the report.
+///
+/// # Errors
+///
+/// Fails if images that must be identical differ.
 pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let mut shot = subject::shot_of(&args.scene)?;
     if let Some(mut shot) = shot.take_if(|shot| !args.schemes && shot.frames().len() > 1) {
-        if args.lights != Places::Rain {
+        if args.lights != Distribution::Rain {
             return Err(CliError::new("--lights random: along a track lights fall", "leave it out, or use --schemes"));
         }
         shot.args.track.frames = args.frames.map(Frames::Count).or(shot.args.track.frames);
@@ -137,19 +142,19 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let mut report = Document::of_scene("Clustered light culling", &args.scene, &run.gpu, run.runs);
     let facts = Row::default().data("width", width).data("height", height).data("eye_width", eye_width);
     report.facts(facts.data("depth", args.depth).data("lights", args.lights).data("seed", args.seed));
-    let places = match args.lights {
-        Places::Rain => "light rain",
-        Places::Random => "lights at random",
+    let distribution = match args.lights {
+        Distribution::Rain => "light rain",
+        Distribution::Random => "lights at random",
     };
     let what = format!(
-        "{width} x {height}, each eye {eye_width} x {height} (HTC Vive, 63 mm apart); {places}, seed {}, whose radius lets 12 lights reach a \
-         point whatever their number; no shadows",
+        "{width} x {height} pixels, each eye {eye_width} x {height} pixels (HTC Vive, 63 mm apart); {distribution}, seed {}, with a radius that lets 12 \
+         lights reach a point for any number of lights; no shadows",
         args.seed
     );
     report.introduction(&what, &format!("medians of {}", run.runs));
     let wrong = wrong(&rows, &schemes);
-    let text = "Lists and tests are those for the surfaces; building is for transparent ones too, of which `tiled` and `raster-grid` make \
-                lists of their own. KiB: cells, lists, and what they are made from.";
+    let text = "Lists and tests are those of opaque surfaces. Build time includes transparent surfaces, for which `tiled` and `raster-grid` \
+                make separate lists. KiB: cells, lists and their inputs.";
     report.section("Schemes, one view", text, "schemes", schemes);
     if !(rows.is_empty() && left_out.is_empty()) {
         clusters(&mut report, args, &rows);
@@ -170,12 +175,12 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     wrong.map_or(Ok(()), |case| Err(CliError::new(what(case), hint)))
 }
 
-/// The tables of clusters, by numbers of lights.
+/// Adds the tables of clusters, one per number of lights.
 fn clusters(report: &mut Document, args: &ClusteredArgs, rows: &[measure::Measured]) {
     report.heading("Clusters");
     report.paragraph(format!(
-        "Clusters are named as `--clusters` has them: as wide as 16, 32, 64 and 128 pixels are in 720 rows, or cubes of 1 to 8 m, or displaced \
-         by 8 and 32 m, and reach at least {} m from the eye.",
+        "Clusters are named as in `--clusters`: 16, 32, 64 and 128 pixels wide at a height of 720 pixels, or cubes of 1 to 8 m, or displaced by \
+         8 and 32 m. Their depth range is at least {} m.",
         args.depth
     ));
     report.list(promises(rows).iter().map(promises::Promise::line));
@@ -187,13 +192,13 @@ fn clusters(report: &mut Document, args: &ClusteredArgs, rows: &[measure::Measur
         report.show(rows.iter().filter(|row| row.lights == lights).map(measure::Measured::row));
     }
     report.paragraph(
-        "Visibility: the depth pass and counting fragments, as in fig. 6.8. Lighting operations: lights of its cluster's list, summed over all \
-         fragments. Plots: light tests by the number of lights (`light-tests.svg`), steps of a frame (`steps.svg`, fig. 6.7 and 6.8), clusters \
+        "Visibility: the depth pass and counting fragments, as in fig. 6.8. Lighting operations: length of the cluster's light list, summed over \
+         all fragments. Plots: light tests by the number of lights (`light-tests.svg`), steps of a frame (`steps.svg`, fig. 6.7 and 6.8), clusters \
          by their lights and by their fragments (`clusters-by-*.svg`, fig. 6.9 and 6.10).",
     );
 }
 
-/// The first case whose image is not that of the others, and by how many pixels.
+/// The first configuration whose image differs from the others, with the number of differing pixels.
 fn wrong(rows: &[measure::Measured], schemes: &[Row]) -> Option<String> {
     let clusters = rows.iter().find(|row| row.differing_pixels > 0);
     let scheme = schemes.iter().find(|row| row.f64("differing_pixels") > 0.0);

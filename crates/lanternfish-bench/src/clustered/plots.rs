@@ -1,4 +1,4 @@
-//! The bench's plots.
+//! Plots of the clustered benchmark.
 
 use lanternfish_cli::{
     plot::{Axis, Curve, bars, curves},
@@ -8,7 +8,7 @@ use lanternfish_cli::{
 
 use super::{cases::Views, measure::Measured, steps};
 
-/// One kind of cluster a hue, smaller ones darker.
+/// One hue per kind of cluster; smaller clusters are darker.
 const COLORS: [(&str, &[&str]); 3] = [
     ("persp", &["#08306b", "#2171b5", "#6baed6", "#b3d3e8"]),
     ("ortho", &["#7f2704", "#d94801", "#fd8d3c", "#fdc38d"]),
@@ -17,7 +17,7 @@ const COLORS: [(&str, &[&str]); 3] = [
 
 const STEP_COLORS: [&str; 8] = ["#888888", "#56b4e9", "#0072b2", "#009e73", "#e69f00", "#d55e00", "#f0e442", "#cccccc"];
 
-/// Files and what is in them.
+/// File names and SVG texts of all plots.
 pub fn plots(scene: &SceneName, rows: &[Measured]) -> Vec<(&'static str, String)> {
     let mono: Vec<&Measured> =
         rows.iter().filter(|row| row.views == Views::Mono && row.assignment == "hierarchy").collect();
@@ -35,7 +35,7 @@ pub fn plots(scene: &SceneName, rows: &[Measured]) -> Vec<(&'static str, String)
             ticks: (0..bins).step_by(bins.div_ceil(10)).map(|bin| (bin as f64, bin_name(bin))).collect(),
         };
         let y = Axis {
-            label: "share of visible clusters",
+            label: "fraction of visible clusters",
             ends: [0.0, highest],
             logarithmic: false,
             ticks: fractions(highest),
@@ -60,10 +60,10 @@ fn color(clusters: &str, rows: &[&Measured]) -> &'static str {
     let kind = clusters.split(':').next().unwrap_or_default();
     let mut names: Vec<&str> = rows.iter().map(|row| row.clusters.as_str()).filter(|n| n.starts_with(kind)).collect();
     names.dedup();
-    let place = names.iter().position(|name| *name == clusters).unwrap_or(0);
+    let index = names.iter().position(|name| *name == clusters).unwrap_or(0);
     let hues = COLORS.iter().find(|(name, _)| *name == kind).map_or(COLORS[0].1, |(_, hues)| hues);
-    // One alone is in the middle of its hue.
-    if names.len() == 1 { hues[1] } else { hues[place.min(hues.len() - 1)] }
+    // A single one takes the middle shade.
+    if names.len() == 1 { hues[1] } else { hues[index.min(hues.len() - 1)] }
 }
 
 fn light_tests(scene: &SceneName, mono: &[&Measured]) -> String {
@@ -80,7 +80,7 @@ fn light_tests(scene: &SceneName, mono: &[&Measured]) -> String {
     let x_ends = [lights().fold(1e9, f64::min), lights().fold(1.0, f64::max)];
     let x_ends = if x_ends[0] < x_ends[1] { x_ends } else { [1.0, 1e6] };
     let x = Axis {
-        label: "lights, of which as many reach a point",
+        label: "lights, at a constant number per point",
         ends: x_ends,
         logarithmic: true,
         ticks: decades(x_ends[0], x_ends[1]),
@@ -115,17 +115,17 @@ fn distribution(row: &Measured, rows: &[&Measured], bins: &[u64]) -> Curve {
         color: color(&row.clusters, rows),
         dashed: false,
         marked: true,
-        // Down to none beyond the last.
+        // A zero after the last bin closes the curve.
         points: bins.iter().chain([&0]).enumerate().map(|(bin, count)| (bin as f64, *count as f64 / sum)).collect(),
     }
 }
 
-/// The least value of a bin.
+/// Label of a bin: its least value.
 fn bin_name(bin: usize) -> String {
     grouped(if bin == 0 { 0 } else { 1 << (bin - 1) })
 }
 
-/// Every tenth or fifth up to there.
+/// Axis ticks up to `highest`, every 10 % or 20 %.
 fn fractions(highest: f64) -> Vec<(f64, String)> {
     let step = if highest > 0.5 { 0.2 } else { 0.1 };
     let count = (highest / step) as usize;

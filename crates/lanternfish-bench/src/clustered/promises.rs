@@ -1,20 +1,20 @@
-//! The ratios that clustered shading stands for, and whether they hold here.
+//! Bounds on ratios that clustered shading is expected to keep, and the measured ratios.
 
 use lanternfish_cli::report::grouped;
 use serde::Serialize;
 
 use super::{cases::Views, measure::Measured};
 
-/// A bound on a ratio of counts or times, and the ratios that every shape of clusters has.
+/// A bound on a ratio of counts or times, and the measured ratio of each cluster shape.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct Promise {
     pub what: &'static str,
     /// "at most" or "at least".
     pub bound: &'static str,
     pub limit: f64,
-    /// Ratios, in the order of the rows, each with the name of its shape of clusters and its number of lights.
+    /// Ratios in the order of the rows, each with a label of its cluster shape and number of lights.
     pub ratios: Vec<(String, f64)>,
-    /// Number of ratios that are within the bound.
+    /// Number of ratios within the bound.
     pub held: usize,
 }
 
@@ -25,7 +25,7 @@ impl Promise {
         Self { what, bound, limit, ratios, held }
     }
 
-    /// The promise and its least and greatest ratio, in one line.
+    /// One line with the bound, and the least and greatest ratio.
     pub fn line(&self) -> String {
         let Self { what, bound, limit, ratios, held } = self;
         let by = |a: &&(String, f64), b: &&(String, f64)| a.1.total_cmp(&b.1);
@@ -42,10 +42,10 @@ fn figure(ratio: f64) -> String {
     if ratio < 10.0 { format!("{ratio:.2}") } else { format!("{ratio:.0}") }
 }
 
-/// All promises, with ratios between rows that differ in one thing. A ratio that needs a missing row is left out.
+/// All bounds, with ratios between rows that differ in one parameter. Ratios that need a missing row are left out.
 pub fn promises(rows: &[Measured]) -> Vec<Promise> {
     let hierarchy = |row: &&Measured| row.assignment == "hierarchy";
-    // Each row of these views over the row of the same clusters and lights that `other` finds.
+    // `of` of each row with these views, divided by `other` of that row.
     let ratios = |views: Views, other: &dyn Fn(&Measured) -> Option<f64>, of: &dyn Fn(&Measured) -> f64| {
         let rows = rows.iter().filter(hierarchy).filter(|row| row.views == views);
         let ratio = |row: &Measured| {
@@ -67,23 +67,23 @@ pub fn promises(rows: &[Measured]) -> Vec<Promise> {
             |row: &Measured| (row.lights == 100_000).then(|| find(row, Views::Mono, 10_000, "hierarchy").map(of))?;
         ratios(Views::Mono, &fewer, &of)
     };
-    // Brute force tests every light against every visible cluster, whether it was run or not.
+    // The number of brute-force tests is computed, as brute force may not have run.
     let tree = ratios(Views::Mono, &|row| (row.lights == 100_000).then_some(row.counts.light_tests as f64), &|row| {
         row.counts.visible_clusters as f64 * row.lights as f64
     });
     let promise = Promise::new;
     let least = |what, ratios| promise(what, "at least", 10.0, ratios);
-    let shared = |what, of| promise(what, "at most", 0.6, enclosed(of));
+    let stereo = |what, of| promise(what, "at most", 0.6, enclosed(of));
     let most = |what, of| promise(what, "at most", 3.0, grown(of));
     vec![
-        shared("lights listed, stereo enclosed / individual", |r| r.counts.lights_listed as f64),
-        shared("light tests, stereo enclosed / individual", |r| r.counts.light_tests as f64),
+        stereo("lights listed, stereo enclosed / individual", |r| r.counts.lights_listed as f64),
+        stereo("light tests, stereo enclosed / individual", |r| r.counts.light_tests as f64),
         least("light tests at 100,000 lights, brute force / hierarchy", tree),
-        most("light tests, 100,000 / 10,000 lights, as many a pixel", |r| r.counts.light_tests as f64),
+        most("light tests, 100,000 / 10,000 lights, as many per pixel", |r| r.counts.light_tests as f64),
         most("lights listed, 100,000 / 10,000 lights", |r| r.counts.lights_listed as f64),
         most("lighting operations, 100,000 / 10,000 lights", |r| r.counts.lighting_operations as f64),
-        most("milliseconds of finding lights, 100,000 / 10,000 lights", |r| r.ms.culling()),
-        most("milliseconds of a frame, 100,000 / 10,000 lights", |r| r.ms.frame()),
+        most("culling time in ms, 100,000 / 10,000 lights", |r| r.ms.culling()),
+        most("frame time in ms, 100,000 / 10,000 lights", |r| r.ms.frame()),
     ]
 }
 
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn ratios_are_between_rows_that_differ_in_one_thing() {
+    fn ratios_are_between_rows_that_differ_in_one_parameter() {
         let rows = [
             row(Views::Mono, 10_000, "hierarchy", 100, 1_000),
             row(Views::Mono, 100_000, "hierarchy", 400, 2_500),
@@ -119,14 +119,14 @@ mod tests {
             row(Views::StereoIndividual, 10_000, "hierarchy", 200, 2_000),
             row(Views::StereoEnclosed, 10_000, "hierarchy", 110, 1_300),
         ];
-        let found = promises(&rows);
-        let first = |i: usize| found[i].ratios.iter().map(|(_, ratio)| *ratio).collect::<Vec<_>>();
+        let actual = promises(&rows);
+        let first = |i: usize| actual[i].ratios.iter().map(|(_, ratio)| *ratio).collect::<Vec<_>>();
         assert_eq!((first(0), first(1)), (vec![0.55], vec![0.65]));
-        assert_eq!((found[0].held, found[1].held), (1, 0));
-        assert_eq!((first(2), found[2].held), (vec![2000.0], 1));
-        assert_eq!((first(3), first(4), found[4].held), (vec![2.5], vec![4.0], 0));
+        assert_eq!((actual[0].held, actual[1].held), (1, 0));
+        assert_eq!((first(2), actual[2].held), (vec![2000.0], 1));
+        assert_eq!((first(3), first(4), actual[4].held), (vec![2.5], vec![4.0], 0));
         assert_eq!(
-            found[1].line(),
+            actual[1].line(),
             "light tests, stereo enclosed / individual: 0.65 (persp:32, 10,000 lights) to 0.65 (persp:32, 10,000 lights); at most \
              0.6 in 0 of 1"
         );

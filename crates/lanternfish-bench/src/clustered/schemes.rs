@@ -1,4 +1,4 @@
-//! Every scheme of light culling beside each other: what it lists, what that takes, and how long.
+//! Comparison of all light culling schemes: lengths of their lists, memory, and times.
 
 use lanternfish::{
     RenderError, RenderedImage, Renderer,
@@ -18,7 +18,7 @@ use crate::{
     technique,
 };
 
-/// What is compared: each technique as it is by default, and other sizes of tiles and numbers of layers.
+/// The compared schemes: each technique with its defaults, and other tile sizes and numbers of layers.
 fn cullings(quick: bool) -> Vec<Culling> {
     let tiled = |tile_size| technique::tiled(Tiled { tile_size, ..Tiled::default() });
     let grid = |tile_size, layers| technique::raster_grid(RasterGrid { tile_size, layers });
@@ -30,12 +30,12 @@ fn cullings(quick: bool) -> Vec<Culling> {
     if !quick {
         all.extend([tiled(TileSize::Px8), tiled(TileSize::Px32), grid(TileSize::Px8, 32)]);
         all.extend([grid(TileSize::Px16, 8), grid(TileSize::Px32, 32)]);
-        all.sort_by_key(|culling| Culling::all().iter().position(|room| room.name() == culling.name()));
+        all.sort_by_key(|culling| Culling::all().iter().position(|technique| technique.name() == culling.name()));
     }
     all
 }
 
-/// By the flags of the command line.
+/// Name of a scheme, with its values as on the command line.
 fn name(culling: &Culling) -> String {
     let name = culling.name();
     match (culling.get::<Tiled>(), culling.get::<Clustered>(), culling.get::<RasterGrid>()) {
@@ -46,12 +46,12 @@ fn name(culling: &Culling) -> String {
     }
 }
 
-/// Tiles of an image.
+/// Number of tiles of an image.
 fn tiles(size: TileSize, width: u32, height: u32) -> u64 {
     u64::from(width.div_ceil(size.pixels())) * u64::from(height.div_ceil(size.pixels()))
 }
 
-/// Rows of every scheme and number of lights, in one view.
+/// Measures every scheme and number of lights, in one view.
 pub fn measure(
     run: &Run,
     (camera, width, height): (&Camera, u32, u32),
@@ -78,7 +78,7 @@ pub fn measure(
             }
             let uploaded = renderer.upload(scene)?;
             let mut frame = || renderer.render(&uploaded, camera, width, height);
-            let mut found = || {
+            let mut result = || {
                 let rendering = frame()?;
                 let times = medians(run.runs, || {
                     let passes = frame()?.report.passes;
@@ -86,7 +86,7 @@ pub fn measure(
                 })?;
                 Ok::<_, RenderError>((rendering, times))
             };
-            match found() {
+            match result() {
                 Ok((rendering, times)) => {
                     let first = first.get_or_insert_with(|| rendering.clone());
                     let differing = differing(first, &rendering);
@@ -104,20 +104,20 @@ fn row(culling: &Culling, lights: u64, rendering: &RenderedImage, [building, sha
     let counter = |name| counter(&rendering.report, name);
     let listed = counter("light_culling/listed_lights");
     let tiles = |size| tiles(size, rendering.width, rendering.height);
-    // Bytes of cells, lists and what they are made from, as the techniques' pages have them.
+    // Bytes of cells, lists and their inputs, as documented for each technique.
     let bytes = match (culling.get::<Tiled>(), culling.get::<RasterGrid>()) {
-        // A start and a volume a tile.
+        // A list start and a volume per tile.
         (Some(tiled), _) => 36 * tiles(tiled.tile_size) + 4 * listed,
-        // A start and the next place a cell, a mask a tile, an outline a light.
+        // A list start and a write position per cell, a mask per tile, an outline per light.
         (_, Some(grid)) => tiles(grid.tile_size) * (8 * u64::from(grid.layers) + 4) + 8 * lights + 4 * listed,
-        // Lists are among them.
+        // Includes the lists.
         _ => counter("light_culling/cluster_bytes"),
     };
     Row::default()
         .count("lights", "lights", lights)
         .text("scheme", "scheme", name(culling))
         .count("lights_listed", "lights listed", listed)
-        // Of a light, or of a node of a tree over lights, against a cell; each is made again when the lists are written.
+        // Tests of a light or a node of the light tree against a cell. Each runs again when the lists are written.
         .count("light_tests", "light tests", counter("light_culling/light_tests"))
         .count("bytes", "KiB", bytes)
         .said_as(grouped(bytes / 1024))
@@ -133,7 +133,7 @@ fn every_scheme_but_the_baseline_is_compared() {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), compared.len(), "a scheme twice");
-        assert!(Culling::all().iter().all(|room| compared.contains(room)), "{names:?}");
+        assert!(Culling::all().iter().all(|technique| compared.contains(technique)), "{names:?}");
     }
     assert_eq!(tiles(TileSize::Px16, 480, 270), 510);
 }

@@ -5,19 +5,26 @@ use serde::{Serialize, Serializer};
 
 use crate::run::sorted;
 
-/// Milliseconds of each step, all views and grids together, in the order of [`NAMES`].
+/// Time of each step, ms, summed over all views and grids, in the order of [`NAMES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Steps(pub [f64; 8]);
 
-/// The steps: the depth prepass; counting the fragments of every cluster; making the list of visible clusters; moving lights to cluster
-/// space, sorting them, and building the tree over them; counting the lights of every cluster, and finding where each list starts; writing
-/// the lists of lights; shading, of transparent surfaces too; all other passes: sky and output.
+/// Names of the steps:
+///
+/// - `prepass`: depth prepass
+/// - `mark`: counts the fragments of every cluster
+/// - `compact`: lists the visible clusters
+/// - `sort + tree`: transforms lights to cluster space, sorts them, and builds a tree over them
+/// - `count`: counts the lights of every cluster, and computes the list starts
+/// - `write`: writes the light lists
+/// - `shading`: shading, transparent surfaces included
+/// - `other`: all other passes: sky and output
 pub const NAMES: [&str; 8] = ["prepass", "mark", "compact", "sort + tree", "count", "write", "shading", "other"];
 
 impl Steps {
-    /// The steps of a frame, from its passes in the order in which they ran.
+    /// Sums the passes of a frame, given in execution order, into steps.
     pub fn of(passes: &[PassTime]) -> Self {
-        // Two scans bear one name: after `flag` and after `count`.
+        // Two scans have the same name: one follows `flag`, one follows `count`.
         let mut counting = false;
         Self(sorted(passes, |name| {
             let clustered = name.strip_prefix("light_culling/clustered/");
@@ -41,23 +48,24 @@ impl Steps {
         }))
     }
 
-    /// Milliseconds of what the thesis calls visibility: the depth pass, and counting the fragments of clusters
+    /// Time of visibility, ms, as the thesis defines it: the depth pass, and counting the fragments of clusters
     /// [VanGelderen2020, fig. 6.8].
     pub fn visibility(&self) -> f64 {
         self.0[0] + self.0[1]
     }
 
-    /// Milliseconds of finding the lights: everything but drawing.
+    /// Time of light culling, ms: all steps but the prepass, shading and other passes.
     pub fn culling(&self) -> f64 {
         self.0[1..6].iter().sum()
     }
 
+    /// Time of the frame, ms.
     pub fn frame(&self) -> f64 {
         self.0.iter().sum()
     }
 }
 
-/// An object; its keys are the last words of [`NAMES`].
+/// Serializes to an object whose keys are the last words of [`NAMES`].
 impl Serialize for Steps {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(NAMES.map(|name| name.rsplit(' ').next().unwrap_or(name)).into_iter().zip(self.0))
@@ -65,7 +73,7 @@ impl Serialize for Steps {
 }
 
 #[test]
-fn the_two_scans_are_told_apart_in_every_grid() {
+fn the_two_scans_are_distinguished_in_every_grid() {
     let culling = [
         "mark",
         "mark_drawn",

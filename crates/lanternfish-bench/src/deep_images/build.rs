@@ -1,4 +1,4 @@
-//! Builds images and times the steps.
+//! Builds deep images and times the build steps.
 
 use std::time::{Duration, Instant};
 
@@ -13,11 +13,13 @@ use lanternfish_papers::{
 use super::cases::in_words;
 use crate::{run::ms_of, table::Row};
 
-/// A build that takes longer is not run again.
+/// A build that takes longer is not repeated.
 const LONG: Duration = Duration::from_secs(10);
 
-/// Builds images once, `runs` times more for the figures (once only, where that takes long), and gives the figures of the run that took
-/// least and the last images. Without more runs the first one's figures are given, which have the compilation in them.
+/// Builds images once to warm up and then `runs` times, and returns the times of the fastest of those runs and the last images.
+///
+/// A first build longer than 10 s is not repeated, and its times are returned. They are also returned if `runs` is 0. They include
+/// pipeline compilation.
 pub fn build(
     gpu: &Gpu,
     profiler: &mut Profiler,
@@ -30,7 +32,7 @@ pub fn build(
     let mut best: Option<(f64, Vec<PassTime>)> = None;
     let mut images = None;
     for run in 0..=runs {
-        // No two of them at a time.
+        // Frees the previous images before the next build.
         drop(images.take());
         let started = Instant::now();
         let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
@@ -58,12 +60,12 @@ pub fn build(
     }
     let (images, (total_ms, passes)) = (images.expect("built"), best.expect("run"));
     let step = |name: &str| ms_of(&passes, &format!("deep_images/{name}"));
-    // Passes that draw all triangles, into one or all images of a chunk.
+    // Passes that draw all triangles, each into one or all images of a chunk.
     let draws = match settings.builder {
         DeepBuilder::SinglePass => Some("deep_images/sample"),
         DeepBuilder::PerTriangle => None,
         DeepBuilder::PerDirection => Some("deep_images/gather"),
-        // One for each layer of surfaces, and one that finds no more.
+        // One pass per layer of surfaces, and a last one that finds no fragments.
         DeepBuilder::DepthPeeling => Some("deep_images/gather/draw"),
     };
     let draw_passes = draws.map_or(0, |draw| passes.iter().filter(|pass| pass.name.starts_with(draw)).count());
@@ -76,7 +78,7 @@ pub fn build(
         .number("resolution", "texels", resolution)
         .said_as(format_args!("{resolution}²"))
         .data("supersampling", settings.supersampling)
-        // A ray looks into one chunk, but every pass over rays runs once for each.
+        // Each ray reads one chunk, but every pass over rays runs once per chunk.
         .data("chunks", images.chunks.len())
         .fixed("sample_ms", "sample", 1, step("sample"))
         .fixed("gather_ms", "gather", 1, step("gather"))
@@ -85,12 +87,12 @@ pub fn build(
         .fixed("sort_ms", "sort", 1, step("sort"))
         .fixed("compact_ms", "compact", 1, step("compact"))
         .fixed("total_ms", "all, ms", 1, total_ms)
-        .shown("a direction, ms", format_args!("{:.2}", total_ms / directions as f64))
+        .shown("per direction, ms", format_args!("{:.2}", total_ms / directions as f64))
         .number("draw_passes", "draw passes", draw_passes)
-        // Fragments before merging, and after it.
+        // Numbers of fragments before and after merging.
         .count("drawn", "drawn", images.counts.drawn)
         .count("kept", "kept", images.counts.kept)
-        // Of lists and fragments.
+        // Memory of lists and fragments.
         .count("bytes", "MB", images.counts.bytes)
         .said_as(format_args!("{:.1}", images.counts.bytes as f64 / 1e6));
     Ok((row, images))

@@ -1,28 +1,28 @@
-//! What is measured: one list.
+//! The measured configurations, by table.
 
 use lanternfish_papers::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore, DirectionSet};
 
 use crate::table::Row;
 
-/// Rows of one table.
+/// Configurations of one table.
 pub struct Group {
     pub title: &'static str,
     pub rows: Vec<DeepImageSettings>,
     /// True if the rays are traced through the exact structures as well.
     pub beside_exact: bool,
-    /// True if holes are counted, against a draw for each direction.
+    /// True if holes are counted, by comparison with a builder that draws each direction.
     pub with_holes: bool,
 }
 
-/// Most bytes of lists that rays are traced through. Some machines have 8 GB, and the scene wants its share.
+/// Most bytes of lists. Some machines have 8 GB, part of which the scene takes.
 const MOST_BYTES: f64 = 4e9;
-/// How many times the fragments of an average image the images of one chunk may have.
+/// Most fragments of an image in a chunk, as a ratio to those of an average image.
 const UNEVEN: f64 = 3.0;
 
-/// Names of the tables: the titles of [`groups`] in lower case.
+/// Names of the tables: the titles of [`groups`], in lower case.
 pub const TABLES: [&str; 6] = ["directions", "supersampling", "resolution", "stores", "searches", "builders"];
 
-/// Everything that is built and traced, in this order: coarse images come before fine ones ([`fitted`]).
+/// All configurations in the order of their builds: coarse images before fine ones, as [`fitted`] needs.
 pub fn groups(quick: bool) -> Vec<Group> {
     let default = DeepImageSettings::default();
     let of = |count| DeepImageSettings { directions: DirectionSet::ZonalEqualArea { count }, ..default };
@@ -32,7 +32,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
     // [Archer2019, table 2], and the default.
     let counts: &[u32] = if quick { &[4, 8] } else { &[8, 16, 32, 64, 128, 169] };
     let supersamplings: &[u32] = if quick { &[2] } else { &[1, 2, 3] };
-    // [Niessner2010, table 1] has the second and the last.
+    // The second and the last are in [Niessner2010, table 1].
     let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512] };
     // Only the single-pass builder supersamples.
     let finer_samples = |n: &u32| DeepImageSettings { supersampling: *n, ..by(DeepBuilder::SinglePass, all) };
@@ -58,7 +58,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
         by(DeepBuilder::SinglePass, few),
         by(DeepBuilder::PerTriangle, few),
         by(DeepBuilder::PerDirection, few),
-        // Takes minutes for all directions.
+        // Takes minutes with all directions, so it is measured with few.
         by(DeepBuilder::DepthPeeling, few),
         by(DeepBuilder::SinglePass, all),
         by(DeepBuilder::PerTriangle, all),
@@ -76,12 +76,12 @@ pub fn groups(quick: bool) -> Vec<Group> {
     ]
 }
 
-/// Description of what tells a configuration from others of as many directions and texels.
+/// Describes a configuration, apart from its number of directions and its resolution.
 pub fn in_words(settings: &DeepImageSettings) -> String {
     let DeepImageSettings { builder, supersampling, store, depth, search, payload, .. } = settings;
     let mut words = builder.to_string();
     if *supersampling > 1 {
-        words += &format!(", {supersampling} times finer");
+        words += &format!(", {supersampling}x supersampling");
     }
     if *store != DeepStore::LinearArray {
         words += &format!(", {store}");
@@ -98,17 +98,17 @@ pub fn in_words(settings: &DeepImageSettings) -> String {
     words
 }
 
-/// Expected size of images, from others of the same supersampling: lists grow with the number of texels.
+/// Expected size of images, scaled by the number of texels from others with the same supersampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// Bytes of one image's lists and fragments.
+    /// Bytes of the lists and fragments of one image.
     pub bytes_a_direction: f64,
-    /// Fragments a texel to expect when images are divided into chunks: so many that the fullest chunk fits.
+    /// Fragments per texel for the division into chunks: enough that the fullest chunk fits.
     pub fragments_a_texel: u64,
 }
 
 impl Expected {
-    /// Expectation from the last images that were built with the same supersampling; `None` where there are none.
+    /// Estimates from the last images built with the same supersampling. `None` if there are none.
     pub fn of(settings: &DeepImageSettings, built: &[Row]) -> Option<Self> {
         let last = built.iter().rfind(|last| *last.get("supersampling") == settings.supersampling)?;
         let a_texel = |key| last.f64(key) / (last.f64("directions") * last.f64("resolution").powi(2));
@@ -118,13 +118,13 @@ impl Expected {
         })
     }
 
-    /// Most directions whose images fit.
+    /// Greatest number of directions whose images fit in memory.
     pub fn most_directions(&self) -> u64 {
         (MOST_BYTES / self.bytes_a_direction) as u64
     }
 }
 
-/// The settings with as many directions as fit, at most those asked for, and images in as few chunks as they fit.
+/// The settings with as many of the requested directions as fit in memory, and the images in as few chunks as possible.
 pub fn fitted(mut settings: DeepImageSettings, built: &[Row]) -> DeepImageSettings {
     let Some(expected) = Expected::of(&settings, built) else { return settings };
     let fits = expected.most_directions();
@@ -135,7 +135,7 @@ pub fn fitted(mut settings: DeepImageSettings, built: &[Row]) -> DeepImageSettin
     settings
 }
 
-/// Images of a size, for tests.
+/// A row of built images, for tests.
 #[cfg(test)]
 pub fn built(directions: u32, resolution: u32, bytes: u64, drawn: u64) -> Row {
     let row = Row::default().data("directions", directions).data("resolution", resolution).data("supersampling", 1);
@@ -156,7 +156,7 @@ mod tests {
 
     /// Other builders take no samples: their rows would be one measurement several times.
     #[test]
-    fn only_what_supersamples_is_in_its_table() {
+    fn the_supersampling_table_has_the_single_pass_builder_only() {
         for quick in [false, true] {
             let groups = groups(quick);
             let table = groups.iter().find(|group| group.title == "Supersampling").unwrap();
@@ -165,19 +165,19 @@ mod tests {
     }
 
     #[test]
-    fn directions_are_fewer_where_all_would_not_fit() {
+    fn directions_are_fewer_if_all_would_not_fit() {
         let default = DeepImageSettings::default();
         let built = |bytes, drawn| [built(100, 64, bytes, drawn)];
         let at = |resolution, built: &[Row]| fitted(DeepImageSettings { resolution, ..default }, built);
         assert_eq!(at(512, &[]), DeepImageSettings { resolution: 512, ..default });
         assert_eq!(at(64, &built(1_000_000_000, 1)).directions.count(), 169);
-        // Ten million bytes each, four times as many at twice the resolution.
+        // Ten million bytes per direction, and four times as many at twice the resolution.
         assert_eq!(at(128, &built(1_000_000_000, 1)).directions.count(), 100);
         assert_eq!(at(128, &built(u64::MAX, 1)).directions.count(), 1);
-        // Two a texel.
+        // Two fragments per texel.
         assert_eq!(at(128, &built(1, 2 * 100 * 64 * 64)).fragments_a_texel, 6);
         assert_eq!(at(128, &built(1, 0)).fragments_a_texel, 1);
-        // Nothing is known of images with another supersampling.
+        // There is no estimate for another supersampling.
         let finer = DeepImageSettings { supersampling: 2, ..default };
         assert_eq!(fitted(finer, &built(1_000_000_000, 1)), finer);
     }

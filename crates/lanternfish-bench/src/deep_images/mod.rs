@@ -1,5 +1,5 @@
-//! `lanternfish-bench deep-images`: building and tracing deep images, beside other builders and exact rays, with the error of
-//! every figure [Archer2019, table 2; Niessner2010, table 1].
+//! `lanternfish-bench deep-images`: times and errors of building and tracing deep images, compared with other builders and exact rays
+//! [Archer2019, table 2; Niessner2010, table 1].
 
 pub mod build;
 pub mod cases;
@@ -34,31 +34,31 @@ use crate::{
 /// Flags of `deep-images`.
 #[derive(Debug, Args)]
 pub struct DeepImagesArgs {
-    /// A shot (.toml), of which only the scene counts; a glTF or OBJ file, or demo:NAME.
+    /// A shot (.toml), of which only the scene is used; a glTF or OBJ file, or demo:NAME.
     #[arg(default_value = "demo:atrium")]
     scene: SceneName,
     #[command(flatten)]
     run: RunArgs,
-    /// Rays of each kind.
+    /// Number of rays per measurement.
     #[arg(long, value_name = "N", default_value_t = 1 << 19, value_parser = clap::value_parser!(u32).range(1024..=1 << 22))]
     rays: u32,
-    /// Few directions and coarse images only.
+    /// Measure few directions and coarse images only.
     #[arg(long)]
     quick: bool,
-    /// The tables that are made. Builders that draw the scene for each image or each layer take minutes in a large scene.
+    /// Tables to measure. Builders that draw the scene for each image or each layer take minutes in a large scene.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = TABLES, default_values = TABLES)]
     tables: Vec<String>,
     #[command(flatten)]
     part: PartArgs,
 }
 
-/// What every case shares.
+/// Inputs and results of all configurations.
 struct Bench {
     run: Run,
     profiler: Profiler,
-    /// For the builders, which draw the BVH's triangles, and for the BVH.
+    /// Scene with a BVH, for rays through it and for the builders, which draw its triangles.
     uploaded: GpuScene,
-    /// For rays through the adapter's own structure, where it has one.
+    /// Scene with the adapter's acceleration structure, for ray queries. `None` if the adapter has no ray query.
     with_ray_query: Option<GpuScene>,
     built: Vec<Row>,
     traced: Vec<Row>,
@@ -66,7 +66,7 @@ struct Bench {
     left_out: Vec<LeftOut>,
 }
 
-/// Measures, and writes the report.
+/// Measures and writes the report.
 pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let shot = subject::shot_of(&args.scene)?;
@@ -82,14 +82,14 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
         }
     }
     if bench.with_ray_query.is_none() {
-        bench.leave_out("ray query", "this adapter has none");
+        bench.leave_out("ray query", "not supported by this adapter");
     }
     progress.finish();
 
     let triangles = exact.triangle_count();
     let mut report = Document::of_scene("Deep images", &args.scene, &bench.run.gpu, args.run.runs);
     report.facts(Row::default().data("triangles", triangles));
-    let times = format!("the least of {} runs (of one, where it takes ten seconds)", args.run.runs);
+    let times = format!("least of {} runs (of one run if it takes more than 10 s)", args.run.runs);
     report.introduction(&format!("{} triangles", grouped(triangles as u64)), &times);
     let Bench { built, traced, holes, left_out, run, .. } = bench;
     report.list(builder_ratios(&built).into_iter().chain(tracer_ratios(&traced)));
@@ -100,15 +100,15 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     if !holes.is_empty() {
         report.heading("Holes");
         report.paragraph(
-            "Surfaces that images miss of those of a draw for each direction, and those that they have besides: fragments without a partner \
-             within a texel of depth in the list of the same texel. By the cosine between a surface's normal and the image's axis.",
+            "Missing and spurious surfaces, compared with the `per_direction` builder: fragments without a counterpart within one texel of depth \
+             in the list of the same texel. Missing ones are grouped by the cosine between the surface normal and the image's axis.",
         );
         report.show(holes);
     }
     report.heading("Tracing");
     report.paragraph(
-        "Rays from surfaces in all directions; the error is that of the distance to the first hit, relative to an exact ray along the ray's \
-         own direction (images have their own).",
+        "Rays from surfaces in all directions. Error: relative error of the distance to the first hit, against an exact ray along the original \
+         direction (rays through images follow the nearest image direction).",
     );
     for group in traced.chunk_by(|a, b| a.get("group") == b.get("group")) {
         report.subheading(group[0].words_of("group"));
@@ -137,7 +137,7 @@ impl Bench {
         self.left_out.push(LeftOut { what: what.to_owned(), reason: reason.to_string() });
     }
 
-    /// Builds images with as many directions as fit, counts holes, and traces rays. What an adapter refuses is left out.
+    /// Builds images with as many directions as fit, counts holes, and traces rays. Records what the adapter cannot build as left out.
     fn case(
         &mut self,
         group: &Group,
@@ -151,7 +151,7 @@ impl Bench {
             self.leave_out(&doing, format_args!("{} directions would take too much memory", wanted.directions.count()));
         }
         let runs = self.run.runs;
-        // Lists that do not fit the device, say: the others go on.
+        // For example, lists that exceed the device's limits: continue with the next configuration.
         let (mut row, images) = match progress.step("build", &doing, || self.build(runs, group.title, settings)) {
             Ok(made) => made,
             Err(error) => {
@@ -159,22 +159,22 @@ impl Bench {
                 return Ok(());
             }
         };
-        let mut found = None;
+        let mut counted = None;
         if group.with_holes && settings.builder != DeepBuilder::PerDirection {
             let doing = format!("Holes, {doing}");
             match progress.step("holes", &doing, || self.holes(settings, &images)) {
-                Ok(holes) => found = Some(holes),
+                Ok(holes) => counted = Some(holes),
                 Err(error) => self.leave_out(&doing, error),
             }
         }
-        let holes = found.map(|holes| holes_row(&row, &holes));
+        let holes = counted.map(|holes| holes_row(&row, &holes));
         row = row.data("holes", &holes);
         self.holes.extend(holes);
         self.built.push(row);
-        let known = progress
+        let reference_rays = progress
             .step("rays", "Exact rays", || Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, rays)))?;
         let tracing = format!("Tracing, {doing}");
-        let traced = progress.step("trace", &tracing, || self.trace(group, settings, &images, known))?;
+        let traced = progress.step("trace", &tracing, || self.trace(group, settings, &images, reference_rays))?;
         self.traced.extend(traced);
         Ok(())
     }
@@ -188,7 +188,7 @@ impl Bench {
         build(&self.run.gpu, &mut self.profiler, &self.uploaded, runs, group, settings)
     }
 
-    /// What images of these settings miss of those of a draw for each direction.
+    /// Compares images with those of the builder that draws each direction.
     fn holes(&mut self, settings: DeepImageSettings, images: &DeepImages) -> Result<Holes, CliError> {
         let settings = DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings };
         let (_, baseline) = self.build(0, "holes", settings)?;
@@ -201,7 +201,7 @@ fn holes_row(built: &Row, holes: &Holes) -> Row {
         .shown("images", built.words("images"))
         .shown("directions", built.words("directions"))
         .shown("texels", built.words("resolution"))
-        .fixed("fragments", "fragments, of a direction's", 3, holes.fragments)
+        .fixed("fragments", "fragments, ratio to per_direction", 3, holes.fragments)
         .percent("missing", "missing", 3, holes.missing)
         .data("missing_by_cosine", holes.missing_by_cosine);
     let classes = ["to 1/4", "to 1/2", "to 3/4", "to 1"].into_iter().zip(holes.missing_by_cosine);
@@ -209,7 +209,7 @@ fn holes_row(built: &Row, holes: &Holes) -> Row {
     row.percent("spurious", "spurious", 3, holes.spurious)
 }
 
-/// Each row over the row of the same table, directions and texels whose `key` is `baseline`.
+/// Pairs of a row and its baseline: the row with the same table, directions and resolution whose `key` is `baseline`.
 fn over<'r>(rows: &'r [Row], key: &'static str, baseline: &'static str) -> impl Iterator<Item = (&'r Row, &'r Row)> {
     let is_alike = |a: &Row, b: &Row| ["group", "directions", "resolution"].iter().all(|key| a.get(key) == b.get(key));
     let others = rows.iter().filter(move |row| *row.get(key) != baseline);
@@ -218,7 +218,7 @@ fn over<'r>(rows: &'r [Row], key: &'static str, baseline: &'static str) -> impl 
     })
 }
 
-/// How much longer the other builders take than the single pass, at equal directions and raster.
+/// Build times of the other builders relative to the single-pass builder, for equal directions and resolution.
 fn builder_ratios(built: &[Row]) -> Vec<String> {
     let ratio = |(row, single): (&Row, &Row)| {
         let (directions, texels, times) =
@@ -228,21 +228,21 @@ fn builder_ratios(built: &[Row]) -> Vec<String> {
     over(built, "builder", "single_pass").map(ratio).collect()
 }
 
-/// How many times as many rays a second go through images as through the BVH that was timed beside them.
+/// Ray rates through images relative to the rate through the BVH, measured in the same run.
 fn tracer_ratios(traced: &[Row]) -> Vec<String> {
     let ratio = |(row, bvh): (&Row, &Row)| {
         let [random, by_direction] = ["rate_random", "rate_by_direction"].map(|key| row.f64(key) / bvh.f64(key));
         let (structure, directions, texels) =
             (row.words("structure"), row.words("directions"), row.words("resolution"));
         format!(
-            "{structure} / BVH, {directions} x {texels}, rays a second: {random:.1} random, {by_direction:.1} by direction"
+            "{structure} / BVH, {directions} x {texels}, ray rate: {random:.1} random, {by_direction:.1} by direction"
         )
     };
     over(traced, "structure", Tracer::BVH.name()).map(ratio).collect()
 }
 
 #[test]
-fn ratios_are_between_rows_that_differ_in_one_thing() {
+fn ratios_are_between_rows_that_differ_in_one_parameter() {
     let row = |builder: &str, directions: u32, ms| {
         let row = Row::default().data("group", "Builders").data("builder", builder);
         row.number("directions", "", directions).number("resolution", "", 64).fixed("total_ms", "", 1, ms)

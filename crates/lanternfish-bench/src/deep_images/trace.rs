@@ -11,28 +11,28 @@ use lanternfish_papers::{DeepImageSettings, deep_images::DeepImages};
 use super::{
     Bench,
     cases::{Group, in_words},
-    rays::KnownRay,
+    rays::ReferenceRay,
 };
 use crate::{
     run::{least, ms_of},
     table::Row,
 };
 
-/// One ray in this many goes through a software adapter's ray query, which is slow.
+/// The ray query of a software adapter is slow, and traces one ray in this many.
 const SOFTWARE_RAYS: usize = 8;
 
 impl Bench {
-    /// Traces `rays` through every tracer of deep images, and through the exact ones where the group wants them.
+    /// Traces `rays` with every tracer of deep images, and with the exact tracers if the group requires them.
     pub fn trace(
         &mut self,
         group: &Group,
         settings: DeepImageSettings,
         images: &DeepImages,
-        rays: Vec<KnownRay>,
+        rays: Vec<ReferenceRay>,
     ) -> Result<Vec<Row>, CliError> {
         let tracer = RayTracer::new(&self.run.gpu.device)?;
-        let known = Tracer::all().into_iter().filter(|known| known.is_supported(&self.run.gpu.device));
-        let (coarse, exact): (Vec<_>, Vec<_>) = known.partition(|known| !known.is_exact());
+        let supported = Tracer::all().into_iter().filter(|through| through.is_supported(&self.run.gpu.device));
+        let (coarse, exact): (Vec<_>, Vec<_>) = supported.partition(|through| !through.is_exact());
         let requested = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
         let is_software = self.run.gpu.description.device_type == "Cpu";
         let figures = |through: Tracer| {
@@ -41,7 +41,7 @@ impl Bench {
             let count = chosen.len();
             let rate = |ms: f64| count as f64 / ms / 1e3;
             let (random_ms, _) = self.time(&tracer, through, images, &chosen)?;
-            chosen.sort_by_key(|known| known.ray.image_and_side);
+            chosen.sort_by_key(|reference| reference.ray.image_and_side);
             let (by_direction_ms, distances) = self.time(&tracer, through, images, &chosen)?;
             let errors = Errors::of(&distances, &chosen);
             Ok(Row::default()
@@ -52,7 +52,7 @@ impl Bench {
                 .said_as(format_args!("{}²", settings.resolution))
                 .text("structure", "structure", through.name())
                 .count("rays", "rays", count as u64)
-                // Million rays a second, best of all runs, in random order and image by image.
+                // Best ray rate of all runs, millions per second, in random order and sorted by image.
                 .fixed("rate_random", "random, M/s", 2, rate(random_ms))
                 .fixed("rate_by_direction", "by direction, M/s", 2, rate(by_direction_ms))
                 .percent("error_median", "error, median", 2, errors.median)
@@ -63,15 +63,15 @@ impl Bench {
         requested.map(figures).collect()
     }
 
-    /// Milliseconds, the least of all runs but the first, and distances.
+    /// Traces rays and returns the least time of all runs but the first, ms, and the distances, m.
     fn time(
         &mut self,
         tracer: &RayTracer,
         through: Tracer,
         images: &DeepImages,
-        rays: &[KnownRay],
+        rays: &[ReferenceRay],
     ) -> Result<(f64, Vec<f32>), CliError> {
-        let rays: Vec<TracedRay> = rays.iter().map(|known| known.ray).collect();
+        let rays: Vec<TracedRay> = rays.iter().map(|reference| reference.ray).collect();
         let uploaded = tracer.upload(&self.run.gpu.device, &rays)?;
         let scene = match (through, &self.with_ray_query) {
             (tracer, Some(scene)) if tracer == Tracer::RAY_QUERY => scene,
@@ -89,29 +89,32 @@ impl Bench {
     }
 }
 
-/// How far distances are from the ground truth; the median and the 95th percentile of relative errors where both rays hit, and the ratios of rays that miss what
-/// the exact ray hits, and hit something where it hits nothing. Zero where there is nothing to judge.
+/// Errors of traced distances against exact rays. All are zero if there are no rays.
 #[derive(Debug, PartialEq)]
 struct Errors {
+    /// Median of the relative errors of rays where both hit.
     median: f64,
+    /// 95th percentile of the same errors.
     p95: f64,
+    /// Fraction of rays that miss where the exact ray hits.
     missed: f64,
+    /// Fraction of rays that hit where the exact ray misses.
     false_hits: f64,
 }
 
 impl Errors {
-    fn of(found: &[f32], known: &[KnownRay]) -> Self {
+    fn of(actual: &[f32], reference: &[ReferenceRay]) -> Self {
         let (mut errors, mut missed, mut false_hits) = (Vec::new(), 0, 0);
-        for (found, known) in found.iter().zip(known) {
-            match known.distance {
-                Some(distance) if *found >= 0.0 => errors.push(f64::from((found - distance).abs() / distance)),
+        for (actual, reference) in actual.iter().zip(reference) {
+            match reference.distance {
+                Some(distance) if *actual >= 0.0 => errors.push(f64::from((actual - distance).abs() / distance)),
                 Some(_) => missed += 1,
-                None => false_hits += usize::from(*found >= 0.0),
+                None => false_hits += usize::from(*actual >= 0.0),
             }
         }
         errors.sort_by(f64::total_cmp);
         let at = |fraction: f64| errors.get((fraction * errors.len() as f64) as usize).copied().unwrap_or_default();
-        let fraction = |count: usize| count as f64 / known.len().max(1) as f64;
+        let fraction = |count: usize| count as f64 / reference.len().max(1) as f64;
         Self { median: at(0.5), p95: at(0.95), missed: fraction(missed), false_hits: fraction(false_hits) }
     }
 }
@@ -122,9 +125,9 @@ mod tests {
 
     #[test]
     fn errors_are_those_of_the_distances() {
-        let known = [Some(1.0), Some(2.0), Some(4.0), Some(1.0), None, None]
-            .map(|distance| KnownRay { ray: TracedRay::default(), distance });
-        let errors = Errors::of(&[1.0, 3.0, 8.0, -1.0, 5.0, -1.0], &known);
+        let reference = [Some(1.0), Some(2.0), Some(4.0), Some(1.0), None, None]
+            .map(|distance| ReferenceRay { ray: TracedRay::default(), distance });
+        let errors = Errors::of(&[1.0, 3.0, 8.0, -1.0, 5.0, -1.0], &reference);
         assert_eq!(errors, Errors { median: 0.5, p95: 1.0, missed: 1.0 / 6.0, false_hits: 1.0 / 6.0 });
         assert_eq!(Errors::of(&[], &[]), Errors { median: 0.0, p95: 0.0, missed: 0.0, false_hits: 0.0 });
     }

@@ -1,4 +1,4 @@
-//! A ground truth as a file keeps it: the mean, its variance, and the mean of half of the samples.
+//! The file of a ground truth: layers of the mean, its variance, and the mean of half of the samples.
 
 use std::path::Path;
 
@@ -18,13 +18,14 @@ const VARIANCE: &str = "variance";
 const FIRST_HALF: &str = "first_half";
 const DROPPED: &str = "lanternfish.dropped";
 
-/// What a ground truth's file holds.
+/// Contents of a ground truth's file.
 pub struct Layers {
     pub mean: RgbImage,
     /// Variance of each value of `mean`.
     variance: RgbImage,
     /// Mean of the first ⌊spp / 2⌋ samples.
     pub first_half: RgbImage,
+    /// Number of samples that were not finite.
     pub dropped: u64,
 }
 
@@ -76,19 +77,19 @@ impl Layers {
         errors.sum::<f64>() / (3 * self.mean.pixels.len()) as f64
     }
 
-    /// Standard deviation of the image's energy, as a share of the energy. Pixels are independent; the channels of one pixel, which
-    /// share their paths, are taken to err together.
+    /// Standard deviation of the image's energy, as a fraction of the energy. Pixels are independent. The channels of a pixel come from the
+    /// same paths, and are assumed to be fully correlated.
     pub fn energy_deviation(&self) -> f64 {
         let deviation = |pixel: &[f32; 3]| pixel.iter().map(|variance| f64::from(*variance).sqrt()).sum::<f64>();
         let variance: f64 = self.variance.pixels.iter().map(|pixel| deviation(pixel).powi(2)).sum();
         variance.sqrt() / energy_of(&self.mean)
     }
 
-    /// Mean of the samples that `first_half` leaves out.
+    /// Mean of the samples that are not in `first_half`.
     pub fn second_half(&self, spp: u64) -> RgbImage {
         let (all, first) = (spp as f32, (spp / 2) as f32);
         let rest = |(mean, half): (&[f32; 3], &[f32; 3])| {
-            // Rounding may leave a little less than nothing.
+            // Rounding may give slightly negative values.
             std::array::from_fn(|c| ((all * mean[c] - first * half[c]) / (all - first)).max(0.0))
         };
         let pixels = self.mean.pixels.iter().zip(&self.first_half.pixels).map(rest).collect();

@@ -1,4 +1,4 @@
-//! Rays whose ends bring what the radiance cache keeps, beside rays whose ends are shaded.
+//! Indirect light with cached radiance at hits, compared with shaded hits.
 
 use lanternfish::{
     RenderedImage, Renderer,
@@ -21,13 +21,13 @@ use crate::{
     technique,
 };
 
-/// Frames after which the cache counts as warm.
+/// Number of frames before the frame with a warm cache.
 const WARM_FRAMES: u32 = 32;
-/// Samples of each cache entry in an image whose cache is warmed before its rays are looked at.
+/// Samples of each cache entry for the image with a warmed cache.
 const WARMED_SAMPLES: u32 = 64;
 
 impl Bench<'_> {
-    /// Rows through the BVH, and within a texel of the plan's first images.
+    /// Measures rays through the BVH, and through the images of `set` with the within-texel tracer.
     pub fn cached(
         &self,
         set: Option<ImageSet>,
@@ -35,14 +35,14 @@ impl Bench<'_> {
         progress: &mut Progress,
     ) -> Result<Vec<Row>, CliError> {
         let through_images = set.map(|set| (set, WITHIN_TEXEL));
-        let ways =
+        let techniques =
             [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
         let direct =
             Settings { indirect: technique::NO_INDIRECT, ..Case::plain(Brdf::Diffuse).settings(self.look, None) };
         let direct = energy(&self.rendering(direct)?);
         let mut rows = Vec::new();
         for images in [None].into_iter().chain(through_images.map(Some)) {
-            for (hit_light, bounces) in ways {
+            for (hit_light, bounces) in techniques {
                 let case = Case { images, ..Case::plain(Brdf::Diffuse) };
                 let settings = |cache_samples| {
                     let mut settings = case.settings(self.look, None);
@@ -73,8 +73,8 @@ impl Bench<'_> {
                             .fixed("rate_traced", "traced, M/s", 2, traced)
                             .fixed("rate_with_light", "with light, M/s", 2, with_light)
                             .shown("ratio", format_args!("{:.2}", with_light / traced))
-                            .count("cells", "cells", counter(&warm.report, "radiance_cache/entries"))
-                            .count("samples", "samples a frame", counter(&warm.report, "radiance_cache/samples"))
+                            .count("cells", "entries", counter(&warm.report, "radiance_cache/entries"))
+                            .count("samples", "samples per frame", counter(&warm.report, "radiance_cache/samples"))
                             .fixed("energy", "energy", 3, fraction(&first))
                             .fixed("warmed_energy", "warmed", 3, fraction(&warmed))
                             .fixed("flip", "FLIP", 4, flip(&first, converged)?)
@@ -87,7 +87,7 @@ impl Bench<'_> {
         Ok(rows)
     }
 
-    /// An image of one frame, after one whose times do not count.
+    /// Renders an image of one frame, after a warm-up frame.
     fn rendering(&self, settings: Settings) -> Result<RenderedImage, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         let mut render = || renderer.render(self.scene(Brdf::Diffuse), self.camera, self.size.width, self.size.height);
@@ -95,7 +95,7 @@ impl Bench<'_> {
         Ok(render()?)
     }
 
-    /// The frame after [`WARM_FRAMES`] others of one mean.
+    /// Renders the frame after [`WARM_FRAMES`] frames of one accumulation.
     fn warm_frame(&self, settings: Settings) -> Result<RenderedImage, CliError> {
         let settings = Settings { accumulate: WARM_FRAMES + 1, ..settings };
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
@@ -108,29 +108,30 @@ impl Bench<'_> {
     }
 }
 
-fn sum(rendering: &RenderedImage, counts: fn(&PassTime) -> bool) -> f64 {
-    rendering.report.passes.iter().filter(|pass| counts(pass)).map(|pass| pass.ms).sum()
+/// Time of the passes that are `wanted`, ms.
+fn sum(rendering: &RenderedImage, wanted: fn(&PassTime) -> bool) -> f64 {
+    rendering.report.passes.iter().filter(|pass| wanted(pass)).map(|pass| pass.ms).sum()
 }
 
 fn is_trace(pass: &PassTime) -> bool {
     pass.name == "indirect/trace"
 }
 
-/// All that light takes, between tracing and smoothing.
+/// True for the passes that compute the light at hits, between tracing and filtering.
 fn is_light(pass: &PassTime) -> bool {
     let shading = ["indirect/shade", "indirect/shadow", "indirect/emitters"];
     shading.contains(&pass.name.as_str())
-        || ["indirect/entries/", "radiance_cache/"].iter().any(|room| pass.name.starts_with(room))
+        || ["indirect/entries/", "radiance_cache/"].iter().any(|folder| pass.name.starts_with(folder))
 }
 
-/// What the table says.
+/// Text of the table.
 pub fn text(converged_frames: u32) -> String {
     format!(
-        "The whole frame, without building deep images: an image of one frame, whose cache is empty before it, and the frame after \
-         {WARM_FRAMES} others (*warm*). Rays a second are of the warm frame; *with light*: and all that is done for the light at their hits. \
-         *Energy*, of the indirect light, and *FLIP* are against the mean of {converged_frames} frames through the BVH whose hits are shaded: \
-         of the image of one frame, and of one whose entries had {WARMED_SAMPLES} samples each before (*warmed*). With every bounce there is \
-         more light than in that mean."
+        "Frame times exclude building deep images: of an image of one frame with an initially empty cache, and of the frame after \
+         {WARM_FRAMES} others (*warm*). Ray rates are those of the warm frame; *with light* includes the light at hits. *Energy* of the \
+         indirect light, and *FLIP*, are against the mean of {converged_frames} frames through the BVH with shaded hits: for the image of one \
+         frame, and for one whose entries have {WARMED_SAMPLES} samples each (*warmed*). With all bounces there is more light than in that \
+         mean."
     )
 }
 
@@ -139,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_light_takes_is_all_between_tracing_and_smoothing() {
+    fn light_passes_are_all_between_tracing_and_filtering() {
         let of = |name: &str| PassTime { name: name.to_owned(), ms: 1.0 };
         for name in ["indirect/shade", "indirect/shadow", "indirect/entries/find", "radiance_cache/light"] {
             assert!(is_light(&of(name)) && !is_trace(&of(name)), "{name}");

@@ -1,4 +1,4 @@
-//! What is measured: one list.
+//! The measured configurations.
 
 use lanternfish::{
     settings::{Materials, Samples, Settings, Tracer},
@@ -10,27 +10,26 @@ use serde::Serialize;
 
 use crate::technique;
 
-/// Frames of an image where they are averaged.
+/// Number of frames of an accumulated image.
 const FRAMES: u32 = 4;
 
-/// What all surfaces of the scene are made of.
+/// Material of all surfaces of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Brdf {
-    /// Their base colour is a diffuse albedo.
+    /// Diffuse, with the base colour as albedo.
     Diffuse,
-    /// Half metal, of roughness 0.3.
+    /// Metallic 0.5, roughness 0.3.
     Glossy,
-    /// Half metal, smooth.
+    /// Metallic 0.5, roughness 0.
     Mirror,
 }
 
 impl Brdf {
     pub const ALL: [Self; 3] = [Self::Diffuse, Self::Glossy, Self::Mirror];
 
-    /// Its name; rays a pixel [Niessner2010, §7], diffuse and glossy; and the k of his 6 k² directions, 96 for diffuse light and 150 for the
-    /// others [Niessner2010, table 1, fig. 7]. The renderer has at least one diffuse ray: where glossy ones are measured it is traced,
-    /// but not counted.
+    /// Name; diffuse and glossy rays per pixel [Niessner2010, §7]; and k of the paper's 6 k² directions, 96 for diffuse light and 150 for the
+    /// others [Niessner2010, table 1, fig. 7]. The renderer always traces a diffuse ray, which is not counted if glossy rays are measured.
     const fn of_paper(self) -> (&'static str, (u32, u32), u32) {
         match self {
             Self::Diffuse => ("diffuse", (8, 0), 4),
@@ -51,7 +50,7 @@ impl Brdf {
         self.of_paper().2
     }
 
-    /// Rays a pixel that count.
+    /// Rays per pixel that are counted.
     pub const fn counted_rays(self) -> u32 {
         match self.rays() {
             (diffuse, 0) => diffuse,
@@ -59,7 +58,7 @@ impl Brdf {
         }
     }
 
-    /// Rays a pixel before those that count.
+    /// Rays per pixel before those that are counted.
     pub const fn skipped_rays(self) -> u32 {
         match self.rays() {
             (_, 0) => 0,
@@ -67,8 +66,8 @@ impl Brdf {
         }
     }
 
-    /// The scene with all surfaces made of it. What is all metal would send nothing on but lamps' highlights, for there is one
-    /// bounce: half of every surface stays diffuse, so that there is something to be seen in it.
+    /// The scene with this material on all surfaces. With one bounce, pure metals would reflect only highlights of lights, so metallic is 0.5
+    /// and reflections show diffuse surfaces.
     pub fn scene(self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
         let roughness = match self {
@@ -95,9 +94,9 @@ impl Brdf {
 /// A set of deep images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageSet {
-    /// 6 k² directions, 3 k² images.
+    /// Parameter of the direction set: 6 k² directions, 3 k² images.
     pub k: u32,
-    /// Texels across and down each.
+    /// Width and height of each image, texels.
     pub resolution: u32,
 }
 
@@ -116,26 +115,26 @@ impl ImageSet {
     }
 }
 
-/// How an image is made.
+/// One configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Case {
     pub brdf: Brdf,
-    /// What rays are traced through; without, the BVH.
+    /// Deep images and their tracer; `None` for the BVH.
     pub images: Option<(ImageSet, Tracer)>,
-    /// Pixels to each side.
+    /// Radius of the filter, pixels.
     pub filter_radius: u32,
     pub samples: Samples,
     pub accumulate: u32,
 }
 
 impl Case {
-    /// Through the BVH, filtered, without antialiasing.
+    /// The basic configuration: through the BVH, filtered, without antialiasing.
     pub fn plain(brdf: Brdf) -> Self {
         let filter_radius = Sampled::default().filter_radius;
         Self { brdf, images: None, filter_radius, samples: Samples::One, accumulate: 1 }
     }
 
-    /// The same through the BVH.
+    /// The same configuration through the BVH.
     pub fn through_bvh(self) -> Self {
         Self { images: None, ..self }
     }
@@ -144,7 +143,8 @@ impl Case {
         self.images.map_or(Tracer::BVH, |(_, tracer)| tracer)
     }
 
-    /// `look`: what all configurations share. `fragments_a_texel`: as [`DeepImageSettings`] has it, where there are images.
+    /// Settings of the configuration. `look` holds those common to all configurations, `fragments_a_texel` is that of
+    /// [`DeepImageSettings`].
     pub fn settings(self, look: &Settings, fragments_a_texel: Option<u64>) -> Settings {
         let (diffuse_rays, glossy_rays) = self.brdf.rays();
         let mut deep_images = self.images.map_or_else(DeepImageSettings::default, |(set, _)| set.settings());
@@ -182,21 +182,21 @@ impl Case {
     }
 }
 
-/// Image sets with what is traced through them.
+/// An image set with the configurations that trace through it.
 pub struct Group {
     pub set: ImageSet,
     pub rows: Vec<Case>,
 }
 
-/// All that is measured: through the BVH first; then image sets from coarse to fine, so that those before say how large the next
-/// would be.
+/// All configurations: through the BVH first, then image sets from coarse to fine, so that the size of the next set can be estimated from
+/// the last.
 pub struct Plan {
     pub through_bvh: Vec<Case>,
     pub groups: Vec<Group>,
 }
 
 impl Plan {
-    /// `resolutions`: those of images, ascending; where there are none, the paper's.
+    /// Returns the plan for image resolutions in texels, ascending; those of the paper if `resolutions` is empty.
     pub fn new(quick: bool, resolutions: &[u32]) -> Self {
         let through_bvh: Vec<Case> = Brdf::ALL.iter().flat_map(|brdf| variations(*brdf, quick)).collect();
         // [Niessner2010, table 1].
@@ -205,8 +205,8 @@ impl Plan {
         let sets =
             resolutions.iter().flat_map(|resolution| ks.iter().map(|k| ImageSet { k: *k, resolution: *resolution }));
         let group = |set: ImageSet| {
-            let is_his = |brdf: Brdf| set.resolution == resolutions[0] && (quick || set.k == brdf.k());
-            let rows = through_bvh.iter().filter(|row| **row == Case::plain(row.brdf) || is_his(row.brdf));
+            let is_in_paper = |brdf: Brdf| set.resolution == resolutions[0] && (quick || set.k == brdf.k());
+            let rows = through_bvh.iter().filter(|row| **row == Case::plain(row.brdf) || is_in_paper(row.brdf));
             let traced = |row: &Case| {
                 let row = *row;
                 let tracers = Tracer::all().into_iter().filter(|tracer| !tracer.is_exact());
@@ -218,7 +218,7 @@ impl Plan {
     }
 }
 
-/// Plain, without filter, and with each kind of antialiasing.
+/// The basic configuration, without filter, and with each kind of antialiasing.
 fn variations(brdf: Brdf, quick: bool) -> Vec<Case> {
     let plain = Case::plain(brdf);
     let mut all = vec![plain];
@@ -253,7 +253,7 @@ mod tests {
         let rows = || plan.groups.iter().flat_map(|group| &group.rows);
         let plain = rows().filter(|row| row.through_bvh() == Case::plain(row.brdf));
         assert_eq!(plain.count(), 6 * 2 * Brdf::ALL.len());
-        // Without filter, and both kinds of antialiasing: where his figures are, and nowhere else.
+        // Without filter, and with both kinds of antialiasing, only for the paper's image sets.
         let varied: Vec<_> = rows().filter(|row| row.through_bvh() != Case::plain(row.brdf)).collect();
         assert_eq!(varied.len(), 3 * 2 * Brdf::ALL.len());
         for row in varied {

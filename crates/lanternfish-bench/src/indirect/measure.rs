@@ -1,4 +1,4 @@
-//! Renders every case, times it, and compares its image.
+//! Renders and times every configuration, and compares its image.
 
 use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Settings, techniques::Sampled};
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
@@ -20,19 +20,19 @@ use crate::{
     technique,
 };
 
-/// The figures of a case.
+/// Row of a configuration.
 fn row(case: Case, bytes: u64, rendering: &RenderedImage, times: Times, errors: Row) -> Row {
     let Case { brdf, images, filter_radius, samples, accumulate } = case;
     let covered = rendering.radiance.iter().map(|pixel| pixel[3]);
-    // Summed over all frames.
+    // Sum over all frames.
     let rays = rays(covered, accumulate, brdf.counted_rays());
     let rate = |ms: f64| rays as f64 / ms / 1e3;
     let resolution = images.map(|(set, _)| set.resolution);
     Row::default()
         .text("brdf", "BRDF", brdf.name())
-        .shown("rays a pixel", brdf.counted_rays())
+        .shown("rays per pixel", brdf.counted_rays())
         .text("tracer", "tracer", case.tracer().name())
-        // One deep image serves two directions.
+        // A deep image holds two opposite directions.
         .optional("directions", "directions", images.map(|(set, _)| set.directions()))
         .optional("resolution", "texels", resolution)
         .said_as(resolution.map_or(DASH.to_owned(), |texels| format!("{texels}²")))
@@ -43,7 +43,7 @@ fn row(case: Case, bytes: u64, rendering: &RenderedImage, times: Times, errors: 
         .count("rays", "rays traced", rays)
         .and(times.row())
         .fixed("rate_traced", "traced, M/s", 2, rate(times.counted_trace_ms))
-        .fixed("rate_shaded", "and shaded, M/s", 2, rate(times.counted_trace_ms + times.counted_shade_ms))
+        .fixed("rate_shaded", "with shading, M/s", 2, rate(times.counted_trace_ms + times.counted_shade_ms))
         .and(errors)
 }
 
@@ -54,17 +54,17 @@ pub fn is_plain(row: &Row) -> bool {
         && *row.get("accumulate") == 1
 }
 
-/// True if two rows differ in filter and antialiasing alone, if in anything.
+/// True if two rows differ at most in filter and antialiasing.
 pub fn trace_alike(a: &Row, b: &Row) -> bool {
     ["brdf", "tracer", "directions", "resolution"].iter().all(|key| a.get(key) == b.get(key))
 }
 
-/// Everything that was measured.
+/// All results.
 #[derive(Debug, Default)]
 pub struct Measured {
     pub images: Vec<Row>,
     pub rows: Vec<Row>,
-    /// The radiance cache's.
+    /// Rows of the radiance cache.
     pub cached: Vec<Row>,
     pub left_out: Vec<LeftOut>,
 }
@@ -75,12 +75,12 @@ impl Measured {
     }
 }
 
-/// What every case shares.
+/// Inputs of all configurations.
 pub struct Bench<'a> {
     pub run: &'a Run,
     pub camera: &'a Camera,
     pub size: Size,
-    /// Settings of lights and look, which cases do not change.
+    /// Settings of lights and look, equal in all configurations.
     pub look: &'a Settings,
     /// Number of frames whose mean is [`Baselines::converged`].
     pub converged_frames: u32,
@@ -88,7 +88,7 @@ pub struct Bench<'a> {
     pub scenes: Vec<GpuScene>,
 }
 
-/// What the images of one BRDF, filter and antialiasing are compared with.
+/// Reference of all images with the same BRDF, filter and antialiasing.
 struct Reference {
     case: Case,
     bvh: RenderedImage,
@@ -103,7 +103,7 @@ impl Reference {
 }
 
 impl Bench<'_> {
-    /// All of a plan. What an adapter, or the renderer, refuses is left out.
+    /// Measures a plan. Configurations that fail on the adapter or in the renderer are left out.
     pub fn measure(&self, plan: &Plan, progress: &mut Progress) -> Result<Measured, CliError> {
         let mut measured = Measured::default();
         let converged = Brdf::ALL.iter().map(|brdf| {
@@ -135,7 +135,11 @@ impl Bench<'_> {
         Ok(measured)
     }
 
-    /// Builds the images of a group for their figures, and gives how they are best divided; or why there are none.
+    /// Builds and times the images of a group, and returns the fragments per texel for their division into chunks.
+    ///
+    /// # Errors
+    ///
+    /// Returns the reason if the images do not fit or cannot be built.
     fn fragments_a_texel(
         &self,
         group: &Group,
@@ -145,7 +149,7 @@ impl Bench<'_> {
     ) -> Result<u64, String> {
         let settings = sized(group.set.settings(), built)?;
         let doing = format!("Building, {}", group.set.in_words());
-        // Their geometry is the same.
+        // The scenes of all BRDFs have the same geometry.
         let (run, scene) = (self.run, self.scene(Brdf::Diffuse));
         let made = progress.step("build", &doing, || build(&run.gpu, profiler, scene, run.runs, "indirect", settings));
         built.push(made.map_err(|error| error.to_string())?.0);
@@ -164,8 +168,8 @@ impl Bench<'_> {
         let bytes = measured.images.last().and_then(|built| built.get("bytes").as_u64()).unwrap_or(0);
         for case in &group.rows {
             let words = case.in_words();
-            let Some(reference) = references.iter().find(|known| known.case == case.through_bvh()) else {
-                measured.leave_out(words, "there is no such image through the BVH to compare with");
+            let Some(reference) = references.iter().find(|reference| reference.case == case.through_bvh()) else {
+                measured.leave_out(words, "no image through the BVH to compare with");
                 continue;
             };
             match progress.step("rows", &words, || self.render(*case, Some(fragments_a_texel))) {
@@ -187,14 +191,17 @@ impl Bench<'_> {
         Renderer::with_engine(&self.run.engine, settings)
     }
 
-    /// The mean of many frames through the BVH, which also goes to a file.
+    /// Renders the mean of many frames through the BVH, and writes it to a file.
     fn converged(&self, brdf: Brdf) -> Result<RenderedImage, CliError> {
         let accumulate = self.converged_frames;
         let case = Case { filter_radius: 0, accumulate, ..Case::plain(brdf) };
         let mut renderer = self.renderer(case.settings(self.look, None))?;
         let rendering = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
         if energy(&rendering) <= 0.0 {
-            return Err(CliError::new("the image is black", "add lights, e.g. --lights rain:10, or look elsewhere"));
+            return Err(CliError::new(
+                "the image is black",
+                "add lights, e.g. --lights rain:10, or choose another view",
+            ));
         }
         image::write(&self.run.folder.join(format!("{}.png", brdf.name())), &rendering)?;
         Ok(rendering)
@@ -208,7 +215,7 @@ impl Bench<'_> {
         Ok((Reference { case, bvh, direct_energy: energy(&direct) }, times))
     }
 
-    /// The image, and the times of the run whose frames took least; one before them is not timed.
+    /// Renders the image, and returns it with the times of the fastest run. A first run is not timed.
     fn render(&self, case: Case, fragments_a_texel: Option<u64>) -> Result<(RenderedImage, Times), RenderError> {
         let mut renderer = self.renderer(case.settings(self.look, fragments_a_texel))?;
         let (skipped, counted) = (case.brdf.skipped_rays(), case.brdf.counted_rays());
@@ -219,7 +226,7 @@ impl Bench<'_> {
         Ok(least(self.run.runs, frames, |(_, times)| times.frame_ms)?.1)
     }
 
-    /// One image, with the passes of each of its frames.
+    /// Renders one image, and returns it with the passes of each of its frames.
     fn frames(&self, renderer: &mut Renderer, case: Case) -> Result<(RenderedImage, Vec<Vec<PassTime>>), RenderError> {
         let scene = self.scene(case.brdf);
         let Size { width, height } = self.size;
@@ -228,7 +235,7 @@ impl Bench<'_> {
             let passes = std::mem::take(&mut rendering.report.passes);
             return Ok((rendering, vec![passes]));
         }
-        // Frame by frame: of a whole image the times of its frames come summed up.
+        // Frame by frame, because the report of an accumulated image holds only the sum of its frames' times.
         renderer.reset();
         let mut frames = Vec::new();
         loop {
@@ -241,7 +248,11 @@ impl Bench<'_> {
     }
 }
 
-/// Divided into as few chunks as fit, by the images that were built before; or why they would not fit.
+/// The settings with a division into as few chunks as possible, estimated from the images built before.
+///
+/// # Errors
+///
+/// Returns the estimated size if the images would not fit in memory.
 fn sized(settings: DeepImageSettings, built: &[Row]) -> Result<DeepImageSettings, String> {
     let Some(expected) = Expected::of(&settings, built) else { return Ok(settings) };
     let count = settings.directions.count();
@@ -258,10 +269,10 @@ mod tests {
     use crate::deep_images::cases::built;
 
     #[test]
-    fn what_would_not_fit_is_left_out_with_its_size() {
+    fn images_that_would_not_fit_are_left_out_with_their_size() {
         let fine = ImageSet { k: 8, resolution: 512 }.settings();
         assert_eq!(sized(fine, &[]), Ok(fine));
-        // Four times as many images of sixteen times as many texels, two fragments each.
+        // Four times as many images with sixteen times as many texels, and two fragments per texel.
         let fits = sized(fine, &[built(48, 128, 50_000_000, 2 * 48 * 128 * 128)]).unwrap();
         assert_eq!(fits, DeepImageSettings { fragments_a_texel: 6, ..fine });
         let too_large = sized(fine, &[built(48, 128, 100_000_000, 1)]);

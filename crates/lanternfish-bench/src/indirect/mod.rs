@@ -1,4 +1,4 @@
-//! `lanternfish-bench indirect`: rays of indirect light through deep images, beside the BVH, with what they cost in quality
+//! `lanternfish-bench indirect`: speed and errors of indirect light with rays through deep images, compared with the BVH
 //! [Niessner2010, §7].
 
 mod cached;
@@ -29,19 +29,19 @@ use crate::{
 pub struct IndirectArgs {
     #[command(flatten)]
     run: RunArgs,
-    /// Texels across and down an image; several between commas, ascending. Filter and antialiasing are measured with the first.
-    /// Without: 128,512, or 16,32 with --quick.
+    /// Width and height of a deep image, texels; several separated by commas, ascending. Filter and antialiasing are measured with the
+    /// first. Default: 128,512, or 16,32 with --quick.
     #[arg(long = "resolution", value_name = "TEXELS", value_delimiter = ',')]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=4096))]
     resolutions: Vec<u32>,
-    /// Few directions, coarse images, and filter and antialiasing of diffuse light only.
+    /// Measure few directions and coarse images, and filter and antialiasing of diffuse light only.
     #[arg(long)]
     quick: bool,
     #[command(flatten)]
     subject: SubjectArgs,
 }
 
-/// Measures, and writes the report.
+/// Measures and writes the report.
 pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let Subject { scene, mut cameras, look } = Subject::load(&args.subject, false, &mut progress)?;
@@ -63,8 +63,8 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     let mut report = Document::of_scene("Indirect light by rays", source, &run.gpu, run.runs);
     let facts = Row::default().data("triangles", triangles).data("width", width).data("height", height);
     report.facts(facts.data("converged_frames", converged_frames));
-    let what = format!("{width} x {height}, {} triangles", grouped(triangles as u64));
-    report.introduction(&what, &format!("the least of {} runs", run.runs));
+    let what = format!("{width} x {height} pixels, {} triangles", grouped(triangles as u64));
+    report.introduction(&what, &format!("least of {} runs", run.runs));
     page::report(&mut report, measured, converged_frames);
     report.write(&run.folder)
 }

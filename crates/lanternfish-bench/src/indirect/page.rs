@@ -1,4 +1,4 @@
-//! The bench's tables, and Nießner's beside them.
+//! Tables of the indirect benchmark, compared with the paper's.
 
 use super::{
     cached,
@@ -11,37 +11,37 @@ use crate::{
     table::{DASH, Row},
 };
 
-const RATES: &str = "Rays a second are of the rays that the BRDF's name stands for; the one diffuse ray that is traced beside glossy ones is in \
-                     the milliseconds, not in the rate. *And shaded* counts tracing and shading of hits: one light chosen of all, its shadow \
-                     ray through the BVH. Rays that would go into their own surface are counted and not traced. *Images*: building deep \
-                     images within these frames; *frame*: everything else.";
+const RATES: &str = "Ray rates count the rays of the BRDF only; the diffuse ray that is traced besides glossy rays is in the times, not in the \
+                     rate. *With shading* includes shading of hits: one light sampled from all, with a shadow ray through the BVH. Rays into \
+                     their own surface are counted but not traced. *Images*: building deep images within these frames, ms; *frame*: all other \
+                     passes, ms.";
 
 /// Adds everything to a report.
 pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) {
     let Measured { images, rows, cached, left_out } = measured;
     report.paragraph(RATES);
     report.paragraph(format!(
-        "*Energy* and *FLIP to BVH* are against the image with the same rays, filter and antialiasing through the BVH: what the images cost. \
-         *Of indirect*: the same without direct light. *To many frames*: FLIP against the mean of {converged_frames} frames through the BVH \
-         without filter, nearly free of noise and of jagged edges: `diffuse.png`, `glossy.png`, `mirror.png`."
+        "*Energy* and *FLIP to BVH* are against the image with the same rays, filter and antialiasing through the BVH: the error of deep \
+         images. *Of indirect*: energy of indirect light alone. *To many frames*: FLIP against the mean of {converged_frames} frames through \
+         the BVH without filter, with little noise and aliasing: `diffuse.png`, `glossy.png`, `mirror.png`."
     ));
     report.list(rows.iter().filter(|row| is_plain(row)).filter_map(|row| ratio(row, &rows)));
-    report.heading("Beside Nießner's (2010, table 1)");
+    report.heading("Comparison with Nießner (2010, table 1)");
     report.paragraph(format!(
-        "Million rays a second, shading included. His are of other hardware and another scene ({}): neither column says anything about the \
-         other but how they change from row to row.",
+        "Million rays per second, shading included. The paper used other hardware and another scene ({}): compare only the changes from row to \
+         row.",
         paper::MACHINE
     ));
     report.show(beside_paper(&rows));
     report.list(paper::OTHERS.iter().map(|other| (*other).to_owned()));
     report.heading("Images");
-    report.paragraph("Every chunk is what one binding holds, and a pass of its own for every ray of the pixels.");
+    report.paragraph("A chunk fits one buffer binding. Each chunk adds a tracing pass.");
     report.show(images.iter().map(image_row));
     report.heading("Rays through images and through the BVH");
     report.show(rows.iter().filter(|row| is_plain(row)).cloned());
-    report.heading("Filter: pixels to each side, 0 is off");
+    report.heading("Filter: radius in pixels, 0 is off");
     report.show(varied(&rows, |row| *row.get("filter_radius") == 0));
-    report.heading("Antialiasing: samples at edges, and the mean of frames, each with images of its own");
+    report.heading("Antialiasing: samples at edges, and the mean of frames");
     report.show(varied(&rows, |row| row.f64("samples") > 1.0 || row.f64("accumulate") > 1.0));
     report.keep("images", images);
     report.keep("rows", rows);
@@ -49,7 +49,7 @@ pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) 
     report.left_out(&left_out);
 }
 
-/// How much faster rays are than through the BVH.
+/// Ray rates relative to those through the BVH.
 fn ratio(row: &Row, rows: &[Row]) -> Option<String> {
     let is_bvh = |bvh: &&Row| bvh.get("directions").is_null() && bvh.get("brdf") == row.get("brdf") && is_plain(bvh);
     let bvh = rows.iter().find(is_bvh).filter(|_| !row.get("directions").is_null())?;
@@ -57,26 +57,26 @@ fn ratio(row: &Row, rows: &[Row]) -> Option<String> {
     let [brdf, tracer, directions, texels, flip] =
         ["brdf", "tracer", "directions", "resolution", "flip"].map(|key| row.words(key));
     Some(format!(
-        "{brdf} {tracer} / BVH, {directions} x {texels}: rays a second {traced:.2} traced, {shaded:.2} and shaded; FLIP {flip}"
+        "{brdf} {tracer} / BVH, {directions} x {texels}: ray rate {traced:.2} traced, {shaded:.2} with shading; FLIP {flip}"
     ))
 }
 
-/// [Niessner2010, table 1], and ours at his number of images, across texels as he traces.
+/// Rates of [Niessner2010, table 1], and ours with the paper's number of images and its across-texels tracer.
 fn beside_paper(rows: &[Row]) -> Vec<Row> {
     let row = |brdf: Brdf, resolution: u32| {
         let directions = 6 * brdf.k() * brdf.k();
         let plain = || rows.iter().filter(|row| *row.get("brdf") == brdf.name() && is_plain(row));
         let bvh = plain().find(|row| *row.get("tracer") == "bvh");
-        let is_his = |row: &&Row| *row.get("directions") == directions && *row.get("resolution") == resolution;
-        let ours = plain().filter(is_his).find(|row| *row.get("tracer") == "across-texels");
+        let is_in_paper = |row: &&Row| *row.get("directions") == directions && *row.get("resolution") == resolution;
+        let ours = plain().filter(is_in_paper).find(|row| *row.get("tracer") == "across-texels");
         let rate = |row: Option<&Row>, key| row.map_or(DASH.to_owned(), |row| row.words(key).to_owned());
         Row::default()
             .text("brdf", "BRDF", brdf.name())
             .shown("directions", directions)
             .shown("texels", format_args!("{resolution}²"))
             .shown("ours, traced", rate(ours, "rate_traced"))
-            .shown("ours, and shaded", rate(ours, "rate_shaded"))
-            .shown("BVH, and shaded", rate(bvh, "rate_shaded"))
+            .shown("ours, with shading", rate(ours, "rate_shaded"))
+            .shown("BVH, with shading", rate(bvh, "rate_shaded"))
             .shown("Nießner", paper::rate(brdf, resolution, directions).unwrap_or(DASH))
     };
     Brdf::ALL.into_iter().flat_map(|brdf| [128, 512].map(|resolution| row(brdf, resolution))).collect()
@@ -94,7 +94,7 @@ fn image_row(built: &Row) -> Row {
         .shown("MB", built.words("bytes"))
 }
 
-/// Rows that vary a plain one so, each group after its plain row.
+/// Each plain row that has variations, followed by those.
 fn varied(rows: &[Row], is_varied: impl Fn(&Row) -> bool) -> Vec<Row> {
     let of_plain = |plain: &Row| {
         let others: Vec<&Row> = rows.iter().filter(|row| trace_alike(row, plain) && is_varied(row)).collect();
@@ -117,7 +117,7 @@ mod tests {
             .number("samples", "samples", 1)
             .number("accumulate", "frames", 1)
             .fixed("rate_traced", "traced, M/s", 2, 2.0 * rate)
-            .fixed("rate_shaded", "and shaded, M/s", 2, rate)
+            .fixed("rate_shaded", "with shading, M/s", 2, rate)
             .fixed("flip", "FLIP", 4, 0.0123)
     }
 
@@ -131,18 +131,18 @@ mod tests {
     }
 
     #[test]
-    fn his_figures_stand_beside_ours() {
+    fn the_papers_rates_are_beside_ours() {
         let page = to_markdown(&beside_paper(&rows()));
         assert!(page.contains("| diffuse | 96 | 128² | 6.00 | 3.00 | 1.00 | 37–50 |"), "{page}");
         assert!(page.contains("| glossy | 150 | 512² | – | – | – | 63–71 |"), "{page}");
-        let said = "diffuse across-texels / BVH, 96 x 512: rays a second 2.00 traced, 2.00 and shaded; FLIP 0.0123";
+        let said = "diffuse across-texels / BVH, 96 x 512: ray rate 2.00 traced, 2.00 with shading; FLIP 0.0123";
         assert_eq!(ratio(&rows()[3], &rows()), Some(said.to_owned()));
         assert_eq!(ratio(&rows()[0], &rows()), None);
         assert!(paper::MACHINE.contains("GTX 285"));
     }
 
     #[test]
-    fn what_is_varied_stands_beside_what_it_was() {
+    fn variations_follow_their_plain_row() {
         let filters = varied(&rows(), |row| *row.get("filter_radius") == 0);
         let filters: Vec<_> = filters.iter().map(|row| (row.words("resolution"), row.words("filter_radius"))).collect();
         assert_eq!(filters, [("128", "8"), ("128", "0")]);

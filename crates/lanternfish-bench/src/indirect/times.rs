@@ -1,4 +1,4 @@
-//! Sums the times of passes into figures.
+//! Sums pass times into the times of a row.
 
 use lanternfish_gpu::PassTime;
 
@@ -9,31 +9,32 @@ use crate::{
 
 const TRACE: &str = "indirect/trace";
 const SHADE: &str = "indirect/shade";
-/// Rays from what was shaded to the lights that were chosen for it.
+/// Shadow rays from shaded hits to their sampled lights.
 const SHADOW: &str = "indirect/shadow";
 
-/// Device time of one image, all its frames, milliseconds.
+/// Device times of one image, summed over its frames, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Times {
-    /// Tracing all rounds of rays.
+    /// Tracing all rays.
     pub trace_ms: f64,
     pub shade_ms: f64,
     pub resolve_ms: f64,
     pub filter_ms: f64,
-    /// Building deep images in these frames; 0 where they were kept.
+    /// Building deep images in these frames; 0 if they were reused.
     pub images_ms: f64,
     /// All passes but those that build deep images.
     pub frame_ms: f64,
-    /// Tracing the rounds whose rays count: those after the skipped ones.
+    /// Tracing the counted rays: those after the skipped samples.
     pub counted_trace_ms: f64,
+    /// Shading the hits of the counted rays.
     pub counted_shade_ms: f64,
 }
 
 impl Times {
-    /// Times of an image, from the passes of its frames. Each frame traces `rounds` rounds of one ray a pixel, many in one pass, and shades each
-    /// by itself; the first `skipped` of them do not count for `counted_trace_ms`, where all rounds are taken to last as long, and
-    /// `counted_shade_ms`.
-    pub fn of(frames: &[Vec<PassTime>], rounds: u32, skipped: u32) -> Self {
+    /// Sums the passes of an image's frames. Each frame traces `samples` rays per pixel, many in one pass, and shades each sample in a
+    /// separate pass. The first `skipped` samples are excluded from `counted_trace_ms`, where all samples are assumed to take equally long,
+    /// and from `counted_shade_ms`.
+    pub fn of(frames: &[Vec<PassTime>], samples: u32, skipped: u32) -> Self {
         let mut times = Self::default();
         for passes in frames {
             let all = |name: &str| -> Vec<f64> {
@@ -48,15 +49,15 @@ impl Times {
             times.frame_ms += frame_ms(passes);
             let counted = |name: &str| {
                 let all = all(name);
-                all[skipped as usize * all.len() / rounds as usize..].iter().sum::<f64>()
+                all[skipped as usize * all.len() / samples as usize..].iter().sum::<f64>()
             };
-            times.counted_trace_ms += sum(TRACE) * f64::from(rounds - skipped) / f64::from(rounds);
+            times.counted_trace_ms += sum(TRACE) * f64::from(samples - skipped) / f64::from(samples);
             times.counted_shade_ms += counted(SHADE) + counted(SHADOW);
         }
         times
     }
 
-    /// As figures.
+    /// The times as figures of a row.
     pub fn row(&self) -> Row {
         Row::default()
             .fixed("trace_ms", "trace", 1, self.trace_ms)
@@ -70,12 +71,12 @@ impl Times {
     }
 }
 
-/// Number of counted rays that were traced, at most: those that would go into their own surface are not.
+/// Upper bound on the number of traced rays that are counted. Rays into their own surface are not traced.
 ///
-/// `covered`: what an image of `frames` says of each pixel, the share that surfaces cover. A frame's pixel that shows any
-/// surface sends `rays`.
+/// `covered` is the coverage of each pixel by surfaces, as the mean over `frames` frames. A pixel with any surface in a frame traces `rays`
+/// rays.
 pub fn rays(covered: impl Iterator<Item = f32>, frames: u32, rays: u32) -> u64 {
-    // A mean of few frames is off in its last bits.
+    // Tolerates rounding errors of the mean.
     let pixels: f64 = covered.map(|fraction| (f64::from(fraction) * f64::from(frames) - 1e-3).ceil().max(0.0)).sum();
     pixels as u64 * u64::from(rays)
 }
@@ -89,8 +90,8 @@ mod tests {
     }
 
     #[test]
-    fn rounds_that_do_not_count_are_left_out_of_the_rate_alone() {
-        // Two rounds, traced through two chunks.
+    fn skipped_samples_are_left_out_of_the_rate_only() {
+        // Two samples, traced through two chunks.
         let passes = frame(&[
             ("prepass", 1.0),
             ("deep_images/sort", 100.0),
@@ -121,11 +122,11 @@ mod tests {
     }
 
     #[test]
-    fn pixels_without_surface_send_no_rays() {
+    fn pixels_without_surface_trace_no_rays() {
         assert_eq!(rays([0.0, 1.0, 1.0].into_iter(), 1, 8), 16);
-        // Edges of several samples.
+        // A pixel with partial coverage by several samples.
         assert_eq!(rays([0.25, 0.0].into_iter(), 1, 8), 8);
-        // Covered in three of four frames.
+        // Pixels with coverage in three and in one of four frames.
         assert_eq!(rays([0.75, 0.250_000_03].into_iter(), 4, 2), 8);
         assert_eq!(rays(std::iter::empty(), 4, 2), 0);
     }

@@ -1,4 +1,4 @@
-//! What is built again where something has moved or come: deep images, and the scene itself.
+//! Times of rebuilding deep images after a motion, and of adding an instance.
 
 use glam::Mat3A;
 use lanternfish::{
@@ -16,16 +16,16 @@ use crate::{
     technique,
 };
 
-/// Size of the image of the frame that builds deep images, pixels: all but a few of its milliseconds are theirs.
+/// Image size of the frame that builds deep images, pixels. Small, so that building takes most of the frame time.
 const SIZE: [u32; 2] = [64, 36];
 
 impl Bench {
-    /// Device ms, or for instances of all that it takes; least of all runs.
+    /// Device time of building deep images, and total time of adding an instance, ms; least of all runs.
     pub fn built(&self) -> Result<Row, CliError> {
         Ok(self.images()?.and(self.instances()?))
     }
 
-    /// Passes that build deep images, in the frame after one part has moved, and in the next, in which nothing has.
+    /// Passes that build deep images, in the frame after one part has moved, and in the next frame, without motion.
     fn images(&self) -> Result<Row, CliError> {
         let (scene, mut sampled) = (&self.scene, Quality::Good.sampled().one_bounce());
         sampled.tracer = WITHIN_TEXEL.into();
@@ -40,12 +40,13 @@ impl Bench {
         let mut uploaded = renderer.upload(scene)?;
         let camera = scene.default_camera(SIZE[0] as f32 / SIZE[1] as f32);
         let (mut image_passes, mut kept_passes, mut ms) = (0, 0, f64::INFINITY);
-        // What is emissive goes by an update.
+        // Emissive parts cannot move without an update.
         if let Some(part) = dark_part(scene) {
-            let mut places = [moved(scene, 0.01), scene.clone()].map(|scene| scene.instances[part].world_from_object);
+            let mut transforms =
+                [moved(scene, 0.01), scene.clone()].map(|scene| scene.instances[part].world_from_object);
             [ms] = leasts(self.run.runs, || {
-                renderer.move_instances(&mut uploaded, &[(part, places[0])])?;
-                places.swap(0, 1);
+                renderer.move_instances(&mut uploaded, &[(part, transforms[0])])?;
+                transforms.swap(0, 1);
                 let mut of_images = || {
                     let rendering = renderer.render(&uploaded, &camera, SIZE[0], SIZE[1])?;
                     let count =
@@ -54,7 +55,7 @@ impl Bench {
                 };
                 let ((moved, ms), (kept, _)) = (of_images()?, of_images()?);
                 (image_passes, kept_passes) = (moved, kept);
-                // Passes are not timed everywhere.
+                // Adapters without timestamps report no passes.
                 Ok::<_, CliError>([if moved > 0 { ms } else { f64::INFINITY }])
             })?;
         }
@@ -63,7 +64,7 @@ impl Bench {
         Ok(row.data("image_passes", image_passes).data("kept_passes", kept_passes))
     }
 
-    /// One instance more, by an update, and where it was there, scaled to nothing, and is moved in.
+    /// Times of adding an instance: by an update, and by moving a spare instance that was uploaded with zero scale.
     fn instances(&self) -> Result<Row, CliError> {
         let (renderer, scene) = (self.renderer(Shadows::BVH)?, &self.scene);
         let part = scene.instances.len() / 2;
@@ -77,7 +78,7 @@ impl Bench {
             let mut uploaded = renderer.upload(scene)?;
             let inserted = self.timed(|| Ok(renderer.update(&mut uploaded, &more)?))?;
             let mut uploaded = renderer.upload(&spare)?;
-            // The first move of an upload makes what moves it.
+            // The first move after an upload creates resources.
             renderer.move_instances(&mut uploaded, &[(0, moved(scene, 0.001).instances[0].world_from_object)])?;
             let moved_in =
                 self.timed(|| Ok(renderer.move_instances(&mut uploaded, &[(last, there)]).map(|_| ())?))?;
@@ -87,7 +88,7 @@ impl Bench {
     }
 }
 
-/// The middle one of the parts that are not emissive.
+/// The middle part of those that are not emissive.
 fn dark_part(scene: &Scene) -> Option<usize> {
     let is_emissive = |part: &usize| {
         let primitives = &scene.meshes[scene.instances[*part].mesh].primitives;
@@ -97,13 +98,13 @@ fn dark_part(scene: &Scene) -> Option<usize> {
     dark.get(dark.len() / 2).copied()
 }
 
-/// The figures as text.
+/// Describes the times in text.
 pub fn in_words(built: &Row) -> String {
     let [directions, resolution, passes, kept] =
         ["directions", "resolution", "image_passes", "kept_passes"].map(|key| built.get(key));
     format!(
-        "Deep images, {directions} of {resolution}² texels: {} of the device in the frame after one part has moved, in {passes} passes; in the \
-         next frame {kept}.\n\nOne instance more: {} ms by an update, {} ms where it was there, scaled to nothing, and is moved in.",
+        "Deep images, {directions} of {resolution}² texels: {} of device time in the frame after one part has moved, in {passes} passes; {kept} \
+         passes in the next frame.\n\nAdding an instance: {} ms by an update, {} ms by moving a spare instance with zero scale.",
         built.words("images_ms"),
         built.words("inserted_ms"),
         built.words("moved_in_ms")

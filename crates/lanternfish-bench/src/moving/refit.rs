@@ -1,4 +1,4 @@
-//! Rays through a tree that was refit after a motion, and through one that was built then.
+//! Ray rates through a BVH that was refit after a motion, compared with one built after it.
 
 use std::time::Instant;
 
@@ -18,14 +18,14 @@ use crate::{
     table::{Row, decimal},
 };
 
-/// How far parts are shifted at most, ratios to the scene's diagonal.
+/// Greatest shifts of parts, as ratios to the scene's diagonal.
 const REACHES: [f32; 4] = [0.001, 0.01, 0.1, 0.5];
 
-/// Moves of one part each, one after another.
+/// Number of successive moves of one part each.
 const MOVES: u32 = 1000;
 
 impl Bench {
-    /// Rows of one motion of all parts by the host, and of many motions of one part each by the device.
+    /// Measures one motion of all parts by the host, and many motions of one part each by the device.
     pub fn refits(&self, rays: u32) -> Result<Vec<Row>, CliError> {
         let cases = REACHES.map(|reach| (0, reach)).into_iter().chain([(MOVES, 0.01)]);
         cases.map(|(moves, reach)| self.refit(moves, reach, rays)).collect()
@@ -36,7 +36,7 @@ impl Bench {
         let mut elsewhere = moved(scene, reach);
         let mut list = Vec::new();
         if moves > 0 {
-            // Each a step from where its part stood; parts of a large scene move once or twice, those of a small one wander.
+            // Each move is relative to the part's last position. Parts of a large scene move once or twice, those of a small scene often.
             let steps = std::mem::replace(&mut elsewhere, scene.clone());
             for i in 0..moves as usize {
                 let part = (i * 7919) % scene.instances.len();
@@ -62,7 +62,7 @@ impl Bench {
         for (i, one) in list.iter().enumerate() {
             let start = Instant::now();
             let sent = renderer.move_instances(&mut uploaded, std::slice::from_ref(one))?;
-            // The first compiles.
+            // The first move compiles pipelines.
             if i > 0 {
                 longest_ms = longest_ms.max(1e3 * start.elapsed().as_secs_f64());
                 most_bytes = most_bytes.max(sent.bytes);
@@ -70,8 +70,8 @@ impl Bench {
             rebuilt += u32::from(sent.has_rebuilt);
         }
         let fresh = renderer.upload(&elsewhere)?;
-        let [(refit, found), (built, expected)] = self.rates([&uploaded, &fresh], &rays)?;
-        let differing = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
+        let [(refit, actual), (built, expected)] = self.rates([&uploaded, &fresh], &rays)?;
+        let differing = actual.iter().zip(&expected).filter(|(a, b)| a != b).count();
         Ok(Row::default()
             .number("moves", "moves", moves)
             .number("reach", "shift", decimal(reach))
@@ -85,7 +85,7 @@ impl Bench {
             .number("differing", "distances that differ", differing))
     }
 
-    /// Of two scenes, traced in turn: million rays a second, best of all runs, and how far each ray went.
+    /// Traces two scenes alternately. Returns for each the best ray rate of all runs, millions per second, and the distance of each ray, m.
     fn rates(&self, scenes: [&GpuScene; 2], rays: &[TracedRay]) -> Result<[(f64, Vec<f32>); 2], CliError> {
         let gpu = &self.run.gpu;
         let tracer = RayTracer::new(&gpu.device)?;
@@ -95,7 +95,8 @@ impl Bench {
         for run in 0..=self.run.runs {
             for (scene, (rate, distances)) in scenes.into_iter().zip(&mut rates) {
                 let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-                let found = tracer.record(&mut frame, scene, Tracer::BVH, None, &buffer, rays.len() as u32)?;
+                let buffer_of_distances =
+                    tracer.record(&mut frame, scene, Tracer::BVH, None, &buffer, rays.len() as u32)?;
                 let ms = self.timed(|| {
                     frame.submit();
                     Ok(())
@@ -103,7 +104,7 @@ impl Bench {
                 if run > 0 {
                     *rate = rate.max(rays.len() as f64 / ms / 1e3);
                 }
-                *distances = read_back::<f32>(&gpu.device, &gpu.queue, &found, rays.len())?;
+                *distances = read_back::<f32>(&gpu.device, &gpu.queue, &buffer_of_distances, rays.len())?;
             }
         }
         Ok(rates)
@@ -112,14 +113,14 @@ impl Bench {
 
 /// Adds the table to a report.
 pub fn report(report: &mut Document, rows: Vec<Row>) {
-    let held = rows.iter().filter(|row| row.f64("moves") > 0.0).map(|row| {
+    let longest = rows.iter().filter(|row| row.f64("moves") > 0.0).map(|row| {
         let (moves, ms, bytes) = (row.get("moves"), row.f64("longest_ms"), row.get("most_bytes"));
-        format!("The longest of {moves} moves held the host for {ms:.1} ms; the most that one of them sent are {bytes} bytes.")
+        format!("The longest of {moves} moves blocked the host for {ms:.1} ms; a move sent at most {bytes} bytes.")
     });
-    let held: Vec<String> = held.collect();
-    let text = "From all over the scene's box in all directions, after every part has turned and been shifted by up to so much of the \
-                scene's diagonal; or, with moves, after so many of one part each, by the device. *In the background*: how often another \
-                tree was built there and took the place of the one before.";
+    let longest: Vec<String> = longest.collect();
+    let text = "Rays start anywhere in the scene's bounding box, in all directions. *Shift*: greatest shift of the parts, relative to the \
+                scene's diagonal; parts are rotated too. *Moves*: number of moves of one part each, by the device; 0: one motion of all \
+                parts, by the host. *In the background*: number of rebuilds of the BVH in the background.";
     report.section("Rays through the BVH, closest hit", text, "refits", rows);
-    held.into_iter().for_each(|text| report.paragraph(text));
+    longest.into_iter().for_each(|text| report.paragraph(text));
 }

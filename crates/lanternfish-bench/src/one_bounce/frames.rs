@@ -1,4 +1,4 @@
-//! Frames one after the other: along the walk, and after the scene has changed.
+//! Sequences of frames: along the walk, and after a change of the scene.
 
 use lanternfish::{GpuScene, RenderedImage, Renderer, settings::Settings};
 use lanternfish_cli::error::CliError;
@@ -7,12 +7,12 @@ use lanternfish_scene::Scene;
 use super::Bench;
 
 impl Bench {
-    /// Frames of the walk to the place of the ground truth.
+    /// Number of frames of the walk to the camera of the ground truth.
     pub fn steps(&self) -> usize {
         self.cameras.len() / 2 + 1
     }
 
-    /// Walks to the place of the ground truth, a frame a step: the last.
+    /// Renders the frames of the walk to the camera of the ground truth, and returns the last.
     pub fn walked(&self, settings: &Settings) -> Result<RenderedImage, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let uploaded = renderer.upload(&self.scene)?;
@@ -24,8 +24,8 @@ impl Bench {
         Ok(last)
     }
 
-    /// Frames at rest, of which so many show the scene and the others what it has changed to: those with these numbers, from 1,
-    /// after the change.
+    /// Renders `before` frames of the scene and then frames of `changed`, with the camera at rest. Returns the frames after the change whose
+    /// numbers, from 1, are in `after`.
     pub fn after_change(
         &self,
         settings: &Settings,
@@ -42,13 +42,13 @@ impl Bench {
             frame(&mut renderer, &uploaded)?;
         }
         renderer.update(&mut uploaded, changed)?;
-        let mut found = Vec::new();
+        let mut renderings = Vec::new();
         for number in 1..=after.iter().copied().max().unwrap_or(0) {
             let rendering = frame(&mut renderer, &uploaded)?;
             if after.contains(&number) {
-                found.push(rendering);
+                renderings.push(rendering);
             }
         }
-        Ok(found)
+        Ok(renderings)
     }
 }

@@ -1,5 +1,5 @@
-//! What benches of one bounce of indirect light share: a view of a scene that its lights alone light, the path tracer's images of it, and
-//! a walk through it.
+//! Common parts of the benchmarks of one-bounce indirect light: a view of a scene under its lights alone, the path tracer's images of it,
+//! and a walk through it.
 
 mod frames;
 mod walk;
@@ -25,18 +25,18 @@ use crate::{
     technique,
 };
 
-/// Flags of benches of one bounce.
+/// Flags of the one-bounce benchmarks.
 #[derive(Debug, Args)]
 pub struct OneBounceArgs {
     #[command(flatten)]
     run: RunArgs,
-    /// Samples a pixel of the references: twice as many with one bounce, eight times as many without. More: less noise, slower.
+    /// Samples per pixel of the references: multiplied by 2 with one bounce, by 8 without. More: less noise, slower.
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u64).range(2..=1 << 20))]
     spp: u64,
-    /// Few cases only.
+    /// Measure few configurations only.
     #[arg(long)]
     pub quick: bool,
-    /// Only those whose name holds one of these words; the image without indirect light is always there. Repeatable.
+    /// Measure only configurations whose name contains these words; the image without indirect light is always included. Repeatable.
     #[arg(long, value_name = "WORDS")]
     only: Vec<String>,
     #[command(flatten)]
@@ -44,58 +44,59 @@ pub struct OneBounceArgs {
 }
 
 impl OneBounceArgs {
-    /// Whether a case, or a table, is requested.
+    /// True if a configuration or a table is requested.
     pub fn requests(&self, name: &str) -> bool {
         self.only.is_empty() || name == "none" || self.only.iter().any(|words| name.contains(words))
     }
 }
 
-/// One way to find indirect light.
+/// One configuration of indirect light.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What it changes, by the names of the command line.
+    /// The changed settings, by their names on the command line.
     pub name: String,
     pub settings: Settings,
 }
 
-/// Cases that are `look` with these kinds of indirect light.
-pub fn named(look: &Settings, ways: &[(&str, Indirect)]) -> Vec<Case> {
+/// Configurations of `look` with these techniques of indirect light.
+pub fn named(look: &Settings, techniques: &[(&str, Indirect)]) -> Vec<Case> {
     let case = |(name, indirect): &(&str, Indirect)| Case {
         name: (*name).to_owned(),
         settings: Settings { indirect: indirect.clone(), ..look.clone() },
     };
-    ways.iter().map(case).collect()
+    techniques.iter().map(case).collect()
 }
 
-/// Against the path tracer.
+/// Errors against the path tracer.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
-    /// Sum of the radiance of indirect light alone over that of the reference.
+    /// Energy of indirect light alone, as a ratio to that of the reference.
     indirect_energy: f64,
-    /// Mean HDR-FLIP of the whole image.
+    /// Mean HDR-FLIP of the complete image.
     flip: f64,
 }
 
 impl Errors {
-    /// As figures.
+    /// The errors as figures of a row.
     pub fn row(&self) -> Row {
         let row = Row::default().fixed("indirect_energy", "energy", 3, self.indirect_energy);
         row.fixed("flip", "FLIP", 4, self.flip)
     }
 }
 
-/// What every case shares.
+/// Inputs and references of all configurations.
 pub struct Bench {
     run: Run,
-    /// The scene, without light but that of its lights.
+    /// The scene without sky, environment and emission.
     pub scene: Scene,
     cameras: Vec<Camera>,
-    /// Direct light as it is requested.
+    /// Requested settings, with direct light only.
     pub look: Settings,
     pub size: Size,
     spp: u64,
-    /// The path tracer's image with one bounce, and the energy of the bounce alone.
+    /// The path tracer's image with one bounce.
     ground_truth: RgbImage,
+    /// Energy of the bounce alone, in that image.
     ground_truth_energy: f64,
     /// The path tracer's image without indirect light.
     direct_ground_truth: RgbImage,
@@ -106,13 +107,13 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Loads the scene, opens the adapter, and has the path tracer's images, traced or found. `name`: the bench's.
+    /// Loads the scene, opens the adapter, and reads or traces the path tracer's images. `name` is the name of the benchmark.
     pub fn start(args: &OneBounceArgs, name: &str, title: &str, progress: &mut Progress) -> Result<Self, CliError> {
         let size = args.subject.size;
-        let Subject { scene: whole, cameras, look } = Subject::load(&args.subject, false, progress)?;
+        let Subject { scene: complete, cameras, look } = Subject::load(&args.subject, false, progress)?;
         let run = Run::start_timed(&args.run, name)?;
-        // Light of the lights alone, whichever reference: nothing else is emissive, and nothing surrounds the scene.
-        let scene = ground_truths::of_lights_alone(whole);
+        // For every reference, the lights are the only light: no emission and no environment.
+        let scene = ground_truths::of_lights_alone(complete);
         let camera = &cameras[cameras.len() / 2];
         let subject =
             ground_truths::Subject { name: &scene.name, scene: &scene, camera, size, settings: &look, spp: args.spp };
@@ -122,7 +123,7 @@ impl Bench {
             progress.step("ground_truth", "Tracing one bounce", || ground_truth(GroundTruth::OneBounceFile))?;
         let ground_truth_energy = energy_of(&one_bounce.mean) - energy_of(&direct.mean);
         if ground_truth_energy <= 0.0 {
-            let hint = "add lights, e.g. --lights rain:10, or look elsewhere";
+            let hint = "add lights, e.g. --lights rain:10, or choose another view";
             return Err(CliError::new("no light arrives by one bounce", hint));
         }
         let Size { width, height } = size;
@@ -157,36 +158,36 @@ impl Bench {
         &self.cameras[self.cameras.len() / 2]
     }
 
-    /// The path tracer's image of another scene from the same place, traced or found.
+    /// Reads or traces the path tracer's image of another scene with the same camera.
     pub fn ground_truth_of(&self, ground_truth: GroundTruth, scene: &Scene) -> Result<RgbImage, CliError> {
         let (name, settings, spp) = (scene.name.as_str(), &self.look, self.spp);
         let subject = ground_truths::Subject { name, scene, camera: self.camera(), size: self.size, settings, spp };
         Ok(ground_truths::obtain(&self.run.folder, ground_truth, &subject)?.mean)
     }
 
-    /// Renders some frames, of which the first is not timed.
+    /// Renders a warm-up frame and timed frames.
     pub fn render(&self, settings: &Settings, size: Size) -> Result<Rendered, CliError> {
         self.render_scene(&self.scene, settings, size)
     }
 
-    /// The same of another scene.
+    /// As [`Self::render`], with another scene.
     pub fn render_scene(&self, scene: &Scene, settings: &Settings, size: Size) -> Result<Rendered, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let uploaded = renderer.upload(scene)?;
         let frame = || renderer.render(&uploaded, self.camera(), size.width, size.height);
-        // Deep images are built in the first frame alone.
+        // Deep images are built in the first frame only.
         let (first, rendering) = least(self.run.runs, frame, |rendering| frame_ms(&rendering.report.passes))?;
         Ok(Rendered { rendering, first: first.report.passes })
     }
 
-    /// Renders a case of the table, and compares it. Its image goes to the folder.
+    /// Renders a configuration of the table, compares its image, and writes it to the folder.
     pub fn row(&self, case: &Case) -> Result<(Rendered, Errors), CliError> {
         let rendered = self.render(&case.settings, self.size)?;
         let errors = self.keep(&case.name, &rendered.rendering)?;
         Ok((rendered, errors))
     }
 
-    /// Compares an image, which goes to the folder under a name.
+    /// Writes an image to the folder under a name, and compares it.
     pub fn keep(&self, name: &str, rendering: &RenderedImage) -> Result<Errors, CliError> {
         let file = format!("{}.png", name.replace([' ', ',', '.'], "-").replace("--", "-"));
         image::write(&self.run.folder.join(file), rendering)?;
@@ -194,34 +195,34 @@ impl Bench {
         Ok(self.errors(rendering, self.direct_energy, flip))
     }
 
-    /// Errors of an image, of whose energy so much is direct light.
+    /// Errors of an image with the energy `direct_energy` of direct light.
     fn errors(&self, rendering: &RenderedImage, direct_energy: f64, flip: f64) -> Errors {
         Errors { indirect_energy: (energy(rendering) - direct_energy) / self.ground_truth_energy, flip }
     }
 
-    /// Compares the mean of so many frames, which goes to the folder. Of its light that is indirect which is not in the mean of as many
-    /// frames without: edges and highlights of a mean are not those of one frame.
+    /// Renders the mean of `frames` frames, writes it to the folder, and compares it. Its direct light is that of `direct`, a mean of as many
+    /// frames without indirect light, because edges and highlights of a mean differ from those of one frame.
     pub fn mean_row(&self, case: &Case, frames: u32, direct: &RenderedImage) -> Result<Errors, CliError> {
         let mean = self.mean(&case.settings, frames)?;
         let flip = self.keep(&format!("{}, {frames} frames", case.name), &mean)?.flip;
         Ok(self.errors(&mean, energy(direct), flip))
     }
 
-    /// The mean of so many frames without indirect light, and its HDR-FLIP to the path tracer's direct light: what remains of the error
-    /// of such a mean where indirect light is right.
+    /// The mean of `frames` frames without indirect light, and its HDR-FLIP against the path tracer's direct light. That is the error of a
+    /// mean with exact indirect light.
     pub fn direct_mean(&self, frames: u32) -> Result<(RenderedImage, f64), CliError> {
         let mean = self.mean(&self.without(), frames)?;
         let (flip, _) = self.against(&mean, &self.direct_ground_truth)?;
         Ok((mean, flip))
     }
 
-    /// Mean HDR-FLIP of an image to a reference, and its sum over the reference's.
+    /// Mean HDR-FLIP of an image against a reference, and the ratio of their energies.
     pub fn against(&self, rendering: &RenderedImage, ground_truth: &RgbImage) -> Result<(f64, f64), CliError> {
         let pair = Pair::new(linear(rendering)?, ground_truth.clone())?;
         Ok((hdr_flip(&pair)?, energy(rendering) / energy_of(ground_truth)))
     }
 
-    /// The mean of so many frames.
+    /// Renders the mean of `frames` frames.
     fn mean(&self, settings: &Settings, frames: u32) -> Result<RenderedImage, CliError> {
         let settings = Settings { accumulate: frames, ..settings.clone() };
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
@@ -229,7 +230,7 @@ impl Bench {
         Ok(renderer.render(&uploaded, self.camera(), self.size.width, self.size.height)?)
     }
 
-    /// Adds to the report how much each flickers along the track, where there is one, and writes it.
+    /// Measures the flicker of each configuration along the track, if there is one, and writes the report.
     pub fn finish(mut self, walked: &[Case], mut progress: Progress) -> Result<(), CliError> {
         let mut rows = Vec::new();
         if self.cameras.len() > 1 && !walked.is_empty() {
@@ -241,8 +242,8 @@ impl Bench {
             }
         }
         progress.finish();
-        let text = "Surfaces are grey and diffuse and do not move, lights neither. Standard deviation of the indirect light of a place over \
-                    the frames that see it, and its mean change from one to the next, both over its mean.";
+        let text = "Surfaces are grey, diffuse and static, and so are lights. Standard deviation of the indirect light of a surface point over \
+                    the frames in which it is visible, and its mean change from frame to frame, both relative to its mean.";
         self.report.section("Flicker along the track", text, "flicker", rows);
         self.report.write(&self.run.folder)
     }
@@ -266,20 +267,20 @@ fn report(
     let facts = facts.data("height", height).data("truth_samples", spp);
     report.facts(facts.data("truth_noise", noise).data("truth_halves_flip", halves));
     let [triangles, lights] = [triangles as u64, lights as u64].map(grouped);
-    let what = format!("{width} x {height}, {triangles} triangles, {lights} lights");
-    report.introduction(&what, &format!("the least of {} runs, device ms", run.runs));
+    let what = format!("{width} x {height} pixels, {triangles} triangles, {lights} lights");
+    report.introduction(&what, &format!("least of {} runs, device time", run.runs));
     report.paragraph(format!(
-        "Reference: {spp} samples a pixel, energy of its bounce ± {:.1} %, FLIP of its halves {halves:.4}: an exact image would have about \
-         half of it. *Energy*: of indirect light alone, over the path tracer's one bounce. *FLIP*: HDR-FLIP of the whole image.",
+        "Reference: {spp} samples per pixel, energy of its bounce ± {:.1} %, FLIP between its halves {halves:.4}, of which an exact image would \
+         have about half. *Energy*: ratio of indirect light alone to the path tracer's one bounce. *FLIP*: HDR-FLIP of the complete image.",
         100.0 * noise
     ));
     report
 }
 
-/// Frames of one case.
+/// Frames of one configuration.
 pub struct Rendered {
-    /// The one that took least.
+    /// The fastest frame.
     pub rendering: RenderedImage,
-    /// The passes of the first, which builds what is kept.
+    /// Passes of the first frame, which builds reused structures.
     pub first: Vec<PassTime>,
 }

@@ -1,7 +1,7 @@
-//! How much light flickers along a walk on what does not move.
+//! Flicker of indirect light on static surfaces along a walk.
 //!
-//! Surfaces are grey and diffuse, so that a place looks the same from everywhere. Of every image the one without indirect light is taken
-//! away, with the edges of its shadows: whatever changes at a place from frame to frame is flicker of indirect light.
+//! Surfaces are grey and diffuse, so that a surface point has the same radiance in every view. The image without indirect light, with its
+//! shadow edges, is subtracted from every image. The remaining changes of a point from frame to frame are flicker of indirect light.
 
 use glam::{Vec3, Vec3A};
 use lanternfish::{
@@ -15,39 +15,40 @@ use lanternfish_scene::{Camera, Scene};
 
 use crate::table::Row;
 
-/// Places that are looked at, across and down the image in the middle of the walk.
-const PLACES: [u32; 2] = [48, 27];
-/// Frames in which a place must be seen to count.
+/// Numbers of tested surface points, across and down the image in the middle of the walk.
+const POINTS: [u32; 2] = [48, 27];
+/// Least number of frames with a visible point for the point to count.
 const LEAST_FRAMES: usize = 8;
 
-/// How steady one technique is.
+/// Flicker of one technique.
 #[derive(Debug)]
 pub struct Flicker {
     name: String,
     frames: usize,
-    /// Places that count.
-    places: usize,
-    /// Standard deviation over the frames in which a place is seen, over its mean; the mean and the greatest of 95 % of all places.
+    /// Number of counted points.
+    points: usize,
+    /// Standard deviation over the frames with a visible point, relative to the point's mean; mean over all points.
     mean: f64,
+    /// 95th percentile of the same deviation.
     percentile_95: f64,
-    /// Mean of the change from one frame to the next, over the mean.
+    /// Mean change from one frame to the next, relative to the mean.
     step: f64,
 }
 
 impl Flicker {
-    /// As figures.
+    /// The flicker as figures of a row.
     pub fn row(&self) -> Row {
         Row::default()
             .text("name", "", &self.name)
             .number("frames", "frames", self.frames)
-            .count("places", "places", self.places as u64)
+            .count("places", "points", self.points as u64)
             .percent("mean", "deviation", 2, self.mean)
-            .percent("percentile_95", "of 95 % of places at most", 2, self.percentile_95)
-            .percent("step", "change a frame", 2, self.step)
+            .percent("percentile_95", "95th percentile", 2, self.percentile_95)
+            .percent("step", "change per frame", 2, self.step)
     }
 }
 
-/// The scene in grey.
+/// The scene with grey diffuse surfaces.
 pub fn grey(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     for material in &mut scene.materials {
@@ -68,14 +69,14 @@ pub struct Walk<'a> {
     scene: &'a Scene,
     cameras: &'a [Camera],
     size: Size,
-    /// Where each place is seen in each frame, pixels; world-space points that an image in the middle of the walk shows.
+    /// Position of each point in each frame, pixels; `None` if it is not visible. The points are those visible in the middle of the walk.
     seen: Vec<Vec<Option<[f32; 2]>>>,
     /// Luminances of each frame without indirect light.
     direct: Vec<Vec<f32>>,
 }
 
 impl<'a> Walk<'a> {
-    /// `scene`: in grey; `look`: direct light.
+    /// Returns a walk through `scene`, a grey scene, with `look`, settings of direct light.
     pub fn new(
         engine: &'a Engine,
         scene: &'a Scene,
@@ -85,8 +86,8 @@ impl<'a> Walk<'a> {
     ) -> Result<Self, CliError> {
         let exact = Tracer::new(scene, TracerSettings::default())?;
         let middle = &cameras[cameras.len() / 2];
-        let [columns, rows] = PLACES;
-        let place = |i: u32| {
+        let [columns, rows] = POINTS;
+        let point = |i: u32| {
             let x = (i % columns) as f32 + 0.5;
             let y = (i / columns) as f32 + 0.5;
             let at = [x / columns as f32 * size.width as f32, y / rows as f32 * size.height as f32];
@@ -94,32 +95,33 @@ impl<'a> Walk<'a> {
             let distance = exact.nearest(origin, direction)?;
             Some(origin + distance * direction)
         };
-        let places: Vec<Vec3A> = (0..columns * rows).filter_map(place).collect();
+        let points: Vec<Vec3A> = (0..columns * rows).filter_map(point).collect();
         let sees = |camera: &Camera, p: Vec3A| {
             let at = pixel(camera, size, p)?;
             let (origin, direction) = ray(camera, size, at)?;
             let distance = exact.nearest(origin, direction)?;
             ((distance / (p - origin).length() - 1.0).abs() < 2e-3).then_some(at)
         };
-        let seen = places.iter().map(|p| cameras.iter().map(|camera| sees(camera, *p)).collect()).collect();
+        let seen = points.iter().map(|p| cameras.iter().map(|camera| sees(camera, *p)).collect()).collect();
         let mut walk = Self { engine, scene, cameras, size, seen, direct: Vec::new() };
         walk.direct = walk.renderings(look)?;
         Ok(walk)
     }
 
-    /// Walks it.
+    /// Renders the walk and measures flicker.
     pub fn flicker(&self, name: &str, settings: &Settings) -> Result<Flicker, CliError> {
         let renderings = self.renderings(settings)?;
         let at = |frame: usize, at: [f32; 2]| {
             interpolated(&renderings[frame], self.size, at) - interpolated(&self.direct[frame], self.size, at)
         };
-        let of_place =
-            |place: &Vec<Option<[f32; 2]>>| place.iter().enumerate().map(|(i, p)| p.map(|p| at(i, p))).collect();
-        let found: Vec<Vec<Option<f64>>> = self.seen.iter().map(of_place).collect();
-        Ok(Flicker { name: name.to_owned(), frames: self.cameras.len(), ..of(&found) })
+        let of_point = |positions: &Vec<Option<[f32; 2]>>| {
+            positions.iter().enumerate().map(|(i, p)| p.map(|p| at(i, p))).collect()
+        };
+        let luminances: Vec<Vec<Option<f64>>> = self.seen.iter().map(of_point).collect();
+        Ok(Flicker { name: name.to_owned(), frames: self.cameras.len(), ..of(&luminances) })
     }
 
-    /// Luminances of each frame.
+    /// Renders the walk, and returns the luminances of each frame.
     fn renderings(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
         let settings = Settings { materials: Materials::Lambert, ..settings.clone() };
         let mut renderer = Renderer::with_engine(self.engine, settings)?;
@@ -132,8 +134,8 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// The figures of places' luminances, frame by frame; none where a place is not seen.
-fn of(found: &[Vec<Option<f64>>]) -> Flicker {
+/// Flicker of points, from the luminance of each point in each frame; `None` if the point is not visible.
+fn of(points: &[Vec<Option<f64>>]) -> Flicker {
     let figures = |luminances: &Vec<Option<f64>>| {
         let seen = || luminances.iter().flatten();
         let count = seen().count() as f64;
@@ -143,21 +145,21 @@ fn of(found: &[Vec<Option<f64>>]) -> Flicker {
         let step = changes.iter().sum::<f64>() / changes.len().max(1) as f64;
         (mean > 0.0).then(|| (variance.sqrt() / mean, step / mean))
     };
-    let counted = found.iter().filter(|luminances| luminances.iter().flatten().count() >= LEAST_FRAMES);
+    let counted = points.iter().filter(|luminances| luminances.iter().flatten().count() >= LEAST_FRAMES);
     let mut all: Vec<(f64, f64)> = counted.filter_map(figures).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     let count = all.len().max(1) as f64;
     Flicker {
         name: String::new(),
         frames: 0,
-        places: all.len(),
+        points: all.len(),
         mean: all.iter().map(|(deviation, _)| deviation).sum::<f64>() / count,
         percentile_95: all.get(all.len() * 95 / 100).map_or(0.0, |(deviation, _)| *deviation),
         step: all.iter().map(|(_, step)| step).sum::<f64>() / count,
     }
 }
 
-/// The ray through a point of the image, pixels; none of a view with parallel rays.
+/// The ray through a point of the image, pixels. `None` for an orthographic view.
 fn ray(camera: &Camera, size: Size, [x, y]: [f32; 2]) -> Option<(Vec3A, Vec3A)> {
     let [left, right, bottom, top] = camera.projection.slopes(size.width as f32 / size.height as f32)?;
     let slopes =
@@ -165,7 +167,7 @@ fn ray(camera: &Camera, size: Size, [x, y]: [f32; 2]) -> Option<(Vec3A, Vec3A)> 
     Some((camera.eye().into(), camera.world_from_camera.transform_vector3a(slopes).normalize()))
 }
 
-/// Where a point is seen, pixels; none beside the image.
+/// Projects a point into the image, pixels. `None` if it is outside the image.
 fn pixel(camera: &Camera, size: Size, p: Vec3A) -> Option<[f32; 2]> {
     let [left, right, bottom, top] = camera.projection.slopes(size.width as f32 / size.height as f32)?;
     let p = camera.world_from_camera.inverse().transform_point3a(p);
@@ -178,6 +180,7 @@ fn pixel(camera: &Camera, size: Size, p: Vec3A) -> Option<[f32; 2]> {
     is_inside.then_some([x, y])
 }
 
+/// Bilinearly interpolated luminance at a point of the image, pixels.
 fn interpolated(luminances: &[f32], size: Size, [x, y]: [f32; 2]) -> f64 {
     let (x, y) = (x - 0.5, y - 0.5);
     let (column, row) = (x.floor(), y.floor());
@@ -197,19 +200,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_steady_does_not_flicker_and_what_jumps_does() {
-        let steady = of(&[vec![Some(2.0); 10], vec![Some(0.5); 20]]);
-        assert_eq!((steady.places, steady.mean, steady.step), (2, 0.0, 0.0));
+    fn constant_light_does_not_flicker_and_changing_light_does() {
+        let constant = of(&[vec![Some(2.0); 10], vec![Some(0.5); 20]]);
+        assert_eq!((constant.points, constant.mean, constant.step), (2, 0.0, 0.0));
         let jumps = of(&[(0..10).map(|i| Some(f64::from(i % 2))).collect()]);
         assert!((jumps.mean - 1.0).abs() < 1e-12 && (jumps.step - 2.0).abs() < 1e-12, "{jumps:?}");
-        assert_eq!(of(&[vec![Some(1.0); 3]]).places, 0, "seen too seldom");
-        // What happened where it was not seen is no change.
+        assert_eq!(of(&[vec![Some(1.0); 3]]).points, 0, "visible in too few frames");
+        // A change while the point is not visible does not count.
         let gap = of(&[(0..20).map(|i| (i % 10 != 0).then(|| f64::from(1 + i / 10))).collect()]);
         assert!(gap.mean > 0.3 && gap.step == 0.0, "{gap:?}");
     }
 
     #[test]
-    fn a_point_is_seen_where_its_ray_goes_through() {
+    fn a_point_on_the_ray_of_a_pixel_projects_to_that_pixel() {
         let projection = Projection::Perspective { fov_y: 1.0, near: 0.1 };
         let camera = Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, projection);
         let size = Size { width: 64, height: 36 };

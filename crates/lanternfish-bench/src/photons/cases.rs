@@ -1,4 +1,4 @@
-//! What is measured: one list.
+//! The measured configurations.
 
 use lanternfish::{
     settings::{Quality, Settings, Tracer},
@@ -17,12 +17,12 @@ use crate::{
     technique,
 };
 
-/// All of them. `look`: what they share; `quick`: few.
+/// All configurations, with the common settings `look`; few if `quick`.
 pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all = Vec::new();
     let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
     let of = |indirect| Settings { indirect, ..look.clone() };
-    let with = |room: PhotonSplatting| of(technique::photons(room));
+    let with = |photons: PhotonSplatting| of(technique::photons(photons));
     let usual = PhotonSplatting::default();
     let good = Quality::Good.sampled().one_bounce();
     add("none", of(technique::NO_INDIRECT));
@@ -40,7 +40,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     if quick {
         return all;
     }
-    let rooms = [
+    let techniques = [
         ("photon-count 1024, photon-radius 0.5", PhotonSplatting { count: 1024, radius: 0.5, ..usual }),
         ("photon-count 1024, photon-radius 2", PhotonSplatting { count: 1024, radius: 2.0, ..usual }),
         ("photon-count 256, photon-radius 0.5", PhotonSplatting { count: 256, radius: 0.5, ..usual }),
@@ -58,8 +58,8 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         ("photon-conserve on", PhotonSplatting { conserved: true, ..usual }),
         ("indirect-filter 0", PhotonSplatting { filter_radius: 0, ..usual }),
     ];
-    for (name, room) in rooms {
-        add(&format!("photon-splatting, {name}"), with(room));
+    for (name, photons) in techniques {
+        add(&format!("photon-splatting, {name}"), with(photons));
     }
     for culling in [technique::tiled(Default::default()), technique::raster_grid(Default::default())] {
         let name = culling.name();
@@ -70,14 +70,13 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     all
 }
 
-/// 512 deep images of so many texels along an edge: 200 in [Aalund2015, §5.2], 50 in fig. 9.
+/// 512 deep images of this resolution, texels: 200 in [Aalund2015, §5.2], 50 in fig. 9.
 pub fn papers_images(resolution: u32) -> DeepImageSettings {
     let directions = DirectionSet::ZonalEqualArea { count: 512 };
     DeepImageSettings { directions, resolution, ..DeepImageSettings::default() }
 }
 
-/// Photons as in the paper, which states neither how many there are nor how large they are: nothing is widened, nothing made up for,
-/// nothing filtered.
+/// Photons as in the paper, without widening, energy conservation and filter. The paper states neither the number nor the radius of photons.
 pub fn papers_photons() -> PhotonSplatting {
     PhotonSplatting {
         count: 1024,
@@ -90,10 +89,10 @@ pub fn papers_photons() -> PhotonSplatting {
     }
 }
 
-/// What means of frames are taken of. `quick`: not of four times the photons.
+/// Configurations whose means of frames are measured; without the one with 16,384 photons if `quick`.
 pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
     let usual = PhotonSplatting::default();
-    let rooms = [
+    let techniques = [
         ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
         ("virtual-lights", technique::virtual_lights(VirtualLights::default())),
         ("photon-splatting", technique::photons(usual)),
@@ -103,17 +102,17 @@ pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
             technique::photons(PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..usual }),
         ),
     ];
-    let mut all = named(look, &rooms);
+    let mut all = named(look, &techniques);
     all.retain(|case| !quick || !case.name.contains("16384"));
     all
 }
 
-/// What is walked along a track.
+/// Configurations whose flicker along a track is measured.
 pub fn walked(look: &Settings) -> Vec<Case> {
-    let rooms = [
+    let techniques = [
         ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
         ("virtual-lights", technique::virtual_lights(VirtualLights::default())),
         ("photon-splatting", technique::photons(PhotonSplatting::default())),
     ];
-    named(look, &rooms)
+    named(look, &techniques)
 }

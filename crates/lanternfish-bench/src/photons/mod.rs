@@ -1,4 +1,4 @@
-//! `lanternfish-bench photons`: photon differentials beside rays from every pixel, virtual lights and the path tracer
+//! `lanternfish-bench photons`: photon differentials, compared with rays from every pixel, virtual lights and the path tracer
 //! [Aalund2015, §5.2].
 
 mod cases;
@@ -16,18 +16,18 @@ use crate::{
     table::{DASH, Row},
 };
 
-const TEXT: &str = "*Reflected*: photons from the lights that surfaces reflect; each is split. *Escaped*, *landed*: of those that they were split \
-                    into, those that left the scene, and those that came to a surface, of which some are not on the screen, or hidden. Deep \
-                    images are built once, in the first run, and are no part of the frame.";
+const TEXT: &str = "*Reflected*: photons from the lights that surfaces reflect; each is split. *Escaped*, *landed*: split photons that leave the \
+                    scene, and those that reach a surface, some of which are off screen or hidden. Times are in ms. Deep images are built once, \
+                    in the first run, and are not part of the frame time.";
 
-/// What photons take, with its keys: from the lights to the first surface; rays alone, those that look for edges too; putting those in order
-/// that are seen; lists of photons; adding them up.
+/// Keys and column headings of the steps: paths from the lights to the first surface; rays of split photons, including those that detect
+/// edges; sorting of visible photons; lists of photons; splatting.
 const STEPS: [(&str, &str); 5] =
-    [("emit", "emit"), ("trace", "trace"), ("keep", "put in order"), ("lists", "lists"), ("splat", "splat")];
+    [("emit", "emit"), ("trace", "trace"), ("keep", "sort"), ("lists", "lists"), ("splat", "splat")];
 
-/// Device milliseconds of [`STEPS`].
+/// Device times of [`STEPS`], ms.
 fn times(passes: &[PassTime]) -> [f64; 5] {
-    // Light culling is recorded twice: for the scene's lights before, and for photons after these are traced.
+    // Light culling runs twice: for the scene's lights before tracing photons, and for photons after it.
     let mut has_photons = false;
     sorted(passes, |name| {
         let own = name.strip_prefix("indirect/photon_splatting/");
@@ -42,7 +42,7 @@ fn times(passes: &[PassTime]) -> [f64; 5] {
     })
 }
 
-/// Measures, and writes the report.
+/// Measures and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let mut bench = Bench::start(args, "photons", "Photons", &mut progress)?;
@@ -68,16 +68,16 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
         false => Vec::new(),
     };
     let report = &mut bench.report;
-    report.section("Ways to find indirect light", TEXT, "rows", rows);
-    let text = "*Direct light*: FLIP of as many frames without indirect light to the path tracer's direct light.";
+    report.section("Techniques of indirect light", TEXT, "rows", rows);
+    let text = "*Direct light*: FLIP of as many frames without indirect light against the path tracer's direct light.";
     report.section("Means of frames", text, "means", means);
-    let text = "White surfaces under a white sky, against the path tracer's open ratio of the sphere. Deep images without triangles.";
+    let text = "White surfaces under a white sky, against the path tracer's ambient visibility. Deep images without triangles.";
     report.section("Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)", text, "occlusion", occlusion);
     let walked: Vec<_> = walked(&bench.look).into_iter().filter(|case| requests(case, "flicker")).collect();
     bench.finish(&walked, progress)
 }
 
-/// Millions a second; a dash where there is no time.
+/// Rate in millions per second; a dash if there is no time.
 fn rate(count: u64, ms: f64) -> String {
     if ms > 0.0 { format!("{:.2}", count as f64 / ms / 1e3) } else { DASH.to_owned() }
 }

@@ -1,4 +1,4 @@
-//! Ambient occlusion by 512 deep images [Aalund2015, figs 8 and 9].
+//! Ambient occlusion with 512 deep images [Aalund2015, figs 8 and 9].
 
 use lanternfish::settings::{Occlusion, Settings};
 use lanternfish_cli::error::CliError;
@@ -13,14 +13,14 @@ use crate::{
     technique,
 };
 
-/// Ways to find occlusion, on white surfaces under a white sky.
+/// Measures techniques of ambient occlusion, on white surfaces under a white sky.
 pub fn rows(bench: &Bench) -> Result<Vec<Row>, CliError> {
     let scene = ground_truths::white(bench.scene.clone());
     let ground_truth = bench.ground_truth_of(GroundTruth::Occlusion, &scene)?;
     let look = GroundTruth::Occlusion.seen(&bench.look);
     let far = 0.28 * scene.bounds().size().length();
     let usual = DeepImageSettings::default();
-    let ways = [
+    let techniques = [
         ("deep, 512 x 200²", technique::deep_occlusion(None), papers_images(200)),
         ("deep, 512 x 50²", technique::deep_occlusion(None), papers_images(50)),
         ("deep, as usual", technique::deep_occlusion(None), usual),
@@ -44,5 +44,5 @@ pub fn rows(bench: &Bench) -> Result<Vec<Row>, CliError> {
             .fixed("flip", "FLIP", 4, flip)
             .fixed("energy", "energy", 3, energy))
     };
-    ways.into_iter().map(row).collect()
+    techniques.into_iter().map(row).collect()
 }

@@ -1,4 +1,4 @@
-//! One technique on one shot: its image, and how far that is from its ground truth.
+//! Measures one technique on one shot: image, time, and errors against the ground truth.
 
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ use crate::{
     run::{Run, counter, median, ms_of},
 };
 
-/// After so long, a technique has been timed well enough.
+/// Timing of a technique stops after this duration.
 const ENOUGH: Duration = Duration::from_secs(2);
 
 /// A row of the report.
@@ -22,59 +22,61 @@ const ENOUGH: Duration = Duration::from_secs(2);
 pub struct Row {
     pub name: String,
     pub ground_truth: &'static str,
-    /// Why there are no figures.
+    /// Reason for missing results.
     pub left_out: Option<String>,
     pub figures: Option<Figures>,
 }
 
+/// Results of a technique on a shot.
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
     pub errors: Errors,
-    /// Frames that the image is the mean of.
+    /// Number of frames averaged in the image.
     pub frames: u32,
-    /// Pixels of the larger image whose radiance differs from the default's in any bit.
+    /// Number of pixels of the larger image that are not bit-identical to the default's.
     pub differing_pixels: usize,
-    /// Sum of all passes, median over the runs, ms; of the wall clock where the adapter has no timestamps.
+    /// Sum of all passes, median over the runs, ms; wall-clock time if the adapter has no timestamps.
     pub frame_ms: f64,
-    /// Shadow rays of opaque surfaces.
+    /// Number of shadow rays of opaque surfaces.
     pub rays: u64,
+    /// Number of entries of all light lists.
     pub listed_lights: u64,
-    /// Below the report's folder; the default's where the image is the same.
+    /// Path of the image, relative to the report's folder; that of the default if the image is identical.
     pub rendering: String,
-    /// The FLIP map, likewise.
+    /// Path of the FLIP map, likewise.
     pub map: String,
 }
 
-/// Against the ground truth.
+/// Errors against the ground truth.
 #[derive(Clone, Debug, Serialize)]
 pub struct Errors {
-    /// Mean LDR-FLIP of what a display shows.
+    /// Mean LDR-FLIP of the display colours.
     pub flip: f64,
     /// Mean HDR-FLIP of the radiance.
     pub hdr_flip: f64,
     pub relative_mse: f64,
-    /// What 95 % of all channels' relative errors do not exceed.
+    /// 95th percentile of the relative errors of all channels.
     pub percentile_95: f64,
     pub energy_ratio: f64,
 }
 
-/// What a shot's rows share.
+/// Inputs of all rows of a shot.
 pub struct Bench<'b> {
     pub run: &'b Run,
     pub shot: &'b Shot,
     pub camera: &'b Camera,
 }
 
-/// An image that others are compared with.
+/// Image and results of the first row, with which other images are compared.
 pub struct First {
     rendering: RenderedImage,
-    /// Under the ground truth of this name.
+    /// Name of its ground truth.
     ground_truth: &'static str,
     figures: Figures,
 }
 
 impl Bench<'_> {
-    /// Renders `technique` on `scene` and compares with `ground_truth`. The first row becomes `first`.
+    /// Renders `technique` on `scene` and compares the image with `ground_truth`. Stores the first row in `first`.
     pub fn row(
         &self,
         technique: &Technique,
@@ -119,7 +121,7 @@ impl Bench<'_> {
         Ok(row(None, Some(figures)))
     }
 
-    /// The image, and how long it takes, ms: the median of the frames after it; of a mean, all of its own frames.
+    /// Renders the image, and returns it with its time, ms: the median of the frames after it, or for a mean the sum of its frames.
     fn render(&self, technique: &Technique, scene: &Scene) -> Result<(RenderedImage, f64), RenderError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, technique.settings.clone())?;
         let uploaded = renderer.upload(scene)?;
@@ -171,7 +173,7 @@ impl Bench<'_> {
         Ok((errors, files))
     }
 
-    /// An image of the report, of the shot's size.
+    /// Writes an image of the report, with the shot's size.
     pub fn write(&self, file: &str, rgb: &[u8]) -> Result<(), CliError> {
         let size = self.shot.size;
         Ok(write_png(&self.run.folder.join(file), size.width, size.height, ColorType::Rgb, rgb)?)

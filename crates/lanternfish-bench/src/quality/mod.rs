@@ -1,13 +1,13 @@
-//! Every technique of the renderer on a fixed list of shots, against the path tracer.
+//! `lanternfish-bench quality`: every technique of the renderer on a fixed list of shots, compared with the path tracer.
 //!
-//! 1. For each shot ([`shots`]) and each ground truth that a technique names (`techniques`), read the ground truth or trace it ([`ground_truths`]), and what of it is not
-//!    indirect light.
-//! 2. Render each technique larger than its ground truth, box-average it, and compare ([`measure`]).
+//! 1. For each shot ([`shots`]) and each ground truth that a technique names (`techniques`), read or trace the ground truth and its parts
+//!    without indirect light ([`ground_truths`]).
+//! 2. Render each technique at a higher resolution than its ground truth, box-filter the image, and compare ([`measure`]).
 //! 3. Write the report ([`report`]).
 
+mod bounces;
 mod measure;
 mod report;
-mod rooms;
 mod shots;
 mod techniques;
 
@@ -40,26 +40,26 @@ use crate::{
 pub struct QualityArgs {
     #[command(flatten)]
     run: RunArgs,
-    /// One shot alone. Repeatable.
+    /// Measure one shot only. Repeatable.
     #[arg(long, value_name = "SHOT", value_parser = PossibleValuesParser::new(SHOTS.iter().map(|shot| shot.name)))]
     only: Vec<String>,
-    /// What is judged by one ground truth alone. Repeatable.
+    /// Measure only techniques that are compared with this ground truth. Repeatable.
     #[arg(long = "ground-truth", alias = "truth", value_name = "IMAGE", value_parser = ground_truth())]
     ground_truths: Vec<GroundTruth>,
-    /// Only techniques whose name holds one of these words. Repeatable.
+    /// Measure only techniques whose name contains these words. Repeatable.
     #[arg(long = "technique", value_name = "WORDS")]
     techniques: Vec<String>,
-    /// Samples a pixel of the ground truths with all light; eight times as many of those with direct light. More: less noise, slower.
+    /// Samples per pixel of the ground truths with all light; multiplied by up to 8 for those with short paths. More: less noise, slower.
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u64).range(2..=1 << 20))]
     spp: u64,
-    /// Another size for every shot, to try the bench itself. Figures are then not those of the list.
+    /// Another image size for every shot, pixels, to test the benchmark itself. Results then do not compare with those of other sizes.
     #[arg(long, value_name = "WxH", value_parser = parse::size)]
     size: Option<Size>,
-    /// The folder in which `assets` holds the scenes that are not built in. Shots whose scene is not there are left out.
-    /// Without it: what LANTERNFISH_SHARED names, else ../shared.
+    /// Folder whose `assets` folder holds the scenes that are not built in. Shots without their scene are left out.
+    /// Default: the value of LANTERNFISH_SHARED, else ../shared.
     #[arg(long, value_name = "FOLDER")]
     shared: Option<PathBuf>,
-    /// What the report calls the state of the sources.
+    /// Name of the source revision in the report.
     #[arg(long, value_name = "TEXT")]
     commit: Option<String>,
 }
@@ -77,16 +77,16 @@ impl QualityArgs {
 }
 
 fn ground_truth() -> impl TypedValueParser<Value = GroundTruth> {
-    PossibleValuesParser::new(judges().map(|ground_truth| ground_truth.name()))
+    PossibleValuesParser::new(compared_ground_truths().map(|ground_truth| ground_truth.name()))
         .map(|name| name.parse().expect("clap lets only known names through"))
 }
 
-/// Ground truths that techniques are judged by.
-fn judges() -> impl Iterator<Item = GroundTruth> {
-    GroundTruth::ALL.iter().copied().filter(|ground_truth| ground_truth.judges())
+/// Ground truths that techniques are compared with.
+fn compared_ground_truths() -> impl Iterator<Item = GroundTruth> {
+    GroundTruth::ALL.iter().copied().filter(|ground_truth| ground_truth.is_compared())
 }
 
-/// Measures, and writes the reports.
+/// Measures and writes the reports.
 pub fn run(args: &QualityArgs) -> Result<(), CliError> {
     let run = Run::start(&args.run, "quality")?;
     make_folder(&run.folder.join("renderings"))?;
@@ -113,21 +113,21 @@ fn run_shot(
     shot: &Shot,
     environment_light: &Environment,
 ) -> Result<ShotReport, CliError> {
-    let (whole, camera) = shot.load(&args.assets())?;
+    let (complete, camera) = shot.load(&args.assets())?;
     let settings = shot.settings();
     let bench = Bench { run, shot, camera: &camera };
-    let mut result = ShotReport::new(shot, &whole);
-    let mut techniques = techniques(&settings, whole.bounds().size().length());
+    let mut result = ShotReport::new(shot, &complete);
+    let mut techniques = techniques(&settings, complete.bounds().size().length());
     techniques.retain(|technique| args.requests(&technique.name));
     let mut first = None;
-    for ground_truth in
-        judges().filter(|ground_truth| args.ground_truths.is_empty() || args.ground_truths.contains(ground_truth))
+    for ground_truth in compared_ground_truths()
+        .filter(|ground_truth| args.ground_truths.is_empty() || args.ground_truths.contains(ground_truth))
     {
-        let (scene, settings) = (&ground_truth.scene(&whole, environment_light), ground_truth.seen(&settings));
+        let (scene, settings) = (&ground_truth.scene(&complete, environment_light), ground_truth.seen(&settings));
         let subject =
             Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
         let mut traced = ground_truths::obtain(&run.folder, ground_truth, &subject)?;
-        let scene_of = |ground_truth: GroundTruth| ground_truth.scene(&whole, environment_light);
+        let scene_of = |ground_truth: GroundTruth| ground_truth.scene(&complete, environment_light);
         traced.figures.energy_without_indirect =
             ground_truths::energy_without_indirect(&run.folder, ground_truth, &traced.mean, scene_of, &subject)?;
         bench.write(&traced.figures.rendering, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;

@@ -1,4 +1,4 @@
-//! What the bench found: one document, as JSON, Markdown and HTML.
+//! The report as JSON, Markdown and HTML.
 
 use lanternfish_cli::{
     error::CliError,
@@ -20,23 +20,25 @@ use crate::{
     table::{Row, decimal},
 };
 
-/// How far an energy ratio may be from 1 without being marked, whatever the noise.
+/// Least deviation of an energy ratio from 1 that is marked.
 const ENERGY_TOLERANCE: f64 = 0.01;
 
-/// A shot without figures.
+/// A shot without results.
 #[derive(Debug, Serialize)]
 pub struct LeftOut {
     pub shot: &'static str,
     pub reason: String,
 }
 
+/// Results of one shot.
 #[derive(Debug, Serialize)]
 pub struct ShotReport {
     pub name: &'static str,
     /// Width of the ground truths, pixels.
     pub width: u32,
+    /// Height of the ground truths, pixels.
     pub height: u32,
-    /// How many times wider and higher than the ground truths the renderer's image is.
+    /// Ratio of the rendered image's width and height to those of the ground truths.
     pub factor: u32,
     pub triangles: usize,
     pub lights: usize,
@@ -68,20 +70,20 @@ impl ShotReport {
         }
     }
 
-    /// The scene's size and how it is looked at, in one line.
+    /// One line about the size of the image and the scene, and about its display.
     pub fn line(&self) -> String {
         let Self { width, height, factor, triangles, lights, attenuation, range_threshold, exposure, tone_map, .. } =
             self;
         format!(
-            "{width} x {height}, rendered at {} x {} and box-averaged; {triangles} triangles, {lights} lights; attenuation \
-             {attenuation}, range threshold {range_threshold}; seen at {exposure:+} EV, tone map {tone_map}.",
+            "{width} x {height} pixels, rendered at {} x {} and box-filtered; {triangles} triangles, {lights} lights; attenuation \
+             {attenuation}, range threshold {range_threshold}; displayed at {exposure:+} EV, tone map {tone_map}.",
             factor * width,
             factor * height
         )
     }
 }
 
-/// What the page in HTML looks like.
+/// Style of the HTML page.
 const STYLE: &str = "\
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em; background: #181a1c; color: #d8dadc }
 p, li { max-width: 60em }
@@ -95,7 +97,7 @@ figure { margin: 0 }
 img { display: inline-block; width: 288px; image-rendering: pixelated; vertical-align: top }
 figcaption { font-size: 13px; color: #a4abb2 }";
 
-/// Writes the three reports, and prints the one in Markdown. `commit`: the state of the sources, where it is known.
+/// Writes the three reports, and prints the Markdown report. `commit` names the source revision, if known.
 pub fn write(
     run: &Run,
     spp: u64,
@@ -109,26 +111,29 @@ pub fn write(
     let facts = Row::default().data("commit", commit).data("backend", &adapter.backend);
     report.facts(facts.data("is_software", is_software).data("spp", spp));
     let commit = commit.map(|commit| format!(" ({commit})")).unwrap_or_default();
-    let noisy = if is_software { " The adapter is a processor, whose times say little." } else { "" };
+    let noisy =
+        if is_software { " The adapter is a software renderer, whose times are not representative." } else { "" };
     report.introduction(
         &format!("{} of {} shots{commit}, through {}", shots.len(), SHOTS.len(), adapter.backend),
         &format!(
-            "median of at most {} frames after one, in which deep images are built and then kept, at the larger size; of a mean, of all its frames",
+            "median of at most {} frames after a first one, which builds deep images, at the larger size; for a mean, the sum of its frames",
             run.runs
         ),
     );
     report.paragraph(format!(
-        "Each row changes one setting from the default and is compared with a path tracer's image of the same scene, box-filtered. The renderer \
-         takes one sample at each pixel's centre: its images are rendered larger and box-averaged first. Compare times within a shot only.{noisy}"
+        "Each row changes one setting from the default and is compared with a box-filtered, path-traced image of the same scene. The renderer \
+         takes one sample at each pixel's centre, so its images are rendered larger and box-filtered first. Compare times within a shot \
+         only.{noisy}"
     ));
     report.paragraph(format!(
-        "FLIP: mean LDR-FLIP of what a display shows. HDR-FLIP: of radiance. relMSE: mean of (a - r)^2 / (r^2 + 0.01). p95: what 95 % of the \
-         relative errors do not exceed. Energy: sum of the image over sum of the reference, marked with * where it is farther from 1 than \
-         {:.0} % and twice the reference's own noise. Of indirect: the same of indirect light alone, which is what an image has beyond the row \
-         of as many frames without any, and the reference beyond what the path tracer sees of emission and the light of punctual lights by one \
-         reflection; left out where the reference's own noise is more than a quarter of that. Pixels: those of the larger image that differ \
-         from the default's in any bit. Rays: shadow rays of opaque surfaces. Lights: listed for all pixels. The row of each reference is its \
-         own noise, below which an error says nothing: FLIP is that between its two halves of samples.",
+        "FLIP: mean LDR-FLIP of the display colours. HDR-FLIP: mean HDR-FLIP of the radiance. relMSE: mean of (a - r)^2 / (r^2 + 0.01). p95: 95th \
+         percentile of the relative errors. Energy: ratio of the image's sum to the reference's, marked with * if it deviates from 1 by more \
+         than {:.0} % and by more than twice the reference's noise. Of indirect: energy ratio of indirect light alone. The indirect light of \
+         an image is its energy less that of the row with as many frames without indirect light; the indirect light of the reference is its \
+         energy less emission and direct light of punctual lights in the path tracer. It is left out if the reference's noise is more than a \
+         quarter of its indirect light. Pixels: number of pixels of the larger image that are not bit-identical to the default's. Ms: frame \
+         time. Rays: number of shadow rays of opaque surfaces. Lights: number of listed lights, summed over all lists. The noise row of each \
+         reference holds its own noise, below which errors are not significant; its FLIP is that between the two halves of its samples.",
         100.0 * ENERGY_TOLERANCE
     ));
     for shot in shots {
@@ -158,11 +163,11 @@ pub fn write(
 
 /// A row of a shot's table.
 fn table_row(name: &str, ground_truth: &str, cells: [String; 10]) -> Row {
-    let row = Row::default().text("name", "technique", name).text("ground_truth", "ground_truth", ground_truth);
+    let row = Row::default().text("name", "technique", name).text("ground_truth", "ground truth", ground_truth);
     COLUMNS.into_iter().zip(cells).fold(row, |row, (column, cell)| row.shown(column, cell))
 }
 
-/// References, then every image that is not one shown before, with its map.
+/// HTML of the ground truths, then of every distinct image with its FLIP map.
 fn renderings(shot: &ShotReport) -> String {
     let figure = |images: &[&str], caption: &str| {
         let image = |image: &&str| format!("<img src=\"{0}\" alt=\"{0}\">", escaped(image));
@@ -187,15 +192,15 @@ fn renderings(shot: &ShotReport) -> String {
     format!("<div class=\"images\">\n{text}</div>")
 }
 
-/// Rows without indirect light whose ground truth has some.
+/// Rows without indirect light, compared with ground truths that have indirect light.
 const WITHOUT_INDIRECT: [&str; 4] =
     ["indirect none", "indirect none, 64 frames", "one-bounce none", "one-bounce-file none"];
 
-/// Names of the columns after the name and the ground truth.
+/// Headings of the columns after the name and the ground truth.
 const COLUMNS: [&str; 10] =
     ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "of indirect", "pixels", "ms", "rays", "lights"];
 
-/// The cells of those columns for a row of `shot`; where there are no figures, the reason alone.
+/// Cells of [`COLUMNS`] for a row of `shot`; the reason alone if there are no results.
 fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
     let Some(figures) = &row.figures else {
         let mut reason = [const { String::new() }; 10];
@@ -223,9 +228,10 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
     ]
 }
 
-/// Energy of an image's indirect light over the ground truth's, which is `indirect` of all its energy. The image's is what it has beyond the row of as
-/// many frames without any: direct light that is a few parts in a thousand too bright would count several times as much of indirect light. `None`
-/// where there is no such row, or this row is it.
+/// Ratio of an image's indirect light to the ground truth's, whose fraction of the energy is `indirect`.
+///
+/// The image's indirect light is its energy less that of the row with as many frames without indirect light. A small relative error of direct
+/// light, a few parts per thousand, would otherwise count several times in the ratio. `None` if there is no such row, or if this is that row.
 fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f64> {
     let figures = row.figures.as_ref()?;
     let of_row = |none: &&Measured| {
@@ -238,16 +244,16 @@ fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f6
     (!WITHOUT_INDIRECT.contains(&&*row.name)).then(|| (figures.errors.energy_ratio - direct) / indirect)
 }
 
-/// How many times the ground truth's noise its indirect light must exceed, for the report to say how much of it an image has.
+/// Least ratio of a ground truth's indirect light to its noise for which indirect light is compared.
 const MOST_NOISE: f64 = 4.0;
 
-/// Energy of a ground truth's indirect light, as a share of all of it; `None` where it has none, or that is lost in its noise.
+/// Energy of a ground truth's indirect light, as a fraction of its energy. `None` if it has none, or if noise exceeds it.
 fn indirect_energy(ground_truth: &GroundTruthFigures) -> Option<f64> {
     let indirect = 1.0 - ground_truth.energy_without_indirect?;
     (indirect > MOST_NOISE * ground_truth.noise_energy).then_some(indirect)
 }
 
-/// The cells of [`COLUMNS`] for a ground truth: its own noise.
+/// Cells of [`COLUMNS`] for a ground truth: its noise.
 fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
     let mut cells = [const { String::new() }; 10];
     cells[0] = format!("{:.4}", ground_truth.noise_flip);
@@ -259,17 +265,17 @@ fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
     cells
 }
 
-/// Where a ground truth comes from and what it is.
+/// One line about the content and origin of a ground truth.
 fn ground_truth_line(ground_truth: &GroundTruthFigures) -> String {
     let made =
         if ground_truth.reused { "reused".to_owned() } else { format!("traced in {:.1} s", ground_truth.seconds) };
     let dropped = if ground_truth.dropped > 0 {
-        format!("; {} samples were no numbers: a fault", ground_truth.dropped)
+        format!("; {} samples were not finite: a fault", ground_truth.dropped)
     } else {
         String::new()
     };
     format!(
-        "{}: {}; {} samples a pixel, expected relative error {:.2} %, {made}{dropped}",
+        "{}: {}; {} samples per pixel, expected relative error {:.2} %, {made}{dropped}",
         ground_truth.name,
         ground_truth.meaning,
         ground_truth.spp,
@@ -323,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn indirect_light_is_what_an_image_has_beyond_the_one_without() {
+    fn indirect_light_is_the_difference_to_the_row_without() {
         let rows = [
             row("indirect none", "full", 1, 0.51),
             row("indirect none, 64 frames", "full", 64, 0.5),
@@ -333,14 +339,14 @@ mod tests {
             row("occlusion none", "occlusion", 1, 0.5),
             row("occlusion deep 64", "occlusion", 1, 0.9),
         ];
-        // Direct light that is too bright is not indirect light.
-        let found = rows.each_ref().map(|row| indirect_ratio(&rows, row, 0.5));
-        assert_eq!(found, [None, None, Some(1.0), Some(1.0), None, None, None]);
+        // Excess direct light does not count as indirect light.
+        let actual = rows.each_ref().map(|row| indirect_ratio(&rows, row, 0.5));
+        assert_eq!(actual, [None, None, Some(1.0), Some(1.0), None, None, None]);
         assert_eq!(indirect_ratio(&rows, &rows[2], 0.4), Some(0.5 / 0.4));
     }
 
     #[test]
-    fn indirect_light_that_is_lost_in_noise_has_no_ratio() {
+    fn indirect_light_below_the_noise_has_no_ratio() {
         assert_eq!(indirect_energy(&ground_truth(Some(0.75), 0.01)), Some(0.25));
         assert_eq!(indirect_energy(&ground_truth(Some(0.75), 0.0625)), None);
         assert_eq!(indirect_energy(&ground_truth(Some(1.0), 0.0)), None);
@@ -348,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn a_technique_without_figures_has_its_reason() {
+    fn a_technique_without_results_has_its_reason() {
         let shot = ShotReport::new(&SHOTS[0], &Scene::default());
         let row = Measured { figures: None, left_out: Some("no ray query".to_owned()), ..row("a", "full", 1, 1.0) };
         let table = to_markdown(&[table_row(&row.name, row.ground_truth, cells(&shot, &row))]);
@@ -356,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_without_indirect_light_are_rows() {
+    fn rows_without_indirect_light_exist() {
         let rows = techniques(&Settings::direct_light(), 10.0);
         for name in WITHOUT_INDIRECT {
             assert!(rows.iter().any(|row| row.name == name), "no row {name}");

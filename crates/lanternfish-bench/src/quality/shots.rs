@@ -1,4 +1,4 @@
-//! The fixed list of shots that every technique is judged on.
+//! The fixed list of shots for measuring every technique.
 
 use std::path::Path;
 
@@ -24,15 +24,15 @@ pub struct Shot {
     view: View,
     /// Size of the ground truth, pixels.
     pub size: Size,
-    /// How many times wider and higher than the ground truth the renderer's image is, before it is box-averaged.
+    /// Ratio of the rendered image's width and height to those of the ground truth, before box filtering.
     pub factor: u32,
-    /// Point lights beside those of the scene: position, m, and intensity, cd.
+    /// Point lights in addition to those of the scene: position, m, and intensity, cd.
     points: &'static [([f32; 3], [f32; 3])],
-    /// Lights of light rain (seed 0) beside those.
+    /// Number of additional lights of light rain (seed 0).
     rain: u32,
     attenuation: Attenuation,
     range_threshold: f32,
-    /// Exposure at which FLIP compares, stops.
+    /// Exposure of the images that LDR-FLIP compares, stops.
     pub exposure: f32,
 }
 
@@ -48,7 +48,7 @@ const fn size(width: u32, height: u32) -> Size {
     Size { width, height }
 }
 
-/// The point lights of `docs/shots/sponza-ten.toml`; a test holds the two together.
+/// The point lights of `docs/shots/sponza-ten.toml`; a test compares the two.
 const SPONZA_TEN: &[([f32; 3], [f32; 3])] = &[
     ([6.5, 2.0, -2.2], [60.0, 50.0, 40.0]),
     ([5.0, 1.2, 1.8], [15.0, 30.0, 60.0]),
@@ -62,7 +62,7 @@ const SPONZA_TEN: &[([f32; 3], [f32; 3])] = &[
     ([-5.0, 1.0, 6.0], [25.0, 10.0, 40.0]),
 ];
 
-/// The smallest, from which others differ.
+/// The smallest shot, and base of the others.
 const CORNELL: Shot = Shot {
     name: "cornell",
     scene: "demo:cornell",
@@ -89,13 +89,13 @@ const CORNELL_BLOCKS: Shot = Shot {
 /// A built-in interior.
 const INTERIOR: Shot = Shot { size: size(160, 90), factor: 3, exposure: 0.0, ..CORNELL };
 
-/// All shots, the smallest first. Another scene, camera or size is another entry: rows of one shot are compared over time.
+/// All shots, the smallest first. Another scene, camera or size needs a new entry, because results of one shot are compared over time.
 pub const SHOTS: &[Shot] = &[
     CORNELL,
     CORNELL_BLOCKS,
-    // A mirror in the place of a block.
+    // A mirror instead of a block.
     Shot { name: "cornell-mirror", scene: "cornell/CornellBox-Mirror.glb", ..CORNELL_BLOCKS },
-    // A sphere of mirror and one of glass, in a lower box.
+    // A mirror sphere and a glass sphere, in a lower box.
     Shot {
         name: "cornell-sphere",
         scene: "cornell/CornellBox-Sphere.glb",
@@ -105,7 +105,7 @@ pub const SHOTS: &[Shot] = &[
     },
     // Its own lanterns and sun, and coloured lights of short range.
     Shot { name: "atrium", scene: "demo:atrium", rain: 100, ..INTERIOR },
-    // Nave and aisles inside an outer shell, turned about all axes: light comes through what surfaces let pass.
+    // Nave and aisles inside an unlit outer shell, rotated about all axes. Shows light leaks through surfaces.
     Shot { name: "hall", scene: "demo:hall", ..INTERIOR },
     // Textures, normal maps, alpha masks.
     Shot {
@@ -118,8 +118,8 @@ pub const SHOTS: &[Shot] = &[
         exposure: 0.0,
         ..CORNELL
     },
-    // A street at night: 94 point lights and a moon, instances, blended surfaces. Its file's intensities are not photometric.
-    // Its beams are blended: they shade the ground in the ground truth, and cast no shadow in the renderer, which is thus brighter.
+    // A street at night: 94 point lights and a moon, instances, transparent surfaces. The file's intensities are not photometric.
+    // The beams are transparent: they shadow the ground in the ground truth, but not in the renderer, whose image is brighter.
     Shot {
         name: "candela-city",
         scene: "candela-city/candela_city.glb",
@@ -131,7 +131,7 @@ pub const SHOTS: &[Shot] = &[
 ];
 
 impl Shot {
-    /// Why the shot cannot be taken: its scene is not there.
+    /// Reason for leaving the shot out: a missing scene file.
     pub fn missing(&self, assets: &Path) -> Option<String> {
         (!self.is_built_in() && !assets.join(self.scene).is_file()).then(|| format!("there is no {}", self.scene))
     }
@@ -154,7 +154,7 @@ impl Shot {
                 Camera::look_at(eye.into(), target.into(), projection)
             }
             View::Camera(number) => scene.cameras.get(number).cloned().ok_or_else(|| {
-                CliError::new(format_args!("{source}: no camera {number}"), "check that the shared assets are whole")
+                CliError::new(format_args!("{source}: no camera {number}"), "check that the shared assets are complete")
             })?,
         };
         Ok((scene, camera))
@@ -164,7 +164,7 @@ impl Shot {
         self.points.iter().map(|(p, intensity)| Light::point(Vec3::from(*p), Vec3::from(*intensity)))
     }
 
-    /// Direct light, under this shot's lights and exposure.
+    /// Settings of direct light, with this shot's attenuation and exposure.
     pub fn settings(&self) -> Settings {
         Settings {
             attenuation: self.attenuation,
@@ -175,7 +175,7 @@ impl Shot {
     }
 }
 
-/// What stands around the scenes that are lit by it: an overcast field among the shared assets, else [`sky`].
+/// The environment of ground truths with environment light: an overcast field from the shared assets, or [`sky`] if the file is missing.
 pub fn environment_light(assets: &Path) -> Result<Environment, CliError> {
     let file = assets.join("env/kloppenheim_05_1k.hdr");
     Ok(if file.is_file() { Environment::load(&file)? } else { sky() })
@@ -187,7 +187,7 @@ mod tests {
     use lanternfish_cli::shot;
 
     #[test]
-    fn names_are_file_names_and_no_two_are_one() {
+    fn names_are_unique_file_names() {
         for (i, shot) in SHOTS.iter().enumerate() {
             assert!(
                 shot.name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-'),
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn environment_are_there_without_any_assets() {
+    fn the_environment_needs_no_assets() {
         let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
         scene.environment = Some(environment_light(Path::new("no such folder")).unwrap());
         scene.validate().unwrap();

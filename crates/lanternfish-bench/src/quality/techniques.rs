@@ -1,8 +1,8 @@
-//! Every technique the renderer has, a row each.
+//! Every technique of the renderer, one per row.
 //!
-//! One row changes one setting from direct light as the renderer recommends it. The rows are made of the settings' own lists of
-//! values, and [`techniques`] takes [`Settings`] apart whole, so that a new setting does not compile, and a new value does not
-//! pass, without a row.
+//! Each row changes one setting from the renderer's recommended settings of direct light. The rows come from the settings' own lists of
+//! values, and [`techniques`] destructures [`Settings`] completely. A new setting without a row therefore does not compile, and a new value
+//! without a row fails a test.
 
 use lanternfish::{
     settings::{
@@ -22,24 +22,24 @@ use crate::{
     technique,
 };
 
-/// One way to make the image.
+/// One configuration of the renderer.
 #[derive(Clone, Debug)]
 pub struct Technique {
-    /// What it changes, by the names of the command line.
+    /// The changed settings, by their names on the command line.
     pub name: String,
     pub settings: Settings,
-    /// What its image should be.
+    /// The ground truth of its image.
     pub ground_truth: GroundTruth,
 }
 
 impl Technique {
-    /// Its name as a part of a file's.
+    /// The name as part of a file name.
     pub fn file_name(&self) -> String {
         self.name.replace(", ", "-").replace([' ', ':'], "-")
     }
 }
 
-/// The rows of a shot whose settings for direct light are `default`, which come first, and of a scene of this diagonal, m.
+/// All rows for a shot with the direct-light settings `default`, and a scene with this diagonal, m. The first row is `default`.
 pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let row = |name: String, ground_truth, settings| Technique { name, settings, ground_truth };
     let mut rows = vec![row("default".to_owned(), GroundTruth::Direct, default.clone())];
@@ -48,24 +48,23 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         shadows: _,
         ray_culling: _,
         ray_range_culling: _,
-        // Rows under a ground truth of their own, below.
         light_radius: _,
         shadow_rays: _,
         materials,
         textures: _,
         samples: _,
         anisotropy: _,
-        // Rows under ground truths of their own, below.
+        // Have rows with separate ground truths, below.
         indirect: _,
         occlusion: _,
         structure: _,
         accumulate: _,
-        // Of one image it changes nothing: `lanternfish-bench history`.
+        // Does not change a single image; measured by `lanternfish-bench history`.
         history: _,
-        // The shot's, and the ground truth's as well.
+        // Set by the shot, for the ground truth too.
         attenuation: _,
         range_threshold: _,
-        // How an image is shown, not how it is made.
+        // Change the display of an image, not its rendering.
         exposure: _,
         tone_map: _,
         debug_view: _,
@@ -89,7 +88,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     every!("ray-range-culling", ray_range_culling, RayRangeCulling);
     every!("textures", textures, TextureBinding);
     every!("samples", samples, Samples);
-    // Four: more frames say the same, and take longer.
+    // Four frames: more take longer and show nothing new.
     each("accumulate", vec![("4".to_owned(), Settings { accumulate: 4, ..default.clone() })]);
     every!("anisotropy", anisotropy, Anisotropy);
     for other in Materials::ALL.iter().filter(|other| *other != materials) {
@@ -100,7 +99,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { materials: *other, ..default.clone() };
         rows.push(row(format!("materials {other}"), ground_truth, settings));
     }
-    // Lights with a size: what points, and disks seen by some rays or by many, make of them.
+    // Area lights, rendered as points, and as disks with few or many shadow rays.
     rows.push(row("light-radius 0".to_owned(), GroundTruth::DirectSoft, default.clone()));
     for shadow_rays in [default.shadow_rays, 4, 64] {
         let settings = Settings { light_radius: SOFT_RADIUS, shadow_rays, ..default.clone() };
@@ -110,7 +109,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
             settings,
         ));
     }
-    // What is missing from all the light there is, and what one bounce adds.
+    // All light, rendered without indirect light, and with it.
     let without = |accumulate| Settings { indirect: technique::NO_INDIRECT, accumulate, ..default.clone() };
     rows.push(row("indirect none".to_owned(), GroundTruth::Full, without(1)));
     rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), GroundTruth::Full, without(MEAN_FRAMES)));
@@ -127,21 +126,21 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows.push(sampled("best", Quality::Best.sampled(), 1));
     rows.push(sampled(&format!("{MEAN_FRAMES} frames"), Quality::Good.sampled(), MEAN_FRAMES));
     rows.extend(bounces(default));
-    rows.extend(super::rooms::bounces(default));
+    rows.extend(super::bounces::bounces(default));
     rows.extend(glossy_bounces(default));
     rows.extend(occlusions(default, diagonal));
     rows.extend(environments(default, diagonal));
     rows
 }
 
-/// Frames of the mean with every bounce.
+/// Number of frames of the mean with all bounces.
 const MEAN_FRAMES: u32 = 64;
 
-/// What the rows of one bounce take where they say nothing else.
+/// Base settings of the rows of one bounce.
 const GOOD: Sampled = Quality::Good.sampled().one_bounce();
 
-/// One bounce of diffuse light: by every tracer, by images of several resolutions, from every pixel and from every fourth, and by half
-/// as many rays.
+/// One bounce of diffuse light: with every tracer, with images of several resolutions, from every pixel and from every fourth pixel, and with
+/// half the rays.
 fn bounces(default: &Settings) -> Vec<Technique> {
     let ground_truth = GroundTruth::OneBounce;
     let usual = DeepImageSettings::of(&default.structure).resolution;
@@ -183,7 +182,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
     rows
 }
 
-/// One bounce on the file's materials, by 16 glossy rays.
+/// One bounce on the file's materials, with 16 glossy rays.
 fn glossy_bounces(default: &Settings) -> Vec<Technique> {
     let of = |name: &str, indirect| {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::of(&default.structure) };
@@ -195,23 +194,24 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
     std::iter::once(of("none", technique::NO_INDIRECT)).chain(traced).collect()
 }
 
-/// Directions of a row beside those of the default: four times as many.
+/// Number of directions of an additional row: four times the default.
 const MANY_DIRECTIONS: u32 = 676;
 
-/// Every room of occlusion with what it sees up to a distance, m, or without an end; where it has to have one, that of the scene.
-fn occlusion_rooms(max_distance: Option<f32>, diagonal: f32) -> Vec<Occlusion> {
+/// Every technique of ambient occlusion with this maximum distance, m; `None`: unlimited, or the scene's `diagonal`, m, for techniques that
+/// need a limit.
+fn occlusion_techniques(max_distance: Option<f32>, diagonal: f32) -> Vec<Occlusion> {
     let distance = "occlusion-distance";
-    let ended = |mut occlusion: Occlusion| {
-        let room = occlusion.technique_mut().expect("it is a technique");
-        if let Some(end) = max_distance.or(room.get(distance).map(|_| diagonal)) {
-            room.set(distance, &end.to_string()).expect("it is a distance");
+    let limited = |mut occlusion: Occlusion| {
+        let technique = occlusion.technique_mut().expect("it is a technique");
+        if let Some(limit) = max_distance.or(technique.get(distance).map(|_| diagonal)) {
+            technique.set(distance, &limit.to_string()).expect("it is a distance");
         }
         occlusion
     };
-    Occlusion::all().into_iter().map(ended).collect()
+    Occlusion::all().into_iter().map(limited).collect()
 }
 
-/// A room's name, and the deep images that it is judged with: of three resolutions, where it looks along them.
+/// Names and deep images of the rows of a technique: three resolutions if it uses deep images.
 fn with_images(occlusion: Occlusion, default: &DeepImageSettings) -> Vec<(String, DeepImageSettings)> {
     if !occlusion.is::<Deep>() {
         return vec![(occlusion.name().to_owned(), *default)];
@@ -220,7 +220,7 @@ fn with_images(occlusion: Occlusion, default: &DeepImageSettings) -> Vec<(String
     [64, 128, 256].map(of).to_vec()
 }
 
-/// Every way to find occlusion, near, far and without an end.
+/// Every technique of ambient occlusion, with near, far and unlimited distance.
 fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let mut rows = Vec::new();
     for ground_truth in [GroundTruth::Occlusion, GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear] {
@@ -231,13 +231,13 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
             rows.push(Technique { name, settings, ground_truth });
         };
         row(format!("{kind} none"), technique::NO_OCCLUSION, DeepImageSettings::of(&default.structure));
-        for occlusion in occlusion_rooms(max_distance, diagonal) {
+        for occlusion in occlusion_techniques(max_distance, diagonal) {
             for (name, images) in with_images(occlusion.clone(), &DeepImageSettings::of(&default.structure)) {
                 row(format!("{kind} {name}"), occlusion.clone(), images);
             }
         }
         if max_distance.is_none() {
-            // What is left at this resolution is directions.
+            // At this resolution the number of directions limits the quality.
             let directions = DirectionSet::ZonalEqualArea { count: MANY_DIRECTIONS };
             let images = DeepImageSettings { resolution: 128, directions, ..DeepImageSettings::of(&default.structure) };
             row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), technique::deep_occlusion(None), images);
@@ -246,7 +246,7 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows
 }
 
-/// Light from the environment: none, by every way to find occlusion, and by rays.
+/// Light of the environment: without occlusion, with every technique of ambient occlusion, and with rays.
 fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let of = |name: String, settings| Technique {
         name: format!("environment {name}"),
@@ -255,7 +255,7 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     };
     let occluded = |occlusion| Settings { occlusion, ..default.clone() };
     let mut rows = vec![of("none".to_owned(), occluded(technique::NO_OCCLUSION))];
-    for occlusion in occlusion_rooms(None, diagonal) {
+    for occlusion in occlusion_techniques(None, diagonal) {
         for (name, deep_images) in with_images(occlusion.clone(), &DeepImageSettings::of(&default.structure)) {
             rows.push(of(name, Settings { structure: deep_images.into(), ..occluded(occlusion.clone()) }));
         }
@@ -281,7 +281,7 @@ fn cullings() -> Vec<Culling> {
         change(&mut clustered);
         technique::clustered(clustered)
     };
-    // One view shares its grid with no other, and clusters beyond the scene are not visible: grouping and depth have no row.
+    // Grouping and depth have no row: a single view has a single grid, and clusters beyond the scene are not visible.
     let clusters = [
         clustered(|_| ()),
         clustered(|c| c.shape = ClusterShape::Orthographic { side: 1.0 }),
@@ -293,13 +293,14 @@ fn cullings() -> Vec<Culling> {
     let grid = |tile_size: &TileSize| RasterGrid { tile_size: *tile_size, ..RasterGrid::default() };
     let few_layers = RasterGrid { layers: 8, ..RasterGrid::default() };
     all.extend(TileSize::ALL.iter().map(grid).chain([few_layers]).map(technique::raster_grid));
-    // A room that nothing is said of here, as it is where nobody says otherwise.
-    let is_said = |room: &Culling| room.is::<Tiled>() || room.is::<Clustered>() || room.is::<RasterGrid>();
-    all.extend(Culling::all().into_iter().filter(|room| !is_said(room)));
+    // All other techniques, with their defaults.
+    let is_listed =
+        |culling: &Culling| culling.is::<Tiled>() || culling.is::<Clustered>() || culling.is::<RasterGrid>();
+    all.extend(Culling::all().into_iter().filter(|culling| !is_listed(culling)));
     all
 }
 
-/// By the flags of the command line.
+/// Name of a scheme, with its values as on the command line.
 fn culling_name(culling: &Culling) -> String {
     let mut name = format!("culling {}", culling.name());
     if let Some(Tiled { tile_size, aabb_test }) = culling.get() {

@@ -1,4 +1,4 @@
-//! What is measured: one list.
+//! The measured configurations.
 
 use lanternfish::{
     settings::{Attenuation, Indirect, Quality, Settings, Shadows, Tracer},
@@ -20,7 +20,8 @@ pub fn papers_images() -> DeepImageSettings {
     DeepImageSettings { directions, resolution: 64, payload: false, ..DeepImageSettings::default() }
 }
 
-/// Ranges as in the paper, whose thresholds it does not state: no shadows, nothing given back, most large lights left out.
+/// Ranges as in the paper: no shadows, no compensation of lost light, most lights with large ranges left out. The paper does not state its
+/// thresholds.
 pub fn papers_lights() -> VirtualLights {
     VirtualLights {
         map: MapSize::Texels256,
@@ -35,8 +36,8 @@ pub fn papers_lights() -> VirtualLights {
     }
 }
 
-/// [VanGelderen2020, app. B]: lights that shine by the root of the cosine, ranges from a cut-off intensity, no shadows. His are drawn in
-/// pseudo-random directions; ours are an even sample of all by flux.
+/// Virtual lights of [VanGelderen2020, app. B]: emission by the square root of the cosine, ranges from a cut-off intensity, no shadows. The
+/// thesis samples pseudo-random directions; ours are an even sample of all lights, by flux.
 pub fn appendix_b(count: u32) -> VirtualLights {
     VirtualLights {
         unique: false,
@@ -52,15 +53,15 @@ pub fn appendix_b(count: u32) -> VirtualLights {
     }
 }
 
-/// Names of those whose steps stand beside the paper's.
+/// Names of the configurations whose steps are compared with the paper's.
 pub const WITH_STEPS: [&str; 2] = ["virtual-lights", "as in the paper"];
 
-/// All of them. `look`: what they share; `quick`: few.
+/// All configurations, with the common settings `look`; few if `quick`.
 pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all = Vec::new();
     let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
     let of = |indirect| Settings { indirect, ..look.clone() };
-    let with = |room: VirtualLights| of(technique::virtual_lights(room));
+    let with = |lights: VirtualLights| of(technique::virtual_lights(lights));
     let usual = VirtualLights::default();
     let grid = technique::raster_grid(Default::default());
     let paper = || Settings { structure: papers_images().into(), culling: grid.clone(), ..with(papers_lights()) };
@@ -76,7 +77,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     }
     let fewer = Sampled { diffuse_rays: 4, glossy_rays: 2, ..good };
     add("sampled, half the rays", of(technique::sampled(fewer)));
-    let rooms = [
+    let techniques = [
         ("indirect-resolution half", VirtualLights { resolution: IndirectResolution::Half, ..usual }),
         ("vpl-shadow-rays 1", VirtualLights { shadow_rays: 1, ..usual }),
         ("vpl-shadow-rays 16", VirtualLights { shadow_rays: 16, ..usual }),
@@ -108,8 +109,8 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         ("vpl-least-distance 1", VirtualLights { least_distance: Some(1.0), ..usual }),
         ("vpl-emission root", VirtualLights { emission: Emission::Root, ..usual }),
     ];
-    for (name, room) in rooms {
-        add(&format!("virtual-lights, {name}"), with(room));
+    for (name, lights) in techniques {
+        add(&format!("virtual-lights, {name}"), with(lights));
     }
     add("as in the paper, vpl-weight 32", Settings { indirect: weighed(), ..paper() });
     add("as in the paper, vpl-shadows bvh", Settings { indirect: shadowed(), ..paper() });
@@ -137,23 +138,23 @@ fn shadowed() -> Indirect {
     technique::virtual_lights(VirtualLights { shadows: Shadows::BVH, ..papers_lights() })
 }
 
-/// What is walked along a track: rays from every pixel, virtual lights, and those with one light a texel.
+/// Configurations whose flicker along a track is measured: rays from every pixel, virtual lights, one light per texel, and no shadows.
 pub fn walked(look: &Settings) -> Vec<Case> {
     let usual = VirtualLights::default();
     let plain = VirtualLights { unique: false, ..usual };
     let unshadowed = VirtualLights { shadows: Shadows::None, ..usual };
-    let rooms = [
+    let techniques = [
         ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
         ("virtual-lights", technique::virtual_lights(usual)),
         ("virtual-lights, vpl-unique off", technique::virtual_lights(plain)),
         ("virtual-lights, vpl-shadows none", technique::virtual_lights(unshadowed)),
     ];
-    named(look, &rooms)
+    named(look, &techniques)
 }
 
-/// A table of ranges alone: every texel of the map a light, none of which is listed, so that the map may be large.
+/// Settings that compute ranges only: every texel of the map is a light, and no light is listed, so that the map can be large.
 pub fn ranges_alone(look: &Settings, map: MapSize, ranges: Ranges, tracer: Tracer) -> Settings {
-    let room = VirtualLights {
+    let lights = VirtualLights {
         map,
         unique: false,
         count: 0,
@@ -165,7 +166,7 @@ pub fn ranges_alone(look: &Settings, map: MapSize, ranges: Ranges, tracer: Trace
         shadows: Shadows::None,
         ..VirtualLights::default()
     };
-    Settings { indirect: technique::virtual_lights(room), structure: papers_images().into(), ..look.clone() }
+    Settings { indirect: technique::virtual_lights(lights), structure: papers_images().into(), ..look.clone() }
 }
 
 #[cfg(test)]
@@ -173,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_quick_list_is_the_beginning_of_the_whole() {
+    fn the_quick_list_is_the_beginning_of_the_complete_list() {
         let look = Settings::direct_light();
         let names = |quick| cases(&look, quick).into_iter().map(|c| c.name).collect::<Vec<_>>();
         let (quick, all) = (names(true), names(false));

@@ -1,4 +1,4 @@
-//! Renders every case, times it, and compares its image.
+//! Renders and times every configuration, and compares its image.
 
 use lanternfish::settings::Tracer;
 use lanternfish_cli::{error::CliError, parse::Size};
@@ -17,12 +17,12 @@ use crate::{
     table::{DASH, Row},
 };
 
-/// A row of the table, and its steps, where they stand beside the paper's.
+/// Measures a row of the table, and returns it with its steps if they are compared with the paper's.
 pub fn row(bench: &Bench, case: &Case) -> Result<(Row, Option<(String, Steps)>), CliError> {
     let (rendered, errors) = bench.row(case)?;
     let count = |name: &str| counter(&rendered.rendering.report, &format!("virtual_lights/{name}"));
     let arriving = count("flux_arriving");
-    // Flux that arrives within ranges, over all that arrives anywhere; none where it is not counted.
+    // Fraction of the arriving flux that arrives within ranges; `None` if flux is not counted.
     let in_range = (arriving > 0).then(|| count("flux_in_range") as f64 / arriving as f64);
     let steps = steps(&rendered);
     let has_steps = WITH_STEPS.contains(&&*case.name);
@@ -33,7 +33,7 @@ pub fn row(bench: &Bench, case: &Case) -> Result<(Row, Option<(String, Steps)>),
         .data("steps", times)
         .fixed("frame", "frame, ms", 0, steps.frame)
         .shown("map", format_args!("{:.1}", times[3]))
-        .shown("lights found", format_args!("{:.1}", times[4]))
+        .shown("lights built", format_args!("{:.1}", times[4]))
         .shown("lists", format_args!("{:.1}", times[5]))
         .shown("gathered", format_args!("{:.0}", times[6]))
         .fixed("shadow_rays", "of these: shadow rays", 0, steps.shadow_rays)
@@ -55,14 +55,14 @@ fn steps(rendered: &Rendered) -> Steps {
     steps
 }
 
-/// [Archer2019, table 3], ms: Atrium and Rungholt by rays, and random ranges; by texels across the map.
+/// Times of [Archer2019, table 3], ms, by map width in texels: Atrium and Rungholt with rays, and random ranges.
 const RANGES: [(u32, [f64; 3]); 4] =
     [(256, [0.5, 0.6, 0.04]), (512, [1.8, 2.1, 0.14]), (1024, [6.0, 6.9, 0.5]), (2048, [20.2, 23.5, 2.1])];
 
-/// Rays that find ranges in a map of this size: through deep images, through the BVH, and random ranges.
+/// Times of computing ranges for a map of this size: with rays through deep images and through the BVH, and for random ranges.
 pub fn ranges(bench: &Bench, map: MapSize) -> Result<Row, CliError> {
     let of = |ranges, tracer| {
-        // The image matters not.
+        // A small image, because only ranges are timed.
         bench.render(&ranges_alone(&bench.look, map, ranges, tracer), Size { width: 64, height: 36 })
     };
     let deep = of(Ranges::Average, WITHIN_TEXEL)?;
@@ -73,10 +73,10 @@ pub fn ranges(bench: &Bench, map: MapSize) -> Result<Row, CliError> {
     Ok(range_row(map.texels(), lights, [deep.range_rays + deep.ranges, bvh.range_rays + bvh.ranges, random.ranges]))
 }
 
-/// `lights`: that rays were cast from.
+/// Row of a map width, in texels, from times in ms. `lights` is the number of lights that cast rays.
 fn range_row(map: u32, lights: u64, [deep, bvh, random]: [f64; 3]) -> Row {
     let rate = |ms: f64| format!("{:.2}", 6.0 * lights as f64 / ms / 1e3);
-    let paper = RANGES.iter().find(|(known, _)| *known == map);
+    let paper = RANGES.iter().find(|(width, _)| *width == map);
     let row = Row::default()
         .number("map", "map", map)
         .said_as(format_args!("{map}²"))
@@ -92,7 +92,7 @@ fn range_row(map: u32, lights: u64, [deep, bvh, random]: [f64; 3]) -> Row {
 }
 
 #[test]
-fn his_figures_stand_beside_the_map_that_they_are_of() {
+fn the_papers_times_are_in_the_row_of_their_map() {
     let row = |map| crate::table::to_markdown(&[range_row(map, 1000, [2.0, 3.0, 0.5])]);
     assert!(row(512).ends_with("\n| 512² | 6,000 | 2.0 | 3.00 | 3.0 | 2.00 | 0.50 | 1.8 | 2.1 | 0.14 |\n"));
     assert!(row(64).ends_with("| – | – | – |\n"));

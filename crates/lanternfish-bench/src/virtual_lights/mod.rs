@@ -1,4 +1,4 @@
-//! `lanternfish-bench virtual-lights`: virtual point lights with ranges, beside rays from every pixel and the path tracer
+//! `lanternfish-bench virtual-lights`: virtual point lights with ranges, compared with rays from every pixel and the path tracer
 //! [Archer2019, §4; VanGelderen2020, app. B].
 
 mod cases;
@@ -17,10 +17,11 @@ use crate::{
     table::Row,
 };
 
-const TEXT: &str = "*In range*: ratio of the flux of virtual lights that ends on surfaces within their ranges. *Range rays*: of the frame. Deep \
-                    images are built once, in the first run, and are no part of the frame: his total has them.";
+const TEXT: &str = "*In range*: fraction of the flux of virtual lights that reaches surfaces within their ranges. *Range rays*: fraction of the \
+                    frame time. Times are in ms. Deep images are built once, in the first run, and are not part of the frame time; the \
+                    paper's total includes them.";
 
-/// Measures, and writes the report.
+/// Measures and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let mut bench = Bench::start(args, "virtual-lights", "Virtual lights", &mut progress)?;
@@ -36,10 +37,10 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
         ranges.push(progress.step("ranges", &format!("Ranges, {map}²"), || measure::ranges(&bench, *map))?);
     }
     let report = &mut bench.report;
-    report.section("Ways to find indirect light", TEXT, "rows", rows);
+    report.section("Techniques of indirect light", TEXT, "rows", rows);
     report.heading("Steps (Archer 2019, table 1), ms");
     report.paragraph(
-        "His: 1920 x 1080, NVIDIA GeForce GTX 1060. His totals are printed as 20.6 and 43.5; his rows sum to 20.15 and 43.0.",
+        "The paper: 1920 x 1080 pixels, NVIDIA GeForce GTX 1060. Its printed totals are 20.6 and 43.5 ms; its rows sum to 20.15 and 43.0 ms.",
     );
     report.show(PAPER.iter().enumerate().map(|(i, (name, atrium, rungholt))| {
         let row = Row::default().text("step", "", name);
@@ -47,7 +48,8 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
             |row: Row, (name, steps): &(String, steps::Steps)| row.shown(name, format_args!("{:.1}", steps.steps[i]));
         steps.iter().fold(row, ours).shown("Atrium", atrium).shown("Rungholt", rungholt)
     }));
-    let text = "Six rays from every texel of the map that sees anything, no light is listed; through 169 deep images of 64², and through the BVH.";
+    let text = "Six rays from every texel of the map with a surface, through 169 deep images of 64² texels and through the BVH. No light is \
+                listed.";
     report.section("Ranges (Archer 2019, table 3)", text, "ranges", ranges);
     let walked = if args.requests("flicker") { walked(&bench.look) } else { Vec::new() };
     bench.finish(&walked, progress)

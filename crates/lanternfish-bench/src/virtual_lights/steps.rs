@@ -1,8 +1,8 @@
-//! The passes of a frame, summed up as [Archer2019, table 1] has them.
+//! Sums the passes of a frame into the steps of [Archer2019, table 1].
 
 use lanternfish_gpu::PassTime;
 
-/// His steps, and what he measured: Atrium and Rungholt, 1920 x 1080, GeForce GTX 1060, ms.
+/// Steps of the paper with its times, ms: Atrium and Rungholt, 1920 x 1080 pixels, GeForce GTX 1060.
 pub const PAPER: [(&str, f64, f64); 7] = [
     ("Capture deep images", 3.5, 18.8),
     ("Sort deep images", 2.0, 3.3),
@@ -13,22 +13,22 @@ pub const PAPER: [(&str, f64, f64); 7] = [
     ("Apply lighting", 12.0, 6.1),
 ];
 
-/// Device milliseconds of one frame.
+/// Device times of one frame, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Steps {
-    /// In the order of [`PAPER`].
+    /// Steps in the order of [`PAPER`].
     pub steps: [f64; 7],
-    /// Rays that find ranges, which are a part of the fifth step.
+    /// Rays that compute ranges, a part of the fifth step.
     pub range_rays: f64,
-    /// What assigns ranges once rays are traced, a part of it as well.
+    /// Assignment of ranges from the traced rays, a part of the fifth step.
     pub ranges: f64,
-    /// Rays to virtual lights, a part of the last step.
+    /// Shadow rays to virtual lights, a part of the last step.
     pub shadow_rays: f64,
-    /// All passes but those that build deep images, which are kept as long as nothing moves.
+    /// All passes but those that build deep images, which are reused while nothing moves.
     pub frame: f64,
 }
 
-/// Passes from sums to layers.
+/// Passes that filter the demodulated irradiance.
 const SMOOTHING: [&str; 6] = [
     "indirect/resolve",
     "indirect/firefly_clamp",
@@ -41,12 +41,12 @@ const SMOOTHING: [&str; 6] = [
 impl Steps {
     pub fn of(passes: &[PassTime]) -> Self {
         let mut sums = Self::default();
-        // Light culling is recorded twice: for the scene's lights before, and for virtual lights after these are found.
-        let mut finds_lights = false;
+        // Light culling runs twice: for the scene's lights before building virtual lights, and for virtual lights after it.
+        let mut has_virtual_lights = false;
         for pass in passes {
             let name = pass.name.as_str();
             let own = name.strip_prefix("indirect/virtual_lights/");
-            finds_lights |= own.is_some();
+            has_virtual_lights |= own.is_some();
             let step = match own {
                 Some("map" | "draw" | "reconstruct") => Some(3),
                 Some("gather" | "shadow") => Some(6),
@@ -54,7 +54,7 @@ impl Steps {
                 None if name == "deep_images/sort" || name == "deep_images/merge" => Some(1),
                 None if name.starts_with("deep_images/") => Some(0),
                 None if name == "prepass" => Some(2),
-                None if name.starts_with("light_culling/") && finds_lights => Some(5),
+                None if name.starts_with("light_culling/") && has_virtual_lights => Some(5),
                 None if SMOOTHING.contains(&name) => Some(6),
                 None => None,
             };
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn passes_go_to_his_steps() {
+    fn passes_are_summed_into_the_papers_steps() {
         let pass = |(name, ms): (&str, f64)| PassTime { name: name.to_owned(), ms };
         let passes = [
             ("prepass", 1.0),

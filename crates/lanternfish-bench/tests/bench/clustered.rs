@@ -20,7 +20,7 @@ fn bench(folder: &Path, name: &str) -> (Value, String) {
     (serde_json::from_slice(&report).unwrap(), said)
 }
 
-/// Everything but times.
+/// The deterministic part of a report: all but times.
 fn exact(report: &Value) -> Vec<(Vec<&Value>, &Value)> {
     let names = ["clusters", "lights", "views", "assignment", "differing_pixels"];
     let rows = report["rows"].as_array().unwrap().iter();
@@ -34,7 +34,7 @@ fn gpu_two_runs_count_the_same() {
     assert_eq!(exact(&first), exact(&second));
     assert_eq!(first["left_out"], second["left_out"]);
 
-    // Three shapes, two numbers of lights, one view, two eyes with a grid each and with one, and brute force.
+    // Three shapes and two numbers of lights: mono, stereo with one grid per eye and with one for both, and brute force.
     let rows = first["rows"].as_array().unwrap();
     let left_out = first["left_out"].as_array().unwrap();
     assert_eq!(rows.len() + left_out.len(), 3 * 2 * 4, "{left_out:?}");
@@ -50,7 +50,7 @@ fn gpu_two_runs_count_the_same() {
             assert_eq!(count("light_tests"), count("visible_clusters") * row["lights"].as_u64().unwrap());
         }
     }
-    // Every scheme beside each other, of the same image.
+    // All schemes render the same image.
     let [schemes, again] = [&first, &second].map(|report| report["schemes"].as_array().unwrap());
     assert_eq!(schemes.len(), 3 * 2, "{schemes:?}");
     for (row, again) in schemes.iter().zip(again) {
@@ -90,7 +90,7 @@ fn gpu_a_track_makes_the_figures_of_the_thesis() {
     );
     assert_eq!(said.lines().last(), Some("figures/figures.html"));
     let report: Value = serde_json::from_slice(&fs::read(folder.path().join("figures/report.json")).unwrap()).unwrap();
-    // Three shapes for one view, two for two eyes, a grid each and one around both; two numbers of lights.
+    // Two numbers of lights: three shapes in mono, and two in stereo, with one grid per eye and with one for both.
     let played = report["played"].as_array().unwrap();
     assert_eq!((played.len(), report["left_out"].as_array().unwrap().len()), (2 * (3 + 2 * 2), 0));
     for row in played {
@@ -101,7 +101,7 @@ fn gpu_a_track_makes_the_figures_of_the_thesis() {
         assert_eq!(row["lights"], row["report"]["lights"], "the scene's own are left out");
         assert_eq!(row["report"]["eyes"], if row["views"] == "mono" { 1 } else { 2 });
     }
-    // What is seen does not depend on the clusters.
+    // Images do not depend on the clusters.
     let renderings = |clusters: &str, views: &str| {
         let row = played.iter().find(|row| row["clusters"] == clusters && row["views"] == views).unwrap();
         row["report"]["frames"].as_array().unwrap().iter().map(|frame| &frame["image"]).collect::<Vec<_>>()
@@ -112,7 +112,7 @@ fn gpu_a_track_makes_the_figures_of_the_thesis() {
     for figure in 2..=10 {
         assert!(page.contains(&format!("<h2>Figure 6.{figure}: ")), "6.{figure}");
     }
-    // By number of lights: five plots in each of five figures, three in each of four.
+    // For each number of lights: five plots in each of five figures, and three in each of four.
     assert_eq!(page.matches("<svg").count(), 2 * (5 * 5 + 4 * 3));
     assert!(!page.contains("NaN") && !page.contains("<script"));
 }

@@ -18,7 +18,7 @@ fn report(folder: &Path, name: &str) -> Value {
     serde_json::from_slice(&fs::read(folder.join(name).join("report.json")).unwrap()).unwrap()
 }
 
-/// Everything but times.
+/// The deterministic part of a report: all but times and rates.
 fn exact(report: &Value) -> (Vec<Value>, Vec<Value>) {
     let without_times = |rows: &Value| {
         let rows = rows.as_array().unwrap().iter().cloned();
@@ -47,7 +47,7 @@ fn gpu_two_runs_count_the_same() {
         let row = built.iter().find(|row| row["builder"] == builder && row["directions"] == 4);
         row.unwrap()["drawn"].as_u64().unwrap() as f64
     };
-    // Both sample texels in the middle.
+    // Both sample texel centres.
     let ratio = drawn("depth_peeling") / drawn("per_direction");
     assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
     for row in built {

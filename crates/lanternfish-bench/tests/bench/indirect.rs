@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::program;
 
-/// True if it succeeded, standard output, standard error.
+/// Runs the benchmark. Returns true if it succeeded, standard output and standard error.
 fn bench(folder: &Path, words: &str) -> (bool, String, String) {
     let mut command = program(folder);
     command.args(["indirect"]);
@@ -29,19 +29,19 @@ fn gpu_every_speed_has_its_error() {
     fs::write(folder.path().join("shot.toml"), "scene = \"demo:cornell\"\n").unwrap();
     let (first, said) = report(folder.path(), "shot.toml", "first");
 
-    // Through the BVH: three BRDFs, and diffuse light in three more ways. Through each of two sets of images: all that twice.
+    // Through the BVH: three BRDFs, and three variations of diffuse light. Through each of two image sets: all that with two tracers.
     let rows = first["rows"].as_array().unwrap();
     let left_out = first["left_out"].as_array().unwrap();
     assert_eq!(rows.len() + left_out.len(), 6 + 2 * 6 + 2 * 3, "{left_out:?}");
     for left_out in left_out {
-        // Nothing else may be refused, and it need not be.
+        // Only four samples may be left out.
         assert!(left_out["what"].as_str().unwrap().contains("4 samples"), "{left_out}");
         assert!(!left_out["reason"].as_str().unwrap().is_empty());
         assert!(said.contains(left_out["reason"].as_str().unwrap()));
     }
     for row in rows {
         let figure = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"));
-        // Each is there; what it is, depends on the machine.
+        // Each time is present; its value depends on the machine.
         for time in ["rate_traced", "rate_shaded", "trace_ms", "shade_ms", "filter_ms", "images_ms", "frame_ms"] {
             figure(time);
         }
@@ -57,13 +57,13 @@ fn gpu_every_speed_has_its_error() {
         if row["tracer"] == "bvh" {
             assert_eq!((energies, figure("flip")), ([1.0; 2], 0.0), "{row}");
         } else {
-            // Images of 16 and 32 texels are not seen through without an error; of a lamp that few rays hit it is a large one.
+            // Images of 16 and 32 texels have errors, which are large for a lamp that few rays hit.
             assert!(figure("flip") > 1e-4 && figure("flip") < 0.5, "{row}");
             assert!(energies.iter().all(|energy| *energy != 1.0) && (0.5..2.0).contains(&energies[0]), "{row}");
         }
         assert!(figure("converged_flip") > 1e-3, "{row}");
     }
-    // The radiance cache through the BVH and through images: shaded, cached, and with every bounce.
+    // The radiance cache, through the BVH and through images: shaded hits, cached hits, and cached hits with all bounces.
     let cached = first["cached"].as_array().unwrap();
     assert_eq!(cached.len(), 6);
     for of_tracer in cached.chunks(3) {
@@ -71,8 +71,8 @@ fn gpu_every_speed_has_its_error() {
         let [shaded, one, all] = [0, 1, 2].map(|row| figure(row, "warmed_energy"));
         assert_eq!(figure(0, "cells"), 0.0);
         assert!(figure(1, "cells") > 100.0 && figure(2, "cells") >= figure(1, "cells"), "{of_tracer:?}");
-        // Cells lose no light beside hits that are shaded, of which the clamp takes more, and bring none that is not there; every bounce
-        // brings more.
+        // Cached hits have no less light than shaded hits, of which the firefly clamp removes more, and no excess light. All bounces have
+        // more light.
         assert!(one > 0.9 * shaded && one < 1.05 && all > 1.3 * one, "{of_tracer:?}");
     }
     let through_bvh = |filter: u64, accumulate: u64| {
@@ -85,7 +85,7 @@ fn gpu_every_speed_has_its_error() {
         };
         rows.iter().find(is).unwrap()["converged_flip"].as_f64().unwrap()
     };
-    // Noise is what a filter and more frames take away.
+    // Filter and more frames reduce noise.
     assert!(through_bvh(8, 4) < through_bvh(0, 1));
     for rendering in ["diffuse", "glossy", "mirror"] {
         let rendering = lanternfish_metrics::read_png(&folder.path().join(format!("first/{rendering}.png"))).unwrap();
@@ -98,7 +98,7 @@ fn gpu_every_speed_has_its_error() {
 }
 
 #[test]
-fn gpu_what_has_no_light_is_refused() {
+fn gpu_a_scene_without_light_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("dark.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let (success, said, stderr) = bench(folder.path(), "dark.obj -o report");
@@ -110,8 +110,8 @@ fn gpu_what_has_no_light_is_refused() {
 fn the_help_says_what_is_measured() {
     let words = ["help", "indirect", "--all"];
     let output = program(Path::new(".")).args(words).output().unwrap();
-    let help = String::from_utf8(output.stdout).unwrap();
-    for word in ["rays a second", "FLIP", "energy", "memory", "filter", "384"] {
+    let help = String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    for word in ["rays per second", "FLIP", "energy", "memory", "filter", "384"] {
         assert!(help.contains(word), "{word:?} is not in\n{help}");
     }
 }

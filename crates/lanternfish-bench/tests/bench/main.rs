@@ -1,4 +1,4 @@
-//! Benches from words to files: one program, so that it is linked once.
+//! End-to-end tests of the benchmarks, in one program, so that it is linked once.
 
 mod clustered;
 mod deep_images;
@@ -14,7 +14,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-/// The program in a folder, without input, whatever the tests' own environment say of logs.
+/// The program in a folder, without standard input and `RUST_LOG`.
 fn program(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish-bench"));
     command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());
@@ -22,7 +22,7 @@ fn program(folder: &Path) -> Command {
 }
 
 #[test]
-fn help_tells_of_every_bench_and_names_those_there_are() {
+fn help_lists_every_benchmark() {
     let said = |words: &[&str]| {
         let output = program(Path::new(".")).args(words).output().unwrap();
         let text = |bytes| String::from_utf8(bytes).unwrap();
@@ -47,12 +47,12 @@ fn help_tells_of_every_bench_and_names_those_there_are() {
             "{help}"
         );
     }
-    // Defaults of one bench are not those of another.
+    // Benchmarks have different defaults.
     for (name, default) in [
         ("forward-plus", "every image, pixels [default: 1280x720]"),
         ("photons", "every image, pixels [default: 480x270]"),
-        ("clustered", "one run that is not [default: 1]"),
-        ("history", "one run that is not [default: 3]"),
+        ("clustered", "one warm-up run [default: 1]"),
+        ("history", "one warm-up run [default: 3]"),
     ] {
         let help = said(&["help", name]).1.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(help.contains(default), "{default} is not in\n{help}");

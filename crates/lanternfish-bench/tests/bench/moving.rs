@@ -6,19 +6,19 @@ use serde_json::Value;
 
 use crate::program;
 
-/// What is sent and what rays find is there, and exact; deep images are built where something has moved, and only there.
+/// Sent bytes and ray distances are exact. Deep images are rebuilt only after a motion.
 #[test]
-fn gpu_what_moves_is_counted() {
+fn gpu_motion_is_counted() {
     let folder = tempfile::tempdir().unwrap();
-    let words = ["moving", "demo:cornell", "--runs", "1", "--rays", "4096", "--adapter", "cpu", "-o", "found"];
+    let words = ["moving", "demo:cornell", "--runs", "1", "--rays", "4096", "--adapter", "cpu", "-o", "report"];
     let output = program(folder.path()).args(words).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8(output.stdout).unwrap();
-    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("found/report.json")).unwrap()).unwrap();
+    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("report/report.json")).unwrap()).unwrap();
     let times = report["times"].as_array().unwrap();
     assert!(times.iter().any(|row| row["tracer"] == "bvh"), "{times:?}");
     for row in times {
-        // A transform of 64 bytes, one of a draw, and 16 for each dispatch.
+        // 64 bytes for the transform, 64 for the draw, and 16 for each dispatch.
         let (bytes, dispatches) = (row["one_bytes"].as_u64().unwrap(), row["dispatches"].as_u64().unwrap());
         assert_eq!(bytes, 128 + 16 * dispatches, "{row}");
     }
@@ -27,5 +27,5 @@ fn gpu_what_moves_is_counted() {
     assert!(built["image_passes"].as_u64().unwrap() > 0 && built["kept_passes"] == 0, "{built}");
     let refits = report["refits"].as_array().unwrap();
     assert!(refits.len() == 5 && refits.iter().all(|row| row["differing"] == 0), "{refits:?}");
-    assert!(said.contains("One instance more") && said.contains("## Rays through the BVH"), "{said}");
+    assert!(said.contains("Adding an instance") && said.contains("## Rays through the BVH"), "{said}");
 }

@@ -6,11 +6,11 @@ use serde_json::Value;
 
 use crate::program;
 
-/// Counts and errors are the same from run to run; means of frames and what is measured along a track are there.
+/// Counts and errors are equal in every run. Means of frames and flicker along a track are measured.
 #[test]
-fn gpu_photons_stand_beside_the_truth() {
+fn gpu_photons_are_compared_with_the_ground_truth() {
     let folder = tempfile::tempdir().unwrap();
-    // A lamp far before the box takes most of the photons, which meet nothing: those that are split are few.
+    // A lamp far in front of the box takes most of the photons, which hit nothing, so that few photons are split.
     let shot = "scene = \"demo:cornell\"\n[lights]\npoint = [[0, 1, 30, 100]]\n[track]\nframes = 8\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
                 [[track.keyframes]]\ntime = 1\neye = [0.5, 1, 4.0]\ntarget = [0, 1, 0]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
@@ -25,10 +25,10 @@ fn gpu_photons_stand_beside_the_truth() {
     let (first, said) = report("first", &[]);
     let rows = first["rows"].as_array().unwrap();
     let figure = |row: &str, name: &str| {
-        let row = rows.iter().find(|known| known["name"] == row).unwrap_or_else(|| panic!("no {row}"));
+        let row = rows.iter().find(|other| other["name"] == row).unwrap_or_else(|| panic!("no {row}"));
         row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"))
     };
-    // A small image of few samples: the ground truth is known to some parts in a hundred.
+    // The image is small and has few samples: the ground truth has an error of a few percent.
     assert!((figure("photon-splatting", "indirect_energy") - 1.0).abs() < 0.15, "{rows:?}");
     assert!(figure("none", "indirect_energy") == 0.0 && figure("photon-splatting", "flip") < figure("none", "flip"));
     let counts = ["splatted", "off_screen", "hidden", "landed"].map(|name| figure("photon-splatting", name));
@@ -41,7 +41,7 @@ fn gpu_photons_stand_beside_the_truth() {
     for rendering in ["none", "photon-splatting", "photon-splatting-4-frames", "ground_truth-one-bounce"] {
         assert!(folder.path().join(format!("first/{rendering}.png")).is_file(), "{rendering}");
     }
-    // Again, of photons alone, and beside the ground truths that are there.
+    // A second run of photons only, with the stored ground truths.
     let (second, _) = report("first", &["--only", "photon-splatting"]);
     let mut compared = 0;
     for table in ["rows", "means", "flicker"] {

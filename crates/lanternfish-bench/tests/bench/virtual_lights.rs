@@ -6,9 +6,9 @@ use serde_json::Value;
 
 use crate::program;
 
-/// Counts and errors are the same from run to run; what is measured along a track is there where a shot has one; images lie beside.
+/// Counts and errors are equal in every run. Flicker is measured along the shot's track. Images are written to the report's folder.
 #[test]
-fn gpu_virtual_lights_stand_beside_the_truth() {
+fn gpu_virtual_lights_are_compared_with_the_ground_truth() {
     let folder = tempfile::tempdir().unwrap();
     let shot = "scene = \"demo:cornell\"\n[track]\nframes = 10\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
                 [[track.keyframes]]\ntime = 1\neye = [0.5, 1, 4.0]\ntarget = [0, 1, 0]\n";
@@ -24,10 +24,10 @@ fn gpu_virtual_lights_stand_beside_the_truth() {
     let (first, said) = report("first");
     let rows = first["rows"].as_array().unwrap();
     let figure = |row: &str, name: &str| {
-        let row = rows.iter().find(|known| known["name"] == row).unwrap_or_else(|| panic!("no {row}"));
+        let row = rows.iter().find(|other| other["name"] == row).unwrap_or_else(|| panic!("no {row}"));
         row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"))
     };
-    // A small image of few samples: the ground truth is known to some parts in a hundred.
+    // The image is small and has few samples: the ground truth has an error of a few percent.
     assert!((figure("virtual-lights", "indirect_energy") - 1.0).abs() < 0.15, "{rows:?}");
     assert!(figure("as in the paper", "indirect_energy") < 0.5 && figure("none", "indirect_energy") == 0.0);
     assert!(figure("virtual-lights", "flip") < figure("none", "flip"));

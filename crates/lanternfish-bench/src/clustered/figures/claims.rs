@@ -1,6 +1,6 @@
-//! What the thesis says in numbers about its figures, and what was found here.
+//! Numbers that the thesis states about its figures, beside the values measured here.
 //!
-//! The figures themselves are plots without tables: their values are not in the text, and none is read off them here.
+//! The figures are plots without tables. Only numbers in the text are used; none is read off a plot.
 
 use lanternfish_cli::report::grouped;
 
@@ -10,7 +10,7 @@ use crate::{
     table::Row,
 };
 
-/// All of them, for every number of lights.
+/// One row per stated number and number of lights.
 pub fn claims(figures: &Figures) -> Vec<Row> {
     let mut claims = Vec::new();
     for lights in distinct(figures.played.iter().map(|played| played.lights)) {
@@ -52,9 +52,10 @@ pub fn claims(figures: &Figures) -> Vec<Row> {
         }
         for played in tuned(figures, lights) {
             let frames = played.frame_ms();
-            let spread = frames.iter().map(|ms| (ms - mean(&frames)).powi(2)).sum::<f64>() / frames.len().max(1) as f64;
-            let thesis = if played.clusters.starts_with("displ") { "the most stable: the least" } else { "" };
-            let ours = format!("{:.0} %", 100.0 * spread.sqrt() / mean(&frames));
+            let variance =
+                frames.iter().map(|ms| (ms - mean(&frames)).powi(2)).sum::<f64>() / frames.len().max(1) as f64;
+            let thesis = if played.clusters.starts_with("displ") { "most stable: the least" } else { "" };
+            let ours = format!("{:.0} %", 100.0 * variance.sqrt() / mean(&frames));
             add("6.6", &format!("{}: deviation of the frame time along the track", played.clusters), thesis, ours);
             if let Some(pixels) = played.clusters.strip_prefix("persp:") {
                 let most =
@@ -63,7 +64,7 @@ pub fn claims(figures: &Figures) -> Vec<Row> {
                 let ours = format!("{} of {}", grouped(most.max().unwrap_or(0).into()), grouped(limit));
                 add(
                     "6.10",
-                    &format!("{}: most fragments of a cluster, of blended surfaces too", played.clusters),
+                    &format!("{}: most fragments of a cluster, transparent surfaces included", played.clusters),
                     "at most 64² = 4,096",
                     ours,
                 );
@@ -73,7 +74,7 @@ pub fn claims(figures: &Figures) -> Vec<Row> {
     claims
 }
 
-/// The three that the thesis tuned: Persp 64, Ortho 4, Displ 64 32, as they fit the image.
+/// The three tuned configurations of the thesis, Persp 64, Ortho 4 and Displ 64 32, scaled to the image size.
 pub fn tuned(figures: &Figures, lights: u32) -> Vec<&Played> {
     let best = shapes(figures.size[1], true);
     let find = |name: String| {

@@ -1,7 +1,7 @@
-//! Figures 6.2 to 6.10 of `[VanGelderen2020]`: every shape of clusters over the frames of a track, one view and two eyes.
+//! Figures 6.2 to 6.10 of `[VanGelderen2020]`: every cluster shape over the frames of a track, in mono and stereo.
 //!
-//! Each configuration is replayed as `lanternfish replay` does it: counted once, then timed in runs of which the least counts
-//! ([`lanternfish_cli::replay`]).
+//! Each configuration is replayed as by `lanternfish replay`: one counting run, then timed runs. The least time of each pass and frame
+//! is reported ([`lanternfish_cli::replay`]).
 
 mod claims;
 mod page;
@@ -25,7 +25,7 @@ use super::{
 };
 use crate::{document::LeftOut, run::Run, table::to_markdown};
 
-/// One configuration over all frames.
+/// Report of one configuration over all frames.
 #[derive(Debug, Serialize)]
 pub struct Played {
     pub clusters: String,
@@ -34,7 +34,7 @@ pub struct Played {
     pub report: Report,
 }
 
-/// All that is in the figures.
+/// Data of all figures.
 #[derive(Debug, Serialize)]
 pub struct Figures {
     pub source: String,
@@ -49,27 +49,27 @@ pub struct Figures {
 }
 
 impl Played {
-    /// By frame, milliseconds of all passes.
+    /// Time of all passes for each frame, ms.
     pub fn frame_ms(&self) -> Vec<f64> {
         least_of(&self.report, |_| true).unwrap_or_default()
     }
 
-    /// By frame, milliseconds of what the thesis counts as clustering, depth pass and marking among it.
+    /// Clustering time for each frame, ms. As in the thesis, it includes the depth pass and marking.
     pub fn clustering_ms(&self) -> Vec<f64> {
         least_of(&self.report, Category::is_clustering).unwrap_or_default()
     }
 
-    /// By frame, milliseconds of shading.
+    /// Shading time for each frame, ms.
     pub fn shading_ms(&self) -> Vec<f64> {
         least_of(&self.report, |category| category == Category::Shading).unwrap_or_default()
     }
 
-    /// By frame, clusters with visible fragments.
+    /// Number of clusters with visible fragments, for each frame.
     pub fn visible(&self) -> Vec<f64> {
         self.report.frames.iter().filter_map(|frame| Some(frame.clusters.as_ref()?.visible as f64)).collect()
     }
 
-    /// By frame, lights of its cluster's list, summed over all fragments.
+    /// Lighting operations for each frame: the length of the cluster's light list, summed over all fragments.
     pub fn operations(&self) -> Vec<f64> {
         self.report
             .frames
@@ -79,7 +79,7 @@ impl Played {
     }
 }
 
-/// The mean of values over frames; 0 of none.
+/// Mean of the values; 0 if there are none.
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
@@ -108,7 +108,7 @@ pub fn run(args: &ClusteredArgs, shot: &Shot) -> Result<(), CliError> {
     output::print(&format!("{}\n{}\n", to_markdown(&claims::claims(&figures)), file("figures.html").display()))
 }
 
-/// Every shape for one view, and those that the thesis judges best for two eyes, with so many lights.
+/// Replays every shape in mono and the best shapes of the thesis in stereo, with `lights` lights.
 fn play(args: &ClusteredArgs, shot: &Shot, run: &Run, lights: u32, figures: &mut Figures) -> Result<(), CliError> {
     let mut progress = Progress::hidden();
     let mut plan = Plan::of(shot, None, &mut progress)?;
@@ -133,7 +133,7 @@ fn play(args: &ClusteredArgs, shot: &Shot, run: &Run, lights: u32, figures: &mut
         let clusters = shape.to_string();
         match player.count(&mut progress) {
             Ok(frames) => report.frames = frames,
-            // More clusters than there may be, or views that no grid encloses: the others go on.
+            // Too many clusters, or views that no grid encloses: continue with the next configuration.
             Err(error) => {
                 let what = format!("{clusters}, {views}, {} lights", grouped(lights.into()));
                 figures.left_out.push(LeftOut { what, reason: error.to_string() });

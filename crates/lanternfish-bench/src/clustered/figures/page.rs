@@ -1,4 +1,4 @@
-//! The figures as one page of HTML that needs nothing else.
+//! The figures as one self-contained HTML page.
 
 use lanternfish_cli::{
     plot::{Area, heat_map, stacked},
@@ -25,10 +25,10 @@ pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:
 
 const COLORS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#444444"];
 
-/// A name, its unit, and values by frame.
+/// A name, a unit, and the values for each frame.
 type Quantity = (&'static str, &'static str, fn(&Played) -> Vec<f64>);
 
-/// What figures 6.2 to 6.6 show of every configuration.
+/// Quantities that figures 6.2 to 6.6 plot for every configuration.
 const QUANTITIES: [Quantity; 5] = [
     ("Frame", "ms", Played::frame_ms),
     ("Clustering", "ms", Played::clustering_ms),
@@ -37,18 +37,20 @@ const QUANTITIES: [Quantity; 5] = [
     ("Lighting operations", "operations", Played::operations),
 ];
 
-/// The page.
+/// The page of all figures.
 pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
     let Figures { source, frames, size: [width, height], eye_width, depth, runs, seed, .. } = figures;
     let mut page = Document::new(&format!("Clusters along {source}"), gpu, *runs);
     let what = format!(
         "{frames} frames of {width} x {height}, each eye {eye_width} x {height} (HTC Vive); clusters reach at least {depth} m from the eye; \
-         falling lights, seed {seed}, as many at a point whatever their number; no shadows"
+         falling lights, seed {seed}, as many per point for any number of lights; no shadows"
     );
-    page.introduction(&what, &format!("{runs} runs, of which the least counts, pass by pass and frame by frame"));
-    page.paragraph("Numbers of figures are those of Van Gelderen 2020, chapter 6.");
+    page.introduction(&what, &format!("least of {runs} runs, for each pass and frame"));
+    page.paragraph("Figures are numbered as in Van Gelderen 2020, chapter 6.");
     page.heading("The thesis' numbers beside ours");
-    page.paragraph("Its figures are plots without tables: these are all numbers that its text has of them.");
+    page.paragraph(
+        "The figures of the thesis are plots without tables: these are all numbers that its text states about them.",
+    );
     page.show(claims(figures));
     let lights = distinct(figures.played.iter().map(|played| played.lights));
     let rows = |plots: &dyn Fn(u32) -> Vec<String>| -> String {
@@ -58,7 +60,7 @@ pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
         ("6.2: sizes of perspective clusters", &(|p: &Played| mono_of(p, "persp")) as &dyn Fn(&Played) -> bool),
         ("6.3: sizes of orthographic clusters", &|p| mono_of(p, "ortho")),
         ("6.4: displacements", &|p| mono_of(p, "displ")),
-        ("6.5: two eyes, a grid each or one around both", &|p| p.views != Views::Mono),
+        ("6.5: stereo, one grid per eye or one grid around both", &|p| p.views != Views::Mono),
         ("6.6: the tuned three", &|p| tuned(figures, p.lights).iter().any(|t| std::ptr::eq(*t, p))),
     ] {
         page.heading(&format!("Figure {heading}"));
@@ -73,8 +75,8 @@ pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
     let by_lights = |count| maps(figures, count, "lights, from", |c| &c.by_lights);
     let by_fragments = |count| maps(figures, count, "fragments, from", |c| &c.by_fragments);
     for (heading, plots) in [
-        ("6.7: what a frame takes", &times as &dyn Fn(u32) -> Vec<String>),
-        ("6.8: what clustering takes", &parts),
+        ("6.7: frame time", &times as &dyn Fn(u32) -> Vec<String>),
+        ("6.8: clustering time", &parts),
         ("6.9: clusters by their lights", &by_lights),
         ("6.10: clusters by their fragments", &by_fragments),
     ] {
@@ -85,7 +87,7 @@ pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
     page
 }
 
-/// Each value once, in their order.
+/// The distinct values, in ascending order.
 pub fn distinct(values: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut values: Vec<u32> = values.collect();
     values.sort_unstable();
@@ -97,7 +99,7 @@ fn mono_of(played: &Played, kind: &str) -> bool {
     played.views == Views::Mono && played.clusters.starts_with(kind)
 }
 
-/// A configuration among others of as many lights.
+/// Name of a configuration among those with the same number of lights.
 fn name(played: &Played) -> String {
     match played.views {
         Views::Mono => played.clusters.clone(),
@@ -106,7 +108,7 @@ fn name(played: &Played) -> String {
     }
 }
 
-/// All quantities of these configurations, a plot each.
+/// One plot per quantity, with a curve for each of these configurations.
 fn plots(of: &[&Played], lights: u32) -> Vec<String> {
     let plot = |(quantity, unit, values): Quantity| {
         let curves = of.iter().zip(COLORS.iter().cycle());
@@ -116,7 +118,7 @@ fn plots(of: &[&Played], lights: u32) -> Vec<String> {
     QUANTITIES.map(plot).into()
 }
 
-/// Clustering, shading and miscellaneous, as fig. 6.7 has them.
+/// Frame time divided into clustering, shading and miscellaneous, as in fig. 6.7.
 fn breakdown(played: &Played) -> Vec<Area> {
     let area = |name: &str, color, wanted: &dyn Fn(Category) -> bool| {
         Some(Area { name: name.to_owned(), color, heights: least_of(&played.report, wanted)? })
@@ -130,23 +132,23 @@ fn breakdown(played: &Played) -> Vec<Area> {
     areas.into_iter().flatten().collect()
 }
 
-/// Stacked times of the tuned three, on one scale.
+/// Stacked times of the three tuned configurations, on one scale.
 fn stacks(
     figures: &Figures,
     lights: u32,
     parts: &dyn Fn(&Played) -> Vec<Area>,
-    whole: fn(&Played) -> Vec<f64>,
+    total: fn(&Played) -> Vec<f64>,
 ) -> Vec<String> {
     let of = tuned(figures, lights);
-    let high = of.iter().flat_map(|played| whole(played)).fold(0.0, f64::max);
+    let high = of.iter().flat_map(|played| total(played)).fold(0.0, f64::max);
     let plot = |played: &&Played| {
-        let title = format!("{}, {} lights: {:.1} ms", played.clusters, grouped(lights.into()), mean(&whole(played)));
+        let title = format!("{}, {} lights: {:.1} ms", played.clusters, grouped(lights.into()), mean(&total(played)));
         stacked(&title, "frame", "ms", high, &parts(played))
     };
     of.iter().map(plot).collect()
 }
 
-/// Heat maps of the tuned three, on one scale.
+/// Heat maps of the three tuned configurations, on one scale.
 fn maps(figures: &Figures, lights: u32, label: &str, of_clusters: fn(&Clusters) -> &Vec<u64>) -> Vec<String> {
     let of = tuned(figures, lights);
     let bins = |played: &'_ Played| -> Vec<Vec<u64>> {

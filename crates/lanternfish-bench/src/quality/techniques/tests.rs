@@ -24,7 +24,7 @@ fn every_value_of_every_setting_has_a_row() {
     assert_every(&[false, true], |settings| settings.accumulate > 1);
     assert_every(&[false, true], |settings| settings.light_radius > 0.0);
 
-    // Every part of every scheme.
+    // Every value of every culling scheme.
     let clustered = |culling: &Culling| culling.get::<Clustered>().copied();
     let tiled = |culling: &Culling| culling.get::<Tiled>().map(|tiled| (tiled.tile_size, tiled.aabb_test));
     let shape = |shape| match shape {
@@ -53,14 +53,14 @@ fn every_value_of_every_setting_has_a_row() {
 }
 
 #[test]
-fn occlusion_is_found_by_every_room_and_left_out_under_each_truth() {
+fn every_occlusion_technique_and_none_has_a_row_for_each_ground_truth() {
     for ground_truth in
         [GroundTruth::Occlusion, GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear, GroundTruth::Environment]
     {
         let mut rows = rows();
         rows.retain(|row| row.ground_truth == ground_truth);
-        for known in std::iter::once(Occlusion::NONE).chain(Occlusion::all()) {
-            assert!(rows.iter().any(|row| row.settings.occlusion.name() == known.name()), "{ground_truth}");
+        for technique in std::iter::once(Occlusion::NONE).chain(Occlusion::all()) {
+            assert!(rows.iter().any(|row| row.settings.occlusion.name() == technique.name()), "{ground_truth}");
         }
     }
 }
@@ -82,7 +82,7 @@ fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
 }
 
 #[test]
-fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
+fn a_row_changes_one_setting_and_has_a_unique_name() {
     let default = Settings::direct_light();
     let rows = rows();
     for (i, row) in rows.iter().enumerate() {
@@ -113,7 +113,7 @@ fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
 }
 
 #[test]
-fn a_mean_with_every_bounce_is_of_the_same_frames() {
+fn a_mean_with_all_bounces_has_the_settings_of_the_single_frame() {
     let row = |name: &str| rows().into_iter().find(|row| row.name == name).unwrap().settings;
     let mean = row(&format!("indirect sampled, {MEAN_FRAMES} frames"));
     assert_eq!((mean.indirect.clone(), mean.accumulate), (row("indirect sampled").indirect, MEAN_FRAMES));
@@ -121,10 +121,14 @@ fn a_mean_with_every_bounce_is_of_the_same_frames() {
 }
 
 #[test]
-fn every_truth_judges_something_or_is_part_of_one() {
+fn every_ground_truth_has_techniques_or_is_part_of_one() {
     for ground_truth in GroundTruth::ALL {
-        assert_eq!(ground_truth.judges(), rows().iter().any(|row| row.ground_truth == *ground_truth), "{ground_truth}");
-        let is_part = GroundTruth::ALL.iter().any(|whole| whole.without_indirect().contains(ground_truth));
-        assert!(ground_truth.judges() || is_part, "{ground_truth}");
+        assert_eq!(
+            ground_truth.is_compared(),
+            rows().iter().any(|row| row.ground_truth == *ground_truth),
+            "{ground_truth}"
+        );
+        let is_part = GroundTruth::ALL.iter().any(|complete| complete.without_indirect().contains(ground_truth));
+        assert!(ground_truth.is_compared() || is_part, "{ground_truth}");
     }
 }

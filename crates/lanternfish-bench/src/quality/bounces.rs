@@ -1,5 +1,5 @@
-//! One bounce by every room of indirect light but `sampled`, which has rows of its own: a row as it is, and one for every other value of
-//! each of its settings that has names.
+//! Rows of one bounce with every technique of indirect light but `sampled`, which has separate rows: one row with the defaults, and one for
+//! every other value of each parameter with named values.
 
 use lanternfish::{
     settings::{Indirect, Materials, Settings},
@@ -10,29 +10,29 @@ use lanternfish_papers::DeepImageSettings;
 use super::techniques::Technique;
 use crate::ground_truths::GroundTruth;
 
-/// Their rows, on base colours as diffuse albedos, and on the file's materials.
+/// The rows, with base colours as diffuse albedos, and with the file's materials.
 pub fn bounces(default: &Settings) -> Vec<Technique> {
-    let rooms = Indirect::all().into_iter().filter(|room| !room.is::<Sampled>());
-    rooms.flat_map(|room| of_technique(room, default)).collect()
+    let techniques = Indirect::all().into_iter().filter(|technique| !technique.is::<Sampled>());
+    techniques.flat_map(|technique| of_technique(technique, default)).collect()
 }
 
-fn of_technique(room: Indirect, default: &Settings) -> Vec<Technique> {
+fn of_technique(technique: Indirect, default: &Settings) -> Vec<Technique> {
     let deep_images = DeepImageSettings { resolution: 64, ..DeepImageSettings::of(&default.structure) };
     let row = |name: String, ground_truth: GroundTruth, indirect| {
         let materials = if ground_truth == GroundTruth::OneBounce { Materials::Lambert } else { Materials::File };
         let settings = Settings { indirect, materials, structure: deep_images.into(), ..default.clone() };
         Technique { name: format!("{ground_truth} {name}"), settings, ground_truth }
     };
-    let name = room.name().to_owned();
+    let name = technique.name().to_owned();
     let mut rows = vec![
-        row(name.clone(), GroundTruth::OneBounce, room.clone()),
-        row(name.clone(), GroundTruth::OneBounceFile, room.clone()),
+        row(name.clone(), GroundTruth::OneBounce, technique.clone()),
+        row(name.clone(), GroundTruth::OneBounceFile, technique.clone()),
     ];
-    for (parameter, values) in room.technique().expect("it is one").parameters() {
+    for (parameter, values) in technique.technique().expect("it is one").parameters() {
         for (value, _) in values {
-            let mut other = room.clone();
+            let mut other = technique.clone();
             other.technique_mut().expect("it is one").set(parameter.name, value).expect("it is one of its values");
-            if other != room {
+            if other != technique {
                 rows.push(row(format!("{name}, {} {value}", parameter.name), GroundTruth::OneBounce, other));
             }
         }
