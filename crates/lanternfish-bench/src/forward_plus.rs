@@ -59,13 +59,7 @@ fn tiled(tile_size: TileSize, aabb_test: bool) -> Culling {
     technique::tiled(Tiled { tile_size, aabb_test })
 }
 
-<<<<<<< HEAD
 /// The rows of table 5.1 in their order, at tiles of 8 × 8, and ours.
-||||||| 7b174838
-/// The rows of table 5.1, at tiles of 8 × 8, and ours.
-=======
-/// The rows of table 5.1 with tiles of 8 × 8 pixels, and a row with surface normals, which the thesis does not have.
->>>>>>> prose
 fn cases() -> Vec<Case> {
     use RayCulling::{Improved, Naive, None as NoCulling, Surface};
     let px8 = |aabb| tiled(TileSize::Px8, aabb);
@@ -102,16 +96,10 @@ fn tile_sizes() -> [Case; 3] {
     })
 }
 
-<<<<<<< HEAD
 /// The threshold of the thesis' ranges [Elagabani2025, eq. 4.1].
 const PAPER_THRESHOLD: f32 = 0.02;
 
 /// What every case shares.
-||||||| 7b174838
-/// What every case shares.
-=======
-/// Inputs of all configurations.
->>>>>>> prose
 struct Bench<'a> {
     run: Run,
     subject: Subject,
@@ -150,7 +138,6 @@ impl Bench<'_> {
         image::write(&self.run.folder.join(name), rendering)
     }
 
-<<<<<<< HEAD
     /// Pairs of a pixel and a light: listed by this technique of light culling, or (`in_range`) in range.
     fn listed(&self, culling: &Culling, in_range: RayRangeCulling) -> Result<u64, CliError> {
         let case =
@@ -160,12 +147,6 @@ impl Bench<'_> {
     }
 
     /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
-||||||| 7b174838
-    /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
-=======
-    /// Renders a configuration once to warm up, then for its times. Changes are relative to `none`, the first row of the table; pixels are
-    /// compared with `first`.
->>>>>>> prose
     fn row(
         &self,
         case: &Case,
@@ -312,14 +293,8 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     let wrong =
         rows.iter().chain(&papers_rows).find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0);
     let wrong = wrong.map(|row| format!("{}: {} pixels", row.words("name"), row.words("differing_pixels")));
-<<<<<<< HEAD
     let text = "Pixels may differ only where normals are rebuilt from depth. As in the thesis, rays are culled by facing alone; ours also by each \
                 light's range. False positives: of the pairs of a pixel and a listed light, those out of range.";
-||||||| 7b174838
-    let text = "Pixels may differ only where normals are rebuilt from depth.";
-=======
-    let text = "Pixels may differ only with normals reconstructed from depth.";
->>>>>>> prose
     report.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
     report.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
     let [rows, tiles] = papers;
@@ -349,7 +324,6 @@ mod tests {
     fn the_rows_are_the_papers() {
         assert_eq!(cases().iter().filter(|case| case.paper_ms.is_some()).count(), 6);
         let exact: Vec<_> = cases().iter().filter(|case| case.is_exact()).map(|case| case.name).collect();
-<<<<<<< HEAD
         let expected = [
             "no optimisations",
             "light culling",
@@ -363,15 +337,6 @@ mod tests {
             cases().iter().all(|case| by_range(case) == case.name.starts_with("ours")),
             "his rows cull by facing alone"
         );
-||||||| 7b174838
-        let expected =
-            ["no optimisations", "light culling", "light culling + AABB", "light culling + AABB + surface normals"];
-        assert_eq!(exact, expected, "those that use no normals from depth");
-=======
-        let expected =
-            ["no optimisations", "light culling", "light culling + AABB", "light culling + AABB + surface normals"];
-        assert_eq!(exact, expected, "rows without normals from depth");
->>>>>>> prose
     }
 
     #[test]
