@@ -24,7 +24,9 @@ fn atrium_in_rain() -> (Scene, Camera) {
 #[test]
 fn gpu_clusters_count_every_shaded_fragment_once() {
     let Some(gpu) = testing::gpu("gpu_clusters_count_every_shaded_fragment_once") else { return };
-    let (scene, camera) = atrium_in_rain();
+    // Large triangles, some behind others: triangles smaller than a pixel would be a fragment each.
+    let scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
     let engine = testing::engine(gpu);
     let rays = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
     for samples in [Samples::One, Samples::Four] {
@@ -49,8 +51,8 @@ fn gpu_clusters_count_every_shaded_fragment_once() {
         let (fragments, _, surfaces) = counts[0];
         match samples {
             Samples::One => assert_eq!(fragments, surfaces),
-            // Pixels at edges shade several surfaces; no pixel shades more than its samples.
-            _ => assert!(fragments > surfaces && fragments < 2 * surfaces, "{fragments} of {surfaces}"),
+            // Pixels at edges shade several triangles. Hidden fragments would double the count.
+            _ => assert!(fragments > surfaces && fragments < surfaces * 13 / 10, "{fragments} of {surfaces}"),
         }
     }
 }

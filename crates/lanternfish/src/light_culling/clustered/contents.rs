@@ -21,8 +21,7 @@ pub struct GridContents {
 pub struct VisibleCluster {
     /// Index in the grid: x fastest, then y, then z.
     pub index: u32,
-    /// Fragments that the grid's views shade in it. Fragments of transparent surfaces and of multisampled images are counted as
-    /// they are drawn, including hidden ones if the adapter tests depth late. 0 if only rays of multisampled images start in it.
+    /// Visible fragments that the grid's views shade in it; 0 if only rays of multisampled images start in it.
     pub fragments: u32,
     /// Number of lights in its list.
     pub lights: u32,

@@ -316,7 +316,7 @@ impl ClusteredCulling {
         if !drawn.is_empty() {
             self.mark_drawn.prepare(frame.device, scene, &drawn)?;
             let scene_bindings = scene.bindings();
-            let bindings = bindings.with(&scene_bindings);
+            let bindings = bindings.with(&scene_bindings).texture("drawn_depth", &surface.depth);
             let depth = surface.read_depth();
             frame.render("light_culling/clustered/mark_drawn", &[], Some(depth), |groups, pass| {
                 self.mark_drawn.draw(groups, pass, scene, &bindings, &drawn);

@@ -154,7 +154,7 @@ impl TiledCulling {
             drawn.prepare(frame.device, scene, &draws.solid)?;
             let scene_bindings = scene.bindings();
             let bindings = view_bindings.with(&scene_bindings).part("tile_grid", &grid_buffer);
-            let bindings = bindings.buffer("tile_depths", &depths);
+            let bindings = bindings.buffer("tile_depths", &depths).texture("drawn_depth", &surface.depth);
             frame.render("light_culling/tiled/bounds_drawn", &[], Some(surface.read_depth()), |groups, pass| {
                 drawn.draw(groups, pass, scene, &bindings, &draws.solid);
             });
