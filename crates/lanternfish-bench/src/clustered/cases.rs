@@ -4,7 +4,7 @@ use lanternfish::{
     settings::{Settings, Shadows},
     techniques::{Assignment, ClusterShape, Clustered, Grouping},
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::technique;
 
@@ -25,7 +25,7 @@ const ROWS: f32 = 720.0;
 const LEAST_PIXELS: u32 = 4;
 
 /// One image, or two, and how two share clusters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Views {
     Mono,

@@ -39,6 +39,7 @@ fn help_tells_of_every_bench_and_names_those_there_are() {
         "clustered",
         "moving",
         "quality",
+        "papers",
     ] {
         assert!(success && help.contains(name), "{name} is not in\n{help}");
         let (success, help, _) = said(&["help", name, "--all"]);

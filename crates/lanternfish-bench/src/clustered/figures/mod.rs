@@ -4,7 +4,7 @@
 //! ([`lanternfish_cli::replay`]).
 
 mod claims;
-mod page;
+pub mod page;
 
 use lanternfish::techniques::{Assignment, ClusterShape};
 use lanternfish_cli::{
@@ -17,7 +17,7 @@ use lanternfish_cli::{
     shot::Shot,
 };
 use lanternfish_scene::Eyes;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     ClusteredArgs, EYE_ASPECT,
@@ -26,7 +26,7 @@ use super::{
 use crate::{document::LeftOut, run::Run, table::to_markdown};
 
 /// One configuration over all frames.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Played {
     pub clusters: String,
     pub views: Views,
@@ -35,7 +35,7 @@ pub struct Played {
 }
 
 /// All that is in the figures.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Figures {
     pub source: String,
     pub frames: usize,
