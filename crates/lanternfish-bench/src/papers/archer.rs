@@ -114,7 +114,10 @@ fn brute_force(reports: &Reports) -> Found<f64> {
 
 /// The part of the surfaces of a pass for each direction that the single pass misses.
 fn missing(reports: &Reports) -> Found<f64> {
-    built(reports, IMAGES[0], "single_pass", 169)?.f64("holes/missing")
+    let is = |row: &Node<'_>| {
+        row.words("builder") == "single_pass" && row.is("directions", 169) && row.f64("holes/missing").is_ok()
+    };
+    reports.part(IMAGES[0])?.find("built", "of 169 directions by single_pass with its holes", is)?.f64("holes/missing")
 }
 
 /// How many times as long 128 directions take as 8.

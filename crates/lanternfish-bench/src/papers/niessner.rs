@@ -174,18 +174,21 @@ fn set<'a>(reports: &'a Reports, directions: u32, texels: u32) -> Found<Node<'a>
 pub fn by_triangles(reports: &Reports, tracer: &str, key: &str) -> Found<(f64, f64)> {
     let [few, many] = ["deep-images", "deep-images-many-triangles"].map(|part| reports.part(part));
     let (few, many) = (few?, many?);
-    let rates = |part: &Node<'_>| -> Found<Vec<(f64, f64)>> {
+    let rows = |part: &Node<'_>| -> Found<Vec<_>> {
         let rows = part.rows("traced")?.into_iter();
         let rows = rows.filter(|row| row.words("group") == "Directions" && row.words("structure") == tracer);
-        rows.map(|row| Ok((row.f64("directions")?, row.f64(key)?))).collect()
+        rows.map(|row| Ok((row.f64("directions")?, row.json["images"].clone(), row.f64(key)?))).collect()
     };
-    let of_many = rates(&many)?;
-    let both = rates(&few)?.into_iter().filter_map(|(directions, rate)| {
-        let (_, other) = of_many.iter().find(|(known, _)| *known == directions)?;
-        Some((directions, rate / other))
-    });
-    let (_, slower) =
-        both.max_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(|| format!("no rays by {tracer} in both scenes"))?;
+    let of_many = rows(&many)?;
+    // Of as many directions, images of one kind are compared, the first kind there is.
+    let mut both = None;
+    for (directions, images, rate) in rows(&few)? {
+        let alike = of_many.iter().find(|(known, others, _)| *known == directions && *others == images);
+        if let Some((.., other)) = alike.filter(|_| both.is_none_or(|(most, _)| directions > most)) {
+            both = Some((directions, rate / other));
+        }
+    }
+    let (_, slower) = both.ok_or_else(|| format!("no rays by {tracer} in both scenes"))?;
     Ok((slower, many.f64("triangles")? / few.f64("triangles")?))
 }
 
@@ -197,8 +200,44 @@ pub fn slower(found: Found<(f64, f64)>, least: f64) -> Found<Figure> {
     Ok(figure.with_caveat((triangles < least).then_some(caveat)))
 }
 
+/// Texels that a ray looks into, of the first row that is so, from the part with images as in the paper where it counted them.
+fn crossings(reports: &Reports, what: &str, is: impl Fn(&Node<'_>) -> bool + Copy) -> Found<f64> {
+    let of = |part| reports.part(part)?.find("crossings", what, is)?.f64("texels_a_ray");
+    of("deep-images").or_else(|_| of("crossings"))
+}
+
+/// Crossings of rays through a scene, or of rays through the same images of another.
+fn crossed(reports: &Reports, what: &str) -> Found<f64> {
+    crossings(reports, what, |row| row.words("what") == what)
+}
+
+/// Crossings with four times the triangles over those with one, of as many directions.
+fn crossed_by_triangles(reports: &Reports) -> Found<f64> {
+    let many = "four times the triangles";
+    let directions = |part| {
+        Ok::<_, String>(
+            reports.part(part)?.find("crossings", many, |row| row.words("what") == many)?.json["directions"].clone(),
+        )
+    };
+    let directions = directions("deep-images").or_else(|_| directions("crossings"))?;
+    let is = |row: &Node<'_>| row.words("what") == "the scene" && row.json["directions"] == directions;
+    Ok(crossed(reports, many)? / crossings(reports, "the scene", is)?)
+}
+
+/// Crossings with the fewest images over those with the most.
+fn crossed_by_images(reports: &Reports) -> Found<f64> {
+    let part = |part| reports.part(part)?.rows("crossings");
+    let rows = part("deep-images").or_else(|_| part("crossings"))?;
+    let of_scene: Vec<_> = rows.iter().filter(|row| row.words("what") == "the scene").collect();
+    let (Some(few), Some(many)) = (of_scene.first(), of_scene.last()) else {
+        return Err("no crossings of a scene".to_owned());
+    };
+    Ok(few.f64("texels_a_ray")? / many.f64("texels_a_ray")?)
+}
+
 fn claims(reports: &Reports) -> Vec<Judged> {
     let is_software = reports.is_software;
+    let corridors = || Ok(crossed(reports, "tight corridors")? / crossed(reports, "an empty box")?);
     let mut all = vec![
         claim(
             "the speed of rays does not depend on the number of triangles",

@@ -26,7 +26,7 @@ pub struct Part {
 pub const TRACK: (&str, &str) = ("atrium.toml", include_str!("../../../../docs/tracks/atrium.toml"));
 
 /// All of them.
-pub const PARTS: [Part; 10] = [
+pub const PARTS: [Part; 11] = [
     Part {
         name: "forward-plus",
         papers: &[Paper::Elagabani],
@@ -74,6 +74,15 @@ pub const PARTS: [Part; 10] = [
         quick: Some("demo:atrium --tables directions --rays 16384 --runs 1"),
         scene: ("shots/deep-images-bistro.toml", "demo:street"),
         full: "--tables directions --runs 5",
+    },
+    // Of every table, small.
+    Part {
+        name: "crossings",
+        papers: &[Paper::Niessner],
+        bench: "deep-images",
+        quick: Some("demo:cornell --quick --rays 4096 --runs 1"),
+        scene: ("", "demo:atrium"),
+        full: "--quick --rays 16384 --runs 1",
     },
     Part {
         name: "indirect",

@@ -137,6 +137,15 @@ fn reports(is_software: bool) -> Reports {
     };
     reports.add("deep-images", Ok(images(100, 10.0)));
     reports.add("deep-images-many-triangles", Ok(images(3000, 9.0)));
+    let crossing = |what: &str, directions: u32, texels: f64| json!({ "what": what, "directions": directions, "texels_a_ray": texels });
+    let crossings = [
+        crossing("the scene", 24, 4.0),
+        crossing("the scene", 54, 3.0),
+        crossing("four times the triangles", 54, 3.0),
+        crossing("an empty box", 54, 3.0),
+        crossing("tight corridors", 54, 3.5),
+    ];
+    reports.add("crossings", Ok(json!({ "crossings": crossings })));
     let lit = |brdf: &str, directions: u32, resolution: u32, samples: u32, rate: f64| {
         json!({
             "brdf": brdf, "tracer": "across-texels", "directions": directions, "resolution": resolution, "samples": samples,
@@ -227,6 +236,9 @@ fn verdicts_follow_the_figures() {
         Paper::Niessner,
         &[
             ("number of triangles", yes),
+            ("four times the triangles", yes),
+            ("fewer images", yes),
+            ("tight corridors", no),
             ("diffuse rays through images of 128²", yes),
             ("diffuse rays through images of 512²", no),
             ("soft shadows rays through images of 512²", unknown),
