@@ -237,7 +237,7 @@ fn crossed_by_images(reports: &Reports) -> Found<f64> {
 
 fn claims(reports: &Reports) -> Vec<Judged> {
     let is_software = reports.is_software;
-    let corridors = || Ok(crossed(reports, "tight corridors")? / crossed(reports, "an empty box")?);
+    let corridors = || -> Found<f64> { Ok(crossed(reports, "tight corridors")? / crossed(reports, "an empty box")?) };
     let mut all = vec![
         claim(
             "the speed of rays does not depend on the number of triangles",
@@ -250,6 +250,27 @@ fn claims(reports: &Reports) -> Vec<Judged> {
             Rule::Between(0.5, 2.0),
         )
         .judged(slower(by_triangles(reports, "across-texels", "rate_random"), 2.0)),
+        claim(
+            "rays cross as many texels with four times the triangles",
+            "[Niessner2010, §7]",
+            "approximately constant",
+        )
+        .confirmed_if(
+            "texels a ray, with four times the triangles over the same surfaces,",
+            Unit::TIMES,
+            Rule::Between(0.9, 1.1),
+        )
+        .judged(crossed_by_triangles(reports)),
+        claim("fewer images have more crossings", "[Niessner2010, §3.2]", "fewer crossings with more images")
+            .confirmed_if("texels a ray, with the fewest images over the most,", Unit::TIMES, Rule::AtLeast(1.0))
+            .judged(crossed_by_images(reports)),
+        claim(
+            "rays in tight corridors cross fewer texels than in an empty box",
+            "[Niessner2010, §7]",
+            "a higher frame rate",
+        )
+        .confirmed_if("texels a ray, corridors over box,", Unit::TIMES, Rule::AtMost(1.0))
+        .judged(corridors()),
     ];
     for rate in &RATES {
         for texels in [FINE, COARSE] {

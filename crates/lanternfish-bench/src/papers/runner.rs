@@ -111,6 +111,25 @@ mod tests {
         assert_eq!(kept(&with), None, "half a report");
     }
 
+    /// The program of the tests stands for the benches'.
+    #[test]
+    fn a_process_that_fails_or_writes_nothing_is_not_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = |words: &[&str]| {
+            let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+            fs::write(folder.path().join("report.json"), "{}").unwrap();
+            let with = made_with(&words, "card");
+            let ran = run(&PARTS[0], &words, folder.path(), &with).unwrap();
+            assert_eq!(kept(&PARTS[0], folder.path(), &with), None, "{words:?}");
+            assert!(ran.seconds.is_some());
+            ran.outcome.unwrap_err()
+        };
+        let error = run(&["--no-such-flag"]);
+        assert!(error.contains("no-such-flag"), "{error}");
+        let error = run(&["--exact", "no such test"]);
+        assert!(error.starts_with("report.json: "), "the report of an earlier run is not this one's: {error}");
+    }
+
     #[test]
     fn a_failure_is_told_by_its_last_lines() {
         assert_eq!(last_lines("a\nb\n\n  c\nd\ne\n", "exit status: 1"), "b / c / d / e");
