@@ -131,7 +131,10 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
         let output = kit.run(&["papers", "--allow-software"], &[]);
         let said = text(&output.stdout);
         assert_eq!(output.status.code(), Some(0), "{said}{}", text(&output.stderr));
-        assert!(said.contains("up to 3540 s") && said.contains("papers, up to "), "the report has its own time: {said}");
+        assert!(
+            said.contains("up to 3540 s") && said.contains("papers, up to "),
+            "the report has its own time: {said}"
+        );
         let mut tar = Command::new("tar");
         tar.arg("-xOzf").arg(kit.0.join("out/papers.tar.gz")).arg("papers/papers.txt");
         let said = text(&tar.output().expect("tar is there").stdout);

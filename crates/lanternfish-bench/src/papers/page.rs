@@ -115,6 +115,12 @@ pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports,
         env!("CARGO_PKG_VERSION"),
         if quick { "the quick run, of small images of built-in scenes" } else { "the full run" }
     ));
+    if machine.is_software {
+        page.paragraph(
+            "Of a software adapter, ratios of times say little about a graphics card, and those of few runs beside other work are noisy: \
+             their verdicts hold for this machine. Counts, memory and errors hold on any.",
+        );
+    }
     let sections: Vec<(Paper, Section)> = papers.iter().map(|paper| (*paper, paper.section(reports))).collect();
     page.show(counted(&sections));
     let mut claims = Vec::new();
