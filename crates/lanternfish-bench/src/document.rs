@@ -9,7 +9,7 @@ use lanternfish_cli::{
     scene::SceneName,
 };
 use lanternfish_gpu::Gpu;
-use serde::{Serialize, Serializer, ser::SerializeMap};
+use serde::{Deserialize, Serialize, Serializer, ser::SerializeMap};
 use serde_json::Value;
 
 use crate::table::{self, Row};
@@ -37,8 +37,8 @@ pub struct Document {
     page: Vec<Block>,
 }
 
-/// A configuration without results.
-#[derive(Clone, Debug, Serialize)]
+/// A case without figures.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LeftOut {
     pub what: String,
     pub reason: String,
@@ -60,6 +60,11 @@ impl Document {
             .data("adapter", &adapter.name)
             .data("driver", &adapter.driver)
             .data("runs", runs);
+        Self::titled(title, header)
+    }
+
+    /// A document with what all its figures share.
+    pub fn titled(title: &str, header: Row) -> Self {
         Self { title: title.to_owned(), header, data: Vec::new(), rows: Vec::new(), page: Vec::new() }
     }
 
@@ -188,8 +193,11 @@ impl Document {
 
     /// Writes report.json.
     pub fn write_json(&self, folder: &Path) -> Result<(), CliError> {
-        let json = serde_json::to_string_pretty(self).expect("plain numbers and strings");
-        write_text(&folder.join("report.json"), &(json + "\n"))
+        write_text(&folder.join("report.json"), &self.to_json())
+    }
+
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("plain numbers and strings") + "\n"
     }
 }
 
@@ -210,13 +218,7 @@ mod tests {
 
     #[test]
     fn a_document_is_for_scripts_and_for_people() {
-        let mut document = Document {
-            title: "Rays & images".to_owned(),
-            header: Row::default().data("runs", 3),
-            data: Vec::new(),
-            rows: Vec::new(),
-            page: Vec::new(),
-        };
+        let mut document = Document::titled("Rays & images", Row::default().data("runs", 3));
         document.facts(Row::default().data("triangles", 36));
         document.section("None", "", "none", Vec::new());
         document.section("Rays", "Of *one* frame.", "rows", vec![Row::default().count("rays", "rays", 7)]);

@@ -11,6 +11,7 @@ mod image;
 mod indirect;
 mod moving;
 mod one_bounce;
+mod papers;
 mod photons;
 mod quality;
 mod run;
@@ -36,6 +37,7 @@ Examples:
   lanternfish-bench forward-plus demo:atrium --lights rain:10
   lanternfish-bench clustered docs/tracks/bistro.toml --runs 5 -o figures
   lanternfish-bench quality --only cornell
+  lanternfish-bench papers --quick -o papers
 
 Each benchmark writes report.md and report.json into a folder, and prints report.md. Counts and errors are exact; compare times of the same
 machine only. `lanternfish-bench help BENCH` describes a benchmark; with --all it lists every flag.";
@@ -120,7 +122,12 @@ enum Bench {
     /// Writes FLIP, relMSE, energy, time in ms and number of rays of each technique, with images, as Markdown, JSON and HTML. The path
     /// tracer's images are stored in the folder and reused: the first run takes minutes.
     Quality(Box<quality::QualityArgs>),
-    /// Prints this, or the help of a benchmark.
+    /// One page of all five papers: every table and every figure with numbers beside ours, and a verdict on each claim.
+    ///
+    /// Runs the other benches, each as a process of its own, and writes papers.html, papers.json and papers.md. A bench that fails is
+    /// listed with its reason, and the rest goes on.
+    Papers(papers::PapersArgs),
+    /// Prints this, or the help of a bench.
     Help(HelpArgs),
 }
 
@@ -143,6 +150,7 @@ fn run(bench: &Bench) -> Result<(), CliError> {
         Bench::Moving(args) => moving::run(args),
         Bench::Attenuation(args) => attenuation::run(args),
         Bench::Quality(args) => quality::run(args),
+        Bench::Papers(args) => papers::run(args),
         Bench::Help(args) => help::run::<Cli>(args),
     }
 }

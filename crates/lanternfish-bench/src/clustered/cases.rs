@@ -4,7 +4,7 @@ use lanternfish::{
     settings::{Settings, Shadows},
     techniques::{Assignment, ClusterShape, Clustered, Grouping},
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::technique;
 
@@ -24,8 +24,8 @@ const ROWS: f32 = 720.0;
 /// Least width of a cluster, pixels.
 const LEAST_PIXELS: u32 = 4;
 
-/// Views of a frame: one, or the two of a stereo pair, with separate or common clusters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// One image, or two, and how two share clusters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Views {
     Mono,

@@ -1,8 +1,8 @@
 //! `lanternfish-bench clustered`: the measurements of [VanGelderen2020, ch. 6] on any scene, as tables for one view, or as figures along
 //! a track ([`figures`]).
 
-mod cases;
-mod figures;
+pub mod cases;
+pub mod figures;
 mod measure;
 mod plots;
 mod promises;

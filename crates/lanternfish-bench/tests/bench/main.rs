@@ -39,6 +39,7 @@ fn help_lists_every_benchmark() {
         "clustered",
         "moving",
         "quality",
+        "papers",
     ] {
         assert!(success && help.contains(name), "{name} is not in\n{help}");
         let (success, help, _) = said(&["help", name, "--all"]);

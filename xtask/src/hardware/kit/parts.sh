@@ -89,25 +89,23 @@ part_frames() {
     ((frames_failed == 0))
 }
 
-# Runs one benchmark; its files and its output go to papers/NAME.
-paper() {
-    local name=$1 status
-    shift
-    before_deadline "$work/lanternfish-bench" "$name" "$@" --adapter "$adapter" -o "$work/papers/$name" >"$work/papers/$name.txt" 2>&1
-    status=$?
-    ((status == 0)) && return
-    paper_words+=("$name $(status_words "$status")")
-    tail -n 5 "$work/papers/$name.txt"
-}
-
+# The page of the five papers; the reports behind it go to papers.tar.gz.
 part_papers() {
-    local paper_words=() quick=()
+    local quick=() status
     [[ $adapter == cpu ]] && quick+=(--quick)
     mkdir -p "$work/papers"
-    paper forward-plus
-    paper deep-images --quick
-    paper clustered ${quick[@]+"${quick[@]}"}
-    tar -czf "$out/papers.tar.gz" -C "$work" papers || paper_words+=('tar failed')
-    outcome=$(joined ${paper_words[@]+"${paper_words[@]}"})
-    ((${#paper_words[@]} == 0))
+    before_deadline "$work/lanternfish-bench" papers ${quick[@]+"${quick[@]}"} --docs "$work/shared" --adapter "$adapter" \
+        -o "$work/papers" >"$work/papers/papers.txt" 2>&1
+    status=$?
+    if ((status != 0)); then
+        outcome=$(status_words "$status")
+        tail -n 5 "$work/papers/papers.txt"
+    fi
+    # What there is by the deadline.
+    [[ -f $work/papers/papers.html ]] && cp -- "$work/papers/papers.html" "$out/papers.html"
+    if ! tar -czf "$out/papers.tar.gz" -C "$work" papers; then
+        outcome=$(joined ${outcome:+"$outcome"} 'tar failed')
+        status=1
+    fi
+    return "$((status != 0))"
 }

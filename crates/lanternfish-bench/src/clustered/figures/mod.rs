@@ -4,7 +4,7 @@
 //! is reported ([`lanternfish_cli::replay`]).
 
 mod claims;
-mod page;
+pub mod page;
 
 use lanternfish::techniques::{Assignment, ClusterShape};
 use lanternfish_cli::{
@@ -17,7 +17,7 @@ use lanternfish_cli::{
     shot::Shot,
 };
 use lanternfish_scene::Eyes;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     ClusteredArgs, EYE_ASPECT,
@@ -25,8 +25,8 @@ use super::{
 };
 use crate::{document::LeftOut, run::Run, table::to_markdown};
 
-/// Report of one configuration over all frames.
-#[derive(Debug, Serialize)]
+/// One configuration over all frames.
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Played {
     pub clusters: String,
     pub views: Views,
@@ -34,8 +34,8 @@ pub struct Played {
     pub report: Report,
 }
 
-/// Data of all figures.
-#[derive(Debug, Serialize)]
+/// All that is in the figures.
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Figures {
     pub source: String,
     pub frames: usize,

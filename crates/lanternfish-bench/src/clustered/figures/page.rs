@@ -52,18 +52,25 @@ pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
         "The figures of the thesis are plots without tables: these are all numbers that its text states about them.",
     );
     page.show(claims(figures));
+    plotted(&mut page, figures, Document::heading);
+    page.left_out(&figures.left_out);
+    page
+}
+
+/// Adds the figures 6.2 to 6.10, each under a heading of this kind.
+pub fn plotted(page: &mut Document, figures: &Figures, heading: fn(&mut Document, &str)) {
     let lights = distinct(figures.played.iter().map(|played| played.lights));
     let rows = |plots: &dyn Fn(u32) -> Vec<String>| -> String {
         lights.iter().map(|count| format!("<div class=\"row\">{}</div>\n", plots(*count).concat())).collect()
     };
-    for (heading, wanted) in [
+    for (title, wanted) in [
         ("6.2: sizes of perspective clusters", &(|p: &Played| mono_of(p, "persp")) as &dyn Fn(&Played) -> bool),
         ("6.3: sizes of orthographic clusters", &|p| mono_of(p, "ortho")),
         ("6.4: displacements", &|p| mono_of(p, "displ")),
         ("6.5: stereo, one grid per eye or one grid around both", &|p| p.views != Views::Mono),
         ("6.6: the tuned three", &|p| tuned(figures, p.lights).iter().any(|t| std::ptr::eq(*t, p))),
     ] {
-        page.heading(&format!("Figure {heading}"));
+        heading(page, &format!("Figure {title}"));
         page.html(rows(&|count| {
             let of: Vec<&Played> = figures.played.iter().filter(|p| p.lights == count && wanted(p)).collect();
             plots(&of, count)
@@ -74,17 +81,15 @@ pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
     let parts = |count| stacks(figures, count, &clustering, Played::clustering_ms);
     let by_lights = |count| maps(figures, count, "lights, from", |c| &c.by_lights);
     let by_fragments = |count| maps(figures, count, "fragments, from", |c| &c.by_fragments);
-    for (heading, plots) in [
+    for (title, plots) in [
         ("6.7: frame time", &times as &dyn Fn(u32) -> Vec<String>),
         ("6.8: clustering time", &parts),
         ("6.9: clusters by their lights", &by_lights),
         ("6.10: clusters by their fragments", &by_fragments),
     ] {
-        page.heading(&format!("Figure {heading}"));
+        heading(page, &format!("Figure {title}"));
         page.html(rows(plots));
     }
-    page.left_out(&figures.left_out);
-    page
 }
 
 /// The distinct values, in ascending order.

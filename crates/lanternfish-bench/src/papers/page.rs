@@ -1,0 +1,170 @@
+//! The page: for each paper its claims with verdicts, its tables and its plots.
+
+use lanternfish_gpu::AdapterDescription;
+
+use super::{
+    Paper, aalund, archer,
+    claims::{Judged, NOT_MEASURED, Verdict},
+    elagabani, niessner,
+    parts::Part,
+    reports::{Found, Reports},
+    runner::Ran,
+    van_gelderen,
+};
+use crate::{
+    document::Document,
+    table::{DASH, Row, to_markdown},
+};
+
+pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:90rem;padding:0 1rem;color:#222}\
+                     .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(22rem,1fr));gap:.4rem}\
+                     svg{width:100%;max-width:48rem;height:auto}table{border-collapse:collapse}\
+                     td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}\
+                     .text{text-align:left}";
+
+/// What a paper has, beside ours.
+pub struct Section {
+    pub title: &'static str,
+    /// The paper's scenes, sizes and hardware.
+    pub theirs: &'static str,
+    /// What can be compared with it, and what cannot.
+    pub comparable: String,
+    pub claims: Vec<Judged>,
+    pub tables: Vec<Table>,
+}
+
+/// A table of a paper, beside ours.
+pub struct Table {
+    /// Of scripts.
+    pub key: &'static str,
+    pub heading: &'static str,
+    pub rows: Vec<Row>,
+}
+
+impl Paper {
+    pub fn section(self, reports: &Reports) -> Section {
+        match self {
+            Self::Elagabani => elagabani::section(reports),
+            Self::VanGelderen => van_gelderen::section(reports),
+            Self::Niessner => niessner::section(reports),
+            Self::Aalund => aalund::section(reports),
+            Self::Archer => archer::section(reports),
+        }
+    }
+
+    /// For scripts.
+    fn key(self) -> &'static str {
+        match self {
+            Self::Elagabani => "elagabani",
+            Self::VanGelderen => "van_gelderen",
+            Self::Niessner => "niessner",
+            Self::Aalund => "aalund",
+            Self::Archer => "archer",
+        }
+    }
+}
+
+/// What measures.
+pub struct Machine {
+    pub adapter: String,
+    pub driver: String,
+    pub is_software: bool,
+}
+
+impl Machine {
+    pub fn of(adapter: &AdapterDescription) -> Self {
+        let is_software = adapter.device_type == "Cpu";
+        Self { adapter: adapter.name.clone(), driver: adapter.driver.clone(), is_software }
+    }
+}
+
+/// A part, as the page tells of it.
+pub struct RanPart(Row);
+
+impl RanPart {
+    pub fn of(part: &Part, (arguments, ran): &(Option<Vec<String>>, Ran)) -> Self {
+        let command = arguments.as_ref().map(|arguments| format!("lanternfish-bench {}", arguments.join(" ")));
+        let outcome = ran
+            .outcome
+            .as_ref()
+            .map_or_else(|reason| format!("{NOT_MEASURED}, because {reason}"), |_| "measured".to_owned());
+        let row =
+            Row::default().text("part", "part", part.name).text("command", "command", command.unwrap_or_default());
+        let row = row.optional("seconds", "seconds", ran.seconds);
+        let row = row.said_as(ran.seconds.map_or(DASH.to_owned(), |seconds| format!("{seconds:.0}")));
+        Self(row.text("outcome", "outcome", outcome.replace('|', "/")))
+    }
+}
+
+/// A figure of a table with so many digits, or that it was not measured.
+pub fn measured(row: Row, key: &'static str, heading: &str, digits: usize, found: Found<f64>) -> Row {
+    let shown = found.as_ref().map_or(NOT_MEASURED.to_owned(), |number| format!("{number:.digits$}"));
+    row.optional(key, heading, found.ok()).said_as(shown)
+}
+
+/// All of it.
+pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports, ran: &[RanPart]) -> Document {
+    let header = Row::default().data("version", env!("CARGO_PKG_VERSION")).data("adapter", &machine.adapter);
+    let header = header.data("driver", &machine.driver).data("software", machine.is_software).data("quick", quick);
+    let mut page = Document::titled("Five papers, and what is measured here", header);
+    page.paragraph(format!(
+        "{} on {}, Lanternfish {}; {}. Ratios, counts and errors have a verdict on any adapter; the speed of a graphics card has none on a \
+         software adapter. A rule stands beside each verdict.",
+        machine.adapter,
+        machine.driver,
+        env!("CARGO_PKG_VERSION"),
+        if quick { "the quick run, of small images of built-in scenes" } else { "the full run" }
+    ));
+    if machine.is_software {
+        page.paragraph(
+            "Of a software adapter, ratios of times say little about a graphics card, and those of few runs beside other work are noisy: \
+             their verdicts hold for this machine. Counts, memory and errors hold on any.",
+        );
+    }
+    let sections: Vec<(Paper, Section)> = papers.iter().map(|paper| (*paper, paper.section(reports))).collect();
+    page.show(counted(&sections));
+    let mut claims = Vec::new();
+    for (paper, section) in sections {
+        page.heading(section.title);
+        page.paragraph(section.theirs);
+        page.paragraph(section.comparable);
+        let rows: Vec<Row> = section.claims.iter().map(|claim| claim.row(paper.key())).collect();
+        page.subheading("Claims");
+        page.show(rows.iter().cloned());
+        claims.extend(rows);
+        for Table { key, heading, rows } in section.tables {
+            page.subheading(heading);
+            match rows.is_empty() {
+                true => page.paragraph(NOT_MEASURED),
+                false => page.show(rows.iter().cloned()),
+            }
+            page.keep(key, rows);
+        }
+        if paper == Paper::VanGelderen {
+            van_gelderen::plot(&mut page, reports);
+        }
+    }
+    page.keep("claims", claims);
+    let parts: Vec<Row> = ran.iter().map(|RanPart(row)| row.clone()).collect();
+    page.section("Parts", "What was run for this page. Its reports lie in `parts/`.", "parts", parts);
+    page
+}
+
+/// How many claims of each paper have which verdict.
+fn counted(sections: &[(Paper, Section)]) -> Vec<Row> {
+    let row = |(_, section): &(Paper, Section)| {
+        let count = |is: fn(&Verdict) -> bool| section.claims.iter().filter(|claim| is(&claim.verdict)).count();
+        Row::default()
+            .text("paper", "paper", section.title)
+            .number("confirmed", "confirmed", count(|verdict| *verdict == Verdict::Confirmed))
+            .number("not_confirmed", "not confirmed", count(|verdict| *verdict == Verdict::NotConfirmed))
+            .number("not_testable", "not testable here", count(|verdict| matches!(verdict, Verdict::NotTestable(_))))
+    };
+    sections.iter().map(row).collect()
+}
+
+/// The same as text.
+pub fn summary(papers: &[Paper], reports: &Reports) -> String {
+    let sections: Vec<(Paper, Section)> = papers.iter().map(|paper| (*paper, paper.section(reports))).collect();
+    to_markdown(&counted(&sections))
+}
