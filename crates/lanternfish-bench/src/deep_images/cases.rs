@@ -79,9 +79,8 @@ pub fn groups(quick: bool) -> Vec<Group> {
     let searches = |resolution| {
         DeepSearch::ALL.iter().map(move |search| DeepImageSettings { search: *search, resolution, ..of(all) })
     };
-    let sorts = |resolution| {
-        DeepSort::ALL.iter().map(move |sort| DeepImageSettings { sort: *sort, resolution, ..of(all) })
-    };
+    let sorts =
+        |resolution| DeepSort::ALL.iter().map(move |sort| DeepImageSettings { sort: *sort, resolution, ..of(all) });
     let group = |title, rows: Vec<DeepImageSettings>| Group {
         title,
         rows,

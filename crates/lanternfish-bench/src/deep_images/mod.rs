@@ -237,7 +237,10 @@ fn builder_ratios(built: &[Row]) -> Vec<String> {
             "stacks:13x13" => format!(" (Archer: {atrium:.0} and {rungholt:.0})"),
             _ => String::new(),
         };
-        format!("{} / single_pass, {directions} directions of {texels}, time: {times:.1}{paper}", row.words_of("builder"))
+        format!(
+            "{} / single_pass, {directions} directions of {texels}, time: {times:.1}{paper}",
+            row.words_of("builder")
+        )
     };
     let is_of_one_set = |(row, single): &(&Row, &Row)| row.get("set") == single.get("set");
     over(built, "builder", "single_pass").filter(is_of_one_set).map(ratio).collect()

@@ -55,8 +55,11 @@ pub fn row(bench: &Bench, case: &Case) -> Result<(Row, Option<(String, Steps)>),
 /// How many texels of the map become lights, and how many of these are listed, of rows whose steps stand beside the paper's; with his.
 pub fn lights(rows: &[Row]) -> Vec<Row> {
     let ours = rows.iter().filter(|row| *row.get("has_steps") == true).map(|row| {
-        let count = |row: Row, (key, heading): (&'static str, &str), of: &Row| row.count(key, heading, of.f64(key) as u64);
-        LIGHTS.into_iter().fold(Row::default().text("name", "", row.words_of("name")), |made, key| count(made, key, row))
+        let count =
+            |row: Row, (key, heading): (&'static str, &str), of: &Row| row.count(key, heading, of.f64(key) as u64);
+        LIGHTS
+            .into_iter()
+            .fold(Row::default().text("name", "", row.words_of("name")), |made, key| count(made, key, row))
     });
     let his = PAPERS_LIGHTS.iter().map(|(name, counts)| {
         let counts = counts.iter().map(|count| Some(*count)).chain([None; 2]);
@@ -112,7 +115,12 @@ pub fn ranges(bench: &Bench, map: MapSize) -> Result<Row, CliError> {
     let random = steps(&of(Ranges::Random, WITHIN_TEXEL)?);
     let lights = counter(&deep.rendering.report, "virtual_lights/unique");
     let deep = steps(&deep);
-    Ok(range_row(map.texels(), lights, deep.build(), [deep.range_rays + deep.ranges, bvh.range_rays + bvh.ranges, random.ranges]))
+    Ok(range_row(
+        map.texels(),
+        lights,
+        deep.build(),
+        [deep.range_rays + deep.ranges, bvh.range_rays + bvh.ranges, random.ranges],
+    ))
 }
 
 /// `lights`: that rays were cast from; `build`: milliseconds of building deep images.

@@ -56,7 +56,8 @@ fn compare(
     memory.bind(&["block_triangles"], &vec![u32::MAX; all.len()]);
     memory.bind(&["kept"], &vec![7u32; starts.len()]);
     let features: Vec<Feature> = payload.then_some(PAYLOAD).into_iter().chain(sort_feature(sort)).collect();
-    let shader = library.link("deep_images/store/sort", &features).unwrap_or_else(|error| panic!("{NOT_LINKED}{error}"));
+    let shader =
+        library.link("deep_images/store/sort", &features).unwrap_or_else(|error| panic!("{NOT_LINKED}{error}"));
     let groups = workgroups(grid.list_count());
     match gpu {
         Some(gpu) => memory.run_on(gpu, &shader, "sort", groups),
@@ -117,7 +118,11 @@ fn wrong_sorts_are_detected() {
         ("network", "vec4<bool>(true, true, false, false)", "vec4<bool>(true, false, true, false)"),
         ("network", "vec4<bool>(true, false, false, true)", "vec4<bool>(true, false, true, false)"),
         ("network", "a.triangle < b.triangle", "a.triangle > b.triangle"),
-        ("network", "Eight(sorted4(eight.a), reversed4(sorted4(eight.b)))", "Eight(sorted4(eight.a), sorted4(eight.b))"),
+        (
+            "network",
+            "Eight(sorted4(eight.a), reversed4(sorted4(eight.b)))",
+            "Eight(sorted4(eight.a), sorted4(eight.b))",
+        ),
         ("network", "exchanged(all.a.b.a, all.b.b.a)", "exchanged(all.a.b.a, all.b.a.a)"),
         ("block_sort", "index + 3u, end", "index + 2u, end"),
         ("block_sort", "count <= 8u", "count <= 9u"),
