@@ -64,7 +64,8 @@ enum Bench {
     ForwardPlus(Box<forward_plus::ForwardPlusArgs>),
     /// Building and tracing deep images, compared with the BVH: Archer 2019, table 2, and Niessner 2010, table 1.
     ///
-    /// Directions are those of the default equal-area set; Archer's are stacks and slices. Every speed is listed with its error.
+    /// The table of directions has Archer's own images (single pass, stacks and slices, sorted in blocks), a draw for each of his
+    /// directions, and ours. Every speed stands beside its error.
     DeepImages(Box<deep_images::DeepImagesArgs>),
     /// Indirect light with rays through deep images, compared with the BVH: Niessner 2010, §7.
     ///

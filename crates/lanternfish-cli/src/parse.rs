@@ -244,6 +244,11 @@ pub fn radius(text: &str) -> Result<f32, String> {
     number(text).filter(|n| *n >= 0.0).ok_or_else(|| "expected a number of metres, 0 or above".to_owned())
 }
 
+/// Parses a distance in texel widths, 0 to 1.
+pub fn texels(text: &str) -> Result<f32, String> {
+    number(text).filter(|n| (0.0..=1.0).contains(n)).ok_or_else(|| "expected a number of texels, 0 to 1".to_owned())
+}
+
 /// Valid vertical fields of view, degrees.
 pub const FOV_Y: std::ops::RangeInclusive<f32> = 0.1..=179.0;
 

@@ -157,9 +157,16 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
     add_technique(&mut names, &settings.occlusion);
     let finds_arriving = settings.occlusion.is::<Deep>() || settings.indirect.is_some();
     if finds_arriving || matches!(settings.shadows, Shadows::Traced(tracer) if !tracer.is_exact()) {
-        names.insert("deep-resolution", DeepImageSettings::of(&settings.structure).resolution.to_string());
-        names.insert("deep-slices", DeepImageSettings::of(&settings.structure).slices.to_string());
-        names.insert("deep-directions", direction_set_text(DeepImageSettings::of(&settings.structure).directions));
+        let deep = DeepImageSettings::of(&settings.structure);
+        names.extend([
+            ("deep-resolution", deep.resolution.to_string()),
+            ("deep-slices", deep.slices.to_string()),
+            ("deep-directions", direction_set_text(deep.directions)),
+            ("deep-builder", deep.builder.to_string()),
+            ("deep-sort", deep.sort.to_string()),
+            ("deep-merge", deep.merge_texels.to_string()),
+            ("deep-search", deep.search.to_string()),
+        ]);
     }
     if let Some(view) = settings.debug_view {
         names.insert("debug-view", view.to_string());

@@ -21,7 +21,7 @@
 //! |---|---|
 //! | Nießner 2010 | [`deep_images`], [`ACROSS_TEXELS`] |
 //! | Aalund 2015 | [`deep_images`], [`occlusion::deep`], [`indirect::photon_splatting`] |
-//! | Archer 2019 | the single pass of [`deep_images`], [`WITHIN_TEXEL`], [`indirect::virtual_lights`], [`light_culling::raster_grid`] |
+//! | Archer 2019 | [`DeepImageSettings::ARCHER`], [`WITHIN_TEXEL`], [`indirect::virtual_lights`], [`light_culling::raster_grid`] |
 //!
 //! [`occlusion::hbao`] is a baseline for comparison (Bavoil 2008). As in the library, each technique has a folder below its kind.
 
@@ -47,7 +47,7 @@ pub use self::{
     deep_images::{
         ACROSS_TEXELS, WITHIN_TEXEL,
         directions::DirectionSet,
-        settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
+        settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepSort, DeepStore},
     },
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
     light_culling::raster_grid::RasterGrid,

@@ -1,6 +1,7 @@
 //! The measured configurations, by table.
 
-use lanternfish_papers::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore, DirectionSet};
+use lanternfish_cli::parse::direction_set_text;
+use lanternfish_papers::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet};
 
 use crate::table::Row;
 
@@ -19,8 +20,43 @@ const MOST_BYTES: f64 = 4e9;
 /// Most fragments of an image in a chunk, as a ratio to those of an average image.
 const UNEVEN: f64 = 3.0;
 
-/// Names of the tables: the titles of [`groups`], in lower case.
-pub const TABLES: [&str; 6] = ["directions", "supersampling", "resolution", "stores", "searches", "builders"];
+/// Names of the tables: the titles of [`groups`] in lower case.
+pub const TABLES: [&str; 7] = ["directions", "supersampling", "resolution", "stores", "sorts", "searches", "builders"];
+
+/// Directions of [Archer2019, table 2] and of its text (169), stacks and slices, whose numbers are stated for 169 alone.
+const STACKS: [(u32, u32); 6] = [(2, 4), (4, 4), (4, 8), (8, 8), (8, 16), (13, 13)];
+/// Milliseconds of [Archer2019, table 2], Atrium and Rungholt, by directions; those of 169 are in its text. GeForce GTX 1060.
+const ARCHER_MS: [(u64, [f64; 2]); 6] =
+    [(8, [1.5, 18.0]), (16, [1.8, 18.4]), (32, [2.0, 18.6]), (64, [3.2, 19.7]), (128, [4.7, 21.3]), (169, [5.5, 22.1])];
+/// The same of a draw for each of 169 directions.
+const ARCHER_EACH_MS: [f64; 2] = [121.3, 2295.8];
+/// How much longer that takes.
+pub const ARCHER_RATIOS: [f64; 2] = [ARCHER_EACH_MS[0] / 5.5, ARCHER_EACH_MS[1] / 22.1];
+
+/// Images as in [Archer2019], in other directions.
+fn archer((stacks, slices): (u32, u32)) -> DeepImageSettings {
+    let directions = DirectionSet::StacksSlices { stacks, slices };
+    DeepImageSettings { directions, payload: false, ..DeepImageSettings::ARCHER }
+}
+
+/// True of images as in [Archer2019] in any number of directions, and in as many chunks as it takes.
+fn is_archers(settings: &DeepImageSettings) -> bool {
+    let DeepImageSettings { directions, payload, fragments_a_texel, .. } = *settings;
+    let of_stacks = matches!(directions, DirectionSet::StacksSlices { .. });
+    of_stacks && *settings == DeepImageSettings { directions, payload, fragments_a_texel, ..DeepImageSettings::ARCHER }
+}
+
+/// What the paper has for images like these: milliseconds, Atrium and Rungholt.
+pub fn archers_ms(settings: &DeepImageSettings) -> Option<[f64; 2]> {
+    let count = settings.directions.count();
+    let at_once = DeepImageSettings { builder: DeepBuilder::SinglePass, ..*settings };
+    match settings.builder {
+        _ if !is_archers(&at_once) => None,
+        DeepBuilder::SinglePass => ARCHER_MS.iter().find(|(known, _)| *known == count).map(|(_, ms)| *ms),
+        DeepBuilder::PerDirection if count == 169 => Some(ARCHER_EACH_MS),
+        _ => None,
+    }
+}
 
 /// All configurations in the order of their builds: coarse images before fine ones, as [`fitted`] needs.
 pub fn groups(quick: bool) -> Vec<Group> {
@@ -29,8 +65,11 @@ pub fn groups(quick: bool) -> Vec<Group> {
     let by = |builder, count| DeepImageSettings { builder, ..of(count) };
     let [few, all] = if quick { [4, 8] } else { [8, 169] };
     let finer = |builder| DeepImageSettings { resolution: 2 * default.resolution, ..by(builder, all) };
-    // [Archer2019, table 2], and the default.
-    let counts: &[u32] = if quick { &[4, 8] } else { &[8, 16, 32, 64, 128, 169] };
+    // [Archer2019, table 2], and as many as usual, which its text has.
+    let stacks: &[_] = if quick { &[(2, 2), (2, 4)] } else { &STACKS };
+    let each = DeepImageSettings { builder: DeepBuilder::PerDirection, ..archer(stacks[stacks.len() - 1]) };
+    let ours = stacks.iter().map(|(stacks, slices)| of(stacks * slices));
+    let directions = stacks.iter().copied().map(archer).chain([each]).chain(ours).collect();
     let supersamplings: &[u32] = if quick { &[2] } else { &[1, 2, 3] };
     // The second and the last are in [Niessner2010, table 1].
     let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512] };
@@ -40,6 +79,8 @@ pub fn groups(quick: bool) -> Vec<Group> {
     let searches = |resolution| {
         DeepSearch::ALL.iter().map(move |search| DeepImageSettings { search: *search, resolution, ..of(all) })
     };
+    let sorts =
+        |resolution| DeepSort::ALL.iter().map(move |sort| DeepImageSettings { sort: *sort, resolution, ..of(all) });
     let group = |title, rows: Vec<DeepImageSettings>| Group {
         title,
         rows,
@@ -67,10 +108,11 @@ pub fn groups(quick: bool) -> Vec<Group> {
         finer(DeepBuilder::PerTriangle),
     ];
     vec![
-        group("Directions", counts.iter().map(|n| of(*n)).collect()),
+        group("Directions", directions),
         group("Supersampling", supersamplings.iter().map(finer_samples).collect()),
         group("Resolution", resolutions.iter().map(|n| DeepImageSettings { resolution: *n, ..default }).collect()),
         group("Stores", stores),
+        group("Sorts", [1, 2].into_iter().flat_map(|times| sorts(times * default.resolution)).collect()),
         group("Searches", [1, 2].into_iter().flat_map(|times| searches(times * default.resolution)).collect()),
         group("Builders", builders),
     ]
@@ -78,8 +120,14 @@ pub fn groups(quick: bool) -> Vec<Group> {
 
 /// Describes a configuration, apart from its number of directions and its resolution.
 pub fn in_words(settings: &DeepImageSettings) -> String {
-    let DeepImageSettings { builder, supersampling, store, depth, search, payload, .. } = settings;
+    let DeepImageSettings { directions, builder, supersampling, store, depth, sort, search, payload, .. } = settings;
+    if is_archers(settings) {
+        return "as in Archer 2019".to_owned();
+    }
     let mut words = builder.to_string();
+    if !matches!(directions, DirectionSet::ZonalEqualArea { .. }) {
+        words += &format!(", {}", direction_set_text(*directions));
+    }
     if *supersampling > 1 {
         words += &format!(", {supersampling}x supersampling");
     }
@@ -88,6 +136,12 @@ pub fn in_words(settings: &DeepImageSettings) -> String {
     }
     if *depth != DeepDepth::Bits32 {
         words += &format!(", {depth} bits");
+    }
+    if *sort != DeepSort::Selection {
+        words += &format!(", sort {sort}");
+    }
+    if settings.merge_texels == 0.0 {
+        words += ", not merged";
     }
     if *search != DeepSearch::Bisection {
         words += ", linear steps";
@@ -162,6 +216,25 @@ mod tests {
             let table = groups.iter().find(|group| group.title == "Supersampling").unwrap();
             assert!(table.rows.iter().all(|row| row.builder == DeepBuilder::SinglePass));
         }
+    }
+
+    /// [Archer2019, table 2; §4]: 22 and 104 times, "20 to 100 times" in words.
+    #[test]
+    fn archers_figures_stand_beside_his_images() {
+        let of = |settings: &DeepImageSettings| archers_ms(settings);
+        let [(_, eight), .., (_, all)] = ARCHER_MS;
+        assert_eq!([of(&archer((2, 4))), of(&archer((13, 13)))], [Some(eight), Some(all)]);
+        assert_eq!(DeepImageSettings { payload: true, ..archer((13, 13)) }, DeepImageSettings::ARCHER);
+        let each = DeepImageSettings { builder: DeepBuilder::PerDirection, ..archer((13, 13)) };
+        assert_eq!([of(&each), of(&DeepImageSettings::default())], [Some(ARCHER_EACH_MS), None]);
+        let bisected = DeepImageSettings { search: DeepSearch::Bisection, ..archer((13, 13)) };
+        assert_eq!([of(&bisected), of(&archer((5, 7)))], [None, None]);
+        assert_eq!(ARCHER_RATIOS.map(f64::round), [22.0, 104.0]);
+        let directions = &groups(false)[0];
+        assert_eq!(directions.rows.iter().filter_map(archers_ms).count(), STACKS.len() + 1);
+        assert!(STACKS.iter().zip(ARCHER_MS).all(|((a, b), (count, _))| u64::from(a * b) == count));
+        assert_eq!(in_words(&archer((8, 8))), "as in Archer 2019");
+        assert_eq!(in_words(&each), "per_direction, stacks:13x13, sort blocks, not merged, linear steps, no triangles");
     }
 
     #[test]

@@ -22,13 +22,13 @@ use lanternfish_scene::Scene;
 
 use self::{
     build::build,
-    cases::{Group, TABLES, fitted, groups, in_words},
+    cases::{ARCHER_RATIOS, Group, TABLES, archers_ms, fitted, groups, in_words},
 };
 use crate::{
     document::{Document, LeftOut},
     run::{Run, RunArgs},
     subject,
-    table::{Row, percent},
+    table::{DASH, Row, percent},
 };
 
 /// Flags of `deep-images`.
@@ -91,6 +91,10 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     report.facts(Row::default().data("triangles", triangles));
     let times = format!("least of {} runs (of one run if it takes more than 10 s)", args.run.runs);
     report.introduction(&format!("{} triangles", grouped(triangles as u64)), &times);
+    report.paragraph(
+        "*As in Archer 2019*: one draw, stacks and slices, 64² texels, arrays sorted in blocks, nothing merged, linear steps; his milliseconds \
+         are of a GeForce GTX 1060 [Archer 2019, table 2 and §4].",
+    );
     let Bench { built, traced, holes, left_out, run, .. } = bench;
     report.list(builder_ratios(&built).into_iter().chain(tracer_ratios(&traced)));
     for group in built.chunk_by(|a, b| a.get("group") == b.get("group")) {
@@ -169,6 +173,11 @@ impl Bench {
         }
         let holes = counted.map(|holes| holes_row(&row, &holes));
         row = row.data("holes", &holes);
+        if group.title == "Directions" {
+            let paper = archers_ms(&settings);
+            let shown = |i: usize| paper.map_or(DASH.to_owned(), |ms| ms[i].to_string());
+            row = row.data("archer_ms", paper).shown("Archer: Atrium", shown(0)).shown("Rungholt", shown(1));
+        }
         self.holes.extend(holes);
         self.built.push(row);
         let reference_rays = progress
@@ -223,9 +232,18 @@ fn builder_ratios(built: &[Row]) -> Vec<String> {
     let ratio = |(row, single): (&Row, &Row)| {
         let (directions, texels, times) =
             (row.words("directions"), row.words("resolution"), row.f64("total_ms") / single.f64("total_ms"));
-        format!("{} / single_pass, {directions} directions of {texels}, time: {times:.1}", row.words_of("builder"))
+        let [atrium, rungholt] = ARCHER_RATIOS;
+        let paper = match single.words_of("set") {
+            "stacks:13x13" => format!(" (Archer: {atrium:.0} and {rungholt:.0})"),
+            _ => String::new(),
+        };
+        format!(
+            "{} / single_pass, {directions} directions of {texels}, time: {times:.1}{paper}",
+            row.words_of("builder")
+        )
     };
-    over(built, "builder", "single_pass").map(ratio).collect()
+    let is_of_one_set = |(row, single): &(&Row, &Row)| row.get("set") == single.get("set");
+    over(built, "builder", "single_pass").filter(is_of_one_set).map(ratio).collect()
 }
 
 /// Ray rates through images relative to the rate through the BVH, measured in the same run.
@@ -244,9 +262,11 @@ fn tracer_ratios(traced: &[Row]) -> Vec<String> {
 #[test]
 fn ratios_are_between_rows_that_differ_in_one_parameter() {
     let row = |builder: &str, directions: u32, ms| {
-        let row = Row::default().data("group", "Builders").data("builder", builder);
+        let set = if builder == "per_direction" { "stacks:13x13" } else { "zonal:8" };
+        let row = Row::default().data("group", "Builders").data("builder", builder).data("set", set);
         row.number("directions", "", directions).number("resolution", "", 64).fixed("total_ms", "", 1, ms)
     };
-    let rows = [row("single_pass", 8, 2.0), row("per_triangle", 8, 3.0), row("per_triangle", 16, 9.0)];
+    let others = [row("per_triangle", 8, 3.0), row("per_triangle", 16, 9.0), row("per_direction", 8, 4.0)];
+    let rows: Vec<_> = [row("single_pass", 8, 2.0)].into_iter().chain(others).collect();
     assert_eq!(builder_ratios(&rows), ["per_triangle / single_pass, 8 directions of 64, time: 1.5"]);
 }

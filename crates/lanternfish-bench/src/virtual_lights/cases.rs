@@ -5,7 +5,7 @@ use lanternfish::{
     techniques::{IndirectResolution, Sampled},
 };
 use lanternfish_papers::{
-    ACROSS_TEXELS, DeepImageSettings, DirectionSet, WITHIN_TEXEL,
+    ACROSS_TEXELS, DeepImageSettings, WITHIN_TEXEL,
     indirect::virtual_lights::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights},
 };
 
@@ -14,10 +14,14 @@ use crate::{
     technique,
 };
 
-/// Deep images as in [Archer2019, §4]: a hemisphere of 13 stacks and 13 slices, 64² texels.
+/// Deep images as in [Archer2019]; ranges need no triangles.
 pub fn papers_images() -> DeepImageSettings {
-    let directions = DirectionSet::StacksSlices { stacks: 13, slices: 13 };
-    DeepImageSettings { directions, resolution: 64, payload: false, ..DeepImageSettings::default() }
+    DeepImageSettings { payload: false, ..DeepImageSettings::ARCHER }
+}
+
+/// As many deep images of the same size by our builder, sort and search, in our directions.
+fn our_images() -> DeepImageSettings {
+    DeepImageSettings { payload: false, ..DeepImageSettings::default() }
 }
 
 /// Ranges as in the paper: no shadows, no compensation of lost light, most lights with large ranges left out. The paper does not state its
@@ -53,8 +57,8 @@ pub fn appendix_b(count: u32) -> VirtualLights {
     }
 }
 
-/// Names of the configurations whose steps are compared with the paper's.
-pub const WITH_STEPS: [&str; 2] = ["virtual-lights", "as in the paper"];
+/// Names of those whose steps stand beside the paper's.
+pub const WITH_STEPS: [&str; 3] = ["virtual-lights", "as in the paper", "as in the paper, our deep images"];
 
 /// All configurations, with the common settings `look`; few if `quick`.
 pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
@@ -72,6 +76,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     add("sampled, indirect-resolution half", of(technique::sampled(half)));
     add("virtual-lights", with(usual));
     add("as in the paper", paper());
+    add("as in the paper, our deep images", Settings { structure: our_images().into(), ..paper() });
     if quick {
         return all;
     }

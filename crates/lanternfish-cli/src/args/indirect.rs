@@ -6,7 +6,7 @@ use lanternfish::{
     occlusion::OcclusionTechnique,
     settings::{Indirect, Occlusion, Quality, Samples, Settings},
 };
-use lanternfish_papers::{DeepImageSettings, DirectionSet};
+use lanternfish_papers::{DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DirectionSet};
 
 use super::parameters::{ParameterFlags, TechniqueFlag};
 use crate::{choices::choice, parse};
@@ -46,6 +46,25 @@ pub struct IndirectArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), default_value_t = 1)]
     #[arg(hide_short_help = true)]
     pub deep_slices: u32,
+    /// Builder of deep images. A window needs per_triangle or per_direction.
+    ///
+    /// As in Archer 2019: --deep-directions stacks:13x13 --deep-resolution 64 --deep-builder single_pass --deep-merge 0
+    /// --deep-sort blocks --deep-search linear_steps.
+    #[arg(long, value_name = "NAME", value_parser = choice::<DeepBuilder>())]
+    #[arg(default_value_t = DeepImageSettings::default().builder, hide_short_help = true)]
+    pub deep_builder: DeepBuilder,
+    /// Sort of the lists of deep images. The image is the same.
+    #[arg(long, value_name = "NAME", value_parser = choice::<DeepSort>())]
+    #[arg(default_value_t = DeepImageSettings::default().sort, hide_short_help = true)]
+    pub deep_sort: DeepSort,
+    /// Distance below which fragments of a list are merged, texel widths; 0: none is. More: less memory, thin walls get thinner.
+    #[arg(long, value_name = "TEXELS", value_parser = parse::texels)]
+    #[arg(default_value_t = DeepImageSettings::default().merge_texels, hide_short_help = true)]
+    pub deep_merge: f32,
+    /// Search in the lists of deep images. The image is the same.
+    #[arg(long, value_name = "NAME", value_parser = choice::<DeepSearch>())]
+    #[arg(default_value_t = DeepImageSettings::default().search, hide_short_help = true)]
+    pub deep_search: DeepSearch,
 }
 
 impl IndirectArgs {
@@ -77,6 +96,15 @@ impl IndirectArgs {
             false => DeepImageSettings::of_quality(self.quality).resolution,
         };
         let resolution = self.deep_resolution.unwrap_or(spent);
-        DeepImageSettings { directions: self.deep_directions, resolution, slices: self.deep_slices, ..usual }
+        DeepImageSettings {
+            directions: self.deep_directions,
+            resolution,
+            builder: self.deep_builder,
+            merge_texels: self.deep_merge,
+            slices: self.deep_slices,
+            sort: self.deep_sort,
+            search: self.deep_search,
+            ..usual
+        }
     }
 }

@@ -9,7 +9,7 @@ use lanternfish::{
         TileSize, Tiled,
     },
 };
-use lanternfish_papers::{Deep, DeepImageSettings, DirectionSet, Hbao};
+use lanternfish_papers::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DirectionSet, Hbao};
 
 use super::*;
 use crate::{
@@ -47,7 +47,8 @@ fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
-                 --deep-directions cube:2 --deep-slices 8 --history on --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
+                 --deep-directions cube:2 --deep-slices 8 --deep-builder per_direction --deep-sort blocks --deep-merge 0.5 \
+                 --deep-search linear_steps --history on --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
                  --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
@@ -69,6 +70,10 @@ fn every_flag_reaches_its_setting() {
             directions: DirectionSet::Cube { k: 2 },
             resolution: 32,
             slices: 8,
+            builder: DeepBuilder::PerDirection,
+            sort: DeepSort::Blocks,
+            merge_texels: 0.5,
+            search: DeepSearch::LinearSteps,
             ..DeepImageSettings::default()
         }
         .into(),
@@ -102,6 +107,19 @@ fn every_flag_reaches_its_setting() {
     };
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     assert_eq!(args.settings().culling, Culling::from(clustered));
+}
+
+/// The flags that the help of `--deep-builder` lists give the library's constant.
+#[test]
+fn flags_choose_deep_images_as_in_archer_2019() {
+    let command = render_command();
+    let builder = command.get_arguments().find(|flag| flag.get_long() == Some("deep-builder")).unwrap();
+    let help = builder.get_long_help().unwrap().to_string();
+    let (_, flags) = help.split_once("As in Archer 2019: ").unwrap();
+    let words: Vec<_> = flags.trim_end_matches('.').split_whitespace().collect();
+    let settings = parsed(&words).unwrap().settings();
+    assert_eq!(DeepImageSettings::of(&settings.structure), DeepImageSettings::ARCHER);
+    assert!(parsed(&["--deep-merge", "-1"]).is_err() && parsed(&["--deep-sort", "bubble"]).is_err());
 }
 
 #[test]

@@ -30,6 +30,8 @@ Examples:
     lanternfish deep-images scene.glb --view layers --image 12 --layers 8 -o layers.png
   Surfaces per texel, with 48 directions on a cube's faces:
     lanternfish deep-images scene.glb --view count --directions cube:4 --resolution 128 -o counts.png
+  Images from six directions, with every surface transparent:
+    lanternfish deep-images scene.glb --view transparent --directions stacks:13x13 --builder single_pass -o deep.png
 
 Points: red faces ±x, green ±y, blue ±z. Layers: lighter is nearer, dark blue: no fragment.
 The last line of standard output is the image's path.";
@@ -98,7 +100,7 @@ pub struct ShownArgs {
     /// What to show.
     #[arg(id = "deep_images_view", long = "view", value_name = "NAME", value_enum, default_value_t = DeepView::Points)]
     pub view: DeepView,
-    /// Index of one image. Without it: all images as points, or the texels of the first.
+    /// Index of one image. Without it: all images as points, the texels of the first, or six transparent ones.
     #[arg(long, value_name = "I", allow_hyphen_values = true)]
     pub image: Option<u32>,
     /// Index of the fragment in each texel for --view layer: 0 is the first along the image's axis, -1 the last.
@@ -142,6 +144,8 @@ pub enum DeepView {
     Layers,
     /// Fragments per texel of an image, as a heat map
     Count,
+    /// All fragments of an image as transparent surfaces; without --image, of six images
+    Transparent,
 }
 
 impl DeepImageArgs {

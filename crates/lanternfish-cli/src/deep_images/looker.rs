@@ -25,6 +25,8 @@ use crate::{error::CliError, parse::direction_set_text, progress::Progress, repo
 
 /// Greatest width of images of texels without --upscale, pixels, unless one pixel per texel is wider.
 const WIDTH: u32 = 1280;
+/// Images that are shown transparently side by side, at most.
+const TRANSPARENT: u32 = 6;
 /// Colours of the heat map, from least to most.
 const HEAT: [&str; 6] = ["black", "blue", "cyan", "green", "yellow", "red"];
 
@@ -48,6 +50,7 @@ pub fn look(
         DeepView::Layer => looker.layers(&images, &[args.shown.layer]),
         DeepView::Layers => looker.layers(&images, &(0..args.shown.layers as i32).collect::<Vec<_>>()),
         DeepView::Count => looker.counts(&images),
+        DeepView::Transparent => looker.transparent(&images),
     })?;
     Ok((sheet.into_image(), looker.lines))
 }
@@ -188,6 +191,37 @@ impl Looker<'_> {
         let legend: Vec<_> = (0..).zip(HEAT).map(|(i, color)| format!("{color} {}", i * red / steps)).collect();
         self.say("scale", legend.join(", "));
         Ok(Sheet::new(images.chunks[0].grid.resolution * upscale, pixels))
+    }
+
+    /// Images whose surfaces are transparent: the chosen one, or some, evenly spaced among all.
+    fn transparent(&mut self, images: &DeepImages) -> Result<Sheet, CliError> {
+        let texels = TexelViews::new(&self.gpu.device, &images.settings)?;
+        let all = images.directions.len() as u32;
+        let shown: Vec<u32> = match self.args.shown.image {
+            Some(image) => vec![image],
+            None => (0..TRANSPARENT.min(all)).map(|i| i * all / TRANSPARENT.min(all)).collect(),
+        };
+        let upscale = self.upscale(images, shown.len() as u32);
+        let edge = images.chunks[0].grid.resolution.saturating_mul(upscale);
+        let (_, renderings) = self.frame(
+            "transparent",
+            |frame| {
+                Sheet::check(shown.len() as u32, edge)?;
+                let mut paint = |image: &u32| {
+                    let darkness = texels.transparent(frame, images, *image)?;
+                    texels.paint(frame, &darkness, Colors::Grey(0.0, 1.0), upscale)
+                };
+                shown.iter().map(&mut paint).collect::<Result<Vec<_>, _>>()
+            },
+            |gpu, renderings| {
+                let read = |rendering: &wgpu::TextureView| read_texture(&gpu.device, &gpu.queue, rendering.texture());
+                Ok(renderings.iter().map(read).collect::<Result<Vec<_>, _>>()?)
+            },
+        )?;
+        for image in shown {
+            self.say_image(images, image);
+        }
+        Ok(Sheet::side_by_side(renderings.into_iter().map(|pixels| Sheet::new(edge, pixels)).collect()))
     }
 
     /// Pixels per texel edge, for a sheet of `count` images.

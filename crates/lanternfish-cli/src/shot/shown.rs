@@ -241,6 +241,10 @@ fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
         "deep-resolution" => Some(deep.resolution.to_string()),
         "deep-slices" => Some(deep.slices.to_string()),
         "deep-directions" => Some(parse::direction_set_text(deep.directions)),
+        "deep-builder" => Some(deep.builder.to_string()),
+        "deep-sort" => Some(deep.sort.to_string()),
+        "deep-merge" => Some(deep.merge_texels.to_string()),
+        "deep-search" => Some(deep.search.to_string()),
         _ => None,
     };
     let is_own = Settings::PARAMETERS.iter().any(|parameter| parameter.info.name == name);

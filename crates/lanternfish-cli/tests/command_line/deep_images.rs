@@ -38,6 +38,8 @@ fn gpu_every_view_gives_an_image() {
         ("points --size 96x54 --image 11", (96, 54), &["shown       image 11, along "]),
         ("layer --layer -1 --upscale 3", (96, 96), &["layers      -1", "dark blue: no fragment"]),
         ("layers --layers 2 --image 5 --upscale 1", (2 * 32 + 8, 32), &["layers      0, 1", "scale       white -"]),
+        ("transparent --upscale 1", (3 * 32 + 16, 2 * 32 + 8), &["shown       image 0, along ", "image 10, along "]),
+        ("transparent --image 7 --upscale 2", (64, 64), &["shown       image 7, along "]),
         ("count --upscale 2", (64, 64), &[" per texel on average, ", "scale       black 0, blue "]),
     ] {
         let said = said(folder.path(), &format!("{SMALL} -o a.png --view {view}"));

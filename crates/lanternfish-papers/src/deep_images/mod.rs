@@ -57,7 +57,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
         Root::new("deep_images/build/depth_peeling"),
         Root::of("deep_images/build/peeled", &[STORES]),
         Root::of("deep_images/store/fill", &[&[&[], &[PAYLOAD]]]),
-        Root::of("deep_images/store/sort", &[&[&[], &[PAYLOAD]]]),
+        Root::of("deep_images/store/sort", &[&[&[], &[PAYLOAD]], &[&[], &[BLOCK_SORT]]]),
         Root::new("deep_images/store/pack"),
         Root::of("deep_images/store/link", &[&[&[], &[PAYLOAD]]]),
         Root::of("deep_images/view/points", &[&[&[PAYLOAD]], &[&[], &[DEPTH_16]]]),
@@ -85,6 +85,8 @@ pub(crate) const SORTED_LINKED_LIST: Feature = Feature::new("sorted_linked_list"
 pub(crate) const PAYLOAD: Feature = Feature::new("payload");
 /// Depths of fragments have 16 bits.
 pub(crate) const DEPTH_16: Feature = Feature::new("depth_16");
+/// Lists in linear arrays are sorted by networks, in blocks.
+pub(crate) const BLOCK_SORT: Feature = Feature::new("block_sort");
 /// Lists in linear arrays are searched linearly.
 pub(crate) const LINEAR_STEPS: Feature = Feature::new("linear_steps");
 

@@ -30,6 +30,8 @@ pub struct DeepImageSettings {
     pub store: DeepStore,
     /// Memory layout of a depth.
     pub depth: DeepDepth,
+    /// Sort of a linear array's lists. The result is the same.
+    pub sort: DeepSort,
     /// Search in a linear array's lists. The result is the same.
     pub search: DeepSearch,
     /// Stores the triangle of each fragment, 4 bytes. Without it, rays return distances only.
@@ -48,10 +50,30 @@ impl Default for DeepImageSettings {
             slices: 1,
             store: DeepStore::LinearArray,
             depth: DeepDepth::Bits32,
+            sort: DeepSort::Selection,
             search: DeepSearch::Bisection,
             payload: true,
         }
     }
+}
+
+impl DeepImageSettings {
+    /// As in [Archer2019, §3.1, §3.2, §4]: 13 stacks of 13 slices, 64² texels, one draw, arrays sorted in blocks, of which no fragment is
+    /// merged with another, and linear search. His fragments have no triangles; `payload` has no effect on distances.
+    pub const ARCHER: Self = Self {
+        directions: DirectionSet::StacksSlices { stacks: 13, slices: 13 },
+        resolution: 64,
+        builder: DeepBuilder::SinglePass,
+        supersampling: 1,
+        merge_texels: 0.0,
+        fragments_a_texel: 8,
+        slices: 1,
+        store: DeepStore::LinearArray,
+        depth: DeepDepth::Bits32,
+        sort: DeepSort::Blocks,
+        search: DeepSearch::LinearSteps,
+        payload: true,
+    };
 }
 
 named_enum! {
@@ -82,12 +104,23 @@ named_enum! {
 }
 
 named_enum! {
+    /// Sort of the lists of a linear array. The result is the same.
+    DeepSort {
+        /// Short lists by selection, long ones by Shell's sort, in memory.
+        Selection = "selection": "By selection, long lists by Shell's sort",
+        /// By bitonic networks in registers, 32 fragments at a time; the blocks of longer lists are merged [Archer2019, §3.1]. Lists of more
+        /// than 512 fragments are sorted as with `Selection`.
+        Blocks = "blocks": "By bitonic networks, in blocks of 32, which are merged",
+    }
+}
+
+named_enum! {
     /// Search for the next fragment in a sorted list.
     DeepSearch {
         /// Bisection: as many reads as the list's length has binary digits.
-        Bisection = "bisection",
+        Bisection = "bisection": "By bisection",
         /// Linearly from the end where the ray enters [Archer2019, §3.2].
-        LinearSteps = "linear_steps",
+        LinearSteps = "linear_steps": "From fragment to fragment",
     }
 }
 

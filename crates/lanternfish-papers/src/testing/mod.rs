@@ -28,10 +28,23 @@ pub(crate) fn probe(gpu: &Gpu, module: &str, features: &[Feature], entry: &str) 
 }
 
 /// The shaders of the library and of this crate, and the probes of both.
-fn library() -> ShaderLibrary {
+pub(crate) fn library() -> ShaderLibrary {
     static SOURCES: OnceLock<&'static [ShaderSource]> = OnceLock::new();
     ShaderLibrary::new(SOURCES.get_or_init(|| {
         let all: Vec<_> = sources().into_iter().chain(SHADERS.sources().iter().copied()).chain(PROBES).collect();
         all.leak()
     }))
+}
+
+/// The library with an edit of one file, which must contain `text`; all occurrences are replaced.
+pub(crate) fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
+    let edit = |(path, source): &ShaderSource| {
+        if *path != module {
+            return (*path, *source);
+        }
+        assert!(source.contains(text) && text != by, "{module} has no {text:?}");
+        (*path, &*source.replace(text, by).leak())
+    };
+    assert!(library().sources().iter().any(|(path, _)| *path == module), "there is no {module}");
+    ShaderLibrary::new(library().sources().iter().map(edit).collect::<Vec<_>>().leak())
 }

@@ -9,8 +9,8 @@ use super::{
     super::DECLARED, SLOTS, Slots, Source, check_capacity, counted_slots, first_guess, most_fragments, with_capacity,
 };
 use crate::deep_images::{
-    Chunk, DeepGrid, PAYLOAD,
-    settings::{DeepDepth, DeepImageSettings},
+    BLOCK_SORT, Chunk, DeepGrid, PAYLOAD,
+    settings::{DeepDepth, DeepImageSettings, DeepSort},
 };
 
 #[derive(Debug)]
@@ -26,11 +26,17 @@ pub(crate) struct LinearArray {
     capacity: u64,
 }
 
+/// The feature of `store/sort.wesl` that chooses a sort.
+pub(crate) fn sort_feature(sort: DeepSort) -> Option<Feature> {
+    (sort == DeepSort::Blocks).then_some(BLOCK_SORT)
+}
+
 impl LinearArray {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         let features: &[Feature] = if settings.payload { &[PAYLOAD] } else { &[] };
         let fill = DECLARED.link("deep_images/store/fill", features)?;
-        let sort = DECLARED.link("deep_images/store/sort", features)?;
+        let sort: Vec<_> = features.iter().copied().chain(sort_feature(settings.sort)).collect();
+        let sort = DECLARED.link("deep_images/store/sort", &sort)?;
         let pack = || {
             let pack = DECLARED.link("deep_images/store/pack", &[])?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &pack, "pack", "deep_images/pack"))
@@ -103,7 +109,12 @@ impl LinearArray {
         frame.dispatch(&self.fill, &slots.bind(&shared), workgroups(grid.capacity));
         let kept = storage_buffer(device, "deep_images/list_starts", list_bytes)?;
         let sorting = shared.buffer("filled_starts", &filled_starts).buffer("kept", &kept);
-        frame.dispatch(&self.sort, &sorting, workgroups(lists));
+        // Filling has emptied the slots.
+        let mut in_blocks = sorting.clone().buffer("block_depths", &slots.depths);
+        if let Some(triangles) = &slots.triangles {
+            in_blocks = in_blocks.buffer("block_triangles", triangles);
+        }
+        frame.dispatch(&self.sort, &in_blocks, workgroups(lists));
 
         // Compact: `kept` becomes the starts of the remaining fragments, in the same form as `filled_starts`.
         let total = self.scan.record(frame, &kept, lists + 2)?;

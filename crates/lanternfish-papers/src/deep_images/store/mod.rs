@@ -6,6 +6,8 @@ mod linked_list;
 use lanternfish::RenderError;
 use lanternfish_gpu::{Bindings, Counted, Feature, Frame, gpu_constants, storage_buffer, uniform_buffer_of};
 
+#[cfg(test)]
+pub(crate) use self::linear_array::sort_feature;
 use self::{linear_array::LinearArray, linked_list::LinkedLists};
 use super::{APPEND, Chunk, DeepGrid, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
 use crate::deep_images::settings::{DeepImageSettings, DeepStore};

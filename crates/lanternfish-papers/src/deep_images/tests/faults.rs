@@ -8,7 +8,7 @@ use lanternfish_gpu::{
 
 use super::{build, frame_of, lists, settings, upload};
 use crate::{
-    DeepBuilder, DeepDepth, DeepImageSettings, DeepStore,
+    DeepBuilder, DeepDepth, DeepImageSettings, DeepSort, DeepStore,
     deep_images::{
         Chunk, DeepCounts, DeepGrid, DeepImages, Fragment, ListFault, cpu_reference,
         directions::{DirectionSet, Directions},
@@ -123,8 +123,20 @@ fn gpu_stores_hold_their_fragments() {
     };
     for store in DeepStore::ALL.iter().copied() {
         for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
-            for (payload, merge_texels) in [(true, 0.0), (true, 0.02), (false, 0.0), (false, 0.02)] {
-                let settings = DeepImageSettings { depth, payload, ..by_hand(store, merge_texels) };
+            let (selection, blocks) = (DeepSort::Selection, DeepSort::Blocks);
+            for (payload, merge_texels, sort) in [
+                (true, 0.0, selection),
+                (true, 0.02, selection),
+                (false, 0.0, selection),
+                (false, 0.02, selection),
+                (true, 0.0, blocks),
+                (false, 0.02, blocks),
+            ] {
+                // Only arrays are sorted by a pass that has a choice.
+                if sort == blocks && (store != DeepStore::LinearArray || depth != DeepDepth::Bits32) {
+                    continue;
+                }
+                let settings = DeepImageSettings { depth, payload, sort, ..by_hand(store, merge_texels) };
                 let images = images_of(gpu, settings, &put);
                 images.validate(&gpu.device, &gpu.queue).unwrap();
                 let actual = lists(gpu, &images, &images.chunks[0]);

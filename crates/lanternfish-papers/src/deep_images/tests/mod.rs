@@ -8,6 +8,7 @@ mod moving;
 mod nearest;
 mod ray_query;
 mod slices;
+mod sorts;
 mod stores;
 mod tracers;
 

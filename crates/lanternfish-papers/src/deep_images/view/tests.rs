@@ -183,6 +183,28 @@ fn gpu_numbers_of_texels_are_those_of_the_lists() {
 }
 
 #[test]
+fn gpu_transparent_images_blend_their_lists() {
+    let Some(gpu) = testing::gpu("gpu_transparent_images_blend_their_lists") else { return };
+    let images = in_chunks(gpu, &upload(gpu, &generate::demo("atrium").unwrap()));
+    let views = TexelViews::new(&gpu.device, &images.settings).unwrap();
+    let radius = images.chunks[0].grid.radius;
+    let [opacity, farthest] =
+        ["OPACITY", "FARTHEST_GREY"].map(|name| SHADERS.constant("deep_images/view/fragments", name) as f32);
+    for image in [0, 19] {
+        let darkness = frame(gpu, |frame| views.transparent(frame, &images, image)).unwrap();
+        for (list, found) in lists_of(gpu, &images, image).iter().zip(&darkness.values) {
+            assert_eq!(list.is_empty(), found.is_none());
+            // From the last to the first.
+            let light = list.iter().rev().fold(0.0, |behind, fragment| {
+                let depth = 0.5 + 0.5 * fragment.depth / radius;
+                behind + opacity * (1.0 + (farthest - 1.0) * depth - behind)
+            });
+            assert!(found.is_none_or(|found| (found - (1.0 - light)).abs() < 1e-5), "{found:?}, {light}");
+        }
+    }
+}
+
+#[test]
 fn gpu_missing_images_and_layers_are_errors_that_name_the_valid_ones() {
     let Some(gpu) = testing::gpu("gpu_missing_images_and_layers_are_errors_that_name_the_valid_ones") else { return };
     let images = in_chunks(gpu, &upload(gpu, &generate::demo("cornell").unwrap()));

@@ -1,4 +1,4 @@
-//! One image's texels as numbers and as images: the number of fragments, or one layer's depth.
+//! One image's texels as numbers and as images: the number of fragments, one layer's depth, or all fragments blended.
 
 use glam::UVec2;
 use lanternfish::{
@@ -91,6 +91,7 @@ impl TexelValues {
 pub struct TexelViews {
     count: ComputeKernel,
     layer: ComputeKernel,
+    transparent: ComputeKernel,
     paint: RasterPipeline,
 }
 
@@ -104,6 +105,7 @@ impl TexelViews {
         Ok(Self {
             count: ComputeKernel::new(device, &texels, "count", "deep_images/view/count"),
             layer: ComputeKernel::new(device, &texels, "layer", "deep_images/view/layer"),
+            transparent: ComputeKernel::new(device, &texels, "transparent", "deep_images/view/transparent"),
             paint: RasterPipeline::new(device, &paint, "vertex", "fragment", "deep_images/view/paint", &state),
         })
     }
@@ -111,6 +113,17 @@ impl TexelViews {
     /// Fragments of every texel of an image. An error if there is no such image.
     pub fn counts(&self, frame: &mut Frame<'_>, images: &DeepImages, image: u32) -> Result<TexelValues, RenderError> {
         self.read(frame, images, image, &self.count, 0)
+    }
+
+    /// Darkness, 0 to 1, of every texel of an image whose fragments are transparent surfaces, blended from the first to the last
+    /// [Archer2019, fig. 6]: fragments of one surface that are in a list twice darken it. An error if there is no such image.
+    pub fn transparent(
+        &self,
+        frame: &mut Frame<'_>,
+        images: &DeepImages,
+        image: u32,
+    ) -> Result<TexelValues, RenderError> {
+        self.read(frame, images, image, &self.transparent, 0)
     }
 
     /// Depth of one fragment of every texel of an image, m along the image's axis from the scene's middle. Layer 0 is the first
