@@ -216,7 +216,7 @@ impl Reflector {
 
     /// Transmittance of the specular layer under uniform illumination, at an angle with this [`grazing_fraction`].
     pub fn lets_in(&self, grazing: f64) -> DVec3 {
-        // Directional albedo for a reflectance of 1 at all angles: a lower bound.
+        // Directional albedo for a reflectance of 1 at all angles: an upper bound.
         let all = 1.0 - 0.39 * self.alpha() * self.alpha();
         1.0 - self.f0 * all - (self.f90 - self.f0) * grazing
     }
