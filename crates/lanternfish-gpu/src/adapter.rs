@@ -1,43 +1,43 @@
-//! Choosing an adapter and opening its device.
+//! Choice of an adapter, and opening of its device.
 
 use crate::GpuError;
 
 /// Which adapter to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AdapterChoice {
-    /// The most capable: discrete before integrated before virtual before software.
+    /// The most capable one: discrete before integrated before virtual before software.
     #[default]
     Auto,
     /// A software adapter.
     Cpu,
-    /// The most capable that is not software: an error where there is no graphics card.
+    /// The most capable one that is not software. An error without a graphics card.
     Hardware,
-    /// The first whose name contains this, in any case.
+    /// The first one whose name contains this text, ignoring case.
     Name(String),
 }
 
-/// An adapter as a user needs to know it.
+/// Properties of an adapter.
 #[derive(Clone, Debug)]
 pub struct AdapterDescription {
-    /// The driver's name for it.
+    /// The adapter's name, from the driver.
     pub name: String,
-    /// The API it is reached through, e.g. `vulkan`.
+    /// The graphics API, e.g. `vulkan`.
     pub backend: String,
-    /// Driver and its version.
+    /// Driver and driver version.
     pub driver: String,
-    /// What kind of device it is, e.g. `Cpu`.
+    /// The device type as text, e.g. `Cpu`.
     pub device_type: String,
-    /// True if it traces rays in hardware (or emulates that).
+    /// True if it supports ray query, in hardware or emulated.
     pub ray_query: bool,
-    /// True if all textures can be bound at once.
+    /// True if it supports binding arrays of textures.
     pub texture_arrays: bool,
-    /// True if passes can be timed.
+    /// True if it supports timestamp queries.
     pub timestamps: bool,
-    /// The same as [`Self::device_type`], to decide by.
+    /// The device type.
     pub kind: wgpu::DeviceType,
-    /// Every feature of the adapter; the device is opened with those of [`Gpu::WANTED_FEATURES`].
+    /// All features of the adapter. The device is opened with those of [`Gpu::WANTED_FEATURES`].
     pub features: wgpu::Features,
-    /// The adapter's limits; the device is opened with WebGPU's defaults but for sizes.
+    /// The adapter's limits. The device is opened with WebGPU's default limits, except for sizes.
     pub limits: wgpu::Limits,
 }
 
@@ -61,13 +61,13 @@ impl AdapterDescription {
 }
 
 impl AdapterDescription {
-    /// True if both are of one adapter, reached through one API by one driver.
+    /// True if both describe the same adapter with the same API and driver.
     pub fn is(&self, other: &Self) -> bool {
         (&self.name, &self.backend, &self.driver) == (&other.name, &other.backend, &other.driver)
     }
 }
 
-/// Every adapter of this machine, the one [`AdapterChoice::Auto`] takes first.
+/// All adapters of this machine, in the order of preference of [`AdapterChoice::Auto`].
 pub fn adapters() -> Vec<AdapterDescription> {
     enumerate().iter().map(AdapterDescription::new).collect()
 }
@@ -78,7 +78,7 @@ fn enumerate() -> Vec<wgpu::Adapter> {
     sorted(&wgpu::Instance::new(descriptor))
 }
 
-/// Those of an instance, the most capable first.
+/// The adapters of an instance, the most capable first.
 fn sorted(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
@@ -91,7 +91,7 @@ fn sorted(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     adapters
 }
 
-/// The one that is requested.
+/// The requested adapter.
 fn choose(adapters: Vec<wgpu::Adapter>, choice: &AdapterChoice) -> Result<wgpu::Adapter, GpuError> {
     if adapters.is_empty() {
         return Err(GpuError::NoAdapter);
@@ -116,50 +116,50 @@ fn choose(adapters: Vec<wgpu::Adapter>, choice: &AdapterChoice) -> Result<wgpu::
 
 /// An adapter and its open device.
 ///
-/// The renderer itself takes any `wgpu::Device`; this is the convenient way to one.
+/// A convenience: the renderer accepts any `wgpu::Device`.
 #[derive(Debug)]
 pub struct Gpu {
     /// The device.
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
-    /// What was opened.
+    /// The adapter's properties.
     pub description: AdapterDescription,
 }
 
 impl Gpu {
-    /// Features that bind all textures of a scene at once.
+    /// Features for binding all textures of a scene as an array.
     pub const TEXTURE_ARRAYS: wgpu::Features = wgpu::Features::TEXTURE_BINDING_ARRAY
         .union(wgpu::Features::SAMPLED_TEXTURE_AND_STORAGE_BUFFER_ARRAY_NON_UNIFORM_INDEXING);
 
-    /// Features that time passes, and dispatches that share a pass.
+    /// Features for timing passes, and dispatches that share a pass.
     pub const TIMESTAMPS: wgpu::Features =
         wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
 
-    /// Optional features that some technique uses when they are there.
+    /// Optional features that some technique uses if they are available.
     pub const WANTED_FEATURES: wgpu::Features = Self::TEXTURE_ARRAYS
         .union(wgpu::Features::EXPERIMENTAL_RAY_QUERY)
         .union(Self::TIMESTAMPS)
         .union(wgpu::Features::FLOAT32_BLENDABLE);
 
-    /// Opens an adapter's device with every feature of [`Gpu::WANTED_FEATURES`] that it has.
+    /// Opens an adapter's device with all features of [`Gpu::WANTED_FEATURES`] that it supports.
     ///
-    /// Limits are WebGPU's defaults, so that what runs here runs everywhere, but for sizes (buffers, bindings,
-    /// textures) and the counts that optional features need, which are the adapter's.
+    /// Limits are WebGPU's defaults, so that the renderer does not depend on this adapter. Sizes (of buffers, bindings and textures) and
+    /// the counts of optional features have the adapter's limits.
     pub fn open(choice: &AdapterChoice) -> Result<Self, GpuError> {
         let adapter = choose(enumerate(), choice)?;
         Self::open_adapter(&adapter, adapter.features() & Self::WANTED_FEATURES)
     }
 
-    /// The same for an adapter that [`adapters`] lists.
+    /// Like [`Self::open`], for an adapter from [`adapters`].
     pub fn open_listed(listed: &AdapterDescription) -> Result<Self, GpuError> {
-        let known = enumerate();
-        let found = known.iter().find(|adapter| AdapterDescription::new(adapter).is(listed));
-        let adapter = found.ok_or(GpuError::NoAdapter)?;
+        let adapters = enumerate();
+        let adapter = adapters.iter().find(|adapter| AdapterDescription::new(adapter).is(listed));
+        let adapter = adapter.ok_or(GpuError::NoAdapter)?;
         Self::open_adapter(adapter, adapter.features() & Self::WANTED_FEATURES)
     }
 
-    /// The same among the adapters of an instance that can draw to a window's surface, and the adapter.
+    /// Like [`Self::open`], among the adapters of `instance` that can present to `surface`. Also returns the adapter.
     pub fn open_for(
         instance: &wgpu::Instance,
         surface: &wgpu::Surface<'_>,
@@ -188,7 +188,7 @@ impl Gpu {
     }
 }
 
-/// WebGPU's default limits with the adapter's sizes.
+/// WebGPU's default limits, with the adapter's limits for sizes and for the counts of optional features.
 fn limits(adapter: &wgpu::Limits, features: wgpu::Features) -> wgpu::Limits {
     let mut limits = wgpu::Limits {
         max_buffer_size: adapter.max_buffer_size,

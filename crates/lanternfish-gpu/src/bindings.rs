@@ -1,8 +1,8 @@
-//! Resources by the name that shaders call them.
+//! Resources by their names in shaders.
 
 use crate::{pool::BindGroups, reflect::Layouts};
 
-/// Some bytes of a buffer, to be bound.
+/// A range of bytes of a buffer, to be bound.
 #[derive(Clone, Debug)]
 pub struct BufferPart {
     pub(crate) buffer: wgpu::Buffer,
@@ -11,30 +11,30 @@ pub struct BufferPart {
 }
 
 impl BufferPart {
-    /// All of a buffer.
+    /// The entire buffer.
     pub fn whole(buffer: wgpu::Buffer) -> Self {
         Self { offset: 0, bytes: buffer.size(), buffer }
     }
 }
 
-/// Resources by the name that shaders call them. A pipeline takes from it what it uses; the rest is ignored.
+/// Resources by their names in shaders. A pipeline binds those that it uses and ignores the rest.
 #[derive(Clone, Debug, Default)]
 pub struct Bindings<'a> {
     entries: Vec<(&'a str, wgpu::BindingResource<'a>)>,
 }
 
 impl<'a> Bindings<'a> {
-    /// Nothing yet.
+    /// No resources.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a whole buffer.
+    /// Adds an entire buffer.
     pub fn buffer(self, name: &'a str, buffer: &'a wgpu::Buffer) -> Self {
         self.resource(name, buffer.as_entire_binding())
     }
 
-    /// Adds a part of a buffer.
+    /// Adds a range of a buffer.
     pub fn part(self, name: &'a str, part: &'a BufferPart) -> Self {
         let BufferPart { buffer, offset, bytes } = part;
         let size = std::num::NonZeroU64::new(*bytes);
@@ -51,21 +51,23 @@ impl<'a> Bindings<'a> {
         self.resource(name, wgpu::BindingResource::Sampler(sampler))
     }
 
-    /// Adds anything else that can be bound. A later resource of the same name takes the earlier one's place.
+    /// Adds any bindable resource. It replaces an earlier one of the same name.
     pub fn resource(mut self, name: &'a str, resource: wgpu::BindingResource<'a>) -> Self {
-        self.entries.retain(|(known, _)| *known != name);
+        self.entries.retain(|(bound, _)| *bound != name);
         self.entries.push((name, resource));
         self
     }
 
-    /// Adds all of `other`.
+    /// Adds all resources of `other`.
     pub fn with(self, other: &Bindings<'a>) -> Self {
         other.entries.iter().fold(self, |all, (name, resource)| all.resource(name, resource.clone()))
     }
 
-    /// The bind group of one group of a pipeline.
+    /// The bind group for one group index of a pipeline.
     ///
-    /// Panics when the shader uses a name that is not there: a bug.
+    /// # Panics
+    ///
+    /// If the shader uses a name that is not bound, which is a bug of the caller.
     pub(crate) fn bind_group(
         &self,
         groups: &mut BindGroups,
@@ -76,10 +78,10 @@ impl<'a> Bindings<'a> {
         let entries: Vec<_> = layouts.names[group]
             .iter()
             .map(|(name, binding)| {
-                let found = self.entries.iter().find(|(known, _)| known == name);
-                let (_, resource) = found.unwrap_or_else(|| {
-                    let known: Vec<_> = self.entries.iter().map(|(name, _)| *name).collect();
-                    panic!("{label}: needs {name}, given {known:?}")
+                let entry = self.entries.iter().find(|(bound, _)| bound == name);
+                let (_, resource) = entry.unwrap_or_else(|| {
+                    let bound: Vec<_> = self.entries.iter().map(|(name, _)| *name).collect();
+                    panic!("{label}: needs {name}, given {bound:?}")
                 });
                 wgpu::BindGroupEntry { binding: *binding, resource: resource.clone() }
             })

@@ -1,4 +1,4 @@
-//! Making buffers and textures, and reading buffers and textures back.
+//! Creation and readback of buffers and textures.
 
 use wgpu::util::DeviceExt;
 
@@ -8,9 +8,9 @@ use crate::{GpuError, made};
 pub(crate) const STORAGE: wgpu::BufferUsages =
     wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST).union(wgpu::BufferUsages::COPY_SRC);
 
-/// An uninitialised (zeroed) storage buffer of at least `bytes` (rounded up to 16, and never empty).
+/// A zeroed storage buffer of at least `bytes`, rounded up to a multiple of 16 and at least 16.
 ///
-/// An error when that is more than one binding of the device can hold.
+/// Fails if the size exceeds the device's limit for a binding.
 pub fn storage_buffer(device: &wgpu::Device, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
     let size = bytes.max(16).next_multiple_of(16);
     let limits = device.limits();
@@ -27,8 +27,8 @@ pub fn storage_buffer(device: &wgpu::Device, label: &str, bytes: u64) -> Result<
     }))
 }
 
-/// A storage buffer with this content; `usage` is added to the usual ones. An empty slice gives one zeroed element (of 16
-/// bytes at least): bindings cannot be empty.
+/// A storage buffer with this content; `usage` is added to the usual ones. An empty slice gives one zeroed element (at least 16
+/// bytes), because bindings cannot be empty. Fails if the content exceeds the device's limit for a binding.
 pub fn storage_buffer_of<T: bytemuck::NoUninit>(
     device: &wgpu::Device,
     label: &str,
@@ -68,7 +68,7 @@ pub fn uniform_buffer_of<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &s
     })
 }
 
-/// A view of a whole new texture: all its levels and layers.
+/// A view of all levels and layers of a new texture.
 pub fn texture_of(device: &wgpu::Device, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
     made::count(|made| made.textures += 1);
     device.create_texture(wanted).create_view(&Default::default())
@@ -98,12 +98,12 @@ pub fn read_back<T: bytemuck::Pod>(
     with_mapped(device, &staging, |data| bytemuck::pod_collect_to_vec(&data[..bytes as usize]))
 }
 
-/// Size of the buffer that textures are read through, bytes, at most; a row needs its own size at least.
+/// Maximum size of the staging buffer for texture readback, bytes; it always holds at least one row.
 const READ_BYTES: u64 = 64 << 20;
 
 /// Waits for the device and copies level 0 of a 2D texture, rows tightly packed.
 ///
-/// `texture` must allow `COPY_SRC` and its texels must be whole bytes that make up `T`.
+/// `texture` must allow `COPY_SRC`, and a texel must have the size of `T`.
 pub fn read_texture<T: bytemuck::Pod>(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -144,8 +144,7 @@ pub fn read_texture<T: bytemuck::Pod>(
     Ok(texels)
 }
 
-/// Runs `work`, which talks to the device, and turns what the device reports (out of memory, a size it does not allow)
-/// into an error instead of a panic.
+/// Runs `work` and turns validation and out-of-memory errors of the device into a `Result` instead of a panic.
 pub fn checked<R, E: From<GpuError>>(
     device: &wgpu::Device,
     what: &str,
@@ -162,11 +161,11 @@ pub fn checked<R, E: From<GpuError>>(
     }
 }
 
-/// True if two handles are of one device.
+/// True if two handles refer to the same device.
 ///
-/// wgpu numbers the devices of every instance by themselves, so that handles of two instances' devices may compare equal. What
-/// tells them apart: an error on a device is found in the innermost error scope of that device. One that is lost finds none, and is
-/// taken for the same: what is asked of it next says what has become of it.
+/// wgpu numbers devices per instance, so handles of two instances' devices may compare equal. This function provokes an error on one
+/// device and checks whose error scope receives it. A lost device reports no errors and counts as the same; the next call on it reports
+/// the loss.
 pub fn is_same_device(a: &wgpu::Device, b: &wgpu::Device) -> bool {
     if a != b {
         return false;
@@ -180,7 +179,7 @@ pub fn is_same_device(a: &wgpu::Device, b: &wgpu::Device) -> bool {
     pollster::block_on(of_a.pop()).is_none()
 }
 
-/// Whether a device is lost: nothing that is asked of it is done, and nothing is said of that. What tells it: an error on it is not found.
+/// True if a device is lost. A lost device silently ignores commands, so this function provokes an error and checks that none is reported.
 pub fn is_lost(device: &wgpu::Device) -> bool {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let usage = wgpu::BufferUsages::empty();
@@ -189,7 +188,7 @@ pub fn is_lost(device: &wgpu::Device) -> bool {
     pollster::block_on(scope.pop()).is_none()
 }
 
-/// Waits for the device and gives what is in a buffer that may be mapped.
+/// Waits for the device, maps a buffer, and passes its content to `read`.
 pub(crate) fn with_mapped<R>(
     device: &wgpu::Device,
     staging: &wgpu::Buffer,
@@ -198,7 +197,7 @@ pub(crate) fn with_mapped<R>(
     let fail = |source: Box<dyn std::error::Error + Send + Sync>| GpuError::ReadBack { what: "buffer".into(), source };
     let (sender, receiver) = std::sync::mpsc::channel();
     staging.map_async(wgpu::MapMode::Read, .., move |result| {
-        // The receiver is gone only when polling failed, which is reported below.
+        // The receiver is dropped only if polling failed, which is reported below.
         let _ = sender.send(result);
     });
     device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| fail(e.into()))?;
@@ -213,9 +212,9 @@ mod tests {
     use crate::{AdapterChoice, Gpu, testing};
 
     #[test]
-    fn gpu_devices_are_told_apart_and_a_lost_one_is_itself() {
-        let Some(gpu) = testing::gpu("gpu_devices_are_told_apart_and_a_lost_one_is_itself") else { return };
-        // A device of an instance of its own. The first device of every instance has the same number.
+    fn gpu_devices_are_distinguished_even_when_lost() {
+        let Some(gpu) = testing::gpu("gpu_devices_are_distinguished_even_when_lost") else { return };
+        // A device of another instance. The first device of every instance has the same number.
         let other = Gpu::open(&AdapterChoice::Auto).unwrap();
         assert!(
             is_same_device(&gpu.device, &gpu.device.clone()) && is_same_device(&other.device, &other.device.clone())
@@ -224,7 +223,7 @@ mod tests {
         assert!(!is_lost(&other.device));
         other.device.destroy();
         assert!(is_lost(&other.device) && !is_lost(&gpu.device));
-        assert!(is_same_device(&other.device, &other.device.clone()), "lost, it is another device");
-        assert!(!is_same_device(&gpu.device, &other.device), "another one that is lost is this one");
+        assert!(is_same_device(&other.device, &other.device.clone()), "a lost device differs from itself");
+        assert!(!is_same_device(&gpu.device, &other.device), "a lost device equals another one");
     }
 }

@@ -10,9 +10,9 @@ use crate::{
 
 /// Number of workgroups.
 pub(crate) enum Workgroups<'a> {
-    /// Along x, y and z.
+    /// Known to the host: along x, y and z.
     Are([u32; 3]),
-    /// As the first three words of a buffer say when it is their turn.
+    /// In the first three words of a buffer, read by the device when it starts the dispatch.
     In(&'a wgpu::Buffer),
 }
 
@@ -34,7 +34,7 @@ impl Handed for ComputeKernel {
 
 impl ComputeKernel {
     /// Compiles `entry` of `shader`. The label, a path such as `light_culling/tiled/assign`, names the pass in reports.
-    /// Within an [`Engine`](crate::Engine) that has compiled it before, it is that one's.
+    /// Within an [`Engine`](crate::Engine) that already holds it, returns that pipeline.
     pub fn new(device: &wgpu::Device, shader: &LinkedShader, entry: &str, label: &str) -> Self {
         let key = || PipelineKey::new(shader, &(entry, label));
         engine::kernel(device, key, || Self::compile(device, shader, entry, label))
@@ -55,7 +55,7 @@ impl ComputeKernel {
         Self { label: label.to_owned(), pipeline, layouts, workgroup_size, clones: Clones::default() }
     }
 
-    /// The name of the pass.
+    /// The label of the pass.
     pub fn label(&self) -> &str {
         &self.label
     }

@@ -1,30 +1,31 @@
 //! Known driver faults.
 
-/// Mesa's software rasteriser from which on none of [`driver_warning`]'s faults is known. 22.3.6, Debian 12's own, has them all;
-/// those between are untested.
+/// First major version of Mesa's software rasteriser without the faults of [`driver_warning`]. Version 22.3.6 (Debian 12) has all of
+/// them; the versions between are untested.
 const FIRST_SOUND_MESA: u32 = 24;
 
-/// Steps that all loops of an invocation take together, at most, on a driver with [`faulty_software`]: then they end, and the
-/// invocation goes on as if they were done.
+/// Maximum number of loop steps of an invocation, over all its loops, on a driver with [`faulty_software`]. The loops then end early,
+/// and the invocation continues after them.
 pub const FAULTY_LOOP_STEPS: u32 = 65_535;
 
-/// The first number of Mesa's version, where the adapter is its software rasteriser.
+/// Mesa's major version if the adapter is its software rasteriser.
 pub fn software_mesa(adapter: &wgpu::AdapterInfo) -> Option<u32> {
     mesa_of_software(adapter.device_type, &adapter.driver_info)
 }
 
-/// True if the adapter is a software one with the faults that [`driver_warning`] names.
+/// True if the adapter is a software rasteriser with the faults that [`driver_warning`] names.
 pub fn faulty_software(adapter: &wgpu::AdapterInfo) -> bool {
     software_mesa(adapter).is_some_and(|mesa| mesa < FIRST_SOUND_MESA)
 }
 
-/// What is wrong with the adapter's driver, and the remedy, in a sentence for users; nothing of a driver without known faults.
+/// A sentence for users about the faults of the adapter's driver and the remedy; `None` for a driver without known faults.
 pub fn driver_warning(adapter: &wgpu::AdapterInfo) -> Option<String> {
     faulty_software(adapter).then(|| {
         format!(
             "{} is an old software driver: it is slow, has no ray query and no usable anisotropic filtering, ends loops after \
-             {FAULTY_LOOP_STEPS} steps (with thousands of lights at a pixel, images are too dark; deep images are built in a single pass, with holes), \
-             and crashes on shadows through deep images and on indirect light in an environment image, which are refused; install Mesa 25 or later (Debian 12 has it in bookworm-backports)",
+             {FAULTY_LOOP_STEPS} steps (with thousands of lights per pixel, images are too dark; deep images \
+             are built in a single pass, with holes), and crashes on deep-image shadows and on indirect light with an \
+             environment image, which are refused; install Mesa 25 or later (Debian 12 has it in bookworm-backports)",
             adapter.driver_info
         )
     })
@@ -42,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn mesas_software_rasteriser_is_told_from_others_by_its_version() {
+    fn only_mesas_software_rasteriser_has_a_version() {
         for (device_type, driver, mesa) in [
             (DeviceType::Cpu, "Mesa 22.3.6 (LLVM 15.0.6)", Some(22)),
             (DeviceType::Cpu, "Mesa 25.0.7-2 (LLVM 15.0.6)", Some(25)),
@@ -55,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn only_old_software_is_warned_of() {
+    fn only_old_software_drivers_get_a_warning() {
         let adapter = |device_type, driver: &str| wgpu::AdapterInfo {
             driver_info: driver.to_owned(),
             ..wgpu::AdapterInfo::new(device_type, wgpu::Backend::Vulkan)

@@ -1,4 +1,4 @@
-//! Shaders that somebody is editing: their texts stand in for those that a library carries with it.
+//! Shader texts edited while the program runs, which replace those compiled into a library.
 
 use std::{
     collections::BTreeMap,
@@ -10,10 +10,10 @@ use naga::{Module, TypeInner};
 
 use crate::{LinkedShader, shader::item_name};
 
-/// Texts of WESL files by their module path below the package: `"light_culling/tiled/assign"`.
+/// Texts of WESL files by module path within the package, e.g. `"light_culling/tiled/assign"`.
 pub type ShaderTexts = BTreeMap<String, String>;
 
-/// Every `.wesl` file below a folder, and its module path. Folders that cannot be read hold none.
+/// Every `.wesl` file below a folder, with its module path. Folders that cannot be read are skipped.
 pub fn shader_files(folder: &Path) -> Vec<(PathBuf, String)> {
     let mut files = Vec::new();
     collect(folder, folder, &mut files);
@@ -34,11 +34,11 @@ fn collect(root: &Path, folder: &Path, files: &mut Vec<(PathBuf, String)>) {
     }
 }
 
-/// The texts of all shaders below a folder. An error that names the file that cannot be read, or the folder where there are none.
+/// Reads all shaders below a folder. Fails if a file cannot be read, or if there are none; the error names the file or the folder.
 pub fn read_shader_texts(folder: &Path) -> Result<ShaderTexts, String> {
     let files = shader_files(folder);
     if files.is_empty() {
-        return Err(format!("{}: no .wesl file is there", folder.display()));
+        return Err(format!("{}: contains no .wesl file", folder.display()));
     }
     let text = |(path, module): (PathBuf, String)| match fs::read_to_string(&path) {
         Ok(text) => Ok((module, text)),
@@ -47,16 +47,16 @@ pub fn read_shader_texts(folder: &Path) -> Result<ShaderTexts, String> {
     files.into_iter().map(text).collect()
 }
 
-/// What a host relies on in an entry point.
+/// An entry point's interface to the host.
 #[derive(Debug, PartialEq, Eq)]
 struct Interface {
-    /// Stage, and name.
+    /// Stage and name.
     entry: String,
-    /// Name of each resource that it uses, and what is bound to it.
+    /// Group, address space and type of each resource in use, by name.
     resources: BTreeMap<String, String>,
 }
 
-/// Of every entry point, by their order.
+/// The interfaces of all entry points, sorted by stage and name.
 fn interfaces(shader: &LinkedShader) -> Vec<Interface> {
     let module = &shader.module;
     let of = |(index, entry): (usize, &naga::EntryPoint)| {
@@ -76,7 +76,7 @@ fn interfaces(shader: &LinkedShader) -> Vec<Interface> {
     all
 }
 
-/// A type with all that is in it, so that types of two modules can be compared.
+/// The text of a type with all its members, for comparing types of two modules.
 fn described(module: &Module, ty: naga::Handle<naga::Type>) -> String {
     match &module.types[ty].inner {
         TypeInner::Array { base, size, stride } => {
@@ -98,25 +98,25 @@ fn described(module: &Module, ty: naga::Handle<naga::Type>) -> String {
     }
 }
 
-/// An error where the host could not run the edited shader as it runs the one that it knows: other entry points, a resource that is not
-/// bound, or another type of one.
-pub fn check(known: &LinkedShader, edited: &LinkedShader) -> Result<(), String> {
-    let (known, edited) = (interfaces(known), interfaces(edited));
+/// Checks that the host can run an edited shader in place of the original. Fails if the entry points differ, if a resource is used that
+/// the host does not bind, or if a resource has another type.
+pub fn check(original: &LinkedShader, edited: &LinkedShader) -> Result<(), String> {
+    let (original, edited) = (interfaces(original), interfaces(edited));
     let names = |all: &[Interface]| all.iter().map(|one| one.entry.as_str()).collect::<Vec<_>>().join(", ");
-    if names(&known) != names(&edited) {
-        return Err(format!("it has the entry points {}, and the host runs {}", names(&edited), names(&known)));
+    if names(&original) != names(&edited) {
+        return Err(format!("its entry points are {}, the host runs {}", names(&edited), names(&original)));
     }
-    for (known, edited) in known.iter().zip(&edited) {
-        let entry = &known.entry;
+    for (original, edited) in original.iter().zip(&edited) {
+        let entry = &original.entry;
         for (name, is) in &edited.resources {
-            match known.resources.get(name) {
+            match original.resources.get(name) {
                 None => {
                     return Err(format!(
-                        "{entry} uses {name}, which the host does not bind there: build the program again"
+                        "{entry} uses {name}, which the host does not bind there: rebuild the program"
                     ));
                 }
                 Some(was) if was != is => {
-                    return Err(format!("{name} is {is}, and the host has {was}: build the program again"));
+                    return Err(format!("{name} is {is}, the host has {was}: rebuild the program"));
                 }
                 Some(_) => {}
             }
@@ -135,25 +135,25 @@ mod tests {
     const LIBRARY: ShaderLibrary = ShaderLibrary::new(&[
         ("common/scale", "const SCALE = 2.0;"),
         (
-            "room/kernel",
+            "technique/kernel",
             "import package::common::scale::SCALE;\nstruct Cell { size: f32, count: u32 }\n\
              @group(2) var<storage, read_write> cells: array<Cell>;\n\
              @compute @workgroup_size(64) fn main() { cells[0].size = SCALE; }",
         ),
         (
-            "room/two",
+            "technique/two",
             "@group(2) var<storage, read_write> a: array<u32>;\n@group(2) var<storage, read_write> b: array<u32>;\n\
              @compute @workgroup_size(1) fn first() { a[0] = 1u; }\n@compute @workgroup_size(1) fn second() { b[0] = 1u; }",
         ),
     ]);
 
-    /// The host binds by entry point.
+    /// The host binds resources per entry point.
     #[test]
-    fn what_another_entry_point_has_is_not_bound() {
+    fn resources_of_another_entry_point_are_not_bound() {
         let (_, text) = LIBRARY.sources()[2];
         let link = |text: String| {
-            let texts = ShaderTexts::from([("room/two".to_owned(), text)]);
-            LIBRARY.link_edited("room/two", &[], &texts)
+            let texts = ShaderTexts::from([("technique/two".to_owned(), text)]);
+            LIBRARY.link_edited("technique/two", &[], &texts)
         };
         link(text.replace("a[0] = 1u", "a[1] = 2u")).unwrap();
         let refused = link(text.replace("a[0] = 1u", "a[0] = b[0]")).unwrap_err().to_string();
@@ -162,22 +162,22 @@ mod tests {
 
     fn linked(texts: &[(&str, &str)]) -> Result<Arc<LinkedShader>, GpuError> {
         let texts = texts.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned())).collect();
-        LIBRARY.link_edited("room/kernel", &[], &texts).map(Arc::new)
+        LIBRARY.link_edited("technique/kernel", &[], &texts).map(Arc::new)
     }
 
     #[test]
-    fn an_edited_file_stands_in_for_the_one_of_the_library() {
+    fn an_edited_file_replaces_the_librarys() {
         let plain = linked(&[]).unwrap();
         assert!(plain.source.contains("2.0"));
         let other = linked(&[("common/scale", "const SCALE = 5.0;")]).unwrap();
         assert!(other.source.contains("5.0") && !other.source.contains("2.0"));
-        // A file that is not in the library is nobody's.
+        // A text without a file of the library is ignored.
         assert_eq!(linked(&[("common/other", "nonsense")]).unwrap().source, plain.source);
     }
 
     #[test]
-    fn what_the_host_could_not_run_is_refused_with_a_reason() {
-        let kernel = |text: &str| linked(&[("room/kernel", text)]).unwrap_err().to_string();
+    fn an_incompatible_shader_is_refused_with_a_reason() {
+        let kernel = |text: &str| linked(&[("technique/kernel", text)]).unwrap_err().to_string();
         let cases = [
             (linked(&[("common/scale", "const SCALE = ;")]).unwrap_err().to_string(), "expected"),
             (
@@ -200,9 +200,9 @@ mod tests {
             ),
         ];
         for (message, expected) in cases {
-            assert!(message.contains(expected) && message.contains("room/kernel"), "{expected}: {message}");
+            assert!(message.contains(expected) && message.contains("technique/kernel"), "{expected}: {message}");
         }
-        // A resource less is no fault.
-        linked(&[("room/kernel", "@compute @workgroup_size(64) fn main() {}")]).unwrap();
+        // Using fewer resources is allowed.
+        linked(&[("technique/kernel", "@compute @workgroup_size(64) fn main() {}")]).unwrap();
     }
 }

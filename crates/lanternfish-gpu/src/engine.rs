@@ -16,17 +16,17 @@ use crate::{ComputeKernel, GpuError, LinkedShader, RasterPipeline, ShaderLibrary
 
 pub(crate) use self::kept::{Clones, Handed};
 
-/// Pipelines of compute that an engine keeps though nobody uses them any more. More: more settings are gone back to at once, and more
-/// memory waits, on Mesa's software adapter 0.9 MiB a pipeline. A way to find indirect light takes some 20 to 30.
+/// Maximum number of unused compute pipelines in an engine. A higher limit avoids more recompilation when settings change back, and holds
+/// more memory: 0.9 MiB a pipeline on Mesa's software adapter. An indirect-light technique has 20 to 30 of them.
 const SPARE_KERNELS: usize = 64;
-/// The same of drawing, 2.5 MiB each there. Other settings take some 5 to 10.
+/// Maximum number of unused render pipelines: 2.5 MiB each on Mesa's software adapter. A change of settings needs 5 to 10 of them.
 const SPARE_RASTERS: usize = 24;
 
-/// A device, its queue, and the shaders and pipelines that have been compiled for them. Clones share it.
+/// A device, its queue, and a cache of the shaders and pipelines compiled for them. Clones share the cache.
 ///
-/// What is linked and compiled within [`Self::within`] is looked up here first, and kept: pipelines as long as they are in use, and of
-/// those that are not, the 64 of compute and the 24 of drawing that were in use last; shaders as long as a pipeline of theirs. Who goes
-/// back and forth between a few settings compiles nothing, and who goes through all of them does not hold the pipelines of all.
+/// Work within [`Self::within`] takes shaders and pipelines from the cache and adds those that are missing. The cache holds all pipelines
+/// in use, and the 64 compute and 24 render pipelines that were used last. A shader stays as long as one of its pipelines. So switching
+/// between a few settings compiles nothing, and memory stays bounded when a user tries all of them.
 #[derive(Clone, Debug)]
 pub struct Engine {
     /// The device.
@@ -36,23 +36,23 @@ pub struct Engine {
     compiled: Arc<Mutex<Compiled>>,
 }
 
-/// How much an engine has compiled so far: what was found in it is not counted.
+/// Numbers of shaders and pipelines that an engine has compiled so far, without cache hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Compilations {
     /// Shaders linked and validated.
     pub shaders: u64,
-    /// Pipelines, of compute and of drawing.
+    /// Compute and render pipelines.
     pub pipelines: u64,
 }
 
-/// How much an engine keeps now.
+/// Numbers of shaders and pipelines in an engine's cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KeptCompiled {
     /// Linked shaders.
     pub shaders: usize,
-    /// Pipelines of compute.
+    /// Compute pipelines.
     pub kernels: usize,
-    /// Pipelines of drawing.
+    /// Render pipelines.
     pub rasters: usize,
 }
 
@@ -61,13 +61,13 @@ struct Compiled {
     shaders: HashMap<ShaderKey, Arc<LinkedShader>>,
     kernels: Kept<ComputeKernel>,
     rasters: Kept<RasterPipeline>,
-    /// Texts in the place of those of a library.
+    /// Edited shader texts by library number ([`ShaderLibrary::number`]).
     edited: HashMap<usize, Arc<ShaderTexts>>,
     count: Compilations,
 }
 
 impl Compiled {
-    /// The texts that stand in the place of files of a library and of its base.
+    /// The edited texts of a library and of its base.
     fn edited_of(&self, libraries: [Option<usize>; 2]) -> ShaderTexts {
         let of = |library: &usize| self.edited.get(library).map(|texts| (**texts).clone());
         libraries.iter().flatten().filter_map(of).flatten().collect()
@@ -86,11 +86,10 @@ impl Default for Compiled {
     }
 }
 
-/// Where the sources of a library and of its base lie, which are static; a module and its features.
+/// Numbers of a library and of its base; the label of a module with its features.
 type ShaderKey = ([Option<usize>; 2], String);
 
-/// What a pipeline is made of: the label of its shader and a hash of the linked text, its entry points and its own label, and its
-/// state as `Debug` writes it.
+/// Identity of a pipeline: its shader's label, a hash of the linked text, and the `Debug` text of its entry points, label and state.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct PipelineKey {
     shader: String,
@@ -106,16 +105,16 @@ impl PipelineKey {
     }
 }
 
-/// The pipelines that some work has asked an engine for.
+/// The set of pipelines that some work requested from an engine.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Requested(BTreeSet<PipelineKey>);
 
 thread_local! {
-    /// The engine that the calling thread compiles for, and what it has been asked for.
+    /// The engine of the calling thread, and the pipelines requested from it.
     static CURRENT: RefCell<Option<(Engine, Requested)>> = const { RefCell::new(None) };
 }
 
-/// Puts back the engine that was there before, also where the work panics.
+/// Restores the previous engine when dropped, so also if the work panics.
 struct Before(Option<(Engine, Requested)>);
 
 impl Drop for Before {
@@ -125,17 +124,17 @@ impl Drop for Before {
 }
 
 impl Engine {
-    /// One for which nothing has been compiled yet.
+    /// An engine with an empty cache.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self { device: device.clone(), queue: queue.clone(), compiled: Arc::default() }
     }
 
-    /// Runs `work`. What it links, and what it compiles for this device, in the calling thread, is taken from this engine, or kept in it.
+    /// Runs `work` in the calling thread. Shaders that it links, and pipelines that it compiles for this device, go through the cache.
     pub fn within<R>(&self, work: impl FnOnce() -> R) -> R {
         self.requested_within(work).0
     }
 
-    /// The same, and which pipelines the work has asked for, whether or not they were there.
+    /// Like [`Self::within`], and also returns the pipelines that `work` requested, both cached and new.
     pub fn requested_within<R>(&self, work: impl FnOnce() -> R) -> (R, Requested) {
         let _before = Before(CURRENT.replace(Some((self.clone(), Requested::default()))));
         let result = work();
@@ -143,27 +142,28 @@ impl Engine {
         (result, requested)
     }
 
-    /// How much it has compiled so far.
+    /// Numbers of shaders and pipelines compiled so far.
     pub fn compilations(&self) -> Compilations {
         self.compiled().count
     }
 
-    /// How much it keeps now.
+    /// Numbers of shaders and pipelines in the cache.
     pub fn kept(&self) -> KeptCompiled {
         let compiled = self.compiled();
         let Compiled { shaders, kernels, rasters, .. } = &*compiled;
         KeptCompiled { shaders: shaders.len(), kernels: kernels.len(), rasters: rasters.len() }
     }
 
-    /// Drops everything: after an error, something that the device refused to compile may be among it. What is in use stays.
+    /// Empties the cache, for use after an error: it may hold objects that the device rejected. Objects in use stay valid. Edited texts
+    /// stay.
     pub fn forget(&self) {
         let mut compiled = self.compiled();
         let (count, edited) = (compiled.count, std::mem::take(&mut compiled.edited));
         *compiled = Compiled { count, edited, ..Compiled::default() };
     }
 
-    /// Puts texts in the place of files of a library, and returns those that were in their place before. Shaders that are linked
-    /// from now on are made of them; pipelines that are in use stay.
+    /// Replaces files of a library by edited texts, and returns the previous edited texts. Shaders linked from now on use them; pipelines
+    /// in use stay unchanged.
     pub fn edit(&self, library: &ShaderLibrary, texts: ShaderTexts) -> Arc<ShaderTexts> {
         let mut compiled = self.compiled();
         let number = library.number();
@@ -181,7 +181,7 @@ fn current() -> Option<Engine> {
     CURRENT.with_borrow(|current| current.as_ref().map(|(engine, _)| engine.clone()))
 }
 
-/// The shader of this label in a library, which `link` links of the texts that stand in for those of the library.
+/// The shader of this label: from the cache of the thread's engine, else from `link`, which receives the edited texts.
 pub(crate) fn linked(
     libraries: [Option<usize>; 2],
     label: &str,
@@ -189,40 +189,40 @@ pub(crate) fn linked(
 ) -> Result<Arc<LinkedShader>, GpuError> {
     let Some(engine) = current() else { return link(&ShaderTexts::new()).map(Arc::new) };
     let key = (libraries, label.to_owned());
-    if let Some(known) = engine.compiled().shaders.get(&key) {
-        return Ok(known.clone());
+    if let Some(cached) = engine.compiled().shaders.get(&key) {
+        return Ok(cached.clone());
     }
-    // Not under the lock: another thread may compile meanwhile, at worst the same.
+    // The lock is not held here, so that other threads can compile; at worst two threads link the same shader.
     let edited = engine.compiled().edited_of(libraries);
     let shader = Arc::new(link(&edited)?);
     let mut compiled = engine.compiled();
     compiled.count.shaders += 1;
-    // Other texts may have come meanwhile.
+    // The texts may have been edited in the meantime.
     if compiled.edited_of(libraries) == edited {
         compiled.shaders.insert(key, shader.clone());
     }
     Ok(shader)
 }
 
-/// The pipeline of compute that `compile` makes.
+/// The compute pipeline of this key: from the cache of the thread's engine, else from `compile`.
 pub(crate) fn kernel(
     device: &wgpu::Device,
     key: impl FnOnce() -> PipelineKey,
     compile: impl FnOnce() -> ComputeKernel,
 ) -> ComputeKernel {
-    of_engine(device, |compiled| &mut compiled.kernels, key, compile)
+    cached_or_compiled(device, |compiled| &mut compiled.kernels, key, compile)
 }
 
-/// The pipeline of drawing that `compile` makes.
+/// The render pipeline of this key: from the cache of the thread's engine, else from `compile`.
 pub(crate) fn raster(
     device: &wgpu::Device,
     key: impl FnOnce() -> PipelineKey,
     compile: impl FnOnce() -> RasterPipeline,
 ) -> RasterPipeline {
-    of_engine(device, |compiled| &mut compiled.rasters, key, compile)
+    cached_or_compiled(device, |compiled| &mut compiled.rasters, key, compile)
 }
 
-fn of_engine<P: Handed>(
+fn cached_or_compiled<P: Handed>(
     device: &wgpu::Device,
     kept: impl Fn(&mut Compiled) -> &mut Kept<P>,
     key: impl FnOnce() -> PipelineKey,
@@ -235,20 +235,21 @@ fn of_engine<P: Handed>(
             requested.0.insert(key.clone());
         }
     });
-    if let Some(known) = kept(&mut engine.compiled()).get(&key) {
-        return known;
+    if let Some(cached) = kept(&mut engine.compiled()).get(&key) {
+        return cached;
     }
     let pipeline = compile();
     let mut compiled = engine.compiled();
     compiled.count.pipelines += 1;
     let dropped = kept(&mut compiled).insert(key, pipeline.clone());
     if !dropped.is_empty() {
-        // A shader goes with the last pipeline that is made of it.
+        // A shader is dropped with the last of its pipelines.
         let Compiled { shaders, kernels, rasters, .. } = &mut *compiled;
         let (of_kernels, of_rasters) = (kernels.shaders(), rasters.shaders());
-        let gone: HashSet<_> = dropped.iter().map(|key| key.shader.as_str()).collect();
-        let is_gone = |label: &str| gone.contains(label) && !of_kernels.contains(label) && !of_rasters.contains(label);
-        shaders.retain(|(_, label), _| !is_gone(label));
+        let dropped: HashSet<_> = dropped.iter().map(|key| key.shader.as_str()).collect();
+        let is_unused =
+            |label: &str| dropped.contains(label) && !of_kernels.contains(label) && !of_rasters.contains(label);
+        shaders.retain(|(_, label), _| !is_unused(label));
     }
     pipeline
 }

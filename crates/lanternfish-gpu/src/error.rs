@@ -1,27 +1,27 @@
 //! Errors of devices, shaders and buffers.
 
-/// Why the GPU cannot be used as asked. Messages name the thing and the remedy.
+/// An error of an adapter, a device or a shader. Messages name the object and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// There is no adapter at all.
+    /// There is no adapter.
     #[error(
         "no graphics adapter found: install a Vulkan driver (Debian, Ubuntu: `apt-get install mesa-vulkan-drivers \
          libvulkan1` gives a software one)"
     )]
     NoAdapter,
-    /// No adapter of that name.
+    /// No adapter has the requested name.
     #[error("no adapter called {name:?}; there are: {known}")]
     UnknownAdapter {
-        /// What was requested.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// Names of the available adapters.
         known: String,
     },
     /// A graphics card was requested, and there is none.
     #[error("no graphics card found; there are: {known}")]
     NoHardware {
-        /// What there is.
+        /// Names of the available adapters.
         known: String,
     },
     /// The adapter refused to open a device.
@@ -32,7 +32,7 @@ pub enum GpuError {
         /// The driver's reason.
         source: wgpu::RequestDeviceError,
     },
-    /// A shader does not link or validate.
+    /// A shader fails to link or to validate.
     #[error("shader {shader}: {what}")]
     Shader {
         /// The module that was linked.
@@ -40,49 +40,49 @@ pub enum GpuError {
         /// The linker's or validator's message, with source lines.
         what: String,
     },
-    /// More memory than the adapter can bind or hold.
+    /// A resource exceeds the adapter's limit for a binding or a buffer.
     #[error("{what}: {needed} bytes needed, the adapter's limit is {limit}")]
     TooLarge {
         /// The list or image.
         what: String,
-        /// Bytes it would need.
+        /// Required size, bytes.
         needed: u64,
         /// The adapter's limit, bytes.
         limit: u64,
     },
-    /// An image has more pixels a side than the adapter's textures.
+    /// An image is larger than the adapter's textures.
     #[error("texture {name:?} of {width} x {height} pixels: the adapter's limit is {limit} a side")]
     TextureSize {
         /// The image's name.
         name: String,
-        /// Pixels across.
+        /// Width, pixels.
         width: u32,
-        /// Pixels down.
+        /// Height, pixels.
         height: u32,
-        /// The adapter's largest texture side.
+        /// The adapter's maximum texture size per side, pixels.
         limit: u32,
     },
-    /// The device ran out of memory, or does not allow what was asked.
+    /// The device ran out of memory, or rejected a command.
     #[error("{what}: the device refused: {source}; try a smaller image or scene")]
     Refused {
-        /// What was being done.
+        /// The operation.
         what: String,
         /// wgpu's reason.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The device is gone, and all that was on it.
+    /// The device is lost, with all its resources.
     #[error("the device is lost: open it again, make the renderer again, and upload its scenes")]
     Lost,
-    /// A frame in the caller's commands cannot be handed to the device before it is finished.
-    #[error("{what}: read by the host in the middle of a frame, where frames may not wait")]
+    /// A frame in the caller's encoder needed a readback before it was finished, which it cannot wait for.
+    #[error("{what}: readback in the middle of a frame that must not wait")]
     Waits {
-        /// What is read.
+        /// The resource to be read.
         what: &'static str,
     },
-    /// The device stopped answering.
-    #[error("{what}: the device was lost or refused to be read: {source}")]
+    /// A readback failed.
+    #[error("{what}: readback failed, or the device was lost: {source}")]
     ReadBack {
-        /// What was read.
+        /// The resource to be read.
         what: String,
         /// wgpu's reason.
         source: Box<dyn std::error::Error + Send + Sync>,

@@ -1,4 +1,4 @@
-//! The commands of a frame, each dispatch and each render pass timed under its label.
+//! Records the commands of a frame, and times each dispatch and render pass under its label.
 
 mod profiler;
 
@@ -10,27 +10,27 @@ use crate::{
     pool::Use,
 };
 
-/// One frame's commands while they are recorded.
+/// A frame whose commands are being recorded.
 #[derive(Debug)]
 pub struct Frame<'a> {
     /// Device that the frame runs on.
     pub device: &'a wgpu::Device,
-    /// Queue that the frame is submitted to; what is written with it arrives before the frame runs.
+    /// Queue that the frame is submitted to. Writes through it arrive before the frame runs.
     pub queue: &'a wgpu::Queue,
     encoder: Commands<'a>,
-    /// The compute pass in hand, which the next dispatch shares.
+    /// The open compute pass, which the next dispatch shares.
     pass: Option<wgpu::ComputePass<'static>>,
     profiler: &'a mut Profiler,
     pub(crate) pool: FramePool<'a>,
     number: u64,
 }
 
-/// What a frame records into.
+/// Command encoder that a frame records into.
 #[derive(Debug)]
 enum Commands<'a> {
-    /// Commands of its own, which it hands to the device.
+    /// Its own encoder, which the frame submits.
     Own(wgpu::CommandEncoder),
-    /// Those of the caller, who does.
+    /// The caller's encoder, which the caller submits.
     Callers(&'a mut wgpu::CommandEncoder),
 }
 
@@ -54,12 +54,12 @@ impl std::ops::DerefMut for Commands<'_> {
     }
 }
 
-/// Where a frame's buffers, textures and bind groups come from.
+/// Source of a frame's buffers, textures and bind groups.
 #[derive(Debug)]
 pub(crate) enum FramePool<'a> {
-    /// A pool that this frame alone uses.
+    /// A pool of this frame alone.
     Own(Box<Pool>),
-    /// A pool that frames before and after this one use too.
+    /// A pool shared with earlier and later frames.
     Shared(&'a mut Pool),
 }
 
@@ -84,12 +84,12 @@ impl std::ops::DerefMut for FramePool<'_> {
 }
 
 impl<'a> Frame<'a> {
-    /// An empty frame that makes what it needs.
+    /// An empty frame that creates its own resources.
     pub fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, profiler: &'a mut Profiler) -> Self {
         Self::with(device, queue, profiler, FramePool::Own(Box::new(Pool::new(device))), own_commands(device))
     }
 
-    /// An empty frame that uses again what earlier frames of the pool have used: what those got from it is the new frame's.
+    /// An empty frame that reuses the resources of earlier frames of the pool. Earlier frames of the pool must not use them any more.
     pub fn pooled(
         device: &'a wgpu::Device,
         queue: &'a wgpu::Queue,
@@ -99,8 +99,9 @@ impl<'a> Frame<'a> {
         Self::with(device, queue, profiler, FramePool::Shared(pool), own_commands(device))
     }
 
-    /// The same in the caller's commands, which are handed to the device before the next frame of the pool begins: what the host writes for
-    /// a frame arrives with the next submission. It ends with [`Self::finish`], and the host can read nothing in the middle of it.
+    /// Like [`Self::pooled`], but records into the caller's encoder. The caller must submit it before the next frame of the pool begins,
+    /// because host writes of a frame arrive with the next submission. Such a frame ends with [`Self::finish`], and the host cannot read
+    /// back in the middle of it.
     pub fn within(
         device: &'a wgpu::Device,
         queue: &'a wgpu::Queue,
@@ -125,61 +126,61 @@ impl<'a> Frame<'a> {
         Self { device, queue, encoder, pass: None, profiler, pool, number }
     }
 
-    /// A number that no other frame has.
+    /// The frame's unique number.
     pub fn number(&self) -> u64 {
         self.number
     }
 
-    /// A storage buffer of at least `bytes` with undefined content: for what is written before it is read. It may be longer than asked
-    /// for. An error when one binding of the device holds less.
+    /// A storage buffer of at least `bytes` with undefined content, which must be written before it is read. It may be longer than
+    /// requested. Fails if `bytes` exceeds the device's limit for a binding.
     pub fn scratch(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.pool.buffers.get(Use::Scratch, label, bytes)
     }
 
-    /// A storage buffer of at least `bytes` that is all zero at first; otherwise as [`Self::scratch`].
+    /// Like [`Self::scratch`], but filled with zeros at first.
     pub fn zeroed(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.pool.buffers.get(Use::Zeroed, label, bytes)
     }
 
-    /// A storage buffer of at least three u32 with undefined content, from which [`Self::dispatch_indirect`] can read.
+    /// A storage buffer of at least three u32 with undefined content, usable by [`Self::dispatch_indirect`].
     pub fn indirect(&mut self, label: &str) -> Result<wgpu::Buffer, GpuError> {
         self.pool.buffers.get(Use::Indirect, label, 16)
     }
 
-    /// A storage buffer that begins with this content when the commands run. It may be longer than the content.
+    /// A storage buffer that starts with this content when the commands run. It may be longer than the content.
     pub fn storage_of<T: bytemuck::NoUninit>(&mut self, label: &str, content: &[T]) -> Result<wgpu::Buffer, GpuError> {
         let buffer = self.scratch(label, size_of_val(content) as u64)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(content));
         Ok(buffer)
     }
 
-    /// A uniform with this content, when the commands run.
+    /// A uniform that has this content when the commands run.
     pub fn uniform<T: bytemuck::NoUninit>(&mut self, content: &T) -> BufferPart {
         self.pool.uniforms.get(bytemuck::bytes_of(content))
     }
 
-    /// A view of a whole texture, whose content is undefined at first.
+    /// A view of all levels and layers of a texture whose content is undefined at first.
     pub fn texture(&mut self, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
         self.pool.textures.get(self.device, wanted)
     }
 
-    /// Lets go of all that bind groups of earlier frames hold, for one that is about to take much memory.
+    /// Drops all cached bind groups and their references to resources, so that memory is free before a large allocation.
     pub fn forget_bind_groups(&mut self) {
         self.pool.forget_bind_groups();
     }
 
-    /// The commands so far, for copies and clears between passes.
+    /// The command encoder, for copies and clears between passes.
     pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
         self.pass = None;
         &mut self.encoder
     }
 
-    /// Adds a dispatch. It sees what all before it have written.
+    /// Adds a dispatch. It sees all earlier writes.
     pub fn dispatch(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: [u32; 3]) {
         self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::Are(workgroups)));
     }
 
-    /// Adds a dispatch whose number of workgroups, three u32, is read from a buffer that allows it ([`Self::indirect`]).
+    /// Adds a dispatch whose number of workgroups, three u32, is read from a buffer with indirect usage ([`Self::indirect`]).
     pub fn dispatch_indirect(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: &wgpu::Buffer) {
         self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::In(workgroups)));
     }
@@ -230,9 +231,9 @@ impl<'a> Frame<'a> {
         self.profiler.inner.end_query(&mut *self.encoder, query);
     }
 
-    /// Hands the commands so far to the device, waits for them, and reads the first `count` elements of a buffer.
+    /// Submits the commands so far, waits for them, and reads the first `count` elements of a buffer.
     ///
-    /// Passes before and after this call are timed as one frame.
+    /// Passes before and after this call are timed as one frame. Fails in a frame that records into the caller's encoder.
     pub fn read_now<T: bytemuck::Pod>(&mut self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
         if let Commands::Callers(_) = self.encoder {
             return Err(GpuError::Waits { what: "a buffer" });
@@ -244,7 +245,7 @@ impl<'a> Frame<'a> {
         let fresh = own_commands(self.device);
         self.pass = None;
         let recorded = std::mem::replace(&mut self.encoder, fresh);
-        let Commands::Own(recorded) = recorded else { unreachable!("asked above") };
+        let Commands::Own(recorded) = recorded else { unreachable!("checked above") };
         self.pool.submitting(self.queue);
         self.queue.submit([recorded.finish()]);
         self.pool.waits += 1;
@@ -253,7 +254,7 @@ impl<'a> Frame<'a> {
         read
     }
 
-    /// Hands the commands to the device; those of the caller are left to him ([`Self::finish`]).
+    /// Submits the commands. Does not submit a caller's encoder (see [`Self::finish`]).
     pub fn submit(mut self) {
         self.close();
         let Self { queue, encoder, profiler, mut pool, number, .. } = self;
@@ -263,7 +264,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Ends a frame in the caller's commands, and gives its number: [`submitted`] is told it once they are handed to the device.
+    /// Ends a frame in the caller's encoder and returns its number, which the caller passes to [`submitted`] after submitting.
     pub fn finish(mut self) -> u64 {
         self.close();
         self.number
@@ -277,16 +278,16 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Says that the caller's commands, in which the frame of this number is, were handed to the device.
+/// Notes that the caller submitted the encoder that holds the frame of this number.
 pub fn submitted(frame: u64, profiler: &mut Profiler, pool: &mut Pool) {
     pool.capacity_policy.submitted();
     profiler.submitted(frame);
 }
 
-/// Says that the commands of the last frame will never be handed to the device.
+/// Notes that the commands of the last frame will never be submitted.
 pub fn discarded(device: &wgpu::Device, queue: &wgpu::Queue, profiler: &mut Profiler, pool: &mut Pool) {
     pool.capacity_policy.discarded();
-    // Its queries are among those that are closed and were never resolved.
+    // The profiler still holds the frame's closed queries, which will never be resolved.
     profiler.renew(device, queue);
 }
 
@@ -299,19 +300,19 @@ mod tests {
     use super::*;
     use crate::{primitives::Scan, read_back, storage_buffer_of, testing};
 
-    /// Whether or not dispatches that share a pass can be timed, each sees what those before it wrote; and each is timed where any is.
+    /// With and without timestamps inside passes, a dispatch sees all earlier writes; and either all dispatches are timed or none.
     #[test]
-    fn gpu_dispatches_share_a_pass_where_they_can_be_timed_in_it() {
-        let Some(gpu) = testing::gpu("gpu_dispatches_share_a_pass_where_they_can_be_timed_in_it") else { return };
+    fn gpu_dispatches_share_a_pass_unless_that_prevents_timing() {
+        let Some(gpu) = testing::gpu("gpu_dispatches_share_a_pass_unless_that_prevents_timing") else { return };
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
         let adapter = adapters.iter().find(|adapter| adapter.get_info().name == gpu.description.name);
-        let adapter = adapter.expect("it is open already");
+        let adapter = adapter.expect("it was opened before");
         let timestamps = wgpu::Features::TIMESTAMP_QUERY;
         let inside = timestamps.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
         for required_features in [wgpu::Features::empty(), timestamps, inside] {
             if !adapter.features().contains(required_features) {
-                println!("this adapter has no {required_features:?}");
+                println!("the adapter lacks {required_features:?}");
                 continue;
             }
             let descriptor = wgpu::DeviceDescriptor { required_features, ..Default::default() };
@@ -329,8 +330,8 @@ mod tests {
             let (passes, times) = (profiler.compute_passes(), profiler.finished());
             println!("{required_features:?}: {passes} passes, {} times", times.len());
             let dispatches = 3;
-            let fractions = required_features != timestamps;
-            assert_eq!(passes, if fractions { 1 } else { dispatches }, "{required_features:?}");
+            let is_shared = required_features != timestamps;
+            assert_eq!(passes, if is_shared { 1 } else { dispatches }, "{required_features:?}");
             let timed = if required_features.is_empty() { 0 } else { dispatches as usize };
             assert_eq!(times.len(), timed, "{required_features:?}: {times:?}");
         }

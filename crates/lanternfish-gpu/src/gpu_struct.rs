@@ -7,27 +7,27 @@ use crate::{LinkedShader, shader::item_name};
 /// A field of a [`GpuStruct`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
-    /// Its name, the same on both sides.
+    /// Its name, in Rust and WGSL.
     pub name: &'static str,
-    /// Bytes from the start of the struct.
+    /// Offset in the struct, bytes.
     pub offset: usize,
-    /// Bytes it takes.
+    /// Size, bytes.
     pub size: usize,
-    /// What WGSL calls its type.
+    /// The name of its type in WGSL.
     pub wgsl: &'static str,
 }
 
-/// A struct with the layout that WGSL gives it; declared with [`gpu_struct!`](crate::gpu_struct!).
+/// A struct with the same layout in Rust and WGSL; declared with [`gpu_struct!`](crate::gpu_struct!).
 pub trait GpuStruct: bytemuck::Pod {
-    /// The struct's name, the same on both sides.
+    /// The struct's name, in Rust and WGSL.
     const NAME: &'static str;
     /// Its fields, without padding.
     const FIELDS: &'static [Field];
 }
 
-/// A Rust type that WGSL has too.
+/// A Rust type with an equivalent in WGSL.
 pub trait WgslType {
-    /// WGSL's name for it.
+    /// Name of the type in WGSL.
     const WGSL: &'static str;
 }
 
@@ -42,8 +42,8 @@ wgsl_types! {
     [glam::Vec4; 3] = "array<vec4<f32>, 3>", [glam::Vec4; 9] = "array<vec4<f32>, 9>", [glam::UVec4; 9] = "array<vec4<u32>, 9>",
 }
 
-/// Declares a struct that shaders read too. Fields must leave no hole: pad by name (`_pad`, left out of the check's
-/// names but not of its size).
+/// Declares a struct that shaders read too. Fields must leave no gaps: add explicit padding fields whose names start with `_pad`. The
+/// layout check skips their names but includes their size.
 ///
 /// ```
 /// lanternfish_gpu::gpu_struct! {
@@ -78,8 +78,8 @@ macro_rules! gpu_struct {
     };
 }
 
-/// Declares constants that shaders read too: numbers of types that WGSL has (`usize` is its `u32`), a line each, written as both languages
-/// write them.
+/// Declares constants that shaders read too. They must be numbers of types that WGSL has (`usize` maps to `u32`), one per line, in syntax
+/// that is valid in both languages.
 ///
 /// ```
 /// lanternfish_gpu::gpu_constants! {
@@ -93,7 +93,7 @@ macro_rules! gpu_constants {
     ($($constants:item)+) => { $($constants)+ };
 }
 
-/// Host and shader disagree about a struct.
+/// The layouts of a struct in Rust and in a shader differ.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{name} in {shader}: host has {host}, shader has {shader_has}")]
 pub struct LayoutError {
@@ -103,17 +103,17 @@ pub struct LayoutError {
     shader_has: String,
 }
 
-/// A [`GpuStruct`] as one of a list: its name, and what compares it with a shader's.
+/// A list entry for a [`GpuStruct`]: its name and its layout check.
 #[derive(Clone, Copy, Debug)]
 pub struct SharedStruct {
-    /// The struct's name, the same on both sides.
+    /// The struct's name, in Rust and WGSL.
     pub name: &'static str,
-    /// [`check_layout`] of it.
+    /// [`check_layout`] for the struct.
     pub check: fn(&LinkedShader) -> Result<(), LayoutError>,
 }
 
 impl SharedStruct {
-    /// The entry of `T`.
+    /// The entry for `T`.
     pub const fn of<T: GpuStruct>() -> Self {
         Self { name: T::NAME, check: check_layout::<T> }
     }
@@ -125,14 +125,14 @@ pub fn check_layout<T: GpuStruct>(shader: &LinkedShader) -> Result<(), LayoutErr
         Err(LayoutError { name: T::NAME.to_owned(), shader: shader.label.clone(), host, shader_has })
     };
     let types = &shader.module.types;
-    let found = types.iter().find(|(_, ty)| ty.name.as_deref().map(item_name) == Some(T::NAME));
-    let Some((handle, ty)) = found else {
+    let item = types.iter().find(|(_, ty)| ty.name.as_deref().map(item_name) == Some(T::NAME));
+    let Some((handle, ty)) = item else {
         return fail("it".to_owned(), "no such struct".to_owned());
     };
     let TypeInner::Struct { members, span } = &ty.inner else {
         return fail("a struct".to_owned(), format!("{:?}", ty.inner));
     };
-    // A struct's size is rounded up to its alignment; the array stride is what matters to both sides.
+    // The array stride is compared, because it includes the padding up to the alignment.
     let mut layouter = naga::proc::Layouter::default();
     layouter.update(shader.module.to_ctx()).expect("the shader is valid");
     let stride = layouter[handle].to_stride();
@@ -181,11 +181,11 @@ mod tests {
     use crate::ShaderLibrary;
 
     crate::gpu_struct! {
-        /// For the test.
+        /// A sphere.
         pub struct Sphere {
-            /// m.
+            /// Centre, m.
             center: glam::Vec3,
-            /// m.
+            /// Radius, m.
             radius: f32,
         }
     }
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_layouts_pass_and_every_difference_is_found() {
+    fn equal_layouts_pass_and_every_difference_is_detected() {
         assert_eq!(check_layout::<Sphere>(&linked("center: vec3f, radius: f32")), Ok(()));
         for wrong in [
             "radius: f32, center: vec3f",
@@ -209,7 +209,7 @@ mod tests {
             "center: vec3f, radius: f32, more: f32",
             "center: vec4f",
         ] {
-            assert!(check_layout::<Sphere>(&linked(wrong)).is_err(), "blind to {wrong}");
+            assert!(check_layout::<Sphere>(&linked(wrong)).is_err(), "undetected: {wrong}");
         }
     }
 }

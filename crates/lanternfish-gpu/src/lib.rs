@@ -1,14 +1,14 @@
-//! Thin over wgpu: what every technique needs and none should write again.
+//! A thin layer over wgpu that all techniques share.
 //!
 //! - [`Gpu`]: an adapter and its device, opened with the features the renderer can use.
 //! - [`ShaderLibrary`]: WESL sources, linked, validated and reflected.
-//! - [`gpu_struct!`]: a struct both sides share, its layout checked against the shader's.
+//! - [`gpu_struct!`]: a struct that host and shader share, its layout checked against the shader's.
 //! - [`ComputeKernel`], [`RasterPipeline`]: pipelines whose resources are bound by name ([`Bindings`]).
-//! - [`Engine`]: what has been compiled for a device, so that it is compiled once.
-//! - [`Frame`]: the commands of a frame, timed pass by pass; what it needs for them it takes from a [`Pool`].
-//! - Scans and other parallel building blocks, in [`primitives`].
+//! - [`Engine`]: a cache of the shaders and pipelines compiled for a device.
+//! - [`Frame`]: records the commands of a frame and times each pass. Its transient resources come from a [`Pool`].
+//! - [`primitives`]: prefix sums and sorting.
 
-// `gpu_struct!` names the crate from outside, and is used inside too.
+// `gpu_struct!` expands to paths that name this crate, and this crate uses it too.
 extern crate self as lanternfish_gpu;
 
 mod adapter;

@@ -1,8 +1,8 @@
-//! Counts of what is made on devices, so that a test can say that a frame makes nothing.
+//! Counts of the objects created on devices, so that tests can check that a frame creates none.
 
 use std::cell::Cell;
 
-/// Number of things this crate has made for a thread so far.
+/// Numbers of device objects that this crate has created.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Made {
     /// Buffers.
@@ -11,7 +11,7 @@ pub struct Made {
     pub textures: u64,
     /// Bind groups.
     pub bind_groups: u64,
-    /// Pipelines, of compute and of drawing.
+    /// Compute and render pipelines.
     pub pipelines: u64,
 }
 
@@ -19,7 +19,7 @@ thread_local! {
     static MADE: Cell<Made> = const { Cell::new(Made { buffers: 0, textures: 0, bind_groups: 0, pipelines: 0 }) };
 }
 
-/// What the calling thread has made so far; tests that run at the same time in other threads are not counted.
+/// Numbers of objects created by the calling thread so far. Other threads, such as parallel tests, are not counted.
 pub fn made() -> Made {
     MADE.get()
 }

@@ -14,13 +14,13 @@ pub struct RasterState<'a> {
     pub vertex_buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
     /// Culling and winding.
     pub primitive: wgpu::PrimitiveState,
-    /// Depth test, if any.
+    /// Depth test, if there is one.
     pub depth: Option<wgpu::DepthStencilState>,
     /// Formats and blending of the colour attachments.
     pub targets: &'a [Option<wgpu::ColorTargetState>],
     /// Length of each binding array, by name.
     pub array_lengths: &'a [(&'a str, u32)],
-    /// Samples a pixel; 0 is 1.
+    /// Samples per pixel; 0 means 1.
     pub samples: u32,
 }
 
@@ -40,8 +40,8 @@ impl Handed for RasterPipeline {
 }
 
 impl RasterPipeline {
-    /// Compiles the entry points `vertex` and, where the shader has one, `fragment` of `shader`. Without it, only depth is
-    /// written. Within an [`Engine`](crate::Engine) that has compiled it before, it is that one's.
+    /// Compiles the entry points `vertex` and, if the shader has it, `fragment`. Without `fragment`, the pipeline writes only depth.
+    /// Within an [`Engine`](crate::Engine) that already holds it, returns that pipeline.
     pub fn new(
         device: &wgpu::Device,
         shader: &LinkedShader,
@@ -90,12 +90,12 @@ impl RasterPipeline {
         Self { label: label.to_owned(), pipeline, layouts, clones: Clones::default() }
     }
 
-    /// Makes it the pass's pipeline, without binding anything.
+    /// Sets the pass's pipeline, without binding resources.
     pub fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_pipeline(&self.pipeline);
     }
 
-    /// Binds every group below `group_limit` (the pipeline's own number of groups at most).
+    /// Binds all groups of the pipeline whose index is below `group_limit`.
     pub fn bind(
         &self,
         groups: &mut BindGroups,
@@ -108,7 +108,7 @@ impl RasterPipeline {
         }
     }
 
-    /// The bind group of one group, to set again and again. `None` when the pipeline has no such group.
+    /// The bind group of one group index, for repeated use. `None` if the pipeline has no such group.
     pub fn bind_group_if_used(
         &self,
         groups: &mut BindGroups,

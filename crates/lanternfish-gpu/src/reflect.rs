@@ -1,17 +1,17 @@
-//! Bind group layouts read from the shader, so that no binding is written down twice.
+//! Bind group layouts, reflected from the shader: bindings are declared only there.
 
 use naga::{AddressSpace, GlobalVariable, Handle, ImageClass, ImageDimension, ScalarKind, StorageAccess, TypeInner};
 
 use crate::{LinkedShader, shader::item_name};
 
-/// The resources a pipeline uses, by group.
+/// Layouts of the resources that a pipeline uses, by group.
 #[derive(Clone, Debug)]
 pub(crate) struct Layouts {
-    /// One a group from 0 up to the highest in use; empty groups between have an empty layout.
+    /// One layout per group, from 0 to the highest group in use. Unused groups have an empty layout.
     pub groups: Vec<wgpu::BindGroupLayout>,
     /// Name and binding number of every resource, by group.
     pub names: Vec<Vec<(String, u32)>>,
-    /// All of them.
+    /// The pipeline layout of all groups.
     pub pipeline: wgpu::PipelineLayout,
 }
 
@@ -22,7 +22,7 @@ pub(crate) fn layouts(
     entries: &[&str],
     array_lengths: &[(&str, u32)],
 ) -> Layouts {
-    let mut found: Vec<(u32, String, wgpu::BindGroupLayoutEntry)> = Vec::new();
+    let mut resources: Vec<(u32, String, wgpu::BindGroupLayoutEntry)> = Vec::new();
     for entry in entries {
         let index = shader.entry_index(entry);
         let stage = match shader.module.entry_points[index].stage {
@@ -36,23 +36,23 @@ pub(crate) fn layouts(
                 continue;
             }
             let name = item_name(variable.name.as_deref().unwrap_or_default());
-            if let Some((_, _, known)) =
-                found.iter_mut().find(|(group, _, e)| *group == binding.group && e.binding == binding.binding)
+            if let Some((_, _, same)) =
+                resources.iter_mut().find(|(group, _, e)| *group == binding.group && e.binding == binding.binding)
             {
-                known.visibility |= stage;
+                same.visibility |= stage;
                 continue;
             }
             let (ty, count) = binding_type(shader, handle, name, array_lengths);
             let layout_entry = wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility: stage, ty, count };
-            found.push((binding.group, name.to_owned(), layout_entry));
+            resources.push((binding.group, name.to_owned(), layout_entry));
         }
     }
 
-    let group_count = found.iter().map(|(group, ..)| group + 1).max().unwrap_or(0);
+    let group_count = resources.iter().map(|(group, ..)| group + 1).max().unwrap_or(0);
     let mut groups = Vec::new();
     let mut names = Vec::new();
     for group in 0..group_count {
-        let members: Vec<_> = found.iter().filter(|(g, ..)| *g == group).collect();
+        let members: Vec<_> = resources.iter().filter(|(g, ..)| *g == group).collect();
         let entries: Vec<_> = members.iter().map(|(_, _, entry)| *entry).collect();
         groups.push(device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some(&shader.label),
@@ -95,14 +95,13 @@ fn binding_type(
     }
 }
 
-/// Whether any entry point reads the texture through a sampler; where none does, it may be of a format that cannot be
-/// filtered.
+/// True if any entry point reads the texture through a sampler. If none does, its format need not be filterable.
 fn is_sampled(shader: &LinkedShader, texture: Handle<GlobalVariable>) -> bool {
     let uses = |entry| shader.info.get_entry_point(entry).sampling_set.iter().any(|key| key.image == texture);
     (0..shader.module.entry_points.len()).any(uses)
 }
 
-/// Formats that every adapter can write from shaders, and that some shader does.
+/// The storage texture formats in use; every adapter can write them.
 fn storage_format(format: naga::StorageFormat) -> Option<wgpu::TextureFormat> {
     match format {
         naga::StorageFormat::R32Uint => Some(wgpu::TextureFormat::R32Uint),

@@ -1,4 +1,4 @@
-//! WESL sources: linked into WGSL, validated and reflected without a GPU.
+//! Linking of WESL sources into WGSL, validation and reflection, without a GPU.
 
 use std::{
     borrow::Cow,
@@ -22,15 +22,15 @@ use crate::{
     engine,
 };
 
-/// A choice that a shader makes when it is linked: the name of an `@if`, or a module in the place of a `package::chosen::…`. A constant
-/// where what it means is declared.
+/// A choice at link time: enables an `@if`, and may also select the module that `package::chosen::…` stands for. Declare features as
+/// constants next to the code that they select.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Feature {
     name: &'static str,
     chosen: Option<Chosen>,
 }
 
-/// A module that a shader imports by the name of what it is for.
+/// A module that a shader imports by its purpose.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 struct Chosen {
     purpose: &'static str,
@@ -38,7 +38,8 @@ struct Chosen {
     package: Package,
 }
 
-/// Another package, known by where it lies: it is a static. (Where its list of files lies does not say: constants may have copies.)
+/// Another package, compared by its address, which is unique because it is a static. The address of its list of files is not unique,
+/// because constants may be copied.
 #[derive(Clone, Copy)]
 struct Package(Option<&'static ShaderLibrary>);
 
@@ -75,13 +76,13 @@ impl Hash for Package {
 }
 
 impl Feature {
-    /// The name of an `@if`.
+    /// A feature that enables the `@if` of this name.
     pub const fn new(name: &'static str) -> Self {
         Self { name, chosen: None }
     }
 
-    /// The same, and what a shader imports from `package::chosen::PURPOSE` is that of `module` (a path, as `"tiled/cell"`). `package`: the
-    /// static that the module lies in, where it is not in the shader's own package.
+    /// A feature that enables the `@if` of this name and makes imports from `package::chosen::PURPOSE` refer to `module` (a path, e.g.
+    /// `"tiled/cell"`). `package` is the static with the module, if that is not the shader's own package.
     pub const fn choosing(
         name: &'static str,
         purpose: &'static str,
@@ -91,7 +92,7 @@ impl Feature {
         Self { name, chosen: Some(Chosen { purpose, module, package: Package(package) }) }
     }
 
-    /// True if it chooses a module.
+    /// True if it selects a module.
     pub const fn is_choice(self) -> bool {
         self.chosen.is_some()
     }
@@ -108,7 +109,7 @@ impl fmt::Debug for Feature {
     }
 }
 
-/// One WESL file: its module path below the package (`"light_culling/tiled/assign"`), and its text.
+/// One WESL file: its module path within the package (e.g. `"light_culling/tiled/assign"`), and its text.
 pub type ShaderSource = (&'static str, &'static str);
 
 /// The WESL package of a crate.
@@ -118,16 +119,16 @@ pub struct ShaderLibrary {
     sources: &'static [ShaderSource],
 }
 
-/// A module with everything it imports, as WGSL that naga accepts.
+/// A module with all its imports, linked to WGSL and validated.
 #[derive(Debug)]
 pub struct LinkedShader {
-    /// The root module's path and the features that were on, e.g. `shading/forward+binding_arrays`.
+    /// The root module's path and the enabled features, e.g. `shading/forward+binding_arrays`.
     pub label: String,
     /// The linked WGSL.
     pub source: String,
-    /// naga's view of it.
+    /// The parsed module.
     pub module: naga::Module,
-    /// What each entry point uses.
+    /// Validation results, such as the resources that each entry point uses.
     pub info: ModuleInfo,
 }
 
@@ -137,7 +138,7 @@ impl ShaderLibrary {
         Self { base: None, sources }
     }
 
-    /// A package of these files, which may import those of another one as if they were of one package: `package::view::view`.
+    /// A package of these files, which may import files of `base` as if both were one package: `package::view::view`.
     pub const fn extending(base: &'static ShaderLibrary, sources: &'static [ShaderSource]) -> Self {
         Self { base: Some(base), sources }
     }
@@ -147,36 +148,36 @@ impl ShaderLibrary {
         self.sources
     }
 
-    /// A number that no other library has: where its list lies, so a library is a static.
+    /// A unique number of the library: the address of its list of files, so a library must be a static.
     pub(crate) fn number(&self) -> usize {
         self.sources.as_ptr().addr()
     }
 
-    /// Links `module` with its imports, these `@if` features on and all others off, numbers its bindings, and validates it. Within an
-    /// [`Engine`](crate::Engine) that has done so before, it is that one's.
+    /// Links `module` with its imports, enables exactly these features, numbers the bindings, and validates the result. Within an
+    /// [`Engine`](crate::Engine) that already holds it, returns that shader.
     pub fn link(&self, module: &str, features: &[Feature]) -> Result<Arc<LinkedShader>, GpuError> {
         let (libraries, label) =
             ([Some(self), self.base].map(|library| library.map(Self::number)), label(module, features));
         engine::linked(libraries, &label, |edited| self.link_edited(module, features, edited))
     }
 
-    /// The same with texts in the place of files of the package. An error, too, where the host could not run what it has become.
+    /// Like [`Self::link`], with edited texts in place of files of the package. Also fails if the host could not run the edited shader.
     pub(crate) fn link_edited(
         &self,
         module: &str,
         features: &[Feature],
         texts: &ShaderTexts,
     ) -> Result<LinkedShader, GpuError> {
-        let linked = self.link_again(module, features, texts)?;
+        let linked = self.link_uncached(module, features, texts)?;
         if !texts.is_empty() {
-            let known = self.link_again(module, features, &ShaderTexts::new())?;
+            let original = self.link_uncached(module, features, &ShaderTexts::new())?;
             let fail = |what| GpuError::Shader { shader: linked.label.clone(), what };
-            edited::check(&known, &linked).map_err(fail)?;
+            edited::check(&original, &linked).map_err(fail)?;
         }
         Ok(linked)
     }
 
-    fn link_again(&self, module: &str, features: &[Feature], texts: &ShaderTexts) -> Result<LinkedShader, GpuError> {
+    fn link_uncached(&self, module: &str, features: &[Feature], texts: &ShaderTexts) -> Result<LinkedShader, GpuError> {
         let label = label(module, features);
         let fail = |what: String| GpuError::Shader { shader: label.clone(), what };
 
@@ -208,7 +209,7 @@ impl ShaderLibrary {
     }
 }
 
-/// A file's text with the chosen modules in the place of what they are for.
+/// A file's text with `package::chosen::PURPOSE` replaced by the selected modules.
 fn with_chosen(text: &str, chosen: impl Iterator<Item = Chosen>) -> Cow<'_, str> {
     if !text.contains(CHOSEN) {
         return Cow::Borrowed(text);
@@ -219,7 +220,7 @@ fn with_chosen(text: &str, chosen: impl Iterator<Item = Chosen>) -> Cow<'_, str>
     Cow::Owned(replaced)
 }
 
-/// How imports of a module begin that a feature chooses.
+/// Prefix of imports whose module a feature selects.
 const CHOSEN: &str = "package::chosen::";
 
 fn label(module: &str, features: &[Feature]) -> String {
@@ -227,9 +228,11 @@ fn label(module: &str, features: &[Feature]) -> String {
 }
 
 impl LinkedShader {
-    /// The workgroup size of a compute entry point, as the shader's constants say.
+    /// The workgroup size of a compute entry point.
     ///
-    /// Panics when there is no such entry point: a bug.
+    /// # Panics
+    ///
+    /// If there is no such entry point, which is a bug of the caller.
     pub fn workgroup_size(&self, entry: &str) -> [u32; 3] {
         self.module.entry_points[self.entry_index(entry)].workgroup_size
     }
@@ -256,13 +259,13 @@ impl LinkedShader {
         locations
     }
 
-    /// Index of an entry point in naga's list.
+    /// Index of an entry point in [`Self::module`]. Panics if there is none of this name.
     pub(crate) fn entry_index(&self, entry: &str) -> usize {
         let index = self.module.entry_points.iter().position(|e| e.name == entry);
         index.unwrap_or_else(|| panic!("{}: no entry point {entry}", self.label))
     }
 
-    /// wgpu's module of it.
+    /// Creates the wgpu shader module.
     pub(crate) fn create_module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
         device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(&self.label),
@@ -271,9 +274,9 @@ impl LinkedShader {
     }
 }
 
-/// Orders declarations by the files that they are of, and within a file as they stand there; the root's own come first. The linker takes
-/// the files of a root with several entry points in an order that is another one each time: the same shader would be another to whoever
-/// knows it by its text, the driver's cache among them.
+/// Sorts declarations by file, the root's first, and keeps the order within a file. The linker visits the files of a root with several entry
+/// points in random order. Without sorting, the linked text would differ from run to run, and caches keyed by the text (such as the
+/// driver's) would miss.
 fn put_in_order(linked: &mut TranslationUnit) {
     let file = |declaration: &Spanned<GlobalDeclaration>| {
         let name = declaration.ident().map(|ident| ident.to_string()).unwrap_or_default();
@@ -283,8 +286,8 @@ fn put_in_order(linked: &mut TranslationUnit) {
     linked.global_directives.sort_by_cached_key(ToString::to_string);
 }
 
-/// Gives every variable that has a group its `@binding`: from 0 up in each group, in the order of the linked declarations. An error
-/// where a shader writes a number itself: the host binds by name, and two numbers of different files might meet.
+/// Adds a `@binding` to every variable with a group: from 0 up in each group, in the order of the linked declarations. Fails if a shader
+/// declares a `@binding` itself: the host binds by name, and numbers of different files might collide.
 fn number_bindings(linked: &mut TranslationUnit) -> Result<(), String> {
     let mut next: BTreeMap<String, i64> = BTreeMap::new();
     for declaration in &mut linked.global_declarations {
@@ -310,7 +313,7 @@ fn number_bindings(linked: &mut TranslationUnit) -> Result<(), String> {
     Ok(())
 }
 
-/// What an item was called in its own file.
+/// An item's name in its own file, from its linked name.
 pub(crate) fn item_name(linked_name: &str) -> &str {
     linked_name.split("__").next().unwrap_or(linked_name)
 }
@@ -335,101 +338,101 @@ mod tests {
     static LIBRARY: ShaderLibrary = ShaderLibrary::new(&[
         ("common/math", "const PI = 3.14159;\nfn unused() -> f32 { return 1.0; }"),
         (
-            "room/kernel",
+            "technique/kernel",
             "import package::common::math::PI;\n@group(2) var<storage, read_write> out: array<f32>;\n\
              @if(double) const SCALE = 2.0;\n@else const SCALE = 1.0;\nconst SIZE = 64u;\n\
              @compute @workgroup_size(SIZE) fn main() { out[0] = SCALE * PI; }",
         ),
         (
-            "door/lists",
+            "common/lists",
             "@group(2) var<storage, read> lists: array<u32>;\n@group(1) var<storage, read> lights: array<u32>;",
         ),
         (
-            "room/bound",
-            "import package::door::lists::{lists, lights};\n@group(2) var<storage, read_write> out: array<u32>;\n\
+            "technique/bound",
+            "import package::common::lists::{lists, lights};\n@group(2) var<storage, read_write> out: array<u32>;\n\
              @compute @workgroup_size(1) fn main() { out[0] = lists[0] + lights[0]; }",
         ),
         (
-            "room/numbered",
+            "technique/numbered",
             "@group(2) @binding(0) var<storage, read_write> out: array<u32>;\n\
              @compute @workgroup_size(1) fn main() { out[0] = 1u; }",
         ),
         ("tools/hand", "fn by_hand() -> f32 { return 1.0; }"),
         ("tools/other", "fn other() -> f32 { return 2.0; }"),
         (
-            "room/both",
+            "technique/both",
             "import package::tools::hand::by_hand;\nimport package::tools::other::other;\n\
              @group(2) var<storage, read_write> out: array<f32>;\n\
              @compute @workgroup_size(1) fn one() { out[0] = by_hand(); }\n\
              @compute @workgroup_size(1) fn two() { out[0] = other(); }",
         ),
         (
-            "room/asking",
+            "technique/choosing",
             "import package::chosen::scale as chosen;\n@group(2) var<storage, read_write> out: array<f32>;\n\
                          @compute @workgroup_size(1) fn main() { out[0] = chosen::scale(); }",
         ),
         ("scales/one", "fn scale() -> f32 { return 1.0; }"),
-        ("room/broken", "@compute @workgroup_size(1) fn main() { let x: u32 = 1.0; }"),
+        ("technique/broken", "@compute @workgroup_size(1) fn main() { let x: u32 = 1.0; }"),
     ]);
 
     #[test]
     fn imports_features_and_stripping() {
-        let plain = LIBRARY.link("room/kernel", &[]).unwrap();
-        let double = LIBRARY.link("room/kernel", &[Feature::new("double")]).unwrap();
+        let plain = LIBRARY.link("technique/kernel", &[]).unwrap();
+        let double = LIBRARY.link("technique/kernel", &[Feature::new("double")]).unwrap();
         assert!(plain.source.contains("SCALE = 1.0") && double.source.contains("SCALE = 2.0"));
         assert!(!plain.source.contains("unused"));
         assert_eq!(plain.workgroup_size("main"), [64, 1, 1]);
-        assert_eq!(double.label, "room/kernel+double");
+        assert_eq!(double.label, "technique/kernel+double");
     }
 
     #[test]
     fn bindings_are_numbered_in_each_group_over_all_files() {
-        let linked = LIBRARY.link("room/bound", &[]).unwrap();
+        let linked = LIBRARY.link("technique/bound", &[]).unwrap();
         let mut numbers: Vec<_> = linked.module.global_variables.iter().filter_map(|(_, v)| v.binding).collect();
         numbers.sort_by_key(|b| (b.group, b.binding));
         let numbers: Vec<_> = numbers.iter().map(|b| (b.group, b.binding)).collect();
         assert_eq!(numbers, [(1, 0), (2, 0), (2, 1)], "{}", linked.source);
     }
 
-    /// Also one of another package, which may import from this one.
+    /// The module may be of another package, which may import from this one.
     #[test]
-    fn a_feature_chooses_a_module() {
+    fn a_feature_selects_a_module() {
         const OTHER: &[ShaderSource] =
             &[("other/pi", "import package::common::math::PI;\nfn scale() -> f32 { return PI; }")];
         static EXTENDED: ShaderLibrary = ShaderLibrary::extending(&LIBRARY, OTHER);
-        let of_base = EXTENDED.link("room/bound", &[]).unwrap();
+        let of_base = EXTENDED.link("technique/bound", &[]).unwrap();
         assert_eq!(
             of_base.source,
-            LIBRARY.link("room/bound", &[]).unwrap().source,
-            "a package has the files of its base"
+            LIBRARY.link("technique/bound", &[]).unwrap().source,
+            "a package contains the files of its base"
         );
         let own = Feature::choosing("one", "scale", "scales/one", None);
         let other = Feature::choosing("pi", "scale", "other/pi", Some(&EXTENDED));
-        let [own, other] = [own, other].map(|feature| LIBRARY.link("room/asking", &[feature]).unwrap());
+        let [own, other] = [own, other].map(|feature| LIBRARY.link("technique/choosing", &[feature]).unwrap());
         assert!(own.source.contains("return 1.0") && !own.source.contains("PI"), "{}", own.source);
         assert!(other.source.contains("return PI") && other.source.contains("3.14159"), "{}", other.source);
-        let error = LIBRARY.link("room/asking", &[]).unwrap_err().to_string();
+        let error = LIBRARY.link("technique/choosing", &[]).unwrap_err().to_string();
         assert!(error.contains("chosen"), "{error}");
     }
 
     #[test]
-    fn a_shader_is_the_same_text_each_time() {
-        let link = || LIBRARY.link("room/both", &[]).unwrap().source.clone();
+    fn the_linked_text_is_the_same_each_time() {
+        let link = || LIBRARY.link("technique/both", &[]).unwrap().source.clone();
         let first = link();
         assert!(first.find("fn by_hand").unwrap() < first.find("fn other").unwrap(), "{first}");
-        assert!((0..32).all(|_| link() == first), "another order");
+        assert!((0..32).all(|_| link() == first), "the order of declarations differs");
     }
 
     #[test]
-    fn a_binding_with_a_number_of_its_own_is_refused() {
-        let error = LIBRARY.link("room/numbered", &[]).unwrap_err().to_string();
+    fn an_explicit_binding_number_is_refused() {
+        let error = LIBRARY.link("technique/numbered", &[]).unwrap_err().to_string();
         assert!(error.contains("out") && error.contains("linker"), "{error}");
     }
 
     #[test]
-    fn a_shader_that_does_not_validate_is_an_error_that_names_it() {
-        let error = LIBRARY.link("room/broken", &[]).unwrap_err().to_string();
-        assert!(error.contains("room/broken") && error.contains("u32"), "{error}");
-        assert!(LIBRARY.link("room/missing", &[]).is_err());
+    fn a_validation_error_names_the_shader() {
+        let error = LIBRARY.link("technique/broken", &[]).unwrap_err().to_string();
+        assert!(error.contains("technique/broken") && error.contains("u32"), "{error}");
+        assert!(LIBRARY.link("technique/missing", &[]).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! For tests: the software adapter, a record of what had to be left out, and an interpreter of compute shaders.
+//! Test support: the software adapter, a record of skipped tests, and an interpreter of compute shaders.
 
 mod interpreter;
 mod memory;
@@ -11,8 +11,8 @@ use std::{
 pub use self::{interpreter::Order, memory::Memory};
 use crate::{AdapterChoice, Engine, Gpu, GpuError, is_same_device};
 
-/// The adapter for tests: a software one unless `LANTERNFISH_TEST_ADAPTER` names another (`auto` is the best there
-/// is, `gpu` the best that is not software). `None` when there is no adapter; the test is then left out and says so.
+/// The adapter for tests: a software one unless `LANTERNFISH_TEST_ADAPTER` names another (`auto`: the best one, `gpu`: the best one that is
+/// not software). `None` if there is no such adapter; the test must then return, and is recorded as left out.
 pub fn gpu(test: &str) -> Option<&'static Gpu> {
     static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
     let gpu = GPU.get_or_init(|| {
@@ -25,7 +25,7 @@ pub fn gpu(test: &str) -> Option<&'static Gpu> {
         match Gpu::open(&choice) {
             Ok(gpu) => Some(gpu),
             Err(GpuError::NoAdapter) => None,
-            // A graphics card alone.
+            // There are adapters, but no software one.
             Err(GpuError::UnknownAdapter { .. }) if choice == AdapterChoice::Cpu => None,
             Err(GpuError::NoHardware { .. }) => None,
             Err(error) => panic!("{error}"),
@@ -37,26 +37,26 @@ pub fn gpu(test: &str) -> Option<&'static Gpu> {
     gpu.as_ref()
 }
 
-/// What tests of this process have compiled for a device: on a software adapter they spend most of their time compiling, and those that render
-/// with several renderers would compile the same for each. Not for those that count what is compiled.
+/// The engine that all tests of this process share for a device. It avoids compiling the same shaders again for each renderer, which takes
+/// most of a test's time on a software adapter. Tests that count compilations must not use it.
 pub fn engine(gpu: &Gpu) -> Engine {
     static ENGINES: Mutex<Vec<Engine>> = Mutex::new(Vec::new());
     let mut engines = ENGINES.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(known) = engines.iter().find(|engine| is_same_device(&engine.device, &gpu.device)) {
-        return known.clone();
+    if let Some(shared) = engines.iter().find(|engine| is_same_device(&engine.device, &gpu.device)) {
+        return shared.clone();
     }
     let engine = Engine::new(&gpu.device, &gpu.queue);
     engines.push(engine.clone());
     engine
 }
 
-/// Says that a test is left out, on stderr and in the file that `LANTERNFISH_LEFT_OUT` names.
+/// Records that a test is left out, on stderr and in the file that `LANTERNFISH_LEFT_OUT` names.
 pub fn left_out(test: &str, reason: &str) {
     write_line(&format!("LEFT OUT: {test}: {reason}"));
 }
 
-/// A file of the shared scenes and references, looked for under `LANTERNFISH_SHARED` (default: `../shared` beside the
-/// checkout). `None` when it is not there; the test is then left out and says so.
+/// Path of a file of the shared scenes and references, in the folder `LANTERNFISH_SHARED` (default: `../shared` beside the
+/// checkout). `None` if it does not exist; the test must then return, and is recorded as left out.
 pub fn shared(test: &str, path: &str) -> Option<std::path::PathBuf> {
     let root = std::env::var_os("LANTERNFISH_SHARED").map_or_else(
         || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"),

@@ -1,8 +1,8 @@
-//! Rays a second of the path tracer's own walk, with its alpha tests, closed edges and padded boxes, beside a plain loop over
-//! single rays with obvhs: same scene, same rays, same threads, one run.
+//! Ray throughput of the path tracer's BVH traversal, with its alpha tests, watertight edges and padded boxes, against plain single-ray
+//! traversal with obvhs: same scene, same rays, same threads, one run.
 //!
-//! `cargo bench -p lanternfish-reference [-- SCENE]`; a scene file or demo:NAME, demo:atrium without one. Two kinds of rays: from a
-//! camera, and scattered from where those end. The share of rays on whose hit the two disagree is stated beside the speed.
+//! `cargo bench -p lanternfish-reference [-- SCENE]`: a scene file or demo:NAME; the default is demo:atrium. There are two kinds of rays:
+//! camera rays, and rays scattered from their hits. The table also states the fraction of rays whose hits differ.
 
 use std::time::{Duration, Instant};
 
@@ -17,9 +17,9 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-/// Rays of each kind.
+/// Number of rays of each kind.
 const RAYS: u64 = 1 << 19;
-/// Each loop is run this often; the best counts.
+/// Number of runs of each loop; the fastest counts.
 const RUNS: u32 = 5;
 
 type RayList = Vec<(Vec3A, Vec3A)>;
@@ -40,20 +40,20 @@ fn triangles(scene: &Scene) -> Vec<Triangle> {
 fn plain(tree: &CwBvh, triangles: &[Triangle], (origin, direction): (Vec3A, Vec3A)) -> Option<f32> {
     let ray = Ray::new_inf(origin, direction);
     let mut hit = RayHit::none();
-    let found = tree.ray_traverse(ray, &mut hit, |ray, i| triangles[i].intersect(ray));
-    found.then_some(hit.t)
+    let is_hit = tree.ray_traverse(ray, &mut hit, |ray, i| triangles[i].intersect(ray));
+    is_hit.then_some(hit.t)
 }
 
-/// Rays a second, and what each ray found.
+/// Rays per second, and the hit distance of each ray, m.
 fn time(rays: &RayList, trace: impl Fn((Vec3A, Vec3A)) -> Option<f32> + Sync) -> (f64, Vec<Option<f32>>) {
     let mut best = Duration::MAX;
-    let mut found = Vec::new();
+    let mut hits = Vec::new();
     for _ in 0..RUNS {
         let started = Instant::now();
-        found = rays.par_iter().map(|ray| trace(*ray)).collect();
+        hits = rays.par_iter().map(|ray| trace(*ray)).collect();
         best = best.min(started.elapsed());
     }
-    (rays.len() as f64 / best.as_secs_f64(), found)
+    (rays.len() as f64 / best.as_secs_f64(), hits)
 }
 
 fn direction(random: &mut Random) -> Vec3A {
@@ -95,16 +95,16 @@ fn main() {
         .collect();
 
     println!("{name}: {} triangles, {} threads, best of {RUNS} runs", all.len(), rayon::current_num_threads());
-    println!("| rays | ours, M/s | obvhs alone, M/s | ratio | other hit |");
+    println!("| rays | path tracer, M/s | obvhs alone, M/s | ratio | different hit |");
     println!("|---|---:|---:|---:|---:|");
     for (kind, rays) in [("camera", &from_camera), ("scattered", &scattered)] {
         let (plain_rate, expected) = time(rays, |ray| plain(&tree, &sorted, ray));
-        let (rate, found) = time(rays, |(origin, direction)| tracer.nearest(origin, direction));
+        let (rate, actual) = time(rays, |(origin, direction)| tracer.nearest(origin, direction));
         let same = |(a, b): &(&Option<f32>, &Option<f32>)| match (a, b) {
             (Some(a), Some(b)) => (a - b).abs() <= 1e-4 * a.abs().max(b.abs()),
             (a, b) => a == b,
         };
-        let other = found.iter().zip(&expected).filter(|pair| !same(pair)).count() as f64 / found.len() as f64;
+        let other = actual.iter().zip(&expected).filter(|pair| !same(pair)).count() as f64 / actual.len() as f64;
         println!(
             "| {kind} | {:.2} | {:.2} | {:.2} | {:.4} % |",
             rate / 1e6,
@@ -117,10 +117,10 @@ fn main() {
     let started = Instant::now();
     tracer.render(&camera, &mut film, 4);
     let rate = 4.0 * 256.0 * 256.0 / started.elapsed().as_secs_f64();
-    println!("whole paths, all bounces: {:.0} thousand a second, mean radiance {}", rate / 1e3, mean(&film));
+    println!("complete paths, all bounces: {:.0} thousand per second, mean radiance {} nits", rate / 1e3, mean(&film));
 }
 
-/// So that nothing of the work can be left out.
+/// Mean radiance, nits. Printing it keeps the compiler from removing the work.
 fn mean(film: &Film) -> Vec3 {
     film.mean().iter().map(|p| Vec3::from(*p)).sum::<Vec3>() / (256.0 * 256.0)
 }

@@ -1,67 +1,67 @@
-//! What a surface does with light: `materials/brdf.wesl` as plain Rust in double precision, and how it is sampled.
+//! BSDFs and their sampling. CPU reference of `materials/brdf.wesl` in double precision.
 //!
-//! Directions are unit and point away from the surface.
+//! Directions are unit vectors that point away from the surface.
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
-/// Below this a punctual light's highlight is smaller than any pixel. The shader's constant of this name.
+/// Minimum perceptual roughness: below it, a punctual light's highlight is smaller than a pixel. The shader's constant of the same name.
 pub const LEAST_ROUGHNESS: f64 = 0.03;
 
-/// Least cosine towards the viewer: interpolated normals may lean away from it.
+/// Minimum cosine between normal and view direction, because interpolated normals may face away from the viewer.
 const LEAST_COSINE: f64 = 1e-4;
 
-/// What a surface reflects and lets through [Elagabani2025, §2.7; glTF 2.0, app. B].
+/// Reflection and transmission parameters of a surface [Elagabani2025, §2.7; glTF 2.0, app. B].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reflector {
-    /// Diffuse albedo of what the surface lets in.
+    /// Diffuse albedo, applied to light that passes the specular layer.
     pub albedo: DVec3,
     /// Reflectance at normal incidence.
     pub f0: DVec3,
     /// Reflectance at grazing incidence.
     pub f90: f64,
-    /// The artist's roughness.
+    /// Perceptual roughness.
     pub perceptual_roughness: f64,
-    /// Share of what the surface lets in that passes instead of being scattered (`KHR_materials_transmission`).
+    /// Fraction of the light below the specular layer that is transmitted, not diffusely reflected (`KHR_materials_transmission`).
     pub transmission: f64,
-    /// What becomes of that share.
+    /// The kind of transmission.
     pub behind: Behind,
 }
 
-/// What lies behind a surface that lets light through.
+/// The kind of transmission of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Behind {
-    /// Thin and smooth: light that passes goes straight on. The path tracer lets rays through; the BSDF does not know it.
+    /// Thin and smooth: transmitted light continues straight. The path tracer passes rays through; the BSDF excludes this light.
     ThinDielectric,
-    /// Thin: light goes on as it came, spread by the surface's roughness.
+    /// Thin: transmitted light keeps its direction, blurred by the surface's roughness.
     Thin,
-    /// A body (`KHR_materials_volume`): light is refracted.
+    /// The boundary of a volume (`KHR_materials_volume`): light is refracted.
     Volume {
-        /// Index of refraction behind the surface over that before it: below one inside the body.
+        /// Ratio of the indices of refraction behind and in front of the surface: below one inside the volume.
         eta: f64,
     },
 }
 
-/// A surface that scatters light.
+/// A BSDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
-    /// Base colour as a diffuse albedo, and that is all.
+    /// Diffuse only, with the base colour as albedo.
     Lambert(DVec3),
     /// glTF's metallic-roughness model.
     MetallicRoughness(Reflector),
-    /// The same below a clear coat.
+    /// glTF's metallic-roughness model below a clear coat.
     Coated(Coat, Reflector),
 }
 
-/// A clear coat of index 1.5 over a surface (`KHR_materials_clearcoat`): a specular layer of its own.
+/// A clear coat with index of refraction 1.5 (`KHR_materials_clearcoat`): an additional specular layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coat {
-    /// How much of it there is, in 0..=1.
+    /// Weight, in 0..=1.
     pub weight: f64,
-    /// The artist's roughness.
+    /// Perceptual roughness.
     pub perceptual_roughness: f64,
-    /// Unit: as the shading normal, without a normal map.
+    /// Shading normal without the normal map, unit.
     pub normal: DVec3,
 }
 
@@ -77,32 +77,32 @@ impl Coat {
         }
     }
 
-    /// Share of what the surface below sends towards `wo` that it lets through.
+    /// Transmittance of the coat for light that the surface below scatters towards `wo`.
     pub fn fraction_below(&self, wo: DVec3) -> f64 {
         let layer = self.layer();
         let grazing = grazing_fraction(self.normal.dot(wo).max(LEAST_COSINE), layer.alpha());
         1.0 - self.weight * (1.0 - layer.lets_in(grazing).x)
     }
 
-    /// The BRDF times n·wi, 1/sr, of a surface that sends `below`, with its coat.
+    /// The BRDF times n·wi, 1/sr, of the coated surface. `below` is that of the surface without its coat.
     pub fn over(&self, wi: DVec3, wo: DVec3, below: DVec3) -> DVec3 {
         self.fraction_below(wo) * below + self.weight * self.layer().reflect_light(self.normal, wi, wo)
     }
 
-    /// Chance that a direction is chosen by the coat.
+    /// Probability of sampling the coat.
     fn chance(&self, wo: DVec3) -> f64 {
-        // As much as it mirrors, and a tenth where that is nearly nothing.
+        // Its reflectance, but at least 0.1.
         let weight = self.weight * self.layer().fresnel(self.normal.dot(wo).max(LEAST_COSINE)).x.max(0.1);
         weight / (1.0 + weight)
     }
 }
 
-/// A direction chosen for light to come from.
+/// A sampled direction of incidence.
 #[derive(Clone, Copy, Debug)]
 pub struct Scattered {
-    /// Where from.
+    /// Direction of incidence, unit.
     pub wi: DVec3,
-    /// BSDF times |n·wi| over the density.
+    /// BSDF times |n·wi|, divided by the density.
     pub weight: DVec3,
     /// Density over solid angle, 1/sr.
     pub pdf: f64,
@@ -118,7 +118,7 @@ impl Bsdf {
         }
     }
 
-    /// Chooses `wi` much as [`Bsdf::scatter`] weighs it. `None`: the light is lost.
+    /// Samples `wi` approximately in proportion to [`Bsdf::scatter`]. `None` if the sample has no contribution.
     pub fn sample(&self, n: DVec3, wo: DVec3, u: [f64; 3]) -> Option<Scattered> {
         let wi = match self {
             Self::Lambert(_) => cosine_direction(n, u[1], u[2]),
@@ -137,7 +137,7 @@ impl Bsdf {
         (pdf > 0.0 && weight.is_finite() && weight != DVec3::ZERO).then_some(Scattered { wi, weight, pdf })
     }
 
-    /// Density with which [`Bsdf::sample`] chooses `wi`, 1/sr.
+    /// Density of [`Bsdf::sample`] at `wi`, 1/sr.
     pub fn pdf(&self, n: DVec3, wi: DVec3, wo: DVec3) -> f64 {
         match self {
             Self::Lambert(_) => n.dot(wi).max(0.0) / PI,
@@ -150,7 +150,7 @@ impl Bsdf {
     }
 }
 
-/// GGX [Walter2007, eq. 33], with 1 − (n·h)² as |n × h|²: near the peak the difference would lose its digits.
+/// GGX [Walter2007, eq. 33], with |n × h|² in place of 1 − (n·h)², which would suffer from cancellation near the peak.
 pub fn normal_distribution(n: DVec3, h: DVec3, alpha: f64) -> f64 {
     let across = n.cross(h);
     let along = n.dot(h).max(0.0) * alpha;
@@ -158,19 +158,18 @@ pub fn normal_distribution(n: DVec3, h: DVec3, alpha: f64) -> f64 {
     k * k / PI
 }
 
-/// Smith's shadowing with Schlick's approximation, k = alpha / 2 to match GGX [Karis2013], over 4 (n·l) (n·v).
+/// Smith shadowing with Schlick's approximation, k = alpha / 2 to match GGX [Karis2013], divided by 4 (n·l) (n·v).
 fn visibility_term(n_dot_l: f64, n_dot_v: f64, alpha: f64) -> f64 {
     let k = 0.5 * alpha;
     0.25 / ((n_dot_l * (1.0 - k) + k) * (n_dot_v * (1.0 - k) + k))
 }
 
-/// Share of even light that a specular layer reflects at this cosine to the normal which reflects nothing at normal and
-/// everything at grazing incidence: a fit.
+/// Directional albedo, at this cosine to the normal, of a specular layer with reflectance 0 at normal and 1 at grazing incidence. A fit.
 pub fn grazing_fraction(cosine: f64, alpha: f64) -> f64 {
     (1.0 - cosine).max(0.0).powf(grazing_power(alpha)) / (1.0 + (20.0 + 32.0 * alpha) * alpha)
 }
 
-/// The mean of [`grazing_fraction`] over the hemisphere, by the cosine.
+/// Cosine-weighted mean of [`grazing_fraction`] over the hemisphere.
 fn mean_grazing_fraction(alpha: f64) -> f64 {
     let power = grazing_power(alpha);
     2.0 / ((power + 1.0) * (power + 2.0) * (1.0 + (20.0 + 32.0 * alpha) * alpha))
@@ -186,8 +185,8 @@ impl Reflector {
         self.perceptual_roughness.max(LEAST_ROUGHNESS).powi(2)
     }
 
-    /// Schlick's Fresnel term [Schlick1994, eq. 15]: inside a volume the angle is that of the light outside, and past the critical
-    /// angle everything is reflected.
+    /// Schlick's Fresnel term [Schlick1994, eq. 15]. Inside a volume it uses the angle of the refracted light outside, and is 1 beyond the
+    /// critical angle.
     pub fn fresnel(&self, v_dot_h: f64) -> DVec3 {
         let mut cosine = v_dot_h;
         if let Behind::Volume { eta } = self.behind
@@ -207,7 +206,7 @@ impl Reflector {
         if n.dot(wi) > 0.0 { self.reflect_light(n, wi, wo) } else { self.transmit_light(n, wi, wo) }
     }
 
-    /// The specular BRDF, 1/sr; without the cosine.
+    /// The specular BRDF without the cosine, 1/sr.
     pub fn specular(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
         let h = half_vector(n, wi, wo);
         let (n_dot_l, n_dot_v) = (n.dot(wi), n.dot(wo).max(LEAST_COSINE));
@@ -215,16 +214,16 @@ impl Reflector {
             * (normal_distribution(n, h, self.alpha()) * visibility_term(n_dot_l, n_dot_v, self.alpha()))
     }
 
-    /// Share of even light that the specular layer lets in at an angle of this [`grazing_fraction`].
+    /// Transmittance of the specular layer under uniform illumination, at an angle with this [`grazing_fraction`].
     pub fn lets_in(&self, grazing: f64) -> DVec3 {
-        // What would be reflected if everything were, at every angle: no less than it is.
+        // Directional albedo for a reflectance of 1 at all angles: an upper bound.
         let all = 1.0 - 0.39 * self.alpha() * self.alpha();
         1.0 - self.f0 * all - (self.f90 - self.f0) * grazing
     }
 
-    /// The diffuse BRDF, 1/sr: what the specular layer lets in and out again `[Kelemen2001]`, and transmission leaves.
+    /// The diffuse BRDF, 1/sr, of light that enters and leaves through the specular layer `[Kelemen2001]` and is not transmitted.
     ///
-    /// With even light from all sides, it sends towards `wo` what the specular layer does not.
+    /// Under uniform illumination, a white surface scatters towards `wo` the light that the specular layer does not.
     pub fn diffuse(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
         let [at_light, at_viewer] =
             [n.dot(wi), n.dot(wo).max(LEAST_COSINE)].map(|cosine| self.lets_in(grazing_fraction(cosine, self.alpha())));
@@ -237,10 +236,10 @@ impl Reflector {
         if n.dot(wi) <= 0.0 { DVec3::ZERO } else { (self.specular(n, wi, wo) + self.diffuse(n, wi, wo)) * n.dot(wi) }
     }
 
-    /// The transmitting part times |n·wi|, 1/sr, for light from behind.
+    /// The BTDF times |n·wi|, 1/sr, for light from behind.
     ///
-    /// Thin: the specular lobe mirrored through the surface, tinted (glTF's `specular_btdf`). A volume: microfacets that
-    /// refract [Walter2007, eq. 21].
+    /// For thin surfaces, the tinted specular lobe, mirrored through the surface (glTF's `specular_btdf`). For volumes, refracting
+    /// microfacets [Walter2007, eq. 21].
     pub fn transmit_light(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
         let n_dot_l = -n.dot(wi);
         if self.transmission == 0.0 || n_dot_l <= 0.0 || self.behind == Behind::ThinDielectric {
@@ -255,7 +254,7 @@ impl Reflector {
             return (1.0 - self.fresnel(wo.dot(h))) * self.albedo * (self.transmission * lobe);
         };
         let Some((h, jacobian)) = refracting_half_vector(n, wi, wo, eta) else { return DVec3::ZERO };
-        // G / (n·v) is 4 (n·l) times the visibility term; radiance thins by η² on its way out of the denser side.
+        // G / (n·v) is 4 (n·l) times the visibility term. Radiance scales by 1 / η² across the boundary.
         let lobe = 4.0 * visibility_term(n_dot_l, n_dot_v, alpha) * normal_distribution(n, h, alpha);
         let v_dot_h = wo.dot(h);
         (1.0 - self.fresnel(v_dot_h))
@@ -263,10 +262,10 @@ impl Reflector {
             * (self.transmission * lobe * n_dot_l * v_dot_h * jacobian / (eta * eta))
     }
 
-    /// Chances of the specular, the diffuse and the transmitting lobe.
+    /// Sampling probabilities of the specular, the diffuse and the transmitting lobe.
     fn chances(&self, n: DVec3, wo: DVec3) -> [f64; 3] {
         let fresnel = self.fresnel(n.dot(wo).max(LEAST_COSINE));
-        // Facets let in what the plane would reflect: no lobe that scatters is left without a chance.
+        // At least 0.1, because microfacets may transmit light that a plane would reflect: each contributing lobe needs a probability.
         let lets_in = ((1.0 - fresnel).max(DVec3::splat(0.1)) * self.albedo).max_element();
         let passes = if self.behind == Behind::ThinDielectric { 0.0 } else { self.transmission };
         let weights = [fresnel.max_element().max(0.1), lets_in * (1.0 - self.transmission), lets_in * passes];
@@ -313,27 +312,27 @@ impl Reflector {
     }
 }
 
-/// Between the two; the normal, where they are opposite.
+/// The half vector of two directions; the normal if they are opposite.
 fn half_vector(n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
     let both = wi + wo;
     if both.dot(both) > 1e-12 { both.normalize() } else { n }
 }
 
-/// `wo`, or what is nearest to it among the directions that the normal faces.
+/// `wo`, moved into the hemisphere of the normal if it is outside.
 fn towards_normal(n: DVec3, wo: DVec3) -> DVec3 {
     let cosine = n.dot(wo);
     if cosine >= LEAST_COSINE { wo } else { (wo + (LEAST_COSINE - cosine) * n).normalize() }
 }
 
-/// Where light comes from that leaves along `wo` through a facet `h`; `None`: total reflection. `eta`: index behind the facet
-/// over that before it.
+/// The direction of incidence that refracts to `wo` at a microfacet `h`; `None` for total internal reflection. `eta`: ratio of the indices
+/// of refraction behind and in front of the microfacet.
 fn refract(wo: DVec3, h: DVec3, eta: f64) -> Option<DVec3> {
     let cosine = wo.dot(h);
     let squared = 1.0 - (1.0 - cosine * cosine) / (eta * eta);
     (squared > 0.0).then(|| (-wo / eta + (cosine / eta - squared.sqrt()) * h).normalize())
 }
 
-/// The facet that refracts `wi` to `wo`, and the density of `wi` for a unit density of facets [Walter2007, eq. 16, 17].
+/// The microfacet normal that refracts `wi` to `wo`, and the Jacobian from microfacet normals to `wi` [Walter2007, eq. 16, 17].
 fn refracting_half_vector(n: DVec3, wi: DVec3, wo: DVec3, eta: f64) -> Option<(DVec3, f64)> {
     let sum = wo + eta * wi;
     let h = -sum.normalize_or_zero();
@@ -346,11 +345,11 @@ fn refracting_half_vector(n: DVec3, wi: DVec3, wo: DVec3, eta: f64) -> Option<(D
     Some((h, eta * eta * -i / (denominator * denominator)))
 }
 
-/// A facet seen from `wo`, by the share of it that is seen: spherical caps [Dupuy2023].
+/// Samples a microfacet normal visible from `wo`, with spherical caps [Dupuy2023].
 fn visible_normal(n: DVec3, wo: DVec3, alpha: f64, u: f64, v: f64) -> DVec3 {
     let (x, y) = n.any_orthonormal_pair();
     let local = DVec3::new(x.dot(wo), y.dot(wo), n.dot(wo));
-    // In the space where facets are a hemisphere, the mirrored directions are uniform on a cap.
+    // In the space where microfacets form a hemisphere, the reflected directions are uniform on a spherical cap.
     let stretched = DVec3::new(alpha * local.x, alpha * local.y, local.z).normalize();
     let z = (1.0 - v) * (1.0 + stretched.z) - stretched.z;
     let (sin, cos) = (2.0 * PI * u).sin_cos();
@@ -360,14 +359,14 @@ fn visible_normal(n: DVec3, wo: DVec3, alpha: f64, u: f64, v: f64) -> DVec3 {
     h.x * x + h.y * y + h.z * n
 }
 
-/// Density of [`visible_normal`], 1/sr of facets: D (wo·h) G1 / (n·wo) with Smith's exact G1 [Heitz2018, eq. 3].
+/// Density of [`visible_normal`] over microfacet normals, 1/sr: D (wo·h) G1 / (n·wo) with Smith's exact G1 [Heitz2018, eq. 3].
 fn visible_normal_pdf(n: DVec3, wo: DVec3, h: DVec3, alpha: f64) -> f64 {
     let cosine = n.dot(wo);
     let shadowing = cosine + (alpha * alpha + (1.0 - alpha * alpha) * cosine * cosine).sqrt();
     2.0 * normal_distribution(n, h, alpha) * wo.dot(h).max(0.0) / shadowing
 }
 
-/// A direction around `n`, by the cosine.
+/// Samples a direction around `n` with a cosine-weighted density.
 pub(crate) fn cosine_direction(n: DVec3, u: f64, v: f64) -> DVec3 {
     let (x, y) = n.any_orthonormal_pair();
     let (sin, cos) = (2.0 * PI * v).sin_cos();

@@ -1,11 +1,11 @@
-//! Rays through pixels.
+//! Camera rays.
 
 use glam::{Vec3A, vec3a};
 use lanternfish_scene::{Camera, Projection};
 
 /// Origin and unit direction of the ray through (x, y), in pixels from the top left of an image of this size.
 ///
-/// Orthographic rays start at the near plane; perspective ones at the eye, so that what is nearer than the near plane is seen.
+/// Orthographic rays start at the near plane. Perspective rays start at the eye, so surfaces before the near plane are visible.
 pub(crate) fn ray(camera: &Camera, x: f64, y: f64, width: usize, height: usize) -> (Vec3A, Vec3A) {
     let (width, height) = (width as f64, height as f64);
     let ndc_x = ((2.0 * x / width - 1.0) * (width / height)) as f32;

@@ -1,16 +1,16 @@
 //! Errors of the path tracer.
 
-/// Why a ground truth could not be made.
+/// An error of the path tracer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReferenceError {
-    /// The scene breaks a rule that its documentation states.
-    #[error("the scene is unsound: {what}")]
+    /// The scene is invalid.
+    #[error("the scene is invalid: {what}")]
     InvalidScene {
         /// The first fault.
         what: String,
     },
-    /// More memory is needed than there is, or than may be used.
+    /// Not enough memory, or above the memory limit.
     #[error(transparent)]
     TooMuch(#[from] lanternfish_limits::memory::TooMuch),
     /// A setting is out of range.
@@ -18,13 +18,13 @@ pub enum ReferenceError {
     InvalidSetting {
         /// Name of the setting.
         setting: &'static str,
-        /// What was given.
+        /// The given value.
         got: String,
-        /// What may be given.
+        /// The allowed values.
         remedy: &'static str,
     },
-    /// The lists of pixels to resume from are not of the image's size.
-    #[error("{got} pixels to go on from, for an image of {width}×{height}")]
+    /// The lists of pixels to resume from do not match the image's size.
+    #[error("{got} pixels to resume from, for an image of {width}×{height} pixels")]
     PixelCount {
         /// Number of pixels given.
         got: usize,
@@ -33,12 +33,12 @@ pub enum ReferenceError {
         /// Height of the image, pixels.
         height: usize,
     },
-    /// Two films that are not parts of one image, the second where the first ends.
+    /// Two films are not consecutive parts of one image.
     #[error("{second} cannot be added to {first}")]
     Parts {
-        /// The film that is added to: size and samples.
+        /// The film to add to: size and samples.
         first: String,
-        /// The film that is added: size and samples.
+        /// The added film: size and samples.
         second: String,
     },
 }

@@ -1,11 +1,10 @@
-//! The film: sums of each pixel's samples, and the mean and variance that they give.
+//! The film: sums of each pixel's samples, from which the mean and variance follow.
 
 use crate::ReferenceError;
 
-/// Sums of one pixel's samples: whole multiples of a small step, so that sums are the same in whatever order and in however many
-/// parts samples are added.
+/// Sums of a pixel's samples in fixed point, so that the sums do not depend on the order or the grouping of additions.
 ///
-/// A sum that would exceed 2¹²⁷ steps stays there. Samples are 0 or more in all but the sums' own tests.
+/// Sums saturate at 2¹²⁷ steps. Samples are non-negative, except in tests of the sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Sums {
     /// Sum of the samples, by channel, in steps of 2⁻⁶⁴: up to 9·10¹⁸.
@@ -14,14 +13,14 @@ pub(crate) struct Sums {
     pub square: [i128; 3],
 }
 
-/// Steps in 1, of [`Sums::value`]: fine enough for what is darker than anything that is seen.
+/// Steps per unit of [`Sums::value`]: fine enough for values below anything visible.
 const VALUE_STEPS: f64 = (1u128 << 64) as f64;
-/// Steps in 1, of [`Sums::square`]: as fine as `f64` is around 1, and with room for 10,000 samples of the sun's disk.
+/// Steps per unit of [`Sums::square`]: the resolution of `f64` around 1, with a range for 10,000 samples of the sun's disk.
 const SQUARE_STEPS: f64 = (1u64 << 52) as f64;
 
-/// A number in steps, rounded to the nearest.
+/// A value in steps, rounded to the nearest.
 fn steps(value: f64, steps_in_1: f64) -> i128 {
-    // Beyond the range it is the greatest there is.
+    // The cast saturates.
     (value * steps_in_1).round() as i128
 }
 
@@ -46,7 +45,7 @@ impl Sums {
         self.value.map(|value| value as f64 / VALUE_STEPS / (samples as f64).max(1.0))
     }
 
-    /// Unbiased variance of the mean, by channel; infinite below two samples, and where squares exceed what their sum holds.
+    /// Unbiased variance of the mean, by channel; infinite below two samples, and if the sum of squares is saturated.
     fn variance(&self, samples: u64) -> [f64; 3] {
         if samples < 2 {
             return [f64::INFINITY; 3];
@@ -59,14 +58,14 @@ impl Sums {
     }
 }
 
-/// An image in the making: every pixel of a row has had the same number of samples. Rows from the top.
+/// An image during accumulation. All pixels of a row have the same number of samples. Rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// Index of its first sample: which random numbers it begins with.
+    /// Index of its first sample, which selects the random numbers.
     pub(crate) first: u64,
-    /// Number of samples that each pixel of a row has had, by row from the top.
+    /// Number of samples per pixel of each row, from the top.
     pub(crate) samples: Vec<u64>,
     pub(crate) pixels: Vec<Sums>,
     pub(crate) dropped: u64,
@@ -75,13 +74,13 @@ pub struct Film {
 /// Expected error of an image, estimated from its own samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Root of the mean over pixels and channels of variance of the mean / (mean² + 0.01 m²), where m is the mean of the whole
-    /// image: an expected relative error.
+    /// Expected relative error: the root of the mean, over pixels and channels, of variance of the mean / (mean² + 0.01 m²), where m is
+    /// the mean of the entire image.
     pub relative: f64,
 }
 
 impl Film {
-    /// A black film without samples, `width` × `height` pixels. An error where either side is zero.
+    /// A black film of `width` × `height` pixels without samples. Fails if either side is zero.
     pub fn new(width: usize, height: usize) -> Result<Self, ReferenceError> {
         if width == 0 || height == 0 {
             return Err(ReferenceError::InvalidSetting {
@@ -94,9 +93,8 @@ impl Film {
         Ok(Self { width, height, first: 0, samples, pixels, dropped: 0 })
     }
 
-    /// A film as it was before an interruption: from the samples of each row's pixels, their mean and the variance of that mean, as
-    /// [`Film::row_samples`], [`Film::mean`] and [`Film::variance`] gave them. Its sums are those of then, but for the rounding of
-    /// 32 bits. An error where a list is not of all pixels.
+    /// Restores a film after an interruption, from its [`Film::row_samples`], [`Film::mean`] and [`Film::variance`]. The sums equal the
+    /// original ones up to rounding to 32 bits. Fails if a list does not have one entry per pixel.
     pub fn resume(
         width: usize,
         row_samples: &[u64],
@@ -117,21 +115,21 @@ impl Film {
             for channel in 0..3 {
                 let (mean, variance) = (f64::from(mean[channel]), f64::from(variance[channel]));
                 sums.value[channel] = steps(n * mean, VALUE_STEPS);
-                // One sample says nothing of its variance.
-                let spread = if samples < 2 { 0.0 } else { variance * n * (n - 1.0) };
-                sums.square[channel] = steps(n * mean * mean + spread, SQUARE_STEPS);
+                // A single sample gives no estimate of the variance.
+                let deviations = if samples < 2 { 0.0 } else { variance * n * (n - 1.0) };
+                sums.square[channel] = steps(n * mean * mean + deviations, SQUARE_STEPS);
             }
         }
         Ok(film)
     }
 
-    /// A black film whose samples are those from `first` on of an image, counted from 0: a part of it, for [`Film::add_next`].
+    /// A black film for the part of an image that starts at sample index `first` (from 0), for [`Film::add_next`].
     pub fn part(width: usize, height: usize, first: u64) -> Result<Self, ReferenceError> {
         Ok(Self { first, ..Self::new(width, height)? })
     }
 
-    /// The part of an image that it was before an interruption, to the bit: from the samples of each row's pixels and what
-    /// [`Film::exact_sums`] gave. An error where the list is not of all pixels.
+    /// Restores a part of an image bit for bit after an interruption, from its [`Film::row_samples`] and [`Film::exact_sums`]. Fails if
+    /// `sums` does not have one entry per pixel.
     pub fn resume_part(
         width: usize,
         row_samples: &[u64],
@@ -139,7 +137,7 @@ impl Film {
         sums: impl ExactSizeIterator<Item = [[i128; 3]; 2]>,
     ) -> Result<Self, ReferenceError> {
         let height = row_samples.len();
-        // Before there is room made for as many.
+        // Checked before allocating.
         if Some(sums.len()) != width.checked_mul(height) {
             return Err(ReferenceError::PixelCount { got: sums.len(), width, height });
         }
@@ -149,8 +147,8 @@ impl Film {
         Ok(film)
     }
 
-    /// Adds the part of the image that follows: what was one image in parts is the same to the bit as traced at once. An error, and
-    /// nothing is done, where sizes differ, rows of either differ in their samples, or `next` does not begin where this ends.
+    /// Adds the next part of the image. The sum of the parts equals an image traced at once, bit for bit. Fails, without a change, if sizes
+    /// differ, if rows of either film differ in their number of samples, or if `next` does not begin where this film ends.
     pub fn add_next(&mut self, next: &Self) -> Result<(), ReferenceError> {
         let end = self.first + self.samples();
         if self.size() != next.size() || !self.is_even() || !next.is_even() || next.first != end {
@@ -166,28 +164,28 @@ impl Film {
         Ok(())
     }
 
-    /// Sums of each pixel's samples, and of their squares, by channel, rows from the top, as the film keeps them: in steps that are
-    /// its own. For [`Film::resume_part`].
+    /// Sums of each pixel's samples, and of their squares, by channel, rows from the top, in the film's internal steps. For
+    /// [`Film::resume_part`].
     pub fn exact_sums(&self) -> impl ExactSizeIterator<Item = [[i128; 3]; 2]> + Clone + '_ {
         self.pixels.iter().map(|sums| [sums.value, sums.square])
     }
 
-    /// Pixels across and down.
+    /// Width and height, pixels.
     pub fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
 
-    /// Samples that each pixel has had; the fewest where rows differ.
+    /// Number of samples per pixel; the minimum if rows differ.
     pub fn samples(&self) -> u64 {
         self.samples.iter().copied().min().unwrap_or(0)
     }
 
-    /// Samples that each pixel of each row has had. They differ where [`crate::Tracer::render_unless`] was stopped.
+    /// Number of samples per pixel of each row. Rows differ if [`crate::Tracer::render_unless`] was stopped.
     pub fn row_samples(&self) -> &[u64] {
         &self.samples
     }
 
-    /// True if all rows have had the same number of samples.
+    /// True if all rows have the same number of samples.
     pub fn is_even(&self) -> bool {
         self.samples.iter().all(|samples| *samples == self.samples[0])
     }
@@ -197,22 +195,22 @@ impl Film {
         self.width as u64 * self.samples.iter().sum::<u64>()
     }
 
-    /// Samples that were not finite and count as black. Not zero: a fault of the scene or of the tracer.
+    /// Number of samples that were not finite and count as black. Anything but zero indicates a fault of the scene or of the tracer.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// The image so far; a row without samples is black.
+    /// The mean of the samples so far; a row without samples is black.
     pub fn mean(&self) -> Vec<[f32; 3]> {
         self.sums().map(|(sums, samples)| sums.mean(samples).map(|v| v as f32)).collect()
     }
 
-    /// Variance of each value of [`Film::mean`], estimated from its own samples: unbiased; infinite below two samples.
+    /// Unbiased variance of each value of [`Film::mean`], estimated from its samples; infinite below two samples.
     pub fn variance(&self) -> Vec<[f32; 3]> {
         self.sums().map(|(sums, samples)| sums.variance(samples).map(|v| v as f32)).collect()
     }
 
-    /// The sums of every pixel, rows from the top, and the number of its samples.
+    /// The sums and the number of samples of every pixel, rows from the top.
     fn sums(&self) -> impl Iterator<Item = (&Sums, u64)> {
         let rows = self.pixels.chunks_exact(self.width).zip(&self.samples);
         rows.flat_map(|(row, samples)| row.iter().map(|sums| (sums, *samples)))
@@ -224,11 +222,11 @@ impl Film {
             return Noise { relative: f64::INFINITY };
         }
         let values = 3.0 * self.pixels.len() as f64;
-        let whole = self.sums().flat_map(|(sums, samples)| sums.mean(samples)).sum::<f64>() / values;
-        if whole == 0.0 {
+        let image_mean = self.sums().flat_map(|(sums, samples)| sums.mean(samples)).sum::<f64>() / values;
+        if image_mean == 0.0 {
             return Noise { relative: 0.0 };
         }
-        let floor = 0.01 * whole * whole;
+        let floor = 0.01 * image_mean * image_mean;
         let error = |(sums, samples): (&Sums, u64)| {
             let (mean, variance) = (sums.mean(samples), sums.variance(samples));
             let of = |c: usize| variance[c] / (mean[c].powi(2) + floor);
@@ -259,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_resumed_film_is_the_one_before() {
+    fn a_resumed_film_equals_the_original() {
         let before = film(&[[1.0, 0.5, 5.0], [2.0, 0.25, 5.0], [4.0, 0.125, 5.0]]);
         let after = Film::resume(1, &[3], &before.mean(), &before.variance()).unwrap();
         for channel in 0..3 {
@@ -274,29 +272,29 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_the_whole_to_the_bit() {
-        // From the darkest to the brightest, in whose company sums of floats forget the darkest.
+    fn parts_add_up_to_the_complete_image_bit_for_bit() {
+        // A range of values so large that float sums would lose the darkest ones.
         let samples: Vec<[f32; 3]> =
             (0..97).map(|i| [0.1 * i as f32, 10f32.powi(i % 17 - 8), if i == 3 { 1e9 } else { 1e-7 }]).collect();
-        let whole = film(&samples);
+        let complete = film(&samples);
         for cuts in [[1, 50], [16, 32], [40, 96]] {
             let part = |from: usize, to: usize| {
                 let part = Film { first: from as u64, ..film(&samples[from..to]) };
-                // By way of a file.
+                // As restored from a file.
                 Film::resume_part(1, part.row_samples(), part.first, part.exact_sums()).unwrap()
             };
             let mut parts = part(0, cuts[0]);
             parts.add_next(&part(cuts[0], cuts[1])).unwrap();
             parts.add_next(&part(cuts[1], 97)).unwrap();
-            assert_eq!(parts, whole);
-            assert!(parts.add_next(&part(cuts[0], cuts[1])).is_err(), "twice");
+            assert_eq!(parts, complete);
+            assert!(parts.add_next(&part(cuts[0], cuts[1])).is_err(), "added twice");
         }
-        assert!(Film::part(1, 1, 97).unwrap().add_next(&whole).is_err(), "the wrong way round");
-        assert!(whole.clone().add_next(&Film::part(2, 1, 97).unwrap()).is_err());
+        assert!(Film::part(1, 1, 97).unwrap().add_next(&complete).is_err(), "in the wrong order");
+        assert!(complete.clone().add_next(&Film::part(2, 1, 97).unwrap()).is_err());
     }
 
     #[test]
-    fn what_is_too_bright_for_its_squares_has_no_variance() {
+    fn a_saturated_sum_of_squares_gives_infinite_variance() {
         let bright = film(&[[1e12, 1e30, 1.0]; 4]);
         let [[red, green, blue]] = bright.variance()[..] else { panic!() };
         assert_eq!((red, green, blue), (f32::INFINITY, f32::INFINITY, 0.0));

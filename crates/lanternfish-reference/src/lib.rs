@@ -1,9 +1,9 @@
-//! Ground truth: an unbiased path tracer on the CPU, for any machine.
+//! An unbiased path tracer on the CPU, which renders the ground truth.
 //!
-//! It shades what the renderer shades: [`brdf`] and [`incidence`] are the shaders' own functions as plain Rust, and tests
-//! of the renderer hold the two together. What it adds is all the light there is: bounces, emissive surfaces, the sky.
+//! It uses the renderer's shading model: [`brdf`] and [`incidence`] are CPU references of the shaders' functions, and tests of the
+//! renderer compare the two. It simulates complete light transport: multiple bounces, emissive surfaces and the sky.
 //!
-//! Space and units are the scene's: right-handed, +y up, metres, nits, linear Rec. 709.
+//! Coordinates and units are those of the scene: right-handed, +y up, metres, nits, linear Rec. 709.
 
 pub mod brdf;
 mod camera;

@@ -1,16 +1,16 @@
-//! Paths that start at a light: what a surface close to a light sends on to others, which paths from the eye find seldom, and then too much of
-//! it at once.
+//! Light paths of one segment. They reduce the noise of light reflected by surfaces close to a light. Camera paths hit such surfaces rarely,
+//! and then with a large contribution.
 //!
-//! Light that goes from a point or spot light to a surface y, and from there to x on a path, is found in two ways, weighted by the power
-//! heuristic (bidirectional path tracing with light paths of one segment) [Veach1997, §10.2, §10.3]:
+//! Two techniques sample light from a point or spot light that a surface y scatters to a path's surface x. The power heuristic weights them
+//! (bidirectional path tracing with light paths of one segment) [Veach1997, §10.2, §10.3]:
 //!
-//! 1. by the BSDF at x, which leads to y, and the search for light there ([`Tracer::direct_light`]);
-//! 2. by a ray from the light, which leads to y, and a connection of x to y.
+//! 1. BSDF sampling at x hits y, and light sampling there selects the light ([`Tracer::direct_light`]).
+//! 2. A ray from the light hits y, which is connected to x.
 //!
-//! Where y is at the distance d from the light, its light goes by 1 / d²: so does the density of the second way, and not that of the first.
+//! The irradiance of y falls with its distance d from the light as 1 / d². The density of technique 2 does too, but not that of technique 1.
 //!
-//! The second way is gone once at each surface x of a path. Both ways have the same paths: of surfaces nearer to the light than
-//! [`Tracer::clearance`] neither is in the way of the light.
+//! Technique 2 runs once at each surface x of a path. Both techniques cover the same paths: in both, surfaces nearer to the light than
+//! [`Tracer::clearance`] do not occlude it.
 
 use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::{
@@ -23,47 +23,48 @@ use crate::{
     Tracer,
     brdf::Bsdf,
     lights::{Arriving, incidence, receiver},
-    path::{LastSearch, MOST_PASSES, leaves, passes_wrong_side, power_heuristic},
+    path::{MAX_PASSES, PreviousSurface, is_wrong_side, power_heuristic, ray_origin},
     random::Random,
     surface::Surface,
     world::{Faces, Hit},
 };
 
-/// Share of the paths whose lights are chosen by power alone: those that the tree says are of little use to a surface light others for it.
+/// Fraction of the light paths whose light is selected by power alone. A light with little direct effect on x may still illuminate a surface
+/// that lights x.
 const BY_POWER: f64 = 0.5;
 
-/// Point and spot lights without a size, and how likely a path starts at each.
+/// Point and spot lights without a radius, and their selection as starts of light paths.
 ///
-/// One half of the paths to a surface x start at lights chosen by power, the other at lights chosen by power, distance from x and x's normal:
-/// what lies close to a light sends to x about as much as the light would, if all of it were scattered.
+/// Half of the light paths to a surface x start at lights selected by power, and half at lights selected by power, distance from x and x's
+/// normal: a surface close to a light scatters to x about as much as the light would send there, up to the albedo.
 #[derive(Debug, Default)]
 pub(crate) struct Starts {
-    /// Index of the light in the scene, and of its emitter.
+    /// Indices of the light in the scene and of its emitter.
     lights: Vec<(u32, u32)>,
-    /// Sum of the powers up to each light and with it, of 1.
+    /// Cumulative power, including each light, as a fraction of the total.
     sums: Vec<f64>,
-    /// Over the lights as if each shone all around and had no range.
+    /// Light tree, with each light treated as omnidirectional and without a range.
     tree: LightTree,
 }
 
-/// A light that a path may start at, as a search for light has found it.
+/// A light that a light path may start at, selected by light sampling.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Start {
-    /// Which of [`Starts`].
+    /// Index in [`Starts`].
     index: u32,
-    /// The chance that the search had to choose it.
+    /// Probability with which light sampling selected it.
     chance: f64,
 }
 
-/// Where a ray from a light ends.
-struct Lit {
+/// Hit of a ray from a light.
+struct LightHit {
     hit: Hit,
     p: Vec3A,
-    /// Share of the light that panes on the way let through, over its chance.
+    /// Transmittance of thin dielectrics on the way, divided by its probability.
     passes: Vec3,
 }
 
-/// Middle of the directions that a light shines into, unit.
+/// Axis of a light's cone, unit.
 fn axis(light: &Light) -> DVec3 {
     match light.kind {
         LightKind::Spot { .. } => light.direction.as_dvec3().normalize(),
@@ -71,7 +72,7 @@ fn axis(light: &Light) -> DVec3 {
     }
 }
 
-/// Least cosine between those and their middle.
+/// Cosine of the half-angle of a light's cone.
 fn least_cosine(light: &Light) -> f64 {
     match light.kind {
         LightKind::Spot { outer_angle, .. } => f64::from(outer_angle.cos()),
@@ -79,13 +80,13 @@ fn least_cosine(light: &Light) -> f64 {
     }
 }
 
-/// Solid angle that a light shines into, sr.
+/// Solid angle of a light's cone, sr.
 fn cone(light: &Light) -> f64 {
     std::f64::consts::TAU * (1.0 - least_cosine(light))
 }
 
 impl Starts {
-    /// Of the lights of a scene, each with its emitter.
+    /// From indices of lights of a scene and of their emitters. Lights without power are skipped.
     pub fn new(scene: &Scene, lights: Vec<(u32, u32)>) -> Self {
         let power = |(light, _): &(u32, u32)| {
             let light = &scene.lights[*light as usize];
@@ -107,21 +108,21 @@ impl Starts {
         Self { sums: sums.collect(), lights, tree }
     }
 
-    /// A light that was found with this chance, if a path may start at it.
+    /// The start for a light that light sampling selected with probability `chance`, if light paths may start at it.
     pub fn of(&self, light: u32, chance: f64) -> Option<Start> {
-        // Lights are in the order of the scene.
+        // Lights are sorted by index in the scene.
         let index = self.lights.binary_search_by_key(&light, |(light, _)| *light).ok()?;
         Some(Start { index: index as u32, chance })
     }
 
-    /// Chance that a path to a surface with the normal `n` at `x` starts at a light.
+    /// Probability that a light path to a surface with normal `n` at `x` starts at light `index`.
     fn chance(&self, x: Vec3A, n: DVec3, index: u32) -> f64 {
         let before = index.checked_sub(1).map_or(0.0, |before| self.sums[before as usize]);
         let by_power = self.sums[index as usize] - before;
         BY_POWER * by_power + (1.0 - BY_POWER) * self.tree.chance(&receiver(x, n), index)
     }
 
-    /// A light for a path to a surface with the normal `n` at `x`.
+    /// Selects a light for a light path to a surface with normal `n` at `x`.
     fn choose(&self, x: Vec3A, n: DVec3, u: f64) -> Option<u32> {
         if u >= BY_POWER {
             return self.tree.choose(&receiver(x, n), (u - BY_POWER) / (1.0 - BY_POWER)).map(|(index, _)| index);
@@ -130,7 +131,7 @@ impl Starts {
         Some(self.sums.partition_point(|sum| *sum <= u).min(self.sums.len() - 1) as u32)
     }
 
-    /// A direction from a light, evenly over all that it shines into.
+    /// Samples a direction uniformly in a light's cone.
     fn direction(&self, scene: &Scene, index: u32, u: [f64; 2]) -> Vec3A {
         let light = &scene.lights[self.lights[index as usize].0 as usize];
         let axis = axis(light);
@@ -143,29 +144,29 @@ impl Starts {
 }
 
 impl Tracer<'_> {
-    /// Weight of light that a search at `y` has found, beside paths that start at the light.
-    pub(crate) fn weight_of_search(&self, y: &Surface, light: &Arriving, last: Option<&LastSearch>) -> f32 {
+    /// MIS weight of light sampling at `y`, against light paths.
+    pub(crate) fn light_sampling_weight(&self, y: &Surface, light: &Arriving, last: Option<&PreviousSurface>) -> f32 {
         let (Some(start), Some(last)) = (light.start, last) else { return 1.0 };
         let x_to_y = y.p - last.p;
-        let own = last.pdf * area_of(y, x_to_y) * start.chance;
+        let own = last.pdf * solid_angle_per_area(y, x_to_y) * start.chance;
         let chance = self.starts.chance(last.p, last.normal, start.index);
-        let other = chance * self.density_of_ends(start.index, y, light.wi * f64::from(light.distance));
+        let other = chance * self.hit_density(start.index, y, light.wi * f64::from(light.distance));
         power_heuristic(own, Some(other))
     }
 
-    /// Density over a surface, 1/m², of where rays from a light end, which is `away` from it.
-    fn density_of_ends(&self, index: u32, y: &Surface, away: DVec3) -> f64 {
+    /// Density of hits of rays from a light over the surface `y`, 1/m². `away` is the vector from `y` to the light.
+    fn hit_density(&self, index: u32, y: &Surface, away: DVec3) -> f64 {
         let distance = away.length();
         if distance <= f64::from(self.clearance) {
             return 0.0;
         }
         let light = &self.world.scene.lights[self.starts.lights[index as usize].0 as usize];
         let is_within = axis(light).dot(-away / distance) >= least_cosine(light);
-        if is_within { area_of(y, away.as_vec3a()) / cone(light) } else { 0.0 }
+        if is_within { solid_angle_per_area(y, away.as_vec3a()) / cone(light) } else { 0.0 }
     }
 
-    /// What one light sends to `x` by way of one other surface, and from there towards `wo`, as far as a path from the light finds it.
-    pub(crate) fn light_by_starts(&self, x: &Surface, bsdf: &Bsdf, wo: DVec3, random: &mut Random) -> Vec3 {
+    /// Estimate of light that reaches `x` by way of one other surface and is scattered towards `wo`, from a light path, with its MIS weight.
+    pub(crate) fn light_by_light_path(&self, x: &Surface, bsdf: &Bsdf, wo: DVec3, random: &mut Random) -> Vec3 {
         if self.starts.lights.is_empty() {
             return Vec3::ZERO;
         }
@@ -174,7 +175,7 @@ impl Tracer<'_> {
         let direction = self.starts.direction(scene, index, [random.unit(), random.unit()]);
         let (light, emitter) = self.starts.lights[index as usize];
         let light = &scene.lights[light as usize];
-        let Some(lit) = self.first_lit(Vec3A::from(light.position) + self.clearance * direction, direction, random)
+        let Some(lit) = self.first_hit(Vec3A::from(light.position) + self.clearance * direction, direction, random)
         else {
             return Vec3::ZERO;
         };
@@ -184,56 +185,56 @@ impl Tracer<'_> {
         let towards = x_to_y / distance;
         let wi = towards.as_dvec3();
         let at_x = bsdf.scatter(x.normal, wi, wo);
-        if distance == 0.0 || at_x == DVec3::ZERO || passes_wrong_side(x, wi) {
+        if distance == 0.0 || at_x == DVec3::ZERO || is_wrong_side(x, wi) {
             return Vec3::ZERO;
         }
-        // As a path from x meets it.
+        // The surface as hit by a ray from x.
         let front = self.world.is_front(lit.hit.triangle as usize, -towards);
         let y = Surface::new(&self.world, &Hit { distance, front, ..lit.hit }, towards, self.settings.materials);
         let Some(bsdf_of_y) = &y.bsdf else { return Vec3::ZERO };
         let arriving = incidence(light, y.p, self.settings.attenuation, self.settings.range_threshold);
         let at_y = bsdf_of_y.scatter(y.normal, arriving.wi, -wi);
-        if at_y == DVec3::ZERO || arriving.irradiance == Vec3::ZERO || passes_wrong_side(&y, arriving.wi) {
+        if at_y == DVec3::ZERO || arriving.irradiance == Vec3::ZERO || is_wrong_side(&y, arriving.wi) {
             return Vec3::ZERO;
         }
         let chance = self.starts.chance(x.p, x.normal, index);
-        let own = chance * self.density_of_ends(index, &y, arriving.wi * f64::from(arriving.distance));
+        let own = chance * self.hit_density(index, &y, arriving.wi * f64::from(arriving.distance));
         if own <= 0.0 {
             return Vec3::ZERO;
         }
-        let seen = area_of(&y, x_to_y);
+        let seen = solid_angle_per_area(&y, x_to_y);
         let other = bsdf.pdf(x.normal, wi, wo) * seen * self.lights.chance(&y, emitter);
         let weight = power_heuristic(own, Some(other)) * (seen / own) as f32;
-        // From before the one surface to before the other: neither hides itself.
-        let (from, to) = (leaves(x, towards), leaves(&y, -towards));
-        let open = self.world.transmittance(from, (to - from).normalize(), from.distance(to));
+        // Both ends are offset from their surfaces, so that neither occludes itself.
+        let (from, to) = (ray_origin(x, towards), ray_origin(&y, -towards));
+        let transmittance = self.world.transmittance(from, (to - from).normalize(), from.distance(to));
         let volume = y.volume.map_or(Vec3::ONE, |volume| volume.powf(distance));
-        lit.passes * open * volume * arriving.irradiance * at_y.as_vec3() * at_x.as_vec3() * weight
+        lit.passes * transmittance * volume * arriving.irradiance * at_y.as_vec3() * at_x.as_vec3() * weight
     }
 
-    /// The first surface that a ray from a light meets and does not pass.
-    fn first_lit(&self, mut origin: Vec3A, direction: Vec3A, random: &mut Random) -> Option<Lit> {
+    /// The first hit of a ray from a light that does not pass straight through the surface.
+    fn first_hit(&self, mut origin: Vec3A, direction: Vec3A, random: &mut Random) -> Option<LightHit> {
         let mut passes = Vec3::ONE;
-        for _ in 0..MOST_PASSES {
+        for _ in 0..MAX_PASSES {
             let hit = self.world.closest(origin, direction, Faces::All, random.bits())?;
             let surface = Surface::new(&self.world, &hit, direction, self.settings.materials);
             let straight = surface.passes_straight(-direction.as_dvec3());
             let chance = straight.max_element();
             if chance <= 0.0 {
-                return Some(Lit { hit, p: surface.p, passes });
+                return Some(LightHit { hit, p: surface.p, passes });
             }
             if random.unit() >= f64::from(chance) {
-                return Some(Lit { hit, p: surface.p, passes: passes / (1.0 - chance) });
+                return Some(LightHit { hit, p: surface.p, passes: passes / (1.0 - chance) });
             }
             passes *= straight / chance;
-            origin = leaves(&surface, direction);
+            origin = ray_origin(&surface, direction);
         }
         None
     }
 }
 
-/// Steradians of a surface's square metre, seen from a point that is `away` from it, 1/m².
-fn area_of(y: &Surface, away: Vec3A) -> f64 {
+/// Solid angle per area of a surface, seen from a point at the offset `away`, sr/m².
+fn solid_angle_per_area(y: &Surface, away: Vec3A) -> f64 {
     let away = away.as_dvec3();
     let squared = away.length_squared();
     y.geometric_normal.as_dvec3().dot(away).abs() / (squared * squared.sqrt())

@@ -1,4 +1,4 @@
-//! Ambient occlusion and obscurance [Aalund2015, §3.3], and the normal.
+//! Integrators for ambient occlusion, obscurance [Aalund2015, §3.3] and the normal.
 
 use glam::{Vec3, Vec3A};
 
@@ -12,7 +12,7 @@ use crate::{
 };
 
 impl Tracer<'_> {
-    /// One sample of an integrator that looks no farther than the first surface and what is around it.
+    /// One sample of an integrator that evaluates only the first hit and nearby geometry: occlusion, obscurance or normal.
     pub(crate) fn local(&self, origin: Vec3A, direction: Vec3A, random: &mut Random) -> Vec3 {
         let value_without_surface = if self.settings.integrator == Integrator::Normal { 0.0 } else { 1.0 };
         let Some(hit) = self.world.closest(origin, direction, Faces::FrontsOnly, random.bits()) else {
@@ -23,18 +23,18 @@ impl Tracer<'_> {
             return 0.5 + 0.5 * surface.normal.as_vec3();
         }
         let wi = cosine_direction(surface.normal, random.unit(), random.unit()).as_vec3a();
-        // Below the triangle there is the surface itself.
+        // Directions below the triangle are occluded by the surface itself.
         if surface.geometric_normal.dot(wi) <= 0.0 {
             return Vec3::ZERO;
         }
         let start = offset(surface.p, surface.geometric_normal);
-        let open = match self.settings.integrator {
+        let visibility = match self.settings.integrator {
             Integrator::Obscurance { max_distance } => {
                 let occluder = self.world.closest(start, wi, Faces::All, random.bits());
                 occluder.map_or(1.0, |hit| (hit.distance / max_distance).min(1.0).powi(2))
             }
             _ => self.world.closest(start, wi, Faces::All, random.bits()).map_or(1.0, |_| 0.0),
         };
-        Vec3::splat(open)
+        Vec3::splat(visibility)
     }
 }

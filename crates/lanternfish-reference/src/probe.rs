@@ -1,4 +1,4 @@
-//! What a single ray hits, and the lights that reach it there: for who points at an image and asks.
+//! Queries at a pixel: the surface hit, the lights that reach it, and rays from it.
 
 use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::Camera;
@@ -12,22 +12,22 @@ use crate::{
     world::{Faces, offset},
 };
 
-/// Points of a disk or rectangle, a side, at which it is looked for whether they reach a place.
+/// Shadow rays per axis of an area light: a grid of this size squared.
 const POINTS_A_SIDE: u32 = 4;
 
-/// Steps of the R₂ sequence [Roberts2018].
+/// Increments of the R₂ sequence [Roberts2018].
 const SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// A place on a surface. World space.
+/// A point on a surface, world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probed {
-    /// m.
+    /// Position, m.
     pub p: Vec3,
-    /// From the ray's origin, m.
+    /// Distance from the ray's origin, m.
     pub distance: f32,
-    /// Shading normal, unit, on the side that was hit.
+    /// Shading normal, unit, on the hit side.
     pub normal: Vec3,
-    /// The triangle's own normal, unit, on the side that was hit.
+    /// The triangle's normal, unit, on the hit side.
     pub geometric_normal: Vec3,
     /// Index into [`lanternfish_scene::Scene::instances`].
     pub instance: usize,
@@ -37,33 +37,33 @@ pub struct Probed {
     pub material: usize,
 }
 
-/// What one light of the scene brings to a place.
+/// Light at a point from one light of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightAt {
     /// Index into [`lanternfish_scene::Scene::lights`].
     pub light: usize,
-    /// To its position, m; infinite for directional lights.
+    /// Distance to its position, m; infinite for directional lights.
     pub distance: f32,
-    /// What it would bring if nothing were in the way: irradiance of the surface, lx.
+    /// Unshadowed irradiance of the surface, lx.
     pub unshadowed: Vec3,
-    /// What it brings, lx.
+    /// Irradiance of the surface with shadows, lx.
     pub irradiance: Vec3,
 }
 
-/// A ray from a place.
+/// A ray from a point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayFrom {
-    /// Unit, world space.
+    /// Direction, unit, world space.
     pub direction: Vec3,
-    /// To the surface that it meets, m; none where it leaves the scene.
+    /// Distance to its hit, m; `None` if it leaves the scene.
     pub distance: Option<f32>,
 }
 
 impl LightAt {
-    /// Share of what it would bring that arrives, by luminance, 0..=1; 1 for a light that brings nothing.
+    /// Visibility: ratio of shadowed to unshadowed irradiance, by luminance, 0..=1; 1 for a light without unshadowed irradiance.
     pub fn open(&self) -> f32 {
         match luminance(self.unshadowed) {
-            all if all > 0.0 => (luminance(self.irradiance) / all).min(1.0),
+            unshadowed if unshadowed > 0.0 => (luminance(self.irradiance) / unshadowed).min(1.0),
             _ => 1.0,
         }
     }
@@ -74,8 +74,8 @@ fn luminance(color: Vec3) -> f32 {
 }
 
 impl Tracer<'_> {
-    /// The nearest surface that is seen at (x, y), in pixels from the top left of an image of this size. Backs of single-sided surfaces are
-    /// not seen, nor holes of masks; of blended surfaces, those whose alpha is above a number that is the same each time.
+    /// The nearest visible surface at (x, y), in pixels from the top left of an image of this size. Backs of single-sided surfaces and holes of
+    /// alpha masks are skipped. A transparent surface counts if its alpha exceeds a fixed random number per triangle.
     pub fn probe(&self, camera: &Camera, [x, y]: [f64; 2], [width, height]: [usize; 2]) -> Option<Probed> {
         let (origin, direction) = camera::ray(camera, x, y, width, height);
         let hit = self.world.closest(origin, direction, Faces::FrontsOnly, 0)?;
@@ -92,9 +92,9 @@ impl Tracer<'_> {
         })
     }
 
-    /// The scene's lights that would light a place if nothing were in the way: those that would bring most first, `most` of them, and how
-    /// many there are in all. Shadows are looked for of those that are given. A light with a radius counts as a point; disks and rectangles
-    /// are looked at from 16 of their points.
+    /// The `most` lights of the scene with the highest unshadowed irradiance at a point, in descending order, and the number of all lights
+    /// with unshadowed irradiance. Shadow rays are traced for the returned lights only. A light with a radius counts as a point; an area light
+    /// gets 16 shadow rays.
     pub fn lights_at(&self, place: &Probed, most: usize) -> (Vec<LightAt>, usize) {
         let lights = self.world.scene.lights.iter().enumerate();
         let mut reaching: Vec<_> = lights
@@ -104,23 +104,23 @@ impl Tracer<'_> {
             })
             .collect();
         let all = reaching.len();
-        // Alike ones stay in their order.
+        // A stable sort: equal lights keep their order.
         reaching.sort_by(|(_, a), (_, b)| luminance(*b).total_cmp(&luminance(*a)));
         reaching.truncate(most);
         let start = offset(place.p.into(), place.geometric_normal.into());
-        let open = |incidence: &Incidence| {
+        let visibility = |incidence: &Incidence| {
             let (direction, distance) = segment(incidence, place, start);
             self.world.transmittance(start, direction, distance)
         };
-        let found = reaching.into_iter().map(|(light, unshadowed)| {
-            let (irradiance, distance) = self.light_at(place, light, open);
+        let lights = reaching.into_iter().map(|(light, unshadowed)| {
+            let (irradiance, distance) = self.light_at(place, light, visibility);
             LightAt { light, distance, unshadowed, irradiance }
         });
-        (found.collect(), all)
+        (lights.collect(), all)
     }
 
-    /// Rays by the cosine about a place's normal, as they look for indirect light: directions of an even sequence, the same each time. Those
-    /// that would go into the surface are left out.
+    /// Cosine-distributed rays around a point's normal, as for indirect light. Directions come from a fixed low-discrepancy sequence. Rays into
+    /// the surface are omitted, so there may be fewer than `count`.
     pub fn rays_from(&self, place: &Probed, count: u32) -> Vec<RayFrom> {
         let start = offset(place.p.into(), place.geometric_normal.into());
         let directions = (0..count).map(|i| {
@@ -131,23 +131,23 @@ impl Tracer<'_> {
         outwards.map(|direction| RayFrom { direction, distance: self.nearest(start, direction.into()) }).collect()
     }
 
-    /// What a light brings to a place through what `open` says of each of its points, lx; and how far it is, m.
-    fn light_at(&self, place: &Probed, light: usize, open: impl Fn(&Incidence) -> Vec3) -> (Vec3, f32) {
+    /// Irradiance from a light at a point, lx, with the `visibility` of each point of the light; and the distance to the light, m.
+    fn light_at(&self, place: &Probed, light: usize, visibility: impl Fn(&Incidence) -> Vec3) -> (Vec3, f32) {
         let light = &self.world.scene.lights[light];
         let (attenuation, range_threshold) = (self.settings.attenuation, self.settings.range_threshold);
         let of = |incidence: Incidence| {
             let facing = |normal: Vec3| normal.as_dvec3().dot(incidence.wi).max(0.0) as f32;
-            // What the triangle turns away from does not light it, whatever its normals say.
+            // Light from behind the triangle does not count, whatever the shading normal is.
             if facing(place.geometric_normal) == 0.0 {
                 return Vec3::ZERO;
             }
-            let brought = facing(place.normal) * incidence.irradiance;
-            if brought == Vec3::ZERO { brought } else { brought * open(&incidence) }
+            let irradiance = facing(place.normal) * incidence.irradiance;
+            if irradiance == Vec3::ZERO { irradiance } else { irradiance * visibility(&incidence) }
         };
         let p = Vec3A::from(place.p);
-        let middle = incidence(light, p, attenuation, range_threshold);
+        let centre = incidence(light, p, attenuation, range_threshold);
         if light.area().is_none() {
-            return (of(middle), middle.distance);
+            return (of(centre), centre.distance);
         }
         let side = f64::from(POINTS_A_SIDE);
         let points = (0..POINTS_A_SIDE * POINTS_A_SIDE).map(|i| {
@@ -155,11 +155,11 @@ impl Tracer<'_> {
             let point = point_of_area(light, [(column + 0.5) / side, (row + 0.5) / side]);
             of(incidence_from(light, point, p, attenuation, range_threshold))
         });
-        (points.sum::<Vec3>() / (side * side) as f32, middle.distance)
+        (points.sum::<Vec3>() / (side * side) as f32, centre.distance)
     }
 }
 
-/// Direction (unit) and distance (m) from `start`, which is next to the place, to where the light is.
+/// Direction (unit) and distance (m) from `start`, which is offset from the point, to the light.
 fn segment(incidence: &Incidence, place: &Probed, start: Vec3A) -> (Vec3A, f32) {
     if incidence.distance.is_infinite() {
         return (incidence.wi.as_vec3a(), f32::INFINITY);
@@ -176,29 +176,29 @@ mod tests {
     use super::*;
     use crate::Settings;
 
-    /// Looking straight at the back wall of the box, and from above at its floor.
+    /// At the centre of the image is the back wall of the box.
     #[test]
-    fn a_pixel_is_a_place_on_a_named_thing() {
+    fn a_pixel_shows_a_point_of_an_instance() {
         let scene = demo("cornell").unwrap();
         let tracer = Tracer::new(&scene, Settings::default()).unwrap();
         let camera = scene.default_camera(1.0);
         let size = [64, 64];
-        let met = tracer.probe(&camera, [32.0, 32.0], size).unwrap();
+        let hit = tracer.probe(&camera, [32.0, 32.0], size).unwrap();
         let (origin, direction) = camera::ray(&camera, 32.0, 32.0, 64, 64);
-        assert_eq!(tracer.nearest(origin, direction), Some(met.distance));
-        assert!((Vec3::from(origin + met.distance * direction) - met.p).length() < 1e-4);
-        assert!(met.normal.is_normalized() && met.normal.dot(Vec3::from(direction)) < 0.0);
-        let mesh = &scene.meshes[scene.instances[met.instance].mesh];
-        assert_eq!(mesh.primitives[met.primitive].material, met.material);
-        // Away from everything there is nothing.
+        assert_eq!(tracer.nearest(origin, direction), Some(hit.distance));
+        assert!((Vec3::from(origin + hit.distance * direction) - hit.p).length() < 1e-4);
+        assert!(hit.normal.is_normalized() && hit.normal.dot(Vec3::from(direction)) < 0.0);
+        let mesh = &scene.meshes[scene.instances[hit.instance].mesh];
+        assert_eq!(mesh.primitives[hit.primitive].material, hit.material);
+        // A camera that faces away from the scene sees no surface.
         let away =
             Camera::look_at(Vec3::splat(1e3), Vec3::splat(2e3), Projection::Perspective { fov_y: 1.0, near: 0.1 });
         assert_eq!(tracer.probe(&away, [32.0, 32.0], size), None);
     }
 
-    /// From the floor of a closed room every ray hits something, more of them near the normal; from the top of the box some leave it.
+    /// The mean cosine of rays from the floor of the box is 2/3. Some rays leave through its open front.
     #[test]
-    fn rays_from_a_place_go_by_the_cosine() {
+    fn rays_from_a_point_are_cosine_distributed() {
         let scene = demo("cornell").unwrap();
         let tracer = Tracer::new(&scene, Settings::default()).unwrap();
         let camera = scene.default_camera(1.0);
@@ -212,13 +212,13 @@ mod tests {
             let bounds = scene.bounds();
             assert!((end.clamp(bounds.min, bounds.max) - end).length() < 1e-3, "{end}");
         }
-        let met = rays.iter().filter(|ray| ray.distance.is_some()).count();
-        assert!((128..256).contains(&met), "{met}: the box is open to the front");
+        let hits = rays.iter().filter(|ray| ray.distance.is_some()).count();
+        assert!((128..256).contains(&hits), "{hits}: the box is open to the front");
     }
 
-    /// Of two lamps over the floor of an empty room and one behind a wall, by hand.
+    /// Lights above the floor of the box, behind a wall and below the floor, against analytic values.
     #[test]
-    fn lights_come_by_what_they_bring_and_walls_shadow_them() {
+    fn lights_are_sorted_by_irradiance_and_shadowed_by_walls() {
         let mut scene = demo("cornell").unwrap();
         let tracer = Tracer::new(&scene, Settings::default()).unwrap();
         let camera = scene.default_camera(1.0);
@@ -237,22 +237,22 @@ mod tests {
             Light::directional(Vec3::NEG_Y, Vec3::splat(1e-3)),
         ];
         let tracer = Tracer::new(&scene, Settings::default()).unwrap();
-        let (found, all) = tracer.lights_at(&place, 10);
+        let (actual, all) = tracer.lights_at(&place, 10);
         assert_eq!(all, 5, "the one below the floor lights it from behind");
-        let order: Vec<_> = found.iter().map(|at| at.light).collect();
-        assert_eq!(found.len(), 5);
-        let of = |light: usize| found[order.iter().position(|at| *at == light).unwrap()];
+        let order: Vec<_> = actual.iter().map(|at| at.light).collect();
+        assert_eq!(actual.len(), 5);
+        let of = |light: usize| actual[order.iter().position(|at| *at == light).unwrap()];
         assert!(order.windows(2).all(|two| luminance(of(two[0]).unshadowed) >= luminance(of(two[1]).unshadowed)));
-        // One candela from straight above: its inverse square, less what its range takes away at the end.
+        // One candela from straight above: the inverse square law, reduced by the range window.
         assert!((of(0).irradiance.x - 1.0 / 0.16).abs() < 0.07, "{:?}", of(0));
         assert!((of(1).irradiance.x - 1.0 / 0.04).abs() < 0.25 && of(1).open() == 1.0, "{:?}", of(1));
         assert!(of(2).irradiance == Vec3::ZERO && of(2).open() == 0.0, "behind a wall: {:?}", of(2));
         assert!(luminance(of(2).unshadowed) > 0.0);
-        // A small disk is a point of radiance times area.
+        // A small disk is a point light with intensity radiance times area.
         let disk = 1e3 * std::f32::consts::PI * 1e-4 / 0.09;
         assert!((of(4).irradiance.x - disk).abs() < 0.02 * disk, "{:?} for {disk}", of(4));
-        assert!(of(5).open() == 0.0 && of(5).distance.is_infinite(), "the ceiling is in the sun's way");
+        assert!(of(5).open() == 0.0 && of(5).distance.is_infinite(), "the ceiling occludes the sun");
         let (two, all) = tracer.lights_at(&place, 2);
-        assert!(two.len() == 2 && all == 5 && two[0] == found[0]);
+        assert!(two.len() == 2 && all == 5 && two[0] == actual[0]);
     }
 }

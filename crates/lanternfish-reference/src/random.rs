@@ -1,4 +1,4 @@
-//! Random numbers that are a function of where they are used.
+//! Counter-based random numbers.
 
 /// The increment of SplitMix64 [Steele2014]: 2⁶⁴ over the golden ratio, odd.
 const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -10,8 +10,8 @@ fn mix(value: u64) -> u64 {
     value ^ (value >> 31)
 }
 
-/// The random numbers of one sample of one pixel, in the order in which they are drawn. Counter-based: equal for equal
-/// seed, pixel and sample, whatever thread draws them and whatever was drawn elsewhere.
+/// The random numbers of one sample of a pixel, in the order in which they are drawn. They depend only on seed, pixel and sample, not on
+/// threads or other draws.
 #[derive(Clone, Debug)]
 pub struct Random {
     key: u64,
@@ -19,7 +19,7 @@ pub struct Random {
 }
 
 impl Random {
-    /// The stream of sample `sample` of pixel `pixel`.
+    /// The random numbers of sample `sample` of pixel `pixel`.
     pub fn new(seed: u64, pixel: u64, sample: u64) -> Self {
         let key = mix(mix(mix(seed.wrapping_add(GAMMA)) ^ pixel).wrapping_add(GAMMA) ^ sample);
         Self { key, drawn: 0 }
@@ -37,7 +37,7 @@ impl Random {
     }
 }
 
-/// A number in 0..1 for each pair of `key` and `index`: what decides whether one ray passes one half-covered triangle.
+/// A random number in 0..1 for each pair of `key` and `index`. It decides if a ray passes a triangle with partial coverage.
 pub(crate) fn unit_of(key: u64, index: u32) -> f32 {
     (mix(key ^ u64::from(index).wrapping_mul(GAMMA)) >> 40) as f32 / (1u64 << 24) as f32
 }
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn streams_are_uniform_and_differ() {
-        // Over draws of one stream, over samples, and over pixels: 64 cells of two successive numbers.
+        // Successive draws, samples or pixels: pairs of consecutive numbers in 64 cells.
         for kind in 0..3 {
             let mut counts = [0u64; 64];
             for i in 0..65_536 {

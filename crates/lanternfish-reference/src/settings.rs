@@ -5,28 +5,28 @@ use lanternfish_scene::{
     shading::{Attenuation, Materials},
 };
 
-/// What the path tracer computes, and how.
+/// Settings of the path tracer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// What a pixel shows.
+    /// The computed quantity.
     pub integrator: Integrator,
-    /// Longest path, in segments from the camera on: 1 shows emitters only, 2 direct light, 3 one bounce; at least 1. Higher:
-    /// more of the light, slower.
+    /// Maximum number of path segments, counted from the camera, at least 1: 1 gives emitters only, 2 direct light, 3 one bounce. A higher
+    /// value gives more light and is slower.
     pub max_depth: u32,
-    /// Materials that surfaces are shaded with.
+    /// Material model.
     pub materials: Materials,
-    /// How punctual lights fall off.
+    /// Distance attenuation of lights.
     pub attenuation: Attenuation,
-    /// Intensity at which a light without a stated range ends: see [`lanternfish_scene::Light::effective_range`].
+    /// Threshold that sets the range of lights without an explicit one: see [`lanternfish_scene::Light::effective_range`].
     pub range_threshold: f32,
-    /// Radius of point and spot lights, m, 0 or more. Such a light is a disk around its centre that faces the surface; what arrives from
-    /// each point of it is what would arrive from the centre. 0: lights are points. Directional lights have no radius.
+    /// Radius of point and spot lights, m, at least 0; 0 means points. With a radius, a light is a disk around its centre that faces the
+    /// surface. Each point of it has the irradiance of the centre. Directional lights have no radius.
     pub light_radius: f32,
-    /// How one of many lights is chosen at a surface. The mean is the same.
+    /// Selection of a light for light sampling. It does not affect the mean.
     pub light_choice: LightChoice,
-    /// Whether paths start at lights, too: at points and spots, without [`Settings::light_radius`]. The mean is the same.
+    /// Light paths from point and spot lights, if [`Settings::light_radius`] is 0. They do not affect the mean.
     pub light_paths: LightPaths,
-    /// Seed of the random numbers. Another seed: other noise, the same mean.
+    /// Seed of the random numbers. It affects the noise, but not the mean.
     pub seed: u64,
 }
 
@@ -49,18 +49,18 @@ impl Default for Settings {
     }
 }
 
-/// What a pixel shows.
+/// The computed quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integrator {
     /// Radiance, nits.
     Path,
-    /// Share of the cosine-weighted hemisphere around the shading normal that is open [Aalund2015, eq. 1]; 1 where there is
-    /// no surface.
+    /// Ambient visibility: unoccluded fraction of the cosine-weighted hemisphere around the shading normal [Aalund2015, eq. 1]; 1 where
+    /// there is no surface.
     Occlusion,
-    /// The same with occluders at distance d < `max_distance` (m, > 0) weighed by 1 − (d / `max_distance`)², as
-    /// screen-space methods do [Aalund2015, §3.3].
+    /// Like [`Self::Occlusion`], with occluders at distance d < `max_distance` weighted by 1 − (d / `max_distance`)², as in screen-space
+    /// methods [Aalund2015, §3.3].
     Obscurance {
-        /// Distance from which on nothing occludes, m.
+        /// Maximum distance of occluders, m, above 0.
         max_distance: f32,
     },
     /// The shading normal, world space, (n + 1) / 2; 0 where there is no surface.
@@ -68,21 +68,21 @@ pub enum Integrator {
 }
 
 named_enum! {
-    /// How one of many lights is chosen at a surface.
+    /// Selection of a light for light sampling.
     LightChoice {
-        /// By a tree over the lights: power, distance, range, facing [Conty2018].
-        Tree = "tree": "By a tree over the lights, those first that send most",
-        /// Each alike: for comparison.
-        Uniform = "uniform": "Each alike: for comparison",
+        /// Importance sampling with a light tree: power, distance, range, orientation [Conty2018].
+        Tree = "tree": "Importance sampling with a light tree",
+        /// Uniform sampling, for comparison.
+        Uniform = "uniform": "Uniform sampling, for comparison",
     }
 }
 
 named_enum! {
-    /// Whether paths start at lights, too, and not at the eye alone.
+    /// Light paths in addition to camera paths.
     LightPaths {
-        /// From point and spot lights without a size, to the first surface: what surfaces close to a light send on has little noise.
-        On = "on": "From lights without a size to the first surface as well: little noise of what surfaces close to a light send on",
-        /// From the eye alone: for comparison.
-        Off = "off": "From the eye alone: for comparison",
+        /// Light paths of one segment from point and spot lights: less noise in light reflected by surfaces close to a light.
+        On = "on": "Light paths of one segment from point and spot lights: less noise from surfaces close to a light",
+        /// Camera paths only, for comparison.
+        Off = "off": "Camera paths only, for comparison",
     }
 }

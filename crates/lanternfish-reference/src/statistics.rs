@@ -1,14 +1,14 @@
-//! Tests of distributions, for the tests.
+//! Statistical tests of distributions.
 
-/// Probability that counts as uneven as these come of the `expected` shares (Pearson's χ² test). Cells that expect fewer
-/// than five are pooled. A count where nothing is expected gives 0.
+/// p-value of Pearson's χ² test of `counts` against the `expected` fractions. Cells with an expected count below 5 are pooled. Returns 0 if
+/// a cell with an expected fraction of 0 has a count.
 ///
-/// The tail of χ² is Wilson and Hilferty's normal approximation: good to a few per cent of p from five cells on.
+/// The tail of χ² is Wilson and Hilferty's normal approximation, accurate to a few per cent of p from five cells on.
 pub(crate) fn chi_square(counts: &[u64], expected: &[f64]) -> f64 {
     assert_eq!(counts.len(), expected.len());
     let total = counts.iter().sum::<u64>() as f64;
     let fractions: f64 = expected.iter().sum();
-    assert!((fractions - 1.0).abs() < 0.01, "the expected shares sum to {fractions}");
+    assert!((fractions - 1.0).abs() < 0.01, "the expected fractions sum to {fractions}");
     let (mut statistic, mut cells, mut pooled) = (0.0, 0, (0.0, 0.0));
     let mut add = |count: f64, expected: f64| {
         statistic += (count - expected) * (count - expected) / expected;
@@ -28,14 +28,14 @@ pub(crate) fn chi_square(counts: &[u64], expected: &[f64]) -> f64 {
     if pooled.1 >= 5.0 {
         add(pooled.0, pooled.1);
     }
-    assert!(cells >= 5, "{cells} cells: too few to say anything");
+    assert!(cells >= 5, "{cells} cells: too few for the test");
     let degrees = f64::from(cells - 1);
     let variance = 2.0 / (9.0 * degrees);
     let z = ((statistic / degrees).cbrt() - (1.0 - variance)) / variance.sqrt();
     normal_tail(z)
 }
 
-/// Share of a normal distribution beyond `z` standard deviations above its mean (Abramowitz and Stegun 26.2.17; absolute
+/// Upper tail of a normal distribution: its fraction beyond `z` standard deviations above the mean (Abramowitz and Stegun 26.2.17; absolute
 /// error below 1e-7).
 fn normal_tail(z: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.231_641_9 * z.abs());
@@ -46,7 +46,7 @@ fn normal_tail(z: f64) -> f64 {
 }
 
 #[test]
-fn chi_square_sees_what_is_uneven_and_nothing_else() {
+fn chi_square_detects_deviations_and_nothing_else() {
     assert!((normal_tail(1.959_964) - 0.025).abs() < 1e-6 && (normal_tail(-1.0) - 0.841_344_7).abs() < 1e-6);
     // 16.92 with nine degrees of freedom is the 95 % point: 1,000 in ten cells, half of them off by 13.
     let even = [0.1; 10];

@@ -1,4 +1,4 @@
-//! The surface at a hit: geometry and material brought together, as `gpu_scene/surface.wesl` does.
+//! The surface at a hit, with its geometry and material. CPU reference of `gpu_scene/surface.wesl`.
 
 use glam::{DVec3, Vec3, Vec3A, Vec4};
 use lanternfish_scene::{Material, shading::Materials};
@@ -9,19 +9,19 @@ use crate::{
     world::{Hit, World},
 };
 
-/// Everything a path needs to know of a place on a surface. World space.
+/// A surface at a hit point, world space.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     pub p: Vec3A,
-    /// Shading normal, unit, on the side that was hit.
+    /// Shading normal, unit, on the hit side.
     pub normal: DVec3,
-    /// The triangle's own normal, unit, towards the ray's origin.
+    /// The triangle's normal, unit, on the side of the ray's origin.
     pub geometric_normal: Vec3A,
-    /// Nits; what leaves the side that was hit.
+    /// Emitted radiance of the hit side, nits.
     pub emissive: Vec3,
-    /// `None`: the surface scatters nothing (unlit).
+    /// `None` if the surface does not scatter (unlit).
     pub bsdf: Option<Bsdf>,
-    /// Share of light left a metre of the way here, where that was inside a volume.
+    /// Transmittance per metre of the ray segment to this hit, if it was inside a volume.
     pub volume: Option<Vec3>,
 }
 
@@ -40,7 +40,7 @@ impl Surface {
             texture::sample(world.scene, &world.srgb, reference, encoding, uv)
         };
 
-        // The shading normal: interpolated, turned with the face, bent by the normal map.
+        // The shading normal: interpolated, perturbed by the normal map, flipped to the hit side.
         let mix =
             |list: &[Vec3]| (0..3).map(|i| Vec3A::from(list[corners[i] as usize]) * hit.weights[i]).sum::<Vec3A>();
         let matrix = &world.normal_matrices[source.instance as usize];
@@ -73,7 +73,7 @@ impl Surface {
         if let Some(reference) = &material.emissive_texture {
             emissive *= textured(reference, Encoding::Srgb).truncate();
         }
-        // The back of a single-sided surface shows nothing of its own.
+        // The back of a single-sided surface does not emit.
         if !hit.front && !material.double_sided {
             emissive = Vec3::ZERO;
         }
@@ -122,19 +122,19 @@ impl Surface {
     }
 }
 
-/// `v` made unit, or `otherwise` where it has no direction.
+/// `v` normalized, or `otherwise` if it is too short.
 fn unit_or(v: Vec3A, otherwise: Vec3A) -> Vec3A {
     if v.length_squared() > 1e-30 { v.normalize() } else { otherwise }
 }
 
-/// What a material's textures say where it is no metal.
+/// Parameters of a material's dielectric part, with textures applied.
 struct Dielectric {
     specular: f64,
     specular_color: DVec3,
     transmission: f64,
 }
 
-/// The file's own material without its textures, as `gpu_scene/materials.rs` packs it.
+/// The reflector of a glTF material without its textures. CPU reference of the packing in `gpu_scene/materials.rs`.
 pub fn reflector(
     material: &Material,
     base_color: DVec3,
@@ -160,9 +160,9 @@ fn reflector_of(
 ) -> Reflector {
     let ior = f64::from(material.ior);
     let r = (ior - 1.0) / (ior + 1.0);
-    // KHR_materials_specular: the tint is cut at one before the weight applies.
+    // KHR_materials_specular: the tint is clamped to one before the weight applies.
     let dielectric_f0 = (r * r * specular_color).min(DVec3::ONE) * specular;
-    // What does not refract has no facet that could.
+    // Without a change of index there are no refracting microfacets.
     let behind = match material.thickness > 0.0 && ior > 1.001 {
         true => Behind::Volume { eta: if front { ior } else { 1.0 / ior } },
         false if is_thin_dielectric(material) => Behind::ThinDielectric,
@@ -178,10 +178,10 @@ fn reflector_of(
     }
 }
 
-/// Below this roughness a thin surface lets light through straight.
+/// Maximum perceptual roughness of a thin surface that transmits light straight.
 const THIN_DIELECTRIC_ROUGHNESS: f32 = 0.03;
 
-/// True if light passes the surface without being scattered, apart from what it reflects.
+/// True if the surface transmits light without scattering it.
 pub(crate) fn is_thin_dielectric(material: &Material) -> bool {
     material.transmission > 0.0
         && material.metallic < 1.0
@@ -189,14 +189,14 @@ pub(crate) fn is_thin_dielectric(material: &Material) -> bool {
         && material.perceptual_roughness <= THIN_DIELECTRIC_ROUGHNESS
 }
 
-/// Share of light that passes a thin smooth surface straight.
+/// Transmittance of a thin dielectric at a hit.
 pub(crate) fn thin_dielectric_transmittance(world: &World, hit: &Hit, direction: Vec3A) -> Vec3 {
     let surface = Surface::new(world, hit, direction, Materials::File);
     surface.passes_straight(-direction.as_dvec3())
 }
 
 impl Surface {
-    /// Share of light, each channel, that goes straight through towards `wo`.
+    /// Transmittance per channel of light that passes straight through towards `wo`.
     pub fn passes_straight(&self, wo: DVec3) -> Vec3 {
         let (fraction, reflector) = match self.bsdf {
             Some(Bsdf::MetallicRoughness(reflector)) => (1.0, reflector),

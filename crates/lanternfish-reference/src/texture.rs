@@ -1,4 +1,4 @@
-//! Textures, read at their finest level.
+//! Texture sampling at the finest mip level.
 
 use glam::{Vec2, Vec4};
 use lanternfish_scene::{Filter, Image, Primitive, Scene, TextureRef, Wrap};
@@ -24,14 +24,14 @@ pub(crate) enum Encoding {
     Linear,
 }
 
-/// Texture coordinates of a point of a triangle, as `reference` reads them.
+/// Texture coordinates of `reference` at a point of a triangle.
 pub(crate) fn coordinates(reference: &TextureRef, primitive: &Primitive, corners: [u32; 3], weights: [f32; 3]) -> Vec2 {
     let set = if reference.uv_set == 1 { &primitive.uv1 } else { &primitive.uv0 };
     let at = |corner: usize| set.get(corners[corner] as usize).copied().unwrap_or_default() * weights[corner];
     reference.texture_from_uv.transform_point2(at(0) + at(1) + at(2))
 }
 
-/// The texture at `uv`, filtered between its finest texels as its sampler says for magnification.
+/// Samples the texture at `uv` with its sampler's magnification filter.
 pub(crate) fn sample(scene: &Scene, srgb: &Srgb, reference: &TextureRef, encoding: Encoding, uv: Vec2) -> Vec4 {
     let texture = scene.textures[reference.texture];
     let (image, sampler) = (&scene.images[texture.image], scene.samplers[texture.sampler]);
@@ -52,9 +52,9 @@ pub(crate) fn sample(scene: &Scene, srgb: &Srgb, reference: &TextureRef, encodin
     top.lerp(bottom, part.y)
 }
 
-/// The texel that stands for column or row `at` of an image of `size`.
+/// Applies a wrap mode to the texel coordinate `at` of an axis with `size` texels.
 fn wrap(mode: Wrap, at: f32, size: u32) -> u32 {
-    // Coordinates past what an i64 holds have no fraction left; any texel is as good.
+    // Coordinates beyond the range of i64 have no fractional precision, so any texel is acceptable.
     let (at, size) = (at as i64, i64::from(size));
     let at = match mode {
         Wrap::Repeat => at.rem_euclid(size),
@@ -100,9 +100,9 @@ mod tests {
     }
 
     #[test]
-    fn texels_are_blended_between_their_centres_and_wrapped() {
+    fn texels_are_interpolated_between_centres_and_wrapped() {
         let linear = Sampler::default();
-        // Centres are at 0.25 and 0.75; between 0.75 and 1.25 the image comes again.
+        // Centres are at 0.25 and 0.75; the image repeats between 0.75 and 1.25.
         for (u, value) in [(0.25, 0.0), (0.75, 1.0), (0.5, 0.5), (0.0, 0.5), (1.25, 0.0), (-0.25, 1.0), (0.9375, 0.625)]
         {
             assert!((red(linear, u) - value).abs() < 1e-6, "{u}: {}", red(linear, u));
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn srgb_is_decoded_before_it_is_filtered_and_alpha_is_not() {
+    fn srgb_is_decoded_before_filtering_and_alpha_is_linear() {
         let scene = scene(Sampler::default());
         let at = |u| sample(&scene, &Srgb::new(), &TextureRef::new(0), Encoding::Srgb, Vec2::new(u, 0.5));
         assert!((at(0.5).x - 0.5).abs() < 1e-6 && (at(0.75).w - 0.2).abs() < 1e-6);

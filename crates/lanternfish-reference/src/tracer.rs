@@ -1,4 +1,4 @@
-//! A scene made ready, and images of it.
+//! The path tracer: preparation of a scene, and rendering of images.
 
 use glam::Vec3A;
 use lanternfish_limits::memory::Budget;
@@ -15,22 +15,22 @@ use crate::{
     world::{Faces, World},
 };
 
-/// [`Tracer::clearance`] over the diagonal of the scene's bounds.
+/// Ratio of [`Tracer::clearance`] to the diagonal of the scene's bounds.
 const CLEARANCE: f32 = 1e-5;
 
-/// A scene made ready for tracing.
+/// A path tracer for a scene.
 pub struct Tracer<'a> {
     pub(crate) world: World<'a>,
     pub(crate) lights: Lights,
-    /// Lights that paths start at.
+    /// Lights that light paths start at.
     pub(crate) starts: Starts,
-    /// Surfaces nearer than this to a light of the scene hide nothing of it, m: lamps are placed on what holds them.
+    /// Surfaces nearer than this to a light do not occlude it, m, because lights are often placed on the surface that carries them.
     pub(crate) clearance: f32,
     pub(crate) settings: Settings,
 }
 
 impl<'a> Tracer<'a> {
-    /// Builds the trees, on all cores. The scene must be valid; settings out of range are refused.
+    /// Builds the BVH and the light tree on all cores. Fails if the scene is invalid, a setting is out of range, or memory does not suffice.
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self, ReferenceError> {
         scene.validate().map_err(|what| ReferenceError::InvalidScene { what })?;
         let refused = |setting, got: String, remedy| ReferenceError::InvalidSetting { setting, got, remedy };
@@ -60,15 +60,15 @@ impl<'a> Tracer<'a> {
         Ok(Self { world, lights, starts, clearance, settings })
     }
 
-    /// Adds `samples` samples to every pixel, on all cores. Deterministic: where it is interrupted between calls, and by how
-    /// many threads it is worked on, leaves no trace.
+    /// Adds `samples` samples to every pixel, on all cores. The result does not depend on the number of threads or on how samples are split
+    /// between calls.
     pub fn render(&self, camera: &Camera, film: &mut Film, samples: u64) {
         self.render_unless(camera, film, samples, || false, || false);
     }
 
-    /// As [`Tracer::render`], but once `pause` says so no row is begun any more, and once `stop` says so, which is asked at every
-    /// pixel, those that are begun are given up as well: rows differ in their [`Film::row_samples`]. The next call evens that
-    /// out: each row gets what it needs to have `samples` more than [`Film::samples`].
+    /// Like [`Tracer::render`], but can be interrupted. Once `pause` returns true, no further row starts. Once `stop` returns true, which is
+    /// checked at every pixel, rows in progress are discarded too. Rows may then differ in their [`Film::row_samples`]. The next call evens
+    /// them out: it brings each row to [`Film::samples`] plus `samples`.
     pub fn render_unless(
         &self,
         camera: &Camera,
@@ -87,7 +87,7 @@ impl<'a> Tracer<'a> {
                 if *row_samples >= wanted || pause() {
                     return 0;
                 }
-                // Beside the film, which has whole rows alone.
+                // A copy, because the film must contain only complete rows.
                 let (mut traced, mut dropped) = (row.to_vec(), 0);
                 for (x, sums) in traced.iter_mut().enumerate() {
                     if stop() {
@@ -105,7 +105,7 @@ impl<'a> Tracer<'a> {
         film.dropped += dropped;
     }
 
-    /// The number of samples that were not finite: 0 or 1.
+    /// Adds a sample to `sums`. Returns the number of dropped samples, which were not finite: 0 or 1.
     fn add_sample(
         &self,
         camera: &Camera,
@@ -129,7 +129,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Which pixels of an image show a surface at their centre: 1, or 0 for the environment. Rows from the top.
+    /// Coverage of an image: 1 for pixels with a surface at their centre, 0 for the environment. Rows from the top.
     pub fn coverage(&self, camera: &Camera, width: usize, height: usize) -> Vec<f32> {
         let covered = |i: usize| {
             let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
@@ -139,13 +139,13 @@ impl<'a> Tracer<'a> {
         (0..width * height).into_par_iter().map(covered).collect()
     }
 
-    /// Distance to the nearest surface along a ray (`direction` of unit length), m; holes of masks are open, blended surfaces
-    /// are there. `None`: there is none.
+    /// Distance to the nearest surface along a ray (`direction` of unit length), m. Holes of alpha masks are skipped; transparent surfaces
+    /// count if their alpha exceeds a fixed random number per triangle. `None` if there is no surface.
     pub fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<f32> {
         self.world.closest(origin, direction, Faces::All, 0).map(|hit| hit.distance)
     }
 
-    /// Triangles that rays can meet.
+    /// Number of triangles that rays can hit.
     pub fn triangle_count(&self) -> usize {
         self.world.triangles.len()
     }

@@ -1,4 +1,4 @@
-//! The scene as rays hit it.
+//! The scene's triangles in world space, and ray intersection.
 
 use glam::{Affine3A, DVec2, Vec3, Vec3A};
 use lanternfish_scene::{
@@ -19,65 +19,65 @@ use crate::{
     texture::{self, Encoding, Srgb},
 };
 
-/// Where in the scene's lists a triangle comes from.
+/// Origin of a triangle in the scene's lists.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source {
     pub instance: u32,
     pub primitive: u32,
     /// First of its three indices.
     pub first_index: u32,
-    /// Whether a ray may pass, wholly or in part.
+    /// How the triangle transmits rays.
     pub kind: Kind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {
     Solid,
-    /// A hole where alpha is below the cutoff, or partly covered.
+    /// Alpha mask or alpha blending.
     Alpha,
-    /// Thin and smooth: light passes straight, tinted, where alpha says that the pane is there.
+    /// Thin and smooth: light passes straight and is tinted, in proportion to alpha.
     ThinDielectric,
 }
 
-/// A place on a triangle.
+/// A hit point on a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hit {
-    /// Along the ray, m.
+    /// Distance along the ray, m.
     pub distance: f32,
     pub triangle: u32,
-    /// Weights of the three corners.
+    /// Barycentric coordinates of the three corners.
     pub weights: [f32; 3],
-    /// True if it was hit from the side from which it is wound counter-clockwise, in object space.
+    /// True if the ray hit the front, the side with counter-clockwise winding in object space.
     pub front: bool,
 }
 
-/// Which triangles a ray does not see.
+/// Face culling of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Faces {
-    /// It sees all of them.
+    /// No culling.
     All,
-    /// Backs of single-sided surfaces, as the rasteriser leaves them out.
+    /// Culls backs of single-sided surfaces, like the rasteriser.
     FrontsOnly,
 }
 
-/// Triangles of all instances in world space, and a tree over them.
+/// Triangles of all instances in world space, and a BVH over them.
 pub(crate) struct World<'a> {
     pub scene: &'a Scene,
     pub srgb: Srgb,
     pub triangles: Vec<Triangle>,
     pub sources: Vec<Source>,
     tree: CwBvh,
-    /// The instance's transform turns fronts into backs.
+    /// True for each instance whose transform mirrors.
     mirrored: Vec<bool>,
-    /// Takes object-space normals to world space, up to a positive length.
+    /// Matrix of each instance from object-space to world-space normals, up to a positive scale.
     pub normal_matrices: Vec<glam::Mat3A>,
 }
 
 impl<'a> World<'a> {
-    /// Memory that gathering and sorting takes, at most: a triangle and its source twice, and the tree.
+    /// Peak memory of the build per triangle: the triangle and its source twice, and the BVH.
     pub const BYTES_PER_TRIANGLE: u64 = bvh::BYTES_PER_BOX + 2 * (size_of::<Triangle>() + size_of::<Source>()) as u64;
 
-    /// Gathers and sorts. Triangles without three distinct finite corners are left out.
+    /// Gathers the triangles and builds the BVH. Triangles without three distinct finite corners are skipped.
     pub fn new(scene: &'a Scene, lambert: bool) -> Self {
         let parts: Vec<(Vec<Triangle>, Vec<Source>)> =
             (0..scene.instances.len()).into_par_iter().map(|instance| gather(scene, instance, lambert)).collect();
@@ -88,7 +88,7 @@ impl<'a> World<'a> {
         }
         let mut tree = CwBvh::default();
         if !triangles.is_empty() {
-            // Large triangles stay whole: a ray hits each triangle once, as half-covered ones need.
+            // Large triangles are not split: a ray must test each triangle once, for stochastic alpha.
             tree = bvh::build(&padded_boxes(&triangles), Effort::Medium);
             triangles = tree.primitive_indices.par_iter().map(|i| triangles[*i as usize]).collect();
             sources = tree.primitive_indices.par_iter().map(|i| sources[*i as usize]).collect();
@@ -121,7 +121,7 @@ impl<'a> World<'a> {
         [indices[first], indices[first + 1], indices[first + 2]]
     }
 
-    /// The nearest surface. `key` decides which half-covered surfaces are there for this ray.
+    /// The nearest hit. `key` selects the random numbers of stochastic alpha.
     pub fn closest(&self, origin: Vec3A, direction: Vec3A, faces: Faces, key: u64) -> Option<Hit> {
         let (ray, across) = ray(origin, direction, f32::INFINITY);
         let mut nearest = None;
@@ -136,11 +136,11 @@ impl<'a> World<'a> {
         nearest
     }
 
-    /// Share of light, each channel, that passes from `origin` to `distance` along `direction`.
+    /// Transmittance per channel from `origin` to `distance` along `direction`.
     pub fn transmittance(&self, origin: Vec3A, direction: Vec3A, distance: f32) -> Vec3 {
         let (ray, across) = ray(origin, direction, distance);
         let mut passes = Vec3::ONE;
-        let is_open = self.tree.ray_traverse_miss(ray, |ray, index| {
+        let is_unoccluded = self.tree.ray_traverse_miss(ray, |ray, index| {
             let Some(hit) = self.intersect(ray, &across, index, Faces::All) else { return f32::INFINITY };
             let stops = match self.sources[index].kind {
                 Kind::Solid => true,
@@ -156,14 +156,14 @@ impl<'a> World<'a> {
             };
             if stops { hit.distance } else { f32::INFINITY }
         });
-        if is_open { passes } else { Vec3::ZERO }
+        if is_unoccluded { passes } else { Vec3::ZERO }
     }
 
-    /// Where the ray hits a triangle, if it does and may.
+    /// Intersects a ray with a triangle; face culling applies.
     ///
-    /// Corners are projected along the ray, each by itself, and the edge functions of the projections have the right sign:
-    /// products of 32 bits are exact in 64. So what is whole is whole in the projection, and no ray slips between triangles
-    /// that share corners [Woop2013].
+    /// Each corner is projected along the ray separately. The edge functions of the projections have the exact sign, because products of
+    /// 32-bit floats are exact in 64 bits. So the intersection is watertight: no ray passes between triangles that share corners
+    /// [Woop2013].
     fn intersect(&self, ray: &Ray, across: &Across, index: usize, faces: Faces) -> Option<Hit> {
         let triangle = &self.triangles[index];
         let a = triangle.v0 - ray.origin;
@@ -177,7 +177,7 @@ impl<'a> World<'a> {
         let slope = normal.dot(ray.direction);
         let distance = normal.dot(a) / slope;
         let sum = u + v + w;
-        // Not a number, where the triangle is seen edge on.
+        // `distance` is NaN if the triangle is edge-on; the comparison then fails.
         let in_reach = distance >= ray.tmin && distance < ray.tmax;
         if !in_reach || sum == 0.0 {
             return None;
@@ -192,7 +192,7 @@ impl<'a> World<'a> {
         Some(hit)
     }
 
-    /// Alpha as coverage: 0 in the holes of a mask, 1 elsewhere on it.
+    /// Coverage from alpha. A mask has 0 in holes and 1 elsewhere.
     pub fn coverage(&self, hit: &Hit) -> f32 {
         let source = &self.sources[hit.triangle as usize];
         let material = self.material(source);
@@ -217,7 +217,7 @@ impl<'a> World<'a> {
         alpha
     }
 
-    /// True if the triangle is seen from its front by who looks against `towards` (from the triangle to the viewer).
+    /// True if a viewer in direction `towards` (from the triangle to the viewer) sees the triangle's front.
     pub fn is_front(&self, triangle: usize, towards: Vec3A) -> bool {
         let t = &self.triangles[triangle];
         let slope = (t.v1 - t.v0).cross(t.v2 - t.v0).dot(towards);
@@ -249,8 +249,8 @@ fn gather(scene: &Scene, instance_index: usize, lambert: bool) -> (Vec<Triangle>
     (triangles, sources)
 }
 
-/// Boxes around triangles, larger by what the walk's slab tests may be wrong by: a ray that meets a triangle meets its box
-/// [Ize2013]. Four roundings of the scene's largest coordinate, which bounds how far apart origin and box are.
+/// Boxes around triangles, padded by the rounding error of slab tests, so that a ray that hits a triangle also hits its box [Ize2013].
+/// The padding is four epsilons of the scene's largest coordinate, which bounds the distance between origin and box.
 fn padded_boxes(triangles: &[Triangle]) -> Vec<Aabb> {
     let largest = |t: &Triangle| t.v0.abs().max(t.v1.abs()).max(t.v2.abs()).max_element();
     let padding = Vec3A::splat(4.0 * f32::EPSILON * triangles.par_iter().map(largest).reduce(|| 0.0, f32::max));
@@ -261,7 +261,7 @@ fn padded_boxes(triangles: &[Triangle]) -> Vec<Aabb> {
     triangles.par_iter().map(padded).collect()
 }
 
-/// Cofactors of the linear part, turned so that mirrored normals keep to their side.
+/// Cofactors of the linear part, with the sign of its determinant, so that mirrored normals keep their side.
 fn cofactors(b_from_a: &Affine3A) -> glam::Mat3A {
     let m = b_from_a.matrix3;
     let side = m.determinant().signum();
@@ -272,28 +272,28 @@ fn cofactors(b_from_a: &Affine3A) -> glam::Mat3A {
     )
 }
 
-/// Two directions that span the plane across a ray.
+/// Two axes that span the plane perpendicular to a ray.
 struct Across(Vec3A, Vec3A);
 
 impl Across {
-    /// A point seen from the ray's origin, projected along the ray.
+    /// Projects a point, relative to the ray's origin, along the ray.
     fn of(&self, p: Vec3A) -> DVec2 {
         DVec2::new(p.dot(self.0).into(), p.dot(self.1).into())
     }
 }
 
-/// A ray for the tree's walk, which takes a zero for positive and its inverse by its sign: negative zeros would miss boxes. So
-/// would inverses that are cut at 2²³, as the tree's own are.
+/// A ray for BVH traversal. Traversal takes a zero component for positive, but uses the sign of its inverse, so negative zeros would miss
+/// boxes; they are replaced by positive ones. Inverses clamped at 2²³, as in the BVH library's constructor, would also miss boxes.
 fn ray(origin: Vec3A, direction: Vec3A, length: f32) -> (Ray, Across) {
     let (x, y) = direction.any_orthonormal_pair();
     let direction = direction + Vec3A::ZERO;
-    // Large enough to be no bound, small enough to be multiplied by any coordinate.
+    // Large enough not to limit any intersection, small enough not to overflow in products with coordinates.
     let inv_direction = direction.recip().clamp(Vec3A::splat(-1e20), Vec3A::splat(1e20));
     (Ray { origin, direction, inv_direction, tmin: 0.0, tmax: length }, Across(x, y))
 }
 
-/// A place just off a surface at `p`, on the side to which `normal` points: off by some units in the last place of each
-/// coordinate, by a fixed amount near the origin [Waechter2019].
+/// A ray origin offset from a surface at `p` towards `normal`, by some units in the last place of each coordinate, or by a fixed amount
+/// near the origin [Waechter2019].
 pub(crate) fn offset(p: Vec3A, normal: Vec3A) -> Vec3A {
     const UNITS: f32 = 256.0;
     const NEAR: f32 = 1.0 / 32.0;

@@ -1,9 +1,9 @@
-//! Agreement with an independent renderer: the images of Mitsuba 3 among the shared references.
+//! Agreement with an independent renderer: Mitsuba 3 images from the shared references.
 //!
-//! Each reference's noise is that of its own number of samples, a light chosen evenly for each, which is how we trace here:
-//! our samples' variance tells that of both images. Where a reference is the sum of images of each light by itself, it has as
-//! many samples as all of them, and less noise than that: choosing a light adds some. Blocks of 10 × 10 pixels are compared,
-//! over which the noise is near a normal distribution: z = difference / standard deviation of both.
+//! The references were rendered with uniform light selection, as the tests here are, so the variance of our samples gives the variance of
+//! both images, scaled by the numbers of samples. If a reference is the sum of one image per light, it counts as having the samples of all
+//! of them; its noise is lower than that, because light selection adds noise. The tests compare blocks of 10 × 10 pixels, over which the
+//! noise is close to a normal distribution: z = difference / standard deviation of both.
 
 use std::path::{Path, PathBuf};
 
@@ -18,10 +18,10 @@ use lanternfish_scene::{
     shading::{Attenuation, Materials},
 };
 
-/// Pixels a block is wide and high.
+/// Width and height of a block, pixels.
 const BLOCK: usize = 10;
 
-/// The folder of shared assets and references, or a line that says that the test is left out.
+/// The folder of shared assets and references. Without it, records that the test is left out and returns `None`.
 fn shared(test: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("LANTERNFISH_SHARED")
         .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared")), PathBuf::from);
@@ -53,7 +53,7 @@ struct Reference {
 }
 
 impl Reference {
-    /// The references of one scene, in one folder of the shared ones.
+    /// The references whose names start with `of`, from a folder of the shared files.
     fn all(shared: &Path, folder: &str, of: &str) -> Vec<(String, Self)> {
         let list = std::fs::read_to_string(shared.join(folder).join("references.json")).expect("readable");
         let list: serde_json::Value = serde_json::from_str(&list).expect("JSON");
@@ -80,7 +80,7 @@ impl Reference {
             let illuminance = sun["illuminance_lx"].as_f64().expect("a number") as f32;
             scene.lights.push(Light::directional(vec3(&sun["direction"]), Vec3::splat(illuminance)));
         }
-        shine_from_the_front(&mut scene);
+        emit_from_the_front(&mut scene);
         let each_light = entry["each_light"].as_bool().unwrap_or(false);
         let renderings = if each_light { scene.lights.len() } else { 1 };
         let camera = &entry["camera"];
@@ -103,12 +103,12 @@ impl Reference {
     }
 
     fn render(&self, samples: u64) -> Film {
-        let tracer = Tracer::new(&self.scene, self.settings.clone()).expect("the scene is sound");
+        let tracer = Tracer::new(&self.scene, self.settings.clone()).expect("the scene is valid");
         let mut film = Film::new(self.image.width, self.image.height).expect("a size");
         tracer.render(&self.camera, &mut film, samples);
         assert_eq!(film.dropped(), 0, "samples that are not finite");
         if let Ok(folder) = std::env::var("LANTERNFISH_TEST_IMAGES") {
-            let ours = RgbImage::new(self.image.width, self.image.height, film.mean()).expect("whole");
+            let ours = RgbImage::new(self.image.width, self.image.height, film.mean()).expect("one value per pixel");
             let path = Path::new(&folder).join(format!("{}-{}.exr", self.scene.name, self.settings.max_depth));
             lanternfish_metrics::write_exr(&path, &ours).expect("the folder can be written");
         }
@@ -120,21 +120,21 @@ impl Reference {
     }
 }
 
-/// Emitters of the references shine from their front only, those of double-sided materials too.
-fn shine_from_the_front(scene: &mut Scene) {
+/// Makes emitters single-sided, because the references' emitters emit from their front only.
+fn emit_from_the_front(scene: &mut Scene) {
     let emitters = scene.materials.iter_mut().filter(|material| material.emissive != Vec3::ZERO);
     emitters.for_each(|material| material.double_sided = false);
 }
 
 #[derive(Debug)]
 struct Agreement {
-    /// Light of the whole image over the reference's.
+    /// Ratio of the image's energy to the reference's.
     energy_ratio: f64,
-    /// What noise alone makes of it, one standard deviation.
+    /// Standard deviation of the energy ratio from noise.
     energy_deviation: f64,
     /// Median of z² over blocks and channels: 0.455 for normal noise.
     median_z2: f64,
-    /// Share of blocks and channels with |z| > 3: 0.0027 for normal noise.
+    /// Fraction of blocks and channels with |z| > 3: 0.0027 for normal noise.
     beyond_three: f64,
 }
 
@@ -142,7 +142,7 @@ impl Agreement {
     fn measure(film: &Film, reference: &RgbImage, reference_samples: f64) -> Self {
         let (ours, variance) = (film.mean(), film.variance());
         let both = 1.0 + film.samples() as f64 / reference_samples;
-        // The references are half floats: rounded by up to 2⁻¹¹ of the value, evenly.
+        // The references are half floats: uniform rounding errors of up to 2⁻¹¹ of the value.
         let rounding = |value: f32| (f64::from(value) * 2f64.powi(-11)).powi(2) / 3.0;
         let mut squares = Vec::new();
         let (mut energy, mut reference_energy, mut energy_variance) = (0.0, 0.0, 0.0);
@@ -175,8 +175,8 @@ impl Agreement {
         }
     }
 
-    /// Whether noise explains the difference: the median within `median` (a share of it), the tails up to `tail`, energy to
-    /// 0.5 % and three standard deviations of the noise.
+    /// `None` if noise explains the difference: the median of z² within a relative `median`, the tail below `tail`, and the energy within
+    /// 0.5 % plus three standard deviations of the noise. Otherwise a description.
     fn fault(&self, median: f64, tail: f64) -> Option<String> {
         let energy = (self.energy_ratio - 1.0).abs();
         let sound = (self.median_z2 / 0.455 - 1.0).abs() < median
@@ -187,36 +187,36 @@ impl Agreement {
 }
 
 #[test]
-fn cornell_is_the_references() {
-    let Some(shared) = shared("cornell_is_the_references") else { return };
+fn cornell_matches_the_references() {
+    let Some(shared) = shared("cornell_matches_the_references") else { return };
     let references = Reference::all(&shared, "references", "cornell");
     assert_eq!(references.len(), 4);
     for (name, reference) in references {
         let film = reference.render(32);
         let agreement = reference.compare(&film);
         println!("{name}: {agreement:?}");
-        // The median of z² over 625 blocks, whose channels have their noise in common, itself scatters by 9 %. Noise around small
-        // lamps is far from normal: tails up to four times those of a normal distribution.
+        // The median of z² over 625 blocks has a standard deviation of 9 %, because the channels share their noise. Noise around small lights
+        // is not normal: its tails are up to four times those of a normal distribution.
         assert_eq!(agreement.fault(0.25, 0.011), None, "{name}");
-        // It can fail: 1.5 % of light is seen in all.
+        // The check can fail: a difference of 1.5 % is detected in all images.
         let mut dimmer = reference;
         dimmer.image.pixels.iter_mut().flatten().for_each(|value| *value /= 1.015);
         let agreement = dimmer.compare(&film);
-        assert!(agreement.fault(0.25, 0.011).is_some(), "{name}: blind to 1.5 % of light: {agreement:?}");
+        assert!(agreement.fault(0.25, 0.011).is_some(), "{name}: a difference of 1.5 % is undetected: {agreement:?}");
     }
 }
 
 #[test]
-fn sponza_is_the_references() {
-    let Some(shared) = shared("sponza_is_the_references") else { return };
+fn sponza_matches_the_references() {
+    let Some(shared) = shared("sponza_matches_the_references") else { return };
     let references = Reference::all(&shared, "references/upright", "sponza");
     assert_eq!(references.len(), 6);
     for (name, reference) in references {
         let agreement = reference.compare(&reference.render(4));
         println!("{name}: {agreement:?}");
-        // Few samples of skewed values understate their variance (the median falls as samples are added), the references
-        // hold up to twice the noise that their number of samples says, and alpha masks are filtered before or after the
-        // cutoff, which is seen in blocks that are almost black.
+        // The tolerances are wide for three reasons. Few samples of a skewed distribution underestimate its variance (the median falls with
+        // more samples). The references have up to twice the noise of their number of samples. The renderers filter alpha masks before and
+        // after the cutoff, which is visible in almost black blocks.
         assert_eq!(agreement.fault(0.3, 0.08), None, "{name}");
     }
 }

@@ -1,8 +1,9 @@
-//! Capacity for lists whose length is known on the device alone.
+//! Capacity of lists whose length only the device knows.
 //!
-//! - [`Growth::Blocking`]: a list is counted, the host reads how long it is, makes room, and it is written. Every frame is whole.
-//! - [`Growth::Deferred`]: no frame waits. Lists have the room that earlier frames have shown to be enough, and half as much again; what
-//!   this frame counts is read when it arrives. A frame that is full notes that it is not whole, and is not shown.
+//! - [`Growth::Blocking`]: the device counts a list, the host reads the count and allocates, and the device writes the list. Every frame is
+//!   complete.
+//! - [`Growth::Deferred`]: no frame waits. A list's capacity is 3/2 of the largest count of recent frames; the counts of this frame are read
+//!   when they arrive. A frame in which a list overflows marks itself as incomplete and is not shown.
 
 mod capacity;
 mod staging;
@@ -16,119 +17,120 @@ use crate::primitives::SHADERS;
 use crate::{Bindings, Frame, GpuError, gpu_struct};
 
 gpu_struct! {
-    /// A list of the frame.
+    /// Parameters of the overflow check of a list.
     struct NoteParameters {
-        /// Which it is, from 0.
+        /// Index of the list in the frame, from 0.
         list: u32,
-        /// Elements that it has room for.
+        /// Capacity, elements.
         capacity: u32,
     }
 }
 
-/// When lists get more room.
+/// When the capacity of lists grows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Growth {
-    /// In the frame that needs it, which waits for the device.
+    /// In the frame that needs it, with a blocking readback.
     #[default]
     Blocking,
-    /// In a later frame.
+    /// In a later frame, with a deferred readback.
     Deferred,
 }
 
-/// A list that the device has counted.
+/// A list whose length the device has counted.
 #[derive(Clone, Copy)]
 pub struct Counted<'a> {
-    /// Its name. Lists of one name have the same room.
+    /// Its name. Lists of the same name have the same capacity.
     pub list: &'static str,
-    /// Four words: elements of it, and what else the host wants to know.
+    /// Four words: number of elements, and three more values for the host.
     pub words: &'a wgpu::Buffer,
-    /// Where its parts start, and how many starts there are, the last being where the last part ends.
+    /// Starts of its parts, and their number. The last one is the end of the last part.
     pub starts: (&'a wgpu::Buffer, usize),
-    /// Whether with these words the number of elements may have started over at 2³²: then the parts are added up.
+    /// True if, given these words, the number of elements may have wrapped at 2³². The host then adds up the parts.
     pub may_wrap: &'a dyn Fn(&[u32; LIST_WORDS]) -> bool,
-    /// Elements that there is room for before anything was counted.
+    /// Initial capacity, elements.
     pub guess: u64,
-    /// Elements at most.
+    /// Maximum capacity, elements.
     pub limit: u64,
 }
 
-/// The room for a list.
+/// The capacity of a list.
 #[derive(Clone, Copy, Debug)]
 pub struct ListCapacity {
-    /// Elements that there is room for: at most the limit.
+    /// Capacity, elements: at most the limit.
     pub capacity: u64,
-    /// Elements of the list, more than the limit too: in this frame, or where frames do not wait in the last one that has arrived.
+    /// Number of elements, possibly above the limit: of this frame, or with deferred readback of the last frame that has arrived.
     pub elements: u64,
     /// The words of the same frame.
     pub words: [u32; LIST_WORDS],
 }
 
-/// What has arrived of frames that did not wait.
+/// Numbers of frames with deferred readback that have arrived.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Arrived {
-    /// Frames.
+    /// All frames.
     pub frames: u64,
-    /// Those of them that were not whole.
+    /// Incomplete frames.
     pub held: u64,
 }
 
-/// What has become of a frame that did not wait.
+/// The outcome of a frame with deferred readback.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Outcome {
     /// [`Frame::number`].
     pub frame: u64,
-    /// Whether there was room for all of its lists: else it has drawn nothing.
+    /// True if no list overflowed. An incomplete frame has drawn nothing.
     pub is_complete: bool,
-    /// Whether the device has lost it, and most likely itself.
+    /// True if the readback failed, most likely because the device is lost.
     pub is_lost: bool,
-    /// Its lists by name, each with the number of elements that it needed room for.
+    /// Its lists by name, each with its number of elements.
     pub lists: Vec<(&'static str, u64)>,
-    /// Those that get other room from now on.
+    /// Names of the lists whose capacity changes.
     pub resized: Vec<&'static str>,
 }
 
-/// Words a list in the capacity policy, and those before the first: `note.wesl`.
+/// Words per list in the buffer of the capacity policy. `FIRST_LIST` words come before the first list; see `note.wesl`.
 pub(crate) const LIST_WORDS: usize = 4;
 const FIRST_LIST: usize = 8;
-/// Where the number of frames of a mean lies.
+/// Index of the word with the number of accumulated frames.
 const FRAMES: usize = 4;
-/// Lists of a frame at most.
+/// Maximum number of lists in a frame.
 const MOST_LISTS: usize = 1022;
 const CAPACITY_POLICY_BYTES: u64 = 4 * (FIRST_LIST + LIST_WORDS * MOST_LISTS) as u64;
 
 impl Frame<'_> {
-    /// When lists of this frame get more room.
+    /// When the capacity of this frame's lists grows.
     pub fn growth(&self) -> Growth {
         self.pool.capacity_policy.growth()
     }
 
-    /// Capacity for a list whose elements the commands so far have counted. Without waiting the frame notes, when it runs, whether the room
-    /// is enough. More elements than the limit are left to the caller to refuse.
+    /// Capacity for a list that the commands so far have counted. With deferred readback the frame checks the capacity when it runs. The
+    /// caller must refuse more elements than the limit.
     pub fn capacity_for(&mut self, counted: &Counted<'_>) -> Result<ListCapacity, GpuError> {
         let capacity = self.planned_capacity(counted.list, counted.guess, counted.limit);
         self.counted_capacity(counted, capacity)
     }
 
-    /// Capacity for a list that is counted while it is written: what was enough before, in elements. When it is written,
-    /// [`Self::counted_capacity`] says whether it was enough.
+    /// Capacity, elements, for a list that is counted while it is written, from earlier frames. Call [`Self::counted_capacity`] after the
+    /// write to check it.
     pub fn planned_capacity(&mut self, list: &'static str, guess: u64, limit: u64) -> u64 {
         let growth = self.growth();
         let list = self.pool.capacity_policy.lists.entry(list).or_default();
         match growth {
-            Growth::Blocking => list.before_waiting(guess, limit),
-            Growth::Deferred => list.later(guess, limit),
+            Growth::Blocking => list.before_counting(guess, limit),
+            Growth::Deferred => list.planned(guess, limit),
         }
     }
 
-    /// The words of the longest list of this name in the last frame that has arrived, where frames do not wait.
+    /// The words of the longest list of this name in the last frame that has arrived. Zeros with blocking readback.
     pub fn last_counted(&self, list: &'static str) -> [u32; LIST_WORDS] {
         let capacity_policy = &self.pool.capacity_policy;
         let history = capacity_policy.lists.get(list).filter(|_| capacity_policy.growth() == Growth::Deferred);
         history.map_or([0; LIST_WORDS], |history| history.last)
     }
 
-    /// Whether room for `capacity` elements is enough for a list that the commands so far have counted: where the frame waits, it is
-    /// the caller's to write the list again in the room that this returns; where it does not, the frame notes it when it runs.
+    /// Checks `capacity` (elements) against the length of a list that the commands so far have counted. With blocking readback the caller
+    /// must write the list again if it exceeds `capacity`, with the capacity returned here. With deferred readback the frame checks the
+    /// capacity when it runs.
     pub fn counted_capacity(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<ListCapacity, GpuError> {
         match self.growth() {
             Growth::Blocking => {
@@ -141,7 +143,7 @@ impl Frame<'_> {
                 };
                 let list = self.pool.capacity_policy.lists.entry(counted.list).or_default();
                 Ok(ListCapacity {
-                    capacity: list.waited_for(counted.list, counted.guess, counted.limit, elements),
+                    capacity: list.grow_for(counted.list, counted.guess, counted.limit, elements),
                     elements,
                     words,
                 })
@@ -150,7 +152,7 @@ impl Frame<'_> {
                 let list = self.pool.capacity_policy.lists.entry(counted.list).or_default();
                 let words = list.last;
                 if u64::from(words[0]) > counted.limit {
-                    // It is told once. Whether it is so still, the next frame finds out.
+                    // The caller learns of it once; the next frame counts again.
                     list.last = [0; LIST_WORDS];
                 }
                 self.note(counted, capacity)?;
@@ -160,10 +162,10 @@ impl Frame<'_> {
     }
 
     fn note(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<(), GpuError> {
-        let Some(mut later) = self.pool.capacity_policy.later.take() else { return Ok(()) };
-        let list = later.noted.len();
+        let Some(mut deferred) = self.pool.capacity_policy.deferred.take() else { return Ok(()) };
+        let list = deferred.noted.len();
         if list >= MOST_LISTS {
-            self.pool.capacity_policy.later = Some(later);
+            self.pool.capacity_policy.deferred = Some(deferred);
             let needed = CAPACITY_POLICY_BYTES + 4 * LIST_WORDS as u64;
             return Err(GpuError::TooLarge {
                 what: "lists of a frame".to_owned(),
@@ -171,42 +173,42 @@ impl Frame<'_> {
                 limit: CAPACITY_POLICY_BYTES,
             });
         }
-        later.noted.push(counted.list);
+        deferred.noted.push(counted.list);
         let capacity = u32::try_from(capacity).unwrap_or(u32::MAX);
         let parameters = self.uniform(&NoteParameters { list: list as u32, capacity });
         let bindings = Bindings::new().part("note_parameters", &parameters).buffer("counted", counted.words);
-        self.dispatch(&later.note, &bindings.buffer("capacity_policy", &later.words), [1, 1, 1]);
-        self.pool.capacity_policy.later = Some(later);
+        self.dispatch(&deferred.note, &bindings.buffer("capacity_policy", &deferred.words), [1, 1, 1]);
+        self.pool.capacity_policy.deferred = Some(deferred);
         Ok(())
     }
 
-    /// Where frames do not wait: what a draw of three vertices takes its numbers from, so that nothing is drawn where the frame is not
-    /// whole. Word 1 is 1 where it is whole, word 4 the number of frames of a mean ([`Self::count_frame`]).
+    /// With deferred readback: a buffer with the arguments of an indirect draw of three vertices, which draws nothing if the frame is
+    /// incomplete. Word 1 is 1 if the frame is complete, word 4 is the number of accumulated frames ([`Self::count_frame`]).
     pub fn whole(&self) -> Option<wgpu::Buffer> {
         self.pool.capacity_policy.whole()
     }
 
-    /// Where frames do not wait, counts this one among the frames of a mean if it is whole; the first of a mean begins again.
+    /// With deferred readback, adds this frame to the number of accumulated frames if it is complete. `is_first` resets the number first.
     pub fn count_frame(&mut self, is_first: bool) {
         if self.growth() == Growth::Blocking {
             return;
         }
-        let Some(later) = self.pool.capacity_policy.later.take() else { return };
+        let Some(deferred) = self.pool.capacity_policy.deferred.take() else { return };
         if is_first {
-            self.encoder().clear_buffer(&later.words, 4 * FRAMES as u64, Some(4));
+            self.encoder().clear_buffer(&deferred.words, 4 * FRAMES as u64, Some(4));
         }
-        self.dispatch(&later.count_frame, &Bindings::new().buffer("capacity_policy", &later.words), [1, 1, 1]);
-        self.pool.capacity_policy.later = Some(later);
+        self.dispatch(&deferred.count_frame, &Bindings::new().buffer("capacity_policy", &deferred.words), [1, 1, 1]);
+        self.pool.capacity_policy.deferred = Some(deferred);
     }
 }
 
-/// The sum of the lengths of parts, given their starts modulo 2³², the last being where the last part ends.
+/// The sum of the lengths of parts, given their starts modulo 2³². The last start is the end of the last part.
 fn sum_of_parts(starts: &[u32]) -> u64 {
     starts.windows(2).map(|pair| u64::from(pair[1].wrapping_sub(pair[0]))).sum()
 }
 
 #[test]
-fn a_sum_beyond_32_bits_is_added_up() {
+fn a_sum_beyond_32_bits_does_not_wrap() {
     let counts = [u32::MAX, 7, 0, u32::MAX - 1, 12];
     let mut sum = 0u32;
     let mut starts = vec![0];
@@ -218,7 +220,7 @@ fn a_sum_beyond_32_bits_is_added_up() {
 }
 
 #[test]
-fn the_ledgers_words_are_the_shaders() {
+fn host_and_shader_agree_on_the_words_of_the_capacity_policy() {
     let shader = SHADERS.link("capacity_policy/note", &[]).unwrap();
     crate::check_layout::<NoteParameters>(&shader).unwrap();
     let source = include_str!("note.wesl");

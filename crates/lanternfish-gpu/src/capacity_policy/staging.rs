@@ -1,4 +1,4 @@
-//! Buffers through which words reach the host without anybody waiting for them.
+//! Staging buffers for deferred readback.
 
 use std::{
     collections::VecDeque,
@@ -10,16 +10,16 @@ use std::{
 
 use crate::made;
 
-const ON_THE_WAY: u8 = 0;
-const THERE: u8 = 1;
+const PENDING: u8 = 0;
+const ARRIVED: u8 = 1;
 const LOST: u8 = 2;
 
-/// Buffers that are there from the start: as many as there are frames that a device usually has in hand.
-const USUALLY: usize = 3;
-/// Frames on their way at most: what further ones count is not read.
+/// Number of buffers at the start: the usual number of frames in flight.
+const INITIAL_BUFFERS: usize = 3;
+/// Maximum number of frames in flight. The counts of further frames are not read.
 pub(crate) const MOST_IN_FLIGHT: usize = 64;
 
-/// The words of a frame, copied or on their way.
+/// The words of a frame in flight.
 #[derive(Debug)]
 struct Sent {
     frame: u64,
@@ -28,12 +28,12 @@ struct Sent {
     lists: Vec<&'static str>,
 }
 
-/// The words of a frame that the device is done with.
+/// The words of a frame that the device has finished.
 #[derive(Debug)]
 pub(super) struct Received {
     pub frame: u64,
     pub lists: Vec<&'static str>,
-    /// None: the device has lost them.
+    /// `None` if mapping failed, most likely because the device is lost.
     pub words: Option<Vec<u32>>,
 }
 
@@ -42,19 +42,19 @@ pub(super) struct Staging {
     device: wgpu::Device,
     bytes: u64,
     free: Vec<wgpu::Buffer>,
-    /// Those that are copied by commands that have not been handed to the device yet.
+    /// Words copied by commands that have not been submitted yet.
     copied: Option<Sent>,
-    /// In the order in which they were sent, which is that in which they arrive.
+    /// In order of submission, which is also the order of arrival.
     sent: VecDeque<Sent>,
 }
 
 impl Staging {
     pub fn new(device: &wgpu::Device, bytes: u64) -> Self {
-        let free = (0..USUALLY).map(|_| staging_buffer(device, bytes)).collect();
+        let free = (0..INITIAL_BUFFERS).map(|_| staging_buffer(device, bytes)).collect();
         Self { device: device.clone(), bytes, free, copied: None, sent: VecDeque::new() }
     }
 
-    /// Copies the words of a frame with these lists. Those of a frame before it whose commands were not handed to the device are given up.
+    /// Copies the words of a frame with these lists. Discards those of an earlier frame that was not submitted.
     pub fn copy(
         &mut self,
         frame: u64,
@@ -68,28 +68,28 @@ impl Staging {
         }
         let buffer = self.free.pop().unwrap_or_else(|| staging_buffer(&self.device, self.bytes));
         encoder.copy_buffer_to_buffer(words, 0, &buffer, 0, buffer.size());
-        self.copied = Some(Sent { frame, buffer, state: Arc::new(AtomicU8::new(ON_THE_WAY)), lists: lists.to_vec() });
+        self.copied = Some(Sent { frame, buffer, state: Arc::new(AtomicU8::new(PENDING)), lists: lists.to_vec() });
     }
 
-    /// The commands that copy will not be handed to the device.
+    /// Discards the copied words; their commands will not be submitted.
     pub fn give_up(&mut self) {
         self.free.extend(self.copied.take().map(|copied| copied.buffer));
     }
 
-    /// Asks for what was copied, once the commands were handed to the device.
+    /// Requests mapping of the copied words, after their commands were submitted.
     pub fn map(&mut self) {
         let Some(copied) = self.copied.take() else { return };
         let state = copied.state.clone();
         copied.buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-            state.store(if result.is_ok() { THERE } else { LOST }, Ordering::Release);
+            state.store(if result.is_ok() { ARRIVED } else { LOST }, Ordering::Release);
         });
         self.sent.push_back(copied);
     }
 
-    /// The oldest of the frames that the device is done with.
+    /// The oldest finished frame that was not returned yet.
     pub fn received(&mut self) -> Option<Received> {
         let state = self.sent.front()?.state.load(Ordering::Acquire);
-        if state == ON_THE_WAY {
+        if state == PENDING {
             return None;
         }
         let Sent { frame, buffer, lists, .. } = self.sent.pop_front()?;
@@ -97,7 +97,7 @@ impl Staging {
             return Some(Received { frame, lists, words: None });
         }
         let words = buffer.get_mapped_range(..).ok().map(|data| bytemuck::pod_collect_to_vec(&data));
-        // On a device that was lost in between that is an error, which says nothing new.
+        // If the device was lost in between, this is an error, which is ignored: the loss shows elsewhere.
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         buffer.unmap();
         if pollster::block_on(scope.pop()).is_none() {

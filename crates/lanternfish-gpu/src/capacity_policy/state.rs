@@ -1,4 +1,4 @@
-//! State that lasts from frame to frame: capacities, and notes of frames with deferred readback.
+//! State across frames: capacities, and outcomes of frames with deferred readback.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -9,34 +9,34 @@ use super::{
 };
 use crate::{ComputeKernel, GpuError, buffer::STORAGE, made, primitives::SHADERS};
 
-/// Capacity of all lists, kept from frame to frame.
+/// Capacities of all lists.
 #[derive(Debug, Default)]
 pub(crate) struct CapacityPolicy {
     pub(super) lists: HashMap<&'static str, History>,
     growth: Growth,
-    /// There from the first frame on that does not wait.
-    pub(super) later: Option<Deferred>,
+    /// Present once deferred readback was selected.
+    pub(super) deferred: Option<Deferred>,
 }
 
-/// What frames that do not wait need.
+/// Resources of frames with deferred readback.
 #[derive(Debug)]
 pub(super) struct Deferred {
     pub note: ComputeKernel,
     pub count_frame: ComputeKernel,
     pub words: wgpu::Buffer,
     staging: Staging,
-    /// The lists of the frame in hand.
+    /// Names of the lists noted by the current frame.
     pub noted: Vec<&'static str>,
     arrived: Arrived,
-    /// Of the frames that have arrived, the last [`MOST_IN_FLIGHT`] that nobody has asked for.
+    /// Outcomes of the last [`MOST_IN_FLIGHT`] frames that have arrived and were not read by the caller.
     outcomes: VecDeque<Outcome>,
 }
 
 impl CapacityPolicy {
-    /// From now on.
+    /// Sets when lists grow from now on.
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
-        if growth == Growth::Deferred && self.later.is_none() {
-            self.later = Some(Deferred::new(device)?);
+        if growth == Growth::Deferred && self.deferred.is_none() {
+            self.deferred = Some(Deferred::new(device)?);
         }
         self.growth = growth;
         Ok(())
@@ -46,16 +46,16 @@ impl CapacityPolicy {
         self.growth
     }
 
-    /// What is needed of frames that do not wait, if they do not.
-    fn later(&self) -> Option<&Deferred> {
-        self.later.as_ref().filter(|_| self.growth == Growth::Deferred)
+    /// The resources for deferred readback, if it is selected.
+    fn deferred(&self) -> Option<&Deferred> {
+        self.deferred.as_ref().filter(|_| self.growth == Growth::Deferred)
     }
 
     fn deferred_mut(&mut self) -> Option<&mut Deferred> {
-        self.later.as_mut().filter(|_| self.growth == Growth::Deferred)
+        self.deferred.as_mut().filter(|_| self.growth == Growth::Deferred)
     }
 
-    /// Every list, by name, and the elements that it has room for.
+    /// The capacity of every list, elements, by name.
     pub fn capacities(&self) -> Vec<(&'static str, u64)> {
         let mut capacities: Vec<_> = self.lists.iter().map(|(name, capacity)| (*name, capacity.capacity())).collect();
         capacities.sort_unstable();
@@ -63,66 +63,66 @@ impl CapacityPolicy {
     }
 
     pub fn whole(&self) -> Option<wgpu::Buffer> {
-        self.later().map(|later| later.words.clone())
+        self.deferred().map(|deferred| deferred.words.clone())
     }
 
     pub fn arrived(&self) -> Arrived {
-        self.later.as_ref().map_or_else(Arrived::default, |later| later.arrived)
+        self.deferred.as_ref().map_or_else(Arrived::default, |deferred| deferred.arrived)
     }
 
-    /// Reads what has arrived, without waiting.
+    /// Collects the frames that have arrived, without waiting.
     pub fn collect(&mut self, device: &wgpu::Device) {
-        let Some(later) = &mut self.later else { return };
-        // What is wrong with the device shows where the frame is handed to it.
+        let Some(deferred) = &mut self.deferred else { return };
+        // Errors of the device show at the next submission.
         let _ = device.poll(wgpu::PollType::Poll);
-        while let Some(received) = later.staging.received() {
+        while let Some(received) = deferred.staging.received() {
             let outcome = outcome(&mut self.lists, received);
-            later.arrived.frames += u64::from(!outcome.is_lost);
-            later.arrived.held += u64::from(!outcome.is_lost && !outcome.is_complete);
-            later.outcomes.push_back(outcome);
-            if later.outcomes.len() > MOST_IN_FLIGHT {
-                later.outcomes.pop_front();
+            deferred.arrived.frames += u64::from(!outcome.is_lost);
+            deferred.arrived.held += u64::from(!outcome.is_lost && !outcome.is_complete);
+            deferred.outcomes.push_back(outcome);
+            if deferred.outcomes.len() > MOST_IN_FLIGHT {
+                deferred.outcomes.pop_front();
             }
         }
     }
 
-    /// What has become of the oldest frame that has arrived and was not asked for yet.
+    /// Takes the outcome of the oldest frame that has arrived.
     pub fn outcome(&mut self) -> Option<Outcome> {
-        self.later.as_mut()?.outcomes.pop_front()
+        self.deferred.as_mut()?.outcomes.pop_front()
     }
 
-    /// What comes first in a frame.
+    /// Begins a frame.
     pub fn begin(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
         self.collect(device);
-        let Some(later) = self.deferred_mut() else { return };
-        later.noted.clear();
-        // Three vertices, one instance: as long as nothing is noted, the image is drawn.
-        queue.write_buffer(&later.words, 0, bytemuck::bytes_of(&[3u32, 1, 0, 0]));
+        let Some(deferred) = self.deferred_mut() else { return };
+        deferred.noted.clear();
+        // Three vertices, one instance: the image is drawn unless a list overflows.
+        queue.write_buffer(&deferred.words, 0, bytemuck::bytes_of(&[3u32, 1, 0, 0]));
     }
 
-    /// What comes last in a frame's commands.
+    /// Ends a frame: copies its words for the readback.
     pub fn end(&mut self, frame: u64, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(later) = self.deferred_mut() {
-            later.staging.copy(frame, &later.words, &later.noted, encoder);
+        if let Some(deferred) = self.deferred_mut() {
+            deferred.staging.copy(frame, &deferred.words, &deferred.noted, encoder);
         }
     }
 
-    /// The commands are on their way.
+    /// Notes that the frame was submitted.
     pub fn submitted(&mut self) {
-        if let Some(later) = &mut self.later {
-            later.staging.map();
+        if let Some(deferred) = &mut self.deferred {
+            deferred.staging.map();
         }
     }
 
-    /// The commands will never be handed to the device.
+    /// Notes that the frame will never be submitted.
     pub fn discarded(&mut self) {
-        if let Some(later) = &mut self.later {
-            later.staging.give_up();
+        if let Some(deferred) = &mut self.deferred {
+            deferred.staging.give_up();
         }
     }
 }
 
-/// Notes what a frame has counted.
+/// Adapts capacities to the counts of a frame, and returns its outcome.
 fn outcome(histories: &mut HashMap<&'static str, History>, received: Received) -> Outcome {
     let Received { frame, lists, words } = received;
     let Some(words) = words else { return Outcome { frame, is_lost: true, ..Outcome::default() } };
@@ -130,7 +130,7 @@ fn outcome(histories: &mut HashMap<&'static str, History>, received: Received) -
     for (name, words) in lists.iter().zip(words[FIRST_LIST..].chunks_exact(LIST_WORDS)) {
         let words: [u32; LIST_WORDS] = words.try_into().expect("a chunk has as many");
         histories.get_mut(name).expect("it was requested").arrives(words);
-        match counted.iter_mut().find(|(known, _)| known == name) {
+        match counted.iter_mut().find(|(other, _)| other == name) {
             Some((_, elements)) => *elements += u64::from(words[0]),
             None => counted.push((*name, words[0].into())),
         }

@@ -1,7 +1,7 @@
 use super::{Arrived, Counted, Growth, ListCapacity};
 use crate::{Frame, Gpu, Pool, Profiler, primitives::Scan, read_back, testing};
 
-/// Frames of one list.
+/// Frames with lists of one name.
 struct Frames<'g> {
     gpu: &'g Gpu,
     profiler: Profiler,
@@ -15,7 +15,7 @@ impl<'g> Frames<'g> {
         Self { gpu, profiler: Profiler::new(&gpu.device, &gpu.queue), pool }
     }
 
-    /// A frame in which two lists of one name have so many elements: their rooms, and whether the frame is whole, if it notes that.
+    /// Runs a frame with two lists of these lengths. Returns their capacities, and with deferred readback whether the frame is complete.
     fn next(&mut self, elements: [u32; 2]) -> (Vec<ListCapacity>, Option<bool>) {
         let Self { gpu, profiler, pool } = self;
         let mut frame = Frame::pooled(&gpu.device, &gpu.queue, profiler, pool);
@@ -33,49 +33,49 @@ impl<'g> Frames<'g> {
             };
             lists.push(frame.capacity_for(&counted).unwrap());
         }
-        let whole = frame.whole();
+        let words = frame.whole();
         frame.submit();
         let read = |words: &wgpu::Buffer| read_back::<u32>(&gpu.device, &gpu.queue, words, 2).unwrap();
-        (lists, whole.map(|words| read(&words)[1] == 1))
+        (lists, words.map(|words| read(&words)[1] == 1))
     }
 }
 
 #[test]
-fn gpu_a_frame_that_waits_always_has_room() {
-    let Some(gpu) = testing::gpu("gpu_a_frame_that_waits_always_has_room") else { return };
+fn gpu_blocking_readback_always_gives_enough_capacity() {
+    let Some(gpu) = testing::gpu("gpu_blocking_readback_always_gives_enough_capacity") else { return };
     let mut frames = Frames::new(gpu, Growth::Blocking);
     for (elements, capacities) in [([3, 4], [10, 10]), ([50, 20], [50, 50]), ([7, 60], [50, 60]), ([0, 0], [60, 60])] {
-        let (lists, whole) = frames.next(elements);
+        let (lists, is_complete) = frames.next(elements);
         assert_eq!(lists.iter().map(|list| list.capacity).collect::<Vec<_>>(), capacities);
         assert_eq!(lists.iter().map(|list| list.elements).collect::<Vec<_>>(), elements.map(u64::from));
-        assert!(lists.iter().all(|list| list.words[1..] == [5, 6, 7]) && whole.is_none());
+        assert!(lists.iter().all(|list| list.words[1..] == [5, 6, 7]) && is_complete.is_none());
     }
     assert_eq!(frames.pool.waits(), 8);
-    // More than the limit is told, and no room is kept for it.
+    // A length above the limit is reported and does not change the capacity.
     let (lists, _) = frames.next([0, 1 << 21]);
     assert_eq!((lists[1].capacity, lists[1].elements), (60, 1 << 21));
 }
 
 #[test]
-fn gpu_a_frame_that_does_not_wait_says_whether_it_had_room() {
-    let Some(gpu) = testing::gpu("gpu_a_frame_that_does_not_wait_says_whether_it_had_room") else { return };
+fn gpu_deferred_readback_reports_overflow() {
+    let Some(gpu) = testing::gpu("gpu_deferred_readback_reports_overflow") else { return };
     let mut frames = Frames::new(gpu, Growth::Deferred);
-    let (lists, whole) = frames.next([3, 4]);
+    let (lists, is_complete) = frames.next([3, 4]);
     let least = lists[0].capacity;
-    assert_eq!((lists[0].elements, whole), (0, Some(true)));
-    // Either list of the frame may lack room; the next frame but one at the latest knows, since the test waits for each.
+    assert_eq!((lists[0].elements, is_complete), (0, Some(true)));
+    // Either list may overflow. The test waits for each frame, so the next one has a sufficient capacity.
     for elements in [[0, least as u32 + 1], [4 * least as u32, 0]] {
         assert_eq!(frames.next(elements).1, Some(false), "{elements:?}");
-        let (lists, whole) = frames.next(elements);
-        assert_eq!(whole, Some(true), "{elements:?} in {lists:?}");
-        // The longest of the frame.
+        let (lists, is_complete) = frames.next(elements);
+        assert_eq!(is_complete, Some(true), "{elements:?} in {lists:?}");
+        // The elements and words are those of the frame's longest list.
         let most = u64::from(elements.into_iter().max().unwrap());
         assert_eq!((lists[0].elements, &lists[0].words[1..]), (most, &[5, 6, 7][..]));
         assert_eq!(lists[0].capacity, most * 3 / 2);
     }
-    // What saturated is full, whatever the limit.
+    // A saturated count is an overflow, whatever the limit.
     assert_eq!(frames.next([u32::MAX, 0]).1, Some(false));
-    // It is told once, even where the frame that is told of it is given up; the next one finds out whether it is so still.
+    // The count is reported once, even if the frame that reads it is discarded; the next frame counts again.
     let (lists, _) = frames.next([1, 1]);
     assert_eq!([lists[0].elements, lists[1].elements], [u32::MAX.into(), 0]);
     let (lists, _) = frames.next([1, 1]);
@@ -84,10 +84,10 @@ fn gpu_a_frame_that_does_not_wait_says_whether_it_had_room() {
     assert_eq!(frames.pool.waits(), 0);
 }
 
-/// Totals that no word holds are the largest number where frames do not wait, and start over where they do.
+/// Totals beyond 32 bits saturate with deferred readback, and wrap with blocking readback.
 #[test]
-fn gpu_totals_saturate_where_nobody_would_see_them_start_over() {
-    let Some(gpu) = testing::gpu("gpu_totals_saturate_where_nobody_would_see_them_start_over") else { return };
+fn gpu_totals_saturate_with_deferred_readback() {
+    let Some(gpu) = testing::gpu("gpu_totals_saturate_with_deferred_readback") else { return };
     let scan = Scan::new(&gpu.device, "test").unwrap();
     let values: Vec<u32> = (0..5000).map(|i| if i % 1000 == 999 { 1 << 30 } else { i }).collect();
     for growth in [Growth::Blocking, Growth::Deferred] {
@@ -102,10 +102,10 @@ fn gpu_totals_saturate_where_nobody_would_see_them_start_over() {
             Growth::Deferred => sum.saturating_add(value),
         };
         let sums = values.iter().scan(0, |sum, value| Some(std::mem::replace(sum, add(*sum, *value))));
-        let found = read_back::<u32>(&gpu.device, &gpu.queue, &list, values.len()).unwrap();
-        assert_eq!(found, sums.collect::<Vec<_>>(), "{growth:?}");
-        let found = read_back::<u32>(&gpu.device, &gpu.queue, &total, 1).unwrap()[0];
-        assert_eq!(found, values.iter().fold(0, |sum, value| add(sum, *value)), "{growth:?}");
-        assert_eq!(found == u32::MAX, growth == Growth::Deferred);
+        let actual = read_back::<u32>(&gpu.device, &gpu.queue, &list, values.len()).unwrap();
+        assert_eq!(actual, sums.collect::<Vec<_>>(), "{growth:?}");
+        let actual = read_back::<u32>(&gpu.device, &gpu.queue, &total, 1).unwrap()[0];
+        assert_eq!(actual, values.iter().fold(0, |sum, value| add(sum, *value)), "{growth:?}");
+        assert_eq!(actual == u32::MAX, growth == Growth::Deferred);
     }
 }

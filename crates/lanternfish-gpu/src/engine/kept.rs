@@ -1,4 +1,4 @@
-//! Compiled objects of an engine: those in use, and the most recent unused ones.
+//! Pipeline cache of an engine: pipelines in use, and the most recently used of the others.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -7,21 +7,21 @@ use std::{
 
 use super::PipelineKey;
 
-/// In every clone of a pipeline: how many there are of it.
+/// Reference count, shared by all clones of a pipeline.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clones(Arc<()>);
 
-/// A pipeline, clones of which are handed out.
+/// A pipeline whose clones are handed out and counted.
 pub(crate) trait Handed: Clone {
-    /// In all of them.
+    /// The count of its clones.
     fn clones(&self) -> &Clones;
 }
 
-/// Pipelines of one kind by what they are made of.
+/// Pipelines of one kind by key, with the time of their last use.
 #[derive(Debug)]
 pub(super) struct Kept<P> {
     pipelines: HashMap<PipelineKey, (P, u64)>,
-    /// Number of unused objects that are kept: the most recent ones.
+    /// Maximum number of unused pipelines.
     spare: usize,
     now: u64,
 }
@@ -38,7 +38,7 @@ impl<P: Handed> Kept<P> {
         Some(pipeline.clone())
     }
 
-    /// Keeps another, and drops those that nobody has used for longest.
+    /// Adds a pipeline, drops the least recently used of the unused ones above the limit, and returns their keys.
     pub fn insert(&mut self, key: PipelineKey, pipeline: P) -> Vec<PipelineKey> {
         self.now += 1;
         let mut unused = Vec::new();
@@ -59,7 +59,7 @@ impl<P: Handed> Kept<P> {
         dropped
     }
 
-    /// Labels of the shaders that they are made of.
+    /// Labels of their shaders.
     pub fn shaders(&self) -> HashSet<&str> {
         self.pipelines.keys().map(|key| key.shader.as_str()).collect()
     }

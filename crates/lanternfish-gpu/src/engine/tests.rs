@@ -2,8 +2,8 @@ use super::*;
 use crate::{primitives::Scan, testing};
 
 #[test]
-fn gpu_an_engine_compiles_a_thing_once() {
-    let Some(gpu) = testing::gpu("gpu_an_engine_compiles_a_thing_once") else { return };
+fn gpu_an_engine_compiles_each_pipeline_once() {
+    let Some(gpu) = testing::gpu("gpu_an_engine_compiles_each_pipeline_once") else { return };
     let engine = Engine::new(&gpu.device, &gpu.queue);
     let scan = |label| Scan::new(&gpu.device, label).unwrap();
     let (_, requested) = engine.requested_within(|| scan("test"));
@@ -11,10 +11,10 @@ fn gpu_an_engine_compiles_a_thing_once() {
     assert_eq!(once, Compilations { shaders: 1, pipelines: 2 });
     let (_, again) = engine.clone().requested_within(|| scan("test"));
     assert_eq!((engine.compilations(), &again), (once, &requested));
-    // Outside of it nothing is looked up and nothing kept.
+    // Outside of `within` the cache is not used.
     scan("test");
     assert_eq!(engine.compilations(), once);
-    // Another label is another pass in reports, of the same shader.
+    // Another label is another pipeline (a pass of its own in reports) with the same shader.
     let (_, other) = engine.requested_within(|| scan("other"));
     assert_eq!(engine.compilations(), Compilations { shaders: 1, pipelines: 4 });
     assert!(other != requested);
@@ -23,10 +23,10 @@ fn gpu_an_engine_compiles_a_thing_once() {
     assert_eq!(engine.compilations(), Compilations { shaders: 2, pipelines: 6 });
 }
 
-/// What nobody uses is kept until enough others were used after it, and what somebody uses for as long as that.
+/// A pipeline in use is never dropped; an unused one is dropped after enough others were used.
 #[test]
-fn gpu_an_engine_drops_what_was_not_used_for_long() {
-    let Some(gpu) = testing::gpu("gpu_an_engine_drops_what_was_not_used_for_long") else { return };
+fn gpu_an_engine_drops_the_least_recently_used_pipelines() {
+    let Some(gpu) = testing::gpu("gpu_an_engine_drops_the_least_recently_used_pipelines") else { return };
     let engine = Engine::new(&gpu.device, &gpu.queue);
     let scan = |label: &str| engine.within(|| Scan::new(&gpu.device, label).unwrap());
     let compiles = |label: &str| {
@@ -38,27 +38,27 @@ fn gpu_an_engine_drops_what_was_not_used_for_long() {
     let spare = SPARE_KERNELS / 2;
     for number in 0..3 * spare {
         scan(&number.to_string());
-        // What is requested now and then stays.
-        assert_eq!(compiles("asked for"), number == 0);
+        // A pipeline that is requested again and again stays.
+        assert_eq!(compiles("requested again"), number == 0);
         assert!(engine.kept().kernels <= SPARE_KERNELS + 4, "{:?}", engine.kept());
     }
-    assert_eq!(engine.kept().shaders, 1, "what is left is made of it");
+    assert_eq!(engine.kept().shaders, 1, "all remaining pipelines use it");
     assert!(!compiles(&(3 * spare - 1).to_string()) && !compiles(&(2 * spare + 1).to_string()) && compiles("0"));
     assert!(!compiles("held"), "dropped though it was in use");
-    // It was in use until now, so that others go before it.
+    // It was in use until now, so others are dropped before it.
     held.take();
     scan("another");
     assert!(!compiles("held"));
     for number in 0..spare + 2 {
         scan(&format!("more {number}"));
     }
-    assert!(compiles("held"), "kept though nobody has used it for long");
+    assert!(compiles("held"), "kept though it is the least recently used");
 }
 
-/// A shader goes with the last of its pipelines.
+/// A shader is dropped with the last of its pipelines.
 #[test]
-fn gpu_an_engine_drops_shaders_that_no_pipeline_is_made_of() {
-    let Some(gpu) = testing::gpu("gpu_an_engine_drops_shaders_that_no_pipeline_is_made_of") else { return };
+fn gpu_an_engine_drops_shaders_without_pipelines() {
+    let Some(gpu) = testing::gpu("gpu_an_engine_drops_shaders_without_pipelines") else { return };
     let engine = Engine::new(&gpu.device, &gpu.queue);
     engine.within(|| crate::primitives::RadixSort::new(&gpu.device, "sort").unwrap());
     let of_sort = engine.kept().shaders;

@@ -1,4 +1,4 @@
-//! Times of passes.
+//! Timing of passes.
 
 use std::collections::VecDeque;
 
@@ -15,14 +15,14 @@ pub struct PassTime {
     pub ms: f64,
 }
 
-/// Times passes where the device has timestamp queries, and does nothing elsewhere.
+/// Times passes if the device has timestamp queries, and does nothing otherwise.
 pub struct Profiler {
     pub(super) inner: GpuProfiler,
     period: f32,
-    /// Whether dispatches may share a pass: each can then be timed by itself, or nothing is timed at all.
+    /// True if dispatches may share a pass: each can be timed alone, or nothing is timed at all.
     pub(super) is_shared_pass: bool,
     pub(super) compute_passes: u64,
-    /// Frames whose times are on their way.
+    /// Frames whose times have not arrived yet.
     pending: VecDeque<u64>,
 }
 
@@ -53,13 +53,12 @@ impl Profiler {
         }
     }
 
-    /// Forgets every frame whose times are not there yet.
+    /// Discards all frames whose times have not arrived yet.
     pub(super) fn renew(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
         *self = Self { compute_passes: self.compute_passes, ..Self::new(device, queue) };
     }
 
-    /// Number of compute passes in all frames so far. Dispatches that follow each other share one, where that does not keep them from
-    /// being timed.
+    /// Number of compute passes in all frames so far. Consecutive dispatches share a pass unless that prevents timing them.
     pub fn compute_passes(&self) -> u64 {
         self.compute_passes
     }
@@ -69,8 +68,8 @@ impl Profiler {
         self.next().map(|(_, times)| times).unwrap_or_default()
     }
 
-    /// Times of a finished frame, by its number, in the order of its passes; empty when it is not finished or nothing is timed. Those of
-    /// frames before it are dropped.
+    /// Times of the frame of this number, in the order of its passes; empty if it is not finished or nothing is timed. Drops the times of
+    /// earlier frames.
     pub fn times_of(&mut self, frame: u64) -> Vec<PassTime> {
         while self.pending.front().is_some_and(|number| *number <= frame) {
             match self.next() {
@@ -82,13 +81,13 @@ impl Profiler {
         Vec::new()
     }
 
-    /// The commands of a frame were handed to the device.
+    /// Notes that a frame was submitted.
     pub(super) fn submitted(&mut self, frame: u64) {
         if self.pending.len() == MOST_IN_FLIGHT {
-            // The one before is the one that is given up.
+            // `end_frame` then drops the most recent pending frame.
             self.pending.pop_back();
         }
-        // Fails only when a query was left open, which `dispatch` and `render` never do.
+        // Fails only if a query is open; `dispatch` and `render` close theirs.
         self.inner.end_frame().expect("every query is closed");
         self.pending.push_back(frame);
     }

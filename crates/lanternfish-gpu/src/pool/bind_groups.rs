@@ -1,10 +1,11 @@
-//! Bind groups that frames use again.
+//! Cache of bind groups across frames.
 
 use std::{collections::HashMap, num::NonZeroU64};
 
 use crate::made;
 
-/// What a bind group binds. The handles keep what they name, so that no other can get its place while the bind group is kept.
+/// A bound resource, as part of a cache key. The handles keep the resource alive, so that its identity is not reused while the bind group
+/// is cached.
 #[derive(Debug, PartialEq, Eq, Hash)]
 enum Resource {
     Buffer(wgpu::Buffer, u64, Option<NonZeroU64>),
@@ -41,7 +42,7 @@ struct Kept {
     last_frame: u64,
 }
 
-/// The bind groups of the last few frames, by their layout and what they bind.
+/// Bind groups of the last few frames, by layout and bound resources.
 #[derive(Debug)]
 pub struct BindGroups {
     device: wgpu::Device,
@@ -54,7 +55,7 @@ impl BindGroups {
         Self { device: device.clone(), kept: HashMap::new(), frame: 0 }
     }
 
-    /// The bind group of a layout with these entries.
+    /// The bind group of a layout with these entries, from the cache or new.
     pub(crate) fn get(
         &mut self,
         label: &str,

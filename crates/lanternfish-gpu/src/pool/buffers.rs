@@ -1,19 +1,19 @@
-//! Buffers that frames use again.
+//! Transient buffers that frames reuse.
 
 use std::collections::HashMap;
 
 use crate::{GpuError, buffer::STORAGE, made};
 
-/// What a buffer is for.
+/// The use of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Use {
-    /// Storage that holds anything at first.
+    /// Storage with undefined content at first.
     Scratch,
-    /// Storage that is zero at first.
+    /// Storage that is zeroed at first.
     Zeroed,
-    /// Storage of anything, that workgroups and draws can be counted in.
+    /// Storage with undefined content at first, for arguments of indirect dispatches and draws.
     Indirect,
-    /// Read by the host.
+    /// Readback by the host.
     Read,
 }
 
@@ -31,21 +31,21 @@ impl Use {
 struct Slot {
     buffer: wgpu::Buffer,
     used_for: Use,
-    /// The frame that it was last given to.
+    /// The last frame that used it.
     last_frame: u64,
-    /// True if anything may have been written since it was zero.
+    /// True if it may have been written since it was last cleared.
     is_written: bool,
 }
 
 impl Slot {
-    /// Whether a request may have it: neither too small nor much too large.
+    /// True if it is free and suits a request: neither too small nor much too large.
     fn fits(&self, used_for: Use, bytes: u64, frame: u64) -> bool {
         let size = self.buffer.size();
         self.last_frame < frame && self.used_for == used_for && size >= bytes && size <= (2 * bytes).max(LEAST_BYTES)
     }
 }
 
-/// Requests for less are not told apart by size.
+/// Buffers up to this size suit every smaller request, bytes.
 const LEAST_BYTES: u64 = 256;
 
 #[derive(Debug)]
@@ -60,7 +60,7 @@ impl Buffers {
         Self { device: device.clone(), slots: HashMap::new(), frame: 0 }
     }
 
-    /// A buffer of at least so many bytes: its length says nothing.
+    /// A buffer of at least `bytes`; it may be longer.
     pub fn get(&mut self, used_for: Use, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         let bytes = bytes.max(16).next_multiple_of(16);
         let limits = self.device.limits();
@@ -74,8 +74,8 @@ impl Buffers {
         if !self.slots.contains_key(label) {
             self.slots.insert(label.to_owned(), Vec::new());
         }
-        let slots = self.slots.get_mut(label).expect("just inserted, if not there");
-        // The smallest, and of one size the first: the same requests in the same order get the same buffers.
+        let slots = self.slots.get_mut(label).expect("inserted above if it was missing");
+        // The smallest one, and the first of equal size: the same requests in the same order get the same buffers.
         let fitting = slots.iter_mut().filter(|slot| slot.fits(used_for, bytes, self.frame));
         if let Some(slot) = fitting.min_by_key(|slot| slot.buffer.size()) {
             slot.last_frame = self.frame;
@@ -85,7 +85,7 @@ impl Buffers {
         made::count(|made| made.buffers += 1);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            size: roomy(bytes).min(limit - limit % 16),
+            size: with_slack(bytes).min(limit - limit % 16),
             usage: used_for.usages(),
             mapped_at_creation: false,
         });
@@ -104,7 +104,7 @@ impl Buffers {
         self.slots.retain(|_, slots| !slots.is_empty());
     }
 
-    /// Those that the frame has not given away are zero once the commands have run.
+    /// Marks the buffers that the frame did not use as zero: they are once the frame's commands have run.
     pub fn submitting(&mut self) {
         let slots = self.slots.values_mut().flatten();
         slots.filter(|slot| slot.last_frame < self.frame).for_each(|slot| slot.is_written = false);
@@ -115,19 +115,19 @@ impl Buffers {
     }
 }
 
-/// Up to an eighth more, so that a list that is now and then a little longer fits too.
-fn roomy(bytes: u64) -> u64 {
+/// Adds up to 1/8, so that a list that varies a little in length keeps its buffer.
+fn with_slack(bytes: u64) -> u64 {
     let step = (bytes.next_power_of_two() / 16).max(16);
     bytes.next_multiple_of(step)
 }
 
 #[test]
-fn there_is_room_for_an_eighth_more_at_most() {
+fn slack_is_at_most_an_eighth() {
     for bytes in [16u64, 32, 48, 4096, 4112, 100_000, 1 << 27] {
-        let capacity = roomy(bytes);
+        let capacity = with_slack(bytes);
         assert!(capacity >= bytes && capacity <= (bytes + bytes / 8).max(bytes + 15), "{bytes}: {capacity}");
         assert_eq!(capacity % 16, 0);
-        assert_eq!(roomy(capacity), capacity);
+        assert_eq!(with_slack(capacity), capacity);
     }
-    assert_eq!(roomy(4112), 4608);
+    assert_eq!(with_slack(4112), 4608);
 }

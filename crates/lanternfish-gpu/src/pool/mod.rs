@@ -1,8 +1,8 @@
 //! Transient resources that frames reuse: buffers, textures, uniform memory, bind groups.
 //!
-//! A frame asks for a thing by its label and size, and gets one that no other request of the same frame has. When the next frame
-//! begins all of them are free again: a steady frame asks for the same in the same order, gets the same, and makes nothing. What no
-//! frame has asked for in the last few is dropped.
+//! A frame requests a resource by label and size, and gets one that no other request of the same frame has. When the next frame begins,
+//! all resources are free again. A frame with the same requests in the same order as the previous one gets the same resources and creates
+//! none. A resource without a request in the last few frames is dropped.
 
 mod bind_groups;
 mod buffers;
@@ -20,11 +20,11 @@ pub(crate) use self::{
 
 use crate::{Arrived, GpuError, Growth, Outcome, capacity_policy::CapacityPolicy};
 
-/// Frames that a thing is kept for while nothing asks for it. More: less is made where a view changes back and forth, and more memory
-/// waits.
+/// Number of frames that an unused resource is kept. A higher number avoids allocations when a view changes back and forth, and holds
+/// more memory.
 const KEPT_FRAMES: u64 = 4;
 
-/// Things that frames have used and that the next ones may. What a frame got from it holds until the next frame of the pool begins.
+/// Transient resources that frames reuse. A frame's resources are valid until the next frame of the pool begins.
 #[derive(Debug)]
 pub struct Pool {
     pub(crate) buffers: Buffers,
@@ -37,7 +37,7 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// An empty one, for frames of this device.
+    /// An empty pool for frames of this device.
     pub fn new(device: &wgpu::Device) -> Self {
         Self {
             buffers: Buffers::new(device),
@@ -50,54 +50,54 @@ impl Pool {
         }
     }
 
-    /// Bytes of the buffers and textures that it holds.
+    /// Size of its buffers and textures, bytes.
     pub fn bytes(&self) -> u64 {
         self.buffers.bytes() + self.textures.bytes() + self.uniforms.bytes()
     }
 
-    /// Every list that was ever counted, by name, and the elements that it has room for.
+    /// Capacity, elements, of every list counted so far, by name.
     pub fn capacities(&self) -> Vec<(&'static str, u64)> {
         self.capacity_policy.capacities()
     }
 
-    /// When lists get more room from the next frame on: in the frame that needs it, unless something else is said here.
+    /// Sets when the capacity of lists grows, from the next frame on. The default is [`Growth::Blocking`].
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
         self.capacity_policy.set_growth(device, growth)
     }
 
-    /// When lists get more room.
+    /// When the capacity of lists grows.
     pub fn growth(&self) -> Growth {
         self.capacity_policy.growth()
     }
 
-    /// What has become of a frame that did not wait, each once, the oldest first; none while the device is still busy with it. It never
-    /// waits.
+    /// Takes the outcome of the oldest frame with deferred readback. `None` while the device is still busy with it. Never waits; returns
+    /// each outcome once.
     pub fn outcome(&mut self, device: &wgpu::Device) -> Option<Outcome> {
         self.capacity_policy.collect(device);
         self.capacity_policy.outcome()
     }
 
-    /// Where frames do not wait: the words of [`crate::Frame::whole`].
+    /// With deferred readback: the buffer of [`crate::Frame::whole`].
     pub fn whole(&self) -> Option<wgpu::Buffer> {
         self.capacity_policy.whole()
     }
 
-    /// What has arrived of frames that did not wait.
+    /// Numbers of frames with deferred readback that have arrived.
     pub fn arrived(&self) -> Arrived {
         self.capacity_policy.arrived()
     }
 
-    /// How often frames have waited for the device while they were recorded.
+    /// Number of blocking readbacks in all frames so far.
     pub fn waits(&self) -> u64 {
         self.waits
     }
 
-    /// Drops all bind groups. They hold what they bind, a scene that is gone among it.
+    /// Drops all cached bind groups. They keep their resources alive, for example those of a dropped scene.
     pub fn forget_bind_groups(&mut self) {
         self.bind_groups.forget();
     }
 
-    /// Drops everything but what is known of lists: after an error, things that the device refused to make may be among it.
+    /// Drops everything except the capacities of lists, for use after an error: the pool may hold resources that the device rejected.
     pub fn empty(&mut self, device: &wgpu::Device) {
         self.buffers = Buffers::new(device);
         self.textures = Textures::default();
@@ -105,7 +105,7 @@ impl Pool {
         self.bind_groups = BindGroups::new(device);
     }
 
-    /// Everything is free again; what a request may want to be zero becomes so at the start of these commands.
+    /// Begins a frame: all resources are free again. Records clears of the written zeroed buffers at the start of `commands`.
     pub(crate) fn begin(&mut self, commands: &mut wgpu::CommandEncoder) {
         self.frame += 1;
         let oldest = self.frame.saturating_sub(KEPT_FRAMES);
@@ -115,7 +115,7 @@ impl Pool {
         self.bind_groups.begin(self.frame, oldest);
     }
 
-    /// What comes before commands are handed to the device. Those of [`Self::begin`] are among the first that are.
+    /// Prepares a submission. The frame's first submission contains the commands of [`Self::begin`].
     pub(crate) fn submitting(&mut self, queue: &wgpu::Queue) {
         self.uniforms.write(queue);
         self.buffers.submitting();

@@ -22,43 +22,43 @@ impl<'g> Frames<'g> {
     }
 }
 
-/// Writes 7 where the buffer begins.
+/// Writes 7 to the first word of a buffer.
 fn write(frame: &mut Frame<'_>, buffer: &wgpu::Buffer) {
     let seven = frame.storage_of("seven", &[7u32]).unwrap();
     frame.encoder().copy_buffer_to_buffer(&seven, 0, buffer, 0, 4);
 }
 
 #[test]
-fn gpu_what_was_asked_to_be_zero_is_zero_in_every_frame() {
-    let Some(gpu) = testing::gpu("gpu_what_was_asked_to_be_zero_is_zero_in_every_frame") else { return };
+fn gpu_zeroed_buffers_are_zero_in_every_frame() {
+    let Some(gpu) = testing::gpu("gpu_zeroed_buffers_are_zero_in_every_frame") else { return };
     let mut frames = Frames::new(gpu);
     let mut buffers = Vec::new();
-    for round in 0..3 {
+    for number in 0..3 {
         let mut frame = frames.next();
         let [zeroed, scratch] = [frame.zeroed("zeroed", 100).unwrap(), frame.scratch("scratch", 100).unwrap()];
-        let found = frame.scratch("found", 4).unwrap();
-        frame.encoder().copy_buffer_to_buffer(&zeroed, 0, &found, 0, 4);
+        let initial = frame.scratch("initial", 4).unwrap();
+        frame.encoder().copy_buffer_to_buffer(&zeroed, 0, &initial, 0, 4);
         write(&mut frame, &zeroed);
         write(&mut frame, &scratch);
         frame.submit();
-        assert_eq!((frames.read(&found), frames.read(&zeroed), frames.read(&scratch)), (0, 7, 7), "{round}");
+        assert_eq!((frames.read(&initial), frames.read(&zeroed), frames.read(&scratch)), (0, 7, 7), "{number}");
         buffers.push([zeroed, scratch]);
     }
-    assert!(buffers.windows(2).all(|pair| pair[0] == pair[1]), "not used again");
-    // Commands that are never handed over clear nothing; the next frame's do.
+    assert!(buffers.windows(2).all(|pair| pair[0] == pair[1]), "the buffers were not reused");
+    // Commands that are never submitted clear nothing; the next frame clears.
     drop(frames.next());
     let mut frame = frames.next();
     let zeroed = frame.zeroed("zeroed", 100).unwrap();
     frame.submit();
     assert_eq!(zeroed, buffers[0][0]);
     assert_eq!(frames.read(&zeroed), 0);
-    // It can fail: what was not asked to be zero is not.
+    // The check can fail: a scratch buffer is not cleared.
     assert_eq!(frames.read(&buffers[0][1]), 7);
 }
 
 #[test]
-fn gpu_a_frame_never_gets_one_thing_twice_and_the_next_gets_the_same() {
-    let Some(gpu) = testing::gpu("gpu_a_frame_never_gets_one_thing_twice_and_the_next_gets_the_same") else { return };
+fn gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them() {
+    let Some(gpu) = testing::gpu("gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them") else { return };
     let mut frames = Frames::new(gpu);
     let usage = wgpu::TextureUsages::TEXTURE_BINDING;
     let size = wgpu::Extent3d { width: 4, height: 4, depth_or_array_layers: 1 };
@@ -84,12 +84,12 @@ fn gpu_a_frame_never_gets_one_thing_twice_and_the_next_gets_the_same() {
     let (first, bytes, buffers) = evaluate(1000);
     assert_eq!((first.buffers, first.textures), (2, 2));
     assert_eq!(bytes, 2 * 1008_u64.next_multiple_of(64) + 2 * 64);
-    // A little less, and a little more, fits too.
+    // A slightly smaller or larger request reuses the buffers too.
     for other in [1000, 900, 1020] {
         let (again, _, others) = evaluate(other);
         assert_eq!((again.buffers, again.textures, &others), (0, 0, &buffers), "{other}");
     }
-    // Much more does not; in a few frames what was too small is gone.
+    // A much larger request does not; the small buffers are dropped after a few frames.
     let (grown, both, _) = evaluate(4000);
     assert_eq!((grown.buffers, grown.textures), (2, 0));
     let after: Vec<u64> = (0..=KEPT_FRAMES).map(|_| evaluate(4000).1).collect();
@@ -98,13 +98,13 @@ fn gpu_a_frame_never_gets_one_thing_twice_and_the_next_gets_the_same() {
 }
 
 #[test]
-fn gpu_uniforms_of_a_frame_lie_apart_before_and_after_a_wait() {
-    let Some(gpu) = testing::gpu("gpu_uniforms_of_a_frame_lie_apart_before_and_after_a_wait") else { return };
+fn gpu_uniforms_before_and_after_a_readback_do_not_overlap() {
+    let Some(gpu) = testing::gpu("gpu_uniforms_before_and_after_a_readback_do_not_overlap") else { return };
     let mut frames = Frames::new(gpu);
-    // A scan of one value, whose parameters are a uniform: of none it leaves the value alone.
+    // A scan with its parameters in a uniform. With a count of 0 it leaves the value unchanged.
     let shader = SHADERS.link("primitives/scan/scan", &[]).unwrap();
     let kernel = ComputeKernel::new(&gpu.device, &shader, "scan_blocks", "test");
-    for round in 0..3 {
+    for number in 0..3 {
         let before = made();
         let mut frame = frames.next();
         let [values, totals] = [(); 2].map(|()| frame.scratch("values", 64).unwrap());
@@ -118,10 +118,10 @@ fn gpu_uniforms_of_a_frame_lie_apart_before_and_after_a_wait() {
         let kept = frame.read_now::<u32>(&values, 1).unwrap()[0];
         record(&mut frame, 1);
         frame.submit();
-        assert_eq!((kept, frames.read(&values), frames.read(&totals)), (7, 0, 7), "{round}");
-        assert_eq!(frames.pool.waits(), round + 1);
+        assert_eq!((kept, frames.read(&values), frames.read(&totals)), (7, 0, 7), "{number}");
+        assert_eq!(frames.pool.waits(), number + 1);
         let made = made() - before;
-        // What the test reads is read into buffers of its own.
-        assert!(round == 0 || (made.buffers, made.bind_groups) == (2, 0), "{round}: {made:?}");
+        // The test's own two readbacks create buffers.
+        assert!(number == 0 || (made.buffers, made.bind_groups) == (2, 0), "{number}: {made:?}");
     }
 }

@@ -1,16 +1,16 @@
-//! Textures that frames use again.
+//! Transient textures that frames reuse.
 
 use std::collections::HashMap;
 
 use crate::texture_of;
 
-/// What was requested, its label too.
+/// The requested descriptor, with its label.
 type Key = wgpu::wgt::TextureDescriptor<Option<String>, Vec<wgpu::TextureFormat>>;
 
 #[derive(Debug)]
 struct Slot {
     view: wgpu::TextureView,
-    /// The frame that it was last given to.
+    /// The last frame that used it.
     last_frame: u64,
 }
 
@@ -21,7 +21,7 @@ pub(crate) struct Textures {
 }
 
 impl Textures {
-    /// All of a texture that holds anything at first.
+    /// A view of all levels and layers of a texture with undefined content at first.
     pub fn get(&mut self, device: &wgpu::Device, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
         let key = wanted.map_label_and_view_formats(|label| label.map(str::to_owned), |formats| formats.to_vec());
         let slots = self.slots.entry(key).or_default();

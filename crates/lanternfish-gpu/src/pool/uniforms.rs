@@ -1,16 +1,16 @@
-//! Capacity for the uniforms of a frame: they lie behind each other in a few buffers, which are written once for each submission.
+//! Suballocation of a frame's uniforms from a few buffers, which are written once per submission.
 
 use crate::{BufferPart, made};
 
-/// Bytes of a buffer: as many as one uniform may have on every device.
+/// Size of a buffer, bytes: the maximum size of a uniform binding that every device supports.
 const PAGE_BYTES: u64 = 1 << 16;
 
 #[derive(Debug)]
 struct Page {
     buffer: wgpu::Buffer,
-    /// What has been asked for since the frame began.
+    /// Content requested since the frame began.
     staged: Vec<u8>,
-    /// How much of it the device has.
+    /// Number of staged bytes that were written to the buffer.
     written: usize,
     last_frame: u64,
 }
@@ -20,7 +20,7 @@ pub(crate) struct Uniforms {
     device: wgpu::Device,
     pages: Vec<Page>,
     frame: u64,
-    /// Offsets that may be bound are multiples of it.
+    /// Required alignment of binding offsets, bytes.
     alignment: usize,
 }
 
@@ -30,7 +30,7 @@ impl Uniforms {
         Self { device: device.clone(), pages: Vec::new(), frame: 0, alignment }
     }
 
-    /// Capacity that will hold `content` when the commands run that come before the next submission.
+    /// A buffer range that holds `content` when the commands of the next submission run.
     pub fn get(&mut self, content: &[u8]) -> BufferPart {
         assert!(content.len() as u64 <= PAGE_BYTES, "a uniform of {} bytes", content.len());
         let fits = |page: &Page| page.staged.len() + content.len() <= PAGE_BYTES as usize;
@@ -53,7 +53,7 @@ impl Uniforms {
         BufferPart { buffer: page.buffer.clone(), offset, bytes: content.len() as u64 }
     }
 
-    /// Writes what was requested since the last time. What submissions of the same frame have read stays as it is.
+    /// Writes the content requested since the last call. Content read by earlier submissions of the frame stays unchanged.
     pub fn write(&mut self, queue: &wgpu::Queue) {
         for page in self.pages.iter_mut().filter(|page| page.written < page.staged.len()) {
             let end = page.staged.len().min(PAGE_BYTES as usize);

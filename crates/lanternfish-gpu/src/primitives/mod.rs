@@ -1,4 +1,4 @@
-//! Parallel building blocks.
+//! Parallel primitives: prefix sum and radix sort.
 
 mod scan;
 mod sort;

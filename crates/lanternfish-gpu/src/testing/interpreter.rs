@@ -1,8 +1,9 @@
-//! Runs compute entry points of linked shaders on the CPU, from naga's view of them: tests of integer logic need no adapter.
+//! Interpreter of compute shaders: runs entry points of linked shaders on the CPU, from naga's representation. Tests of integer logic need
+//! no adapter.
 //!
-//! Invocations run one after the other. Arithmetic is that of the shader's text: f32 operations in the order in which they are written, none
-//! contracted. An index out of bounds, a read of a buffer that is not bound and anything that is not supported panic: barriers, workgroup and private
-//! variables, images, derivatives, ray queries, f16 and 64-bit numbers.
+//! Invocations run one after the other. f32 operations run in the order of the shader's text, without contraction. An index out of bounds, a
+//! read of an unbound buffer and unsupported features panic. Unsupported are barriers, workgroup and private variables, images, derivatives,
+//! ray queries, f16 and 64-bit numbers.
 
 mod eval;
 mod math;
@@ -18,20 +19,20 @@ use crate::{LinkedShader, shader::item_name};
 /// Order in which the invocations of a dispatch run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// As they are numbered.
+    /// In the order of their indices.
     Forward,
-    /// The last one first.
+    /// In reverse order.
     Backward,
 }
 
-/// Where a value lies in memory.
+/// The address of a value: a memory and a byte offset in it.
 #[derive(Clone, Copy, Debug)]
 struct Pointer {
     memory: usize,
     offset: usize,
 }
 
-/// A value; of composites the scalars one after the other, 32 bits each.
+/// A value. A composite is a sequence of its scalars, 32 bits each.
 #[derive(Clone, Debug)]
 enum Value {
     Scalars(Rc<[u32]>),
@@ -66,7 +67,7 @@ impl FromIterator<u32> for Value {
     }
 }
 
-/// How a block was left.
+/// Control flow after a block.
 enum Flow {
     Next,
     Break,
@@ -74,28 +75,28 @@ enum Flow {
     Return(Option<Value>),
 }
 
-/// A function that is running.
+/// A call in progress.
 struct Call<'a> {
     function: &'a Function,
     info: &'a FunctionInfo,
     arguments: Vec<Value>,
-    /// Memory of its first local variable; the others follow.
+    /// Index of the memory of its first local variable; the others follow.
     locals: usize,
-    /// Values of its expressions, as far as they are known.
+    /// Values of its expressions that were evaluated so far.
     values: Vec<Option<Value>>,
 }
 
 struct Machine<'a> {
     shader: &'a LinkedShader,
     layouter: Layouter,
-    /// Of each global variable, in order; then of local variables.
+    /// Contents of the bound buffers, then of local variables.
     memories: Vec<Vec<u8>>,
-    /// The memory of each global variable.
+    /// Index of the memory of each global variable, if it is bound.
     globals: Vec<Option<usize>>,
 }
 
 impl Memory {
-    /// Runs an entry point in the interpreter, over all of these buffers.
+    /// Runs an entry point in the interpreter on these buffers.
     pub fn interpret(&mut self, shader: &LinkedShader, entry: &str, workgroups: [u32; 3], order: Order) {
         let bound = self.buffers.len();
         let mut machine = Machine::new(shader, self);
@@ -187,8 +188,8 @@ impl<'a> Machine<'a> {
             }
             Statement::Block(block) => return self.block(call, block),
             Statement::If { condition, accept, reject } => {
-                let is_hit = self.value(call, *condition).scalars()[0] != 0;
-                return self.block(call, if is_hit { accept } else { reject });
+                let is_true = self.value(call, *condition).scalars()[0] != 0;
+                return self.block(call, if is_true { accept } else { reject });
             }
             Statement::Switch { selector, cases } => {
                 let selected = self.value(call, *selector).scalars()[0];

@@ -1,4 +1,4 @@
-//! Buffers by name, for passes that run in the interpreter or on a device.
+//! Named buffers for passes that run in the interpreter or on a device.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use bytemuck::Pod;
 
 use crate::{Bindings, ComputeKernel, Frame, Gpu, LinkedShader, Profiler, read_back};
 
-/// Buffers by the names that shaders bind them under; a buffer may have several.
+/// Buffers by their names in shaders. A buffer may have several names.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     pub(super) buffers: Vec<Vec<u8>>,
@@ -36,7 +36,7 @@ impl Memory {
         bytemuck::pod_collect_to_vec(&self.buffers[self.names[name]])
     }
 
-    /// Runs an entry point on a device, over all of these buffers.
+    /// Runs an entry point on a device on these buffers.
     pub fn run_on(&mut self, gpu: &Gpu, shader: &LinkedShader, entry: &str, workgroups: [u32; 3]) {
         let kernel = ComputeKernel::new(&gpu.device, shader, entry, entry);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
@@ -52,7 +52,7 @@ impl Memory {
         };
         let buffers: Vec<_> = self.buffers.iter().map(buffer).collect();
         let bound = self.names.iter().fold(Bindings::new(), |bound, (name, index)| {
-            // Not its rounded size: shaders ask for lengths.
+            // The size before rounding up, because shaders may query the length.
             let size = std::num::NonZeroU64::new(self.buffers[*index].len() as u64);
             let part = wgpu::BufferBinding { buffer: &buffers[*index], offset: 0, size };
             bound.resource(name, wgpu::BindingResource::Buffer(part))

@@ -1,4 +1,4 @@
-//! Disks and rectangles that shine: `lights/area.wesl` as plain Rust.
+//! Disk and rectangle lights. CPU reference of `lights/area.wesl`.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use lanternfish_scene::{
 
 use super::Incidence;
 
-/// A point of a disk or rectangle, even over its area for an even `u` in 0..1; world space, m. The position of a light without an area.
+/// A point of an area light, uniform over its area for uniform numbers in 0..1; world space, m. The position of other lights.
 pub fn point_of_area(light: &Light, [u, v]: [f64; 2]) -> DVec3 {
     let direction = light.direction.as_dvec3();
     let aside = match light.kind {
@@ -29,11 +29,11 @@ pub fn point_of_area(light: &Light, [u, v]: [f64; 2]) -> DVec3 {
     light.position.as_dvec3() + aside
 }
 
-/// What reaches the point `p` from a disk or rectangle, shadows aside, as if all of it shone from `place`, one of its points; both world
-/// space, m. The mean over its points is what reaches `p` of all.
+/// Unshadowed light at the point `p` from an area light, as if the entire light were at `place`, one of its points; both world space, m.
+/// The mean over the light's points is the light at `p`.
 ///
-/// Radiance times area times the cosine at the light over the squared distance, times the attenuation's window at the light's middle: so
-/// all of it ends at its range from there.
+/// The irradiance is radiance times area times the cosine at the light, divided by the squared distance, times the attenuation's window at
+/// the light's centre. So the entire light ends at its range from the centre.
 pub fn incidence_from(
     light: &Light,
     place: DVec3,
@@ -42,12 +42,12 @@ pub fn incidence_from(
     range_threshold: f32,
 ) -> Incidence {
     let p = p.as_dvec3();
-    let (to_middle, to_place) = (light.position.as_dvec3() - p, place - p);
+    let (to_centre, to_place) = (light.position.as_dvec3() - p, place - p);
     let distance = to_place.length();
     let wi = to_place / distance.max(1e-20);
-    // In front of the light's plane, m.
-    let height = -to_middle.dot(light.direction.as_dvec3());
-    let window = attenuation.window(to_middle.length() as f32, light.effective_range(attenuation, range_threshold));
+    // Height above the light's plane, m.
+    let height = -to_centre.dot(light.direction.as_dvec3());
+    let window = attenuation.window(to_centre.length() as f32, light.effective_range(attenuation, range_threshold));
     let nearest = distance.max(f64::from(NEAR_RADIUS));
     let factor = (height / nearest).max(0.0) / (nearest * nearest);
     let irradiance: Vec3 = factor as f32 * window * light.greatest_intensity();

@@ -1,55 +1,56 @@
-//! One emitter of many.
+//! Selection of an emitter.
 
 use glam::{DVec3, Vec3A};
 use lanternfish_scene::light_tree::{Emitter, LightTree, Receiver};
 
-/// How an emitter is chosen at a place. Emitters are numbered: first those that surround the scene, then those with a place.
+/// Selection of an emitter for a point. Emitters are numbered: first the infinite ones, then the bounded ones.
 #[derive(Default)]
 pub(super) struct Choice {
-    /// Chosen each alike.
+    /// Number of infinite emitters, which have equal probabilities.
     infinite: u32,
-    /// Over the others: as likely as one of the infinite ones.
+    /// Tree over the bounded emitters. Its probability is that of one infinite emitter.
     tree: LightTree,
 }
 
 impl Choice {
-    /// Each of `count` emitters alike.
+    /// Uniform selection among `count` emitters.
     pub fn uniform(count: u32) -> Self {
         Self { infinite: count, tree: LightTree::default() }
     }
 
-    /// The `infinite` first ones each alike, those with a place by a tree.
+    /// Uniform selection among the first `infinite` emitters and a tree over the bounded ones.
     pub fn tree(infinite: u32, bounded: &[Emitter]) -> Self {
         Self { infinite, tree: LightTree::new(bounded) }
     }
 
-    /// An emitter for the surface at `p` with normal `n`, and its chance. `None`: nothing arrives there.
+    /// Selects an emitter for the surface at `p` with normal `n`, and returns it with its probability. `None` if no light arrives there.
     pub fn choose(&self, p: Vec3A, n: DVec3, u: f64) -> Option<(u32, f64)> {
-        let fractions = self.fractions();
-        let scaled = u * f64::from(fractions);
-        let fraction = (scaled as u32).min(fractions.checked_sub(1)?);
-        if fraction < self.infinite {
-            return Some((fraction, 1.0 / f64::from(fractions)));
+        let slots = self.slots();
+        let scaled = u * f64::from(slots);
+        let slot = (scaled as u32).min(slots.checked_sub(1)?);
+        if slot < self.infinite {
+            return Some((slot, 1.0 / f64::from(slots)));
         }
-        let (emitter, chance) = self.tree.choose(&receiver(p, n), scaled - f64::from(fraction))?;
-        Some((self.infinite + emitter, chance / f64::from(fractions)))
+        let (emitter, chance) = self.tree.choose(&receiver(p, n), scaled - f64::from(slot))?;
+        Some((self.infinite + emitter, chance / f64::from(slots)))
     }
 
-    /// The chance that [`Choice::choose`] gives `emitter`.
+    /// Probability with which [`Choice::choose`] selects `emitter`.
     pub fn chance(&self, p: Vec3A, n: DVec3, emitter: u32) -> f64 {
         let within = match emitter.checked_sub(self.infinite) {
             None => 1.0,
             Some(bounded) => self.tree.chance(&receiver(p, n), bounded),
         };
-        within / f64::from(self.fractions())
+        within / f64::from(self.slots())
     }
 
-    fn fractions(&self) -> u32 {
+    /// Number of equally likely alternatives: each infinite emitter, and the tree.
+    fn slots(&self) -> u32 {
         self.infinite + u32::from(!self.tree.is_empty())
     }
 }
 
-/// Some surfaces transmit, and shading normals lean: light from behind counts.
+/// A receiver for the light tree. Light from behind counts, because surfaces may transmit and shading normals may differ from the triangle's.
 pub(crate) fn receiver(p: Vec3A, n: DVec3) -> Receiver {
     Receiver { p: p.into(), normal: n.as_vec3(), is_transmitting: true }
 }

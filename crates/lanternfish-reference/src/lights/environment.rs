@@ -1,21 +1,21 @@
-//! Light from infinitely far: one radiance, or an image.
+//! Light from the environment: a constant radiance, or an image.
 
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use lanternfish_scene::{Environment, Scene};
 
-/// The sky and how directions to it are chosen.
+/// The environment and its importance sampling.
 pub(crate) enum Sky {
-    /// The same from everywhere, nits.
+    /// Constant radiance, nits.
     Constant(Vec3),
-    /// Rows, and columns of each row, by the light they hold.
+    /// Distributions over rows, and over the columns of each row, by power.
     Image { rows: Table, columns: Vec<Table> },
 }
 
-/// Cells in proportion to weights.
+/// A discrete distribution over cells.
 pub(crate) struct Table {
-    /// Ascending to 1, a cell each.
+    /// Cumulative probability of each cell, up to 1.
     cumulative: Vec<f64>,
     sum: f64,
 }
@@ -29,12 +29,12 @@ impl Table {
                 sum
             })
             .collect();
-        // A row without light is never chosen: each chance is zero.
+        // A row without light is never selected: all its probabilities are zero.
         cumulative.iter_mut().for_each(|c| *c /= sum.max(f64::MIN_POSITIVE));
         Self { cumulative, sum }
     }
 
-    /// A cell, and where in it, 0..1.
+    /// Samples a cell, and a position in it, 0..1.
     fn choose(&self, u: f64) -> (usize, f64) {
         let cell = self.cumulative.partition_point(|c| *c <= u).min(self.cumulative.len() - 1);
         let before = if cell == 0 { 0.0 } else { self.cumulative[cell - 1] };
@@ -74,13 +74,13 @@ impl Sky {
         }
     }
 
-    /// A direction, its radiance and its density, 1/sr.
+    /// Samples a direction. Returns it with its radiance, nits, and its density, 1/sr.
     pub fn sample(&self, scene: &Scene, u: f64, v: f64) -> Option<(DVec3, Vec3, f64)> {
         let wi = match (self, &scene.environment) {
             (Self::Image { rows, columns }, Some(image)) => {
                 let (y, part_y) = rows.choose(u);
                 let (x, part_x) = columns[y].choose(v);
-                // Uniform in the cosine within the row.
+                // Uniform in the cosine of the polar angle within the row.
                 let cosine = |y: f64| (PI * y / image.height as f64).cos();
                 let (above, below) = (cosine(y as f64), cosine((y + 1) as f64));
                 let polar = (above + (below - above) * part_y).clamp(-1.0, 1.0).acos();
@@ -110,8 +110,7 @@ impl Sky {
     }
 }
 
-/// Mean brightest channel over a pixel of the image, which is bilinear between the pixels' centres: a pixel's light spreads
-/// into its neighbours.
+/// Mean of the brightest channel over a pixel. Bilinear interpolation between pixel centres blends neighbours into a pixel's area.
 fn weight(image: &Environment, x: usize, y: usize) -> f64 {
     let tent = [0.125, 0.75, 0.125];
     let mut sum = 0.0;

@@ -1,4 +1,4 @@
-//! Everything that shines: lights, emissive triangles, the environment.
+//! Emitters: lights, emissive triangles, the environment.
 
 mod area;
 mod choice;
@@ -25,18 +25,18 @@ use crate::{
     world::{Hit, World},
 };
 
-/// Light that may arrive at a point from one emitter.
+/// A light sample: unshadowed light at a point from one emitter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arriving {
-    /// Towards the emitter, unit.
+    /// Direction towards the emitter, unit.
     pub wi: DVec3,
-    /// To the emitter, m; infinite for the environment.
+    /// Distance to the emitter, m; infinite for the environment and directional lights.
     pub distance: f32,
-    /// What it sends, over the density of the sample: lx on a surface that faces it, unshadowed.
+    /// Unshadowed irradiance of a surface that faces the emitter, divided by the density of the sample, lx.
     pub weight: Vec3,
-    /// Density over solid angle, 1/sr, the chance of the emitter included; `None` for emitters that no ray can hit.
+    /// Density over solid angle, 1/sr, including the probability of the emitter; `None` for emitters that rays cannot hit.
     pub pdf: Option<f64>,
-    /// Where paths may start at the emitter.
+    /// The start of light paths at the emitter, if there are any.
     pub start: Option<Start>,
 }
 
@@ -49,7 +49,7 @@ enum Emitter {
     Sky,
 }
 
-/// All emitters of a scene, and how one of them is chosen.
+/// All emitters of a scene, and their selection.
 pub(crate) struct Lights {
     emitters: Vec<Emitter>,
     choice: Choice,
@@ -80,7 +80,7 @@ impl Lights {
             light_radius: settings.light_radius,
             materials: settings.materials,
         };
-        // Those that surround the scene first, then those with a place.
+        // Infinite emitters first, then bounded ones.
         let mut infinite = 0;
         for (i, light) in scene.lights.iter().enumerate() {
             if light.kind == LightKind::Directional && light.intensity != Vec3::ZERO {
@@ -120,8 +120,8 @@ impl Lights {
         light.effective_range(self.attenuation, self.range_threshold)
     }
 
-    /// Light from an emitter chosen for the surface at `p` with shading normal `n`. `None`: none arrives.
-    /// `starts`: lights that paths start at.
+    /// Samples light from an emitter for the surface at `p` with shading normal `n`. `None` if no light arrives.
+    /// `starts`: the lights that light paths start at.
     pub fn sample(&self, world: &World, starts: &Starts, p: Vec3A, n: DVec3, u: [f64; 3]) -> Option<Arriving> {
         let (emitter, chance) = self.choice.choose(p, n, u[0])?;
         match self.emitters[emitter as usize] {
@@ -150,7 +150,7 @@ impl Lights {
         }
     }
 
-    /// Direction and distance of a point of the light's disk, uniform over its area; of its centre, where it has no radius.
+    /// Samples a point of a light's disk uniformly; the centre if the radius is zero. Returns its direction and distance, m.
     fn towards_disk(&self, incidence: &Incidence, u: f64, v: f64) -> (DVec3, f32) {
         let Incidence { wi, distance, .. } = *incidence;
         if self.light_radius == 0.0 || distance.is_infinite() {
@@ -164,7 +164,7 @@ impl Lights {
     }
 
     fn sample_triangle(&self, world: &World, triangle: u32, p: Vec3A, chance: f64, u: [f64; 3]) -> Option<Arriving> {
-        // Uniform over the area.
+        // Uniform over the triangle's area.
         let root = u[1].sqrt();
         let weights = [(1.0 - root) as f32, (root * (1.0 - u[2])) as f32, (root * u[2]) as f32];
         let corners = &world.triangles[triangle as usize];
@@ -186,16 +186,15 @@ impl Lights {
         })
     }
 
-    /// Density over solid angle of a triangle's points seen at `distance` along `wi`, 1/sr; `None` where it is seen edge on.
+    /// Density over solid angle of a point uniform over a triangle's area, at `distance` along `wi`, 1/sr; `None` if the triangle is edge-on.
     fn triangle_density(&self, world: &World, triangle: u32, distance: f64, wi: DVec3) -> Option<f64> {
         let t = &world.triangles[triangle as usize];
         let doubled = (t.v1 - t.v0).as_dvec3().cross((t.v2 - t.v0).as_dvec3());
-        let seen = 0.5 * doubled.dot(wi).abs();
-        (seen > 0.0).then(|| distance * distance / seen)
+        let projected = 0.5 * doubled.dot(wi).abs();
+        (projected > 0.0).then(|| distance * distance / projected)
     }
 
-    /// Density with which [`Lights::sample`] at `p` would have found the emissive triangle that a ray hit; `None` for what it
-    /// does not look for.
+    /// Density of [`Lights::sample`] at `p` for a hit on an emissive triangle, 1/sr; `None` if it does not sample the triangle.
     pub fn pdf_of_hit(&self, world: &World, p: Vec3A, n: DVec3, wi: DVec3, hit: &Hit) -> Option<f64> {
         let emitter = *self.emitter_of_triangle.get(hit.triangle as usize)?;
         if emitter == NONE {
@@ -210,12 +209,12 @@ impl Lights {
         self.emitters.len() as u32
     }
 
-    /// The chance that the search at a surface has to choose an emitter.
+    /// Probability with which light sampling at a surface selects an emitter.
     pub fn chance(&self, surface: &Surface, emitter: u32) -> f64 {
         self.choice.chance(surface.p, surface.normal, emitter)
     }
 
-    /// Lights that paths may start at: points that shine from one place.
+    /// Lights that light paths may start at: point and spot lights without a radius.
     pub fn starts(&self, scene: &Scene) -> Starts {
         if self.light_radius > 0.0 {
             return Starts::default();
@@ -228,14 +227,14 @@ impl Lights {
         Starts::new(scene, lights.collect())
     }
 
-    /// Density with which [`Lights::sample`] at `p` would have found the sky along `wi`; `None` where it is dark.
+    /// Density of [`Lights::sample`] at `p` for the sky along `wi`, 1/sr; `None` if the sky is dark.
     pub fn pdf_of_sky(&self, p: Vec3A, n: DVec3, wi: DVec3, scene: &Scene) -> Option<f64> {
         let chance = self.choice.chance(p, n, self.sky_emitter?);
         Some(chance * self.sky.pdf(scene, wi))
     }
 }
 
-/// What the tree knows of an emissive triangle of this mean radiance, nits.
+/// The light tree's emitter for an emissive triangle of this mean radiance, nits.
 fn bounded_triangle(world: &World, triangle: usize, radiance: f32) -> BoundedEmitter {
     let t = &world.triangles[triangle];
     let front = (t.v1 - t.v0).cross(t.v2 - t.v0);
@@ -244,7 +243,7 @@ fn bounded_triangle(world: &World, triangle: usize, radiance: f32) -> BoundedEmi
     BoundedEmitter::of_triangle([t.v0, t.v1, t.v2].map(Vec3::from), radiance, is_one_sided.then(|| front.into()))
 }
 
-/// Mean brightest channel of what a triangle emits, over its texture; nits.
+/// Mean of the brightest channel of a triangle's emission over its texture, nits.
 fn emission(world: &World, triangle: usize, materials: Materials) -> f32 {
     let source = &world.sources[triangle];
     let material = world.material(source);
@@ -254,7 +253,7 @@ fn emission(world: &World, triangle: usize, materials: Materials) -> f32 {
     mean_emission(world.scene, world.primitive(source), material, world.corners(source).map(|i| i as usize))
 }
 
-/// What reaches a point from a light: `lights/light.wesl` as plain Rust.
+/// Unshadowed light at a point from a light. CPU reference of `lights/light.wesl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incidence {
     /// Direction towards the light, world space, unit.
@@ -265,8 +264,8 @@ pub struct Incidence {
     pub irradiance: Vec3,
 }
 
-/// What reaches the point `p` (world space, m) from `light`, shadows aside. KHR_lights_punctual's cone is the square of a ramp in the
-/// cosine. A disk or rectangle is taken as if all of it shone from its middle ([`incidence_from`]).
+/// Unshadowed light at the point `p` (world space, m) from `light`. The falloff of a spot light's cone is the square of a linear ramp in
+/// the cosine (KHR_lights_punctual). An area light is treated as if it were at its centre ([`incidence_from`]).
 pub fn incidence(light: &Light, p: Vec3A, attenuation: Attenuation, range_threshold: f32) -> Incidence {
     if light.kind == LightKind::Directional {
         return Incidence { wi: -light.direction.as_dvec3(), distance: f32::INFINITY, irradiance: light.intensity };

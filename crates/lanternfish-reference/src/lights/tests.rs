@@ -15,7 +15,7 @@ fn lights(count: u64, range: f32) -> Vec<Emitter> {
 }
 
 #[test]
-fn emitters_are_chosen_as_often_as_is_said() {
+fn emitters_are_selected_with_their_probabilities() {
     for (infinite, bounded, range) in [(0, 1, 99.0), (2, 0, 99.0), (3, 13, 99.0), (1, 40, 4.0), (0, 64, 2.5)] {
         let choice = Choice::tree(infinite, &lights(bounded, range));
         for (p, n) in
@@ -39,8 +39,8 @@ fn emitters_are_chosen_as_often_as_is_said() {
                 let p_value = chi_square(&counts, &expected);
                 assert!(p_value > 1e-5, "{infinite} {bounded} {range} at {p}: {p_value}");
             } else {
-                for (found, fraction) in counts.iter().zip(&expected) {
-                    assert!((*found as f64 / 50_000.0 - fraction).abs() < 0.015, "{counts:?}, not {expected:?}");
+                for (count, fraction) in counts.iter().zip(&expected) {
+                    assert!((*count as f64 / 50_000.0 - fraction).abs() < 0.015, "{counts:?}, not {expected:?}");
                 }
             }
         }
@@ -48,7 +48,7 @@ fn emitters_are_chosen_as_often_as_is_said() {
 }
 
 #[test]
-fn no_light_in_reach_is_without_a_chance() {
+fn every_light_in_range_has_a_probability() {
     let all = lights(500, 3.0);
     let choice = Choice::tree(0, &all);
     let mut reachable = 0;

@@ -1,4 +1,4 @@
-//! Disks and rectangles that shine.
+//! Disk and rectangle lights.
 
 use std::f64::consts::PI;
 
@@ -16,13 +16,13 @@ fn lambert() -> Settings {
     Settings { materials, attenuation, max_depth: 2, ..Settings::default() }
 }
 
-/// A white floor in the plane z = 0 with these lights.
+/// A white floor at z = 0 with these lights.
 fn floor(lights: Vec<Light>) -> Scene {
     let floor = vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y)];
     Scene { lights, ..scene_of(floor, vec![material(Vec3::ONE, 0.0, 1.0)]) }
 }
 
-/// Form factor of a rectangle a by b at a height of 1 over the point below a corner:
+/// Form factor of a rectangle of a × b at height 1, from the point below a corner:
 /// (a / √(1 + a²) atan(b / √(1 + a²)) + b / √(1 + b²) atan(a / √(1 + b²))) / 2π.
 fn below_corner(a: f64, b: f64) -> f64 {
     let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
@@ -30,35 +30,35 @@ fn below_corner(a: f64, b: f64) -> f64 {
 }
 
 #[test]
-fn a_floor_gets_what_the_form_factors_say() {
-    // The middle millimetre of the floor.
+fn a_floor_has_the_radiance_of_the_form_factors() {
+    // The central millimetre of the floor.
     let camera = front(3.0, 0.0005);
     let down = Vec3::NEG_Z;
     let radiance = Vec3::splat(5.0);
     let above = |[width, height]: [f32; 2]| Light::rectangle(Vec3::Z, down, Vec3::X, [width, height], radiance);
-    let turned = |mut light: Light| {
+    let moved = |mut light: Light| {
         light.position += Vec3::new(0.5, 0.75, 0.0);
         light
     };
     for (name, light, factor) in [
         ("a square", above([2.0, 2.0]), 4.0 * below_corner(1.0, 1.0)),
         ("a strip", above([3.0, 0.5]), 4.0 * below_corner(1.5, 0.25)),
-        // The point lies below its corner: what is wide must not be high.
-        ("a corner", turned(above([1.0, 1.5])), below_corner(1.0, 1.5)),
+        // The point lies below a corner, so width and height are distinguished.
+        ("a corner", moved(above([1.0, 1.5])), below_corner(1.0, 1.5)),
         ("a disk", Light::disk(Vec3::Z, down, 0.75, radiance), 0.75 * 0.75 / (0.75 * 0.75 + 1.0)),
         ("a small disk", Light::disk(2.0 * Vec3::Z, down, 0.01, radiance), 1e-4 / (1e-4 + 4.0)),
     ] {
         let film = render(&floor(vec![light]), &camera, 8, 1024, lambert());
         assert_mean(&film, 5.0 * factor, 1e-4 * factor, name);
     }
-    // It can fail: what lies below a corner, turned by a right angle.
-    let other = turned(above([1.5, 1.0]));
-    let found = mean_and_error(&render(&floor(vec![other]), &camera, 8, 1024, lambert()));
-    assert!((found.0 - 5.0 * below_corner(1.0, 1.5)).abs() > 20.0 * found.1, "{found:?}");
+    // The check can fail: width and height are swapped.
+    let other = moved(above([1.5, 1.0]));
+    let actual = mean_and_error(&render(&floor(vec![other]), &camera, 8, 1024, lambert()));
+    assert!((actual.0 - 5.0 * below_corner(1.0, 1.5)).abs() > 20.0 * actual.1, "{actual:?}");
 }
 
 #[test]
-fn a_white_floor_among_shining_walls_is_as_bright_as_they() {
+fn a_white_floor_between_emissive_walls_has_their_radiance() {
     let walls = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]
         .map(|out| Light::rectangle(3.0 * out, -out, out.any_orthonormal_vector(), [6.0, 6.0], Vec3::ONE));
     let scene = floor(walls.to_vec());
@@ -69,7 +69,7 @@ fn a_white_floor_among_shining_walls_is_as_bright_as_they() {
 }
 
 #[test]
-fn one_side_shines_up_to_the_range_from_the_middle() {
+fn one_side_emits_up_to_the_range_from_the_centre() {
     let camera = front(0.5, 0.0005);
     let mean = |light| mean_and_error(&render(&floor(vec![light]), &camera, 4, 16, lambert())).0;
     let disk = |direction, range| Light { range, ..Light::disk(Vec3::Z, direction, 0.5, Vec3::ONE) };
@@ -78,10 +78,10 @@ fn one_side_shines_up_to_the_range_from_the_middle() {
     assert!(mean(disk(Vec3::NEG_Z, Some(1.01))) > 0.1);
 }
 
-/// The same lamp as a light, and as a mesh that shines, casts the same light and the same shadows on surfaces of any kind. The mesh itself
-/// is not seen.
+/// An area light and an emissive mesh of the same shape give the same light and shadows on different materials. The mesh itself is outside
+/// the image.
 #[test]
-fn a_light_and_a_mesh_that_shines_light_the_same() {
+fn an_area_light_equals_an_emissive_mesh() {
     let matter = [
         ("matt", material(Vec3::ONE, 0.0, 1.0)),
         ("glossy", material(Vec3::splat(0.5), 0.0, 0.3)),
@@ -104,7 +104,7 @@ fn a_light_and_a_mesh_that_shines_light_the_same() {
         let with_mesh = scene_of(quads.clone(), vec![floor.clone(), blocker.clone(), lamp]);
         let quads = quads[..2].to_vec();
         let with_light = Scene { lights: vec![light.clone()], ..scene_of(quads, vec![floor, blocker]) };
-        // From below the blocker.
+        // The camera is below the blocker.
         let settings = || Settings { max_depth: 2, attenuation: Attenuation::Physical, ..Settings::default() };
         let [mesh, light] = [with_mesh, with_light]
             .map(|scene| mean_and_error(&render(&scene, &front(0.45, 0.6), 16, 1024, settings())));

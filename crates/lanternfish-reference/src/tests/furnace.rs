@@ -1,4 +1,4 @@
-//! White furnaces: what reflects everything cannot be told from what surrounds it.
+//! White furnace tests: a surface that reflects all light is indistinguishable from its environment.
 
 use glam::{DVec3, Vec3};
 use lanternfish_scene::{AlphaMode, Material, Primitive, Scene, shading::Materials};
@@ -22,22 +22,22 @@ fn cube(half: f32) -> Vec<Primitive> {
     faces.collect()
 }
 
-/// An image that shows nothing but the middle of the body, so that no pixel is sky alone.
+/// An image of the centre of the body, so that no pixel shows only the sky.
 fn middle(scene: &Scene, materials: Materials, samples: u64) -> Film {
     let mut camera = front(4.0, 0.6);
-    // Askew, so that a cube shows three faces.
-    let turn = glam::Affine3A::from_rotation_y(0.6) * glam::Affine3A::from_rotation_x(-0.5);
-    camera.world_from_camera = turn * camera.world_from_camera;
+    // Rotated, so that a cube shows three faces.
+    let rotation = glam::Affine3A::from_rotation_y(0.6) * glam::Affine3A::from_rotation_x(-0.5);
+    camera.world_from_camera = rotation * camera.world_from_camera;
     render(scene, &camera, 16, samples, Settings { materials, ..Settings::default() })
 }
 
 #[test]
-fn a_white_matt_sphere_and_box_vanish() {
+fn a_white_diffuse_sphere_and_box_are_invisible() {
     let white = || vec![material(Vec3::ONE, 0.0, 1.0)];
     for (name, primitives) in [("sphere", vec![sphere(0, 1.0, 64)]), ("box", cube(0.9))] {
         let film = middle(&in_furnace(primitives.clone(), white()), Materials::Lambert, 64);
         assert_mean(&film, 1.0, 1e-3, name);
-        // It can fail: a surface that takes a hundredth shows.
+        // The check can fail: a surface that absorbs 2 % is visible.
         let grey = vec![material(Vec3::splat(0.98), 0.0, 1.0)];
         let (mean, error) = mean_and_error(&middle(&in_furnace(primitives, grey), Materials::Lambert, 64));
         assert!((mean - 0.98).abs() < 5.0 * error + 1e-3 && error < 2e-3, "{name}: {mean} ± {error}");
@@ -45,22 +45,22 @@ fn a_white_matt_sphere_and_box_vanish() {
 }
 
 #[test]
-fn a_closed_white_room_that_shines_gathers_light_without_end() {
+fn an_emissive_sphere_has_the_sum_of_all_bounces_inside() {
     // Inside a sphere of albedo ρ that emits E, radiance is E (1 + ρ + ρ² + …) = E / (1 − ρ).
-    let shining = Material { emissive: Vec3::ONE, double_sided: true, ..material(Vec3::splat(0.5), 0.0, 1.0) };
-    let scene = scene_of(vec![sphere(0, 1.0, 24)], vec![shining]);
+    let emitting = Material { emissive: Vec3::ONE, double_sided: true, ..material(Vec3::splat(0.5), 0.0, 1.0) };
+    let scene = scene_of(vec![sphere(0, 1.0, 24)], vec![emitting]);
     let mut camera = front(0.0001, 0.3);
     camera.world_from_camera.translation = glam::Vec3A::ZERO;
     let settings = Settings { materials: Materials::Lambert, ..Settings::default() };
-    assert_mean(&render(&scene, &camera, 16, 128, settings.clone()), 2.0, 2e-3, "all of it");
-    // E (1 + ρ) with one bounce of what shines: a depth of two.
+    assert_mean(&render(&scene, &camera, 16, 128, settings.clone()), 2.0, 2e-3, "all bounces");
+    // E (1 + ρ) at a depth of two: emission and direct light.
     assert_mean(&render(&scene, &camera, 16, 128, Settings { max_depth: 2, ..settings }), 1.5, 2e-3, "direct light");
 }
 
 #[test]
-fn metals_lose_only_what_single_scattering_loses() {
-    // Mean over the middle of a sphere. Single scattering with Schlick's approximation of Smith's shadowing loses nothing where
-    // smooth and up to two thirds where rough; it never gains (see the BRDF's own tests for single directions).
+fn metals_lose_only_the_energy_of_multiple_scattering() {
+    // Mean over the centre of a sphere. Single scattering with Schlick's approximation of Smith shadowing loses no energy for smooth metals
+    // and up to two thirds for rough ones. It never gains energy (the BRDF's tests check single directions).
     let mut before = 1.001;
     for roughness in [0.1, 0.4, 0.7, 1.0] {
         let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![material(Vec3::ONE, 1.0, roughness)]);
@@ -73,8 +73,8 @@ fn metals_lose_only_what_single_scattering_loses() {
 }
 
 #[test]
-fn white_dielectrics_give_back_what_they_get() {
-    // What the specular layer does not reflect is scattered: at every angle, as far as its share is a fit.
+fn white_dielectrics_conserve_energy() {
+    // The diffuse part scatters all light that the specular layer does not reflect, up to the error of the albedo fit.
     for roughness in [0.0, 0.2, 0.5, 1.0] {
         let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![material(Vec3::ONE, 0.0, roughness)]);
         let camera = front(4.0, 0.99);
@@ -84,8 +84,8 @@ fn white_dielectrics_give_back_what_they_get() {
 }
 
 #[test]
-fn coated_surfaces_give_back_no_more_than_they_get() {
-    // A white surface below a coat loses what the coat does not let in and out alike: a few hundredths.
+fn coated_surfaces_do_not_gain_energy() {
+    // A white surface below a coat loses a few per cent, because the coat's transmittance is not modelled symmetrically.
     for (roughness, metallic) in [(0.0, 0.0), (0.3, 0.0), (1.0, 0.0), (0.0, 1.0)] {
         let coat = Material {
             clearcoat: 1.0,
@@ -99,16 +99,16 @@ fn coated_surfaces_give_back_no_more_than_they_get() {
 }
 
 #[test]
-fn glass_lets_through_what_it_does_not_reflect() {
+fn glass_transmits_all_light_that_it_does_not_reflect() {
     let glass = |roughness, thickness, alpha_mode| Material {
         transmission: 1.0,
         thickness,
         alpha_mode,
         ..material(Vec3::ONE, 0.0, roughness)
     };
-    // A pane, a thin frosted sheet, a ball.
+    // A thin dielectric, a thin frosted sheet, a ball.
     for (name, primitive, material) in [
-        ("thin_dielectric", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.0, 0.0, AlphaMode::Blend)),
+        ("thin dielectric", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.0, 0.0, AlphaMode::Blend)),
         ("frosted sheet", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.2, 0.0, AlphaMode::Blend)),
         ("ball", sphere(0, 1.0, 96), glass(0.1, 1.0, AlphaMode::Blend)),
     ] {
@@ -119,8 +119,8 @@ fn glass_lets_through_what_it_does_not_reflect() {
 }
 
 #[test]
-fn a_coloured_body_absorbs_by_the_distance() {
-    // Straight through a slab 2 m thick of index 1: half is left after each metre.
+fn a_coloured_volume_absorbs_by_distance() {
+    // Straight through a slab of 2 m and index 1, with a transmittance of 0.5 per metre.
     let body = Material {
         transmission: 1.0,
         thickness: 1.0,
@@ -137,7 +137,7 @@ fn a_coloured_body_absorbs_by_the_distance() {
     assert!((mean - 0.25).abs() < 0.004 + 5.0 * error, "{mean} ± {error}");
 }
 
-/// Mean weight of what [`Bsdf::sample`] chooses: the share of the light from all sides that leaves along `wo`.
+/// Albedo along `wo` by Monte Carlo with [`Bsdf::sample`], and its standard error.
 fn sampled_albedo(bsdf: &Bsdf, wo: DVec3, count: u64) -> (f64, f64) {
     let (mut sum, mut squares) = (0.0, 0.0);
     for i in 0..count {
@@ -151,7 +151,7 @@ fn sampled_albedo(bsdf: &Bsdf, wo: DVec3, count: u64) -> (f64, f64) {
     (mean, ((squares / count as f64 - mean * mean) / count as f64).sqrt())
 }
 
-/// The same by a sum over the directions themselves.
+/// Albedo along `wo` by a sum over a grid of directions.
 fn summed_albedo(bsdf: &Bsdf, wo: DVec3) -> f64 {
     const STEPS: u32 = 400;
     let mut sum = 0.0;
@@ -167,7 +167,7 @@ fn summed_albedo(bsdf: &Bsdf, wo: DVec3) -> f64 {
 }
 
 #[test]
-fn sampling_finds_all_the_light_that_the_bsdf_scatters() {
+fn sampling_covers_all_light_that_the_bsdf_scatters() {
     for behind in [Behind::Thin, Behind::Volume { eta: 1.5 }, Behind::Volume { eta: 1.0 / 1.5 }] {
         for (roughness, metallic, transmission) in [(0.3, 1.0, 0.0), (0.5, 0.0, 0.0), (0.9, 0.5, 0.0), (0.5, 0.0, 0.7)]
         {
@@ -180,7 +180,7 @@ fn sampling_finds_all_the_light_that_the_bsdf_scatters() {
                     transmission,
                     behind,
                 });
-                let Bsdf::MetallicRoughness(reflector) = bsdf else { unreachable!("it is one") };
+                let Bsdf::MetallicRoughness(reflector) = bsdf else { unreachable!("constructed above") };
                 let coat =
                     Coat { weight: 0.7, perceptual_roughness: 0.4, normal: DVec3::new(0.1, 0.2, 1.0).normalize() };
                 for bsdf in [bsdf, Bsdf::Coated(coat, reflector)] {

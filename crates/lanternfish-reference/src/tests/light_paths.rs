@@ -1,4 +1,4 @@
-//! Paths that start at lights bring the light that paths from the eye alone bring, with less noise.
+//! Light paths do not change the mean, and reduce noise.
 
 use glam::{Vec3, Vec4};
 use lanternfish_scene::{AlphaMode, Light, LightKind, Material, Scene};
@@ -6,7 +6,7 @@ use lanternfish_scene::{AlphaMode, Light, LightKind, Material, Scene};
 use super::{front, material, mean_and_error, quad, render, scene_of, sphere};
 use crate::{Settings, settings::LightPaths};
 
-/// A floor and a wall at its left, with a lamp before the wall; seen from the front.
+/// A floor, a wall at its left and a light in front of the wall.
 fn corner(materials: [Material; 2], lamp: Light) -> Scene {
     let floor = quad(0, Vec3::ZERO, Vec3::X, Vec3::Y);
     let wall = quad(1, Vec3::new(-1.0, 0.0, 1.0), Vec3::Y, Vec3::Z);
@@ -21,8 +21,8 @@ fn matt() -> Material {
     material(Vec3::splat(0.8), 0.0, 1.0)
 }
 
-/// Mean over the image, and its standard error, of light that comes by at least one surface more: longer paths than of two segments.
-fn found(scene: &Scene, light_paths: LightPaths, max_depth: u32) -> (f64, f64) {
+/// Mean over the image, and its standard error, of indirect light: paths of more than two segments.
+fn indirect(scene: &Scene, light_paths: LightPaths, max_depth: u32) -> (f64, f64) {
     let of = |max_depth, samples| {
         let settings = Settings { light_paths, max_depth, ..Settings::default() };
         mean_and_error(&render(scene, &front(4.0, 0.9), 16, samples, settings))
@@ -31,52 +31,53 @@ fn found(scene: &Scene, light_paths: LightPaths, max_depth: u32) -> (f64, f64) {
     (all - direct, error.hypot(error_of_direct))
 }
 
-/// Asserts that both ways bring the same, of which neither is off by more than `noise` of it; gives the share of the variance that is left.
+/// Asserts that indirect light with and without light paths agrees, with a relative error below `noise` for both. Returns the ratio of the
+/// variances, with to without.
 fn compare(what: &str, scene: &Scene, max_depth: u32, noise: f64) -> f64 {
     let [(with, error), (without, error_without)] =
-        [LightPaths::On, LightPaths::Off].map(|light_paths| found(scene, light_paths, max_depth));
-    let apart = (with - without).abs() / error.hypot(error_without);
+        [LightPaths::On, LightPaths::Off].map(|light_paths| indirect(scene, light_paths, max_depth));
+    let deviations = (with - without).abs() / error.hypot(error_without);
     println!("{what}, {max_depth}: {with:.5} ± {error:.5}, {without:.5} ± {error_without:.5}");
-    assert!(apart < 4.0, "{what}: {with} ± {error} with, {without} ± {error_without} without");
-    assert!(error.max(error_without) < noise * with, "{what}: too noisy to say anything");
+    assert!(deviations < 4.0, "{what}: {with} ± {error} with, {without} ± {error_without} without");
+    assert!(error.max(error_without) < noise * with, "{what}: too noisy to compare");
     (error / error_without).powi(2)
 }
 
 #[test]
-fn light_close_to_a_wall_has_little_noise() {
-    // Nearer to the wall the other way's own noise is too large to be compared with.
+fn light_paths_reduce_noise_of_lights_close_to_a_wall() {
+    // Closer to the wall, the noise without light paths is too high to compare.
     let scene = corner([matt(), matt()], Light { position: Vec3::new(-0.9, 0.1, 0.8), ..lamp() });
     for max_depth in [3, 6] {
-        let left = compare("a lamp 10 cm before a wall", &scene, max_depth, 0.015);
-        assert!(left < 0.3, "{left}");
+        let ratio = compare("a light 10 cm from a wall", &scene, max_depth, 0.015);
+        assert!(ratio < 0.3, "{ratio}");
     }
-    // However close the lamp is, half of its light meets the wall, and goes on from there.
+    // At any small distance, half of the light hits the wall and is reflected.
     let near = |distance: f32| {
         let lamp = Light { position: Vec3::new(-1.0 + distance, 0.0, 0.8), ..lamp() };
-        found(&corner([matt(), matt()], lamp), LightPaths::On, 3).0
+        indirect(&corner([matt(), matt()], lamp), LightPaths::On, 3).0
     };
     let [close, closer] = [0.01, 0.001].map(near);
-    println!("1 cm before it {close:.5}, 1 mm {closer:.5}");
+    println!("at 1 cm {close:.5}, at 1 mm {closer:.5}");
     assert!((closer / close - 1.0).abs() < 0.03, "{close} {closer}");
-    // The wall sends nothing of a lamp in its own plane.
+    // The wall reflects no light of a light in its plane.
     assert!(near(0.0) < 1e-6, "{}", near(0.0));
 }
 
-/// Paths start at the lamp that lights what the surface sees, not at all lamps by their power.
+/// Light paths start mostly at lights that matter for the surface, not only in proportion to power.
 #[test]
-fn many_lamps_elsewhere_add_little_noise() {
+fn distant_lights_add_little_noise() {
     let mut scene = corner([matt(), matt()], Light { position: Vec3::new(-0.9, 0.1, 0.8), ..lamp() });
     let elsewhere = |i: u8| Light::point(Vec3::new(40.0, f32::from(i), 0.5), Vec3::splat(0.5));
     scene.lights.extend((0..63).map(elsewhere));
     for max_depth in [3, 6] {
-        let left = compare("63 lamps 40 m away", &scene, max_depth, 0.02);
-        println!("{left:.3} of the variance");
-        // By power alone: 0.43.
-        assert!(left < 0.15, "{left}");
+        let ratio = compare("63 lights at 40 m", &scene, max_depth, 0.02);
+        println!("variance ratio {ratio:.3}");
+        // Selection by power alone gives 0.43.
+        assert!(ratio < 0.15, "{ratio}");
     }
 }
 
-/// Far from the origin rays start farther from surfaces, and nothing is lost between walls that face each other.
+/// Far from the origin, ray offsets are larger. No light must be lost between facing walls.
 #[test]
 fn facing_walls_far_from_the_origin_light_each_other() {
     let place = Vec3::new(-40.0, 30.0, 50.0);
@@ -84,7 +85,7 @@ fn facing_walls_far_from_the_origin_light_each_other() {
     let wall = quad(1, Vec3::new(-0.4, 0.0, 1.0), Vec3::NEG_Y, Vec3::Z);
     scene.meshes[0].primitives.push(wall);
     compare("near the origin", &scene, 4, 0.01);
-    let near = found(&scene, LightPaths::On, 4);
+    let near = indirect(&scene, LightPaths::On, 4);
     scene.instances[0].world_from_object = glam::Affine3A::from_translation(place);
     scene.lights[0].position += place;
     let projection = lanternfish_scene::Projection::Orthographic { half_height: 0.9, near: 0.0, far: 100.0 };
@@ -94,12 +95,12 @@ fn facing_walls_far_from_the_origin_light_each_other() {
         mean_and_error(&render(&scene, &camera, 16, 4096, settings))
     };
     let ((all, error), (direct, _)) = (of(4), of(2));
-    println!("{:.5} ± {error:.5} there, {:.5} here", all - direct, near.0);
+    println!("{:.5} ± {error:.5} far, {:.5} near", all - direct, near.0);
     assert!((all - direct - near.0).abs() < 4.0 * error.hypot(near.1) && error < 0.01 * near.0);
 }
 
 #[test]
-fn both_ways_bring_the_same_light() {
+fn light_paths_do_not_change_the_mean() {
     let spot = Light {
         kind: LightKind::Spot { inner_angle: 0.3, outer_angle: 0.9 },
         direction: Vec3::new(-1.0, 0.2, -0.3).normalize(),
@@ -107,11 +108,11 @@ fn both_ways_bring_the_same_light() {
         ..lamp()
     };
     compare("a spot light", &corner([matt(), matt()], spot), 4, 0.01);
-    let shining = Material { clearcoat: 1.0, clearcoat_roughness: 0.4, ..material(Vec3::splat(0.8), 0.5, 0.4) };
+    let coated = Material { clearcoat: 1.0, clearcoat_roughness: 0.4, ..material(Vec3::splat(0.8), 0.5, 0.4) };
     let lamp = || Light { position: Vec3::new(-0.6, 0.1, 0.8), ..lamp() };
-    compare("coated metal", &corner([shining.clone(), shining], lamp()), 4, 0.02);
+    compare("coated metal", &corner([coated.clone(), coated], lamp()), 4, 0.02);
 
-    // In the way of the lamp's light, and of what the wall sends.
+    // Surfaces that occlude the light and the wall's reflection.
     let between = |material: Material| {
         let mut scene = corner([matt(), matt()], lamp());
         scene.materials.push(material);
@@ -122,16 +123,16 @@ fn both_ways_bring_the_same_light() {
     };
     let alpha = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..matt() };
     compare("transparent", &between(Material { base_color: Vec4::new(0.8, 0.4, 0.2, 0.5), ..alpha.clone() }), 5, 0.01);
-    // What it mirrors of a lamp is a glint.
+    // Without specular reflection, which would be a tiny bright highlight.
     let thin_dielectric = Material {
         transmission: 1.0,
         specular: 0.0,
         double_sided: true,
         ..material(Vec3::new(0.9, 0.7, 0.5), 0.0, 0.0)
     };
-    compare("a pane", &between(thin_dielectric), 5, 0.02);
+    compare("a thin dielectric", &between(thin_dielectric), 5, 0.02);
 
-    // Rough glass, within which light goes from its back to its front.
+    // Rough glass with light transport inside it.
     let glass = Material {
         transmission: 1.0,
         ior: 1.5,
@@ -144,7 +145,7 @@ fn both_ways_bring_the_same_light() {
     let ball = Scene { lights: lamps, ..scene_of(vec![sphere(0, 0.7, 12)], vec![glass]) };
     compare("a ball of glass", &ball, 4, 0.03);
 
-    // Lights of every kind together, those that paths start at among them, however one is chosen.
+    // All kinds of lights together, with and without light paths.
     let mut many = corner([matt(), Material { emissive: Vec3::splat(0.2), ..matt() }], lamp());
     many.sky = Vec3::splat(0.1);
     many.lights.splice(0..0, [Light::directional(Vec3::new(0.3, 0.2, -1.0), Vec3::splat(0.2))]);

@@ -1,4 +1,4 @@
-//! What must be true of the whole tracer.
+//! Tests of the complete path tracer.
 
 mod area;
 mod furnace;
@@ -13,12 +13,12 @@ use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection,
 
 use crate::{Film, Settings, Tracer, world::Faces};
 
-/// A material of glTF's model without textures.
+/// A metallic-roughness material without textures.
 fn material(base_color: Vec3, metallic: f32, perceptual_roughness: f32) -> Material {
     Material { base_color: base_color.extend(1.0), metallic, perceptual_roughness, ..Material::default() }
 }
 
-/// A scene of one mesh, placed once.
+/// A scene of a mesh with one instance.
 fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
     Scene {
         meshes: vec![Mesh { name: String::new(), primitives }],
@@ -28,7 +28,7 @@ fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
     }
 }
 
-/// A rectangle whose front is where `half_right` runs to the right and `half_up` upwards.
+/// A rectangle. On its front side, `half_right` points right and `half_up` points up.
 fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> Primitive {
     let corner = |s: f32, t: f32| center + s * half_right + t * half_up;
     Primitive {
@@ -40,7 +40,7 @@ fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> Primi
     }
 }
 
-/// A sphere about the origin.
+/// A sphere around the origin.
 fn sphere(material: usize, radius: f32, rows: u32) -> Primitive {
     let columns = 2 * rows;
     let mut primitive = Primitive { material, ..Primitive::default() };
@@ -48,7 +48,7 @@ fn sphere(material: usize, radius: f32, rows: u32) -> Primitive {
         for column in 0..=columns {
             let (sin, cos) = (std::f32::consts::TAU * (column % columns) as f32 / columns as f32).sin_cos();
             let (height, ring) = (std::f32::consts::PI * (row as f32 / rows as f32 - 0.5)).sin_cos();
-            // One point at each pole, or the sphere would be open there by a rounding.
+            // Exactly one point at each pole, to avoid gaps from rounding.
             let ring = if row % rows == 0 { 0.0 } else { ring };
             let normal = Vec3::new(ring * cos, height, -ring * sin).normalize();
             primitive.normals.push(normal);
@@ -64,7 +64,7 @@ fn sphere(material: usize, radius: f32, rows: u32) -> Primitive {
     primitive
 }
 
-/// Looks down −z from z = `distance`, at x and y from −`half` to `half`, along parallel lines.
+/// An orthographic camera at z = `distance` that looks along −z, at x and y from −`half` to `half`.
 fn front(distance: f32, half: f32) -> Camera {
     let projection = Projection::Orthographic { half_height: half, near: 0.0, far: 100.0 };
     Camera::look_at(Vec3::new(0.0, 0.0, distance), Vec3::ZERO, projection)
@@ -78,7 +78,7 @@ fn render(scene: &Scene, camera: &Camera, edge: usize, samples: u64, settings: S
     film
 }
 
-/// Mean over all pixels, and the standard error of it, of the green channel.
+/// Mean of the green channel over all pixels, and its standard error.
 fn mean_and_error(film: &Film) -> (f64, f64) {
     let count = film.mean().len() as f64;
     let mean = film.mean().iter().map(|p| f64::from(p[1])).sum::<f64>() / count;
@@ -86,32 +86,32 @@ fn mean_and_error(film: &Film) -> (f64, f64) {
     (mean, variance.sqrt())
 }
 
-/// Asserts that a film's mean is `expected` up to its own noise (five standard errors) and `beside`.
-fn assert_mean(film: &Film, expected: f64, beside: f64, what: &str) {
+/// Asserts that a film's mean is `expected` within five standard errors plus `tolerance`.
+fn assert_mean(film: &Film, expected: f64, tolerance: f64, what: &str) {
     let (mean, error) = mean_and_error(film);
-    assert!((mean - expected).abs() <= 5.0 * error + beside, "{what}: {mean} ± {error}, not {expected}");
-    assert!(error < 0.01 * expected.max(0.01), "{what}: too noisy to say anything, {error}");
+    assert!((mean - expected).abs() <= 5.0 * error + tolerance, "{what}: {mean} ± {error}, not {expected}");
+    assert!(error < 0.01 * expected.max(0.01), "{what}: too noisy to compare, {error}");
 }
 
 #[test]
-fn images_are_the_same_however_they_are_interrupted() {
+fn interruptions_do_not_change_images() {
     let mut scene = scene_of(vec![sphere(0, 1.0, 8)], vec![material(Vec3::ONE, 0.0, 0.5)]);
     scene.sky = Vec3::ONE;
-    let whole = render(&scene, &front(4.0, 1.2), 8, 12, Settings::default());
+    let complete = render(&scene, &front(4.0, 1.2), 8, 12, Settings::default());
     let tracer = Tracer::new(&scene, Settings::default()).unwrap();
     let mut parts = Film::new(8, 8).unwrap();
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     one_thread.install(|| tracer.render(&front(4.0, 1.2), &mut parts, 5));
     tracer.render(&front(4.0, 1.2), &mut parts, 7);
-    assert_eq!(whole, parts);
+    assert_eq!(complete, parts);
 
-    // Stopped within a pass: rows have all of its samples or none.
+    // Stopped within a pass: each row has all of the pass's samples or none.
     let mut cut = Film::new(8, 8).unwrap();
     tracer.render(&front(4.0, 1.2), &mut cut, 2);
     let requested = AtomicU32::new(0);
     let pause = || requested.fetch_add(1, Ordering::Relaxed) >= 3;
     tracer.render_unless(&front(4.0, 1.2), &mut cut, 5, pause, || false);
-    assert!(!cut.is_even() && whole.is_even());
+    assert!(!cut.is_even() && complete.is_even());
     let rows = |samples| cut.row_samples().iter().filter(|row| **row == samples).count();
     assert_eq!((rows(7), rows(2), cut.samples(), cut.sample_count()), (3, 5, 2, 8 * (3 * 7 + 5 * 2)));
     for (y, row) in cut.row_samples().iter().enumerate() {
@@ -125,14 +125,14 @@ fn images_are_the_same_however_they_are_interrupted() {
         cut.row_samples()
     );
     tracer.render(&front(4.0, 1.2), &mut cut, 10);
-    assert_eq!(whole, cut);
+    assert_eq!(complete, cut);
     let other = render(&scene, &front(4.0, 1.2), 8, 12, Settings { seed: 1, ..Settings::default() });
-    assert_ne!(whole, other);
+    assert_ne!(complete, other);
 }
 
-/// However long a row takes: it is given up where it is, and leaves no trace.
+/// A row can be stopped in the middle, and its samples are discarded.
 #[test]
-fn a_row_is_given_up_within() {
+fn a_stopped_row_is_discarded() {
     let mut scene = scene_of(vec![sphere(0, 1.0, 8)], vec![material(Vec3::ONE, 0.0, 0.5)]);
     scene.sky = Vec3::ONE;
     let (tracer, camera) = (Tracer::new(&scene, Settings::default()).unwrap(), front(4.0, 1.2));
@@ -149,7 +149,7 @@ fn a_row_is_given_up_within() {
     assert_eq!(cut, film(5));
 }
 
-/// Rays along an axis meet what they meet whichever sign their zeros have.
+/// The sign of zeros in a direction does not affect hits.
 #[test]
 fn negative_zeros_miss_nothing() {
     let scene = scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y)], vec![material(Vec3::ONE, 0.0, 1.0)]);
@@ -161,9 +161,9 @@ fn negative_zeros_miss_nothing() {
     }
 }
 
-/// No ray slips between triangles that share an edge or a corner.
+/// No ray passes between triangles that share an edge or a corner.
 #[test]
-fn shared_edges_are_closed() {
+fn shared_edges_are_watertight() {
     let scene =
         scene_of(vec![sphere(0, 1.0, 6)], vec![Material { double_sided: true, ..material(Vec3::ONE, 0.0, 1.0) }]);
     let tracer = Tracer::new(&scene, Settings::default()).unwrap();
@@ -184,7 +184,7 @@ fn shared_edges_are_closed() {
 }
 
 #[test]
-fn what_is_out_of_range_is_refused() {
+fn invalid_settings_and_scenes_are_refused() {
     let scene = scene_of(vec![sphere(0, 1.0, 4)], vec![Material::default()]);
     let fault = |settings| Tracer::new(&scene, settings).err().expect("it is refused").to_string();
     assert!(fault(Settings { max_depth: 0, ..Settings::default() }).contains("max depth"));
@@ -198,7 +198,7 @@ fn what_is_out_of_range_is_refused() {
 }
 
 #[test]
-fn an_empty_scene_is_its_sky() {
+fn an_empty_scene_shows_the_sky() {
     let scene = Scene { sky: Vec3::new(0.25, 0.5, 1.0), ..Scene::default() };
     let film = render(&scene, &front(4.0, 1.0), 2, 2, Settings::default());
     assert!(film.mean().iter().all(|p| *p == [0.25, 0.5, 1.0]));

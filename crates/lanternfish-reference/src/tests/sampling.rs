@@ -1,4 +1,4 @@
-//! Chi-square tests: directions are chosen as densely as said.
+//! Chi-square tests of sampling routines against their densities.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::{
 
 const ROWS: usize = 16;
 const COLUMNS: usize = 16;
-/// Points a side in a cell, where densities are summed.
+/// Points per axis of a cell, over which densities are summed.
 const FINE: usize = 24;
 
 fn cell(wi: DVec3) -> usize {
@@ -23,7 +23,7 @@ fn cell(wi: DVec3) -> usize {
     row.min(ROWS - 1) * COLUMNS + column.min(COLUMNS - 1)
 }
 
-/// Shares of the cells under a density over solid angle.
+/// Probability of each cell under a density over solid angle.
 fn fractions(pdf: &dyn Fn(DVec3) -> f64) -> Vec<f64> {
     let mut fractions = vec![0.0; ROWS * COLUMNS];
     for i in 0..ROWS * FINE {
@@ -37,7 +37,7 @@ fn fractions(pdf: &dyn Fn(DVec3) -> f64) -> Vec<f64> {
     fractions
 }
 
-/// p of the test that `sample` (lost samples: `None`) follows `pdf`.
+/// p-value of the hypothesis that `sample` (`None` for lost samples) follows `pdf`.
 fn agreement(sample: &dyn Fn([f64; 3]) -> Option<DVec3>, pdf: &dyn Fn(DVec3) -> f64) -> f64 {
     let mut counts = vec![0; ROWS * COLUMNS + 1];
     for i in 0..100_000 {
@@ -49,7 +49,7 @@ fn agreement(sample: &dyn Fn([f64; 3]) -> Option<DVec3>, pdf: &dyn Fn(DVec3) -> 
     }
     let mut expected = fractions(pdf);
     let lost = (1.0 - expected.iter().sum::<f64>()).max(0.0);
-    // The sum over points is good to this: fewer losses cannot be told from none.
+    // The accuracy of the sum over points: smaller losses are indistinguishable from none.
     if lost < 2e-3 {
         assert!(counts[ROWS * COLUMNS] < 500, "{} samples are lost and {lost} should be", counts[ROWS * COLUMNS]);
         counts.pop();
@@ -59,7 +59,7 @@ fn agreement(sample: &dyn Fn([f64; 3]) -> Option<DVec3>, pdf: &dyn Fn(DVec3) -> 
     chi_square(&counts, &expected)
 }
 
-/// Forty tests are run: one in a thousand of each would be one run of the suite in 25.
+/// Minimum p-value. There are forty tests, so a minimum of 10⁻³ would fail one run of the suite in 25.
 const LEAST_P: f64 = 1e-5;
 
 #[test]
@@ -68,19 +68,19 @@ fn cosine_directions_follow_the_cosine() {
     let sample = |u: [f64; 3]| Some(cosine_direction(n, u[0], u[1]));
     let p = agreement(&sample, &|wi| n.dot(wi).max(0.0) / PI);
     assert!(p > LEAST_P, "{p}");
-    // It can fail: about a normal that is off by three degrees.
+    // The check can fail: the density has a normal that is off by three degrees.
     let off = DVec3::new(0.35, -0.5, 0.8).normalize();
     assert!(agreement(&sample, &|wi| off.dot(wi).max(0.0) / PI) < 1e-12);
 }
 
 #[test]
-fn every_lobe_is_sampled_as_its_density_says() {
+fn every_lobe_is_sampled_with_its_density() {
     let n = DVec3::new(-0.4, 0.2, 0.9).normalize();
     let mut tested = 0;
     for behind in [Behind::Thin, Behind::Volume { eta: 1.5 }, Behind::Volume { eta: 1.0 / 1.5 }] {
         for (roughness, metallic, transmission) in [(0.5, 1.0, 0.0), (0.6, 0.0, 0.0), (0.7, 0.0, 1.0), (0.9, 0.3, 0.5)]
         {
-            // From the front, at a slant, and from below the shading normal's horizon.
+            // From the front, oblique, and below the shading normal's horizon.
             for wo in [n, DVec3::new(0.9, 0.1, 0.6), DVec3::new(0.93, 0.0, 0.3)] {
                 let wo = wo.normalize();
                 let bsdf = Bsdf::MetallicRoughness(Reflector {
@@ -91,7 +91,7 @@ fn every_lobe_is_sampled_as_its_density_says() {
                     transmission,
                     behind,
                 });
-                // What sample() finds worthless it calls lost: compare where the BSDF scatters.
+                // `sample` returns `None` for samples without a contribution, so the density counts only where the BSDF is not zero.
                 let pdf = |wi: DVec3| if bsdf.scatter(n, wi, wo) == DVec3::ZERO { 0.0 } else { bsdf.pdf(n, wi, wo) };
                 let p = agreement(&|u| bsdf.sample(n, wo, u).map(|s| s.wi), &pdf);
                 assert!(p > LEAST_P, "{behind:?} {roughness} {metallic} {transmission} {wo}: p = {p}");
@@ -103,7 +103,7 @@ fn every_lobe_is_sampled_as_its_density_says() {
 }
 
 #[test]
-fn skies_are_sampled_by_their_light() {
+fn skies_are_sampled_with_their_density() {
     let constant = Scene { sky: Vec3::ONE, ..Scene::default() };
     let mut image = Environment {
         width: 16,
@@ -112,16 +112,16 @@ fn skies_are_sampled_by_their_light() {
         rotation: 0.7,
     };
     image.pixels[3 * 16 + 5] = Vec3::splat(20.0);
-    let pictured = Scene { environment: Some(image), ..Scene::default() };
-    for scene in [constant, pictured] {
+    let with_image = Scene { environment: Some(image), ..Scene::default() };
+    for scene in [constant, with_image] {
         let sky = Sky::new(&scene);
-        // The densities' edges lie along y: the grid's axis is turned there.
-        let turned = |d: DVec3| DVec3::new(d.x, -d.z, d.y);
+        // The edges of the density are aligned with the y axis, so y is rotated to the grid's z axis.
+        let rotated = |d: DVec3| DVec3::new(d.x, -d.z, d.y);
         let back = |d: DVec3| DVec3::new(d.x, d.z, -d.y);
-        let sample = |u: [f64; 3]| sky.sample(&scene, u[1], u[2]).map(|(wi, _, _)| turned(wi));
+        let sample = |u: [f64; 3]| sky.sample(&scene, u[1], u[2]).map(|(wi, _, _)| rotated(wi));
         let p = agreement(&sample, &|wi| sky.pdf(&scene, back(wi)));
         assert!(p > LEAST_P, "{p}");
-        // And what is said of a sample is so.
+        // The returned radiance and density are those of the direction.
         for i in 0..1000 {
             let mut random = Random::new(9, i, 0);
             let Some((wi, radiance, pdf)) = sky.sample(&scene, random.unit(), random.unit()) else { continue };

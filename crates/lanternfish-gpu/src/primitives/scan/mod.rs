@@ -2,22 +2,22 @@
 
 use crate::{Bindings, BufferPart, ComputeKernel, Frame, GpuError, Growth, gpu_struct};
 
-/// Values a workgroup scans; the shader's `BLOCK`.
+/// Values per workgroup; the shader's `BLOCK`.
 const BLOCK: u32 = 1024;
 
 gpu_struct! {
-    /// One level's size.
+    /// Parameters of a level.
     struct ScanParameters {
         /// Values in this level.
         count: u32,
         /// Workgroups along x.
         width: u32,
-        /// 1: a sum that no word holds is the largest number.
+        /// 1: sums saturate at `u32::MAX`; 0: they wrap.
         saturates: u32,
     }
 }
 
-/// Turns counts into starts: an exclusive prefix sum in place, and the total after the last value.
+/// Exclusive prefix sum of a u32 list in place, with the total of all values. It turns counts into starts.
 #[derive(Debug)]
 pub struct Scan {
     blocks: ComputeKernel,
@@ -25,7 +25,7 @@ pub struct Scan {
     label: String,
 }
 
-/// What one level needs: its own size, and room for its blocks' totals (which the next level scans).
+/// A level of the scan: its parameters, and its blocks' totals, which the next level scans.
 struct Level {
     parameters: BufferPart,
     totals: wgpu::Buffer,
@@ -43,7 +43,7 @@ impl Scan {
         })
     }
 
-    /// Capacity for the sums of `count` values.
+    /// The levels for `count` values.
     fn levels(&self, frame: &mut Frame<'_>, count: u32) -> Result<Vec<Level>, GpuError> {
         let saturates = u32::from(frame.growth() == Growth::Deferred);
         let mut levels = Vec::new();
@@ -63,8 +63,8 @@ impl Scan {
         }
     }
 
-    /// Replaces the first `count` values by the sums of all before each. Returns their total, one u32. Sums start over at 2³²; in a frame
-    /// that does not wait, where nobody would see it, they end there.
+    /// Replaces each of the first `count` values by the sum of all values before it. Returns a buffer with the total, one u32. Sums wrap
+    /// at 2³²; with deferred readback they saturate, because the host could not detect that they wrapped.
     pub fn record(&self, frame: &mut Frame<'_>, values: &wgpu::Buffer, count: u32) -> Result<wgpu::Buffer, GpuError> {
         let levels = self.levels(frame, count)?;
         let list = |level: usize| if level == 0 { values } else { &levels[level - 1].totals };
@@ -77,7 +77,7 @@ impl Scan {
         for (level, l) in levels.iter().enumerate() {
             frame.dispatch(&self.blocks, &bindings(level), grid(l.count.div_ceil(BLOCK).max(1)));
         }
-        // Totals of the last level are one number; all levels below it still lack their block's start.
+        // The last level has a single block. The other levels' values still lack the start of their block.
         for (level, l) in levels.iter().enumerate().rev().skip(1) {
             frame.dispatch(&self.add, &bindings(level), grid(l.count.div_ceil(BLOCK).max(1)));
         }
@@ -85,7 +85,7 @@ impl Scan {
     }
 }
 
-/// Workgroups for so many blocks, within the limit of 65,535 along an axis.
+/// Number of workgroups for `blocks`, within the limit of 65,535 per axis.
 fn grid(blocks: u32) -> [u32; 3] {
     let width = blocks.min(32768);
     [width, blocks.div_ceil(width), 1]
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use crate::{Profiler, check_layout, read_back, storage_buffer_of, testing};
 
-    /// The same, as plain Rust.
+    /// CPU reference: starts and total.
     fn cpu_reference(values: &[u32]) -> (Vec<u32>, u32) {
         let mut sum = 0u32;
         let starts = values
@@ -111,14 +111,14 @@ mod tests {
     }
 
     #[test]
-    fn parameters_are_laid_out_as_shaders_read_them() {
+    fn parameters_have_the_shaders_layout() {
         let shader = crate::primitives::SHADERS.link("primitives/scan/scan", &[]).unwrap();
         check_layout::<ScanParameters>(&shader).unwrap();
         assert_eq!(shader.workgroup_size("scan_blocks")[0] * 4, BLOCK);
     }
 
     #[test]
-    fn gpu_scan_is_its_cpu_reference_around_every_size() {
+    fn gpu_scan_equals_its_cpu_reference_around_block_sizes() {
         let Some(gpu) = testing::gpu("scan") else { return };
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let scan = Scan::new(&gpu.device, "test").unwrap();
@@ -126,11 +126,11 @@ mod tests {
             let values: Vec<u32> = (0..count).map(|i: u32| i.wrapping_mul(2_654_435_761) >> 20).collect();
             let buffer = storage_buffer_of(&gpu.device, "values", &values, wgpu::BufferUsages::empty()).unwrap();
             let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-            let found_total = scan.record(&mut frame, &buffer, count).unwrap();
+            let actual_total = scan.record(&mut frame, &buffer, count).unwrap();
             frame.submit();
             let (starts, total) = cpu_reference(&values);
             assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &buffer, count as usize).unwrap(), starts, "{count}");
-            assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &found_total, 1).unwrap(), [total], "{count}");
+            assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &actual_total, 1).unwrap(), [total], "{count}");
         }
     }
 }

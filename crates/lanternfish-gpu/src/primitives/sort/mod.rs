@@ -3,25 +3,26 @@
 use super::Scan;
 use crate::{Bindings, ComputeKernel, Frame, GpuError, gpu_struct};
 
-/// Pairs an invocation takes, and values of a digit: the shader's.
+/// Pairs per invocation; the shader's `BLOCK`.
 const BLOCK: u32 = 128;
+/// Number of values of a digit; the shader's `DIGITS`.
 const DIGITS: u32 = 16;
 const DIGIT_BITS: u32 = 4;
 
 gpu_struct! {
-    /// Pairs to sort, and the digit that one pass sorts them by.
+    /// Parameters of a pass, which sorts by one digit.
     struct SortParameters {
         /// Number of pairs.
         count: u32,
-        /// Position of the digit's lowest bit in a key.
+        /// Index of the digit's lowest bit in a key.
         shift: u32,
         /// Number of blocks of pairs.
         blocks: u32,
     }
 }
 
-/// Sorts pairs of a u32 key and a u32 value by key, equal keys in the order in which they came: four bits a pass, an invocation a block
-/// of 128 pairs. Made for tens of thousands of pairs and more; deterministic.
+/// Stable, deterministic radix sort of pairs of a u32 key and a u32 value by key. Each pass sorts by 4 bits, with one invocation per block
+/// of 128 pairs. Suited to tens of thousands of pairs and more.
 #[derive(Debug)]
 pub struct RadixSort {
     count_digits: ComputeKernel,
@@ -43,7 +44,7 @@ impl RadixSort {
         })
     }
 
-    /// Sorts the first `count` pairs by the lowest `bits` of their keys, in place. Both buffers hold `count` u32 at least.
+    /// Sorts the first `count` pairs by the lowest `bits` of their keys, in place. Both buffers must hold at least `count` u32.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -56,12 +57,12 @@ impl RadixSort {
             return Ok(());
         }
         let blocks = count.div_ceil(BLOCK);
-        // Keys and values that every second pass writes, and the digits' places.
+        // Output of every second pass, and the start of each block's pairs of each digit.
         let mut buffer = |name: &str, length: u64| frame.scratch(&format!("{}/{name}", self.label), 4 * length);
         let length = u64::from(count);
         let (other_keys, other_values) = (buffer("keys", length)?, buffer("values", length)?);
-        let places = buffer("digit_places", u64::from(DIGITS) * u64::from(blocks))?;
-        // An even number of passes ends where it began.
+        let starts = buffer("digit_places", u64::from(DIGITS) * u64::from(blocks))?;
+        // An even number of passes leaves the result in the caller's buffers.
         let passes = bits.div_ceil(DIGIT_BITS).next_multiple_of(2);
         for pass in 0..passes {
             let parameters = SortParameters { count, shift: (DIGIT_BITS * pass).min(28), blocks };
@@ -77,10 +78,10 @@ impl RadixSort {
                 .buffer("values_in", lists[1])
                 .buffer("keys_out", lists[2])
                 .buffer("values_out", lists[3])
-                .buffer("digit_places", &places);
+                .buffer("digit_places", &starts);
             let workgroups = [blocks.div_ceil(self.count_digits.workgroup_size()[0]), 1, 1];
             frame.dispatch(&self.count_digits, &bindings, workgroups);
-            self.scan.record(frame, &places, DIGITS * blocks)?;
+            self.scan.record(frame, &starts, DIGITS * blocks)?;
             frame.dispatch(&self.scatter, &bindings, workgroups);
         }
         Ok(())
@@ -93,13 +94,13 @@ mod tests {
     use crate::{Profiler, check_layout, read_back, storage_buffer_of, testing};
 
     #[test]
-    fn parameters_are_laid_out_as_shaders_read_them() {
+    fn parameters_have_the_shaders_layout() {
         let shader = crate::primitives::SHADERS.link("primitives/sort/sort", &[]).unwrap();
         check_layout::<SortParameters>(&shader).unwrap();
     }
 
     #[test]
-    fn gpu_sort_is_its_cpu_reference_around_every_size() {
+    fn gpu_sort_equals_its_cpu_reference_around_block_sizes() {
         let Some(gpu) = testing::gpu("sort") else { return };
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let sort = RadixSort::new(&gpu.device, "test").unwrap();
@@ -110,7 +111,7 @@ mod tests {
             (127, 4, 0xf),
             (128, 8, 0xff),
             (129, 12, 0xfff),
-            // Many equal keys: the order of the values tells whether it is stable.
+            // Many equal keys: the order of the values shows whether the sort is stable.
             (5_000, 30, 0x7),
             (64 * 128 + 1, 30, u32::MAX >> 2),
             (150_000, 32, u32::MAX),
@@ -126,8 +127,8 @@ mod tests {
             let mut expected: Vec<(u32, u32)> = keys.into_iter().zip(values).collect();
             expected.sort_by_key(|(key, _)| *key);
             let read = |buffer| read_back::<u32>(&gpu.device, &gpu.queue, buffer, count as usize).unwrap();
-            let found: Vec<(u32, u32)> = read(&key_buffer).into_iter().zip(read(&value_buffer)).collect();
-            assert_eq!(found, expected, "{count} pairs by {bits} bits");
+            let actual: Vec<(u32, u32)> = read(&key_buffer).into_iter().zip(read(&value_buffer)).collect();
+            assert_eq!(actual, expected, "{count} pairs by {bits} bits");
         }
     }
 }

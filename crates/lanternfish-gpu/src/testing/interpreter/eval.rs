@@ -5,7 +5,7 @@ use naga::{Arena, Expression, Handle, Literal, ScalarKind, TypeInner};
 use super::{Call, Machine, Pointer, Value, math};
 
 impl<'a> Machine<'a> {
-    /// The value of an expression that was emitted, or needs not be.
+    /// The value of an expression that was emitted, or that needs no emission.
     pub(super) fn value(&mut self, call: &mut Call<'a>, expression: Handle<Expression>) -> Value {
         if let Some(value) = &call.values[expression.index()] {
             return value.clone();
@@ -96,7 +96,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The value of an expression that is the same everywhere.
+    /// The value of a constant expression.
     fn constant(&self, arena: &'a Arena<Expression>, expression: &'a Expression) -> Value {
         let module = &self.shader.module;
         match expression {

@@ -1,4 +1,4 @@
-//! Operators and built-in functions, on 32 bits each.
+//! Operators and built-in functions on 32-bit scalars.
 
 use naga::{BinaryOperator as Op, MathFunction as Fun, RelationalFunction, ScalarKind, TypeInner, UnaryOperator};
 
@@ -34,7 +34,7 @@ pub(super) fn binary(op: Op, kind: ScalarKind, types: [&TypeInner; 2], left: &[u
     (0..left.len().max(right.len())).map(|i| operator(op, kind, at(left, i), at(right, i))).collect()
 }
 
-/// Columns one after the other, first to last.
+/// Product of a matrix (columns in order) and a vector.
 fn transformed(matrix: &[u32], rows: usize, vector: &[u32]) -> Vec<u32> {
     let product = |row: usize, column: usize| f32_of(matrix[column * rows + row]) * f32_of(vector[column]);
     (0..rows)
@@ -74,7 +74,7 @@ fn of_bits(op: Op, a: u32, b: u32) -> u32 {
         Op::Add => a.wrapping_add(b),
         Op::Subtract => a.wrapping_sub(b),
         Op::Multiply => a.wrapping_mul(b),
-        // As WGSL has it.
+        // WGSL: x / 0 = x, x % 0 = 0.
         Op::Divide => a.checked_div(b).unwrap_or(a),
         Op::Modulo => a.checked_rem(b).unwrap_or(0),
         Op::And | Op::LogicalAnd => a & b,
@@ -86,7 +86,7 @@ fn of_bits(op: Op, a: u32, b: u32) -> u32 {
     }
 }
 
-/// `None`: not a number.
+/// The result of a comparison. `None` means unordered: an operand is NaN.
 fn compared(op: Op, order: Option<std::cmp::Ordering>) -> u32 {
     let holds = match op {
         Op::Equal => order.is_some_and(std::cmp::Ordering::is_eq),
@@ -109,7 +109,7 @@ pub(super) fn relational(fun: RelationalFunction, words: &[u32]) -> Value {
     }
 }
 
-/// To another kind; what does not fit becomes the nearest that does.
+/// Converts to another kind of scalar. Values out of range saturate.
 pub(super) fn convert(from: ScalarKind, to: ScalarKind, word: u32) -> u32 {
     use ScalarKind::{Bool, Float, Sint, Uint};
     match (from, to) {
@@ -138,7 +138,7 @@ fn of_floats(fun: Fun, arguments: &[&[u32]]) -> Vec<u32> {
         arguments.iter().map(|words| words.iter().map(|word| f32_of(*word)).collect()).collect();
     let a = &vectors[0];
     let dot = |b: &[f32]| (1..a.len()).fold(a[0] * b[0], |sum, i| sum + a[i] * b[i]);
-    // A scalar beside vectors stands for each component.
+    // A scalar argument next to vectors applies to each component.
     let at = |j: usize, i: usize| vectors[j][if vectors[j].len() == 1 { 0 } else { i }];
     let each = |apply: &dyn Fn(&Arguments) -> f32| -> Vec<u32> {
         (0..a.len()).map(|i| apply(&|j| at(j, i)).to_bits()).collect()
@@ -193,6 +193,6 @@ fn of_integers(fun: Fun, kind: ScalarKind, arguments: &[&[u32]]) -> Vec<u32> {
         Fun::CountOneBits => each(&|i| a[i].count_ones()),
         Fun::ReverseBits => each(&|i| a[i].reverse_bits()),
         Fun::Unpack2x16snorm => vec![snorm(a[0]), snorm(a[0] >> 16)],
-        other => panic!("{other:?} of whole numbers is not supported"),
+        other => panic!("{other:?} of integers is not supported"),
     }
 }

@@ -61,11 +61,11 @@ fn memory(items: usize) -> Memory {
 }
 
 #[test]
-fn loops_structs_and_atomics_run_as_they_are_written() {
+fn loops_structs_and_atomics_follow_the_shader() {
     let shader = LIBRARY.link("kernel", &[]).unwrap();
     let mut forward = memory(3);
     forward.interpret(&shader, "insert", [2, 1, 1], Order::Forward);
-    // The third slot is the last; there is none for 2.
+    // The third slot is the last one, so the key 2 gets none.
     assert_eq!(forward.get::<u32>("results"), [0x100, 0x101, 0, 0x102, 99, 1]);
     assert_eq!(forward.get::<u32>("list")[..2], [21, 2]);
     let mut backward = memory(3);
@@ -74,7 +74,7 @@ fn loops_structs_and_atomics_run_as_they_are_written() {
 }
 
 #[test]
-fn arithmetic_is_wgsls() {
+fn arithmetic_follows_wgsl() {
     let shader = LIBRARY.link("kernel", &[]).unwrap();
     let mut memory = memory(1);
     memory.interpret(&shader, "arithmetic", [1; 3], Order::Forward);
@@ -86,7 +86,7 @@ fn arithmetic_is_wgsls() {
 
 #[test]
 #[should_panic(expected = "numbers")]
-fn what_is_not_bound_is_named() {
+fn an_unbound_buffer_is_named() {
     let shader = LIBRARY.link("kernel", &[]).unwrap();
     let mut memory = Memory::new();
     memory.bind(&["list"], &[0u32; 12]);

@@ -26,7 +26,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Byte offset of an element of a composite, and of how many elements it is.
+    /// Byte offset of an element of a composite. Checks `index` against the number of elements.
     pub(super) fn element_offset(&self, ty: &TypeInner, index: usize) -> usize {
         let (stride, count) = match ty {
             TypeInner::Vector { size, scalar } => (usize::from(scalar.width), Some(*size as usize)),
@@ -39,7 +39,7 @@ impl<'a> Machine<'a> {
         index * stride
     }
 
-    /// Scalars of a type.
+    /// Number of scalars of a type.
     pub(super) fn count(&self, ty: &TypeInner) -> usize {
         match ty {
             TypeInner::Scalar(_) | TypeInner::Atomic(_) => 1,
@@ -53,7 +53,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// First scalar of an element of a composite value, and how many it has.
+    /// Range of the scalars of an element of a composite value.
     pub(super) fn element_scalars(&self, ty: &TypeInner, index: usize) -> std::ops::Range<usize> {
         let of_size = |size| index * size..(index + 1) * size;
         match ty {
@@ -116,7 +116,7 @@ impl<'a> Machine<'a> {
         self.memories[at.memory] = memory;
     }
 
-    /// Elements of an array of any length that lies at the end of a buffer.
+    /// Number of elements of a runtime-sized array, which reaches to the end of its buffer.
     pub(super) fn array_length(&self, ty: &TypeInner, at: Pointer) -> u32 {
         let TypeInner::Array { stride, .. } = ty else { panic!("{ty:?} is no array") };
         ((self.memories[at.memory].len() - at.offset) / *stride as usize) as u32
