@@ -134,7 +134,7 @@ impl Tracer<'_> {
     /// What a light brings to a place through what `open` says of each of its points, lx; and how far it is, m.
     fn light_at(&self, place: &Probed, light: usize, open: impl Fn(&Incidence) -> Vec3) -> (Vec3, f32) {
         let light = &self.world.scene.lights[light];
-        let (attenuation, range_threshold) = (self.settings.attenuation, self.settings.range_threshold);
+        let (falloff, range_threshold) = (self.settings.falloff(), self.settings.range_threshold);
         let of = |incidence: Incidence| {
             let facing = |normal: Vec3| normal.as_dvec3().dot(incidence.wi).max(0.0) as f32;
             // What the triangle turns away from does not light it, whatever its normals say.
@@ -145,7 +145,7 @@ impl Tracer<'_> {
             if brought == Vec3::ZERO { brought } else { brought * open(&incidence) }
         };
         let p = Vec3A::from(place.p);
-        let middle = incidence(light, p, attenuation, range_threshold);
+        let middle = incidence(light, p, falloff, range_threshold);
         if light.area().is_none() {
             return (of(middle), middle.distance);
         }
@@ -153,7 +153,7 @@ impl Tracer<'_> {
         let points = (0..POINTS_A_SIDE * POINTS_A_SIDE).map(|i| {
             let (row, column) = (f64::from(i / POINTS_A_SIDE), f64::from(i % POINTS_A_SIDE));
             let point = point_of_area(light, [(column + 0.5) / side, (row + 0.5) / side]);
-            of(incidence_from(light, point, p, attenuation, range_threshold))
+            of(incidence_from(light, point, p, falloff, range_threshold))
         });
         (points.sum::<Vec3>() / (side * side) as f32, middle.distance)
     }

@@ -2,7 +2,7 @@
 
 use lanternfish_scene::{
     named_enum,
-    shading::{Attenuation, Materials},
+    shading::{Attenuation, Coefficients, Falloff, Materials, NEAR_RADIUS},
 };
 
 /// What the path tracer computes, and how.
@@ -17,6 +17,10 @@ pub struct Settings {
     pub materials: Materials,
     /// How punctual lights fall off.
     pub attenuation: Attenuation,
+    /// Nearer than this, a light is as bright as at this distance; m, > 0 [VanGelderen2020, §A.1].
+    pub attenuation_near_radius: f32,
+    /// Coefficients of the attenuation `clq`.
+    pub attenuation_coefficients: Coefficients,
     /// Intensity at which a light without a stated range ends: see [`lanternfish_scene::Light::effective_range`].
     pub range_threshold: f32,
     /// Radius of point and spot lights, m, 0 or more. Such a light is a disk around its centre that faces the surface; what arrives from
@@ -40,11 +44,24 @@ impl Default for Settings {
             max_depth: UNLIMITED,
             materials: Materials::File,
             attenuation: Attenuation::Gltf,
+            attenuation_near_radius: NEAR_RADIUS,
+            attenuation_coefficients: Coefficients::default(),
             range_threshold: 0.02,
             light_radius: 0.0,
             light_choice: LightChoice::Tree,
             light_paths: LightPaths::On,
             seed: 0,
+        }
+    }
+}
+
+impl Settings {
+    /// The attenuation with its parameters.
+    pub fn falloff(&self) -> Falloff {
+        Falloff {
+            attenuation: self.attenuation,
+            near_radius: self.attenuation_near_radius,
+            coefficients: self.attenuation_coefficients,
         }
     }
 }

@@ -64,6 +64,8 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         history: _,
         // The shot's, and the ground truth's as well.
         attenuation: _,
+        attenuation_near_radius: _,
+        attenuation_coefficients: _,
         range_threshold: _,
         // How an image is shown, not how it is made.
         exposure: _,
