@@ -9,6 +9,7 @@ use lanternfish_cli::{
     output,
     plot::{Axis, Curve, curves},
 };
+use lanternfish_scene::shading::Falloff;
 
 #[derive(Debug, Args)]
 pub struct AttenuationArgs {
@@ -23,47 +24,61 @@ pub fn run(args: &AttenuationArgs) -> Result<(), CliError> {
     output::print(&text)
 }
 
-/// Range of the light, m. I₀ of a light of 1 cd is then 0.25 cd/m², as in the figure.
-const RANGE: f32 = 2.0;
-/// Nearest plotted distance, m: R₀ of the figure. The renderer's own R₀ is 1 mm.
-const NEAREST: f32 = 0.75;
-/// Farthest plotted distance, m.
-const FARTHEST: f32 = 2.25;
+/// The figure's I₀ and R₀.
+const CUT_OFF: f32 = 0.25;
+const NEAR_RADIUS: f32 = 0.75;
+/// The caption's intensity, cd, at which all functions are drawn; and two around it, for the basic ones.
+const INTENSITY: f32 = 1.0;
+const OTHERS: [f32; 2] = [0.5, 2.0];
+const BASIC: [Attenuation; 3] = [Attenuation::Physical, Attenuation::Reduced, Attenuation::Smooth];
+const FARTHEST: f32 = 3.0;
 
-/// Colours of the curves: the palette of Okabe and Ito, and two greys.
-const COLORS: [&str; 10] =
-    ["#000000", "#999999", "#e69f00", "#d55e00", "#56b4e9", "#0072b2", "#cc79a7", "#009e73", "#b8860b", "#c0c0c0"];
+/// Okabe and Ito's, and three greys and browns.
+const COLORS: [&str; 11] = [
+    "#000000", "#999999", "#e69f00", "#d55e00", "#56b4e9", "#0072b2", "#cc79a7", "#009e73", "#b8860b", "#c0c0c0",
+    "#8b4513",
+];
 
+/// The curves of a function have one colour.
 fn plot() -> String {
-    let curve = |(i, attenuation): (usize, &Attenuation)| {
-        let at = |d: f32| (f64::from(d), f64::from(attenuation.factor(d, RANGE)));
+    let curve = |intensity: f32, (i, attenuation): (usize, &Attenuation)| {
+        let falloff = Falloff { near_radius: NEAR_RADIUS, ..(*attenuation).into() };
+        // R1 = √(I / I0) [VanGelderen2020, §A.1].
+        let range = (intensity / CUT_OFF).sqrt();
+        let at = |d: f32| (f64::from(d), f64::from(intensity * falloff.factor(d, range)));
         let steps = |from: f32, to: f32| (0..=150).map(move |step| from + (to - from) * step as f32 / 150.0);
-        // Sampled on both sides of the range: some functions are discontinuous there.
-        let before = RANGE.next_down();
+        // Up to the range, and from it on: some end in an edge.
+        let before = range.next_down();
         Curve {
-            name: attenuation.name().to_owned(),
+            name: if intensity == INTENSITY { attenuation.name().to_owned() } else { String::new() },
             color: COLORS[i],
             // Equals the glTF function and is drawn over it.
             dashed: *attenuation == Attenuation::PhysicalReduced2,
             marked: false,
-            points: steps(NEAREST, before).chain([RANGE, FARTHEST]).map(at).collect(),
+            points: [(0.0, at(0.0).1)]
+                .into_iter()
+                .chain(steps(NEAR_RADIUS, before).chain([range, FARTHEST]).map(at))
+                .collect(),
         }
     };
     let ticks = |values: &[f64]| values.iter().map(|v| (*v, v.to_string())).collect();
     let x = Axis {
         label: "distance d, m",
-        ends: [NEAREST.into(), FARTHEST.into()],
+        ends: [0.0, FARTHEST.into()],
         logarithmic: false,
-        ticks: ticks(&[0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.25]),
+        ticks: ticks(&[0.0, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0]),
     };
     let y = Axis {
-        label: "lux a candela",
-        ends: [0.0, 1.8],
+        label: "illuminance, lx",
+        ends: [0.0, 3.75],
         logarithmic: false,
-        ticks: ticks(&[0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75]),
+        ticks: ticks(&[0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5]),
     };
-    let curves_of: Vec<_> = Attenuation::ALL.iter().enumerate().map(curve).collect();
-    curves("Attenuation of a light of range R = 2 m (I₀ = 0.25 I / m²)", &x, &y, &curves_of)
+    let functions = || Attenuation::ALL.iter().enumerate();
+    let basic = || functions().filter(|(_, function)| BASIC.contains(function));
+    let others = OTHERS.iter().flat_map(|intensity| basic().map(|of| curve(*intensity, of)));
+    let all: Vec<_> = functions().map(|of| curve(INTENSITY, of)).chain(others).collect();
+    curves("Attenuation of 1 cd; basic functions also of 0.5 and 2 cd (R₀ = 0.75 m, I₀ = 0.25 cd/m²)", &x, &y, &all)
 }
 
 #[test]

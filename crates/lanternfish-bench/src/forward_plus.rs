@@ -118,6 +118,8 @@ impl Bench<'_> {
             ray_range_culling: case.ray_range_culling(),
             shadows: self.args.shadows,
             attenuation: self.subject.look.attenuation,
+            attenuation_near_radius: self.subject.look.attenuation_near_radius,
+            attenuation_coefficients: self.subject.look.attenuation_coefficients,
             range_threshold: self.range_threshold,
             ..Settings::direct_light()
         }

@@ -64,6 +64,8 @@ impl Subject {
         let mut look = Settings {
             shadows: Shadows::BVH,
             attenuation: lights.attenuation,
+            attenuation_near_radius: lights.attenuation_near_radius,
+            attenuation_coefficients: lights.attenuation_coefficients,
             range_threshold: lights.range_threshold,
             // A fixed exposure, so that images are comparable.
             exposure: Exposure::Ev(0.0),

@@ -290,6 +290,8 @@ impl RenderArgs {
             history: technique.history,
             occlusion: self.indirect.occlusion(),
             attenuation: self.lights.attenuation,
+            attenuation_near_radius: self.lights.attenuation_near_radius,
+            attenuation_coefficients: self.lights.attenuation_coefficients,
             range_threshold: self.lights.range_threshold,
             materials: self.look.materials,
             exposure: self.look.exposure,

@@ -142,6 +142,8 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
         ("shadow-rays", settings.shadow_rays.to_string()),
         ("history", settings.history.to_string()),
         ("attenuation", settings.attenuation.to_string()),
+        ("attenuation-near-radius", settings.attenuation_near_radius.to_string()),
+        ("attenuation-coefficients", settings.attenuation_coefficients.to_string()),
         ("range-threshold", settings.range_threshold.to_string()),
         ("materials", settings.materials.to_string()),
         ("exposure", settings.exposure.to_string()),

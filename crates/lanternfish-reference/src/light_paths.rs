@@ -192,7 +192,7 @@ impl Tracer<'_> {
         let front = self.world.is_front(lit.hit.triangle as usize, -towards);
         let y = Surface::new(&self.world, &Hit { distance, front, ..lit.hit }, towards, self.settings.materials);
         let Some(bsdf_of_y) = &y.bsdf else { return Vec3::ZERO };
-        let arriving = incidence(light, y.p, self.settings.attenuation, self.settings.range_threshold);
+        let arriving = incidence(light, y.p, self.settings.falloff(), self.settings.range_threshold);
         let at_y = bsdf_of_y.scatter(y.normal, arriving.wi, -wi);
         if at_y == DVec3::ZERO || arriving.irradiance == Vec3::ZERO || is_wrong_side(&y, arriving.wi) {
             return Vec3::ZERO;

@@ -134,7 +134,7 @@ impl Tracer<'_> {
     /// Irradiance from a light at a point, lx, with the `visibility` of each point of the light; and the distance to the light, m.
     fn light_at(&self, place: &Probed, light: usize, visibility: impl Fn(&Incidence) -> Vec3) -> (Vec3, f32) {
         let light = &self.world.scene.lights[light];
-        let (attenuation, range_threshold) = (self.settings.attenuation, self.settings.range_threshold);
+        let (falloff, range_threshold) = (self.settings.falloff(), self.settings.range_threshold);
         let of = |incidence: Incidence| {
             let facing = |normal: Vec3| normal.as_dvec3().dot(incidence.wi).max(0.0) as f32;
             // Light from behind the triangle does not count, whatever the shading normal is.
@@ -145,7 +145,7 @@ impl Tracer<'_> {
             if irradiance == Vec3::ZERO { irradiance } else { irradiance * visibility(&incidence) }
         };
         let p = Vec3A::from(place.p);
-        let centre = incidence(light, p, attenuation, range_threshold);
+        let middle = incidence(light, p, falloff, range_threshold);
         if light.area().is_none() {
             return (of(centre), centre.distance);
         }
@@ -153,7 +153,7 @@ impl Tracer<'_> {
         let points = (0..POINTS_A_SIDE * POINTS_A_SIDE).map(|i| {
             let (row, column) = (f64::from(i / POINTS_A_SIDE), f64::from(i % POINTS_A_SIDE));
             let point = point_of_area(light, [(column + 0.5) / side, (row + 0.5) / side]);
-            of(incidence_from(light, point, p, attenuation, range_threshold))
+            of(incidence_from(light, point, p, falloff, range_threshold))
         });
         (points.sum::<Vec3>() / (side * side) as f32, centre.distance)
     }

@@ -2,7 +2,7 @@
 
 use lanternfish_scene::{
     named_enum,
-    shading::{Attenuation, Materials},
+    shading::{Attenuation, Coefficients, Falloff, Materials, NEAR_RADIUS},
 };
 
 /// Settings of the path tracer.
@@ -17,7 +17,11 @@ pub struct Settings {
     pub materials: Materials,
     /// Distance attenuation of lights.
     pub attenuation: Attenuation,
-    /// Threshold that sets the range of lights without an explicit one: see [`lanternfish_scene::Light::effective_range`].
+    /// Nearer than this, a light is as bright as at this distance; m, > 0 [VanGelderen2020, §A.1].
+    pub attenuation_near_radius: f32,
+    /// Coefficients of the attenuation `clq`.
+    pub attenuation_coefficients: Coefficients,
+    /// Intensity at which a light without a stated range ends: see [`lanternfish_scene::Light::effective_range`].
     pub range_threshold: f32,
     /// Radius of point and spot lights, m, at least 0; 0 means points. With a radius, a light is a disk around its centre that faces the
     /// surface. Each point of it has the irradiance of the centre. Directional lights have no radius.
@@ -40,6 +44,8 @@ impl Default for Settings {
             max_depth: UNLIMITED,
             materials: Materials::File,
             attenuation: Attenuation::Gltf,
+            attenuation_near_radius: NEAR_RADIUS,
+            attenuation_coefficients: Coefficients::default(),
             range_threshold: 0.02,
             light_radius: 0.0,
             light_choice: LightChoice::Tree,
@@ -49,7 +55,18 @@ impl Default for Settings {
     }
 }
 
-/// The computed quantity.
+impl Settings {
+    /// The attenuation with its parameters.
+    pub fn falloff(&self) -> Falloff {
+        Falloff {
+            attenuation: self.attenuation,
+            near_radius: self.attenuation_near_radius,
+            coefficients: self.attenuation_coefficients,
+        }
+    }
+}
+
+/// What a pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integrator {
     /// Radiance, nits.

@@ -40,6 +40,18 @@ impl<'a> Tracer<'a> {
         if !(settings.range_threshold > 0.0 && settings.range_threshold.is_finite()) {
             return Err(refused("range threshold", settings.range_threshold.to_string(), "it must be above 0"));
         }
+        let falloff = settings.falloff();
+        if !(falloff.near_radius > 0.0 && falloff.near_radius.is_finite()) {
+            return Err(refused(
+                "near radius of the attenuation",
+                falloff.near_radius.to_string(),
+                "it must be above 0",
+            ));
+        }
+        if !falloff.coefficients.is_valid() {
+            let remedy = "they must be at least 0 and not all 0";
+            return Err(refused("attenuation coefficients", falloff.coefficients.to_string(), remedy));
+        }
         if !(settings.light_radius >= 0.0 && settings.light_radius.is_finite()) {
             return Err(refused("light radius", settings.light_radius.to_string(), "it must be 0 or above"));
         }

@@ -43,6 +43,8 @@ impl Subject {
         let transport = Transport {
             materials: settings.materials,
             attenuation: settings.attenuation,
+            attenuation_near_radius: settings.attenuation_near_radius,
+            attenuation_coefficients: settings.attenuation_coefficients,
             range_threshold: settings.range_threshold,
             light_radius: settings.light_radius,
             ..Transport::default()

@@ -305,9 +305,8 @@ impl Comparison {
 
 /// True if the path tracer's image is the same under both settings.
 fn lit_alike(a: &Settings, b: &Settings) -> bool {
-    let of = |settings: &Settings| {
-        (settings.materials, settings.attenuation, settings.range_threshold, settings.light_radius)
-    };
+    let of =
+        |settings: &Settings| (settings.materials, settings.falloff(), settings.range_threshold, settings.light_radius);
     of(a) == of(b)
 }
 

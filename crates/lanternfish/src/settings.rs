@@ -5,7 +5,8 @@ mod presets;
 
 use std::fmt;
 
-pub use lanternfish_scene::shading::{Attenuation, Materials};
+pub use lanternfish_scene::shading::{Attenuation, Coefficients, Materials};
+use lanternfish_scene::shading::{Falloff, NEAR_RADIUS};
 use lanternfish_scene::{named_enum, named_type_impls};
 
 use crate::lights::LightSettings;
@@ -35,6 +36,11 @@ pub struct Settings {
     pub shadow_rays: u32,
     /// Distance attenuation of punctual lights.
     pub attenuation: Attenuation,
+    /// Near radius R0 of the attenuation [VanGelderen2020, §A.1], m, > 0: nearer than this, a light is as bright as at this distance. Larger:
+    /// no bright spots around lights. The default, 1 mm, only avoids division by zero.
+    pub attenuation_near_radius: f32,
+    /// Coefficients of the attenuation `clq` [VanGelderen2020, eq. A.2]. Larger: less light.
+    pub attenuation_coefficients: Coefficients,
     /// Illuminance at which a light without a stated range ends, lx, by its inverse-square law I / d²; > 0. Lower values give larger ranges,
     /// less lost light and more lights per pixel [Elagabani2025, eq. 4.1].
     pub range_threshold: f32,
@@ -81,6 +87,8 @@ impl Settings {
             light_radius: 0.0,
             shadow_rays: 16,
             attenuation: Attenuation::Gltf,
+            attenuation_near_radius: NEAR_RADIUS,
+            attenuation_coefficients: Coefficients::default(),
             range_threshold: 0.02,
             materials: Materials::File,
             occlusion: Occlusion::NONE,
@@ -99,8 +107,17 @@ impl Settings {
 
     /// The settings that determine how lights are stored on the device.
     pub fn lights(&self) -> LightSettings {
-        let Self { attenuation, range_threshold, light_radius, shadow_rays, .. } = *self;
-        LightSettings { attenuation, range_threshold, radius: light_radius, shadow_rays }
+        let Self { range_threshold, light_radius, shadow_rays, .. } = *self;
+        LightSettings { falloff: self.falloff(), range_threshold, radius: light_radius, shadow_rays }
+    }
+
+    /// The attenuation with its parameters.
+    pub fn falloff(&self) -> Falloff {
+        Falloff {
+            attenuation: self.attenuation,
+            near_radius: self.attenuation_near_radius,
+            coefficients: self.attenuation_coefficients,
+        }
     }
 
     /// True if point and spot lights have a radius.

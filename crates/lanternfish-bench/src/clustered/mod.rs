@@ -10,9 +10,11 @@ mod schemes;
 mod steps;
 
 use clap::{Args, ValueEnum};
+use lanternfish::techniques::Assignment;
 use lanternfish_cli::{
     args::{PartArgs, ViewArgs},
     camera,
+    choices::choice,
     error::CliError,
     output,
     parse::{self, Frames, Size},
@@ -63,7 +65,10 @@ pub struct ClusteredArgs {
     /// Measure one shape of each kind, with 10,000 and 100,000 lights only.
     #[arg(long)]
     quick: bool,
-    /// Measure the culling schemes only: no table of cluster shapes, no plots.
+    /// Along a track: how lights are assigned. The thesis tests every light against every visible cluster: brute_force.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Assignment>(), default_value_t = Assignment::Hierarchy)]
+    light_assignment: Assignment,
+    /// The table of all schemes of light culling alone, without that of every shape of clusters and without plots.
     #[arg(long)]
     schemes: bool,
     /// Distribution of the lights. Their radius does not depend on it.
@@ -114,6 +119,9 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
         }
         shot.args.track.frames = args.frames.map(Frames::Count).or(shot.args.track.frames);
         return figures::run(args, &shot);
+    }
+    if args.light_assignment != Assignment::Hierarchy {
+        return Err(CliError::new("--light-assignment: without a track both are measured", "leave it out"));
     }
     if args.frames.is_some() {
         return Err(CliError::new("--frames: nothing is played here", "name a shot with a [track], without --schemes"));

@@ -63,6 +63,8 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         history: _,
         // Set by the shot, for the ground truth too.
         attenuation: _,
+        attenuation_near_radius: _,
+        attenuation_coefficients: _,
         range_threshold: _,
         // Change the display of an image, not its rendering.
         exposure: _,

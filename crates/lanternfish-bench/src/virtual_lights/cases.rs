@@ -40,14 +40,15 @@ pub fn papers_lights() -> VirtualLights {
     }
 }
 
-/// Virtual lights of [VanGelderen2020, app. B]: emission by the square root of the cosine, ranges from a cut-off intensity, no shadows. The
-/// thesis samples pseudo-random directions; ours are an even sample of all lights, by flux.
+/// [VanGelderen2020, app. B]: lights that shine by the root of the cosine, each with the range √(I / I0) of §A.1, no shadows. No light is
+/// dropped. His are drawn in pseudo-random directions; ours are an even sample of all by flux.
 pub fn appendix_b(count: u32) -> VirtualLights {
     VirtualLights {
         unique: false,
         count,
         stride: 1,
-        ranges: Ranges::Threshold,
+        ranges: Ranges::ThresholdEach,
+        least_range: f32::MIN_POSITIVE,
         falloff: Attenuation::PhysicalReduced2,
         emission: Emission::Root,
         least_distance: Some(1.0),
@@ -131,6 +132,8 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     add("as in the paper, culling clustered", Settings { culling: look.culling.clone(), ..paper() });
     for count in [1000, 5000] {
         add(&format!("app. B, vpl-count {count}"), with(appendix_b(count)));
+        let shared = VirtualLights { ranges: Ranges::Threshold, ..appendix_b(count) };
+        add(&format!("app. B, vpl-count {count}, vpl-ranges threshold"), with(shared));
     }
     all
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::Vec3;
-use lanternfish::settings::{Attenuation, Settings};
+use lanternfish::settings::{Attenuation, Coefficients, Settings};
 use lanternfish_scene::{Light, rig::LightRig};
 
 use crate::{
@@ -76,6 +76,16 @@ pub struct LightArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<Attenuation>())]
     #[arg(default_value_t = Settings::default().attenuation, hide_short_help = true)]
     pub attenuation: Attenuation,
+    /// Near radius of the attenuation, m: nearer than this, a light is as bright as at this distance.
+    ///
+    /// Larger: no bright spots around lights.
+    #[arg(long, value_name = "METRES", value_parser = parse::positive, allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().attenuation_near_radius, hide_short_help = true)]
+    pub attenuation_near_radius: f32,
+    /// Coefficients of --attenuation clq, intensity / (c0 + c1 d + c2 d²). Larger: less light.
+    #[arg(long, value_name = "C0,C1,C2", allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().attenuation_coefficients, hide_short_help = true)]
+    pub attenuation_coefficients: Coefficients,
     /// Intensity that defines the range of a light without a stated one. Lower: larger ranges, less light lost, more work.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().range_threshold, hide_short_help = true)]

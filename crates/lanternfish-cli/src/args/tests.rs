@@ -45,7 +45,8 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 #[test]
 fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \
-                 --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
+                 --attenuation physical --attenuation-near-radius 0.75 --attenuation-coefficients 1,0.5,2 --range-threshold 0.5 \
+                 --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
                  --deep-directions cube:2 --deep-slices 8 --deep-builder per_direction --deep-sort blocks --deep-merge 0.5 \
                  --deep-search linear_steps --history on --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
@@ -57,6 +58,8 @@ fn every_flag_reaches_its_setting() {
         ray_culling: RayCulling::Naive,
         ray_range_culling: RayRangeCulling::Off,
         attenuation: Attenuation::Physical,
+        attenuation_near_radius: 0.75,
+        attenuation_coefficients: "1,0.5,2".parse().unwrap(),
         range_threshold: 0.5,
         materials: Materials::Lambert,
         exposure: Exposure::Ev(-2.0),

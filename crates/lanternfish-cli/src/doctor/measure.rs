@@ -69,6 +69,8 @@ impl Reference {
             max_depth,
             materials: Materials::File,
             attenuation: settings.attenuation,
+            attenuation_near_radius: settings.attenuation_near_radius,
+            attenuation_coefficients: settings.attenuation_coefficients,
             range_threshold: settings.range_threshold,
             ..TracerSettings::default()
         }

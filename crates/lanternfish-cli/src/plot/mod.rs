@@ -43,7 +43,7 @@ impl<'a> Axis<'a> {
 
 /// A curve of [`curves`].
 pub struct Curve {
-    /// Name in the legend.
+    /// Name in the legend; empty: it is left out there.
     pub name: String,
     /// CSS colour.
     pub color: &'static str,
@@ -65,7 +65,8 @@ pub fn curves(title: &str, x: &Axis<'_>, y: &Axis<'_>, curves: &[Curve]) -> Stri
     let [px, py] = to_pixels(x, y);
     let mut svg = Svg::new(SIZE[0], SIZE[1], title);
     svg.axes(x, y);
-    for (i, curve) in curves.iter().enumerate() {
+    let mut row = top + 10.0;
+    for curve in curves {
         let at = |(a, b): &(f64, f64)| format!("{:.2} {:.2}", px(*a), py(*b));
         let path = curve.points.iter().map(at).collect::<Vec<_>>().join("L");
         let dashes = if curve.dashed { r#" stroke-dasharray="6 5""# } else { "" };
@@ -76,9 +77,11 @@ pub fn curves(title: &str, x: &Axis<'_>, y: &Axis<'_>, curves: &[Curve]) -> Stri
         for (a, b) in curve.points.iter().filter(|_| curve.marked) {
             svg.add(&format!(r#"<circle cx="{:.2}" cy="{:.2}" r="3" fill="{}"/>"#, px(*a), py(*b), curve.color));
         }
-        let row = top + 10.0 + 20.0 * i as f64;
-        svg.add(&format!(r#"<path d="M{} {row}h28" {stroke}/>"#, right + 14.0));
-        svg.text([right + 50.0, row + 4.0], "start", &curve.name);
+        if !curve.name.is_empty() {
+            svg.add(&format!(r#"<path d="M{} {row}h28" {stroke}/>"#, right + 14.0));
+            svg.text([right + 50.0, row + 4.0], "start", &curve.name);
+            row += 20.0;
+        }
     }
     svg.finish()
 }

@@ -236,6 +236,8 @@ impl ReferenceArgs {
             max_depth: transport.max_depth,
             materials: shot.look.materials,
             attenuation: shot.lights.attenuation,
+            attenuation_near_radius: shot.lights.attenuation_near_radius,
+            attenuation_coefficients: shot.lights.attenuation_coefficients,
             range_threshold: shot.lights.range_threshold,
             light_radius: shot.lights.light_radius,
             light_choice: transport.light_choice,

@@ -230,6 +230,8 @@ fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -
         ("lanternfish.max-depth", max_depth),
         ("lanternfish.materials", settings.materials.to_string()),
         ("lanternfish.attenuation", settings.attenuation.to_string()),
+        ("lanternfish.attenuation-near-radius", settings.attenuation_near_radius.to_string()),
+        ("lanternfish.attenuation-coefficients", settings.attenuation_coefficients.to_string()),
         ("lanternfish.range-threshold", settings.range_threshold.to_string()),
         ("lanternfish.light-radius", settings.light_radius.to_string()),
         ("lanternfish.light-choice", settings.light_choice.to_string()),

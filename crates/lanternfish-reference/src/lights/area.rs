@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::{
     Light, LightKind,
-    shading::{Attenuation, NEAR_RADIUS},
+    shading::{Falloff, NEAR_RADIUS},
 };
 
 use super::Incidence;
@@ -38,18 +38,21 @@ pub fn incidence_from(
     light: &Light,
     place: DVec3,
     p: Vec3A,
-    attenuation: Attenuation,
+    falloff: impl Into<Falloff>,
     range_threshold: f32,
 ) -> Incidence {
+    let falloff = falloff.into();
     let p = p.as_dvec3();
     let (to_centre, to_place) = (light.position.as_dvec3() - p, place - p);
     let distance = to_place.length();
     let wi = to_place / distance.max(1e-20);
-    // Height above the light's plane, m.
-    let height = -to_centre.dot(light.direction.as_dvec3());
-    let window = attenuation.window(to_centre.length() as f32, light.effective_range(attenuation, range_threshold));
-    let nearest = distance.max(f64::from(NEAR_RADIUS));
-    let factor = (height / nearest).max(0.0) / (nearest * nearest);
+    // In front of the light's plane, m.
+    let height = -to_middle.dot(light.direction.as_dvec3());
+    let range = light.effective_range(falloff.attenuation, range_threshold);
+    let window = falloff.window(to_middle.length() as f32, range);
+    let nearest = distance.max(falloff.near_radius.into());
+    let cosine = (height / distance.max(f64::from(NEAR_RADIUS))).max(0.0);
+    let factor = cosine / (nearest * nearest);
     let irradiance: Vec3 = factor as f32 * window * light.greatest_intensity();
     Incidence { wi, distance: distance as f32, irradiance }
 }

@@ -11,7 +11,7 @@ use lanternfish_scene::{
     Light, LightKind, Scene,
     light_tree::Emitter as BoundedEmitter,
     mean_emission,
-    shading::{Attenuation, Materials},
+    shading::{Falloff, Materials},
 };
 
 pub use self::area::{incidence_from, point_of_area};
@@ -57,7 +57,7 @@ pub(crate) struct Lights {
     emitter_of_triangle: Vec<u32>,
     pub sky: Sky,
     sky_emitter: Option<u32>,
-    attenuation: Attenuation,
+    falloff: Falloff,
     range_threshold: f32,
     light_radius: f32,
     materials: Materials,
@@ -75,7 +75,7 @@ impl Lights {
             emitter_of_triangle: Vec::new(),
             sky,
             sky_emitter: None,
-            attenuation: settings.attenuation,
+            falloff: settings.falloff(),
             range_threshold: settings.range_threshold,
             light_radius: settings.light_radius,
             materials: settings.materials,
@@ -117,7 +117,7 @@ impl Lights {
     }
 
     fn range(&self, light: &Light) -> f32 {
-        light.effective_range(self.attenuation, self.range_threshold)
+        light.effective_range(self.falloff.attenuation, self.range_threshold)
     }
 
     /// Samples light from an emitter for the surface at `p` with shading normal `n`. `None` if no light arrives.
@@ -127,13 +127,13 @@ impl Lights {
         match self.emitters[emitter as usize] {
             Emitter::Punctual(index) => {
                 let light = &world.scene.lights[index as usize];
-                let (attenuation, range_threshold) = (self.attenuation, self.range_threshold);
+                let (falloff, range_threshold) = (self.falloff, self.range_threshold);
                 let (incidence, (wi, distance)) = if light.area().is_some() {
                     let place = point_of_area(light, [u[1], u[2]]);
-                    let incidence = incidence_from(light, place, p, attenuation, range_threshold);
+                    let incidence = incidence_from(light, place, p, falloff, range_threshold);
                     (incidence, (incidence.wi, incidence.distance))
                 } else {
-                    let incidence = incidence(light, p, attenuation, range_threshold);
+                    let incidence = incidence(light, p, falloff, range_threshold);
                     (incidence, self.towards_disk(&incidence, u[1], u[2]))
                 };
                 let weight = incidence.irradiance / chance as f32;
@@ -264,19 +264,20 @@ pub struct Incidence {
     pub irradiance: Vec3,
 }
 
-/// Unshadowed light at the point `p` (world space, m) from `light`. The falloff of a spot light's cone is the square of a linear ramp in
-/// the cosine (KHR_lights_punctual). An area light is treated as if it were at its centre ([`incidence_from`]).
-pub fn incidence(light: &Light, p: Vec3A, attenuation: Attenuation, range_threshold: f32) -> Incidence {
+/// What reaches the point `p` (world space, m) from `light`, shadows aside. KHR_lights_punctual's cone is the square of a ramp in the
+/// cosine. A disk or rectangle is taken as if all of it shone from its middle ([`incidence_from`]).
+pub fn incidence(light: &Light, p: Vec3A, falloff: impl Into<Falloff>, range_threshold: f32) -> Incidence {
+    let falloff = falloff.into();
     if light.kind == LightKind::Directional {
         return Incidence { wi: -light.direction.as_dvec3(), distance: f32::INFINITY, irradiance: light.intensity };
     }
     if light.area().is_some() {
-        return incidence_from(light, light.position.as_dvec3(), p, attenuation, range_threshold);
+        return incidence_from(light, light.position.as_dvec3(), p, falloff, range_threshold);
     }
     let towards = (Vec3A::from(light.position) - p).as_dvec3();
     let distance = towards.length();
     let wi = towards / distance.max(1e-20);
-    let mut factor = attenuation.factor(distance as f32, light.effective_range(attenuation, range_threshold));
+    let mut factor = falloff.factor(distance as f32, light.effective_range(falloff.attenuation, range_threshold));
     if let LightKind::Spot { inner_angle, outer_angle } = light.kind {
         let span = (inner_angle.cos() - outer_angle.cos()).max(1e-4);
         let cosine = -wi.dot(light.direction.as_dvec3()) as f32;

@@ -3,7 +3,10 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::*;
-use crate::{Light, LightKind, shading::Attenuation};
+use crate::{
+    Light, LightKind,
+    shading::{Attenuation, Falloff},
+};
 
 /// A generator of numbers in 0..1, equal on every machine.
 struct Random(u64);
@@ -69,12 +72,12 @@ fn sent(light: &Light, receiver: &Receiver) -> f64 {
             let height = (receiver.p - light.position).dot(light.direction);
             let rise = radius * (1.0 - receiver.normal.dot(light.direction).powi(2)).max(0.0).sqrt();
             let highest = towards.dot(receiver.normal) + rise;
-            let falloff = Attenuation::Gltf.factor(towards.length(), RANGE);
+            let falloff = Falloff::from(Attenuation::Gltf).factor(towards.length(), RANGE);
             return f64::from(if highest > 0.01 { light.intensity.x * falloff * height.max(0.0) } else { 0.0 });
         }
         _ => 1.0,
     };
-    let falloff = Attenuation::Gltf.factor(towards.length(), RANGE);
+    let falloff = Falloff::from(Attenuation::Gltf).factor(towards.length(), RANGE);
     f64::from(light.intensity.x * falloff * cone * wi.dot(receiver.normal).max(0.0))
 }
 

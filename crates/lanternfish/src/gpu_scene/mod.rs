@@ -212,7 +212,7 @@ impl GpuScene {
             environment,
             environment_light,
             materials,
-            lights: light_set(device, scene, lights)?,
+            lights: light_set(device, scene, lights, &needs.lights)?,
             has_area_lights: has_area_lights(scene),
             soft_shadows: uniform_buffer_of(
                 device,
@@ -334,9 +334,14 @@ fn packed_lights(scene: &Scene, settings: &LightSettings, limits: &wgpu::Limits)
 }
 
 /// A scene's lights on the device.
-fn light_set(device: &wgpu::Device, scene: &Scene, lights: Vec<Light>) -> Result<LightSet, RenderError> {
+fn light_set(
+    device: &wgpu::Device,
+    scene: &Scene,
+    lights: Vec<Light>,
+    settings: &LightSettings,
+) -> Result<LightSet, RenderError> {
     let buffer = storage_buffer_of(device, LIGHTS, &lights, wgpu::BufferUsages::empty())?;
-    Ok(LightSet::new(device, buffer, lights, light_bounds(scene)))
+    Ok(LightSet::new(device, buffer, lights, light_bounds(scene), settings))
 }
 
 fn has_area_lights(scene: &Scene) -> bool {

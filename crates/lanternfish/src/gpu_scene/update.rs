@@ -335,7 +335,7 @@ impl GpuScene {
         } else {
             let counter = self.counters.iter_mut().find(|(name, _)| name == LIGHTS);
             counter.into_iter().for_each(|(_, count)| *count = lights.len() as u64);
-            self.lights = light_set(device, scene, lights)?;
+            self.lights = light_set(device, scene, lights, &self.needs.lights)?;
         }
         self.has_area_lights = has_area_lights(scene);
         Ok(())

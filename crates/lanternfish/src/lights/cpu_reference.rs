@@ -1,9 +1,12 @@
 //! The attenuation functions of [VanGelderen2020, app. A]: the CPU reference of `attenuation.wesl`.
 
-use lanternfish_scene::shading::Attenuation;
+use lanternfish_scene::shading::{Attenuation, Falloff};
 
 /// Illuminance at distance `d` (m) of a light of `intensity` with the cut-off `i0` (both cd), not clamped at zero.
-pub(crate) fn attenuation(function: Attenuation, intensity: f64, i0: f64, d: f64) -> f64 {
+pub(crate) fn attenuation(falloff: impl Into<Falloff>, intensity: f64, i0: f64, d: f64) -> f64 {
+    let Falloff { attenuation: function, near_radius, coefficients } = falloff.into();
+    // "R0, which we use as the minimum d" (§A.1).
+    let d = d.max(near_radius.into());
     // R1 solves a_phy(R1) = I0 (§A.1).
     let r1 = (intensity / i0).sqrt();
     let physical = intensity / (d * d);
@@ -23,5 +26,9 @@ pub(crate) fn attenuation(function: Attenuation, intensity: f64, i0: f64, d: f64
         Attenuation::PhysicalSmooth2 => mix(t2, physical, smooth),
         Attenuation::Linear => intensity * (r1 - d) / r1,
         Attenuation::Step => intensity * f64::from(d < r1),
+        Attenuation::Clq => {
+            let [c0, c1, c2] = coefficients.0.map(f64::from);
+            intensity / (c0 + c1 * d + c2 * d * d)
+        }
     }
 }

@@ -11,7 +11,7 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 use lanternfish_gpu::{Feature, SharedStruct, gpu_struct};
-use lanternfish_scene::{LightKind, shading::Attenuation};
+use lanternfish_scene::{LightKind, shading::Falloff};
 
 pub use self::set::{LightCount, LightSet};
 use crate::shaders::Shaders;
@@ -43,7 +43,7 @@ gpu_struct! {
         kind: u32,
         /// Direction in which light travels, unit; disk, rectangle: the normal of the emitting side.
         direction: Vec3,
-        /// Index of the [`Attenuation`].
+        /// Index of the [`Attenuation`](lanternfish_scene::shading::Attenuation).
         falloff: u32,
         /// Spot: cosine of the outer angle. Rectangle: direction of its width, octahedral, x.
         cos_outer: f32,
@@ -60,8 +60,8 @@ gpu_struct! {
 /// The settings with which lights are packed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSettings {
-    /// Attenuation function.
-    pub attenuation: Attenuation,
+    /// Attenuation function and its parameters.
+    pub falloff: Falloff,
     /// Intensity at which a light without a stated range ends, cd/m²; > 0.
     pub range_threshold: f32,
     /// Radius of point and spot lights, m; 0: points.
@@ -90,11 +90,11 @@ impl Light {
         };
         Self {
             position: light.position,
-            range: light.effective_range(settings.attenuation, settings.range_threshold),
+            range: light.effective_range(settings.falloff.attenuation, settings.range_threshold),
             intensity: light.intensity,
             kind,
             direction: light.direction,
-            falloff: settings.attenuation as u32,
+            falloff: settings.falloff.attenuation as u32,
             cos_outer,
             inverse_cos_span,
             tan_outer,

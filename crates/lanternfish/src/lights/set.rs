@@ -5,13 +5,29 @@ use std::sync::Arc;
 use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Bounds;
 
-use super::Light;
+use super::{Light, LightSettings};
 
 gpu_struct! {
-    /// The number of lights of a set.
+    /// The number of lights of a set, and how they fall off.
     pub struct LightCount {
         /// Number of lights in `lights`; the buffer may be longer.
         count: u32,
+        /// Near radius R0 of the attenuation, m.
+        near_radius: f32,
+        /// Coefficients of the attenuation `clq`: c0.
+        constant: f32,
+        /// c1, 1/m.
+        linear: f32,
+        /// c2, 1/m².
+        quadratic: f32,
+    }
+}
+
+impl LightCount {
+    /// The first `count` lights of a buffer that were packed with these settings.
+    pub fn new(count: u32, settings: &LightSettings) -> Self {
+        let [constant, linear, quadratic] = settings.falloff.coefficients.0;
+        Self { count, near_radius: settings.falloff.near_radius, constant, linear, quadratic }
     }
 }
 
@@ -37,12 +53,18 @@ pub struct LightSet {
 }
 
 impl LightSet {
-    /// A set of lights that are also on the host; the buffer holds these, and may be longer.
-    pub(crate) fn new(device: &wgpu::Device, buffer: wgpu::Buffer, lights: Vec<Light>, bounds: Bounds) -> Self {
+    /// A set of lights that are also on the host and were packed with these settings; the buffer holds these, and may be longer.
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        buffer: wgpu::Buffer,
+        lights: Vec<Light>,
+        bounds: Bounds,
+        settings: &LightSettings,
+    ) -> Self {
         let count = lights.len() as u32;
         Self {
             lights: buffer,
-            count: uniform_buffer_of(device, "lights/count", &LightCount { count }),
+            count: uniform_buffer_of(device, "lights/count", &LightCount::new(count, settings)),
             counted: None,
             on_host: lights.into(),
             capacity: count,

@@ -2,19 +2,19 @@ mod area;
 mod patch;
 
 use glam::{Vec3, Vec4};
-use lanternfish_gpu::{Bindings, storage_buffer_of, testing};
-use lanternfish_scene::{Camera, Light, LightKind, Material, Projection};
+use lanternfish_gpu::{Bindings, storage_buffer_of, testing, uniform_buffer_of};
+use lanternfish_scene::{Camera, Light, LightKind, Material, Projection, shading::Falloff};
 
-use super::cpu_reference;
+use super::{LightCount, cpu_reference};
 use crate::{
     Renderer, Settings,
-    settings::{Attenuation, Materials, Shadows},
+    settings::{Attenuation, Coefficients, Materials, Shadows},
     testing::{Random, evaluate, evaluate_points, quad, scene_of},
 };
 
-/// True for the functions of the thesis that end at R1; `physical` and `step` are cut there.
+/// True for the functions of the thesis that end at R1; `physical`, `step` and `clq` are cut there.
 fn reaches_zero(function: Attenuation) -> bool {
-    !matches!(function, Attenuation::Physical | Attenuation::Step)
+    !matches!(function, Attenuation::Physical | Attenuation::Step | Attenuation::Clq)
 }
 
 #[test]
@@ -32,8 +32,8 @@ fn the_functions_end_at_the_range_and_approach_the_physical_one() {
                 assert!(slope.abs() < 1e-6 * i0 / r1, "{function}: slope {slope} at R1");
             }
         }
-        // "lim I0 -> 0: a = a_phy" (§A.2), for all but the two illustrative functions.
-        if !matches!(function, Attenuation::Linear | Attenuation::Step) {
+        // "lim I0 -> 0: a = a_phy" (§A.2), for all but the two illustrative functions, and a_clq, which has no I0.
+        if !matches!(function, Attenuation::Linear | Attenuation::Step | Attenuation::Clq) {
             assert!((cpu_reference::attenuation(function, 2.0, 1e-9, 3.0) - 2.0 / 9.0).abs() < 1e-8, "{function}");
         }
     }
@@ -50,30 +50,55 @@ fn gpu_attenuation_is_the_theses() {
             }
         }
     }
-    let queries: Vec<_> = arguments.iter().map(|(f, d, r)| Vec4::new(*f as u32 as f32, *d, *r, 0.0)).collect();
-    let answers = evaluate(gpu, "attenuations", &queries, 1);
+    // R0 and the coefficients are varied, too; the same for some.
+    let falloff_of = |i: usize, attenuation| Falloff {
+        attenuation,
+        near_radius: [1e-3, 0.2, 0.75][i % 3],
+        coefficients: Coefficients([[1.0, 0.0, 1.0], [0.3, 2.0, 0.5], [0.0, 0.0, 1.0]][i / 3 % 3]),
+    };
+    let query = |(i, (f, d, r)): (usize, &(Attenuation, f32, f32))| {
+        let Falloff { near_radius, coefficients, .. } = falloff_of(i, *f);
+        [Vec4::new(*f as u32 as f32, *d, *r, near_radius), Vec3::from(coefficients.0).extend(0.0)]
+    };
+    let queries: Vec<_> = arguments.iter().enumerate().flat_map(query).collect();
+    let answers = evaluate(gpu, "attenuations", &queries, 2);
     let mut lit = 0;
-    for ((function, d, range), answer) in arguments.iter().zip(answers) {
+    for (i, ((function, d, range), answer)) in arguments.iter().zip(answers).enumerate() {
+        let falloff = falloff_of(i, *function);
         let (d, range) = (f64::from(*d), f64::from(*range));
-        let outside = d >= range;
+        let outside = d.max(falloff.near_radius.into()) >= range;
         // The cut-off of a unit intensity is 1 / R².
-        let inside = cpu_reference::attenuation(*function, 1.0, 1.0 / (range * range), d).max(0.0);
+        let inside = cpu_reference::attenuation(falloff, 1.0, 1.0 / (range * range), d).max(0.0);
         let expected = if outside { 0.0 } else { inside };
-        // The terms that cancel near R are at most three times the physical one; eight roundings of each.
-        let tolerance = 8.0 * 3.0 * f64::from(f32::EPSILON) * (1.0 / (d * d)).max(1.0);
+        // The terms that cancel near R are at most three times the physical one or the cut-off; eight roundings of each.
+        let nearest = d.max(falloff.near_radius.into()).min(range);
+        let tolerance = 8.0 * 3.0 * f64::from(f32::EPSILON) * (1.0 / (nearest * nearest)).max(4.0);
         let actual = f64::from(answer.x);
         assert!((actual - expected).abs() <= tolerance, "{function} at {d} of {range}: {actual}, not {expected}");
         assert!(!outside || actual == 0.0);
+        // The path tracer's.
+        let traced = f64::from(falloff.factor(d as f32, range as f32));
+        assert!((traced - expected).abs() <= tolerance, "{falloff:?} at {d} of {range}: {traced}, not {expected}");
         lit += usize::from(actual > 0.0);
     }
-    assert!(lit > queries.len() / 2, "{lit} of {} lit", queries.len());
+    assert!(lit > arguments.len() / 2, "{lit} of {} lit", arguments.len());
 
-    // The near radius R0 (§A.1) keeps the light itself finite.
+    // The default near radius R0 (§A.1) keeps the light itself finite.
     let near = crate::shaders::constant("lights/attenuation", "NEAR_RADIUS") as f32;
-    let at = |d: f32| Vec4::new(Attenuation::Physical as u32 as f32, d, 1.0, 0.0);
-    let answers = evaluate(gpu, "attenuations", &[at(0.0), at(0.5 * near), at(near), at(2.0 * near)], 1);
+    assert_eq!(near, lanternfish_scene::shading::NEAR_RADIUS);
+    let at = |d: f32| [Vec4::new(Attenuation::Physical as u32 as f32, d, 1.0, near), Vec4::ONE];
+    let answers = evaluate(gpu, "attenuations", &[0.0, 0.5 * near, near, 2.0 * near].map(at).concat(), 2);
     assert!(answers[0].x.is_finite() && answers[0] == answers[1] && answers[0] == answers[2], "{answers:?}");
     assert!(answers[3].x < 0.3 * answers[2].x);
+}
+
+/// A near radius and coefficients that are not the default ones.
+fn with_parameters() -> Settings {
+    Settings {
+        attenuation_near_radius: 1.5,
+        attenuation_coefficients: Coefficients([0.5, 0.25, 2.0]),
+        ..Settings::direct_light()
+    }
 }
 
 /// Lights of all kinds against the path tracer (`lanternfish_reference::incidence`), at positions in and out of reach.
@@ -98,15 +123,16 @@ fn gpu_incidence_is_the_path_tracers() {
         };
         let light = Light { range, ..light };
         let attenuation = Attenuation::ALL[i % Attenuation::ALL.len()];
-        let settings = Settings { attenuation, range_threshold: 0.1, ..Settings::direct_light() };
+        let settings = Settings { attenuation, range_threshold: 0.1, ..with_parameters() };
         let position = 5.0 * random.point();
         packed.push(super::Light::new(&light, &settings.lights()));
         queries.push(position.extend(f32::INFINITY));
-        expected.push(lanternfish_reference::incidence(&light, position.into(), attenuation, 0.1));
+        expected.push(lanternfish_reference::incidence(&light, position.into(), settings.falloff(), 0.1));
         lights.push(light);
     }
     let packed = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
-    let lights_on_device = Bindings::new().buffer("lights", &packed);
+    let count = uniform_buffer_of(&gpu.device, "count", &LightCount::new(4096, &with_parameters().lights()));
+    let lights_on_device = Bindings::new().buffer("lights", &packed).buffer("light_count", &count);
     let mut lit = 0;
     let actual = evaluate_points(gpu, "incidences", &lights_on_device, &queries, 1);
     for ((light, expected), actual) in lights.iter().zip(&expected).zip(actual) {
@@ -134,8 +160,14 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say() {
     scene.lights = vec![Light { range: Some(range), ..Light::point(Vec3::new(0.0, 0.0, d), Vec3::splat(intensity)) }];
     let mut actual = Vec::new();
     for attenuation in Attenuation::ALL.iter().copied() {
-        let settings =
-            Settings { attenuation, materials: Materials::Lambert, shadows: Shadows::None, ..Settings::direct_light() };
+        let settings = Settings {
+            attenuation,
+            attenuation_coefficients: Coefficients([1.0, 0.5, 1.0]),
+            materials: Materials::Lambert,
+            shadows: Shadows::None,
+            ..Settings::direct_light()
+        };
+        let falloff = settings.falloff();
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         // The centre of an image with odd dimensions shows the quad's centre, directly below the light.
@@ -143,7 +175,7 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say() {
         let pixel = rendering.radiance[12];
         // A light of intensity I and range R has the cut-off I / R².
         let (intensity, i0) = (f64::from(intensity), f64::from(intensity / (range * range)));
-        let expected = cpu_reference::attenuation(attenuation, intensity, i0, d.into()) / std::f64::consts::PI;
+        let expected = cpu_reference::attenuation(falloff, intensity, i0, d.into()) / std::f64::consts::PI;
         // A unit in the last place of a half float, 2⁻¹⁰: adapters may round to the target's format in either direction.
         let tolerance = 9.8e-4 * expected;
         for channel in &pixel[..3] {

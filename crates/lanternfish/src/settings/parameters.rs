@@ -50,6 +50,22 @@ impl Settings {
         .with_default(),
         Parameter::new("attenuation", "NAME", Range::Names, "How light falls off with distance.", |s: &mut Self| &mut s.attenuation).with_default(),
         Parameter::new(
+            "attenuation-near-radius",
+            "METRES",
+            Range::Positive,
+            "Nearer than this, a light is as bright as at this distance. Larger: no bright spots around lights.",
+            |s: &mut Self| &mut s.attenuation_near_radius,
+        )
+        .with_default(),
+        Parameter::new(
+            "attenuation-coefficients",
+            "C0,C1,C2",
+            Range::Text,
+            "Coefficients of `attenuation clq`. Larger: less light.",
+            |s: &mut Self| &mut s.attenuation_coefficients,
+        )
+        .with_default(),
+        Parameter::new(
             "range-threshold",
             "CD/M2",
             Range::Positive,

@@ -6,7 +6,7 @@
 mod claims;
 pub mod page;
 
-use lanternfish::techniques::{Assignment, ClusterShape};
+use lanternfish::techniques::ClusterShape;
 use lanternfish_cli::{
     error::CliError,
     output,
@@ -44,6 +44,7 @@ pub struct Figures {
     pub depth: u32,
     pub runs: u32,
     pub seed: u32,
+    pub light_assignment: String,
     pub played: Vec<Played>,
     pub left_out: Vec<LeftOut>,
 }
@@ -96,6 +97,7 @@ pub fn run(args: &ClusteredArgs, shot: &Shot) -> Result<(), CliError> {
         depth: args.depth,
         runs: run.runs,
         seed: args.seed,
+        light_assignment: args.light_assignment.to_string(),
         played: Vec::new(),
         left_out: Vec::new(),
     };
@@ -119,11 +121,11 @@ fn play(args: &ClusteredArgs, shot: &Shot, run: &Run, lights: u32, figures: &mut
     let in_stereo = best.iter().filter(|shape| !matches!(shape, ClusterShape::Displaced { .. }));
     let stereo =
         in_stereo.flat_map(|shape| [Views::StereoIndividual, Views::StereoEnclosed].map(|views| (*shape, views)));
-    plan.settings = settings(best[0], Views::Mono.grouping(), Assignment::Hierarchy, args.depth);
+    plan.settings = settings(best[0], Views::Mono.grouping(), args.light_assignment, args.depth);
     let mut player = Player::new(&run.gpu, plan, &mut progress)?;
     for (shape, views) in mono.chain(stereo) {
         eprintln!("  {lights} lights, {shape}, {views}");
-        let settings = settings(shape, views.grouping(), Assignment::Hierarchy, args.depth);
+        let settings = settings(shape, views.grouping(), args.light_assignment, args.depth);
         let (eyes, size) = match views {
             Views::Mono => (None, size),
             _ => (Some(Eyes::Vive), Size { width: figures.eye_width, height: size.height }),

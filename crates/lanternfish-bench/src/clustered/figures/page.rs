@@ -39,11 +39,12 @@ const QUANTITIES: [Quantity; 5] = [
 
 /// The page of all figures.
 pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
-    let Figures { source, frames, size: [width, height], eye_width, depth, runs, seed, .. } = figures;
+    let Figures { source, frames, size: [width, height], eye_width, depth, runs, seed, light_assignment, .. } = figures;
     let mut page = Document::new(&format!("Clusters along {source}"), gpu, *runs);
     let what = format!(
-        "{frames} frames of {width} x {height}, each eye {eye_width} x {height} (HTC Vive); clusters reach at least {depth} m from the eye; \
-         falling lights, seed {seed}, as many per point for any number of lights; no shadows"
+        "{frames} frames of {width} x {height}, each eye {eye_width} x {height} (HTC Vive); clusters reach at least {depth} m from the eye; lights \
+         assigned by {light_assignment}; \
+         falling lights, seed {seed}, as many at a point whatever their number; no shadows"
     );
     page.introduction(&what, &format!("least of {runs} runs, for each pass and frame"));
     page.paragraph("Figures are numbered as in Van Gelderen 2020, chapter 6.");

@@ -13,7 +13,7 @@ use lanternfish::{
         smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
     },
     light_culling::LightCulling,
-    lights::Light,
+    lights::{Light, LightCount},
     prepass::Surface,
     rays::{Structure, TracePass, Tracer},
     settings::{Materials, Samples, Settings},
@@ -140,7 +140,11 @@ impl PhotonPasses {
                 },
             },
             smoothing: Smoothing::new(device, settings.history)?,
-            count: uniform_buffer_of(device, "indirect/photon_splatting/count", &[0u32; 4]),
+            count: uniform_buffer_of(
+                device,
+                "indirect/photon_splatting/count",
+                &LightCount::new(0, &settings.lights()),
+            ),
             most_slots: u64::from(technique.chunk).min(limit) as u32,
         })
     }

@@ -5,9 +5,9 @@ use lanternfish::{
     common::workgroups,
     gpu_scene::GpuScene,
     indirect::Counters,
-    lights::{Light, LightSet},
+    lights::{Light, LightCount, LightSet},
     rays::{Structure, TracePass, Tracer},
-    settings::{Materials, Settings},
+    settings::{Coefficients, Materials, Settings},
 };
 use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, primitives::Scan, uniform_buffer_of};
 
@@ -61,6 +61,8 @@ pub(super) struct LightBuilder {
     materials: Materials,
     /// Cut-off intensity, cd.
     threshold: f32,
+    /// Of the attenuation `clq`.
+    coefficients: Coefficients,
     /// None: the complete map is traced.
     raster: Option<MapRaster>,
     trace: ComputeKernel,
@@ -101,6 +103,7 @@ impl LightBuilder {
             settings: technique,
             materials: settings.materials,
             threshold: settings.range_threshold,
+            coefficients: settings.attenuation_coefficients,
             raster: (technique.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
             trace: kernel("trace", &exact.features(structure, false), "trace", "map")?,
             merge: kernel("merge", &[], "merge", "merge")?,
@@ -112,7 +115,7 @@ impl LightBuilder {
             scan: Scan::new(device, "indirect/virtual_lights")?,
             scatter: kernel("scatter", &[], "scatter", "scatter")?,
             choose_far: kernel("scatter", &[], "choose_far", "choose_far")?,
-            count: uniform_buffer_of(device, "indirect/virtual_lights/count", &[0u32; 4]),
+            count: uniform_buffer_of(device, "indirect/virtual_lights/count", &LightCount::new(0, &settings.lights())),
             map: KeptLightViews::default(),
             lights: None,
         })
@@ -252,6 +255,7 @@ impl LightBuilder {
     fn parameters(&self, scene: &GpuScene, frame_index: u32) -> VirtualLightParameters {
         let settings = &self.settings;
         let LightViews { views, flux, .. } = self.map.views();
+        let [constant, linear, quadratic] = self.coefficients.0;
         let radius = radius_of(scene.bounds());
         let texels = settings.map.texels().pow(2);
         let taken_count = match settings.count {
@@ -262,6 +266,9 @@ impl LightBuilder {
         // Without ranges no light is too far.
         let most_range = if settings.ranges == Ranges::Unlimited { f32::MAX } else { settings.most_range * radius };
         VirtualLightParameters {
+            constant,
+            linear,
+            quadratic,
             scene_radius: radius,
             texel_count: if views.is_empty() { 0 } else { texels },
             first_traced: if self.raster.is_some() { MapRaster::texels(views) } else { 0 },
@@ -275,8 +282,7 @@ impl LightBuilder {
             least_range: settings.least_range * radius,
             most_range,
             large_kept: settings.large_kept as f32 / 100.0,
-            // All lights together lose no more than one light may.
-            threshold: self.threshold / taken_count.max(1) as f32,
+            threshold: cut_off_intensity(settings.ranges, self.threshold, taken_count),
             falloff: settings.falloff as u32,
             traces_ranges: u32::from(self.range_rays.is_some()),
             emission: u32::from(settings.emission == Emission::Root),
@@ -293,12 +299,22 @@ impl LightBuilder {
     }
 }
 
+/// Cut-off intensity of each of `count` lights, cd.
+fn cut_off_intensity(ranges: Ranges, threshold: f32, count: u32) -> f32 {
+    match ranges {
+        // R1 = √(I / I0) [VanGelderen2020, §A.1].
+        Ranges::ThresholdEach => threshold,
+        // All lights together lose no more than one light may.
+        _ => threshold / count.max(1) as f32,
+    }
+}
+
 /// Index of the range source in `ranges.wesl`.
 fn range_source(ranges: Ranges) -> u32 {
     match ranges {
         Ranges::Average | Ranges::Maximum => 0,
         Ranges::Random => 1,
-        Ranges::Threshold => 2,
+        Ranges::Threshold | Ranges::ThresholdEach => 2,
         Ranges::Unlimited => 3,
     }
 }
@@ -330,4 +346,45 @@ fn constants_are_the_shaders() {
     assert_eq!(columns, (0..COUNTERS.len() as u32).collect::<Vec<_>>());
     use super::MapSize;
     assert!(MapSize::ALL.iter().all(|size| size.texels().is_power_of_two()));
+}
+
+/// A light's range is √(I / I0) [VanGelderen2020, §A.1], with I0 for each light or for all of them together.
+#[cfg(test)]
+#[test]
+fn ranges_are_those_of_a_cut_off_intensity() {
+    use glam::Vec3;
+    use lanternfish_gpu::testing::{Memory, Order};
+    const COUNT: u32 = 100;
+    let flux = |i: u32| 0.01 * (i + 1) as f32;
+    for (ranges, shared) in [(Ranges::ThresholdEach, 1), (Ranges::Threshold, COUNT)] {
+        let parameters = VirtualLightParameters {
+            scene_radius: 1e6,
+            texel_count: COUNT,
+            flux_unit: 1.0,
+            range_source: range_source(ranges),
+            least_range: f32::MIN_POSITIVE,
+            most_range: f32::MAX,
+            threshold: cut_off_intensity(ranges, 0.25, COUNT),
+            ..VirtualLightParameters::default()
+        };
+        let texel = |i: u32| Texel { flux: Vec3::splat(flux(i)), ..Texel::default() };
+        let mut memory = Memory::new();
+        memory.bind(&["virtual_lights"], &[parameters]);
+        memory.bind(&["texels"], &(0..COUNT).map(texel).collect::<Vec<_>>());
+        memory.bind(&["range_distances"], &vec![1f32; COUNT as usize * RANGE_RAYS as usize]);
+        memory.bind(&["light_ranges"], &vec![LightRange::default(); COUNT as usize]);
+        for name in ["light_places", "far_weights"] {
+            memory.bind(&[name], &vec![0u32; COUNT as usize + 1]);
+        }
+        memory.bind(&["light_counters"], &vec![0u32; COUNTERS.len()]);
+        let shader = DECLARED.link("indirect/virtual_lights/ranges", &[]).expect("it links");
+        memory.interpret(&shader, "ranges", workgroups(COUNT + 1), Order::Forward);
+        let found: Vec<LightRange> = memory.get("light_ranges");
+        for (i, found) in (0..).zip(found) {
+            // A diffuse surface of this flux sends flux / π along its normal; luminances of equal channels are these.
+            let intensity = flux(i) / std::f32::consts::PI;
+            let expected = (intensity * shared as f32 / 0.25).sqrt();
+            assert!((found.range / expected - 1.0).abs() < 1e-5, "{ranges} {i}: {found:?}, not {expected}");
+        }
+    }
 }

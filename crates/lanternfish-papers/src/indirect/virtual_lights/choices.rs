@@ -50,6 +50,9 @@ named_enum! {
         /// The distance at which the light falls to the cut-off intensity [VanGelderen2020, app. A]: `range-threshold` over the number of
         /// virtual lights, so that all of them together lose no more than one light may.
         Threshold = "threshold": "The distance at which a light falls to `range-threshold` over the number of virtual lights",
+        /// The same with `range-threshold` itself, for each light alone, as in the text: R1 = √(I / I0). The lights together lose more than
+        /// one may, and far contributions are lost [VanGelderen2020, §2.5.2].
+        ThresholdEach = "threshold-each": "The distance at which each light alone falls to `range-threshold`",
         /// Unlimited: every light reaches every surface.
         Unlimited = "unlimited": "Unlimited: every light reaches every surface",
     }

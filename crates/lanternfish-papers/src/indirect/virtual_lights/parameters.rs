@@ -6,6 +6,12 @@ use lanternfish_gpu::gpu_struct;
 gpu_struct! {
     /// The uniform parameters of the passes.
     pub struct VirtualLightParameters {
+        /// Coefficients of the attenuation `clq`: c0.
+        constant: f32,
+        /// c1, 1/m.
+        linear: f32,
+        /// c2, 1/m².
+        quadratic: f32,
         /// Radius of a sphere around the scene's centre that holds all geometry, m.
         scene_radius: f32,
         /// Texels of all views of the reflective shadow map.

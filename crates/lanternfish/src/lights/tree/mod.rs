@@ -152,7 +152,7 @@ fn pack(scene: &Scene, settings: &LightSettings, triangles: &[EmissiveTriangle],
         .iter()
         .map(|i| {
             let light = &scene.lights[*i];
-            let range = light.effective_range(settings.attenuation, settings.range_threshold);
+            let range = light.effective_range(settings.falloff.attenuation, settings.range_threshold);
             Emitter::of_light(light, range, 0.0)
         })
         .collect();

@@ -23,17 +23,17 @@ struct Given<'a> {
 impl Bench<'_> {
     /// The first `count` lights; if `counted`, their count is read on the device.
     fn set(&self, given: &Given<'_>, count: usize, counted: bool) -> LightSet {
-        let device = &self.gpu.device;
+        let (device, settings) = (&self.gpu.device, Settings::direct_light().lights());
         let none = wgpu::BufferUsages::empty();
         let lights = if counted { given.lights } else { &given.lights[..count] };
         let buffer = storage_buffer_of(device, "lights", lights, none).unwrap();
         let mut bounds = Bounds::EMPTY;
         given.lights[..count].iter().for_each(|light| bounds.add_point(light.position));
-        let set = LightSet::new(device, buffer, given.lights[..count].to_vec(), bounds);
+        let set = LightSet::new(device, buffer, given.lights[..count].to_vec(), bounds, &settings);
         if !counted {
             return set;
         }
-        let header = LightCount { count: count as u32 };
+        let header = LightCount::new(count as u32, &settings);
         LightSet {
             count: uniform_buffer_of(device, "count", &header),
             counted: Some(storage_buffer_of(device, "counted", &[count as u32], none).unwrap()),
@@ -55,7 +55,7 @@ impl Bench<'_> {
         let lights = lights.unwrap().remove(0);
         frame.submit();
         let read = |buffer, count| read_back::<u32>(&self.gpu.device, &self.gpu.queue, buffer, count).unwrap();
-        let starts = read(&lights.cells, cell_count(&lights, technique.cells) + 1);
+        let starts = starts_of_cells(&lights, self.gpu, technique.cells);
         let entries = read(&lights.indices, *starts.last().unwrap() as usize);
         [starts, entries]
     }
