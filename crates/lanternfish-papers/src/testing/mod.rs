@@ -10,9 +10,10 @@ use lanternfish_gpu::{ComputeKernel, Feature, Gpu, ShaderLibrary, ShaderSource};
 
 use crate::shaders::SHADERS;
 
-const PROBES: [ShaderSource; 3] = [
+const PROBES: [ShaderSource; 4] = [
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
+    ("testing/photon_differentials", include_str!("photon_differentials.wesl")),
     ("testing/put_fragments", include_str!("put_fragments.wesl")),
 ];
 
@@ -28,10 +29,24 @@ pub(crate) fn probe(gpu: &Gpu, module: &str, features: &[Feature], entry: &str) 
 }
 
 /// The shaders of the library and of this crate, and the probes of both.
-fn library() -> ShaderLibrary {
+pub(crate) fn library() -> ShaderLibrary {
     static SOURCES: OnceLock<&'static [ShaderSource]> = OnceLock::new();
     ShaderLibrary::new(SOURCES.get_or_init(|| {
         let all: Vec<_> = sources().into_iter().chain(SHADERS.sources().iter().copied()).chain(PROBES).collect();
         all.leak()
     }))
+}
+
+/// [`library`] with an edit of one file, which must contain `text`; all occurrences are replaced.
+pub(crate) fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
+    let edit = |(path, source): &ShaderSource| {
+        if *path != module {
+            return (*path, *source);
+        }
+        assert!(source.contains(text) && text != by, "{module} has no {text:?}");
+        (*path, &*source.replace(text, by).leak())
+    };
+    let all = library();
+    assert!(all.sources().iter().any(|(path, _)| *path == module), "there is no {module}");
+    ShaderLibrary::new(all.sources().iter().map(edit).collect::<Vec<_>>().leak())
 }

@@ -23,15 +23,20 @@ pub(super) fn binary(op: Op, kind: ScalarKind, types: [&TypeInner; 2], left: &[u
             [TypeInner::Matrix { rows, .. }, TypeInner::Vector { .. }] => {
                 return transformed(left, *rows as usize, right);
             }
-            [TypeInner::Matrix { .. }, TypeInner::Matrix { .. }]
-            | [TypeInner::Vector { .. }, TypeInner::Matrix { .. }] => {
-                panic!("this product of matrices is not supported")
+            [TypeInner::Vector { .. }, TypeInner::Matrix { rows, .. }] => {
+                return right.chunks(*rows as usize).map(|column| dot(left, column).to_bits()).collect();
             }
+            [TypeInner::Matrix { .. }, TypeInner::Matrix { .. }] => panic!("this product of matrices is not supported"),
             _ => {}
         }
     }
     let at = |side: &[u32], i: usize| side[if side.len() == 1 { 0 } else { i }];
     (0..left.len().max(right.len())).map(|i| operator(op, kind, at(left, i), at(right, i))).collect()
+}
+
+fn dot(left: &[u32], right: &[u32]) -> f32 {
+    let product = |i: usize| f32_of(left[i]) * f32_of(right[i]);
+    (1..left.len()).fold(product(0), |sum, i| sum + product(i))
 }
 
 /// Columns one after the other, first to last.
