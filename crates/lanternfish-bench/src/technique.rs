@@ -40,7 +40,12 @@ pub fn raster_grid(grid: RasterGrid) -> Culling {
 
 /// By deep images, up to a distance, m, or without an end.
 pub fn deep_occlusion(max_distance: Option<f32>) -> Occlusion {
-    Occlusion::from(Deep { max_distance })
+    Occlusion::from(Deep { max_distance, ..Deep::default() })
+}
+
+/// The same as the paper has it, without tests of triangles [Aalund2015, §3.3].
+pub fn plain_occlusion(max_distance: Option<f32>) -> Occlusion {
+    Occlusion::from(Deep { max_distance, plain: true })
 }
 
 /// By the view's depth, up to a radius, m.

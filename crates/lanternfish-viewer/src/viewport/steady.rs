@@ -48,11 +48,7 @@ fn kinds() -> Vec<Settings> {
         usual.clone(),
         Settings { culling: Culling::from(Tiled::default()), shadows: Shadows::None, ..usual.clone() },
         Settings { samples: Samples::Four, ..usual.clone() },
-        Settings {
-            occlusion: Occlusion::from(Deep { max_distance: None }),
-            structure: deep_images.into(),
-            ..usual.clone()
-        },
+        Settings { occlusion: Occlusion::from(Deep::default()), structure: deep_images.into(), ..usual.clone() },
         Settings { indirect: sampled, ..usual.clone() },
         Settings { debug_view: Some(DebugView::Normal), ..usual },
     ]
