@@ -40,7 +40,12 @@ pub fn raster_grid(grid: RasterGrid) -> Culling {
 
 /// Occlusion with deep images, up to a distance, m; `None`: unlimited.
 pub fn deep_occlusion(max_distance: Option<f32>) -> Occlusion {
-    Occlusion::from(Deep { max_distance })
+    Occlusion::from(Deep { max_distance, ..Deep::default() })
+}
+
+/// The same as the paper has it, without tests of triangles [Aalund2015, §3.3].
+pub fn plain_occlusion(max_distance: Option<f32>) -> Occlusion {
+    Occlusion::from(Deep { max_distance, plain: true })
 }
 
 /// Screen-space occlusion from the view's depth, up to a radius, m.

@@ -187,10 +187,15 @@ impl Bench {
         Ok((rendered, errors))
     }
 
-    /// Writes an image to the folder under a name, and compares it.
-    pub fn keep(&self, name: &str, rendering: &RenderedImage) -> Result<Errors, CliError> {
+    /// Writes an image to the folder under a name.
+    pub fn write(&self, name: &str, rendering: &RenderedImage) -> Result<(), CliError> {
         let file = format!("{}.png", name.replace([' ', ',', '.'], "-").replace("--", "-"));
-        image::write(&self.run.folder.join(file), rendering)?;
+        image::write(&self.run.folder.join(file), rendering)
+    }
+
+    /// Compares an image, which goes to the folder under a name.
+    pub fn keep(&self, name: &str, rendering: &RenderedImage) -> Result<Errors, CliError> {
+        self.write(name, rendering)?;
         let (flip, _) = self.against(rendering, &self.ground_truth)?;
         Ok(self.errors(rendering, self.direct_energy, flip))
     }

@@ -17,7 +17,12 @@ use crate::{
     technique,
 };
 
-/// All configurations, with the common settings `look`; few if `quick`.
+/// The case of [`papers_photons`].
+pub const PAPER: &str = "as in the paper";
+/// Texels along an edge of its images.
+pub const PAPERS_RESOLUTION: u32 = 200;
+
+/// All of them. `look`: what they share; `quick`: few.
 pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all = Vec::new();
     let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
@@ -65,8 +70,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         let name = culling.name();
         add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
     }
-    let paper = Settings { structure: papers_images(200).into(), ..with(papers_photons()) };
-    add("as in the paper", paper);
+    add(PAPER, Settings { structure: papers_images(PAPERS_RESOLUTION).into(), ..with(papers_photons()) });
     all
 }
 
@@ -76,7 +80,8 @@ pub fn papers_images(resolution: u32) -> DeepImageSettings {
     DeepImageSettings { directions, resolution, ..DeepImageSettings::default() }
 }
 
-/// Photons as in the paper, without widening, energy conservation and filter. The paper states neither the number nor the radius of photons.
+/// Photons as in the paper, which states neither how many there are nor how large they are: nothing is widened, nothing made up for,
+/// nothing filtered; they are drawn with additive blending. They are kept by their footprints, not by their positions (his step 4b).
 pub fn papers_photons() -> PhotonSplatting {
     PhotonSplatting {
         count: 1024,
@@ -84,6 +89,7 @@ pub fn papers_photons() -> PhotonSplatting {
         radius: 1.0,
         widened: false,
         conserved: false,
+        splat: Splat::Raster,
         filter_radius: 0,
         ..PhotonSplatting::default()
     }

@@ -3,13 +3,14 @@
 
 mod cases;
 mod occlusion;
+mod paper;
 
 use std::collections::BTreeMap;
 
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_gpu::PassTime;
 
-use self::cases::{cases, converging, walked};
+use self::cases::{PAPER, cases, converging, walked};
 use crate::{
     one_bounce::{Bench, Case, OneBounceArgs},
     run::{counter, frame_ms, ms_of, sorted},
@@ -46,9 +47,13 @@ fn times(passes: &[PassTime]) -> [f64; 5] {
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let mut bench = Bench::start(args, "photons", "Photons", &mut progress)?;
-    let mut rows = Vec::new();
+    let (mut rows, mut beside) = (Vec::new(), paper::his(&paper::INDIRECT));
     for case in cases(&bench.look, args.quick).iter().filter(|case| args.requests(&case.name)) {
-        rows.push(progress.step("render", &case.name, || row(&bench, case))?);
+        let row = progress.step("render", &case.name, || row(&bench, case))?;
+        if case.name == PAPER {
+            beside.push(beside_his(&row));
+        }
+        rows.push(row);
     }
     let mut means = Vec::new();
     let requests = |case: &Case, table: &str| args.requests(&format!("{}, {table}", case.name));
@@ -63,16 +68,21 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
             means.push(row.and(errors.row()).fixed("direct_flip", "direct light", 4, direct_flip));
         }
     }
-    let occlusion = match !args.quick && args.requests("occlusion") {
+    let (occlusion, of_occlusion) = match !args.quick && args.requests("occlusion") {
         true => progress.step("occlusion", "Occlusion by 512 deep images", || occlusion::rows(&bench))?,
-        false => Vec::new(),
+        false => (Vec::new(), Vec::new()),
     };
+    beside.extend(of_occlusion);
     let report = &mut bench.report;
     report.section("Techniques of indirect light", TEXT, "rows", rows);
     let text = "*Direct light*: FLIP of as many frames without indirect light against the path tracer's direct light.";
     report.section("Means of frames", text, "means", means);
-    let text = "White surfaces under a white sky, against the path tracer's ambient visibility. Deep images without triangles.";
-    report.section("Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)", text, "occlusion", occlusion);
+    let title = "Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)";
+    report.section(title, occlusion::TEXT, "occlusion", occlusion);
+    // His alone say nothing.
+    if beside.iter().any(|row| row.words_of("name").starts_with("ours")) {
+        report.section("Aalund's own figures", paper::MACHINE, "paper", beside);
+    }
     let walked: Vec<_> = walked(&bench.look).into_iter().filter(|case| requests(case, "flicker")).collect();
     bench.finish(&walked, progress)
 }
@@ -109,6 +119,14 @@ fn row(bench: &Bench, case: &Case) -> Result<Row, CliError> {
         .count("hidden", "hidden", count("hidden"))
         .count("splatted", "splatted", splatted);
     Ok(row.and(errors.row()))
+}
+
+/// The case as in the paper, beside its figures: his frame builds its images.
+fn beside_his(row: &Row) -> Row {
+    let frame_ms = row.f64("frame_ms") + row.f64("deep_images_ms");
+    let trace_ms = row.get("times")["trace"].as_f64();
+    // Photons do not report the memory of their images; occlusion does, of the same ones.
+    paper::ours(PAPER, cases::PAPERS_RESOLUTION, frame_ms, trace_ms, None)
 }
 
 #[cfg(test)]

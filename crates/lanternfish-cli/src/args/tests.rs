@@ -68,7 +68,7 @@ fn every_flag_reaches_its_setting() {
         textures: TextureBinding::PerMaterial,
         anisotropy: Anisotropy::X2,
         samples: Samples::Four,
-        occlusion: Occlusion::from(Deep { max_distance: Some(2.5) }),
+        occlusion: Occlusion::from(Deep { max_distance: Some(2.5), ..Deep::default() }),
         structure: DeepImageSettings {
             directions: DirectionSet::Cube { k: 2 },
             resolution: 32,

@@ -104,7 +104,7 @@ pub fn plans() -> Vec<Plan> {
     }
     for occlusion in Occlusion::all() {
         let settings = Settings { occlusion: occlusion.clone(), ..direct() };
-        let is_unbounded = occlusion == Occlusion::from(Deep { max_distance: None });
+        let is_unbounded = occlusion == Occlusion::from(Deep::default());
         let (reference, limits) = match is_unbounded {
             true => (Reference::Visibility, Limits::new(0.09, 0.02, 0.01)),
             false => (Reference::Obscurance, Limits::new(0.13, 0.1, 0.01)),

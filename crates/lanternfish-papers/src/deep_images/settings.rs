@@ -97,8 +97,8 @@ named_enum! {
         LinearArray = "linear_array",
         /// Each fragment links to another, unsorted: no pass after the builder, 12 bytes per fragment.
         LinkedList = "linked_list",
-        /// Each fragment links to the next by depth: inserted during the build, in time of the square of the list lengths; 12 bytes per
-        /// fragment [Aalund2015, §3].
+        /// Each fragment links to the next by depth: 12 bytes per fragment. A pass of its own inserts them, after the builder has written
+        /// them, in time of the square of the list lengths; the paper inserts them while it draws [Aalund2015, §3].
         SortedLinkedList = "sorted_linked_list",
     }
 }

@@ -23,7 +23,7 @@ use crate::{
 const SIZE: UVec2 = UVec2::new(61, 45);
 
 fn deep() -> Occlusion {
-    Occlusion::from(Deep { max_distance: None })
+    Occlusion::from(Deep::default())
 }
 
 fn settings(occlusion: Occlusion) -> Settings {
@@ -97,7 +97,7 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     };
     let occlusion = exact(Integrator::Occlusion);
     let obscurance = exact(Integrator::Obscurance { max_distance: 0.6 });
-    let near = Occlusion::from(Deep { max_distance: Some(0.6) });
+    let near = Occlusion::from(Deep { max_distance: Some(0.6), ..Deep::default() });
     let mut failures = Vec::new();
     for (setting, ground_truth, resolution, most_off, most_mottled, most_biased) in [
         (deep(), &occlusion, 64, 0.034, 0.022, 0.01),
@@ -115,8 +115,14 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
         }
     }
     assert!(failures.is_empty(), "{failures:#?}");
+    // As the paper has it: the same answer, coarser.
+    let plain = actual(Deep { plain: true, ..Deep::default() }.into(), 128);
+    let (plain_off, bias) = (off(&plain, &occlusion), mean(&plain) - mean(&occlusion));
+    println!("plain at 128: off by {plain_off:.4}, bias {bias:+.4}");
+    assert!(plain_off < 0.04 && bias.abs() < 0.016, "plain: {plain_off}, {bias}");
+    assert!(off(&plain, &actual(deep(), 128)) > 0.005, "the same as with tests of triangles");
     // The comparison detects another distance and missing occlusion.
-    let farther = actual(Occlusion::from(Deep { max_distance: Some(0.9) }), 64);
+    let farther = actual(Occlusion::from(Deep { max_distance: Some(0.9), ..Deep::default() }), 64);
     assert!(
         off(&farther, &obscurance) > 0.05,
         "insensitive to a distance 1.5 times as large: {}",
@@ -134,13 +140,33 @@ fn pixel_count() -> usize {
 fn gpu_an_unoccluded_plane_is_visible_and_a_closed_box_is_occluded() {
     let Some(gpu) = testing::gpu("gpu_an_unoccluded_plane_is_visible_and_a_closed_box_is_occluded") else { return };
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.0, -1.0]);
-    for occlusion in [deep(), Occlusion::from(Deep { max_distance: Some(3.0) }), Occlusion::from(Hbao { radius: 3.0 })]
-    {
+    for occlusion in [
+        deep(),
+        Occlusion::from(Deep { max_distance: Some(3.0), ..Deep::default() }),
+        Occlusion::from(Hbao { radius: 3.0 }),
+    ] {
         let actual = ambient_visibility_of(gpu, settings(occlusion.clone()), &floor(), &camera);
         let least = actual.iter().copied().fold(f32::INFINITY, f32::min);
         // A device may round 1 to the next lower number.
         assert!(least > 1.0 - 1e-6, "{occlusion:?}: {least}");
     }
+    // The paper's sum gives what its directions do, for any plane: a number near 1.
+    let directions = DirectionSet::ZonalEqualArea { count: 64 };
+    let expected = {
+        let set = crate::deep_images::directions::Directions::new(directions).unwrap();
+        2.0 / 64.0 * set.axes().iter().map(|axis| axis.y.abs()).sum::<f32>()
+    };
+    let plain = settings(Deep { plain: true, ..Deep::default() }.into());
+    let structure = DeepImageSettings { directions, ..DeepImageSettings::default() }.into();
+    let actual = ambient_visibility_of(
+        gpu,
+        Settings { structure, ..plain.clone() },
+        &floor(),
+        &looking([0.0, 3.0, 0.1], [0.0; 3]),
+    );
+    let off = actual.iter().map(|open| (open - expected).abs()).fold(0.0, f32::max);
+    println!("plain: {expected}, off by {off}");
+    assert!(off < 1e-5 && (expected - 1.0).abs() < 0.02 && expected != 1.0, "{expected}, off by {off}");
     // A box around the camera: visible directions pass its edges, within a texel.
     let side = |axis: Vec3| {
         let (right, up) = axis.any_orthonormal_pair();
@@ -159,6 +185,9 @@ fn gpu_an_unoccluded_plane_is_visible_and_a_closed_box_is_occluded() {
         ))
     });
     println!("closed: {coarse:.4}, {fine:.4}");
+    let plain = mean(&ambient_visibility_of(gpu, plain, &closed, &camera));
+    println!("closed, plain: {plain:.4}");
+    assert!(plain < 0.1, "{plain}");
     assert!(coarse < 0.06 && fine < 0.5 * coarse, "{coarse} {fine}");
 }
 
@@ -175,7 +204,9 @@ fn gpu_both_techniques_darken_a_corner() {
         Projection::Perspective { fov_y: 1.0, near: 0.05 },
     );
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
-    for occlusion in [Occlusion::from(Deep { max_distance: Some(1.0) }), Occlusion::from(Hbao { radius: 1.0 })] {
+    for occlusion in
+        [Occlusion::from(Deep { max_distance: Some(1.0), ..Deep::default() }), Occlusion::from(Hbao { radius: 1.0 })]
+    {
         let actual = ambient_visibility_of(
             gpu,
             Settings { structure: deep_images.into(), ..settings(occlusion.clone()) },
@@ -316,9 +347,10 @@ fn gpu_unsupported_settings_are_refused_with_a_remedy() {
     let Some(gpu) = testing::gpu("gpu_unsupported_settings_are_refused_with_a_remedy") else { return };
     let refused = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap_err();
     for distance in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        for occlusion in
-            [Occlusion::from(Deep { max_distance: Some(distance) }), Occlusion::from(Hbao { radius: distance })]
-        {
+        for occlusion in [
+            Occlusion::from(Deep { max_distance: Some(distance), ..Deep::default() }),
+            Occlusion::from(Hbao { radius: distance }),
+        ] {
             let error = refused(settings(occlusion));
             assert!(matches!(error, RenderError::Value { .. }), "{error}");
         }

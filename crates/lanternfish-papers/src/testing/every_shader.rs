@@ -11,7 +11,7 @@ use crate::{Deep, DeepDepth, DeepImageSettings, DeepSearch, FOLDERS, shaders::SH
 fn every_shader() -> EveryShader {
     crate::register();
     let all = all_settings();
-    let all = with(&all, &[Occlusion::NONE, Occlusion::from(Deep { max_distance: None })], |s, v| s.occlusion = v);
+    let all = with(&all, &[Occlusion::NONE, Occlusion::from(Deep::default())], |s, v| s.occlusion = v);
     let usual = Settings::default();
     let (usual, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|s| s.ray_culling == usual.ray_culling);
     let usual = with(&usual, DeepDepth::ALL, |s, depth| {

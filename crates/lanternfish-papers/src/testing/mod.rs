@@ -10,9 +10,10 @@ use lanternfish_gpu::{ComputeKernel, Feature, Gpu, ShaderLibrary, ShaderSource};
 
 use crate::shaders::SHADERS;
 
-const PROBES: [ShaderSource; 3] = [
+const PROBES: [ShaderSource; 4] = [
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
+    ("testing/photon_differentials", include_str!("photon_differentials.wesl")),
     ("testing/put_fragments", include_str!("put_fragments.wesl")),
 ];
 
@@ -36,7 +37,7 @@ pub(crate) fn library() -> ShaderLibrary {
     }))
 }
 
-/// The library with an edit of one file, which must contain `text`; all occurrences are replaced.
+/// [`library`] with an edit of one file, which must contain `text`; all occurrences are replaced.
 pub(crate) fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
     let edit = |(path, source): &ShaderSource| {
         if *path != module {
@@ -45,6 +46,7 @@ pub(crate) fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrar
         assert!(source.contains(text) && text != by, "{module} has no {text:?}");
         (*path, &*source.replace(text, by).leak())
     };
-    assert!(library().sources().iter().any(|(path, _)| *path == module), "there is no {module}");
-    ShaderLibrary::new(library().sources().iter().map(edit).collect::<Vec<_>>().leak())
+    let all = library();
+    assert!(all.sources().iter().any(|(path, _)| *path == module), "there is no {module}");
+    ShaderLibrary::new(all.sources().iter().map(edit).collect::<Vec<_>>().leak())
 }

@@ -31,7 +31,7 @@ fn coarse() -> DeepImageSettings {
 
 fn occlusion(resolution: u32, others: Settings) -> Settings {
     Settings {
-        occlusion: Occlusion::from(Deep { max_distance: None }),
+        occlusion: Occlusion::from(Deep::default()),
         structure: DeepImageSettings { resolution, ..DeepImageSettings::default() }.into(),
         ..others
     }

@@ -64,7 +64,7 @@ fn gpu_deep_images_grow_in_later_frames() {
     for (name, settings) in [
         ("shadows", Settings { shadows: Shadows::Traced(ACROSS_TEXELS), ..direct.clone() }),
         ("indirect", Settings { indirect: Indirect::from(sampled), ..direct.clone() }),
-        ("occlusion", Settings { occlusion: Occlusion::from(Deep { max_distance: None }), ..direct.clone() }),
+        ("occlusion", Settings { occlusion: Occlusion::from(Deep::default()), ..direct.clone() }),
         ("virtual lights", Settings { indirect: Indirect::from(few), ..direct.clone() }),
     ] {
         let outcome = walk(gpu, &settings, &path);
@@ -84,7 +84,7 @@ fn gpu_deferred_frames_refuse_deep_images_that_need_blocking_readback() {
         DeepImageSettings { store: DeepStore::LinkedList, ..coarse },
     ] {
         let settings = Settings {
-            occlusion: Occlusion::from(Deep { max_distance: None }),
+            occlusion: Occlusion::from(Deep::default()),
             structure: deep_images.into(),
             ..settings(Culling::default())
         };

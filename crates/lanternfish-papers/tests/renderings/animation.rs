@@ -233,7 +233,7 @@ fn gpu_skinned_surfaces_change_all_lighting() {
     let mut requested = vec![
         (
             "occlusion deep".to_owned(),
-            Settings { occlusion: Occlusion::from(Deep { max_distance: Some(2.0) }), ..direct() },
+            Settings { occlusion: Occlusion::from(Deep { max_distance: Some(2.0), ..Deep::default() }), ..direct() },
         ),
         ("occlusion hbao".to_owned(), Settings { occlusion: Occlusion::from(Hbao { radius: 2.0 }), ..direct() }),
         ("virtual lights".to_owned(), Settings { indirect: Indirect::from(VirtualLights::default()), ..direct() }),

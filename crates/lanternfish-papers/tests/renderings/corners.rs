@@ -89,7 +89,7 @@ fn gpu_debug_views_do_not_change_the_radiance() {
     for view in DebugView::ALL.iter().copied() {
         // One view enables occlusion, which is otherwise off; under a black sky it adds no light.
         let occlusion = match view {
-            DebugView::Occlusion => Occlusion::from(Deep { max_distance: None }),
+            DebugView::Occlusion => Occlusion::from(Deep::default()),
             _ => Occlusion::NONE,
         };
         // Another view needs indirect light to show any.

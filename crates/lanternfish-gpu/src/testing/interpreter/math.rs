@@ -23,10 +23,10 @@ pub(super) fn binary(op: Op, kind: ScalarKind, types: [&TypeInner; 2], left: &[u
             [TypeInner::Matrix { rows, .. }, TypeInner::Vector { .. }] => {
                 return transformed(left, *rows as usize, right);
             }
-            [TypeInner::Matrix { .. }, TypeInner::Matrix { .. }]
-            | [TypeInner::Vector { .. }, TypeInner::Matrix { .. }] => {
-                panic!("this product of matrices is not supported")
+            [TypeInner::Vector { .. }, TypeInner::Matrix { rows, .. }] => {
+                return right.chunks(*rows as usize).map(|column| dot(left, column).to_bits()).collect();
             }
+            [TypeInner::Matrix { .. }, TypeInner::Matrix { .. }] => panic!("this product of matrices is not supported"),
             _ => {}
         }
     }
@@ -34,7 +34,12 @@ pub(super) fn binary(op: Op, kind: ScalarKind, types: [&TypeInner; 2], left: &[u
     (0..left.len().max(right.len())).map(|i| operator(op, kind, at(left, i), at(right, i))).collect()
 }
 
-/// Product of a matrix (columns in order) and a vector.
+fn dot(left: &[u32], right: &[u32]) -> f32 {
+    let product = |i: usize| f32_of(left[i]) * f32_of(right[i]);
+    (1..left.len()).fold(product(0), |sum, i| sum + product(i))
+}
+
+/// Columns one after the other, first to last.
 fn transformed(matrix: &[u32], rows: usize, vector: &[u32]) -> Vec<u32> {
     let product = |row: usize, column: usize| f32_of(matrix[column * rows + row]) * f32_of(vector[column]);
     (0..rows)

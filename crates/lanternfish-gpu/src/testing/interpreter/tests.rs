@@ -46,6 +46,8 @@ const LIBRARY: ShaderLibrary = ShaderLibrary::new(&[(
          results[2] = bitcast<u32>(-7 / 2) ^ (0xffffffffu * 3u) ^ (7u / results[4]);
          let turned = mat2x2f(0.0, 1.0, -1.0, 0.0) * vec2f(2.0, 3.0);
          results[3] = select(7u, 8u, all(turned == vec2f(-3.0, 2.0)));
+         let row = vec2f(2.0, 3.0) * mat3x2f(0.0, 1.0, -1.0, 0.0, 1.0, 1.0);
+         results[5] = u32(all(row == vec3f(3.0, -2.0, 5.0)));
          list.items[0].at = vec3f(1.0, 2.0, 3.0).zyx * 2.0;
          list.items[0].at.x += 0.5;
          switch results[3] { case 8u { results[4] = 80u; } default { results[4] = 1u; } }
@@ -78,7 +80,7 @@ fn arithmetic_follows_wgsl() {
     let shader = LIBRARY.link("kernel", &[]).unwrap();
     let mut memory = memory(1);
     memory.interpret(&shader, "arithmetic", [1; 3], Order::Forward);
-    let expected = [1 + 2 + 5 + 14 + 9 + 20, 3, (-3i32 as u32) ^ (-3i32 as u32) ^ 7, 8, 80, 0];
+    let expected = [1 + 2 + 5 + 14 + 9 + 20, 3, (-3i32 as u32) ^ (-3i32 as u32) ^ 7, 8, 80, 1];
     assert_eq!(memory.get::<u32>("results"), expected);
     let list: Vec<f32> = memory.get("list");
     assert_eq!(list[8..11], [6.5, 4.0, 2.0]);

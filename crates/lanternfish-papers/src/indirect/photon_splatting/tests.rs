@@ -1,3 +1,4 @@
+mod differentials;
 mod emission;
 
 use std::f32::consts::PI;

@@ -11,7 +11,7 @@ use lanternfish::{
     prepass::Surface,
     settings::{History, Settings},
     shaders::{Root, Shaders},
-    technique::{Parameter, Technique},
+    technique::{Parameter, Range, Technique},
 };
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_struct};
 
@@ -40,13 +40,16 @@ gpu_struct! {
     }
 }
 
+/// One texel, its first fragment, weights of 2 / N [Aalund2015, §3.3, eq. 1 to 3].
+const PLAIN_OCCLUSION: Feature = Feature::new("plain_occlusion");
+
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::of(
     &crate::shaders::SHADERS,
     &[Root::of(
         "occlusion/deep/accumulate",
         &[
-            &[&[PAYLOAD]],
+            &[&[PAYLOAD], &[PLAIN_OCCLUSION]],
             &[&[], &[LINKED_LIST], &[SORTED_LINKED_LIST], &[DEPTH_16], &[LINEAR_STEPS], &[DEPTH_16, LINEAR_STEPS]],
             &[&[], &[ENVIRONMENT]],
         ],
@@ -60,12 +63,28 @@ pub struct Deep {
     /// Maximum distance of occluders, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which every surface occludes at any
     /// distance.
     pub max_distance: Option<f32>,
+    /// The paper's own sum [Aalund2015, §3.3, eq. 1 to 3]: the first fragment of one texel, weights of 2 / N, no triangles. Otherwise near
+    /// triangles of four texels are tested, far texels are drawn at random, and an open plane is exactly 1.
+    pub plain: bool,
 }
 
 impl Technique for Deep {
     const NAME: &'static str = "deep";
     const SUMMARY: &'static str = "Deep images: the whole scene";
-    const PARAMETERS: &'static [Parameter<Self>] = &[Parameter { info: DISTANCE, of: |deep| &mut deep.max_distance }];
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter { info: DISTANCE, of: |deep| &mut deep.max_distance },
+        Parameter::new(
+            "occlusion-plain",
+            "on|off",
+            Range::Switch(
+                "As in the paper: one texel, its first fragment, weights of 2 / N",
+                "Near triangles are tested",
+            ),
+            "Ambient occlusion as the paper has it, without tests of triangles",
+            |deep: &mut Self| &mut deep.plain,
+        )
+        .with_default(),
+    ];
     const SHADERS: Shaders = DECLARED;
 }
 
@@ -80,7 +99,7 @@ impl OcclusionTechnique for Deep {
 
     /// Texels are chosen at random.
     fn is_noisy(&self) -> bool {
-        true
+        !self.plain
     }
 
     fn parts(&self) -> Parts {
@@ -88,7 +107,7 @@ impl OcclusionTechnique for Deep {
     }
 
     fn build(&self, device: &wgpu::Device, settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError> {
-        Ok(Box::new(DeepOcclusion::new(device, settings, self.max_distance)?))
+        Ok(Box::new(DeepOcclusion::new(device, settings, self)?))
     }
 }
 
@@ -141,11 +160,14 @@ fn rotated_towards(directions: &Directions, direction: Vec3) -> Quat {
 
 impl DeepOcclusion {
     /// Compiles the passes.
-    fn new(device: &wgpu::Device, settings: &Settings, max_distance: Option<f32>) -> Result<Self, RenderError> {
+    fn new(device: &wgpu::Device, settings: &Settings, deep: &Deep) -> Result<Self, RenderError> {
         let history = settings.history;
         // The triangles of near fragments are tested.
-        let settings = DeepImageSettings { payload: true, ..DeepImageSettings::of(&settings.structure) };
-        let features = settings.fragment_features();
+        let settings = DeepImageSettings { payload: !deep.plain, ..DeepImageSettings::of(&settings.structure) };
+        let mut features = settings.fragment_features();
+        if deep.plain {
+            features.push(PLAIN_OCCLUSION);
+        }
         let with_image: Vec<Feature> = features.iter().copied().chain([ENVIRONMENT]).collect();
         Ok(Self {
             directions: Directions::new(settings.directions)
@@ -154,7 +176,7 @@ impl DeepOcclusion {
             constant: Kernels::new(device, &features)?,
             environment: Kernels::new(device, &with_image)?,
             cells: CellRadiances::default(),
-            max_distance: max_distance.unwrap_or(0.0),
+            max_distance: deep.max_distance.unwrap_or(0.0),
             history,
         })
     }

@@ -19,7 +19,7 @@ use crate::{
 const SIZE: UVec2 = UVec2::new(61, 45);
 
 fn by_deep_images() -> Occlusion {
-    Occlusion::from(Deep { max_distance: None })
+    Occlusion::from(Deep::default())
 }
 
 fn by_horizons() -> Occlusion {

@@ -83,7 +83,7 @@ fn gpu_glass_tints_the_background_and_mirrors_the_foreground() {
     let actual = middle(gpu, sampled(), &sheets(painted, &[0.0], 0.0));
     assert_near(actual, 0.96 * TINT + 0.04, 0.015, "half painted");
     // With ambient occlusion instead of rays.
-    for technique in [Occlusion::from(Deep { max_distance: None }), Occlusion::from(Hbao { radius: 1.0 })] {
+    for technique in [Occlusion::from(Deep::default()), Occlusion::from(Hbao { radius: 1.0 })] {
         let actual = middle(gpu, occlusion(technique), &sheets(glass(), &[0.0], 0.0));
         assert_near(actual, 0.96 * TINT + 0.04, 0.015, "with ambient occlusion");
     }
@@ -161,7 +161,7 @@ fn gpu_the_sky_lights_transparent_surfaces() {
     for settings in [
         sampled(),
         Settings { samples: Samples::Four, ..sampled() },
-        occlusion(Occlusion::from(Deep { max_distance: None })),
+        occlusion(Occlusion::from(Deep::default())),
         occlusion(Occlusion::from(Hbao { radius: 1.0 })),
     ] {
         assert_near(middle(gpu, settings, &scene), Vec3::ONE, 0.02, "half a white sheet");

@@ -19,7 +19,7 @@ use crate::{
 fn settings(history: History) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 40 };
     Settings {
-        occlusion: Occlusion::from(Deep { max_distance: None }),
+        occlusion: Occlusion::from(Deep::default()),
         history,
         shadows: Shadows::None,
         structure: DeepImageSettings { resolution: 32, directions, ..DeepImageSettings::default() }.into(),
