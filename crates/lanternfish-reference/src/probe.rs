@@ -145,7 +145,7 @@ impl Tracer<'_> {
             if irradiance == Vec3::ZERO { irradiance } else { irradiance * visibility(&incidence) }
         };
         let p = Vec3A::from(place.p);
-        let middle = incidence(light, p, falloff, range_threshold);
+        let centre = incidence(light, p, falloff, range_threshold);
         if light.area().is_none() {
             return (of(centre), centre.distance);
         }

@@ -47,9 +47,9 @@ pub fn incidence_from(
     let distance = to_place.length();
     let wi = to_place / distance.max(1e-20);
     // In front of the light's plane, m.
-    let height = -to_middle.dot(light.direction.as_dvec3());
+    let height = -to_centre.dot(light.direction.as_dvec3());
     let range = light.effective_range(falloff.attenuation, range_threshold);
-    let window = falloff.window(to_middle.length() as f32, range);
+    let window = falloff.window(to_centre.length() as f32, range);
     let nearest = distance.max(falloff.near_radius.into());
     let cosine = (height / distance.max(f64::from(NEAR_RADIUS))).max(0.0);
     let factor = cosine / (nearest * nearest);

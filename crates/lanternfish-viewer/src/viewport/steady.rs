@@ -46,12 +46,12 @@ fn kinds() -> Vec<Settings> {
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
     let indirect = Indirect::from(Quality::Draft.sampled());
     vec![
-        usual.clone(),
-        Settings { culling: Culling::from(Tiled::default()), shadows: Shadows::None, ..usual.clone() },
-        Settings { samples: Samples::Four, ..usual.clone() },
-        Settings { occlusion: Occlusion::from(Deep::default()), structure: deep_images.into(), ..usual.clone() },
-        Settings { indirect: sampled, ..usual.clone() },
-        Settings { debug_view: Some(DebugView::Normal), ..usual },
+        base.clone(),
+        Settings { culling: Culling::from(Tiled::default()), shadows: Shadows::None, ..base.clone() },
+        Settings { samples: Samples::Four, ..base.clone() },
+        Settings { occlusion: Occlusion::from(Deep::default()), structure: deep_images.into(), ..base.clone() },
+        Settings { indirect, ..base.clone() },
+        Settings { debug_view: Some(DebugView::Normal), ..base },
     ]
 }
 
