@@ -5,7 +5,7 @@ use crate::table::{Row, fixed};
 /// What they were measured on, and where a number is not his.
 pub const MACHINE: &str = "NVIDIA GeForce GTX 780 Ti, 800 x 800, 512 layered depth maps. *Frame*: with \"pipeline overhead\" (fig. 10). *Trace*: his \
                            \"photon tracing\" of fig. 10, which leaves 351 and 282 ms for all else, although his §5.2 calls the splatting pass the \
-                           bottleneck. The 373 ms are by Archer 2019, §4.2, of both building and occlusion. Fig. 8 and its times of HBAO are \
+                           bottleneck. The 373 ms are by Archer 2019, §4, of both building and occlusion. Fig. 8 and its times of HBAO are \
                            an image with no number in the text; fig. 11 has no time.";
 
 /// One of his images.
