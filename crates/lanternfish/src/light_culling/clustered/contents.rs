@@ -60,14 +60,12 @@ pub(crate) fn contents_of_grids(
     for (lists, geometry) in first.zip(passes.geometries.iter().copied()) {
         let Some(fragments) = &lists.fragments else { continue };
         let count = geometry.cluster_count() as usize;
-        let table = read_back::<u32>(device, queue, &lists.cells, count)?;
-        let last = table.iter().max().map_or(count, |last| *last as usize);
-        let starts = read_back::<u32>(device, queue, &lists.cells, last + 2)?;
+        let starts = read_back::<u32>(device, queue, &lists.cells, count + 1)?;
         let fragments = read_back::<u32>(device, queue, fragments, count)?;
         let cluster = |(index, fragments): (usize, u32)| VisibleCluster {
             index: index as u32,
             fragments: fragments & !MARKED,
-            lights: starts[table[index] as usize + 1].wrapping_sub(starts[table[index] as usize]),
+            lights: starts[index + 1].wrapping_sub(starts[index]),
         };
         let visible = fragments.into_iter().enumerate().filter(|(_, fragments)| *fragments > 0);
         grids.push(GridContents { geometry, clusters: count as u32, visible: visible.map(cluster).collect() });

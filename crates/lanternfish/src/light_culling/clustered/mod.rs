@@ -16,10 +16,9 @@ pub use self::{
     contents::{GridContents, VisibleCluster},
     settings::{Assignment, ClusterTest, Clustered, Grouping},
 };
-use glam::{Affine3A, Mat4, UVec3, Vec2, Vec3};
+use glam::{Affine3A, Mat4, UVec3, Vec3};
 use lanternfish_gpu::{
-    Bindings, BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_constants, gpu_struct,
-    primitives::Scan,
+    BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_constants, gpu_struct, primitives::Scan,
 };
 
 use self::{
@@ -57,12 +56,6 @@ gpu_struct! {
         dimensions: UVec3,
         /// 1: lights are also tested against the box around a cluster.
         box_test: u32,
-        /// Capacity of the list of visible clusters.
-        visible_capacity: u32,
-        /// Unused.
-        _pad: u32,
-        /// Unused.
-        _pad_2: Vec2,
     }
 }
 
@@ -93,21 +86,6 @@ gpu_constants! {
     const WIDTH: u32 = 1024;
     /// Bit of a cluster's fragment count: a pixel's centre lies in the cluster, without being counted.
     const MARKED: u32 = 1 << 31;
-}
-
-/// Name of the list of visible clusters.
-const VISIBLE: &str = "light_culling/visible_clusters";
-
-/// The visible clusters of a grid.
-struct VisibleClusters {
-    /// The index of the start of every cluster's list; room for the starts follows.
-    cells: wgpu::Buffer,
-    /// Their number, then their indices.
-    list: wgpu::Buffer,
-    /// Arguments of dispatches of an invocation a visible cluster.
-    workgroups: wgpu::Buffer,
-    /// Visible clusters that there is capacity for.
-    capacity: u32,
 }
 
 /// The passes.
@@ -222,27 +200,35 @@ impl ClusteredCulling {
         for (view, grid) in views.iter().zip(&uploaded) {
             self.mark(frame, view, grid, &fragments)?;
         }
-        let VisibleClusters { cells, list: visible, workgroups, capacity: visible_capacity } =
-            self.compact(frame, &uploaded[0], &grids[0], &fragments)?;
+        let indices_of_visible = frame.zeroed("light_culling/places", 4 * (u64::from(clusters) + 1))?;
+        let visible = frame.scratch("light_culling/visible", 4 * (u64::from(clusters) + 1))?;
+        let workgroups = frame.indirect("light_culling/workgroups")?;
         let grid = &uploaded[0];
+        let all = [WIDTH.min(clusters.div_ceil(64)), clusters.div_ceil(64 * WIDTH), 1];
+        let bindings = lanternfish_gpu::Bindings::new()
+            .part("cluster_grid", grid)
+            .buffer("cluster_fragments", &fragments)
+            .buffer("visible_places", &indices_of_visible)
+            .buffer("visible_clusters", &visible)
+            .buffer("visible_dispatch", &workgroups);
+        frame.dispatch(&self.flag, &bindings, all);
+        self.scan.record(frame, &indices_of_visible, clusters + 1)?;
+        frame.dispatch(&self.compact, &bindings, all);
 
         // Assign lights: count, scan, write. A list that is too small grows before it is written.
         let lights = self.tree.record(frame, set, grid)?;
-        let start_count = visible_capacity + 2;
-        let starts = frame.zeroed("light_culling/starts", 4 * u64::from(start_count))?;
+        let cells = frame.zeroed("light_culling/cells", 4 * (u64::from(clusters) + 1))?;
         let tests = frame.zeroed("light_culling/tests", 8)?;
         let set_bindings = set.bindings();
         let shared = set_bindings
             .with(&lights.bindings())
             .buffer("visible_clusters", &visible)
-            .buffer("cell_starts", &starts)
+            .buffer("cell_starts", &cells)
             .buffer("light_tests", &tests);
         let no_list = frame.scratch("light_culling/no_list", 4)?;
         let bindings = shared.clone().part("cluster_grid", grid).buffer("listed_lights", &no_list);
         frame.dispatch_indirect(&self.count, &bindings, &workgroups);
-        let total = self.scan.record(frame, &starts, start_count)?;
-        let table_bytes = 4 * u64::from(clusters);
-        frame.encoder().copy_buffer_to_buffer(&starts, 0, &cells, table_bytes, 4 * u64::from(start_count));
+        let total = self.scan.record(frame, &cells, clusters + 1)?;
         // Results for the host, in one read: total, visible clusters, tests in two words.
         let host_words = frame.scratch("light_culling/known", 16)?;
         frame.encoder().copy_buffer_to_buffer(&total, 0, &host_words, 0, 4);
@@ -251,7 +237,7 @@ impl ClusteredCulling {
         let capacity = frame.capacity_for(&Counted {
             list: set.list,
             words: &host_words,
-            starts: (&starts, start_count as usize),
+            starts: (&cells, clusters as usize + 1),
             // Unless all visible clusters could list all lights.
             may_wrap: &|words| words[1].checked_mul(set.capacity).is_none(),
             guess: 0,
@@ -270,11 +256,8 @@ impl ClusteredCulling {
 
         let counts = vec![
             ("light_culling/clusters", clusters.into()),
-            (VISIBLE, visible_count.into()),
-            (
-                "light_culling/cluster_bytes",
-                8 * u64::from(clusters) + 12 * u64::from(visible_capacity) + 4 * capacity.capacity + lights.bytes,
-            ),
+            ("light_culling/visible_clusters", visible_count.into()),
+            ("light_culling/cluster_bytes", 16 * u64::from(clusters) + 4 * capacity.capacity + lights.bytes),
         ];
         let tests = u64::from(tests[0]) | u64::from(tests[1]) << 32;
         let lists = |(i, grid): (usize, BufferPart)| LightLists {
@@ -305,56 +288,7 @@ impl ClusteredCulling {
             capacity: 0,
             dimensions: geometry.dimensions,
             box_test: u32::from(self.settings.test == ClusterTest::PlanesAndBox || geometry.parallel),
-            ..ClusterGrid::default()
         }
-    }
-
-    /// Lists the visible clusters, and numbers their lists. `uploaded`: the grid on the device.
-    fn compact(
-        &self,
-        frame: &mut Frame<'_>,
-        uploaded: &BufferPart,
-        grid: &ClusterGrid,
-        fragments: &wgpu::Buffer,
-    ) -> Result<VisibleClusters, RenderError> {
-        let clusters = grid.dimensions.element_product();
-        let all = [WIDTH.min(clusters.div_ceil(64)), clusters.div_ceil(64 * WIDTH), 1];
-        // A table of the clusters' cells, and the starts of the cells' lists.
-        let bytes = |capacity: u64| 4 * (u64::from(clusters) + capacity + 2);
-        // The grids of a frame share the limit of the list, and none needs more than it has clusters.
-        let planned = frame.planned_capacity(VISIBLE, 0, MOST_CLUSTERS).min(clusters.into());
-        let mut cells = frame.zeroed("light_culling/cells", bytes(planned))?;
-        let bindings = Bindings::new().part("cluster_grid", uploaded).buffer("cluster_fragments", fragments);
-        frame.dispatch(&self.flag, &bindings.buffer("visible_places", &cells), all);
-        let total = self.scan.record(frame, &cells, clusters + 1)?;
-        let host_words = frame.scratch("light_culling/visible_known", 16)?;
-        frame.encoder().copy_buffer_to_buffer(&total, 0, &host_words, 0, 4);
-        let counted = Counted {
-            list: VISIBLE,
-            words: &host_words,
-            starts: (&cells, clusters as usize + 1),
-            may_wrap: &|_| false,
-            guess: 0,
-            limit: MOST_CLUSTERS,
-        };
-        let capacity = frame.counted_capacity(&counted, planned)?.capacity.min(clusters.into());
-        if capacity > planned {
-            let larger = frame.scratch("light_culling/cells", bytes(capacity))?;
-            frame.encoder().copy_buffer_to_buffer(&cells, 0, &larger, 0, bytes(0) - 4);
-            cells = larger;
-        }
-        let list = frame.scratch("light_culling/visible", 4 * (capacity + 1))?;
-        let workgroups = frame.indirect("light_culling/workgroups")?;
-        let capacity = capacity as u32;
-        let uploaded = frame.uniform(&ClusterGrid { visible_capacity: capacity, ..*grid });
-        let bindings = Bindings::new()
-            .part("cluster_grid", &uploaded)
-            .buffer("cluster_fragments", fragments)
-            .buffer("visible_places", &cells)
-            .buffer("visible_clusters", &list)
-            .buffer("visible_dispatch", &workgroups);
-        frame.dispatch(&self.compact, &bindings, all);
-        Ok(VisibleClusters { cells, list, workgroups, capacity })
     }
 
     /// Marks the clusters of a view's fragments: those at the pixel centres, by depth. Fragments without such a depth are marked as they

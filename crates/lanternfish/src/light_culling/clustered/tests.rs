@@ -32,11 +32,7 @@ fn gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched() {
     let fragments = storage_buffer_of(&gpu.device, "fragments", &vec![1u32; clusters as usize], none).unwrap();
     let (indices, visible) = (list("places"), list("visible"));
     let dispatch = lanternfish_gpu::indirect_buffer(&gpu.device, "dispatch");
-    let grid = uniform_buffer_of(
-        &gpu.device,
-        "grid",
-        &ClusterGrid { dimensions, visible_capacity: clusters, ..Default::default() },
-    );
+    let grid = uniform_buffer_of(&gpu.device, "grid", &ClusterGrid { dimensions, ..Default::default() });
     let bindings = Bindings::new()
         .buffer("cluster_grid", &grid)
         .buffer("cluster_fragments", &fragments)
