@@ -19,8 +19,9 @@ const MOST_BYTES: f64 = 4e9;
 /// How many times the fragments of an average image the images of one chunk may have.
 const UNEVEN: f64 = 3.0;
 
-/// Names of the tables: the titles of [`groups`] in lower case.
-pub const TABLES: [&str; 6] = ["directions", "supersampling", "resolution", "stores", "searches", "builders"];
+/// Names of the tables: the titles of [`groups`] in lower case, and the crossings'.
+pub const TABLES: [&str; 7] =
+    ["directions", "supersampling", "resolution", "stores", "searches", "builders", super::crossings::TABLE];
 
 /// Everything that is built and traced, in this order: coarse images come before fine ones ([`fitted`]).
 pub fn groups(quick: bool) -> Vec<Group> {
@@ -150,7 +151,7 @@ mod tests {
     fn tables_are_named_by_their_titles() {
         for quick in [false, true] {
             let titles = groups(quick).iter().map(|group| group.title.to_lowercase()).collect::<Vec<_>>();
-            assert_eq!(titles, TABLES);
+            assert_eq!([titles, vec![crate::deep_images::crossings::TABLE.to_owned()]].concat(), TABLES);
         }
     }
 

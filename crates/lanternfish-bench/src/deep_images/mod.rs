@@ -3,12 +3,14 @@
 
 pub mod build;
 pub mod cases;
+mod crossings;
 mod rays;
 mod trace;
 
 use clap::Args;
 use lanternfish::{
     GpuScene, Renderer,
+    rays::RayTracer,
     settings::{Settings, Shadows, Tracer},
 };
 use lanternfish_cli::{args::PartArgs, error::CliError, progress::Progress, report::grouped, scene::SceneName};
@@ -56,6 +58,7 @@ pub struct DeepImagesArgs {
 struct Bench {
     run: Run,
     profiler: Profiler,
+    tracer: RayTracer,
     /// For the builders, which draw the BVH's triangles, and for the BVH.
     uploaded: GpuScene,
     /// For rays through the adapter's own structure, where it has one.
@@ -81,6 +84,10 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
             bench.case(&group, *settings, (&scene, &exact, args.rays), &mut progress)?;
         }
     }
+    let crossings = match args.tables.iter().any(|table| *table == crossings::TABLE) {
+        true => bench.crossings(&scene, (args.quick, args.rays), &mut progress)?,
+        false => Vec::new(),
+    };
     if bench.with_ray_query.is_none() {
         bench.leave_out("ray query", "this adapter has none");
     }
@@ -105,9 +112,11 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
         );
         report.show(holes);
     }
+    report.section("Crossings of texels' borders", crossings::TEXT, crossings::TABLE, crossings);
     report.heading("Tracing");
     report.paragraph(
-        "Rays from surfaces in all directions; the error is that of the distance to the first hit, relative to an exact ray along the ray's \
+        "Rays from surfaces in all directions, with the texels and fragments that each reads to its first hit (crossings; an exact tracer has \
+         none); the error is that of the distance to the first hit, relative to an exact ray along the ray's \
          own direction (images have their own).",
     );
     for group in traced.chunk_by(|a, b| a.get("group") == b.get("group")) {
@@ -129,8 +138,9 @@ impl Bench {
         let uploaded = upload(Shadows::BVH)?;
         let with_ray_query = run.gpu.description.ray_query.then(|| upload(Shadows::RAY_QUERY)).transpose()?;
         let profiler = Profiler::new(&run.gpu.device, &run.gpu.queue);
+        let tracer = RayTracer::new(&run.gpu.device)?;
         let (built, traced, holes, left_out) = Default::default();
-        Ok(Self { run, profiler, uploaded, with_ray_query, built, traced, holes, left_out })
+        Ok(Self { run, profiler, tracer, uploaded, with_ray_query, built, traced, holes, left_out })
     }
 
     fn leave_out(&mut self, what: &str, reason: impl ToString) {
