@@ -115,3 +115,48 @@ pub fn beside_his(rows: &[Row], parts: Option<(ImageSet, f64)>) -> Vec<Row> {
     };
     FIGURES.iter().map(row).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(brdf: Brdf, directions: u32, samples: u32, frame_ms: f64) -> Row {
+        Row::default()
+            .data("brdf", brdf.name())
+            .data("tracer", "across-texels")
+            .data("directions", directions)
+            .data("resolution", 128)
+            .data("samples", samples)
+            .data("accumulate", 1)
+            .data("filter_radius", Sampled::default().filter_radius)
+            .data("filter_ms", 10.0)
+            .data("frame_ms", frame_ms)
+    }
+
+    #[test]
+    fn ours_stand_beside_his_where_the_images_are_his() {
+        let rows = [
+            row(Brdf::Diffuse, 384, 1, 1.0),
+            row(Brdf::Diffuse, 96, 1, 50.0),
+            row(Brdf::Diffuse, 96, 4, 100.0),
+            row(Brdf::Glossy, 150, 1, 30.0),
+        ];
+        let set = ImageSet { k: 5, resolution: 128 };
+        let ours = |parts| {
+            let rows = beside_his(&rows, parts);
+            rows.iter().map(|row| (row.words("figure").to_owned(), row.words("ours").to_owned())).collect::<Vec<_>>()
+        };
+        // Glossy light without its filter's time; of mirrors and of 96 directions there are no rows.
+        let expected = ["40.00", "20.00", "10.00", "–", "–", "50.00", "–", "20.00", "20.00"];
+        let found = ours(Some((set, 25.0)));
+        assert_eq!(found.iter().map(|(_, ours)| ours.as_str()).collect::<Vec<_>>(), expected, "{found:?}");
+        // Parts through other images than his are not his figure 1.
+        assert_eq!(ours(Some((ImageSet { k: 2, ..set }, 25.0)))[0], ("1".to_owned(), "–".to_owned()));
+    }
+
+    #[test]
+    fn parts_add_up() {
+        let image = |value: f32| RgbImage { width: 2, height: 1, pixels: vec![[value, 2.0 * value, 0.0]; 2] };
+        assert_eq!(difference(&image(3.0), &image(1.0)), image(2.0));
+    }
+}
