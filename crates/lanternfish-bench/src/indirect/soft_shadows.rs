@@ -52,6 +52,8 @@ impl Bench<'_> {
         let look = Settings {
             light_radius: LIGHT_RADIUS * self.diagonal,
             shadow_rays: RAYS,
+            // The scene is uploaded with them.
+            materials: Brdf::Diffuse.materials(),
             indirect: technique::NO_INDIRECT,
             ..self.look.clone()
         };

@@ -69,7 +69,7 @@ fn gpu_two_runs_count_the_same() {
     let scenes = ["twice the triangles", "four times the triangles", "an empty box", "tight corridors"];
     assert_eq!(names, [["the scene"; 2].as_slice(), &scenes].concat());
     // What Nießner says of them: fewer images have more; triangles do not matter (but for rounding); and corridors have fewer.
-    assert!(texels(0) > 1.1 * texels(1) && texels(1) > 1.0, "{crossings:?}");
+    assert!(texels(0) > 1.2 * texels(1) && texels(1) > 1.0, "{crossings:?}");
     for triangles in [2, 3] {
         assert!((texels(triangles) / texels(1) - 1.0).abs() < 0.01, "{crossings:?}");
         assert_eq!(
