@@ -64,14 +64,17 @@ enum Bench {
     ForwardPlus(Box<forward_plus::ForwardPlusArgs>),
     /// Building and tracing deep images, compared with the BVH: Archer 2019, table 2, and Niessner 2010, table 1.
     ///
-    /// The table of directions has Archer's own images (single pass, stacks and slices, sorted in blocks), a draw for each of his
-    /// directions, and ours. Every speed stands beside its error.
+    /// Directions are those of the default set, of equal areas; Archer's are stacks and slices. Every speed stands beside its
+    /// error, and beside the texels that a ray crosses and the fragments that it is compared with. The table "crossings" has
+    /// Niessner's explanation of speed: numbers of images, of triangles, and a corridor beside an empty box.
     DeepImages(Box<deep_images::DeepImagesArgs>),
     /// Indirect light with rays through deep images, compared with the BVH: Niessner 2010, §7.
     ///
-    /// Renders one view with diffuse (8 rays per pixel), glossy (16) and mirror (1) surfaces, with rays through images of 96, 150 and 384
-    /// directions, of 128² and 512² texels, within a texel and across texels, and through the BVH; then with the filter off, with
-    /// four samples at edges, and as the mean of four frames.
+    /// One view, its surfaces diffuse (8 rays a pixel), glossy (16) and mirrors (1), with rays through images of 96, 150 and 384
+    /// directions, of 128² and 512² texels, within a texel and across texels, and through the BVH; then with a filter as wide as
+    /// his (11 x 11) and with none, with four samples at edges, and as the mean of four frames. Soft shadows by 16 rays to each
+    /// light through 384 directions, as they are and through his Gaussian. The images of his figs 5, 7 and 8, and the frames a
+    /// second of his figs 1, 4, 7 and 9 beside those of this scene, which stands in for his.
     ///
     /// Each row has the device times of tracing, shading, resolving, filtering and the complete frame, ms; rays per second, for
     /// tracing alone and with shading of hits; and errors: energy and mean FLIP against the same rays through the BVH, and FLIP

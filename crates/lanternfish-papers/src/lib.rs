@@ -55,7 +55,7 @@ pub use self::{
 };
 
 /// Shaders of the folders that belong to no single technique.
-pub const FOLDERS: &[Shaders] = &[deep_images::DECLARED, indirect::light_views::DECLARED];
+pub const FOLDERS: &[Shaders] = &[deep_images::DECLARED, rays::DECLARED, indirect::light_views::DECLARED];
 
 /// Registers every technique of this crate by name. Call it before names are parsed and before a renderer is created; further calls do
 /// nothing.

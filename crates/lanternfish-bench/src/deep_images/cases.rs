@@ -20,8 +20,9 @@ const MOST_BYTES: f64 = 4e9;
 /// Most fragments of an image in a chunk, as a ratio to those of an average image.
 const UNEVEN: f64 = 3.0;
 
-/// Names of the tables: the titles of [`groups`] in lower case.
-pub const TABLES: [&str; 7] = ["directions", "supersampling", "resolution", "stores", "sorts", "searches", "builders"];
+/// Names of the tables: the titles of [`groups`] in lower case, and the crossings'.
+pub const TABLES: [&str; 8] =
+    ["directions", "supersampling", "resolution", "stores", "sorts", "searches", "builders", super::crossings::TABLE];
 
 /// Directions of [Archer2019, table 2] and of its text (169), stacks and slices, whose numbers are stated for 169 alone.
 const STACKS: [(u32, u32); 6] = [(2, 4), (4, 4), (4, 8), (8, 8), (8, 16), (13, 13)];
@@ -204,7 +205,7 @@ mod tests {
     fn tables_are_named_by_their_titles() {
         for quick in [false, true] {
             let titles = groups(quick).iter().map(|group| group.title.to_lowercase()).collect::<Vec<_>>();
-            assert_eq!(titles, TABLES);
+            assert_eq!([titles, vec![crate::deep_images::crossings::TABLE.to_owned()]].concat(), TABLES);
         }
     }
 

@@ -3,12 +3,14 @@
 
 pub mod build;
 pub mod cases;
+mod crossings;
 mod rays;
 mod trace;
 
 use clap::Args;
 use lanternfish::{
     GpuScene, Renderer,
+    rays::RayTracer,
     settings::{Settings, Shadows, Tracer},
 };
 use lanternfish_cli::{args::PartArgs, error::CliError, progress::Progress, report::grouped, scene::SceneName};
@@ -56,7 +58,8 @@ pub struct DeepImagesArgs {
 struct Bench {
     run: Run,
     profiler: Profiler,
-    /// Scene with a BVH, for rays through it and for the builders, which draw its triangles.
+    tracer: RayTracer,
+    /// For the builders, which draw the BVH's triangles, and for the BVH.
     uploaded: GpuScene,
     /// Scene with the adapter's acceleration structure, for ray queries. `None` if the adapter has no ray query.
     with_ray_query: Option<GpuScene>,
@@ -81,6 +84,10 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
             bench.case(&group, *settings, (&scene, &exact, args.rays), &mut progress)?;
         }
     }
+    let crossings = match args.tables.iter().any(|table| *table == crossings::TABLE) {
+        true => bench.crossings(&scene, (args.quick, args.rays), &mut progress)?,
+        false => Vec::new(),
+    };
     if bench.with_ray_query.is_none() {
         bench.leave_out("ray query", "not supported by this adapter");
     }
@@ -109,10 +116,12 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
         );
         report.show(holes);
     }
+    report.section("Crossings of texels' borders", crossings::TEXT, crossings::TABLE, crossings);
     report.heading("Tracing");
     report.paragraph(
-        "Rays from surfaces in all directions. Error: relative error of the distance to the first hit, against an exact ray along the original \
-         direction (rays through images follow the nearest image direction).",
+        "Rays from surfaces in all directions, with the texels and fragments that each reads to its first hit (crossings; an exact tracer has \
+         none); the error is that of the distance to the first hit, relative to an exact ray along the ray's \
+         own direction (images have their own).",
     );
     for group in traced.chunk_by(|a, b| a.get("group") == b.get("group")) {
         report.subheading(group[0].words_of("group"));
@@ -133,8 +142,9 @@ impl Bench {
         let uploaded = upload(Shadows::BVH)?;
         let with_ray_query = run.gpu.description.ray_query.then(|| upload(Shadows::RAY_QUERY)).transpose()?;
         let profiler = Profiler::new(&run.gpu.device, &run.gpu.queue);
+        let tracer = RayTracer::new(&run.gpu.device)?;
         let (built, traced, holes, left_out) = Default::default();
-        Ok(Self { run, profiler, uploaded, with_ray_query, built, traced, holes, left_out })
+        Ok(Self { run, profiler, tracer, uploaded, with_ray_query, built, traced, holes, left_out })
     }
 
     fn leave_out(&mut self, what: &str, reason: impl ToString) {

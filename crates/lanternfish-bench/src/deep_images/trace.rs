@@ -1,9 +1,6 @@
 //! Traces rays through images and through exact structures, times them, and compares distances.
 
-use lanternfish::{
-    rays::{RayTracer, TracedRay},
-    settings::Tracer,
-};
+use lanternfish::{rays::TracedRay, settings::Tracer};
 use lanternfish_cli::error::CliError;
 use lanternfish_gpu::{Frame, read_back};
 use lanternfish_papers::{DeepImageSettings, deep_images::DeepImages};
@@ -11,6 +8,7 @@ use lanternfish_papers::{DeepImageSettings, deep_images::DeepImages};
 use super::{
     Bench,
     cases::{Group, in_words},
+    crossings::Counts,
     rays::ReferenceRay,
 };
 use crate::{
@@ -30,9 +28,8 @@ impl Bench {
         images: &DeepImages,
         rays: Vec<ReferenceRay>,
     ) -> Result<Vec<Row>, CliError> {
-        let tracer = RayTracer::new(&self.run.gpu.device)?;
-        let supported = Tracer::all().into_iter().filter(|through| through.is_supported(&self.run.gpu.device));
-        let (coarse, exact): (Vec<_>, Vec<_>) = supported.partition(|through| !through.is_exact());
+        let known = Tracer::all().into_iter().filter(|known| known.is_supported(&self.run.gpu.device));
+        let (coarse, exact): (Vec<_>, Vec<_>) = known.partition(|known| !known.is_exact());
         let requested = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
         let is_software = self.run.gpu.description.device_type == "Cpu";
         let figures = |through: Tracer| {
@@ -40,10 +37,12 @@ impl Bench {
             let mut chosen = rays[..rays.len() / if is_slow { SOFTWARE_RAYS } else { 1 }].to_vec();
             let count = chosen.len();
             let rate = |ms: f64| count as f64 / ms / 1e3;
-            let (random_ms, _) = self.time(&tracer, through, images, &chosen)?;
-            chosen.sort_by_key(|reference| reference.ray.image_and_side);
-            let (by_direction_ms, distances) = self.time(&tracer, through, images, &chosen)?;
+            let (random_ms, _) = self.time(through, images, &chosen)?;
+            chosen.sort_by_key(|known| known.ray.image_and_side);
+            let (by_direction_ms, distances) = self.time(through, images, &chosen)?;
             let errors = Errors::of(&distances, &chosen);
+            let traced: Vec<TracedRay> = chosen.iter().map(|known| known.ray).collect();
+            let counts = self.counts(through, images, &traced)?;
             Ok(Row::default()
                 .data("group", group.title)
                 .text("images", "images", in_words(&settings))
@@ -55,6 +54,7 @@ impl Bench {
                 // Best ray rate of all runs, millions per second, in random order and sorted by image.
                 .fixed("rate_random", "random, M/s", 2, rate(random_ms))
                 .fixed("rate_by_direction", "by direction, M/s", 2, rate(by_direction_ms))
+                .and(Counts::row(counts))
                 .percent("error_median", "error, median", 2, errors.median)
                 .percent("error_p95", "95 %", 1, errors.p95)
                 .percent("missed", "missed", 2, errors.missed)
@@ -63,16 +63,15 @@ impl Bench {
         requested.map(figures).collect()
     }
 
-    /// Traces rays and returns the least time of all runs but the first, ms, and the distances, m.
+    /// Milliseconds, the least of all runs but the first, and distances.
     fn time(
         &mut self,
-        tracer: &RayTracer,
         through: Tracer,
         images: &DeepImages,
         rays: &[ReferenceRay],
     ) -> Result<(f64, Vec<f32>), CliError> {
-        let rays: Vec<TracedRay> = rays.iter().map(|reference| reference.ray).collect();
-        let uploaded = tracer.upload(&self.run.gpu.device, &rays)?;
+        let rays: Vec<TracedRay> = rays.iter().map(|known| known.ray).collect();
+        let uploaded = self.tracer.upload(&self.run.gpu.device, &rays)?;
         let scene = match (through, &self.with_ray_query) {
             (tracer, Some(scene)) if tracer == Tracer::RAY_QUERY => scene,
             _ => &self.uploaded,
@@ -80,7 +79,7 @@ impl Bench {
         let gpu = &self.run.gpu;
         let frame = || {
             let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut self.profiler);
-            let buffer = tracer.record(&mut frame, scene, through, Some(images), &uploaded, rays.len() as u32)?;
+            let buffer = self.tracer.record(&mut frame, scene, through, Some(images), &uploaded, rays.len() as u32)?;
             frame.submit();
             let distances = read_back::<f32>(&gpu.device, &gpu.queue, &buffer, rays.len())?;
             Ok::<_, CliError>((ms_of(&self.profiler.finished(), ""), distances))

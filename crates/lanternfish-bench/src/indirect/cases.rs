@@ -8,6 +8,7 @@ use lanternfish_papers::{DeepImageSettings, DirectionSet};
 use lanternfish_scene::Scene;
 use serde::Serialize;
 
+use super::gaussian::RADIUS;
 use crate::technique;
 
 /// Number of frames of an accumulated image.
@@ -113,6 +114,11 @@ impl ImageSet {
     pub fn in_words(self) -> String {
         format!("{} directions of {}²", self.directions(), self.resolution)
     }
+
+    /// The same in a file's name.
+    pub fn in_name(self) -> String {
+        format!("{}x{}", self.directions(), self.resolution)
+    }
 }
 
 /// One configuration.
@@ -193,6 +199,12 @@ pub struct Group {
 pub struct Plan {
     pub through_bvh: Vec<Case>,
     pub groups: Vec<Group>,
+    /// Images beside the BVH for the radiance cache; none: the BVH alone.
+    pub cached: Option<ImageSet>,
+    /// Images for soft shadows [Niessner2010, table 1].
+    pub soft: Vec<ImageSet>,
+    /// Images for diffuse and glossy light together [Niessner2010, fig. 1].
+    pub parts: ImageSet,
 }
 
 impl Plan {
@@ -205,8 +217,8 @@ impl Plan {
         let sets =
             resolutions.iter().flat_map(|resolution| ks.iter().map(|k| ImageSet { k: *k, resolution: *resolution }));
         let group = |set: ImageSet| {
-            let is_in_paper = |brdf: Brdf| set.resolution == resolutions[0] && (quick || set.k == brdf.k());
-            let rows = through_bvh.iter().filter(|row| **row == Case::plain(row.brdf) || is_in_paper(row.brdf));
+            let is_his = |brdf: Brdf| !quick && set.resolution == resolutions[0] && set.k == brdf.k();
+            let rows = through_bvh.iter().filter(|row| **row == Case::plain(row.brdf) || is_his(row.brdf));
             let traced = |row: &Case| {
                 let row = *row;
                 let tracers = Tracer::all().into_iter().filter(|tracer| !tracer.is_exact());
@@ -214,18 +226,31 @@ impl Plan {
             };
             Group { set, rows: rows.flat_map(traced).collect() }
         };
-        Self { groups: sets.map(group).collect(), through_bvh }
+        let groups: Vec<Group> = sets.map(group).collect();
+        let (most, of_parts) = (ks[ks.len() - 1], if quick { ks[0] } else { Brdf::Glossy.k() });
+        let soft = resolutions.iter().take(if quick { 1 } else { usize::MAX });
+        Self {
+            cached: groups.first().map(|group| group.set).filter(|_| !quick),
+            soft: soft.map(|resolution| ImageSet { k: most, resolution: *resolution }).collect(),
+            parts: ImageSet { k: of_parts, resolution: resolutions[0] },
+            groups,
+            through_bvh,
+        }
     }
 }
 
-/// The basic configuration, without filter, and with each kind of antialiasing.
+/// Plain, with a filter as wide as Nießner's, without filter, and with each kind of antialiasing.
 fn variations(brdf: Brdf, quick: bool) -> Vec<Case> {
     let plain = Case::plain(brdf);
     let mut all = vec![plain];
     if !quick || brdf == Brdf::Diffuse {
+        all.push(Case { filter_radius: RADIUS, ..plain });
         all.push(Case { filter_radius: 0, ..plain });
-        all.push(Case { samples: Samples::Four, ..plain });
         all.push(Case { accumulate: FRAMES, ..plain });
+    }
+    // Compiling the passes of several samples takes longer than all else of a small image.
+    if !quick {
+        all.push(Case { samples: Samples::Four, ..plain });
     }
     all
 }
@@ -253,9 +278,9 @@ mod tests {
         let rows = || plan.groups.iter().flat_map(|group| &group.rows);
         let plain = rows().filter(|row| row.through_bvh() == Case::plain(row.brdf));
         assert_eq!(plain.count(), 6 * 2 * Brdf::ALL.len());
-        // Without filter, and with both kinds of antialiasing, only for the paper's image sets.
+        // With a filter as wide as his, without filter, and both kinds of antialiasing: where his figures are, and nowhere else.
         let varied: Vec<_> = rows().filter(|row| row.through_bvh() != Case::plain(row.brdf)).collect();
-        assert_eq!(varied.len(), 3 * 2 * Brdf::ALL.len());
+        assert_eq!(varied.len(), 4 * 2 * Brdf::ALL.len());
         for row in varied {
             let (set, _) = row.images.unwrap();
             assert_eq!((set.resolution, set.k), (128, row.brdf.k()), "{row:?}");
@@ -265,7 +290,10 @@ mod tests {
         }
         let fine = Plan::new(false, &[256]);
         assert!(fine.groups.iter().all(|group| group.set.resolution == 256));
-        assert_eq!(fine.groups.iter().map(|group| group.rows.len()).sum::<usize>(), (6 + 2 * 3) * Brdf::ALL.len());
+        assert_eq!(fine.groups.iter().map(|group| group.rows.len()).sum::<usize>(), (6 + 2 * 4) * Brdf::ALL.len());
+        let sets = |sets: &[ImageSet]| sets.iter().map(|set| set.in_name()).collect::<Vec<_>>();
+        assert_eq!(sets(&plan.soft), ["384x128", "384x512"]);
+        assert_eq!(sets(&[plan.parts]), ["150x128"]);
     }
 
     #[test]

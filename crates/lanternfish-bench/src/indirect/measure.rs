@@ -3,11 +3,11 @@
 use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Settings, techniques::Sampled};
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
 use lanternfish_gpu::{PassTime, Profiler};
-use lanternfish_papers::DeepImageSettings;
+use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings};
 use lanternfish_scene::Camera;
 
 use super::{
-    cases::{Brdf, Case, Group, Plan},
+    cases::{Brdf, Case, Group, ImageSet, Plan},
     errors::{Baselines, errors},
     times::{Times, rays},
 };
@@ -66,11 +66,16 @@ pub struct Measured {
     pub rows: Vec<Row>,
     /// Rows of the radiance cache.
     pub cached: Vec<Row>,
+    /// Soft shadows.
+    pub soft: Vec<Row>,
+    /// Diffuse and glossy light together: images, and milliseconds of the frame.
+    pub parts: Option<(ImageSet, f64)>,
     pub left_out: Vec<LeftOut>,
 }
 
 impl Measured {
-    fn leave_out(&mut self, what: String, reason: impl ToString) {
+    /// Lists a case without figures.
+    pub fn leave_out(&mut self, what: String, reason: impl ToString) {
         self.left_out.push(LeftOut { what, reason: reason.to_string() });
     }
 }
@@ -80,7 +85,9 @@ pub struct Bench<'a> {
     pub run: &'a Run,
     pub camera: &'a Camera,
     pub size: Size,
-    /// Settings of lights and look, equal in all configurations.
+    /// Of the scene's box, m.
+    pub diagonal: f32,
+    /// Settings of lights and look, which cases do not change.
     pub look: &'a Settings,
     /// Number of frames whose mean is [`Baselines::converged`].
     pub converged_frames: u32,
@@ -130,8 +137,12 @@ impl Bench<'_> {
                 Err(reason) => measured.leave_out(group.set.in_words(), reason),
             }
         }
-        let set = plan.groups.first().map(|group| group.set);
-        measured.cached = self.cached(set, &converged[Brdf::Diffuse as usize], progress)?;
+        measured.cached = self.cached(plan.cached, &converged[Brdf::Diffuse as usize], progress)?;
+        measured.soft = self.soft_shadows(&plan.soft, &mut measured, progress)?;
+        match self.parts(plan.parts, &measured.images, progress) {
+            Ok(ms) => measured.parts = Some((plan.parts, ms)),
+            Err(error) => measured.leave_out("diffuse and glossy light together".to_owned(), error),
+        }
         Ok(measured)
     }
 
@@ -175,6 +186,10 @@ impl Bench<'_> {
             match progress.step("rows", &words, || self.render(*case, Some(fragments_a_texel))) {
                 Ok((rendering, times)) => {
                     let errors = errors(&rendering, &reference.baselines(converged))?;
+                    if reference.case == Case::plain(case.brdf) && case.tracer() == ACROSS_TEXELS {
+                        let name = format!("across-texels-{}-{}.png", case.brdf.name(), group.set.in_name());
+                        image::write(&self.run.folder.join(name), &rendering)?;
+                    }
                     measured.rows.push(row(*case, bytes, &rendering, times, errors));
                 }
                 Err(error) => measured.leave_out(words, error),
@@ -248,12 +263,8 @@ impl Bench<'_> {
     }
 }
 
-/// The settings with a division into as few chunks as possible, estimated from the images built before.
-///
-/// # Errors
-///
-/// Returns the estimated size if the images would not fit in memory.
-fn sized(settings: DeepImageSettings, built: &[Row]) -> Result<DeepImageSettings, String> {
+/// Divided into as few chunks as fit, by the images that were built before; or why they would not fit.
+pub fn sized(settings: DeepImageSettings, built: &[Row]) -> Result<DeepImageSettings, String> {
     let Some(expected) = Expected::of(&settings, built) else { return Ok(settings) };
     let count = settings.directions.count();
     if expected.most_directions() < count {
@@ -265,7 +276,7 @@ fn sized(settings: DeepImageSettings, built: &[Row]) -> Result<DeepImageSettings
 
 #[cfg(test)]
 mod tests {
-    use super::{super::cases::ImageSet, *};
+    use super::*;
     use crate::deep_images::cases::built;
 
     #[test]

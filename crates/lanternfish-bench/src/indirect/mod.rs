@@ -4,9 +4,12 @@
 mod cached;
 mod cases;
 mod errors;
+mod figures;
+mod gaussian;
 mod measure;
 mod page;
 mod paper;
+mod soft_shadows;
 mod times;
 
 use clap::Args;
@@ -34,7 +37,7 @@ pub struct IndirectArgs {
     #[arg(long = "resolution", value_name = "TEXELS", value_delimiter = ',')]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=4096))]
     resolutions: Vec<u32>,
-    /// Measure few directions and coarse images, and filter and antialiasing of diffuse light only.
+    /// Few directions and coarse images; filter and frames through the BVH and of diffuse light only; no antialiasing.
     #[arg(long)]
     quick: bool,
     #[command(flatten)]
@@ -55,7 +58,8 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
         progress.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, _>>())?;
     let converged_frames = if args.quick { 8 } else { 32 };
     let size = args.subject.size;
-    let bench = Bench { run: &run, camera: &camera, size, look: &look, converged_frames, scenes };
+    let diagonal = scene.bounds().size().length();
+    let bench = Bench { run: &run, camera: &camera, size, diagonal, look: &look, converged_frames, scenes };
     let measured = bench.measure(&Plan::new(args.quick, &args.resolutions), &mut progress)?;
     progress.finish();
 

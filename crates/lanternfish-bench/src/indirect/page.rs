@@ -1,10 +1,13 @@
 //! Tables of the indirect benchmark, compared with the paper's.
 
+use lanternfish::techniques::Sampled;
+
 use super::{
     cached,
     cases::Brdf,
+    figures,
     measure::{Measured, is_plain, trace_alike},
-    paper,
+    paper, soft_shadows,
 };
 use crate::{
     document::Document,
@@ -18,7 +21,7 @@ const RATES: &str = "Ray rates count the rays of the BRDF only; the diffuse ray 
 
 /// Adds everything to a report.
 pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) {
-    let Measured { images, rows, cached, left_out } = measured;
+    let Measured { images, rows, cached, soft, parts, left_out } = measured;
     report.paragraph(RATES);
     report.paragraph(format!(
         "*Energy* and *FLIP to BVH* are against the image with the same rays, filter and antialiasing through the BVH: the error of deep \
@@ -34,14 +37,20 @@ pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) 
     ));
     report.show(beside_paper(&rows));
     report.list(paper::OTHERS.iter().map(|other| (*other).to_owned()));
+    report.section("Soft shadows (table 1, fig. 8)", &soft_shadows::text(converged_frames), "soft_shadows", soft);
+    report.section("Frames a second beside his figures'", figures::TEXT, "figures", figures::beside_his(&rows, parts));
     report.heading("Images");
     report.paragraph("A chunk fits one buffer binding. Each chunk adds a tracing pass.");
     report.show(images.iter().map(image_row));
     report.heading("Rays through images and through the BVH");
     report.show(rows.iter().filter(|row| is_plain(row)).cloned());
-    report.heading("Filter: radius in pixels, 0 is off");
-    report.show(varied(&rows, |row| *row.get("filter_radius") == 0));
-    report.heading("Antialiasing: samples at edges, and the mean of frames");
+    report.heading("Filter: pixels to each side, 0 is off");
+    report.paragraph(
+        "5 is as wide as his, 11 x 11. His is a plain Gaussian of diffuse light [Niessner2010, §5]; ours stops at edges, follows the noise, \
+         and takes glossy light too.",
+    );
+    report.show(varied(&rows, |row| *row.get("filter_radius") != Sampled::default().filter_radius));
+    report.heading("Antialiasing: samples at edges, and the mean of frames, each with images of its own");
     report.show(varied(&rows, |row| row.f64("samples") > 1.0 || row.f64("accumulate") > 1.0));
     report.keep("images", images);
     report.keep("rows", rows);

@@ -62,12 +62,34 @@ fn gpu_two_runs_count_the_same() {
         assert!(row["kept"].as_u64() <= row["drawn"].as_u64() && row["total_ms"].is_f64(), "{row}");
     }
 
+    let crossings = first["crossings"].as_array().unwrap();
+    assert_eq!(first["crossings"], second["crossings"]);
+    let texels = |row: usize| crossings[row]["texels_a_ray"].as_f64().unwrap();
+    let names: Vec<_> = crossings.iter().map(|row| row["what"].as_str().unwrap()).collect();
+    let scenes = ["twice the triangles", "four times the triangles", "an empty box", "tight corridors"];
+    assert_eq!(names, [["the scene"; 2].as_slice(), &scenes].concat());
+    // What Nießner says of them: fewer images have more; triangles do not matter (but for rounding); and corridors have fewer.
+    assert!(texels(0) > 1.2 * texels(1) && texels(1) > 1.0, "{crossings:?}");
+    for triangles in [2, 3] {
+        assert!((texels(triangles) / texels(1) - 1.0).abs() < 0.01, "{crossings:?}");
+        assert_eq!(
+            crossings[triangles]["triangles"].as_u64(),
+            crossings[triangles - 1]["triangles"].as_u64().map(|n| 2 * n)
+        );
+    }
+    assert!(texels(5) < 0.7 * texels(4), "{crossings:?}");
+
     for row in first["traced"].as_array().unwrap() {
         let figure = |name: &str| row[name].as_f64().unwrap();
         let is_exact = row["structure"] == "bvh" || row["structure"] == "ray-query";
         assert!(row["rate_random"].is_f64() && row["rate_by_direction"].is_f64(), "{row}");
         assert!(figure("missed") + figure("false_hits") < 0.3, "{row}");
         assert_eq!(is_exact, figure("error_p95") < 1e-3, "{row}");
+        match row["structure"].as_str().unwrap() {
+            "across-texels" => assert!(figure("texels_a_ray") > 1.0 && figure("fragments_a_ray") > 0.0, "{row}"),
+            "within-texel" => assert_eq!(figure("texels_a_ray"), 1.0, "{row}"),
+            _ => assert!(row["texels_a_ray"].is_null(), "{row}"),
+        }
     }
 }
 

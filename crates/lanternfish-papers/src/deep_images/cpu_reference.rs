@@ -94,14 +94,16 @@ pub(crate) fn within_texel(
     Some(((hit.depth - p.z).abs(), hit))
 }
 
-/// `rays/across_texels/walk.wesl`: the same, from every list that the ray crosses, with a tolerance of half a texel before it enters a list
-/// and after it leaves.
-pub(crate) fn across_texels(
-    grid: &DeepGrid,
-    frame: &DeepFrame,
-    lists: &[Vec<Fragment>],
-    ray: &TracedRay,
-) -> Option<(f32, Fragment)> {
+/// A list on a ray's way: its index, the depth beyond which the ray's hit lies, and the last depth at which it counts.
+struct Visit {
+    list: usize,
+    beyond: f32,
+    last: f32,
+}
+
+/// The lists that a ray crosses up to the image's border, in order, with a tolerance of half a texel before it enters a list and after it
+/// leaves. True: depths grow along the ray.
+fn visits(grid: &DeepGrid, frame: &DeepFrame, ray: &TracedRay) -> (Vec<Visit>, bool) {
     let p = start(grid, frame, ray);
     let n = grid.resolution as usize;
     let along = ray.direction.dot(frame.z);
@@ -124,15 +126,54 @@ pub(crate) fn across_texels(
         }
     }
     passed.sort_by(|a, b| a.0.total_cmp(&b.0));
-    passed.into_iter().find_map(|(enters, leaves, list)| {
+    let visit = |(enters, leaves, list): (f32, f32, usize)| {
         // Depths grow with distance if the ray follows the axis.
         let (near, far) = (p.z + along * enters, p.z + along * leaves);
-        let beyond = p.z + ray.offset * along.signum();
-        let hit = if along > 0.0 {
-            first(&lists[list], beyond.max(near - tolerance), false).filter(|hit| hit.depth <= far + tolerance)
+        let start = p.z + ray.offset * along.signum();
+        if along > 0.0 {
+            Visit { list, beyond: start.max(near - tolerance), last: far + tolerance }
         } else {
-            first(&lists[list], beyond.min(near + tolerance), true).filter(|hit| hit.depth >= far - tolerance)
-        }?;
-        Some(((hit.depth - p.z) / along, hit))
-    })
+            Visit { list, beyond: start.min(near + tolerance), last: far - tolerance }
+        }
+    };
+    (passed.into_iter().map(visit).collect(), along > 0.0)
+}
+
+/// The hit in one list.
+fn hit_in(lists: &[Vec<Fragment>], visit: &Visit, ascending: bool) -> Option<Fragment> {
+    let is_near = |hit: &Fragment| if ascending { hit.depth <= visit.last } else { hit.depth >= visit.last };
+    first(&lists[visit.list], visit.beyond, !ascending).filter(is_near)
+}
+
+/// `rays/across_texels/walk.wesl`: the same, from every list that the ray crosses.
+pub(crate) fn across_texels(
+    grid: &DeepGrid,
+    frame: &DeepFrame,
+    lists: &[Vec<Fragment>],
+    ray: &TracedRay,
+) -> Option<(f32, Fragment)> {
+    let (visits, ascending) = visits(grid, frame, ray);
+    let hit = visits.iter().find_map(|visit| hit_in(lists, visit, ascending))?;
+    Some(((hit.depth - start(grid, frame, ray).z) / ray.direction.dot(frame.z), hit))
+}
+
+/// Lists that a ray across texels looks into, up to its hit's or the last one, and fragments that bisection compares with it in them.
+pub(crate) fn counts(grid: &DeepGrid, frame: &DeepFrame, lists: &[Vec<Fragment>], ray: &TracedRay) -> [u32; 2] {
+    let (visits, ascending) = visits(grid, frame, ray);
+    let to_hit = visits.iter().position(|visit| hit_in(lists, visit, ascending).is_some());
+    let visited = &visits[..to_hit.map_or(visits.len(), |hit| hit + 1)];
+    let compared = |visit: &Visit| bisection(&lists[visit.list], visit.beyond, ascending);
+    [visited.len() as u32, visited.iter().map(compared).sum()]
+}
+
+/// Fragments of a list that bisection compares with a depth.
+fn bisection(list: &[Fragment], depth: f32, past_equal: bool) -> u32 {
+    let (mut low, mut high, mut compared) = (0, list.len(), 0);
+    while low < high {
+        let middle = usize::midpoint(low, high);
+        let is_before = list[middle].depth < depth || (past_equal && list[middle].depth == depth);
+        (low, high) = if is_before { (middle + 1, high) } else { (low, middle) };
+        compared += 1;
+    }
+    compared
 }

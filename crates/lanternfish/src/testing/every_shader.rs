@@ -216,6 +216,8 @@ fn resources(shader: &LinkedShader, entry: usize) -> Use {
             }
             (_, TypeInner::Image { .. }) => used.textures += 1,
             (_, TypeInner::Sampler { .. }) => used.samplers += 1,
+            // Bound to nothing.
+            (AddressSpace::Private, _) => {}
             // An acceleration structure, or an array of textures or samplers, which the variant's feature requires.
             _ => assert!(shader.label.contains("ray_query") || shader.label.contains("binding_arrays")),
         }

@@ -2,6 +2,7 @@
 
 mod builders;
 mod combinations;
+mod crossings;
 mod depth_peeling;
 mod faults;
 mod moving;
