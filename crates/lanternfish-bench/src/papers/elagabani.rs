@@ -45,7 +45,7 @@ pub fn section(reports: &Reports) -> Section {
             },
             Table {
                 key: "elagabani_table_5_1_threshold",
-                heading: "The same with ranges by the thesis' threshold of 0.02 (eq. 4.1)",
+                heading: "The same at the threshold of 0.02 of eq. 4.1, if the lights above end elsewhere",
                 rows: optimisations(reports, TABLES[1]),
             },
             Table { key: "elagabani_table_5_2", heading: "Table 5.2: sizes of tiles", rows: tiles(reports) },

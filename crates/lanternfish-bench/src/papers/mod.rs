@@ -40,7 +40,7 @@ pub struct PapersArgs {
     /// Only this paper. Repeatable.
     #[arg(long = "paper", value_name = "NAME", value_enum)]
     papers: Vec<Paper>,
-    /// Small images of built-in scenes: minutes on a processor. Without it: the papers' sizes, for a graphics card.
+    /// Small images: minutes on a processor. Without it: the papers' sizes, for a graphics card.
     #[arg(long)]
     quick: bool,
     /// Measures only what is not complete in the folder, or was measured with other arguments or on another adapter.

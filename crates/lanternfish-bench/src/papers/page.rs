@@ -113,7 +113,7 @@ pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports,
         machine.adapter,
         machine.driver,
         env!("CARGO_PKG_VERSION"),
-        if quick { "the quick run, of small images of built-in scenes" } else { "the full run" }
+        if quick { "the quick run, of small images" } else { "the full run" }
     ));
     if machine.is_software {
         page.paragraph(

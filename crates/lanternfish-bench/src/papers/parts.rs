@@ -14,12 +14,21 @@ pub struct Part {
     pub name: &'static str,
     pub papers: &'static [Paper],
     bench: &'static str,
-    /// All arguments of the quick run; none where it is left out.
-    quick: Option<&'static str>,
+    /// The quick run: its scene where the full run's is missing or too large, and the other arguments; none where it is left out.
+    quick: Option<Quick>,
     /// What the full run shows: a shot, by its path below the folder of documentation, and what stands for it where it, or its scene,
     /// is missing.
     scene: (&'static str, &'static str),
     full: &'static str,
+}
+
+/// A quick run.
+#[derive(Debug)]
+enum Quick {
+    /// Of this scene.
+    Of(&'static str, &'static str),
+    /// Of the full run's shot, or of this scene.
+    OfShotOr(&'static str, &'static str),
 }
 
 /// A track of a scene that every program has, which is written into the part's folder.
@@ -31,7 +40,7 @@ pub const PARTS: [Part; 11] = [
         name: "forward-plus",
         papers: &[Paper::Elagabani],
         bench: "forward-plus",
-        quick: Some("demo:atrium --lights rain:10 --size 240x136 --runs 2"),
+        quick: Some(Quick::OfShotOr("demo:atrium --lights rain:10", "--size 240x136 --runs 3")),
         scene: ("shots/sponza-ten.toml", "demo:atrium --lights rain:10"),
         full: "--size 1920x1080 --runs 10",
     },
@@ -39,7 +48,7 @@ pub const PARTS: [Part; 11] = [
         name: "clustered",
         papers: &[Paper::VanGelderen],
         bench: "clustered",
-        quick: Some("demo:atrium --quick --size 160x90 --runs 1"),
+        quick: Some(Quick::Of("demo:atrium", "--quick --size 160x90 --runs 1")),
         scene: ("shots/sponza-ten.toml", "demo:atrium"),
         full: "--runs 5",
     },
@@ -47,7 +56,7 @@ pub const PARTS: [Part; 11] = [
         name: "clustered-track",
         papers: &[Paper::VanGelderen],
         bench: "clustered",
-        quick: Some("atrium.toml --quick --frames 4 --size 160x90 --runs 1"),
+        quick: Some(Quick::Of(TRACK.0, "--quick --frames 4 --size 160x90 --runs 1")),
         scene: ("tracks/bistro.toml", "atrium.toml"),
         full: "--frames 170 --runs 3",
     },
@@ -55,7 +64,7 @@ pub const PARTS: [Part; 11] = [
         name: "attenuation",
         papers: &[Paper::VanGelderen],
         bench: "attenuation",
-        quick: Some(""),
+        quick: Some(Quick::Of("", "")),
         scene: ("", ""),
         full: "",
     },
@@ -63,7 +72,7 @@ pub const PARTS: [Part; 11] = [
         name: "deep-images",
         papers: &[Paper::Niessner, Paper::Archer],
         bench: "deep-images",
-        quick: Some("demo:cornell --tables directions,builders --rays 16384 --runs 1"),
+        quick: Some(Quick::OfShotOr("demo:cornell", "--tables directions,builders --rays 16384 --runs 1")),
         scene: ("shots/deep-images-sponza.toml", "demo:atrium"),
         full: "--runs 5",
     },
@@ -71,7 +80,7 @@ pub const PARTS: [Part; 11] = [
         name: "deep-images-many-triangles",
         papers: &[Paper::Niessner, Paper::Archer],
         bench: "deep-images",
-        quick: Some("demo:atrium --tables directions --rays 16384 --runs 1"),
+        quick: Some(Quick::Of("demo:street", "--tables directions --rays 16384 --runs 1")),
         scene: ("shots/deep-images-bistro.toml", "demo:street"),
         full: "--tables directions --runs 5",
     },
@@ -80,7 +89,7 @@ pub const PARTS: [Part; 11] = [
         name: "crossings",
         papers: &[Paper::Niessner],
         bench: "deep-images",
-        quick: Some("demo:cornell --quick --rays 4096 --runs 1"),
+        quick: Some(Quick::Of("demo:cornell", "--quick --rays 4096 --runs 1")),
         scene: ("", "demo:atrium"),
         full: "--quick --rays 16384 --runs 1",
     },
@@ -88,7 +97,7 @@ pub const PARTS: [Part; 11] = [
         name: "indirect",
         papers: &[Paper::Niessner],
         bench: "indirect",
-        quick: Some("demo:cornell --quick --resolution 128,512 --size 40x30 --runs 1"),
+        quick: Some(Quick::Of("demo:cornell", "--quick --resolution 128,512 --size 40x30 --runs 1")),
         scene: ("shots/indirect-sponza.toml", "demo:atrium --lights rain:10"),
         full: "--size 512x512 --runs 5",
     },
@@ -96,7 +105,7 @@ pub const PARTS: [Part; 11] = [
         name: "virtual-lights",
         papers: &[Paper::VanGelderen, Paper::Archer],
         bench: "virtual-lights",
-        quick: Some("demo:cornell --size 64x36 --spp 16 --runs 1 --only paper --only ranges --only app."),
+        quick: Some(Quick::OfShotOr("demo:cornell", "--size 64x36 --spp 16 --runs 1 --only paper --only ranges --only app.")),
         scene: ("shots/virtual-lights-walk.toml", "demo:atrium --lights rain:10"),
         full: "--size 1920x1080 --spp 8 --runs 5 --only paper --only ranges --only app.",
     },
@@ -112,7 +121,7 @@ pub const PARTS: [Part; 11] = [
         name: "photons",
         papers: &[Paper::Aalund],
         bench: "photons",
-        quick: Some("demo:cornell --size 48x36 --spp 16 --runs 1 --only paper --only occlusion"),
+        quick: Some(Quick::OfShotOr("demo:cornell", "--size 48x36 --spp 16 --runs 1 --only paper --only occlusion")),
         scene: ("shots/virtual-lights-walk.toml", "demo:atrium --lights rain:10"),
         full: "--size 800x800 --spp 32 --runs 3 --only paper --only occlusion",
     },
@@ -132,14 +141,18 @@ impl Part {
         let (shot, stand_in) = self.scene;
         let shot = docs.join(shot);
         let mut words = vec![self.bench.to_owned()];
-        if quick {
-            words.extend(split(self.quick?));
-        } else if is_there(&shot) {
+        let (has_shot, stand_in, others) = match self.quick.as_ref().filter(|_| quick) {
+            Some(Quick::Of(scene, others)) => (false, *scene, *others),
+            Some(Quick::OfShotOr(scene, others)) => (is_there(&shot), *scene, *others),
+            None if quick => return None,
+            None => (is_there(&shot), stand_in, self.full),
+        };
+        if has_shot {
             words.push(shown(&shot));
-            words.extend(split(self.full));
         } else {
-            words.extend(split(stand_in).chain(split(self.full)));
+            words.extend(split(stand_in));
         }
+        words.extend(split(others));
         if let Some(track) = words.iter_mut().find(|word| *word == TRACK.0) {
             *track = shown(&folder.join(TRACK.0));
         }
