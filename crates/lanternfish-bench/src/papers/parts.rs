@@ -105,7 +105,10 @@ pub const PARTS: [Part; 11] = [
         name: "virtual-lights",
         papers: &[Paper::VanGelderen, Paper::Archer],
         bench: "virtual-lights",
-        quick: Some(Quick::OfShotOr("demo:cornell", "--size 64x36 --spp 16 --runs 1 --only paper --only ranges --only app.")),
+        quick: Some(Quick::OfShotOr(
+            "demo:cornell",
+            "--size 64x36 --spp 16 --runs 1 --only paper --only ranges --only app.",
+        )),
         scene: ("shots/virtual-lights-walk.toml", "demo:atrium --lights rain:10"),
         full: "--size 1920x1080 --spp 8 --runs 5 --only paper --only ranges --only app.",
     },
