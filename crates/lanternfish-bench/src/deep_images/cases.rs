@@ -34,13 +34,13 @@ const ARCHER_EACH_MS: [f64; 2] = [121.3, 2295.8];
 /// How much longer that takes.
 pub const ARCHER_RATIOS: [f64; 2] = [ARCHER_EACH_MS[0] / 5.5, ARCHER_EACH_MS[1] / 22.1];
 
-/// Images as in [Archer2019], in other directions.
+/// Images as in [Archer2019, §4], in other directions.
 fn archer((stacks, slices): (u32, u32)) -> DeepImageSettings {
     let directions = DirectionSet::StacksSlices { stacks, slices };
     DeepImageSettings { directions, payload: false, ..DeepImageSettings::ARCHER }
 }
 
-/// True of images as in [Archer2019] in any number of directions, and in as many chunks as it takes.
+/// True of images as in [Archer2019, §4] in any number of directions, and in as many chunks as it takes.
 fn is_archers(settings: &DeepImageSettings) -> bool {
     let DeepImageSettings { directions, payload, fragments_a_texel, .. } = *settings;
     let of_stacks = matches!(directions, DirectionSet::StacksSlices { .. });

@@ -14,7 +14,7 @@ use crate::{
     technique,
 };
 
-/// Deep images as in [Archer2019]; ranges need no triangles.
+/// Deep images as in [Archer2019, §4]; ranges need no triangles.
 pub fn papers_images() -> DeepImageSettings {
     DeepImageSettings { payload: false, ..DeepImageSettings::ARCHER }
 }
