@@ -2,7 +2,7 @@
 
 use glam::{UVec2, UVec4, Vec4};
 
-/// pcg4d: four words, each of which depends on all bits of the four inputs [Jarzynski2020].
+/// pcg4d: four words, each of which depends on all bits of the four inputs.
 pub fn random_words(key: UVec4) -> UVec4 {
     // [Jarzynski2020].
     let mix = |[x, y, z, w]: [u32; 4]| {
