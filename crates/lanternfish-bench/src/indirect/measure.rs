@@ -93,6 +93,8 @@ pub struct Bench<'a> {
     pub converged_frames: u32,
     /// The scene with the materials of each BRDF, in the order of [`Brdf::ALL`].
     pub scenes: Vec<GpuScene>,
+    /// The diffuse scene with lights that have a radius.
+    pub soft_scene: GpuScene,
 }
 
 /// Reference of all images with the same BRDF, filter and antialiasing.

@@ -59,7 +59,9 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     let converged_frames = if args.quick { 8 } else { 32 };
     let size = args.subject.size;
     let diagonal = scene.bounds().size().length();
-    let bench = Bench { run: &run, camera: &camera, size, diagonal, look: &look, converged_frames, scenes };
+    let soft = soft_shadows::settings(&look, diagonal);
+    let soft_scene = Renderer::with_engine(&run.engine, soft)?.upload(&Brdf::Diffuse.scene(&scene))?;
+    let bench = Bench { run: &run, camera: &camera, size, diagonal, look: &look, converged_frames, scenes, soft_scene };
     let measured = bench.measure(&Plan::new(args.quick, &args.resolutions), &mut progress)?;
     progress.finish();
 

@@ -41,6 +41,17 @@ pub fn text(converged_frames: u32) -> String {
 /// A tracer, and the images that it traverses.
 type Through = (Tracer, Option<ImageSet>);
 
+/// Settings of all images, with which their scene is uploaded. `diagonal`: of the scene's box, m.
+pub fn settings(look: &Settings, diagonal: f32) -> Settings {
+    Settings {
+        light_radius: LIGHT_RADIUS * diagonal,
+        shadow_rays: RAYS,
+        materials: Brdf::Diffuse.materials(),
+        indirect: technique::NO_INDIRECT,
+        ..look.clone()
+    }
+}
+
 impl Bench<'_> {
     /// The rows: through the BVH, and through images of every resolution with every tracer of deep images.
     pub fn soft_shadows(
@@ -49,14 +60,7 @@ impl Bench<'_> {
         measured: &mut Measured,
         progress: &mut Progress,
     ) -> Result<Vec<Row>, CliError> {
-        let look = Settings {
-            light_radius: LIGHT_RADIUS * self.diagonal,
-            shadow_rays: RAYS,
-            // The scene is uploaded with them.
-            materials: Brdf::Diffuse.materials(),
-            indirect: technique::NO_INDIRECT,
-            ..self.look.clone()
-        };
+        let look = settings(self.look, self.diagonal);
         let unshadowed = self.soft_image(Settings { shadows: Shadows::None, ..look.clone() })?;
         let many = progress.step("soft", "Soft shadows, many rays", || {
             self.soft_image(Settings { accumulate: self.converged_frames, ..look.clone() })
@@ -96,7 +100,7 @@ impl Bench<'_> {
     fn soft_image(&self, settings: Settings) -> Result<RenderedImage, CliError> {
         let Size { width, height } = self.size;
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        Ok(renderer.render(self.scene(Brdf::Diffuse), self.camera, width, height)?)
+        Ok(renderer.render(&self.soft_scene, self.camera, width, height)?)
     }
 
     /// A row and its two images. `bvh`: the BVH's image, which the first row is.
@@ -109,7 +113,7 @@ impl Bench<'_> {
     ) -> Result<Row, CliError> {
         let Size { width, height } = self.size;
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        let mut frame = || renderer.render(self.scene(Brdf::Diffuse), self.camera, width, height);
+        let mut frame = || renderer.render(&self.soft_scene, self.camera, width, height);
         let frame = least(self.run.runs, &mut frame, |frame| frame_ms(&frame.report.passes))?.1;
         let rays = counter(&frame.report, "shadows/rays");
         let passes = &frame.report.passes;
