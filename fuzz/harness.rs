@@ -78,7 +78,7 @@ impl Harness {
 
 /// Prints the error if a decoder panicked. It is an error like any other, but worth reporting upstream.
 fn tell(error: &SceneError) {
-    if error.to_string().contains("its decoder panicked") {
+    if error.to_string().contains("its decoder failed") {
         println!("{error}");
     }
 }

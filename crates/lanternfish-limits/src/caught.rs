@@ -32,7 +32,7 @@ pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     result.map_err(|payload| {
         let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
-        format!("its decoder panicked: {}", text.as_deref().unwrap_or("no message"))
+        format!("its decoder failed: {}", text.as_deref().unwrap_or("no message"))
     })
 }
 
