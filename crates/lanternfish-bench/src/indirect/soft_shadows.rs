@@ -1,7 +1,7 @@
 //! Soft shadows of lights with a size: the third row of table 1, and fig. 8 with its filter [Niessner2010, §7].
 
 use lanternfish::{
-    RenderedImage, Renderer,
+    GpuScene, RenderedImage, Renderer,
     settings::{Settings, Shadows, Tracer},
 };
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
@@ -50,16 +50,17 @@ impl Bench<'_> {
         progress: &mut Progress,
     ) -> Result<Vec<Row>, CliError> {
         let look = Settings {
-            light_radius: LIGHT_RADIUS * self.diagonal,
+            light_radius: LIGHT_RADIUS * self.source.bounds().size().length(),
             shadow_rays: RAYS,
-            // The scene is uploaded with them.
             materials: Brdf::Diffuse.materials(),
             indirect: technique::NO_INDIRECT,
             ..self.look.clone()
         };
-        let unshadowed = self.soft_image(Settings { shadows: Shadows::None, ..look.clone() })?;
+        // Lights are uploaded with their radius.
+        let scene = Renderer::with_engine(&self.run.engine, look.clone())?.upload(self.source)?;
+        let unshadowed = self.soft_image(&scene, Settings { shadows: Shadows::None, ..look.clone() })?;
         let many = progress.step("soft", "Soft shadows, many rays", || {
-            self.soft_image(Settings { accumulate: self.converged_frames, ..look.clone() })
+            self.soft_image(&scene, Settings { accumulate: self.converged_frames, ..look.clone() })
         })?;
         let many = self.write_linear(image::linear(&many)?, "soft-many-rays.png")?;
         let coarse: Vec<Tracer> = Tracer::all().into_iter().filter(|tracer| !tracer.is_exact()).collect();
@@ -75,7 +76,8 @@ impl Bench<'_> {
                     continue;
                 }
             };
-            match progress.step("soft", &words, || self.soft_row(settings, through, (&unshadowed, &many), &mut bvh)) {
+            let row = || self.soft_row((&scene, settings), through, (&unshadowed, &many), &mut bvh);
+            match progress.step("soft", &words, row) {
                 Ok(row) => rows.push(row),
                 // Without the BVH's there is nothing to compare with.
                 Err(error) if bvh.is_none() => return Err(error),
@@ -93,23 +95,23 @@ impl Bench<'_> {
         Ok(settings)
     }
 
-    fn soft_image(&self, settings: Settings) -> Result<RenderedImage, CliError> {
+    fn soft_image(&self, scene: &GpuScene, settings: Settings) -> Result<RenderedImage, CliError> {
         let Size { width, height } = self.size;
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        Ok(renderer.render(self.scene(Brdf::Diffuse), self.camera, width, height)?)
+        Ok(renderer.render(scene, self.camera, width, height)?)
     }
 
     /// A row and its two images. `bvh`: the BVH's image, which the first row is.
     fn soft_row(
         &self,
-        settings: Settings,
+        (scene, settings): (&GpuScene, Settings),
         through: Through,
         (unshadowed, many): (&RenderedImage, &RgbImage),
         bvh: &mut Option<RgbImage>,
     ) -> Result<Row, CliError> {
         let Size { width, height } = self.size;
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        let mut frame = || renderer.render(self.scene(Brdf::Diffuse), self.camera, width, height);
+        let mut frame = || renderer.render(scene, self.camera, width, height);
         let frame = least(self.run.runs, &mut frame, |frame| frame_ms(&frame.report.passes))?.1;
         let rays = counter(&frame.report, "shadows/rays");
         let passes = &frame.report.passes;
