@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// Radius of lights without a size of their own, over the diagonal of the scene's box.
-const LIGHT_RADIUS: f32 = 0.01;
+const LIGHT_RADIUS: f32 = 0.03;
 /// Rays of a pixel to each light [Niessner2010, §7].
 const RAYS: u32 = 16;
 
