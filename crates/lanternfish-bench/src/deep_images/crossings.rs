@@ -34,7 +34,7 @@ pub const TEXT: &str = "Texels that a ray looks into until its first hit (one, a
                         have more of them, because the axis is farther from the ray's direction; the number of triangles does not matter; and \
                         a ray in a tight corridor has fewer than one in an empty box. *Twice* and *four times*: the same surfaces with every \
                         triangle cut in two, once and twice, and the same rays. The box has edges of 10 m; the corridors, 10 by 10, fill the same \
-                        box. With an odd k of 6 k² directions some axes lie in walls, which then have no fragments";
+                        box. With an odd k of 6 k² directions some axes lie in walls, which then have no fragments.";
 
 /// Texels and fragments of a ray on average, to the first hit.
 #[derive(Clone, Copy, Debug, PartialEq)]

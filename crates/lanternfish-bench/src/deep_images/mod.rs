@@ -117,12 +117,14 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
         report.show(holes);
     }
     report.section("Crossings of texels' borders", crossings::TEXT, crossings::TABLE, crossings);
-    report.heading("Tracing");
-    report.paragraph(
-        "Rays from surfaces in all directions, with the texels and fragments that each reads to its first hit (crossings; an exact tracer has \
-         none); the error is that of the distance to the first hit, relative to an exact ray along the ray's \
-         own direction (images have their own).",
-    );
+    if !traced.is_empty() {
+        report.heading("Tracing");
+        report.paragraph(
+            "Rays from surfaces in all directions, with the texels and fragments that each reads to its first hit (crossings; an exact tracer has \
+             none); the error is that of the distance to the first hit, relative to an exact ray along the ray's \
+             own direction (images have their own).",
+        );
+    }
     for group in traced.chunk_by(|a, b| a.get("group") == b.get("group")) {
         report.subheading(group[0].words_of("group"));
         report.show(group.iter().cloned());

@@ -4,7 +4,7 @@ use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Sett
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
 use lanternfish_gpu::{PassTime, Profiler};
 use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings};
-use lanternfish_scene::Camera;
+use lanternfish_scene::{Camera, Scene};
 
 use super::{
     cases::{Brdf, Case, Group, ImageSet, Plan},
@@ -85,16 +85,14 @@ pub struct Bench<'a> {
     pub run: &'a Run,
     pub camera: &'a Camera,
     pub size: Size,
-    /// Of the scene's box, m.
-    pub diagonal: f32,
+    /// As it was read, for what changes its lights.
+    pub source: &'a Scene,
     /// Settings of lights and look, which cases do not change.
     pub look: &'a Settings,
     /// Number of frames whose mean is [`Baselines::converged`].
     pub converged_frames: u32,
     /// The scene with the materials of each BRDF, in the order of [`Brdf::ALL`].
     pub scenes: Vec<GpuScene>,
-    /// The diffuse scene with lights that have a radius.
-    pub soft_scene: GpuScene,
 }
 
 /// Reference of all images with the same BRDF, filter and antialiasing.

@@ -58,15 +58,12 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
         progress.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, _>>())?;
     let converged_frames = if args.quick { 8 } else { 32 };
     let size = args.subject.size;
-    let diagonal = scene.bounds().size().length();
-    let soft = soft_shadows::settings(&look, diagonal);
-    let soft_scene = Renderer::with_engine(&run.engine, soft)?.upload(&Brdf::Diffuse.scene(&scene))?;
-    let bench = Bench { run: &run, camera: &camera, size, diagonal, look: &look, converged_frames, scenes, soft_scene };
+    let bench = Bench { run: &run, camera: &camera, size, source: &scene, look: &look, converged_frames, scenes };
     let measured = bench.measure(&Plan::new(args.quick, &args.resolutions), &mut progress)?;
     progress.finish();
 
-    let (Size { width, height }, source, triangles) = (size, &args.subject.scene, scene.triangle_counts().1);
-    let mut report = Document::of_scene("Indirect light by rays", source, &run.gpu, run.runs);
+    let (Size { width, height }, name, triangles) = (size, &args.subject.scene, scene.triangle_counts().1);
+    let mut report = Document::of_scene("Indirect light by rays", name, &run.gpu, run.runs);
     let facts = Row::default().data("triangles", triangles).data("width", width).data("height", height);
     report.facts(facts.data("converged_frames", converged_frames));
     let what = format!("{width} x {height} pixels, {} triangles", grouped(triangles as u64));

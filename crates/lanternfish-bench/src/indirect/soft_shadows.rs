@@ -1,7 +1,7 @@
 //! Soft shadows of lights with a size: the third row of table 1, and fig. 8 with its filter [Niessner2010, §7].
 
 use lanternfish::{
-    RenderedImage, Renderer,
+    GpuScene, RenderedImage, Renderer,
     settings::{Settings, Shadows, Tracer},
 };
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// Radius of lights without a size of their own, over the diagonal of the scene's box.
-const LIGHT_RADIUS: f32 = 0.01;
+const LIGHT_RADIUS: f32 = 0.03;
 /// Rays of a pixel to each light [Niessner2010, §7].
 const RAYS: u32 = 16;
 
@@ -41,17 +41,6 @@ pub fn text(converged_frames: u32) -> String {
 /// A tracer, and the images that it traverses.
 type Through = (Tracer, Option<ImageSet>);
 
-/// Settings of all images, with which their scene is uploaded. `diagonal`: of the scene's box, m.
-pub fn settings(look: &Settings, diagonal: f32) -> Settings {
-    Settings {
-        light_radius: LIGHT_RADIUS * diagonal,
-        shadow_rays: RAYS,
-        materials: Brdf::Diffuse.materials(),
-        indirect: technique::NO_INDIRECT,
-        ..look.clone()
-    }
-}
-
 impl Bench<'_> {
     /// The rows: through the BVH, and through images of every resolution with every tracer of deep images.
     pub fn soft_shadows(
@@ -60,10 +49,18 @@ impl Bench<'_> {
         measured: &mut Measured,
         progress: &mut Progress,
     ) -> Result<Vec<Row>, CliError> {
-        let look = settings(self.look, self.diagonal);
-        let unshadowed = self.soft_image(Settings { shadows: Shadows::None, ..look.clone() })?;
+        let look = Settings {
+            light_radius: LIGHT_RADIUS * self.source.bounds().size().length(),
+            shadow_rays: RAYS,
+            materials: Brdf::Diffuse.materials(),
+            indirect: technique::NO_INDIRECT,
+            ..self.look.clone()
+        };
+        // Lights are uploaded with their radius.
+        let scene = Renderer::with_engine(&self.run.engine, look.clone())?.upload(self.source)?;
+        let unshadowed = self.soft_image(&scene, Settings { shadows: Shadows::None, ..look.clone() })?;
         let many = progress.step("soft", "Soft shadows, many rays", || {
-            self.soft_image(Settings { accumulate: self.converged_frames, ..look.clone() })
+            self.soft_image(&scene, Settings { accumulate: self.converged_frames, ..look.clone() })
         })?;
         let many = self.write_linear(image::linear(&many)?, "soft-many-rays.png")?;
         let coarse: Vec<Tracer> = Tracer::all().into_iter().filter(|tracer| !tracer.is_exact()).collect();
@@ -79,7 +76,8 @@ impl Bench<'_> {
                     continue;
                 }
             };
-            match progress.step("soft", &words, || self.soft_row(settings, through, (&unshadowed, &many), &mut bvh)) {
+            let row = || self.soft_row((&scene, settings), through, (&unshadowed, &many), &mut bvh);
+            match progress.step("soft", &words, row) {
                 Ok(row) => rows.push(row),
                 // Without the BVH's there is nothing to compare with.
                 Err(error) if bvh.is_none() => return Err(error),
@@ -97,23 +95,23 @@ impl Bench<'_> {
         Ok(settings)
     }
 
-    fn soft_image(&self, settings: Settings) -> Result<RenderedImage, CliError> {
+    fn soft_image(&self, scene: &GpuScene, settings: Settings) -> Result<RenderedImage, CliError> {
         let Size { width, height } = self.size;
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        Ok(renderer.render(&self.soft_scene, self.camera, width, height)?)
+        Ok(renderer.render(scene, self.camera, width, height)?)
     }
 
     /// A row and its two images. `bvh`: the BVH's image, which the first row is.
     fn soft_row(
         &self,
-        settings: Settings,
+        (scene, settings): (&GpuScene, Settings),
         through: Through,
         (unshadowed, many): (&RenderedImage, &RgbImage),
         bvh: &mut Option<RgbImage>,
     ) -> Result<Row, CliError> {
         let Size { width, height } = self.size;
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        let mut frame = || renderer.render(&self.soft_scene, self.camera, width, height);
+        let mut frame = || renderer.render(scene, self.camera, width, height);
         let frame = least(self.run.runs, &mut frame, |frame| frame_ms(&frame.report.passes))?.1;
         let rays = counter(&frame.report, "shadows/rays");
         let passes = &frame.report.passes;

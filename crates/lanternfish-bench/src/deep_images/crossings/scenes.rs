@@ -26,10 +26,17 @@ fn bisect(primitive: &mut Primitive) {
         let middle = primitive.positions.len() as u32;
         add_middle(&mut primitive.positions, from, to);
         add_middle(&mut primitive.normals, from, to);
-        if let Some(normal) = primitive.normals.last_mut() {
-            *normal = normal.normalize_or_zero();
-        }
         add_middle(&mut primitive.tangents, from, to);
+        // Between opposite ones, that of a corner.
+        let corner = from as usize;
+        if let Some(normal) = primitive.normals.pop() {
+            primitive.normals.push(normal.try_normalize().unwrap_or_else(|| primitive.normals[corner]));
+        }
+        if let Some(tangent) = primitive.tangents.pop() {
+            let other = primitive.tangents[corner];
+            let along = tangent.truncate().try_normalize().unwrap_or(other.truncate());
+            primitive.tangents.push(along.extend(other.w));
+        }
         add_middle(&mut primitive.uv0, from, to);
         add_middle(&mut primitive.uv1, from, to);
         add_middle(&mut primitive.colors, from, to);
@@ -89,6 +96,7 @@ mod tests {
         let twice = bisected(&scene);
         assert_eq!(twice.triangle_counts().1, 2 * scene.triangle_counts().1);
         assert_eq!(twice.bounds(), scene.bounds());
+        twice.validate().unwrap();
         assert!((area(&twice) / area(&scene) - 1.0).abs() < 1e-4, "{} {}", area(&twice), area(&scene));
         for primitive in twice.meshes.iter().flat_map(|mesh| &mesh.primitives) {
             let count = primitive.positions.len();
