@@ -6,18 +6,8 @@ use super::{
     page::{Section, Table, measured},
     reports::{Found, Node, Reports},
 };
-use crate::table::Row;
+use crate::{table::Row, virtual_lights::PAPER as STEPS};
 
-/// Table 1, ms: Atrium and Rungholt. Its totals are printed as 20.6 and 43.5; its rows sum to 20.15 and 43.0.
-const STEPS: [(&str, f64, f64); 7] = [
-    ("Capture deep images", 3.5, 18.8),
-    ("Sort deep images", 2.0, 3.3),
-    ("Render g-buffer", 1.3, 8.0),
-    ("Render RSM", 0.5, 5.9),
-    ("Build VPL buffer", 0.15, 0.4),
-    ("Build light grid", 0.7, 0.5),
-    ("Apply lighting", 12.0, 6.1),
-];
 /// Table 2, ms: Atrium and Rungholt by directions.
 const DIRECTIONS: [(u32, f64, f64); 5] =
     [(8, 1.5, 18.0), (16, 1.8, 18.4), (32, 2.0, 18.6), (64, 3.2, 19.7), (128, 4.7, 21.3)];

@@ -5,6 +5,8 @@ mod cases;
 mod measure;
 mod steps;
 
+pub use self::steps::PAPER;
+
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_papers::indirect::virtual_lights::MapSize;
 
