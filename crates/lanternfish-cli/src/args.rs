@@ -281,6 +281,7 @@ impl RenderArgs {
     pub fn settings_of(&self, frames: u32) -> Settings {
         let technique = &self.technique;
         Settings {
+            direct: technique.direct(),
             culling: technique.culling(),
             shadows: technique.shadows,
             ray_culling: technique.ray_culling,

@@ -154,6 +154,7 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
         ("accumulate", settings.accumulate.to_string()),
         ("seed", seed.to_string()),
     ]);
+    add_technique(&mut names, &settings.direct);
     add_technique(&mut names, &settings.culling);
     add_technique(&mut names, &settings.indirect);
     add_technique(&mut names, &settings.occlusion);

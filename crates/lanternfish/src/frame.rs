@@ -1,11 +1,12 @@
 //! The passes of one frame, in order: the result of each pass is an input of the next.
 
 use glam::Quat;
-use lanternfish_gpu::Frame;
+use lanternfish_gpu::{BufferPart, Frame};
 
 use crate::{
     context::{FrameContext, ViewContext},
     debug_views::DebugViews,
+    direct_light::{DirectLight, DirectPasses},
     error::RenderError,
     gpu_scene::VisibleDraws,
     indirect::{DemodulatedIrradiance, IndirectPasses},
@@ -17,7 +18,7 @@ use crate::{
     rays::KeptStructure,
     request::{SurfaceSource, Target},
     shading::{
-        AccumulatedRatios, Arriving, DemodulatedLight, Forward, NearestTransparent, Shadowing, Sums, VisibilityRatios,
+        AccumulatedRatios, Arriving, DemodulatedLight, DirectFrom, Forward, NearestTransparent, Shadowing, Sums, VisibilityRatios,
     },
     shadows::{Shadows, Visibility, VisibilityPlan},
     sky::Sky,
@@ -35,6 +36,8 @@ pub(crate) struct Passes {
     /// The single-sampled prepass, if pixels have several samples and a pass needs the surface at the pixel centre.
     pub one_sample: Option<Prepass>,
     pub light_culling: LightCulling,
+    /// The technique of direct light; none: all listed lights.
+    pub direct: Option<Box<dyn DirectPasses>>,
     pub occlusion: Option<Box<dyn OcclusionPasses>>,
     pub shadows: Option<Shadows>,
     /// The acceleration structure of inexact tracers.
@@ -75,13 +78,15 @@ pub(crate) struct Shaded {
     pub indirect: Option<DemodulatedIrradiance>,
     /// Indirect light at the nearest transparent surfaces.
     pub indirect_of_transparent: Option<DemodulatedIrradiance>,
-    /// The light lists of opaque surfaces.
-    pub lights: LightLists,
+    /// Direct light, if a technique samples it.
+    pub direct: Option<DirectLight>,
+    /// The light lists of opaque surfaces, unless direct light is sampled.
+    pub lights: Option<LightLists>,
 }
 
 impl Shaded {
-    /// A view with only radiance and light lists.
-    pub fn of_lights(radiance: Radiance, lights: LightLists) -> Self {
+    /// A view with only radiance, and light lists if there are any.
+    pub fn of_lights(radiance: Radiance, lights: Option<LightLists>) -> Self {
         Self {
             radiance,
             indirect_light: None,
@@ -90,6 +95,7 @@ impl Shaded {
             ambient_visibility: None,
             indirect: None,
             indirect_of_transparent: None,
+            direct: None,
             lights,
         }
     }
@@ -124,6 +130,9 @@ impl Passes {
         if let Some(fractions) = &mut self.visibility_ratios {
             fractions.forget();
         }
+        if let Some(direct) = &mut self.direct {
+            direct.forget();
+        }
         self.light_culling.forget();
         self.forget_shown();
         self.progressive.forget();
@@ -153,34 +162,37 @@ impl Passes {
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
         let mut views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
         let set = &context.scene.lights;
-        let lights = self.light_culling.record(frame, &views, Reach::Surface, set)?;
-        let transparent_lights = match views.iter().any(|view| !view.draws.transparent.is_empty()) {
-            true => self.light_culling.record(frame, &views, Reach::Anywhere, set)?,
-            false => Vec::new(),
+        let is_sampled = self.direct.as_ref().is_some_and(|direct| direct.lights(context.scene));
+        let mut lists = |frame: &mut Frame<'_>, is_needed, reach| match is_needed {
+            true => Ok(self.light_culling.record(frame, &views, reach, set)?.into_iter().map(Some).collect()),
+            false => Ok::<Vec<_>, RenderError>(views.iter().map(|_| None).collect()),
         };
+        let has_transparent = views.iter().any(|view| !view.draws.transparent.is_empty());
+        // Debug views show lists.
+        let lights = lists(frame, !is_sampled || self.debug_views.is_some(), Reach::Surface)?;
+        let transparent_lights = lists(frame, !is_sampled && has_transparent, Reach::Anywhere)?;
         // The acceleration structure is ready before the first rays.
         if let Some(structure) = &mut self.structure {
             for view in &mut views {
                 view.structure = Some(structure.get(frame, view.scene, view.rotation)?);
             }
         }
-        let arriving = self.arriving(frame, &views)?;
+        let arriving = self.arriving(frame, &views, is_sampled)?;
         // Then each view alone.
         let mut results = Vec::with_capacity(views.len());
-        for (slot, ((view, lights), arriving)) in views.iter().zip(lights).zip(arriving).enumerate() {
+        for (slot, (((view, lights), transparent_lights), arriving)) in
+            views.iter().zip(lights).zip(transparent_lights).zip(arriving).enumerate()
+        {
             if context.is_summed(slot) {
                 results.push(self.sum(frame, view, lights, arriving)?);
                 continue;
             }
-            let (radiance, visibility) = self.shade(frame, view, &lights, &arriving)?;
+            let (radiance, visibility) = self.shade(frame, view, lights.as_ref(), &arriving)?;
             self.sky.record(frame, view, &radiance)?;
-            let indirect_of_transparent = match transparent_lights.get(slot) {
-                Some(lights) => self.blend(frame, view, lights, &radiance)?,
-                None => None,
-            };
-            let Arriving { ambient_visibility, indirect, .. } = arriving;
+            let indirect_of_transparent = self.blend(frame, view, transparent_lights.as_ref(), &radiance)?;
+            let Arriving { ambient_visibility, indirect, direct, .. } = arriving;
             let shaded = Shaded::of_lights(radiance, lights);
-            results.push(Shaded { visibility, ambient_visibility, indirect, indirect_of_transparent, ..shaded });
+            results.push(Shaded { visibility, ambient_visibility, indirect, indirect_of_transparent, direct, ..shaded });
         }
         // The completeness of the frame is only decided here.
         if context.is_averaged {
@@ -246,16 +258,23 @@ impl Passes {
         Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structure: None })
     }
 
-    /// Light from other surfaces and the environment at the surface at each pixel's centre of every view, as far as the settings request
+    /// Sampled direct light, and light from other surfaces and the environment, at the surface at each pixel's centre of every view, as far as the settings request
     /// it.
-    fn arriving(&mut self, frame: &mut Frame<'_>, views: &[ViewContext<'_>]) -> Result<Vec<Arriving>, RenderError> {
+    fn arriving(
+        &mut self,
+        frame: &mut Frame<'_>,
+        views: &[ViewContext<'_>],
+        is_sampled: bool,
+    ) -> Result<Vec<Arriving>, RenderError> {
         let mut of_view = |view: &ViewContext<'_>| {
             let surface = view.middle.clone();
             let occlusion = self.occlusion.as_mut();
             let ambient_visibility = occlusion.map(|occlusion| occlusion.record(frame, view, &surface)).transpose()?;
             let indirect = self.indirect.as_mut();
             let indirect = indirect.map(|indirect| indirect.record(frame, view, &surface)).transpose()?;
-            Ok(Arriving { surface, ambient_visibility, indirect })
+            let direct = self.direct.as_mut().filter(|_| is_sampled);
+            let direct = direct.map(|direct| direct.record(frame, view, &surface)).transpose()?;
+            Ok(Arriving { surface, ambient_visibility, indirect, direct })
         };
         views.iter().map(&mut of_view).collect()
     }
@@ -265,16 +284,23 @@ impl Passes {
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
-        lights: &LightLists,
+        lights: Option<&LightLists>,
         arriving: &Arriving,
     ) -> Result<(Radiance, Option<VisibilityPlan>), RenderError> {
         let radiance = self.forward.target(frame, view.view.size);
+        let Some(lights) = lights.filter(|_| arriving.direct.is_none()) else {
+            let shadows = Shadowing { visibility: None, fractions: None };
+            let parameters = self.parameters_of_samples(frame, view);
+            let direct = DirectFrom::Samples(&parameters);
+            self.forward.record(frame, view, direct, arriving, &shadows, &radiance)?;
+            return Ok((radiance, None));
+        };
         let plan = self.plan(frame, view, lights)?;
         let fractions = self.accumulated_ratios(frame, view, lights, plan.as_ref())?;
         let traced = fractions.as_ref().map_or(Traced::Nothing, |_| Traced::LastBand);
         self.by_bands(frame, view, lights, plan.as_ref(), traced, |passes, frame, visibility| {
             let shadows = Shadowing { visibility, fractions: fractions.as_ref() };
-            passes.forward.record(frame, view, lights, arriving, &shadows, &radiance)
+            passes.forward.record(frame, view, DirectFrom::Lists(lights), arriving, &shadows, &radiance)
         })?;
         Ok((radiance, plan))
     }
@@ -284,22 +310,41 @@ impl Passes {
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
-        lights: LightLists,
+        lights: Option<LightLists>,
         arriving: Arriving,
     ) -> Result<Shaded, RenderError> {
         let irradiance = self.irradiance.target(frame, view);
-        let plan = self.plan(frame, view, &lights)?;
-        self.by_bands(frame, view, &lights, plan.as_ref(), Traced::Nothing, |passes, frame, visibility| {
-            passes.irradiance.record(frame, view, &lights, &arriving, visibility, &irradiance)
-        })?;
+        let plan = match lights.as_ref().filter(|_| arriving.direct.is_none()) {
+            Some(lights) => {
+                let plan = self.plan(frame, view, lights)?;
+                self.by_bands(frame, view, lights, plan.as_ref(), Traced::Nothing, |passes, frame, visibility| {
+                    let direct = DirectFrom::Lists(lights);
+                    passes.irradiance.record(frame, view, direct, &arriving, visibility, &irradiance)
+                })?;
+                plan
+            }
+            None => {
+                let parameters = self.parameters_of_samples(frame, view);
+                let direct = DirectFrom::Samples(&parameters);
+                self.irradiance.record(frame, view, direct, &arriving, None, &irradiance)?;
+                None
+            }
+        };
         let Sums { direct, indirect } = irradiance;
         let shaded = Shaded::of_lights(Radiance { target: direct, drawn: None }, lights);
         Ok(Shaded {
             indirect_light: Some(indirect),
             visibility: plan,
             ambient_visibility: arriving.ambient_visibility,
+            direct: arriving.direct,
             ..shaded
         })
+    }
+
+    /// Parameters of the technique that samples direct light, for surfaces that draw samples of their own.
+    fn parameters_of_samples(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> BufferPart {
+        let Some(direct) = &self.direct else { unreachable!("without it, there are light lists") };
+        direct.parameters(frame, view)
     }
 
     /// The plan for the shadow rays of a view, if there are shadows.
@@ -361,14 +406,24 @@ impl Passes {
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
-        lights: &LightLists,
+        lights: Option<&LightLists>,
         radiance: &Radiance,
     ) -> Result<Option<DemodulatedIrradiance>, RenderError> {
         if view.draws.transparent.is_empty() {
             return Ok(None);
         }
         let nearest = self.nearest_transparent.as_mut().map(|nearest| nearest.record(frame, view)).transpose()?;
-        self.forward.record_transparent(frame, view, lights, nearest.as_ref(), radiance)?;
+        match lights {
+            Some(lights) => {
+                let direct = DirectFrom::Lists(lights);
+                self.forward.record_transparent(frame, view, direct, nearest.as_ref(), radiance)?;
+            }
+            None => {
+                let parameters = self.parameters_of_samples(frame, view);
+                let direct = DirectFrom::Samples(&parameters);
+                self.forward.record_transparent(frame, view, direct, nearest.as_ref(), radiance)?;
+            }
+        }
         Ok(nearest.and_then(|nearest| nearest.indirect))
     }
 

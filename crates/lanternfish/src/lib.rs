@@ -67,6 +67,7 @@ struct Guide;
 pub mod common;
 mod context;
 pub mod debug_views;
+pub mod direct_light;
 pub mod environment_light;
 mod error;
 mod frame;

@@ -307,9 +307,15 @@ impl Renderer {
         };
 
         let mut counters = counters.to_vec();
-        counters.push(("light_culling/light_tests".to_owned(), shaded.lights.tests));
-        counters.push(("light_culling/listed_lights".to_owned(), shaded.lights.listed));
-        counters.extend(shaded.lights.counters.iter().map(|(name, count)| ((*name).to_owned(), *count)));
+        if let Some(lights) = &shaded.lights {
+            counters.push(("light_culling/light_tests".to_owned(), lights.tests));
+            counters.push(("light_culling/listed_lights".to_owned(), lights.listed));
+            counters.extend(lights.counters.iter().map(|(name, count)| ((*name).to_owned(), *count)));
+        }
+        if let Some(direct) = &shaded.direct {
+            let counts = direct.counters.read(&self.device, &self.queue)?;
+            counters.extend(counts.into_iter().map(|(name, count)| (name.to_owned(), count)));
+        }
         if let Some(plan) = &shaded.visibility {
             let (totals, bands) = plan.ray_totals();
             let rays = read_back::<u32>(&self.device, &self.queue, totals, bands)?;

@@ -11,6 +11,7 @@ use lanternfish_scene::{named_enum, named_type_impls};
 
 use crate::lights::LightSettings;
 pub use crate::{
+    direct_light::Direct,
     indirect::{Indirect, Quality},
     light_culling::Culling,
     occlusion::Occlusion,
@@ -20,6 +21,8 @@ pub use crate::{
 /// Rendering settings. `Default` is the recommended configuration: all light, at [`Quality::Good`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// Direct light technique.
+    pub direct: Direct,
     /// Light culling: how the lights of a shaded point are listed. The image does not depend on it.
     pub culling: Culling,
     /// Shadow technique for all lights.
@@ -80,6 +83,7 @@ impl Settings {
     /// surface.
     pub fn direct_light() -> Self {
         Self {
+            direct: Direct::default(),
             culling: Culling::default(),
             shadows: Shadows::Auto,
             ray_culling: RayCulling::Surface,
@@ -130,7 +134,7 @@ impl Settings {
     pub(crate) fn keeps_history(&self) -> bool {
         let has_accumulated_ambient_visibility = self.occlusion.is_noisy() && self.finds_ambient_visibility();
         let is_noisy =
-            self.indirect != Indirect::NONE || self.shadows != Shadows::None || has_accumulated_ambient_visibility;
+            self.indirect != Indirect::NONE || self.direct.is_some() || self.shadows != Shadows::None || has_accumulated_ambient_visibility;
         self.history == History::On && is_noisy
     }
 

@@ -1,6 +1,7 @@
 //! The list of all techniques of this crate, and the help text of each kind.
 
 use crate::{
+    direct_light::DirectTechnique,
     indirect::IndirectTechnique,
     light_culling::CullingTechnique,
     occlusion::OcclusionTechnique,
@@ -9,6 +10,7 @@ use crate::{
     technique::{AnyTechnique, Choice, Kind, Registry},
 };
 pub use crate::{
+    direct_light::sampled::{Denoise, LightRays, SampledLights},
     indirect::{
         IndirectClamp, IndirectResolution,
         radiance_cache::Bounces,
@@ -35,6 +37,23 @@ impl Kind for dyn CullingTechnique {
     fn registry() -> &'static Registry<Self> {
         static REGISTRY: Registry<dyn CullingTechnique> =
             Registry::new(|| vec![Tiled::default().into(), Clustered::default().into()]);
+        &REGISTRY
+    }
+}
+
+impl Kind for dyn DirectTechnique {
+    const FLAG: &'static str = "direct";
+    const HELP: &'static str = "Direct light: which lights get shadow rays.";
+    const IS_EVERYDAY: bool = true;
+    const NONE_NAME: &'static str = "all";
+    const NONE_SUMMARY: &'static str = "A shadow ray to every listed light of a pixel: the baseline";
+
+    fn usual() -> Choice<Self> {
+        Choice::NONE
+    }
+
+    fn registry() -> &'static Registry<Self> {
+        static REGISTRY: Registry<dyn DirectTechnique> = Registry::new(|| vec![SampledLights::default().into()]);
         &REGISTRY
     }
 }
@@ -80,7 +99,7 @@ pub fn shaders() -> Vec<Shaders> {
         Choice::<K>::all().into_iter().filter_map(|choice| choice.technique().map(AnyTechnique::shaders))
     }
     let techniques =
-        of::<dyn CullingTechnique>().chain(of::<dyn IndirectTechnique>()).chain(of::<dyn OcclusionTechnique>());
+        of::<dyn CullingTechnique>().chain(of::<dyn DirectTechnique>()).chain(of::<dyn IndirectTechnique>()).chain(of::<dyn OcclusionTechnique>());
     FOLDERS.iter().copied().chain(techniques).collect()
 }
 

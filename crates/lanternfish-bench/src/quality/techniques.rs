@@ -44,6 +44,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let row = |name: String, ground_truth, settings| Technique { name, settings, ground_truth };
     let mut rows = vec![row("default".to_owned(), GroundTruth::Direct, default.clone())];
     let Settings {
+        direct: _,
         culling,
         shadows: _,
         ray_culling: _,

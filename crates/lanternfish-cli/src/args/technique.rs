@@ -2,8 +2,9 @@
 
 use clap::Args;
 use lanternfish::{
+    direct_light::DirectTechnique,
     light_culling::CullingTechnique,
-    settings::{Culling, History, RayCulling, RayRangeCulling, Samples, Settings, Shadows, TextureBinding},
+    settings::{Culling, Direct, History, RayCulling, RayRangeCulling, Samples, Settings, Shadows, TextureBinding},
 };
 
 use super::parameters::{ParameterFlags, TechniqueFlag};
@@ -12,6 +13,10 @@ use crate::choices::choice;
 /// Flags of light culling, shadows and antialiasing.
 #[derive(Debug, Args)]
 pub struct TechniqueArgs {
+    #[command(flatten)]
+    direct: TechniqueFlag<dyn DirectTechnique>,
+    #[command(flatten)]
+    direct_parameters: ParameterFlags<dyn DirectTechnique>,
     /// Technique of shadows.
     ///
     /// The images of the techniques differ in a few pixels at silhouettes; with deep images, within one texel of them.
@@ -63,6 +68,11 @@ pub struct TechniqueArgs {
 }
 
 impl TechniqueArgs {
+    /// The technique of direct light that these flags choose.
+    pub fn direct(&self) -> Direct {
+        self.direct_parameters.turned(self.direct.0.clone())
+    }
+
     /// The light culling that these flags choose.
     pub fn culling(&self) -> Culling {
         self.culling_parameters.turned(self.culling.0.clone())

@@ -252,6 +252,7 @@ fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
         .or_else(|| is_own.then(|| settings.get(name)))
         .or_else(|| of_technique(name, &settings.indirect))
         .or_else(|| of_technique(name, &settings.occlusion))
+        .or_else(|| of_technique(name, &settings.direct))
         .or_else(|| of_technique(name, &settings.culling))
 }
 

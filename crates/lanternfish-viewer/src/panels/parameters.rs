@@ -20,6 +20,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let (settings, unfold) = (&mut state.settings, state.unfold);
     technique(ui, &mut settings.indirect, &defaults.indirect, &mut state.message, unfold);
     technique(ui, &mut settings.occlusion, &defaults.occlusion, &mut state.message, unfold);
+    technique(ui, &mut settings.direct, &defaults.direct, &mut state.message, unfold);
     technique(ui, &mut settings.culling, &defaults.culling, &mut state.message, unfold);
     for parameter in Settings::PARAMETERS {
         let name = parameter.info.name;

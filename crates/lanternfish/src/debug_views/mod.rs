@@ -14,7 +14,7 @@ use crate::{
     indirect::Indirect,
     indirect::{DemodulatedIrradiance, INDIRECT},
     light_culling::Culling,
-    light_culling::LightCulling,
+    light_culling::{LightCulling, LightLists},
     occlusion::Occlusion,
     occlusion::{self, AmbientVisibility},
     output::{DISPLAY_FORMAT, show},
@@ -174,7 +174,8 @@ impl DebugViews {
         let ambient_visibility = ambient_visibility.as_ref().map(AmbientVisibility::bindings).unwrap_or_default();
         let indirect = indirect.as_ref().map(DemodulatedIrradiance::bindings).unwrap_or_default();
         let light = ambient_visibility.with(&indirect);
-        let bindings = shared.with(&middle.bindings()).with(&lights.bindings()).with(&light).with(&own);
+        let lists = lights.as_ref().map(LightLists::bindings).unwrap_or_default();
+        let bindings = shared.with(&middle.bindings()).with(&lists).with(&light).with(&own);
         show(frame, &self.pipeline, "debug_views", &bindings, display);
     }
 }

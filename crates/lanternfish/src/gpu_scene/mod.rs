@@ -121,7 +121,7 @@ pub struct GpuScene {
     masks: wgpu::Buffer,
     /// Shading data of hits, if hits are shaded.
     hits: Option<Hits>,
-    /// Light trees, if hits are shaded.
+    /// Light trees, if a technique draws lights from them.
     light_trees: Option<SceneLightTrees>,
     placed: Placed,
     /// Passes that move instances on the device; created at the first move.
@@ -172,8 +172,11 @@ impl GpuScene {
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
-        let light_trees = parts.hits.then(|| {
-            let emissive = emissive::triangles(scene, shading, &tracing.parts, triangles);
+        let light_trees = parts.light_trees.then(|| {
+            let emissive = match parts.hits {
+                true => emissive::triangles(scene, shading, &tracing.parts, triangles),
+                false => Vec::new(),
+            };
             SceneLightTrees::new(device, scene, &needs.lights, emissive)
         });
         let light_trees = light_trees.transpose()?;

@@ -11,19 +11,23 @@ pub struct Parts {
     pub ray_query: bool,
     /// Shading data of ray hits.
     pub hits: bool,
+    /// Trees over lights; with `hits`, over emissive triangles too.
+    pub light_trees: bool,
     /// Unoccluded light of the environment at surfaces.
     pub environment_visibility: bool,
 }
 
 impl Parts {
     /// No part.
-    pub const NONE: Self = Self { bvh: false, ray_query: false, hits: false, environment_visibility: false };
+    pub const NONE: Self = Self { bvh: false, ray_query: false, hits: false, light_trees: false, environment_visibility: false };
     /// The BVH.
     pub const BVH: Self = Self { bvh: true, ..Self::NONE };
     /// The adapter's own acceleration structure.
     pub const RAY_QUERY: Self = Self { ray_query: true, ..Self::NONE };
-    /// Shading data of hits; hits are triangles of the BVH.
-    pub const HITS: Self = Self { bvh: true, hits: true, ..Self::NONE };
+    /// Shading data of hits; hits are triangles of the BVH, and light trees choose their lights.
+    pub const HITS: Self = Self { bvh: true, hits: true, light_trees: true, ..Self::NONE };
+    /// Trees over lights.
+    pub const LIGHT_TREES: Self = Self { light_trees: true, ..Self::NONE };
     /// Light of the environment.
     pub const ENVIRONMENT_VISIBILITY: Self = Self { environment_visibility: true, ..Self::NONE };
 
@@ -38,6 +42,7 @@ impl Parts {
             (needed.bvh && !self.bvh, "it has no BVH"),
             (needed.ray_query && !self.ray_query, "it has no acceleration structure of the adapter's own"),
             (needed.hits && !self.hits, "it has no data to shade hits of indirect rays"),
+            (needed.light_trees && !self.light_trees, "it has no trees over lights"),
             (needed.environment_visibility && !self.environment_visibility, "it has no light of the environment"),
         ];
         faults.iter().find(|(is_missing, _)| *is_missing).map(|(_, what)| *what)
@@ -52,6 +57,7 @@ impl BitOr for Parts {
             bvh: self.bvh || other.bvh,
             ray_query: self.ray_query || other.ray_query,
             hits: self.hits || other.hits,
+            light_trees: self.light_trees || other.light_trees,
             environment_visibility: self.environment_visibility || other.environment_visibility,
         }
     }

@@ -245,7 +245,7 @@ impl GpuScene {
             hits.update_materials(queue, scene, self.needs.shading);
         }
         let shining = emissive::shining(scene);
-        let shines_as_before = self.light_trees.is_none() || shining == self.placed.shining;
+        let shines_as_before = !self.needs.parts.hits || shining == self.placed.shining;
         let vertices: Vec<Option<u64>> = outline::vertices(scene).into_iter().map(Some).collect();
         let bent: Vec<usize> =
             (0..vertices.len()).filter(|mesh| vertices[*mesh] != self.placed.vertices[*mesh]).collect();
@@ -259,7 +259,10 @@ impl GpuScene {
         }
         let triangles = pose(scene, &self.placed.parts, &self.placed.sources);
         if let Some(trees) = &mut self.light_trees {
-            let emissive = emissive::triangles(scene, self.needs.shading, &self.placed.parts, &triangles);
+            let emissive = match self.needs.parts.hits {
+                true => emissive::triangles(scene, self.needs.shading, &self.placed.parts, &triangles),
+                false => Vec::new(),
+            };
             *trees = SceneLightTrees::new(device, scene, &self.needs.lights, emissive)?;
         }
         self.placed.shining = shining;

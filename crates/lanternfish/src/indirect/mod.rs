@@ -71,6 +71,11 @@ pub trait IndirectTechnique: AnyTechnique {
         true
     }
 
+    /// True if it includes light of emissive triangles at visible surfaces. Otherwise direct light may add it.
+    fn brings_emission(&self) -> bool {
+        true
+    }
+
     /// Replaces an automatic tracer with the one chosen for the adapter.
     fn resolve_tracer(&mut self, _automatic: Tracer) {}
 
@@ -122,6 +127,11 @@ impl Indirect {
     /// True if the technique includes light from the environment.
     pub fn sees_environment(&self) -> bool {
         self.technique().is_some_and(|technique| technique.sees_environment())
+    }
+
+    /// True if the technique includes light of emissive triangles at visible surfaces.
+    pub(crate) fn brings_emission(&self) -> bool {
+        self.technique().is_some_and(|technique| technique.brings_emission())
     }
 
     /// Replaces an automatic tracer with the one chosen for the adapter.

@@ -97,11 +97,15 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let structure = structure(&tracers, &settings.structure)?;
     let structure = structure.technique().map(|structure| structure.build(device));
     let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
-    let needs_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
+    let needs_normals = tracer.is_some() || settings.direct.is_some() || settings.debug_view.is_some() || finds_arriving;
     let needs_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
     // Per-pixel estimates use the surface at the pixel's centre.
     let one_sample = needs_normals && settings.samples != Samples::One;
+    let direct = settings.direct.technique();
+    let parts = direct.map_or(parts, |technique| parts | technique.parts(&settings));
+    let direct = direct.map(|technique| technique.build(device, &settings, tracer)).transpose()?;
     let passes = Passes {
+        direct,
         prepass: match needs_motion && !one_sample {
             false => Prepass::new(needs_normals, settings.samples.count()),
             true => Prepass::of_moving(),
@@ -128,7 +132,8 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     };
     let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
     let needs = SceneRequirements::new(shading(&settings), settings.lights(), parts, texture_arrays, anisotropy);
-    let drawn = (needs_normals, needs_motion, one_sample, settings.samples, shading::features(&settings, tracer));
+    let lit = [false, true].map(|is_sampled| shading::features(&settings, tracer, is_sampled));
+    let drawn = (needs_normals, needs_motion, one_sample, settings.samples, lit);
     let compiled = Compiled { requested: Requested::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
 }

@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::Bindings;
 
-use crate::{indirect::DemodulatedIrradiance, occlusion::AmbientVisibility, prepass::Surface};
+use crate::{direct_light::DirectLight, indirect::DemodulatedIrradiance, occlusion::AmbientVisibility, prepass::Surface};
 
 /// Computed between culling and shading, for the surface at each pixel's centre.
 #[derive(Clone, Debug)]
@@ -13,6 +13,8 @@ pub struct Arriving {
     pub ambient_visibility: Option<AmbientVisibility>,
     /// The irradiance from other surfaces.
     pub indirect: Option<DemodulatedIrradiance>,
+    /// Direct light, if a technique samples it.
+    pub direct: Option<DirectLight>,
 }
 
 impl Arriving {
@@ -22,6 +24,7 @@ impl Arriving {
         let light = [
             self.ambient_visibility.as_ref().map(AmbientVisibility::bindings),
             self.indirect.as_ref().map(DemodulatedIrradiance::bindings),
+            self.direct.as_ref().map(DirectLight::bindings),
         ];
         light.iter().flatten().fold(bindings, |bindings, more| bindings.with(more))
     }

@@ -3,11 +3,10 @@
 use super::DECLARED;
 use lanternfish_gpu::{Feature, Frame, RasterPipeline, RasterState};
 
-use super::{Arriving, features};
+use super::{Arriving, DirectFrom, features};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    light_culling::LightLists,
     lights::AREA_LIGHTS,
     prepass::{GivenSurfaces, Prepass},
     rays::Tracer,
@@ -23,9 +22,10 @@ pub(crate) struct DemodulatedLight {
     pub prepass: Prepass,
     /// For views with the caller's G-buffer.
     pub given: GivenSurfaces,
-    features: Vec<Feature>,
-    /// The pipelines without area lights and with.
-    pipelines: [Option<RasterPipeline>; 2],
+    /// With listed lights, and with samples.
+    features: [Vec<Feature>; 2],
+    /// The pipelines with listed lights in scenes without area lights and with, and with samples.
+    pipelines: [Option<RasterPipeline>; 3],
 }
 
 /// The radiance that a white Lambertian surface would reflect to the viewer, linear, nits; alpha: 1 where there is a surface.
@@ -38,8 +38,9 @@ pub(crate) struct Sums {
 }
 
 /// Features of the shader, without that of a scene with area lights. It uses one sample per pixel and no history.
-pub(crate) fn demodulated_features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
-    let [opaque, _] = features(&Settings { samples: Samples::One, history: History::Off, ..settings.clone() }, tracer);
+pub(crate) fn demodulated_features(settings: &Settings, tracer: Option<Tracer>, is_sampled: bool) -> Vec<Feature> {
+    let settings = Settings { samples: Samples::One, history: History::Off, ..settings.clone() };
+    let [opaque, _] = features(&settings, tracer, is_sampled);
     opaque
 }
 
@@ -49,8 +50,8 @@ impl DemodulatedLight {
         Self {
             prepass: Prepass::new(true, 1),
             given: GivenSurfaces::default(),
-            features: demodulated_features(settings, tracer),
-            pipelines: [None, None],
+            features: [false, true].map(|is_sampled| demodulated_features(settings, tracer, is_sampled)),
+            pipelines: [None, None, None],
         }
     }
 
@@ -67,18 +68,19 @@ impl DemodulatedLight {
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, surface, .. }: &ViewContext<'_>,
-        lights: &LightLists,
+        direct: DirectFrom<'_>,
         arriving: &Arriving,
         visibility: Option<&Visibility<'_>>,
         irradiance: &Sums,
     ) -> Result<(), RenderError> {
-        let slot = &mut self.pipelines[usize::from(scene.has_area_lights)];
-        let pipeline = match slot {
+        let is_sampled = matches!(direct, DirectFrom::Samples(_));
+        let has_areas = scene.has_area_lights && !is_sampled;
+        let pipeline = match &mut self.pipelines[if is_sampled { 2 } else { usize::from(has_areas) }] {
             Some(pipeline) => pipeline,
-            none => none.insert(pipeline(frame.device, &self.features, scene.has_area_lights)?),
+            none => none.insert(pipeline(frame.device, &self.features[usize::from(is_sampled)], has_areas)?),
         };
         let (scene_bindings, light_bindings, arriving_bindings) =
-            (scene.bindings(), lights.bindings(), arriving.bindings());
+            (scene.bindings(), direct.bindings(), arriving.bindings());
         let mut bindings = buffer.bindings().with(&scene_bindings).with(&light_bindings).with(&arriving_bindings);
         let mut rows = 0..surface.size.y;
         let visibility_bindings = visibility.map(Visibility::bindings);

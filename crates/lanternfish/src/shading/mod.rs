@@ -8,10 +8,11 @@ mod tests;
 mod visibility_ratios;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{Feature, Frame};
+use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame};
 
 use crate::{
     context::ViewContext,
+    direct_light::{self, SAMPLED_LIGHTS},
     error::RenderError,
     gpu_scene::{Draw, PassState, SceneRaster, TEXTURES},
     indirect::INDIRECT,
@@ -40,7 +41,7 @@ const TRANSPARENT: Feature = Feature::new("transparent");
 /// Shading reads visibility bits.
 const SHADOW_BITS: Feature = Feature::new("shadow_bits");
 /// Shading traces shadow rays.
-const SHADOW_RAYS: Feature = Feature::new("shadow_rays");
+pub(crate) const SHADOW_RAYS: Feature = Feature::new("shadow_rays");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
@@ -56,11 +57,38 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 /// The passes that shade opaque and transparent surfaces.
 #[derive(Debug)]
 pub(crate) struct Forward {
-    opaque: SceneRaster,
+    /// Lit by all listed lights.
+    listed: LitPasses,
+    /// Lit by a technique that samples direct light.
+    sampled: LitPasses,
     /// Multiplies the image by the transmittance of surfaces.
     dim: SceneRaster,
-    transparent: SceneRaster,
     samples: u32,
+}
+
+/// The passes that light surfaces.
+#[derive(Debug)]
+struct LitPasses {
+    opaque: SceneRaster,
+    transparent: SceneRaster,
+}
+
+/// Direct light of a view's surfaces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum DirectFrom<'a> {
+    /// The lights in these lists.
+    Lists(&'a LightLists),
+    /// Samples; transparent surfaces draw their own, with these parameters.
+    Samples(&'a BufferPart),
+}
+
+impl DirectFrom<'_> {
+    fn bindings(&self) -> Bindings<'_> {
+        match self {
+            Self::Lists(lists) => lists.bindings(),
+            Self::Samples(parameters) => Bindings::new().part("light_samples", parameters),
+        }
+    }
 }
 
 /// The shadows of a view's surfaces.
@@ -83,7 +111,6 @@ impl Forward {
             bias: Default::default(),
         };
         let samples = settings.samples.count();
-        let [opaque, transparent] = features(settings, tracer);
         let over = wgpu::ColorTargetState {
             format: RADIANCE_FORMAT,
             blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
@@ -106,17 +133,21 @@ impl Forward {
         };
         let equal = depth(wgpu::CompareFunction::Equal);
         let nearer = depth(wgpu::CompareFunction::GreaterEqual);
-        let module = "shading/forward";
+        let lit = |is_sampled: bool| {
+            let [opaque, transparent] = features(settings, tracer, is_sampled);
+            let raster = |label, features: &[Feature], is_opaque, depth: &wgpu::DepthStencilState, target| {
+                let state = PassState { depth: depth.clone(), targets: vec![target], samples, draws_backs: false };
+                let raster = SceneRaster::new(label, DECLARED, "shading/forward", features, is_opaque, state);
+                if is_sampled { raster } else { raster.lit_by_areas() }
+            };
+            LitPasses {
+                opaque: raster("shading/forward", &opaque, true, &equal, RADIANCE_FORMAT.into()),
+                transparent: raster("shading/transparent", &transparent, false, &nearer, over.clone()),
+            }
+        };
         Self {
-            opaque: SceneRaster::new(
-                "shading/forward",
-                DECLARED,
-                module,
-                &opaque,
-                true,
-                PassState { depth: equal, targets: vec![RADIANCE_FORMAT.into()], samples, draws_backs: false },
-            )
-            .lit_by_areas(),
+            listed: lit(false),
+            sampled: lit(true),
             dim: SceneRaster::new(
                 "shading/transparent",
                 DECLARED,
@@ -125,15 +156,6 @@ impl Forward {
                 false,
                 PassState { depth: nearer.clone(), targets: vec![multiplied], samples, draws_backs: false },
             ),
-            transparent: SceneRaster::new(
-                "shading/transparent",
-                DECLARED,
-                module,
-                &transparent,
-                false,
-                PassState { depth: nearer, targets: vec![over], samples, draws_backs: false },
-            )
-            .lit_by_areas(),
             samples,
         }
     }
@@ -151,14 +173,19 @@ impl Forward {
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, draws, surface, .. }: &ViewContext<'_>,
-        lights: &LightLists,
+        direct: DirectFrom<'_>,
         arriving: &Arriving,
         &Shadowing { visibility, fractions }: &Shadowing<'_>,
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
-        self.opaque.prepare(frame.device, scene, &draws.solid)?;
+        let opaque = match direct {
+            DirectFrom::Lists(_) => &mut self.listed.opaque,
+            DirectFrom::Samples(_) => &mut self.sampled.opaque,
+        };
+        opaque.prepare(frame.device, scene, &draws.solid)?;
         let arriving_bindings = arriving.bindings();
-        let mut bindings = buffer.bindings().with(&scene.bindings()).with(&lights.bindings()).with(&arriving_bindings);
+        let direct_bindings = direct.bindings();
+        let mut bindings = buffer.bindings().with(&scene.bindings()).with(&direct_bindings).with(&arriving_bindings);
         let mut rows = 0..surface.size.y;
         let visibility_bindings = visibility.map(Visibility::bindings);
         if let (Some(visibility), Some(more)) = (visibility, &visibility_bindings) {
@@ -167,13 +194,14 @@ impl Forward {
         }
         let fractions = fractions.map(AccumulatedRatios::bindings);
         let bindings = fractions.iter().fold(bindings, |bindings, more| bindings.with(more));
+        let samples = self.samples;
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
         frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |groups, pass| {
             // Mesa's software driver shifts a scissor by half a pixel with multisampling, so the shader tests the rows there.
-            if self.samples == 1 {
+            if samples == 1 {
                 pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
             }
-            self.opaque.draw(groups, pass, scene, &bindings, &draws.solid);
+            opaque.draw(groups, pass, scene, &bindings, &draws.solid);
         });
         Ok(())
     }
@@ -184,14 +212,19 @@ impl Forward {
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, draws, surface, .. }: &ViewContext<'_>,
-        lights: &LightLists,
+        direct: DirectFrom<'_>,
         arriving: Option<&Arriving>,
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
         let transmitting: Vec<&Draw> = draws.transparent.iter().copied().filter(|draw| draw.transmits).collect();
         self.dim.prepare(frame.device, scene, &transmitting)?;
-        self.transparent.prepare(frame.device, scene, &draws.transparent)?;
-        let bindings = buffer.bindings().with(&scene.bindings()).with(&lights.bindings());
+        let transparent = match direct {
+            DirectFrom::Lists(_) => &mut self.listed.transparent,
+            DirectFrom::Samples(_) => &mut self.sampled.transparent,
+        };
+        transparent.prepare(frame.device, scene, &draws.transparent)?;
+        let direct_bindings = direct.bindings();
+        let bindings = buffer.bindings().with(&scene.bindings()).with(&direct_bindings);
         let arriving_bindings = arriving.map(Arriving::bindings);
         let bindings = arriving_bindings.iter().fold(bindings, |bindings, more| bindings.with(more));
         let color = radiance.color(wgpu::LoadOp::Load);
@@ -200,19 +233,18 @@ impl Forward {
                 if run[0].transmits {
                     self.dim.draw(groups, pass, scene, &bindings, run);
                 }
-                self.transparent.draw(groups, pass, scene, &bindings, run);
+                transparent.draw(groups, pass, scene, &bindings, run);
             }
         });
         Ok(())
     }
 }
 
-/// Features of the shaders of the opaque and the transparent pass, without those of individual draws.
-pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feature>; 2] {
-    let culling = LightCulling::feature(&settings.culling);
+/// Features of the shaders of the opaque and the transparent pass, without those of individual draws. `is_sampled`: a technique samples direct
+/// light; else it comes from the listed lights.
+pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>, is_sampled: bool) -> [Vec<Feature>; 2] {
     let samples = settings.samples.count();
-    let mut opaque = vec![culling];
-    let mut transparent = vec![culling, TRANSPARENT];
+    let (mut opaque, mut transparent) = (Vec::new(), vec![TRANSPARENT]);
     // Rays of indirect light may reach the environment themselves.
     let ambient_visibility = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_environment());
     let indirect = (settings.indirect != Indirect::NONE).then_some(INDIRECT);
@@ -220,6 +252,15 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
         features.extend(indirect.into_iter().chain(ambient_visibility));
         features.extend((samples > 1).then_some(MULTISAMPLED));
     }
+    if is_sampled {
+        opaque.push(SAMPLED_LIGHTS);
+        transparent.push(SAMPLED_LIGHTS);
+        transparent.extend(direct_light::sampled::features(settings, tracer));
+        return [opaque, transparent];
+    }
+    let culling = LightCulling::feature(&settings.culling);
+    opaque.push(culling);
+    transparent.push(culling);
     if let Some(tracer) = tracer {
         let tracing = tracer.exact().features(&settings.structure, true);
         // Bits belong to the surface at a pixel's centre; other surfaces of a multisampled pixel trace their own rays.

@@ -56,6 +56,6 @@ impl NearestTransparent {
         let surface = prepass.record_transparent(frame, view)?;
         let ambient_visibility = occlusion.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         let indirect = indirect.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
-        Ok(Arriving { surface, ambient_visibility, indirect })
+        Ok(Arriving { surface, ambient_visibility, indirect, direct: None })
     }
 }

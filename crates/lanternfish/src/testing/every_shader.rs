@@ -66,10 +66,19 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
         for tracer in [None].into_iter().chain(Tracer::all().into_iter().map(Some)) {
             // Features that draws add.
             for lights in [&[][..], &[AREA_LIGHTS]] {
-                let features = [&shading::demodulated_features(settings, tracer)[..], lights].concat();
+                let features = [&shading::demodulated_features(settings, tracer, false)[..], lights].concat();
                 requested.entry("shading/demodulated").or_default().insert(features);
             }
-            let [opaque, transparent] = shading::features(settings, tracer);
+            let features = shading::demodulated_features(settings, tracer, true);
+            requested.entry("shading/demodulated").or_default().insert(features);
+            let [opaque, transparent] = shading::features(settings, tracer, false);
+            let [opaque_sampled, transparent_sampled] = shading::features(settings, tracer, true);
+            for (features, draws) in [(opaque_sampled, &[&[][..], &[MASKED]][..]), (transparent_sampled, &[&[]])] {
+                for draw in draws {
+                    let added = TEXTURES.iter().map(|textures| [&features[..], draw, textures].concat());
+                    requested.entry("shading/forward").or_default().extend(added);
+                }
+            }
             for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (transparent, &[&[]])] {
                 let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
                 for [draw, textures] in drawn {

@@ -79,7 +79,7 @@ impl GpuScene {
 
     /// An error if any of these instances is emissive, and in a light tree.
     pub(super) fn check_shining(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
-        match (self.light_trees.is_some(), self.placed.first_shining(moved, &self.geometry)) {
+        match (self.needs.parts.hits, self.placed.first_shining(moved, &self.geometry)) {
             (true, Some(instance)) => Err(RenderError::NeedsUpdate {
                 what: format!("instance {instance} is emissive, and is in a light tree"),
             }),

@@ -91,7 +91,7 @@ impl GpuScene {
             Some(true) => {}
         }
         let shining = emissive::shining_of(material);
-        if self.light_trees.is_some() && shining != self.placed.shining[index] {
+        if self.needs.parts.hits && shining != self.placed.shining[index] {
             return needs_update("emissive triangles are in a light tree");
         }
         let mut bytes = self.materials.set(queue, index, material, self.needs.shading, &self.textures);

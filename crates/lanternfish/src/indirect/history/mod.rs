@@ -76,6 +76,7 @@ pub(crate) struct Histories {
     mix: ComputeKernel,
     /// Compiled at the first frame with deferred readback.
     mix_deferred: Option<ComputeKernel>,
+    label: String,
     reset: HistoryReset,
     views: HashMap<ViewKey, Kept>,
 }
@@ -119,8 +120,10 @@ pub(crate) struct Mix<'a> {
 
 impl Histories {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device, reset: HistoryReset) -> Result<Self, RenderError> {
-        Ok(Self { mix: kernel(device, &[])?, mix_deferred: None, reset, views: HashMap::new() })
+    /// `folder`: the first part of its label.
+    pub fn new(device: &wgpu::Device, reset: HistoryReset, folder: &str) -> Result<Self, RenderError> {
+        let label = format!("{folder}/history");
+        Ok(Self { mix: kernel(device, &[], &label)?, mix_deferred: None, label, reset, views: HashMap::new() })
     }
 
     /// Discards the history of all views.
@@ -172,7 +175,7 @@ impl Histories {
             Some(capacity_policy) => {
                 let mix = match &mut self.mix_deferred {
                     Some(mix) => mix,
-                    none => none.insert(kernel(frame.device, &[DEFERRED])?),
+                    none => none.insert(kernel(frame.device, &[DEFERRED], &self.label)?),
                 };
                 frame.dispatch(mix, &bindings.buffer("capacity_policy", &capacity_policy), groups);
             }
@@ -181,9 +184,9 @@ impl Histories {
     }
 }
 
-fn kernel(device: &wgpu::Device, features: &[Feature]) -> Result<ComputeKernel, RenderError> {
+fn kernel(device: &wgpu::Device, features: &[Feature], label: &str) -> Result<ComputeKernel, RenderError> {
     let shader = DECLARED.link("indirect/history/mix", features)?;
-    Ok(ComputeKernel::new(device, &shader, "mix_history", "indirect/history"))
+    Ok(ComputeKernel::new(device, &shader, "mix_history", label))
 }
 
 impl Kept {

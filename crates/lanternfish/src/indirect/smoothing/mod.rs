@@ -172,11 +172,8 @@ impl PixelIrradiance {
     ) -> Result<Self, RenderError> {
         let scale = resolution.scale();
         let size = rendering.map(|side| side.div_ceil(scale));
-        let clamp_frames = if clamp == IndirectClamp::On { frames as f32 } else { 0.0 };
-        // The filter radius scales with 1/√frames, as noise does.
-        let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
-        let parameters =
-            SmoothingParameters { scale, radius, axis: 0, clamp_frames, redistribution: radius.div_ceil(REDISTRIBUTE) };
+        let Smoothed(parameters) = Smoothed::new(radius, clamp == IndirectClamp::On, frames);
+        let parameters = SmoothingParameters { scale, ..parameters };
         let bytes = IRRADIANCE_BYTES * u64::from(size.x) * u64::from(size.y);
         let irradiance = frame.scratch("indirect/irradiance", bytes)?;
         Ok(Self { irradiance, size, rendering, parameters, uniform: frame.uniform(&parameters) })
@@ -185,6 +182,21 @@ impl PixelIrradiance {
     /// Bindings of `pixel.wesl`, beside the view's and the surface's.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().part("smoothing", &self.uniform)
+    }
+}
+
+/// How noisy layers of one frame are smoothed.
+#[derive(Clone, Copy, Debug)]
+pub struct Smoothed(SmoothingParameters);
+
+impl Smoothed {
+    /// With a filter of this radius in an image of one frame, pixels; it shrinks with the root of `frames`. `clamps`: fireflies are clamped.
+    pub fn new(radius: u32, clamps: bool, frames: u32) -> Self {
+        let clamp_frames = if clamps { frames as f32 } else { 0.0 };
+        // The filter radius scales with 1/√frames, as noise does.
+        let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
+        let redistribution = radius.div_ceil(REDISTRIBUTE);
+        Self(SmoothingParameters { scale: 1, radius, axis: 0, clamp_frames, redistribution })
     }
 }
 
@@ -201,22 +213,27 @@ pub struct Smoothing {
 }
 
 impl Smoothing {
-    /// Compiles the passes.
+    /// Compiles the passes for indirect light.
     pub fn new(device: &wgpu::Device, history: History) -> Result<Self, RenderError> {
+        Self::labelled(device, history, "indirect")
+    }
+
+    /// Compiles the passes. `folder`: the first part of their labels.
+    pub(crate) fn labelled(device: &wgpu::Device, history: History, folder: &str) -> Result<Self, RenderError> {
         let kernel = |file: &str, entry: &str, label: &str| {
             let shader = DECLARED.link(&format!("indirect/smoothing/{file}"), &[])?;
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("{folder}/{label}")))
         };
         Ok(Self {
-            firefly_clamp: kernel("firefly_clamp", "firefly_clamp", "indirect/firefly_clamp")?,
-            collect: kernel("redistribution", "collect", "indirect/collect")?,
-            redistribution: kernel("redistribution", "redistribution", "indirect/redistribution")?,
-            add: kernel("redistribution", "add", "indirect/add")?,
-            resolve: kernel("filter", "resolve", "indirect/resolve")?,
-            filter: kernel("filter", "filter_axis", "indirect/filter")?,
+            firefly_clamp: kernel("firefly_clamp", "firefly_clamp", "firefly_clamp")?,
+            collect: kernel("redistribution", "collect", "collect")?,
+            redistribution: kernel("redistribution", "redistribution", "redistribution")?,
+            add: kernel("redistribution", "add", "add")?,
+            resolve: kernel("filter", "resolve", "resolve")?,
+            filter: kernel("filter", "filter_axis", "filter")?,
             histories: match history {
                 History::Off => None,
-                History::On => Some(Histories::new(device, RESET_WINDOW)?),
+                History::On => Some(Histories::new(device, RESET_WINDOW, folder)?),
             },
         })
     }
@@ -234,21 +251,41 @@ impl Smoothing {
         surface: &Surface,
         irradiance: &PixelIrradiance,
     ) -> Result<wgpu::TextureView, RenderError> {
+        let found = layers_target(frame, irradiance.rendering);
         let surfaces = view.buffer.bindings().with(&surface.bindings());
-        let mut parameters = irradiance.parameters;
+        let resolving =
+            surfaces.with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
+        frame.dispatch(&self.resolve, &resolving.texture("filtered", &found), self.groups(irradiance.rendering));
+        self.record_layers(frame, view, surface, &Smoothed(irradiance.parameters), found)
+    }
+
+    /// Workgroups of the passes over an image of this size.
+    fn groups(&self, rendering: UVec2) -> [u32; 3] {
+        let [width, height, _] = self.filter.workgroup_size();
+        [rendering.x.div_ceil(width), rendering.y.div_ceil(height), 1]
+    }
+
+    /// Records the passes for layers of one frame, whose alphas `layers.wesl` describes.
+    pub(crate) fn record_layers(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+        &Smoothed(mut parameters): &Smoothed,
+        found: wgpu::TextureView,
+    ) -> Result<wgpu::TextureView, RenderError> {
+        let surfaces = view.buffer.bindings().with(&surface.bindings());
         let requested_frames = parameters.clamp_frames;
         let accumulated = self.histories.as_mut().zip(surface.motion.as_ref());
         if parameters.clamp_frames > 0.0 && accumulated.is_some() {
             // A frame is a fraction of the accumulated history, as of a mean.
             parameters.clamp_frames = parameters.clamp_frames.max(history::most_history(&view.view));
         }
-        let layers = [(); 2].map(|()| layers_target(frame, irradiance.rendering));
+        let rendering = surface.size;
+        let layers = [found, layers_target(frame, rendering)];
         let [width, height, _] = self.filter.workgroup_size();
-        let pixels = [irradiance.rendering.x.div_ceil(width), irradiance.rendering.y.div_ceil(height), 1];
+        let pixels = [rendering.x.div_ceil(width), rendering.y.div_ceil(height), 1];
         let [mut current, mut next] = [&layers[0], &layers[1]];
-        let resolving =
-            surfaces.clone().with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
-        frame.dispatch(&self.resolve, &resolving.texture("filtered", current), pixels);
         let smooth = |frame: &mut Frame<'_>, kernel: &ComputeKernel, axis, [from, to]: [&wgpu::TextureView; 2]| {
             let uniform = frame.uniform(&SmoothingParameters { axis, ..parameters });
             let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_irradiance", from);
@@ -259,7 +296,7 @@ impl Smoothing {
             smooth(frame, &self.firefly_clamp, 0, [current, next]);
             std::mem::swap(&mut current, &mut next);
             if parameters.redistribution > 0 && parameters.clamp_frames > 0.0 {
-                let tiles = irradiance.rendering.map(|side| side.div_ceil(TILE));
+                let tiles = rendering.map(|side| side.div_ceil(TILE));
                 let bytes = size_of::<Clamped>() as u64 * u64::from(FACINGS * tiles.x * tiles.y);
                 let buffers =
                     [frame.scratch("indirect/cut_off", bytes)?, frame.scratch("indirect/redistribution", bytes)?];

@@ -1,0 +1,88 @@
+//! Direct light: light that reaches visible surfaces from lights without another surface between.
+//!
+//! `all` (the baseline, no technique) lists the lights of each point ([`crate::light_culling`]), traces a shadow ray to each
+//! ([`crate::shadows`]) and sums them while it shades. Every other technique writes demodulated light, which shading reads through `layers.wesl`:
+//! [`sampled`].
+
+pub mod sampled;
+
+use std::fmt;
+
+use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame};
+
+use crate::{
+    context::ViewContext,
+    error::RenderError,
+    gpu_scene::{GpuScene, Parts},
+    indirect::Counters,
+    prepass::Surface,
+    rays::Tracer,
+    settings::Settings,
+    technique::{AnyTechnique, Choice, Technique, clone_of},
+};
+
+/// Direct light comes from a technique's layers, for transparent surfaces from its samples.
+pub(crate) const SAMPLED_LIGHTS: Feature = Feature::new("sampled_lights");
+
+/// Technique of direct light; none: every listed light gets its shadow rays.
+pub type Direct = Choice<dyn DirectTechnique>;
+
+impl<T: Technique + DirectTechnique> From<T> for Direct {
+    fn from(technique: T) -> Self {
+        Self::new(Box::new(technique), |technique| clone_of::<T>(technique))
+    }
+}
+
+/// A technique of direct light.
+pub trait DirectTechnique: AnyTechnique {
+    /// Parts of a scene that it reads, with these settings.
+    fn parts(&self, settings: &Settings) -> Parts;
+
+    /// Compiles its passes. `tracer`: of shadow rays, if there are any.
+    fn build(
+        &self,
+        device: &wgpu::Device,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Box<dyn DirectPasses>, RenderError>;
+}
+
+/// The passes of a technique.
+pub trait DirectPasses: fmt::Debug {
+    /// Discards state kept between frames, after a frame that was not submitted or that the device refused.
+    fn forget(&mut self) {}
+
+    /// True if it lights frames of this scene; false: all listed lights do.
+    fn lights(&self, _scene: &GpuScene) -> bool {
+        true
+    }
+
+    /// Parameters for transparent surfaces, which draw their own samples: bound as `light_samples`.
+    fn parameters(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> BufferPart;
+
+    /// Records the passes that compute the direct light of a view's surface, one sample per pixel.
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<DirectLight, RenderError>;
+}
+
+/// Demodulated direct light of one view, in layers as of [`crate::indirect::DemodulatedIrradiance`]. Shading adds both.
+#[derive(Clone, Debug)]
+pub struct DirectLight {
+    /// Light without noise.
+    pub certain: wgpu::TextureView,
+    /// Light with noise, filtered.
+    pub noisy: wgpu::TextureView,
+    /// Counters of the technique's work, such as rays.
+    pub(crate) counters: Counters,
+}
+
+impl DirectLight {
+    /// Bindings under the names that the shaders use.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new().texture("certain_direct", &self.certain).texture("noisy_direct", &self.noisy)
+    }
+}

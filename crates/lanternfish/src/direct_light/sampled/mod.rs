@@ -1,0 +1,237 @@
+//! Direct light from a fixed number of shadow rays a pixel, for any number of lights.
+//!
+//! 1. Each pixel draws candidates from the light trees (`candidates.wesl`), chooses some by their unshadowed light (`selection.wesl`), and traces a
+//!    ray to each (`trace.wesl`).
+//! 2. Noisy light is clamped, accumulated and filtered ([`Smoothing`]).
+
+#[cfg(test)]
+mod tests;
+
+use lanternfish_gpu::{BufferPart, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
+use lanternfish_scene::named_enum;
+
+use super::{DirectLight, DirectPasses, DirectTechnique};
+use crate::{
+    context::ViewContext,
+    error::RenderError,
+    gpu_scene::Parts,
+    indirect::{
+        Counters, layers_target,
+        smoothing::{Smoothed, Smoothing},
+    },
+    prepass::Surface,
+    rays::{self, TracePass, Tracer},
+    settings::{History, Settings},
+    shaders::{Root, Shaders},
+    shading::SHADOW_RAYS,
+    technique::{Parameter, Range, Technique},
+};
+
+/// Emissive triangles are sampled too.
+pub(crate) const EMISSION: Feature = Feature::new("emission");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders =
+    Shaders::new(&[Root::computed("direct_light/sampled/trace", variants)], &[SharedStruct::of::<LightSamples>()]);
+
+gpu_struct! {
+    /// Parameters of sampled direct light.
+    pub struct LightSamples {
+        /// Shadow rays a pixel at most.
+        rays: u32,
+        /// Candidates a pixel at most.
+        candidates: u32,
+        /// Index of the frame in the sequences of a pixel's random numbers.
+        frame: u32,
+        /// 1: noisy light is filtered, and kept apart from light without noise.
+        has_filter: u32,
+    }
+}
+
+named_enum! {
+    /// Shadow rays a pixel.
+    #[derive(Default)]
+    LightRays {
+        /// One.
+        One = "1": "Fastest, most noise",
+        /// Two.
+        Two = "2": "Less noise",
+        /// Four.
+        #[default]
+        Four = "4": "A good balance",
+        /// Eight.
+        Eight = "8": "Least noise",
+    }
+}
+
+impl LightRays {
+    /// The number of rays.
+    pub const fn count(self) -> u32 {
+        match self {
+            Self::One => 1,
+            Self::Two => 2,
+            Self::Four => 4,
+            Self::Eight => 8,
+        }
+    }
+}
+
+named_enum! {
+    /// Filter of noisy direct light.
+    #[derive(Default)]
+    Denoise {
+        /// The mean of frames is unbiased.
+        Off = "off": "No filter: for the mean of many frames",
+        /// Firefly clamp, temporal accumulation with a history, and an edge-stopping filter. All fade as frames are averaged.
+        #[default]
+        On = "on": "Clamps fireflies, accumulates frames with `history on`, and filters along surfaces",
+    }
+}
+
+/// Direct light from a fixed number of shadow rays a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SampledLights {
+    /// Shadow rays a pixel at most. More: less noise, slower.
+    pub rays: LightRays,
+    /// The filter.
+    pub denoise: Denoise,
+}
+
+/// Radius of the filter in an image of one frame, pixels. It shrinks with the root of the number of averaged frames.
+const FILTER_RADIUS: u32 = 8;
+/// Candidates for each ray. More: fewer rays to lights that contribute little, slower.
+const CANDIDATES_A_RAY: u32 = 4;
+/// Least number of candidates, and the length of the shader's list: `MOST_CANDIDATES`.
+const CANDIDATES: [u32; 2] = [8, 32];
+
+impl Technique for SampledLights {
+    const NAME: &'static str = "sampled";
+    const SUMMARY: &'static str = "A fixed number of shadow rays a pixel, to lights drawn from a tree";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
+            "light-samples",
+            "N",
+            Range::Numbers,
+            "Shadow rays a pixel, for any number of lights. More: less noise, slower",
+            |sampled| &mut sampled.rays,
+        ),
+        Parameter::new("denoise", "ON|OFF", Range::Names, "Filter of noisy direct light", |sampled| {
+            &mut sampled.denoise
+        }),
+    ];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl DirectTechnique for SampledLights {
+    fn parts(&self, settings: &Settings) -> Parts {
+        if samples_emission(settings) { Parts::HITS } else { Parts::LIGHT_TREES }
+    }
+
+    fn build(
+        &self,
+        device: &wgpu::Device,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Box<dyn DirectPasses>, RenderError> {
+        Ok(Box::new(SampledPasses::new(device, *self, settings, tracer)?))
+    }
+}
+
+/// True if emissive triangles are sampled: unless indirect light brings their light.
+fn samples_emission(settings: &Settings) -> bool {
+    !settings.indirect.brings_emission()
+}
+
+/// Features of the passes that sample lights: of shading too.
+pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
+    let mut features: Vec<Feature> = samples_emission(settings).then_some(EMISSION).into_iter().collect();
+    if let Some(tracer) = tracer {
+        features.push(SHADOW_RAYS);
+        features.extend(tracer.exact().features(&settings.structure, true));
+    }
+    features
+}
+
+fn variants() -> Vec<Vec<Feature>> {
+    let rays = rays::exact_tracers().into_iter().map(|tracer| [&[SHADOW_RAYS], &tracer[..]].concat());
+    let shadows: Vec<Vec<Feature>> = std::iter::once(Vec::new()).chain(rays).collect();
+    let emission = [vec![], vec![EMISSION]];
+    emission.iter().flat_map(|emission| shadows.iter().map(move |shadows| [&emission[..], shadows].concat())).collect()
+}
+
+#[derive(Debug)]
+struct SampledPasses {
+    technique: SampledLights,
+    /// Least number of frames over which an image is averaged.
+    frames: u32,
+    trace: TracePass,
+    smoothing: Smoothing,
+}
+
+impl SampledPasses {
+    fn new(
+        device: &wgpu::Device,
+        technique: SampledLights,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Self, RenderError> {
+        let shader = DECLARED.link("direct_light/sampled/trace", &features(settings, tracer))?;
+        let trace = ComputeKernel::new(device, &shader, "trace", "direct_light/trace");
+        let history = if technique.denoise == Denoise::On { settings.history } else { History::Off };
+        Ok(Self {
+            technique,
+            frames: settings.accumulate,
+            trace: TracePass::new(tracer.unwrap_or(Tracer::BVH).exact(), trace),
+            smoothing: Smoothing::labelled(device, history, "direct_light")?,
+        })
+    }
+
+    fn samples(&self, view: &ViewContext<'_>) -> LightSamples {
+        let rays = self.technique.rays.count();
+        let [least, most] = CANDIDATES;
+        LightSamples {
+            rays,
+            candidates: (CANDIDATES_A_RAY * rays).clamp(least, most),
+            frame: view.view.random_index,
+            has_filter: u32::from(self.technique.denoise == Denoise::On),
+        }
+    }
+}
+
+impl DirectPasses for SampledPasses {
+    fn forget(&mut self) {
+        self.smoothing.forget();
+    }
+
+    fn parameters(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> BufferPart {
+        frame.uniform(&self.samples(view))
+    }
+
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<DirectLight, RenderError> {
+        let ViewContext { scene, buffer, .. } = view;
+        let samples = self.parameters(frame, view);
+        let [certain, found] = [(); 2].map(|()| layers_target(frame, surface.size));
+        let counters = Counters::new(frame, "direct_light/counters", 1, &["shadows/rays", "direct_light/candidates"])?;
+        let bindings = buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("light_samples", &samples);
+        let bindings = bindings
+            .texture("certain_light", &certain)
+            .texture("filtered", &found)
+            .buffer("direct_counters", counters.buffer());
+        let groups = [surface.size.x.div_ceil(8), surface.size.y.div_ceil(8), 1];
+        self.trace.dispatch(frame, view, &bindings, groups);
+        let noisy = match self.technique.denoise {
+            Denoise::Off => found,
+            Denoise::On => {
+                let frames = self.frames.max(view.view.frame_index.saturating_add(1));
+                let smoothed = Smoothed::new(FILTER_RADIUS, true, frames);
+                self.smoothing.record_layers(frame, view, surface, &smoothed, found)?
+            }
+        };
+        Ok(DirectLight { certain, noisy, counters })
+    }
+}
