@@ -3,6 +3,7 @@
 mod attenuation;
 mod clustered;
 mod deep_images;
+mod direct;
 mod document;
 mod forward_plus;
 mod ground_truths;
@@ -107,6 +108,12 @@ enum Bench {
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     Photons(Box<OneBounceArgs>),
+    /// Direct light from a fixed number of shadow rays, compared with a ray to every light: price, errors, motion.
+    ///
+    /// Three tables: the price of a frame with 10 to 1,000,000 lights whose ranges do not end, by parts; errors of one frame and of the
+    /// mean of many; and a walk with 1,000 falling lights in which a light goes out.
+    #[command(mut_arg("size", |size| size.default_value("320x180")))]
+    Direct(Box<direct::DirectArgs>),
     /// Indirect light along a camera path and after a change of light, with `--history on` and off.
     ///
     /// Along a shot's track, measures the error of the last frame against the path tracer, and flicker of static surfaces. Then turns
@@ -154,6 +161,7 @@ fn run(bench: &Bench) -> Result<(), CliError> {
         Bench::Indirect(args) => indirect::run(args),
         Bench::VirtualLights(args) => virtual_lights::run(args),
         Bench::Photons(args) => photons::run(args),
+        Bench::Direct(args) => direct::run(args),
         Bench::History(args) => history::run(args),
         Bench::Clustered(args) => clustered::run(args),
         Bench::Moving(args) => moving::run(args),

@@ -10,7 +10,7 @@ use crate::{
     technique::{AnyTechnique, Choice, Kind, Registry},
 };
 pub use crate::{
-    direct_light::sampled::{Denoise, LightRays, SampledLights},
+    direct_light::sampled::{Denoise, LightChoice, LightRays, SampledLights},
     indirect::{
         IndirectClamp, IndirectResolution,
         radiance_cache::Bounces,

@@ -17,6 +17,7 @@ use crate::{
     gpu_scene::Parts,
     indirect::{
         Counters, layers_target,
+        history::HistoryReset,
         smoothing::{Smoothed, Smoothing},
     },
     prepass::Surface,
@@ -45,6 +46,8 @@ gpu_struct! {
         frame: u32,
         /// 1: noisy light is filtered, and kept apart from light without noise.
         has_filter: u32,
+        /// 1: lights are chosen uniformly.
+        is_uniform: u32,
     }
 }
 
@@ -88,11 +91,25 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// Choice of the lights that get a ray.
+    #[derive(Default)]
+    LightChoice {
+        /// By their importance in a tree, then by their unshadowed light.
+        #[default]
+        Tree = "tree": "By importance in a tree over the lights, then by unshadowed light",
+        /// Every light is as likely as another: the baseline.
+        Uniform = "uniform": "Every light is as likely as another: the baseline",
+    }
+}
+
 /// Direct light from a fixed number of shadow rays a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampledLights {
     /// Shadow rays a pixel at most. More: less noise, slower.
     pub rays: LightRays,
+    /// Choice of the lights.
+    pub choice: LightChoice,
     /// The filter.
     pub denoise: Denoise,
 }
@@ -115,6 +132,9 @@ impl Technique for SampledLights {
             "Shadow rays a pixel, for any number of lights. More: less noise, slower",
             |sampled| &mut sampled.rays,
         ),
+        Parameter::new("light-choice", "NAME", Range::Names, "Choice of the lights that get a ray", |sampled| {
+            &mut sampled.choice
+        }),
         Parameter::new("denoise", "ON|OFF", Range::Names, "Filter of noisy direct light", |sampled| {
             &mut sampled.denoise
         }),
@@ -159,6 +179,11 @@ fn variants() -> Vec<Vec<Feature>> {
     emission.iter().flat_map(|emission| shadows.iter().map(move |shadows| [&emission[..], shadows].concat())).collect()
 }
 
+fn reset_window() -> HistoryReset {
+    let of = |name: &str, usual: f32| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual);
+    HistoryReset { lasts: of("LF_LASTS", 2.0) as u32, counts: of("LF_COUNTS", 8.0), deviations: of("LF_DEV", 1.0) }
+}
+
 #[derive(Debug)]
 struct SampledPasses {
     technique: SampledLights,
@@ -182,7 +207,7 @@ impl SampledPasses {
             technique,
             frames: settings.accumulate,
             trace: TracePass::new(tracer.unwrap_or(Tracer::BVH).exact(), trace),
-            smoothing: Smoothing::labelled(device, history, "direct_light")?,
+            smoothing: Smoothing::labelled(device, history, reset_window(), "direct_light")?,
         })
     }
 
@@ -194,6 +219,7 @@ impl SampledPasses {
             candidates: (CANDIDATES_A_RAY * rays).clamp(least, most),
             frame: view.view.random_index,
             has_filter: u32::from(self.technique.denoise == Denoise::On),
+            is_uniform: u32::from(self.technique.choice == LightChoice::Uniform),
         }
     }
 }

@@ -47,8 +47,8 @@ gpu_struct! {
         clamped_frames: f32,
         /// Of these, the frames over which the image is averaged in any case.
         requested_frames: f32,
-        /// Unused.
-        _pad: u32,
+        /// Largest distance of the history from the neighbourhood's mean in the reset window, standard deviations.
+        reset_deviations: f32,
     }
 }
 
@@ -68,6 +68,8 @@ pub(crate) struct HistoryReset {
     pub lasts: u32,
     /// Longest history in the reset window, frames. More: less noise, more lag; 0: the history is discarded.
     pub counts: f32,
+    /// Largest distance of the history from the mean of the neighbourhood in the reset window, standard deviations. More: less noise, more lag.
+    pub deviations: f32,
 }
 
 /// The pass, and the history of each view.
@@ -163,7 +165,7 @@ impl Histories {
             has_changed: before.map_or(0, |before| u32::from(before.since_change < self.reset.lasts)),
             clamped_frames,
             requested_frames,
-            _pad: 0,
+            reset_deviations: self.reset.deviations,
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
         let bindings =

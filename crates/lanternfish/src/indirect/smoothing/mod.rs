@@ -130,7 +130,7 @@ pub const CLAMP: ParameterInfo = ParameterInfo::new(
 );
 
 /// Indirect light goes on changing for some frames after a change of the scene.
-const RESET_WINDOW: HistoryReset = HistoryReset { lasts: RESET_FRAMES, counts: 4.0 };
+pub(crate) const RESET_WINDOW: HistoryReset = HistoryReset { lasts: RESET_FRAMES, counts: 4.0, deviations: 0.25 };
 /// Pixels of filter radius per tile of redistribution radius. Fewer: less noise, and light farther from its correct position.
 const REDISTRIBUTE: u32 = 2;
 
@@ -215,11 +215,16 @@ pub struct Smoothing {
 impl Smoothing {
     /// Compiles the passes for indirect light.
     pub fn new(device: &wgpu::Device, history: History) -> Result<Self, RenderError> {
-        Self::labelled(device, history, "indirect")
+        Self::labelled(device, history, RESET_WINDOW, "indirect")
     }
 
-    /// Compiles the passes. `folder`: the first part of their labels.
-    pub(crate) fn labelled(device: &wgpu::Device, history: History, folder: &str) -> Result<Self, RenderError> {
+    /// Compiles the passes. `reset`: what a change of the scene does to the history; `folder`: the first part of the labels.
+    pub(crate) fn labelled(
+        device: &wgpu::Device,
+        history: History,
+        reset: HistoryReset,
+        folder: &str,
+    ) -> Result<Self, RenderError> {
         let kernel = |file: &str, entry: &str, label: &str| {
             let shader = DECLARED.link(&format!("indirect/smoothing/{file}"), &[])?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("{folder}/{label}")))
@@ -233,7 +238,7 @@ impl Smoothing {
             filter: kernel("filter", "filter_axis", "filter")?,
             histories: match history {
                 History::Off => None,
-                History::On => Some(Histories::new(device, RESET_WINDOW, folder)?),
+                History::On => Some(Histories::new(device, reset, folder)?),
             },
         })
     }
