@@ -46,7 +46,7 @@ impl GpuScene {
         Ok(())
     }
 
-    /// An error if lights are in a tree that the host builds.
+    /// An error if lights are in a tree: only [`crate::Renderer::update`] builds it again.
     pub(in crate::gpu_scene) fn check_light_trees(&self, index: usize) -> Result<(), RenderError> {
         if self.light_trees.is_none() {
             return Ok(());
