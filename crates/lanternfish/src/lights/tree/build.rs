@@ -2,19 +2,21 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
 use lanternfish_gpu::{
     ComputeKernel, Frame, GpuError, LinkedShader, Pool, Profiler, gpu_struct, primitives::RadixSort,
 };
 
-use super::LightNode;
+use super::{LightNode, LightTrees};
 use crate::{
     common::{WIDTH, workgroups},
     lights::{DECLARED, LightSet},
 };
 
-/// Levels that one pass makes above the one that it reads; the shader's `PAIRS` is two to this power, halved.
+/// Levels that one pass splits or joins, as in the shader; its `PAIRS` is two to this power, halved.
 const LEVELS: u32 = 8;
+/// Least number of lights whose tree has a level more than its leaves need.
+const LEAST_ROOMY: u32 = 4;
 
 gpu_struct! {
     /// Parameters of the passes that build the tree.
@@ -29,12 +31,18 @@ gpu_struct! {
         placed_count: u32,
         /// Root of the tree in the buffer of nodes.
         first_node: u32,
-        /// Level of the nodes that the pass reads; the root's is 0.
+        /// Level of the leaves; the root's is 0.
+        depth: u32,
+        /// The lower level of the pass: that of the nodes that it joins, or of the last that it splits.
         level: u32,
-        /// First of them in `joined`.
+        /// First node of that level in `joined` and `ranges`.
         first_read: u32,
-        /// Where the pass puts the nodes that the next one reads.
+        /// First node of the pass' upper level there.
         first_written: u32,
+        /// Unused.
+        _pad: u32,
+        /// Unused.
+        _pad_2: UVec2,
     }
 }
 
@@ -62,10 +70,11 @@ gpu_struct! {
     }
 }
 
-/// The passes, and the memory that they use again: 16 bytes a light.
+/// The passes, and the memory that they use again: 17 bytes a light.
 #[derive(Debug)]
 pub(super) struct TreeBuilder {
     keys: ComputeKernel,
+    split: ComputeKernel,
     leaves: ComputeKernel,
     levels: ComputeKernel,
     sort: RadixSort,
@@ -84,6 +93,7 @@ impl TreeBuilder {
         let kernel = |entry: &str| ComputeKernel::new(device, shader, entry, &format!("lights/tree/{entry}"));
         Ok(Self {
             keys: kernel("keys"),
+            split: kernel("split"),
             leaves: kernel("leaves"),
             levels: kernel("levels"),
             sort: RadixSort::new(device, "lights/tree/sort")?,
@@ -92,29 +102,27 @@ impl TreeBuilder {
         })
     }
 
-    /// Builds the tree over those of these lights that have a position and shine, `placed_count` by number, and submits the passes. Its
-    /// root is the node `first_node`. Equal lights give equal nodes: the sort is stable, and its input is in the order of the lights.
+    /// Builds the tree over those of these lights that have a position and shine, and submits the passes. Equal lights give equal nodes: the sort is stable, and its input is in the order of the lights.
     pub fn build(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         lights: &LightSet,
-        placed_count: u32,
         nodes: &wgpu::Buffer,
-        first_node: u32,
+        layout: &LightTrees,
     ) -> Result<(), GpuError> {
-        if placed_count == 0 {
+        if layout.light_count == 0 {
             return Ok(());
         }
         let light_count = lights.capacity;
         let mut frame = Frame::pooled(device, queue, &mut self.profiler, &mut self.pool);
-        let mut tree = BuiltTree {
+        let tree = BuiltTree {
             low: lights.bounds.min,
             light_count,
             size: lights.bounds.size(),
-            placed_count,
-            first_node,
-            level: depth_over(placed_count),
+            placed_count: layout.light_count,
+            first_node: layout.first_light,
+            depth: layout.light_depth,
             ..BuiltTree::default()
         };
         let order = frame.scratch("lights/tree/order", 4 * u64::from(light_count))?;
@@ -126,23 +134,21 @@ impl TreeBuilder {
         frame.dispatch(&self.keys, &sorting, workgroups(light_count));
         self.sort.record(&mut frame, &keys, &order, light_count, u32::BITS)?;
 
-        let passes = passes(tree.level);
-        let joined_count = passes.iter().map(|(_, groups)| u64::from(*groups)).sum::<u64>();
-        let joined = frame.scratch("lights/tree/joined", size_of::<Emitters>() as u64 * joined_count)?;
-        for (i, (level, groups)) in passes.into_iter().enumerate() {
-            tree.level = level;
-            let parameters = frame.uniform(&tree);
-            let joining = of_lights
-                .clone()
-                .part("built_tree", &parameters)
-                .buffer("light_order", &order)
-                .buffer("built_nodes", nodes)
-                .buffer("joined", &joined);
-            let kernel = if i == 0 { &self.leaves } else { &self.levels };
-            frame.dispatch(kernel, &joining, [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]);
-            tree.first_read = tree.first_written;
-            tree.first_written += groups;
-        }
+        let passes = passes(tree.depth);
+        let upper_count = passes.iter().map(|pass| u64::from(pass.groups)).sum::<u64>();
+        let joined = frame.scratch("lights/tree/joined", size_of::<Emitters>() as u64 * upper_count)?;
+        let ranges = frame.scratch("lights/tree/ranges", size_of::<UVec2>() as u64 * upper_count)?;
+        let joining = sorting.buffer("built_nodes", nodes).buffer("joined", &joined).buffer("ranges", &ranges);
+        let mut dispatch = |kernel: &ComputeKernel, pass: &Pass| {
+            let Pass { level, first_read, first_written, groups } = *pass;
+            let parameters = frame.uniform(&BuiltTree { level, first_read, first_written, ..tree });
+            let bindings = joining.clone().part("built_tree", &parameters);
+            frame.dispatch(kernel, &bindings, [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]);
+        };
+        let [lowest, upper @ ..] = &*passes else { unreachable!("a tree has a level") };
+        upper.iter().rev().for_each(|pass| dispatch(&self.split, pass));
+        dispatch(&self.leaves, lowest);
+        upper.iter().for_each(|pass| dispatch(&self.levels, pass));
         frame.submit();
         // The times are nobody's; unread ones would pile up.
         while !self.profiler.finished().is_empty() {}
@@ -150,14 +156,12 @@ impl TreeBuilder {
     }
 }
 
-/// Levels below the root of a tree over this many emitters.
-pub(super) fn depth_over(count: u32) -> u32 {
-    count.max(1).next_power_of_two().ilog2()
-}
-
-/// Nodes of a tree over this many emitters.
-pub(super) fn nodes_over(count: u32) -> u32 {
-    if count == 0 { 0 } else { 2 * count.next_power_of_two() - 1 }
+/// Levels below the root of a tree over this many lights, of at most this many nodes if that is possible. There are two to four times as
+/// many leaves as lights, so that lights need not be split into equal halves.
+pub(super) fn depth_over(count: u32, most_nodes: u64) -> u32 {
+    let least = count.max(1).next_power_of_two().ilog2();
+    let is_roomy = count >= LEAST_ROOMY && (4 << least) - 1 <= most_nodes;
+    least + u32::from(is_roomy)
 }
 
 /// Size of a tree's nodes, bytes.
@@ -165,17 +169,28 @@ pub(super) fn bytes_of(nodes: usize) -> u64 {
     (nodes * size_of::<LightNode>()) as u64
 }
 
-/// The level that each pass reads, and its workgroups.
-fn passes(depth: u32) -> Vec<(u32, u32)> {
+/// A pass that splits or joins some levels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pass {
+    level: u32,
+    first_read: u32,
+    first_written: u32,
+    groups: u32,
+}
+
+/// The passes of a tree of this depth, the lowest levels first: each joins what the one before it has written.
+fn passes(depth: u32) -> Vec<Pass> {
     let mut passes = Vec::new();
-    let mut level = depth;
+    let mut pass = Pass { level: depth, first_read: 0, first_written: 0, groups: 0 };
     loop {
-        let next = level.saturating_sub(LEVELS);
-        passes.push((level, 1 << next));
-        if next == 0 {
+        let upper = pass.level.saturating_sub(LEVELS);
+        pass.groups = 1 << upper;
+        passes.push(pass);
+        if upper == 0 {
             return passes;
         }
-        level = next;
+        let Pass { first_written, groups, .. } = pass;
+        pass = Pass { level: upper, first_read: first_written, first_written: first_written + groups, groups };
     }
 }
 
@@ -185,11 +200,21 @@ mod tests {
 
     #[test]
     fn a_few_passes_make_every_level() {
-        assert_eq!(f64::from(1u32 << (LEVELS - 1)), crate::shaders::constant("lights/tree/build", "PAIRS"));
-        assert_eq!(passes(0), [(0, 1)]);
-        assert_eq!(passes(8), [(8, 1)]);
-        assert_eq!(passes(9), [(9, 2), (1, 1)]);
-        assert_eq!(passes(20), [(20, 1 << 12), (12, 1 << 4), (4, 1)]);
-        assert_eq!([0, 1, 2, 3, 1000].map(nodes_over), [0, 1, 3, 7, 2047]);
+        let constant = |name: &str| crate::shaders::constant("lights/tree/build", name);
+        assert_eq!([LEVELS, 1 << (LEVELS - 1)].map(f64::from), ["LEVELS", "PAIRS"].map(constant));
+        let levels = |depth: u32| passes(depth).iter().map(|p| (p.level, p.groups)).collect::<Vec<_>>();
+        assert_eq!(levels(0), [(0, 1)]);
+        assert_eq!(levels(8), [(8, 1)]);
+        assert_eq!(levels(9), [(9, 2), (1, 1)]);
+        assert_eq!(levels(21), [(21, 1 << 13), (13, 1 << 5), (5, 1)]);
+        for pair in passes(21).windows(2) {
+            assert_eq!(
+                (pair[1].first_read, pair[1].first_written),
+                (pair[0].first_written, pair[0].first_written + pair[0].groups)
+            );
+        }
+        let many = u64::MAX;
+        assert_eq!([0, 1, 2, 3, 4, 5, 8, 9].map(|count| depth_over(count, many)), [0, 0, 1, 2, 3, 4, 4, 5]);
+        assert_eq!([30, 31].map(|most| depth_over(8, most)), [3, 4]);
     }
 }

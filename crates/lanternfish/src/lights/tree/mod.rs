@@ -9,7 +9,7 @@ use glam::Vec3;
 use lanternfish_gpu::{Bindings, GpuError, gpu_struct, storage_buffer, uniform_buffer_of};
 use lanternfish_scene::light_tree::{Bound, Emitter, LightTree};
 
-use self::build::{TreeBuilder, bytes_of, depth_over, nodes_over};
+use self::build::{TreeBuilder, bytes_of, depth_over};
 use crate::lights::LightSet;
 
 pub use self::build::{BuiltTree, Emitters};
@@ -140,14 +140,19 @@ impl SceneLightTrees {
     fn place(&mut self, device: &wgpu::Device, lights: &LightSet) -> Result<bool, GpuError> {
         let placed_count = lights.on_host.iter().filter(|light| light.is_placed()).count() as u32;
         let first_light = self.tree.nodes().len() as u32;
+        let sun_count = lights.on_host.iter().filter(|light| light.is_sun()).count() as u32;
+        let limits = device.limits();
+        let most_nodes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / bytes_of(1);
+        let light_depth = depth_over(placed_count, most_nodes.saturating_sub((first_light + sun_count).into()));
+        let light_nodes = if placed_count == 0 { 0 } else { (2 << light_depth) - 1 };
         let layout = LightTrees {
             triangle_count: self.triangles.len() as u32,
             triangle_depth: self.tree.depth(),
             first_light,
             light_count: placed_count,
-            light_depth: depth_over(placed_count),
-            first_sun: first_light + nodes_over(placed_count),
-            sun_count: lights.on_host.iter().filter(|light| light.is_sun()).count() as u32,
+            light_depth,
+            first_sun: first_light + light_nodes,
+            sun_count,
             ..LightTrees::default()
         };
         if layout == self.layout {
@@ -172,8 +177,7 @@ impl SceneLightTrees {
         let suns = lights.on_host.iter().zip(0..).filter(|(light, _)| light.is_sun());
         let suns: Vec<LightNode> = suns.map(|(_, link)| LightNode { link, ..LightNode::default() }).collect();
         queue.write_buffer(&self.nodes, bytes_of(self.layout.first_sun as usize), bytemuck::cast_slice(&suns));
-        let LightTrees { light_count, first_light, .. } = self.layout;
-        self.builder.build(device, queue, lights, light_count, &self.nodes, first_light)
+        self.builder.build(device, queue, lights, &self.nodes, &self.layout)
     }
 
     /// Emissive triangles.
