@@ -102,7 +102,8 @@ impl TreeBuilder {
         })
     }
 
-    /// Builds the tree over those of these lights that have a position and shine, and submits the passes. Equal lights give equal nodes: the sort is stable, and its input is in the order of the lights.
+    /// Builds the tree over those of these lights that have a position and shine, and submits the passes. Equal lights give equal nodes:
+    /// the sort is stable, and its input is in the order of the lights.
     pub fn build(
         &mut self,
         device: &wgpu::Device,

@@ -137,7 +137,7 @@ pub fn mixed(random: &mut Random, count: usize) -> Vec<Light> {
     let light = |i: usize| {
         let position = 40.0 * random.point() * Vec3::new(1.0, 0.1, 0.6);
         let aligned = (Vec3::NEG_Y + 0.3 * random.point()).normalize();
-        let direction = if i % 3 == 0 { random.direction() } else { aligned };
+        let direction = if i.is_multiple_of(3) { random.direction() } else { aligned };
         let kind = match i % 5 {
             0 | 1 => LightKind::Spot { inner_angle: 0.1, outer_angle: random.between(0.2, 1.5) },
             2 => LightKind::Disk { radius: random.between(0.1, 1.0) },
