@@ -1,12 +1,12 @@
 use clap::{CommandFactory, Parser};
 use lanternfish::{
     settings::{
-        Anisotropy, Attenuation, Culling, DebugView, Exposure, History, Indirect, Materials, Occlusion, Quality,
+        Anisotropy, Attenuation, Culling, DebugView, Direct, Exposure, History, Indirect, Materials, Occlusion, Quality,
         RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
     },
     techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, Grouping, IndirectClamp, IndirectResolution, Sampled,
-        TileSize, Tiled,
+        Assignment, ClusterShape, ClusterTest, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution,
+        LightChoice, LightRays, Sampled, SampledLights, TileSize, Tiled,
     },
 };
 use lanternfish_papers::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DirectionSet, Hbao};
@@ -44,7 +44,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 
 #[test]
 fn every_flag_reaches_its_setting() {
-    let words = "--shadows bvh --ray-culling naive --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \
+    let words = "--direct sampled --light-samples 2 --light-choice uniform --denoise off --shadows bvh --ray-culling naive --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --attenuation-near-radius 0.75 --attenuation-coefficients 1,0.5,2 --range-threshold 0.5 \
                  --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
@@ -53,6 +53,11 @@ fn every_flag_reaches_its_setting() {
                  --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
+        direct: Direct::from(SampledLights {
+            rays: LightRays::Two,
+            choice: LightChoice::Uniform,
+            denoise: Denoise::Off,
+        }),
         culling: Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
         shadows: Shadows::BVH,
         ray_culling: RayCulling::Naive,

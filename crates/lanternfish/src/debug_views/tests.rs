@@ -161,7 +161,7 @@ impl<'g> Harness<'g> {
         let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE, None).unwrap();
         let radiance = forward.target(&mut frame, SIZE);
         let view = context(scene, &view, &buffer, &surface);
-        let shaded = Shaded::of_lights(radiance, lists);
+        let shaded = Shaded::of_lights(radiance, Some(lists));
         let rendering = display_target(&mut frame, SIZE);
         debug_views.record(&mut frame, &view, &shaded, &rendering);
         frame.submit();

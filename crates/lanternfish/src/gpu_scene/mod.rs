@@ -163,6 +163,7 @@ impl GpuScene {
         let geometry = Geometry::new(device, scene, shading)?;
 
         let lights = packed_lights(scene, &needs.lights, &device.limits())?;
+        let lights = light_set(device, scene, lights, &needs.lights)?;
         let none = wgpu::BufferUsages::empty();
 
         // Surfaces that cast shadows, in the BVH's leaf order.
@@ -177,7 +178,7 @@ impl GpuScene {
                 true => emissive::triangles(scene, shading, &tracing.parts, triangles),
                 false => Vec::new(),
             };
-            SceneLightTrees::new(device, scene, &needs.lights, emissive)
+            SceneLightTrees::new(device, queue, &lights, emissive)
         });
         let light_trees = light_trees.transpose()?;
         let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
@@ -198,7 +199,7 @@ impl GpuScene {
 
         let mut counters = vec![
             (DRAWS.to_owned(), geometry.draws.len() as u64),
-            (LIGHTS.to_owned(), lights.len() as u64),
+            (LIGHTS.to_owned(), lights.capacity.into()),
             ("scene/textures_bytes".to_owned(), textures.bytes),
             ("scene/traced_triangles".to_owned(), triangles.len() as u64),
             (NODES.to_owned(), node_count),
@@ -215,7 +216,7 @@ impl GpuScene {
             environment,
             environment_light,
             materials,
-            lights: light_set(device, scene, lights, &needs.lights)?,
+            lights,
             has_area_lights: has_area_lights(scene),
             soft_shadows: uniform_buffer_of(
                 device,

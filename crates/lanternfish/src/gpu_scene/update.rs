@@ -253,7 +253,7 @@ impl GpuScene {
             !self.placed.is_unsure && bent.is_empty() && transforms(scene).eq(self.placed.transforms.iter().copied());
         if shines_as_before && stands_still {
             if let Some(trees) = &mut self.light_trees {
-                trees.update_lights(device, scene, &self.needs.lights)?;
+                trees.update_lights(device, queue, &self.lights)?;
             }
             return Ok(());
         }
@@ -263,7 +263,7 @@ impl GpuScene {
                 true => emissive::triangles(scene, self.needs.shading, &self.placed.parts, &triangles),
                 false => Vec::new(),
             };
-            *trees = SceneLightTrees::new(device, scene, &self.needs.lights, emissive)?;
+            trees.replace_triangles(device, queue, &self.lights, emissive)?;
         }
         self.placed.shining = shining;
         let leaves: Vec<_> = self.light_trees.iter().flat_map(SceneLightTrees::leaves).collect();

@@ -14,19 +14,21 @@ use lanternfish_gpu::{Feature, SharedStruct, gpu_struct};
 use lanternfish_scene::{LightKind, shading::Falloff};
 
 pub use self::set::{LightCount, LightSet};
-use crate::shaders::Shaders;
+use crate::shaders::{Root, Shaders};
 
 /// The scene has area lights: disks or rectangles, whose points are sampled.
 pub(crate) const AREA_LIGHTS: Feature = Feature::new("area_lights");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
-    &[],
+    &[Root::new("lights/tree/build")],
     &[
         SharedStruct::of::<Light>(),
         SharedStruct::of::<LightCount>(),
         SharedStruct::of::<tree::LightNode>(),
         SharedStruct::of::<tree::LightTrees>(),
+        SharedStruct::of::<tree::BuiltTree>(),
+        SharedStruct::of::<tree::Emitters>(),
     ],
 );
 
@@ -105,6 +107,21 @@ impl Light {
     /// True if it is infinitely far away: it has no position.
     pub(crate) fn is_directional(&self) -> bool {
         self.kind == 2
+    }
+
+    /// True if it is directional and shines.
+    pub(crate) fn is_sun(&self) -> bool {
+        self.is_directional() && self.shines()
+    }
+
+    /// True if it has a position and shines: it is in the light tree. `lights/tree/build.wesl` has the same condition.
+    pub(crate) fn is_placed(&self) -> bool {
+        !self.is_directional() && self.shines()
+    }
+
+    /// Devices may take smaller numbers for zero.
+    fn shines(&self) -> bool {
+        self.intensity.max_element() >= f32::MIN_POSITIVE
     }
 
     /// True if it is a disk or rectangle.

@@ -6,6 +6,7 @@ use lanternfish_gpu::{Engine, Gpu, GpuError, Requested, checked};
 use super::flight::check_lost;
 use crate::{
     debug_views::DebugViews,
+    direct_light::Direct,
     error::RenderError,
     frame::Passes,
     gpu_scene::{Parts, SceneRequirements, Shading, automatic_anisotropy},
@@ -76,6 +77,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     if let Some(view) = settings.debug_view.filter(|view| *view != DebugView::Nan) {
         // Views of G-buffer data show the surface at each pixel's centre. They need no light unless the view shows light.
         settings.samples = Samples::One;
+        settings.direct = Direct::NONE;
         if view != DebugView::Indirect {
             settings.indirect = Indirect::NONE;
         }

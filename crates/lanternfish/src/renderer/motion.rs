@@ -57,8 +57,8 @@ impl Renderer {
 
     /// Replaces a light of an uploaded scene, by its index in the scene's list.
     ///
-    /// Returns an error and does nothing for a light that does not exist or is not valid ([`Scene::validate`]), and with indirect light,
-    /// because [`Self::update`] must rebuild the light tree ([`RenderError::NeedsUpdate`]).
+    /// If a technique draws lights from a tree, the tree is rebuilt on the device: for many lights, use [`Self::update`]. Returns an error and
+    /// does nothing for a light that does not exist or is not valid ([`Scene::validate`]).
     pub fn set_light(&self, gpu_scene: &mut GpuScene, index: usize, light: &Light) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;

@@ -78,7 +78,7 @@ impl GpuScene {
             let (bytes, dispatches) = (sent.bytes + posed.bytes, sent.dispatches + posed.dispatches);
             sent = Sent { bytes, dispatches, ..posed };
         }
-        sent.bytes += self.write_lights(frame.queue, &lights);
+        sent.bytes += self.write_lights(frame.queue, &lights)?;
         Ok(sent)
     }
 
@@ -114,7 +114,6 @@ impl GpuScene {
             let light = placed.unwrap_or_else(|| Light { intensity: Vec3::ZERO, ..scene.lights[index].clone() });
             let packed = PackedLight::new(&light, &self.needs.lights);
             if self.lights.on_host[index] != packed {
-                self.check_light_trees(index)?;
                 changed.push((index, packed));
             }
         }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use lanternfish_gpu::GpuError;
 use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene};
 
 use super::{
@@ -19,8 +20,7 @@ impl GpuScene {
         light: &SceneLight,
     ) -> Result<Sent, RenderError> {
         self.check_light(index, Some(light))?;
-        self.check_light_trees(index)?;
-        let bytes = self.write_lights(queue, &[(index, Light::new(light, &self.needs.lights))]);
+        let bytes = self.write_lights(queue, &[(index, Light::new(light, &self.needs.lights))])?;
         Ok(Sent { bytes, ..Sent::default() })
     }
 
@@ -46,18 +46,14 @@ impl GpuScene {
         Ok(())
     }
 
-    /// An error if lights are in a tree that the host builds.
-    pub(in crate::gpu_scene) fn check_light_trees(&self, index: usize) -> Result<(), RenderError> {
-        if self.light_trees.is_none() {
-            return Ok(());
-        }
-        Err(RenderError::NeedsUpdate { what: format!("light {index} is in a light tree") })
-    }
-
-    /// Replaces lights, and returns their size, bytes.
-    pub(in crate::gpu_scene) fn write_lights(&mut self, queue: &wgpu::Queue, changed: &[(usize, Light)]) -> u64 {
+    /// Replaces lights, rebuilds the tree over them, and returns their size, bytes.
+    pub(in crate::gpu_scene) fn write_lights(
+        &mut self,
+        queue: &wgpu::Queue,
+        changed: &[(usize, Light)],
+    ) -> Result<u64, GpuError> {
         if changed.is_empty() {
-            return 0;
+            return Ok(0);
         }
         for (index, light) in changed {
             let bytes = bytemuck::bytes_of(light);
@@ -69,8 +65,11 @@ impl GpuScene {
         placed.for_each(|light| bounds.add_point(light.position()));
         self.lights.bounds = bounds;
         self.has_area_lights = self.lights.on_host.iter().any(Light::is_area);
+        if let Some(trees) = &mut self.light_trees {
+            trees.update_lights(&self.device, queue, &self.lights)?;
+        }
         self.placed.revision = next_number();
-        (changed.len() * size_of::<Light>()) as u64
+        Ok((changed.len() * size_of::<Light>()) as u64)
     }
 
     /// See [`crate::Renderer::set_material`].

@@ -168,7 +168,7 @@ fn gpu_moves_on_device_and_host_agree() {
             let error = renderer.move_instances(&mut by_device, &[wrong]).unwrap_err().to_string();
             assert!(error.contains(what), "{error}");
         }
-        // Emissive triangles are in a tree that the host builds.
+        // Emissive triangles are in a tree that only `update` builds again.
         let lit = renderer.upload(&scene());
         let lamp = before.instances.iter().position(|instance| {
             scene().materials[before.meshes[instance.mesh].primitives[0].material].emissive != Vec3::ZERO

@@ -1,17 +1,18 @@
 //! The trees of [`lanternfish_scene::light_tree`] on the device: emissive triangles, lights with a position, and the list of directional
-//! lights, in one buffer (`light_tree.wesl`).
+//! lights, in one buffer (`light_tree.wesl`). The host builds the tree over triangles, the device that over lights (`build.wesl`).
 
+mod build;
 #[cfg(test)]
 mod tests;
 
 use glam::Vec3;
-use lanternfish_gpu::{Bindings, GpuError, gpu_struct, storage_buffer_of, uniform_buffer_of};
-use lanternfish_scene::{
-    LightKind, Scene,
-    light_tree::{Bound, Emitter, LightTree},
-};
+use lanternfish_gpu::{Bindings, GpuError, gpu_struct, storage_buffer, uniform_buffer_of};
+use lanternfish_scene::light_tree::{Bound, Emitter, LightTree};
 
-use crate::lights::LightSettings;
+use self::build::{TreeBuilder, bytes_of, depth_over};
+use crate::lights::LightSet;
+
+pub use self::build::{BuiltTree, Emitters};
 
 gpu_struct! {
     /// A node of a tree over emitters; world space, m.
@@ -64,54 +65,119 @@ pub struct EmissiveTriangle {
     pub emitter: Emitter,
 }
 
-/// Nodes in the uploaded layout.
-#[derive(Debug)]
-pub(crate) struct PackedTrees {
-    nodes: Vec<LightNode>,
-    trees: LightTrees,
-}
-
 /// The trees of a scene on the device, and the inputs that do not come from the lights.
 #[derive(Debug)]
 pub(crate) struct SceneLightTrees {
     triangles: Vec<EmissiveTriangle>,
     tree: LightTree,
+    layout: LightTrees,
     nodes: wgpu::Buffer,
     trees: wgpu::Buffer,
+    builder: TreeBuilder,
 }
 
 impl SceneLightTrees {
-    /// Builds the trees over the lights of a scene and over these triangles.
+    /// Builds the trees over the lights of a scene and over these triangles. The lights are on the host, too.
     pub fn new(
         device: &wgpu::Device,
-        scene: &Scene,
-        settings: &LightSettings,
+        queue: &wgpu::Queue,
+        lights: &LightSet,
         triangles: Vec<EmissiveTriangle>,
     ) -> Result<Self, GpuError> {
+        Self::with(device, queue, lights, triangles, TreeBuilder::new(device, queue)?)
+    }
+
+    fn with(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        lights: &LightSet,
+        triangles: Vec<EmissiveTriangle>,
+        builder: TreeBuilder,
+    ) -> Result<Self, GpuError> {
+        let layout = LightTrees::default();
+        let trees = uniform_buffer_of(device, "scene/light_trees", &layout);
+        let nodes = storage_buffer(device, "scene/light_nodes", bytes_of(1))?;
+        let mut all = Self { triangles: Vec::new(), tree: LightTree::default(), layout, nodes, trees, builder };
+        all.replace_triangles(device, queue, lights, triangles)?;
+        Ok(all)
+    }
+
+    /// Rebuilds the trees over other triangles; the lights may have changed, too.
+    pub fn replace_triangles(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        lights: &LightSet,
+        triangles: Vec<EmissiveTriangle>,
+    ) -> Result<(), GpuError> {
         let emitters: Vec<Emitter> = triangles.iter().map(|triangle| triangle.emitter).collect();
-        let tree = LightTree::new(&emitters);
-        let (nodes, trees) = upload(device, &pack(scene, settings, &triangles, &tree))?;
-        Ok(Self { triangles, tree, nodes, trees })
+        (self.tree, self.triangles) = (LightTree::new(&emitters), triangles);
+        self.place(device, lights)?;
+        self.write_triangles(queue);
+        self.build(device, queue, lights)
     }
 
     /// Rebuilds the parts that depend on the lights, whose number and positions may have changed.
     pub fn update_lights(
         &mut self,
         device: &wgpu::Device,
-        scene: &Scene,
-        settings: &LightSettings,
+        queue: &wgpu::Queue,
+        lights: &LightSet,
     ) -> Result<(), GpuError> {
-        (self.nodes, self.trees) = upload(device, &pack(scene, settings, &self.triangles, &self.tree))?;
-        Ok(())
+        if self.place(device, lights)? {
+            self.write_triangles(queue);
+        }
+        self.build(device, queue, lights)
     }
 
     /// Renumbers the triangles: `new_index` holds the new index of each.
     pub fn renumber(&mut self, queue: &wgpu::Queue, new_index: &[u32]) {
         self.triangles.iter_mut().for_each(|triangle| triangle.triangle = new_index[triangle.triangle as usize]);
-        let mut nodes = Vec::new();
-        append(&mut nodes, &self.tree, |i| self.triangles[i as usize].triangle);
-        // The nodes of the emissive triangles come first.
+        self.write_triangles(queue);
+    }
+
+    /// Lays out the trees, in another buffer if their sizes have changed. True if the triangles' nodes must be written again.
+    fn place(&mut self, device: &wgpu::Device, lights: &LightSet) -> Result<bool, GpuError> {
+        let placed_count = lights.on_host.iter().filter(|light| light.is_placed()).count() as u32;
+        let first_light = self.tree.nodes().len() as u32;
+        let sun_count = lights.on_host.iter().filter(|light| light.is_sun()).count() as u32;
+        let limits = device.limits();
+        let most_nodes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / bytes_of(1);
+        let light_depth = depth_over(placed_count, most_nodes.saturating_sub((first_light + sun_count).into()));
+        let light_nodes = if placed_count == 0 { 0 } else { (2 << light_depth) - 1 };
+        let layout = LightTrees {
+            triangle_count: self.triangles.len() as u32,
+            triangle_depth: self.tree.depth(),
+            first_light,
+            light_count: placed_count,
+            light_depth,
+            first_sun: first_light + light_nodes,
+            sun_count,
+            ..LightTrees::default()
+        };
+        if layout == self.layout {
+            return Ok(false);
+        }
+        // Bindings cannot be empty.
+        let node_count = (layout.first_sun + layout.sun_count).max(1);
+        self.nodes = storage_buffer(device, "scene/light_nodes", bytes_of(node_count as usize))?;
+        self.trees = uniform_buffer_of(device, "scene/light_trees", &layout);
+        self.layout = layout;
+        Ok(true)
+    }
+
+    /// Writes the nodes of the emissive triangles, which come first.
+    fn write_triangles(&self, queue: &wgpu::Queue) {
+        let nodes = packed(&self.tree, |i| self.triangles[i as usize].triangle);
         queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&nodes));
+    }
+
+    /// Writes the list of directional lights, and builds the tree over the others on the device.
+    fn build(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, lights: &LightSet) -> Result<(), GpuError> {
+        let suns = lights.on_host.iter().zip(0..).filter(|(light, _)| light.is_sun());
+        let suns: Vec<LightNode> = suns.map(|(_, link)| LightNode { link, ..LightNode::default() }).collect();
+        queue.write_buffer(&self.nodes, bytes_of(self.layout.first_sun as usize), bytemuck::cast_slice(&suns));
+        self.builder.build(device, queue, lights, &self.nodes, &self.layout)
     }
 
     /// Emissive triangles.
@@ -135,48 +201,10 @@ impl SceneLightTrees {
     }
 }
 
-fn upload(device: &wgpu::Device, packed: &PackedTrees) -> Result<(wgpu::Buffer, wgpu::Buffer), GpuError> {
-    let nodes = storage_buffer_of(device, "scene/light_nodes", &packed.nodes, wgpu::BufferUsages::empty())?;
-    Ok((nodes, uniform_buffer_of(device, "scene/light_trees", &packed.trees)))
-}
-
-fn pack(scene: &Scene, settings: &LightSettings, triangles: &[EmissiveTriangle], tree: &LightTree) -> PackedTrees {
-    let mut nodes = Vec::new();
-    append(&mut nodes, tree, |i| triangles[i as usize].triangle);
-    let first_light = nodes.len() as u32;
-    let shine = |light: &lanternfish_scene::Light| light.intensity != Vec3::ZERO;
-    let (suns, placed): (Vec<usize>, Vec<usize>) = (0..scene.lights.len())
-        .filter(|i| shine(&scene.lights[*i]))
-        .partition(|i| scene.lights[*i].kind == LightKind::Directional);
-    let emitters: Vec<Emitter> = placed
-        .iter()
-        .map(|i| {
-            let light = &scene.lights[*i];
-            let range = light.effective_range(settings.falloff.attenuation, settings.range_threshold);
-            Emitter::of_light(light, range, 0.0)
-        })
-        .collect();
-    let lights = LightTree::new(&emitters);
-    append(&mut nodes, &lights, |i| placed[i as usize] as u32);
-    let first_sun = nodes.len() as u32;
-    nodes.extend(suns.iter().map(|i| LightNode { link: *i as u32, ..LightNode::default() }));
-    let trees = LightTrees {
-        triangle_count: triangles.len() as u32,
-        triangle_depth: tree.depth(),
-        first_light,
-        light_count: placed.len() as u32,
-        light_depth: lights.depth(),
-        first_sun,
-        sun_count: suns.len() as u32,
-        ..LightTrees::default()
-    };
-    PackedTrees { nodes, trees }
-}
-
-/// Appends a tree to the nodes; `link_of` gives the link of an emitter.
-fn append(nodes: &mut Vec<LightNode>, tree: &LightTree, link_of: impl Fn(u32) -> u32) {
+/// The nodes of a tree in the device's layout; `link_of` gives the link of an emitter.
+fn packed(tree: &LightTree, link_of: impl Fn(u32) -> u32) -> Vec<LightNode> {
     let first_leaf = (1 << tree.depth()) - 1;
-    nodes.extend(tree.nodes().iter().enumerate().map(|(i, node)| {
+    let pack = |(i, node): (usize, &lanternfish_scene::light_tree::Node)| {
         let Bound { center, half, power, inverse_range, axis, cos_reach, sin_spread } = node.bound;
         let is_leaf = i >= first_leaf && power > 0.0;
         // The lower halves of these floats are zero.
@@ -190,5 +218,6 @@ fn append(nodes: &mut Vec<LightNode>, tree: &LightTree, link_of: impl Fn(u32) ->
             cone: u32::from_le_bytes(cone),
             link: if is_leaf { link_of(node.link) } else { 0 },
         }
-    }));
+    };
+    tree.nodes().iter().enumerate().map(pack).collect()
 }

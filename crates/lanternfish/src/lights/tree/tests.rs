@@ -1,8 +1,11 @@
+mod built;
+mod measured;
+
 use std::collections::HashMap;
 
 use glam::Vec4;
-use lanternfish_gpu::testing;
-use lanternfish_scene::{Light, light_tree::Receiver};
+use lanternfish_gpu::{Gpu, storage_buffer_of, testing};
+use lanternfish_scene::{Bounds, Light, LightKind, light_tree::Receiver};
 
 use super::*;
 use crate::{
@@ -11,7 +14,7 @@ use crate::{
 };
 
 /// Point, spot, disk and directional lights, some of them without emission.
-fn scene(random: &mut Random) -> Scene {
+fn lights(random: &mut Random) -> Vec<Light> {
     let light = |i: usize| {
         let (position, direction) = (5.0 * random.point(), random.direction());
         let kind = match i % 4 {
@@ -23,7 +26,28 @@ fn scene(random: &mut Random) -> Scene {
         let power = if i % 17 == 3 { Vec3::ZERO } else { random.point() + 1.5 };
         Light { kind, direction, range: Some(random.between(2.0, 9.0)), ..Light::point(position, power) }
     };
-    Scene { lights: (0..400).map(light).collect(), ..Scene::default() }
+    (0..400).map(light).collect()
+}
+
+/// The lights on the device.
+fn set_of(gpu: &Gpu, lights: &[Light]) -> LightSet {
+    let settings = Settings::default().lights();
+    let packed: Vec<_> = lights.iter().map(|light| crate::lights::Light::new(light, &settings)).collect();
+    let buffer = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).unwrap();
+    let mut bounds = Bounds::EMPTY;
+    let placed = lights.iter().filter(|light| light.kind != LightKind::Directional);
+    placed.for_each(|light| bounds.add_point(light.position));
+    LightSet::new(&gpu.device, buffer, packed, bounds, &settings)
+}
+
+/// The trees over these.
+fn trees_of(gpu: &Gpu, lights: &[Light], triangles: Vec<EmissiveTriangle>) -> SceneLightTrees {
+    SceneLightTrees::new(&gpu.device, &gpu.queue, &set_of(gpu, lights), triangles).unwrap()
+}
+
+/// True if the light is in the tree.
+fn is_in_tree(light: &Light) -> bool {
+    light.intensity != Vec3::ZERO && light.kind != LightKind::Directional
 }
 
 fn triangles(random: &mut Random) -> Vec<EmissiveTriangle> {
@@ -37,34 +61,31 @@ fn triangles(random: &mut Random) -> Vec<EmissiveTriangle> {
     (0..300).map(triangle).collect()
 }
 
+/// Emitters of all kinds, in the tree that the host has built.
 #[test]
 fn gpu_the_device_chooses_as_the_host_does() {
     let Some(gpu) = testing::gpu("gpu_the_device_chooses_as_the_host_does") else { return };
     let mut random = Random::new(12);
-    let (scene, triangles) = (scene(&mut random), triangles(&mut random));
-    let settings = Settings::default();
-    let trees = SceneLightTrees::new(&gpu.device, &scene, &settings.lights(), triangles.clone()).unwrap();
-    // The host's trees, and the indices of their emitters on the device.
-    let shining = |light: &&(usize, &Light)| light.1.intensity != Vec3::ZERO && light.1.kind != LightKind::Directional;
-    let placed: Vec<(usize, &Light)> = scene.lights.iter().enumerate().collect();
-    let placed: Vec<&(usize, &Light)> = placed.iter().filter(shining).collect();
-    let of_light = |light: &&(usize, &Light)| Emitter::of_light(light.1, light.1.range.unwrap(), 0.0);
-    let of_lights = LightTree::new(&placed.iter().map(of_light).collect::<Vec<_>>());
-    let of_triangles = LightTree::new(&triangles.iter().map(|t| t.emitter).collect::<Vec<_>>());
+    let (lights, mut triangles) = (lights(&mut random), triangles(&mut random));
+    let of_light = |(light, i): (&Light, u32)| EmissiveTriangle {
+        triangle: 10_000 + i,
+        emitter: Emitter::of_light(light, light.range.unwrap(), 0.0),
+    };
+    triangles.extend(lights.iter().zip(0..).filter(|(light, _)| is_in_tree(light)).map(of_light));
+    let trees = trees_of(gpu, &lights, triangles.clone());
+    let tree = LightTree::new(&triangles.iter().map(|t| t.emitter).collect::<Vec<_>>());
 
     let mut queries = Vec::new();
-    for i in 0..6000 {
+    for _ in 0..6000 {
         queries.push((6.0 * random.point()).extend(random.unit()));
-        queries.push(random.direction().extend((i % 2) as f32));
+        queries.push(random.direction().extend(0.0));
         queries.push(Vec4::ZERO);
     }
     let answers = evaluate_module(gpu, "testing/light_tree", "choices", &trees.bindings(), &queries, 3);
     let (mut chosen, mut other) = (0, 0);
     for (query, answer) in queries.chunks(3).zip(answers) {
         let receiver = Receiver { p: query[0].truncate(), normal: query[1].truncate(), is_transmitting: false };
-        let is_light = query[1].w == 1.0;
-        let tree = if is_light { &of_lights } else { &of_triangles };
-        let name = |e: u32| if is_light { placed[e as usize].0 as u32 } else { triangles[e as usize].triangle };
+        let name = |e: u32| triangles[e as usize].triangle;
         let expected = tree.choose(&receiver, query[0].w.into());
         if expected.map_or(-1.0, |(emitter, _)| name(emitter) as f32) != answer.x {
             // A random number at the border between two emitters may select either.
@@ -87,11 +108,11 @@ fn gpu_the_device_chooses_as_the_host_does() {
 fn gpu_patches_keep_the_chance_of_every_light() {
     let Some(gpu) = testing::gpu("gpu_patches_keep_the_chance_of_every_light") else { return };
     let mut random = Random::new(13);
-    let mut scene = scene(&mut random);
-    for light in &mut scene.lights {
+    let mut lights = lights(&mut random);
+    for light in &mut lights {
         light.range = Some(random.between(0.5, 3.0));
     }
-    let trees = SceneLightTrees::new(&gpu.device, &scene, &Settings::default().lights(), Vec::new()).unwrap();
+    let trees = trees_of(gpu, &lights, Vec::new());
     let chances = |queries: &[Vec4]| -> Vec<f32> {
         let answers = evaluate_module(gpu, "testing/light_tree", "chances", &trees.bindings(), queries, 2);
         answers.iter().map(|answer| answer.x).collect()
@@ -99,7 +120,7 @@ fn gpu_patches_keep_the_chance_of_every_light() {
     let (mut of_points, mut of_patches) = (Vec::new(), Vec::new());
     for _ in 0..200 {
         let (p, normal) = (6.0 * random.point(), random.direction());
-        for leaf in 0..256 {
+        for leaf in 0..1 << trees.layout.light_depth {
             let query = p.extend(leaf as f32);
             of_points.extend([query, normal.extend(0.0)]);
             of_patches.extend([query, normal.extend(2.0)]);
@@ -133,13 +154,7 @@ fn gpu_patches_keep_the_chance_of_every_light() {
     // Five millimetres above a floor, and another light far away.
     let lights =
         vec![Light::point(Vec3::new(0.0, 0.005, 0.0), Vec3::ONE), Light::point(4.0 * Vec3::Y, Vec3::splat(4e3))];
-    let trees = SceneLightTrees::new(
-        &gpu.device,
-        &Scene { lights, ..Scene::default() },
-        &Settings::default().lights(),
-        Vec::new(),
-    )
-    .unwrap();
+    let trees = trees_of(gpu, &lights, Vec::new());
     let spread = |radius: f32| {
         let queries: Vec<Vec4> =
             (0..20).flat_map(|i| [Vec4::new(0.001 * i as f32, 0.0, 0.0, 0.0), Vec3::Y.extend(radius)]).collect();
@@ -154,14 +169,4 @@ fn gpu_patches_keep_the_chance_of_every_light() {
         odds(chances[0]) / odds(chances[19])
     };
     assert!(spread(0.0) > 20.0 && (0.5..2.0).contains(&spread(0.02)));
-}
-
-#[test]
-fn constants_are_the_hosts() {
-    let packed = pack(&Scene::default(), &Settings::default().lights(), &[], &LightTree::default());
-    assert_eq!((packed.nodes.len(), packed.trees), (0, LightTrees::default()));
-    let lights = vec![Light::directional(Vec3::NEG_Y, Vec3::ONE), Light::point(Vec3::ZERO, Vec3::ONE)];
-    let packed = pack(&Scene { lights, ..Scene::default() }, &Settings::default().lights(), &[], &LightTree::default());
-    let links: Vec<u32> = packed.nodes.iter().map(|node| node.link).collect();
-    assert_eq!((links, packed.trees.first_light, packed.trees.first_sun), (vec![1, 0], 0, 1));
 }
