@@ -28,6 +28,8 @@ use crate::{
     technique::{Parameter, Range, Technique},
 };
 
+/// Tiles of pixels walk the upper part of the light trees together.
+const TILES: Feature = Feature::new("tiles");
 /// Emissive triangles are sampled too.
 pub(crate) const EMISSION: Feature = Feature::new("emission");
 
@@ -175,7 +177,7 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Featu
 fn variants() -> Vec<Vec<Feature>> {
     let rays = rays::exact_tracers().into_iter().map(|tracer| [&[SHADOW_RAYS], &tracer[..]].concat());
     let shadows: Vec<Vec<Feature>> = std::iter::once(Vec::new()).chain(rays).collect();
-    let emission = [vec![], vec![EMISSION]];
+    let emission = [vec![TILES], vec![TILES, EMISSION]];
     emission.iter().flat_map(|emission| shadows.iter().map(move |shadows| [&emission[..], shadows].concat())).collect()
 }
 
@@ -200,7 +202,7 @@ impl SampledPasses {
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
-        let shader = DECLARED.link("direct_light/sampled/trace", &features(settings, tracer))?;
+        let shader = DECLARED.link("direct_light/sampled/trace", &[&[TILES], &features(settings, tracer)[..]].concat())?;
         let trace = ComputeKernel::new(device, &shader, "trace", "direct_light/trace");
         let history = if technique.denoise == Denoise::On { settings.history } else { History::Off };
         Ok(Self {
