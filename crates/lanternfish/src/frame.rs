@@ -18,7 +18,8 @@ use crate::{
     rays::KeptStructure,
     request::{SurfaceSource, Target},
     shading::{
-        AccumulatedRatios, Arriving, DemodulatedLight, DirectFrom, Forward, NearestTransparent, Shadowing, Sums, VisibilityRatios,
+        AccumulatedRatios, Arriving, DemodulatedLight, DirectFrom, Forward, NearestTransparent, Shadowing, Sums,
+        VisibilityRatios,
     },
     shadows::{Shadows, Visibility, VisibilityPlan},
     sky::Sky,
@@ -192,7 +193,14 @@ impl Passes {
             let indirect_of_transparent = self.blend(frame, view, transparent_lights.as_ref(), &radiance)?;
             let Arriving { ambient_visibility, indirect, direct, .. } = arriving;
             let shaded = Shaded::of_lights(radiance, lights);
-            results.push(Shaded { visibility, ambient_visibility, indirect, indirect_of_transparent, direct, ..shaded });
+            results.push(Shaded {
+                visibility,
+                ambient_visibility,
+                indirect,
+                indirect_of_transparent,
+                direct,
+                ..shaded
+            });
         }
         // The completeness of the frame is only decided here.
         if context.is_averaged {

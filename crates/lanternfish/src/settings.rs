@@ -133,8 +133,10 @@ impl Settings {
     /// scene.
     pub(crate) fn keeps_history(&self) -> bool {
         let has_accumulated_ambient_visibility = self.occlusion.is_noisy() && self.finds_ambient_visibility();
-        let is_noisy =
-            self.indirect != Indirect::NONE || self.direct.is_some() || self.shadows != Shadows::None || has_accumulated_ambient_visibility;
+        let is_noisy = self.indirect != Indirect::NONE
+            || self.direct.is_some()
+            || self.shadows != Shadows::None
+            || has_accumulated_ambient_visibility;
         self.history == History::On && is_noisy
     }
 

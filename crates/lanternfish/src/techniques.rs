@@ -98,8 +98,10 @@ pub fn shaders() -> Vec<Shaders> {
     fn of<K: Kind + ?Sized>() -> impl Iterator<Item = Shaders> {
         Choice::<K>::all().into_iter().filter_map(|choice| choice.technique().map(AnyTechnique::shaders))
     }
-    let techniques =
-        of::<dyn CullingTechnique>().chain(of::<dyn DirectTechnique>()).chain(of::<dyn IndirectTechnique>()).chain(of::<dyn OcclusionTechnique>());
+    let techniques = of::<dyn CullingTechnique>()
+        .chain(of::<dyn DirectTechnique>())
+        .chain(of::<dyn IndirectTechnique>())
+        .chain(of::<dyn OcclusionTechnique>());
     FOLDERS.iter().copied().chain(techniques).collect()
 }
 

@@ -71,7 +71,11 @@ impl Bench {
         let variance = of(|[sum, squares], count| (squares / count - (sum / count).powi(2)).max(0.0) / (count - 1.0))?;
         let total: f64 = mean.pixels.iter().flatten().map(|value| f64::from(*value)).sum();
         let pair = Pair::new(mean, linear(all)?)?;
-        let z = pair.z_test(Some(&variance), None)?.offset.into_iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        let z = pair
+            .z_test(Some(&variance), None)?
+            .offset
+            .into_iter()
+            .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
         Ok(row
             .fixed("mean_energy", "mean: energy", 4, total / energy(all))
             .fixed("mean_flip", "FLIP", 4, hdr_flip(&pair)?)
@@ -82,8 +86,10 @@ impl Bench {
 /// This percentile, 0..1, of a pixel's largest absolute error over the mean of the reference.
 fn percentile(pair: &Pair, rank: f64) -> f64 {
     let reference = pair.reference();
-    let mean = reference.pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / (3 * reference.pixels.len()) as f64;
-    let error = |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
+    let mean =
+        reference.pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / (3 * reference.pixels.len()) as f64;
+    let error =
+        |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
     let mut errors: Vec<f64> = pair.image().pixels.iter().zip(&reference.pixels).map(error).collect();
     errors.sort_by(f64::total_cmp);
     errors[((errors.len() - 1) as f64 * rank) as usize] / mean

@@ -115,12 +115,7 @@ impl Bench {
         Ok(Renderer::with_engine(&self.run.engine, settings)?)
     }
 
-    fn frame(
-        &self,
-        renderer: &mut Renderer,
-        scene: &GpuScene,
-        camera: &Camera,
-    ) -> Result<RenderedImage, CliError> {
+    fn frame(&self, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Result<RenderedImage, CliError> {
         Ok(renderer.render(scene, camera, self.size.width, self.size.height)?)
     }
 

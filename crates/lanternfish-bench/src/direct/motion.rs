@@ -73,13 +73,25 @@ impl Bench {
     /// A row for each technique.
     pub fn walks(&self, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
         let mut cases: Vec<Case> = cases();
-        cases.retain(|case| ["all", "sampled, 4 rays, denoise on", "sampled, 4 rays, denoise off", "uniform, 4 rays, denoise on"].contains(&&*case.name));
-        cases.push(Case { name: "sampled, 8 rays, denoise on".to_owned(), direct: sampled(LightRays::Eight, Denoise::On) });
+        cases.retain(|case| {
+            ["all", "sampled, 4 rays, denoise on", "sampled, 4 rays, denoise off", "uniform, 4 rays, denoise on"]
+                .contains(&&*case.name)
+        });
+        cases.push(Case {
+            name: "sampled, 8 rays, denoise on".to_owned(),
+            direct: sampled(LightRays::Eight, Denoise::On),
+        });
         let configurations: Vec<(String, Direct, History)> = cases
             .into_iter()
             .flat_map(|Case { name, direct }| {
-                let both = if name == "sampled, 4 rays, denoise on" { &[History::On, History::Off][..] } else { &[History::On] };
-                both.iter().map(move |history| (format!("{name}, history {history}"), direct.clone(), *history)).collect::<Vec<_>>()
+                let both = if name == "sampled, 4 rays, denoise on" {
+                    &[History::On, History::Off][..]
+                } else {
+                    &[History::On]
+                };
+                both.iter()
+                    .map(move |history| (format!("{name}, history {history}"), direct.clone(), *history))
+                    .collect::<Vec<_>>()
             })
             .collect();
         let mut renderers = Vec::new();
@@ -102,7 +114,8 @@ impl Bench {
                     let all = all.get_or_insert_with(|| image.clone());
                     walked.add(&image, all);
                     if frame % KEPT == 0 || (out..out + 4).contains(&frame) {
-                        let path = self.run.folder.join(format!("walk-{}-{frame:03}.png", name.replace([' ', ','], "-")));
+                        let path =
+                            self.run.folder.join(format!("walk-{}-{frame:03}.png", name.replace([' ', ','], "-")));
                         write_png(&path, image.width, image.height, ColorType::Rgb, &rgb(&image))?;
                     }
                 }
@@ -110,7 +123,11 @@ impl Bench {
             };
             progress.step("walk", &format!("frame {frame}"), &mut step)?;
         }
-        Ok(configurations.iter().zip(&renderers).map(|((name, ..), (.., walked))| self.row(name, walked, out)).collect())
+        Ok(configurations
+            .iter()
+            .zip(&renderers)
+            .map(|((name, ..), (.., walked))| self.row(name, walked, out))
+            .collect())
     }
 
     fn row(&self, name: &str, walked: &Walked, out: u32) -> Row {

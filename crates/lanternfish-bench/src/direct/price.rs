@@ -24,7 +24,9 @@ impl Bench {
         for count in counts {
             let techniques = [("all", Direct::NONE), ("sampled, 4 rays", sampled(LightRays::Four, Denoise::On))];
             for (name, direct) in techniques.into_iter().filter(|(name, _)| *name != "all" || *count <= all_up_to) {
-                rows.push(progress.step("price", &format!("{count} lights, {name}"), || self.price(*count, name, direct))?);
+                rows.push(
+                    progress.step("price", &format!("{count} lights, {name}"), || self.price(*count, name, direct))?,
+                );
             }
         }
         Ok(rows)
@@ -45,7 +47,8 @@ impl Bench {
         let settings = Settings { direct, ..look };
         let (image, update) = measured(settings.clone())?;
         let passes = &image.report.passes;
-        let direct_ms: f64 = ["light_culling/", "shadows/", "direct_light/", "shading/"].iter().map(|start| ms_of(passes, start)).sum();
+        let direct_ms: f64 =
+            ["light_culling/", "shadows/", "direct_light/", "shading/"].iter().map(|start| ms_of(passes, start)).sum();
         let row = Row::default()
             .count("lights", "lights", u64::from(count))
             .text("technique", "", name)
@@ -59,9 +62,11 @@ impl Bench {
         let trace = ms_of(passes, "direct_light/trace");
         let (unshadowed, _) = measured(Settings { shadows: Shadows::None, ..settings })?;
         let choice = ms_of(&unshadowed.report.passes, "direct_light/trace");
-        Ok(row
-            .fixed("choice_ms", "choice", 1, choice)
-            .fixed("rays_ms", "rays", 1, trace - choice)
-            .fixed("filter_ms", "filter", 1, ms_of(passes, "direct_light/") - trace))
+        Ok(row.fixed("choice_ms", "choice", 1, choice).fixed("rays_ms", "rays", 1, trace - choice).fixed(
+            "filter_ms",
+            "filter",
+            1,
+            ms_of(passes, "direct_light/") - trace,
+        ))
     }
 }

@@ -1,8 +1,8 @@
 use clap::{CommandFactory, Parser};
 use lanternfish::{
     settings::{
-        Anisotropy, Attenuation, Culling, DebugView, Direct, Exposure, History, Indirect, Materials, Occlusion, Quality,
-        RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
+        Anisotropy, Attenuation, Culling, DebugView, Direct, Exposure, History, Indirect, Materials, Occlusion,
+        Quality, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
     },
     techniques::{
         Assignment, ClusterShape, ClusterTest, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution,

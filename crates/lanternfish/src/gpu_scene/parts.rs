@@ -19,7 +19,8 @@ pub struct Parts {
 
 impl Parts {
     /// No part.
-    pub const NONE: Self = Self { bvh: false, ray_query: false, hits: false, light_trees: false, environment_visibility: false };
+    pub const NONE: Self =
+        Self { bvh: false, ray_query: false, hits: false, light_trees: false, environment_visibility: false };
     /// The BVH.
     pub const BVH: Self = Self { bvh: true, ..Self::NONE };
     /// The adapter's own acceleration structure.

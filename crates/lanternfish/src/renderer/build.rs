@@ -99,7 +99,8 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let structure = structure(&tracers, &settings.structure)?;
     let structure = structure.technique().map(|structure| structure.build(device));
     let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
-    let needs_normals = tracer.is_some() || settings.direct.is_some() || settings.debug_view.is_some() || finds_arriving;
+    let needs_normals =
+        tracer.is_some() || settings.direct.is_some() || settings.debug_view.is_some() || finds_arriving;
     let needs_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
     // Per-pixel estimates use the surface at the pixel's centre.
     let one_sample = needs_normals && settings.samples != Samples::One;

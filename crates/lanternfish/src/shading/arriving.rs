@@ -2,7 +2,9 @@
 
 use lanternfish_gpu::Bindings;
 
-use crate::{direct_light::DirectLight, indirect::DemodulatedIrradiance, occlusion::AmbientVisibility, prepass::Surface};
+use crate::{
+    direct_light::DirectLight, indirect::DemodulatedIrradiance, occlusion::AmbientVisibility, prepass::Surface,
+};
 
 /// Computed between culling and shading, for the surface at each pixel's centre.
 #[derive(Clone, Debug)]

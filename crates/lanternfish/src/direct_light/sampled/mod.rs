@@ -16,8 +16,9 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     indirect::{
-        Counters, layers_target,
+        Counters,
         history::HistoryReset,
+        layers_target,
         smoothing::{Smoothed, Smoothing},
     },
     prepass::Surface,
@@ -116,6 +117,8 @@ pub struct SampledLights {
     pub denoise: Denoise,
 }
 
+/// Lights may move in every frame: the history is then clamped more loosely than that of indirect light, and is longer, or light would flicker.
+const RESET_WINDOW: HistoryReset = HistoryReset { lasts: 8, counts: 8.0, deviations: 1.0 };
 /// Radius of the filter in an image of one frame, pixels. It shrinks with the root of the number of averaged frames.
 const FILTER_RADIUS: u32 = 8;
 /// Candidates for each ray. More: fewer rays to lights that contribute little, slower.
@@ -181,11 +184,6 @@ fn variants() -> Vec<Vec<Feature>> {
     emission.iter().flat_map(|emission| shadows.iter().map(move |shadows| [&emission[..], shadows].concat())).collect()
 }
 
-fn reset_window() -> HistoryReset {
-    let of = |name: &str, usual: f32| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual);
-    HistoryReset { lasts: of("LF_LASTS", 2.0) as u32, counts: of("LF_COUNTS", 8.0), deviations: of("LF_DEV", 1.0) }
-}
-
 #[derive(Debug)]
 struct SampledPasses {
     technique: SampledLights,
@@ -202,14 +200,15 @@ impl SampledPasses {
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
-        let shader = DECLARED.link("direct_light/sampled/trace", &[&[TILES], &features(settings, tracer)[..]].concat())?;
+        let shader =
+            DECLARED.link("direct_light/sampled/trace", &[&[TILES], &features(settings, tracer)[..]].concat())?;
         let trace = ComputeKernel::new(device, &shader, "trace", "direct_light/trace");
         let history = if technique.denoise == Denoise::On { settings.history } else { History::Off };
         Ok(Self {
             technique,
             frames: settings.accumulate,
             trace: TracePass::new(tracer.unwrap_or(Tracer::BVH).exact(), trace),
-            smoothing: Smoothing::labelled(device, history, reset_window(), "direct_light")?,
+            smoothing: Smoothing::labelled(device, history, RESET_WINDOW, "direct_light")?,
         })
     }
 
@@ -245,7 +244,8 @@ impl DirectPasses for SampledPasses {
         let samples = self.parameters(frame, view);
         let [certain, found] = [(); 2].map(|()| layers_target(frame, surface.size));
         let counters = Counters::new(frame, "direct_light/counters", 1, &["shadows/rays", "direct_light/candidates"])?;
-        let bindings = buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("light_samples", &samples);
+        let bindings =
+            buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("light_samples", &samples);
         let bindings = bindings
             .texture("certain_light", &certain)
             .texture("filtered", &found)

@@ -130,7 +130,7 @@ pub const CLAMP: ParameterInfo = ParameterInfo::new(
 );
 
 /// Indirect light goes on changing for some frames after a change of the scene.
-pub(crate) const RESET_WINDOW: HistoryReset = HistoryReset { lasts: RESET_FRAMES, counts: 4.0, deviations: 0.25 };
+const RESET_WINDOW: HistoryReset = HistoryReset { lasts: RESET_FRAMES, counts: 4.0, deviations: 0.25 };
 /// Pixels of filter radius per tile of redistribution radius. Fewer: less noise, and light farther from its correct position.
 const REDISTRIBUTE: u32 = 2;
 
@@ -258,8 +258,7 @@ impl Smoothing {
     ) -> Result<wgpu::TextureView, RenderError> {
         let found = layers_target(frame, irradiance.rendering);
         let surfaces = view.buffer.bindings().with(&surface.bindings());
-        let resolving =
-            surfaces.with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
+        let resolving = surfaces.with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", &found), self.groups(irradiance.rendering));
         self.record_layers(frame, view, surface, &Smoothed(irradiance.parameters), found)
     }
