@@ -159,13 +159,16 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     Ok(Loaded { scene, camera, by_rig, moment, rain })
 }
 
-/// A shot's settings for interactive frames: with temporal accumulation, unless the shot sets it, and with the multisampling of
+/// A shot's settings for interactive frames: with temporal accumulation and `direct auto`, unless the shot sets them, and with the multisampling of
 /// single frames, because frames are shown alone while the view moves.
 fn in_window(shot: &Shot) -> Settings {
     let samples = shot.args.settings_of(1).samples;
     let mut settings = Settings { samples, ..shot.args.settings() };
     if !shot.names().iter().any(|name| name == "history") {
         settings.history = History::On;
+    }
+    if !shot.names().iter().any(|name| name == "direct") {
+        settings.direct = shot.args.technique.automatic_direct();
     }
     settings
 }

@@ -163,7 +163,7 @@ impl Passes {
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
         let mut views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
         let set = &context.scene.lights;
-        let is_sampled = self.direct.as_ref().is_some_and(|direct| direct.lights(context.scene));
+        let is_sampled = self.direct.as_mut().is_some_and(|direct| direct.lights(context.scene));
         let mut lists = |frame: &mut Frame<'_>, is_needed, reach| match is_needed {
             true => Ok(self.light_culling.record(frame, &views, reach, set)?.into_iter().map(Some).collect()),
             false => Ok::<Vec<_>, RenderError>(views.iter().map(|_| None).collect()),

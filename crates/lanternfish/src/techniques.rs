@@ -1,15 +1,7 @@
 //! The list of all techniques of this crate, and the help text of each kind.
 
-use crate::{
-    direct_light::DirectTechnique,
-    indirect::IndirectTechnique,
-    light_culling::CullingTechnique,
-    occlusion::OcclusionTechnique,
-    rays::{OwnTracers, Tracer},
-    shaders::Shaders,
-    technique::{AnyTechnique, Choice, Kind, Registry},
-};
 pub use crate::{
+    direct_light::AutoLights,
     direct_light::sampled::{Denoise, LightChoice, LightRays, SampledLights},
     indirect::{
         IndirectClamp, IndirectResolution,
@@ -21,6 +13,15 @@ pub use crate::{
         clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
         tiled::Tiled,
     },
+};
+use crate::{
+    direct_light::DirectTechnique,
+    indirect::IndirectTechnique,
+    light_culling::CullingTechnique,
+    occlusion::OcclusionTechnique,
+    rays::{OwnTracers, Tracer},
+    shaders::Shaders,
+    technique::{AnyTechnique, Choice, Kind, Registry},
 };
 
 impl Kind for dyn CullingTechnique {
@@ -53,7 +54,8 @@ impl Kind for dyn DirectTechnique {
     }
 
     fn registry() -> &'static Registry<Self> {
-        static REGISTRY: Registry<dyn DirectTechnique> = Registry::new(|| vec![SampledLights::default().into()]);
+        static REGISTRY: Registry<dyn DirectTechnique> =
+            Registry::new(|| vec![SampledLights::default().into(), AutoLights::default().into()]);
         &REGISTRY
     }
 }

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use lanternfish::{
+    direct_light::AutoLights,
     direct_light::DirectTechnique,
     light_culling::CullingTechnique,
     settings::{Culling, Direct, History, RayCulling, RayRangeCulling, Samples, Settings, Shadows, TextureBinding},
@@ -71,6 +72,11 @@ impl TechniqueArgs {
     /// The technique of direct light that these flags choose.
     pub fn direct(&self) -> Direct {
         self.direct_parameters.turned(self.direct.0.clone())
+    }
+
+    /// The technique that follows the number of lights, with the parameters of these flags.
+    pub fn automatic_direct(&self) -> Direct {
+        self.direct_parameters.turned(AutoLights::default().into())
     }
 
     /// The light culling that these flags choose.

@@ -4,6 +4,7 @@
 //! ([`crate::shadows`]) and sums them while it shades. Every other technique writes demodulated light, which shading reads through `layers.wesl`:
 //! [`sampled`].
 
+mod auto;
 pub mod sampled;
 
 use std::fmt;
@@ -23,6 +24,8 @@ use crate::{
 
 /// Direct light comes from a technique's layers, for transparent surfaces from its samples.
 pub(crate) const SAMPLED_LIGHTS: Feature = Feature::new("sampled_lights");
+
+pub use self::auto::AutoLights;
 
 /// Technique of direct light; none: every listed light gets its shadow rays.
 pub type Direct = Choice<dyn DirectTechnique>;
@@ -53,8 +56,13 @@ pub trait DirectPasses: fmt::Debug {
     fn forget(&mut self) {}
 
     /// True if it lights frames of this scene; false: all listed lights do.
-    fn lights(&self, _scene: &GpuScene) -> bool {
+    fn lights(&mut self, _scene: &GpuScene) -> bool {
         true
+    }
+
+    /// Lights in reach of a point, by which it decides whether it lights a scene, if it does.
+    fn lights_in_reach(&self) -> Option<f32> {
+        None
     }
 
     /// Parameters for transparent surfaces, which draw their own samples: bound as `light_samples`.

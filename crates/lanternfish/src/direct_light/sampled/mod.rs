@@ -10,11 +10,11 @@ mod tests;
 use lanternfish_gpu::{BufferPart, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
-use super::{DirectLight, DirectPasses, DirectTechnique};
+use super::{DirectLight, DirectPasses, DirectTechnique, auto::lights_in_reach};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    gpu_scene::Parts,
+    gpu_scene::{GpuScene, Parts},
     indirect::{
         Counters,
         history::HistoryReset,
@@ -26,7 +26,7 @@ use crate::{
     settings::{History, Settings},
     shaders::{Root, Shaders},
     shading::SHADOW_RAYS,
-    technique::{Parameter, Range, Technique},
+    technique::{Parameter, ParameterInfo, Range, Technique},
 };
 
 /// Tiles of pixels walk the upper part of the light trees together.
@@ -126,23 +126,27 @@ const CANDIDATES_A_RAY: u32 = 4;
 /// Least number of candidates, and the length of the shader's list: `MOST_CANDIDATES`.
 const CANDIDATES: [u32; 2] = [8, 32];
 
+/// The parameter for [`LightRays`].
+pub(super) const RAYS: ParameterInfo = ParameterInfo::new(
+    "light-samples",
+    "N",
+    Range::Numbers,
+    "Shadow rays a pixel, for any number of lights. More: less noise, slower",
+);
+/// The parameter for [`LightChoice`].
+pub(super) const CHOICE: ParameterInfo =
+    ParameterInfo::new("light-choice", "NAME", Range::Names, "Choice of the lights that get a ray");
+/// The parameter for [`Denoise`].
+pub(super) const DENOISE: ParameterInfo =
+    ParameterInfo::new("denoise", "ON|OFF", Range::Names, "Filter of noisy direct light");
+
 impl Technique for SampledLights {
     const NAME: &'static str = "sampled";
     const SUMMARY: &'static str = "A fixed number of shadow rays a pixel, to lights drawn from a tree";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter::new(
-            "light-samples",
-            "N",
-            Range::Numbers,
-            "Shadow rays a pixel, for any number of lights. More: less noise, slower",
-            |sampled| &mut sampled.rays,
-        ),
-        Parameter::new("light-choice", "NAME", Range::Names, "Choice of the lights that get a ray", |sampled| {
-            &mut sampled.choice
-        }),
-        Parameter::new("denoise", "ON|OFF", Range::Names, "Filter of noisy direct light", |sampled| {
-            &mut sampled.denoise
-        }),
+        Parameter { info: RAYS, of: |sampled| &mut sampled.rays },
+        Parameter { info: CHOICE, of: |sampled| &mut sampled.choice },
+        Parameter { info: DENOISE, of: |sampled| &mut sampled.denoise },
     ];
     const SHADERS: Shaders = DECLARED;
 }
@@ -184,8 +188,13 @@ fn variants() -> Vec<Vec<Feature>> {
     emission.iter().flat_map(|emission| shadows.iter().map(move |shadows| [&emission[..], shadows].concat())).collect()
 }
 
+/// The passes.
 #[derive(Debug)]
-struct SampledPasses {
+pub(super) struct SampledPasses {
+    /// Lights in reach from which on a scene is lit; none: any scene is.
+    least_in_reach: Option<f32>,
+    /// The scene whose lights were counted last ([`GpuScene::revision`]), and their number in reach.
+    counted: Option<(u64, f32)>,
     technique: SampledLights,
     /// Least number of frames over which an image is averaged.
     frames: u32,
@@ -194,7 +203,8 @@ struct SampledPasses {
 }
 
 impl SampledPasses {
-    fn new(
+    /// Compiles the passes.
+    pub fn new(
         device: &wgpu::Device,
         technique: SampledLights,
         settings: &Settings,
@@ -205,11 +215,18 @@ impl SampledPasses {
         let trace = ComputeKernel::new(device, &shader, "trace", "direct_light/trace");
         let history = if technique.denoise == Denoise::On { settings.history } else { History::Off };
         Ok(Self {
+            least_in_reach: None,
+            counted: None,
             technique,
             frames: settings.accumulate,
             trace: TracePass::new(tracer.unwrap_or(Tracer::BVH).exact(), trace),
             smoothing: Smoothing::labelled(device, history, RESET_WINDOW, "direct_light")?,
         })
+    }
+
+    /// The same for scenes in which more lights reach a point.
+    pub fn beyond(self, lights: f32) -> Self {
+        Self { least_in_reach: Some(lights), ..self }
     }
 
     fn samples(&self, view: &ViewContext<'_>) -> LightSamples {
@@ -228,6 +245,17 @@ impl SampledPasses {
 impl DirectPasses for SampledPasses {
     fn forget(&mut self) {
         self.smoothing.forget();
+    }
+
+    fn lights(&mut self, scene: &GpuScene) -> bool {
+        let Some(least) = self.least_in_reach else { return true };
+        let counted = self.counted.filter(|(revision, _)| *revision == scene.revision());
+        let (_, in_reach) = *self.counted.insert(counted.unwrap_or_else(|| (scene.revision(), lights_in_reach(scene))));
+        in_reach > least
+    }
+
+    fn lights_in_reach(&self) -> Option<f32> {
+        self.counted.filter(|_| self.least_in_reach.is_some()).map(|(_, in_reach)| in_reach)
     }
 
     fn parameters(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> BufferPart {
