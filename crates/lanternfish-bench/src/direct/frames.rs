@@ -3,6 +3,7 @@
 use lanternfish::{
     RenderedImage,
     settings::{History, Settings},
+    techniques::{LightRays, SampledLights},
 };
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_metrics::{Pair, RgbImage};
@@ -47,7 +48,8 @@ impl Bench {
             .fixed("frame_ms", "frame, ms", 1, frame_ms(&best.report.passes))
             .fixed("flip", "FLIP", 4, hdr_flip(&pair)?)
             .fixed("p99", "p99", 3, percentile(&pair, 0.99));
-        if case.direct.is_none() {
+        let is_averaged = case.direct.get::<SampledLights>().is_some_and(|lights| lights.rays == LightRays::Four);
+        if !is_averaged {
             return Ok(row.text("mean_energy", "mean: energy", "").text("mean_flip", "FLIP", "").text("z", "z", ""));
         }
         // With a history, frames of a view at rest go on in their random numbers, and their pixels stay in place.

@@ -38,6 +38,9 @@ pub struct DirectArgs {
     /// Measure only the table of this name: price, frame or motion. Repeatable.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
+    /// For the tables of frames and of motion: so many lights whose ranges do not end in place of the scene's own.
+    #[arg(long, value_name = "N")]
+    unlimited: Option<u32>,
     #[command(flatten)]
     subject: SubjectArgs,
 }
@@ -65,7 +68,10 @@ pub fn run(args: &DirectArgs) -> Result<(), CliError> {
     let Subject { mut scene, cameras, look } = Subject::load(&args.subject, true, &mut progress)?;
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     let run = Run::start(&args.run, "direct")?;
-    let bench = Bench { run, scene, cameras, look, size: args.subject.size, frames: args.frames };
+    let mut bench = Bench { run, scene, cameras, look, size: args.subject.size, frames: args.frames };
+    if let Some(count) = args.unlimited {
+        (bench.scene, bench.look) = bench.unlimited(count);
+    }
     let mut report = Document::of_scene("Direct light", &args.subject.scene, &bench.run.gpu, args.run.runs);
     let Size { width, height } = bench.size;
     report.facts(Row::default().data("width", width).data("height", height).data("lights", bench.scene.lights.len()));
@@ -95,11 +101,10 @@ fn sampled(rays: LightRays, denoise: Denoise) -> Direct {
 /// The configurations of one frame and of motion: a ray to every light first.
 fn cases() -> Vec<Case> {
     let mut cases = vec![Case { name: "all".to_owned(), direct: Direct::NONE }];
-    for denoise in [Denoise::On, Denoise::Off] {
-        for rays in LightRays::ALL {
-            let name = format!("sampled, {rays} rays, denoise {denoise}");
-            cases.push(Case { name, direct: sampled(*rays, denoise) });
-        }
+    let sampled_cases = LightRays::ALL.iter().map(|rays| (*rays, Denoise::On)).chain([(LightRays::Four, Denoise::Off)]);
+    for (rays, denoise) in sampled_cases {
+        let name = format!("sampled, {rays} rays, denoise {denoise}");
+        cases.push(Case { name, direct: sampled(rays, denoise) });
     }
     let uniform = SampledLights { choice: LightChoice::Uniform, ..SampledLights::default() };
     cases.push(Case { name: "uniform, 4 rays, denoise on".to_owned(), direct: uniform.into() });
