@@ -62,7 +62,11 @@ impl VisibilityRatios {
             Shadows::Traced(tracer) => tracer.update_frames(&settings.structure),
             _ => 1,
         };
-        let histories = Histories::new(device, HistoryReset { lasts, counts: 0.0, deviations: 0.0 }, "indirect")?;
+        let histories = Histories::new(
+            device,
+            HistoryReset { lasts, counts: 0.0, deviations: 0.0, noise_of_mean: 0.0 },
+            "indirect",
+        )?;
         Ok(Some(Self { settings: settings.clone(), find: [None, None], histories }))
     }
 

@@ -49,6 +49,14 @@ gpu_struct! {
         requested_frames: f32,
         /// Largest distance of the history from the neighbourhood's mean in the reset window, standard deviations.
         reset_deviations: f32,
+        /// Noise from which on the history is clamped around the neighbourhood's mean; without noise, around the pixel's own estimate. 0: always the mean.
+        noise_of_mean: f32,
+        /// Unused.
+        _pad: u32,
+        /// Unused.
+        _pad_2: u32,
+        /// Unused.
+        _pad_3: u32,
     }
 }
 
@@ -70,6 +78,9 @@ pub(crate) struct HistoryReset {
     pub counts: f32,
     /// Largest distance of the history from the mean of the neighbourhood in the reset window, standard deviations. More: less noise, more lag.
     pub deviations: f32,
+    /// Noise (relative) from which on the history is clamped around the mean of the neighbourhood; at less, nearer to the pixel's own estimate. 0: always
+    /// the mean.
+    pub noise_of_mean: f32,
 }
 
 /// The pass, and the history of each view.
@@ -166,6 +177,8 @@ impl Histories {
             clamped_frames,
             requested_frames,
             reset_deviations: self.reset.deviations,
+            noise_of_mean: self.reset.noise_of_mean,
+            ..Default::default()
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
         let bindings =

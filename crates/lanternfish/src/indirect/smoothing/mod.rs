@@ -46,6 +46,8 @@ gpu_struct! {
         clamp_frames: f32,
         /// Radius of the energy redistribution, tiles of `redistribution.wesl`.
         redistribution: u32,
+        /// 1: the alphas of the layers hold the standard deviations of the pixels' estimates.
+        has_deviations: u32,
     }
 }
 
@@ -130,7 +132,8 @@ pub const CLAMP: ParameterInfo = ParameterInfo::new(
 );
 
 /// Indirect light goes on changing for some frames after a change of the scene.
-const RESET_WINDOW: HistoryReset = HistoryReset { lasts: RESET_FRAMES, counts: 4.0, deviations: 0.25 };
+const RESET_WINDOW: HistoryReset =
+    HistoryReset { lasts: RESET_FRAMES, counts: 4.0, deviations: 0.25, noise_of_mean: 0.0 };
 /// Pixels of filter radius per tile of redistribution radius. Fewer: less noise, and light farther from its correct position.
 const REDISTRIBUTE: u32 = 2;
 
@@ -196,7 +199,13 @@ impl Smoothed {
         // The filter radius scales with 1/√frames, as noise does.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
         let redistribution = radius.div_ceil(REDISTRIBUTE);
-        Self(SmoothingParameters { scale: 1, radius, axis: 0, clamp_frames, redistribution })
+        Self(SmoothingParameters { scale: 1, radius, axis: 0, clamp_frames, redistribution, has_deviations: 0 })
+    }
+
+    /// The same for layers whose alphas hold the standard deviations of the pixels' estimates (layers 0 and 2, luminance), and the luminances of light
+    /// without noise that is added later (layers 1 and 3). The filter is as wide as the deviations ask for, and keeps edges of light that are no noise.
+    pub fn with_deviations(self) -> Self {
+        Self(SmoothingParameters { has_deviations: 1, ..self.0 })
     }
 }
 
