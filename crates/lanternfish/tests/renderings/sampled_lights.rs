@@ -13,7 +13,7 @@ use lanternfish::{
     settings::{Attenuation, Direct, History, Indirect, Samples},
     techniques::{Denoise, LightRays, SampledLights},
 };
-use lanternfish_gpu::testing;
+use lanternfish_gpu::{Gpu, read_texture, testing};
 use lanternfish_metrics::RgbImage;
 use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer as PathTracer,
@@ -232,43 +232,58 @@ fn gpu_sampled_light_is_reproducible_and_keeps_its_budget() {
     }
 }
 
-/// Demodulated light for a program that shades by itself.
-#[test]
-fn gpu_demodulated_targets_have_sampled_light() {
-    let Some(gpu) = testing::gpu("gpu_demodulated_targets_have_sampled_light") else { return };
+/// Direct light of frames of demodulated targets, one after another.
+fn demodulated(gpu: &Gpu, scene: &Scene, settings: Settings, count: usize) -> Vec<RgbImage> {
     const SIZE: [u32; 2] = [96, 96];
-    let scene = cornell(30, point);
-    let of = |settings: Settings| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-        let uploaded = renderer.upload(&scene).unwrap();
-        let [direct, indirect] = ["direct", "indirect"].map(|label| {
-            let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width: SIZE[0], height: SIZE[1], depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Float,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            });
-            texture.create_view(&Default::default())
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    let [direct, indirect] = ["direct", "indirect"].map(|label| {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width: SIZE[0], height: SIZE[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
         });
-        let target = Target::Sums { direct: &direct, indirect: &indirect };
-        let views = [ViewRequest::of_camera(0, &scene.cameras[0], SIZE, target)];
-        renderer.ready(&uploaded, &views).unwrap();
+        texture.create_view(&Default::default())
+    });
+    let target = Target::Sums { direct: &direct, indirect: &indirect };
+    let views = [ViewRequest::of_camera(0, &scene.cameras[0], SIZE, target)];
+    renderer.ready(&uploaded, &views).unwrap();
+    let frame = |_| {
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         let frame = renderer.record(&mut commands, &uploaded, &views).unwrap();
         gpu.queue.submit([commands.finish()]);
         renderer.submitted(frame);
-        let texels: Vec<[f32; 4]> = lanternfish_gpu::read_texture(&gpu.device, &gpu.queue, direct.texture()).unwrap();
+        let texels: Vec<[f32; 4]> = read_texture(&gpu.device, &gpu.queue, direct.texture()).unwrap();
         let pixels = texels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
         RgbImage::new(SIZE[0] as usize, SIZE[1] as usize, pixels).unwrap()
     };
+    (0..count).map(frame).collect()
+}
+
+/// Demodulated light for a program that shades by itself.
+#[test]
+fn gpu_demodulated_targets_have_sampled_light() {
+    let Some(gpu) = testing::gpu("gpu_demodulated_targets_have_sampled_light") else { return };
+    let scene = cornell(30, point);
     let direct = SampledLights { rays: LightRays::Eight, denoise: Denoise::Off, ..SampledLights::default() }.into();
-    let settings = Settings { history: History::Off, ..sampled() };
-    let all = of(Settings { direct: Direct::NONE, ..settings.clone() });
-    let ratio = energy(&of(Settings { direct, ..settings }), &all);
+    let all = demodulated(gpu, &scene, Settings { direct: Direct::NONE, history: History::Off, ..sampled() }, 1);
+    let image = demodulated(gpu, &scene, Settings { direct, history: History::Off, ..sampled() }, 1);
+    let ratio = energy(&image[0], &all[0]);
     println!("energy {ratio:.4}");
+    // The noise of the pixels of one frame.
     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+}
+
+/// All frames of these targets have the same random numbers, with a history too: a program cannot average their noise.
+#[test]
+fn gpu_known_fault_demodulated_targets_have_the_same_noise_in_every_frame() {
+    let test = "gpu_known_fault_demodulated_targets_have_the_same_noise_in_every_frame";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let images = demodulated(gpu, &cornell(30, point), sampled(), 2);
+    assert!(images[0] == images[1], "the fault is gone: compare the mean of frames with all lights");
 }

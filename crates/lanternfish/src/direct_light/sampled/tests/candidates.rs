@@ -300,12 +300,12 @@ impl Known {
             sum[1] += chance * (1.0 - chance) / trials;
         }
         // Rounding of the probabilities themselves: 0.1 % of all surfaces together. Few draws tell nothing.
-        let is_often = |sum: &&[f64; 2]| sum[1] * trials * trials > 100.0;
+        let is_often = |sum: &&[f64; 2]| sum[1] * trials * trials > 1000.0;
         let z = |[off, variance]: &[f64; 2]| (off.abs() - 0.001 * PIXELS as f64).max(0.0) / variance.sqrt();
         let most = sums.iter().filter(is_often).map(z).fold(0.0, f64::max);
         println!("{compared} compared over {trials} draws: {worst:.1} deviations at most, {most:.1} of a tile");
-        // Pixels of a tile have the walks in common, so their errors are not independent.
-        if most > 6.0 {
+        // Pixels of a tile have the walks in common, so their errors are not independent: measured, 3.
+        if most > 8.0 {
             return Err(format!("an emitter is drawn {most:.1} deviations too often or too seldom by a tile"));
         }
         Ok(())
@@ -314,7 +314,7 @@ impl Known {
 
 /// Numbers of lights and directional ones among them, whether triangles emit, rays, and how many draws of tiles are compared.
 const CASES: [(usize, usize, bool, u32, u32); 5] =
-    [(9, 9, false, 1, 8), (10, 0, true, 8, 8), (17, 3, false, 4, 64), (100, 9, true, 4, 64), (5000, 3, false, 8, 2)];
+    [(9, 9, false, 1, 8), (10, 0, true, 8, 8), (17, 3, false, 4, 64), (100, 9, true, 4, 64), (5000, 3, false, 8, 8)];
 
 #[test]
 fn gpu_candidates_are_drawn_as_often_as_their_chances_state() {
