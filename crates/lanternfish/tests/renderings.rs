@@ -15,6 +15,8 @@ mod light_lists;
 mod normals;
 #[path = "renderings/regressions.rs"]
 mod regressions;
+#[path = "renderings/sampled_lights.rs"]
+mod sampled_lights;
 #[path = "renderings/sky.rs"]
 mod sky;
 #[path = "renderings/support.rs"]

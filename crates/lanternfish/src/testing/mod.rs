@@ -30,9 +30,10 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-const PROBES: [ShaderSource; 13] = [
+const PROBES: [ShaderSource; 14] = [
     ("testing/cell_table", include_str!("cell_table.wesl")),
     ("testing/functions", include_str!("functions.wesl")),
+    ("testing/light_samples", include_str!("light_samples.wesl")),
     ("testing/light_tree", include_str!("light_tree.wesl")),
     ("testing/masks", include_str!("masks.wesl")),
     ("testing/motion", include_str!("motion.wesl")),
@@ -95,6 +96,7 @@ pub fn evaluate_points(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &[
 fn technique_features(module: &str) -> Vec<Feature> {
     match module {
         "testing/pixels" => vec![crate::light_culling::tiled::CULLING_TILED],
+        "testing/light_samples" => vec![crate::direct_light::sampled::TILES],
         "testing/roulette" | "testing/segments" => Tracer::BVH.features(&Structure::NONE, true),
         _ => Vec::new(),
     }

@@ -30,7 +30,7 @@ use crate::{
 };
 
 /// Tiles of pixels walk the upper part of the light trees together.
-const TILES: Feature = Feature::new("tiles");
+pub(crate) const TILES: Feature = Feature::new("tiles");
 /// Emissive triangles are sampled too.
 pub(crate) const EMISSION: Feature = Feature::new("emission");
 

@@ -1,0 +1,289 @@
+//! Direct light from a fixed number of rays: its mean over frames against a ray to every light, and against the path tracer.
+
+#[path = "sampled_lights/hard.rs"]
+mod hard;
+#[path = "sampled_lights/robust.rs"]
+mod robust;
+
+use std::collections::BTreeMap;
+
+use glam::Vec3;
+use lanternfish::{
+    Engine, RenderedImage, Renderer, Settings, Target, ViewRequest,
+    settings::{Attenuation, Direct, History, Indirect, Samples},
+    techniques::{Denoise, LightRays, SampledLights},
+};
+use lanternfish_gpu::{Gpu, read_texture, testing};
+use lanternfish_metrics::RgbImage;
+use lanternfish_reference::{
+    Film, Settings as TracerSettings, Tracer as PathTracer,
+    settings::{Integrator, LightChoice},
+};
+use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, generate};
+
+use crate::support::{HALF, bits, counter, linear, quad, render};
+
+/// Width and height of images, pixels: not a multiple of a tile.
+const EDGE: u32 = 36;
+const SIZE: (u32, u32) = (EDGE, EDGE);
+
+/// Sampled direct light without a filter, and a history: random numbers of a view at rest go on.
+fn sampled() -> Settings {
+    let direct = SampledLights { denoise: Denoise::Off, ..SampledLights::default() }.into();
+    Settings { direct, history: History::On, ..Settings::direct_light() }
+}
+
+/// The same number at every call, 0..1.
+fn fraction(i: usize, step: f32) -> f32 {
+    (step * (i + 1) as f32).fract()
+}
+
+/// The Cornell box without its lamp; its light is that of `light`, at points inside the box.
+fn cornell(count: usize, light: impl Fn(usize, Vec3) -> Light) -> Scene {
+    let mut scene = generate::demo("cornell").unwrap();
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    let place = |i| {
+        Vec3::new(1.6 * fraction(i, 0.8192) - 0.8, 0.3 + 1.5 * fraction(i, 0.6711), 1.6 * fraction(i, 0.5498) - 0.8)
+    };
+    scene.lights = (0..count).map(|i| light(i, place(i))).collect();
+    scene
+}
+
+/// A coloured intensity; every seventh is much brighter.
+fn color(i: usize) -> Vec3 {
+    let bright = if i.is_multiple_of(7) { 1.0 } else { 0.08 };
+    bright * Vec3::new(1.0 + (i % 3) as f32, 2.0, 1.0 + (i % 5) as f32)
+}
+
+fn point(i: usize, position: Vec3) -> Light {
+    Light::point(position, color(i))
+}
+
+fn spot(i: usize, position: Vec3) -> Light {
+    let direction = Vec3::new(fraction(i, 0.41) - 0.5, -0.7, fraction(i, 0.73) - 0.5).normalize();
+    let kind = LightKind::Spot { inner_angle: 0.2, outer_angle: 0.5 + 0.1 * (i % 8) as f32 };
+    Light { kind, direction, ..Light::point(position, 3.0 * color(i)) }
+}
+
+/// Suns, of which some come in by the open side, and points.
+fn sun_or_point(i: usize, position: Vec3) -> Light {
+    let direction = Vec3::new(0.4 * fraction(i, 0.37) - 0.2, -0.3, -1.0);
+    if i < 9 { Light::directional(direction, 0.3 * color(i)) } else { point(i, position) }
+}
+
+/// Above the blocks: points on an area light that touches a surface are as noisy as they are near.
+fn disk_or_rectangle(i: usize, place: Vec3) -> Light {
+    let position = Vec3::new(0.8 * place.x, 1.3 + 0.3 * place.y, 0.8 * place.z);
+    let direction = Vec3::new(fraction(i, 0.41) - 0.5, -0.7, fraction(i, 0.73) - 0.5).normalize();
+    match i % 2 {
+        0 => Light::disk(position, direction, 0.05 + 0.02 * (i % 5) as f32, 20.0 * color(i)),
+        _ => Light::rectangle(position, direction, Vec3::X, [0.1, 0.05 * (1 + i % 6) as f32], 20.0 * color(i)),
+    }
+}
+
+/// Sums over all pixels, for each channel.
+fn energies(image: &RgbImage) -> [f64; 3] {
+    [0, 1, 2].map(|channel| image.pixels.iter().map(|pixel| f64::from(pixel[channel])).sum())
+}
+
+/// The ratio of the channel that is farthest off.
+fn farthest(actual: [f64; 3], expected: [f64; 3]) -> f64 {
+    let ratios = actual.iter().zip(&expected).map(|(a, b)| a / b);
+    ratios.fold(1.0, |worst: f64, ratio| if (ratio - 1.0).abs() > (worst - 1.0).abs() { ratio } else { worst })
+}
+
+/// Energy of an image over that of another.
+fn energy(image: &RgbImage, reference: &RgbImage) -> f64 {
+    farthest(energies(image), energies(reference))
+}
+
+/// The mean of images of a view at rest, and the variance of that mean.
+fn mean(images: &[RenderedImage]) -> [RgbImage; 2] {
+    let count = images.len() as f64;
+    let image = |of: &dyn Fn(f64, f64) -> f64| {
+        let pixel = |p: usize| {
+            [0, 1, 2].map(|channel| {
+                let values = || images.iter().map(|image| f64::from(image.radiance[p][channel]));
+                of(values().sum::<f64>() / count, values().map(|v| v * v).sum::<f64>() / count) as f32
+            })
+        };
+        let pixels = (0..images[0].radiance.len()).map(pixel).collect();
+        RgbImage::new(images[0].width as usize, images[0].height as usize, pixels).unwrap()
+    };
+    [image(&|mean, _| mean), image(&|mean, squares| (squares - mean * mean).max(0.0) / (count - 1.0))]
+}
+
+/// Frames of a view at rest.
+fn frames(renderer: &mut Renderer, scene: &Scene, camera: &Camera, count: usize) -> Vec<RenderedImage> {
+    let uploaded = renderer.upload(scene).unwrap();
+    (0..count).map(|_| renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap()).collect()
+}
+
+/// The mean of many frames in one image.
+fn many(settings: Settings) -> Settings {
+    Settings { accumulate: 64, history: History::Off, ..settings }
+}
+
+/// With an area, with and without a filter, at edges with several samples, and on transparent surfaces.
+#[test]
+fn gpu_sampled_light_has_the_energy_of_all_lights() {
+    let Some(gpu) = testing::gpu("gpu_sampled_light_has_the_energy_of_all_lights") else { return };
+    let points = || cornell(30, point);
+    let four = Settings { samples: Samples::Four, ..many(sampled()) };
+    let filtered = Settings { direct: SampledLights::default().into(), ..many(sampled()) };
+    let with_history = Settings { history: History::On, ..filtered.clone() };
+    // Many rays to each light: fewer frames.
+    let area = || Settings { accumulate: 24, ..many(sampled()) };
+    let wide = Settings { light_radius: 0.1, ..area() };
+    let mut before = points();
+    before.lights = vec![Light::point(Vec3::new(0.0, 1.0, 1.2), Vec3::splat(4.0))];
+    for (name, scene, settings) in [
+        ("disks and rectangles", cornell(30, disk_or_rectangle), area()),
+        ("points with a radius", points(), wide.clone()),
+        ("spots with a radius", cornell(30, spot), wide),
+        ("with a filter", points(), filtered),
+        ("with a filter and a history", points(), with_history),
+        ("four samples", points(), four),
+        ("behind a pane", behind_a_pane(points()), many(sampled())),
+        ("before a pane", behind_a_pane(before), many(sampled())),
+    ] {
+        let of = |settings| linear(&render(gpu, &scene, &scene.cameras[0], SIZE, settings));
+        let all = of(Settings { direct: Direct::NONE, shadow_rays: 32, ..settings.clone() });
+        let ratio = energy(&of(settings), &all);
+        println!("{name}: energy {ratio:.4}");
+        // The noise of both, and the rounding of normals to 16 bits.
+        assert!((ratio - 1.0).abs() < 0.01, "{name}: {ratio}");
+    }
+}
+
+/// The scene behind transparent glass.
+fn behind_a_pane(mut scene: Scene) -> Scene {
+    scene.materials.push(Material {
+        base_color: Vec3::new(0.8, 0.9, 0.7).extend(0.6),
+        alpha_mode: AlphaMode::Blend,
+        metallic: 0.0,
+        double_sided: true,
+        ..Material::default()
+    });
+    let pane = quad(scene.materials.len() - 1, Vec3::new(0.0, 1.0, 0.9), 0.8 * Vec3::X, 0.8 * Vec3::Y);
+    scene.meshes[0].primitives.push(pane);
+    scene
+}
+
+/// Emissive triangles without indirect light: the path tracer's direct light.
+#[test]
+fn gpu_emissive_triangles_are_the_path_tracers() {
+    let Some(gpu) = testing::gpu("gpu_emissive_triangles_are_the_path_tracers") else { return };
+    let mut scene = generate::demo("cornell").unwrap();
+    scene.lights = Vec::new();
+    let shine = |max_depth| {
+        let settings = TracerSettings {
+            integrator: Integrator::Path,
+            max_depth,
+            attenuation: Attenuation::Physical,
+            light_choice: LightChoice::Uniform,
+            ..TracerSettings::default()
+        };
+        let mut film = Film::new(EDGE as usize, EDGE as usize).unwrap();
+        PathTracer::new(&scene, settings).unwrap().render(&scene.cameras[0], &mut film, 256);
+        RgbImage::new(EDGE as usize, EDGE as usize, film.mean()).unwrap()
+    };
+    let ours = |direct: Direct| {
+        let settings = Settings { direct, indirect: Indirect::NONE, ..many(sampled()) };
+        linear(&render(gpu, &scene, &scene.cameras[0], SIZE, settings))
+    };
+    // The lamp itself is brighter than what it lights.
+    let without = |all: RgbImage, lamp: RgbImage| {
+        let pixels = all.pixels.iter().zip(&lamp.pixels).map(|(a, b)| [0, 1, 2].map(|i| a[i] - b[i])).collect();
+        RgbImage::new(EDGE as usize, EDGE as usize, pixels).unwrap()
+    };
+    let expected = without(shine(2), shine(1));
+    let actual = without(ours(sampled().direct), ours(Direct::NONE));
+    let ratio = energy(&actual, &expected);
+    println!("energy {ratio:.4}");
+    // The noise of both.
+    assert!((ratio - 1.0).abs() < 0.015, "{ratio}");
+}
+
+/// The same input gives the same bits, and no more rays than stated.
+#[test]
+fn gpu_sampled_light_is_reproducible_and_keeps_its_budget() {
+    let Some(gpu) = testing::gpu("gpu_sampled_light_is_reproducible_and_keeps_its_budget") else { return };
+    let scene = cornell(60, sun_or_point);
+    let of = |engine: &Engine, settings: Settings| {
+        let mut renderer = Renderer::with_engine(engine, settings).unwrap();
+        frames(&mut renderer, &scene, &scene.cameras[0], 3)
+    };
+    let filtered = Settings { direct: SampledLights::default().into(), ..sampled() };
+    let shown = [0, 1].map(|_| of(&Engine::new(&gpu.device, &gpu.queue), filtered.clone()));
+    for (a, b) in shown[0].iter().zip(&shown[1]) {
+        assert!(bits(a) == bits(b) && a.display == b.display && a.report.counters == b.report.counters);
+    }
+    assert!(bits(&shown[0][0]) != bits(&shown[0][1]), "frames have different noise");
+    let mut before = 0;
+    for rays in LightRays::ALL {
+        let direct = SampledLights { rays: *rays, denoise: Denoise::Off, ..SampledLights::default() }.into();
+        let most = u64::from(rays.count()) * u64::from(EDGE * EDGE);
+        for image in of(&testing::engine(gpu), Settings { direct, ..sampled() }) {
+            let traced = counter(&image, "shadows/rays");
+            assert!(traced <= most && traced > before, "{rays}: {traced} of {most}");
+        }
+        before = most / 3;
+    }
+}
+
+/// Direct light of frames of demodulated targets, one after another.
+fn demodulated(gpu: &Gpu, scene: &Scene, settings: Settings, count: usize) -> Vec<RgbImage> {
+    const SIZE: [u32; 2] = [96, 96];
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    let [direct, indirect] = ["direct", "indirect"].map(|label| {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width: SIZE[0], height: SIZE[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        texture.create_view(&Default::default())
+    });
+    let target = Target::Sums { direct: &direct, indirect: &indirect };
+    let views = [ViewRequest::of_camera(0, &scene.cameras[0], SIZE, target)];
+    renderer.ready(&uploaded, &views).unwrap();
+    let frame = |_| {
+        let mut commands = gpu.device.create_command_encoder(&Default::default());
+        let frame = renderer.record(&mut commands, &uploaded, &views).unwrap();
+        gpu.queue.submit([commands.finish()]);
+        renderer.submitted(frame);
+        let texels: Vec<[f32; 4]> = read_texture(&gpu.device, &gpu.queue, direct.texture()).unwrap();
+        let pixels = texels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
+        RgbImage::new(SIZE[0] as usize, SIZE[1] as usize, pixels).unwrap()
+    };
+    (0..count).map(frame).collect()
+}
+
+/// Demodulated light for a program that shades by itself.
+#[test]
+fn gpu_demodulated_targets_have_sampled_light() {
+    let Some(gpu) = testing::gpu("gpu_demodulated_targets_have_sampled_light") else { return };
+    let scene = cornell(30, point);
+    let direct = SampledLights { rays: LightRays::Eight, denoise: Denoise::Off, ..SampledLights::default() }.into();
+    let all = demodulated(gpu, &scene, Settings { direct: Direct::NONE, history: History::Off, ..sampled() }, 1);
+    let image = demodulated(gpu, &scene, Settings { direct, history: History::Off, ..sampled() }, 1);
+    let ratio = energy(&image[0], &all[0]);
+    println!("energy {ratio:.4}");
+    // The noise of the pixels of one frame.
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+}
+
+/// All frames of these targets have the same random numbers, with a history too: a program cannot average their noise.
+#[test]
+fn gpu_known_fault_demodulated_targets_have_the_same_noise_in_every_frame() {
+    let test = "gpu_known_fault_demodulated_targets_have_the_same_noise_in_every_frame";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let images = demodulated(gpu, &cornell(30, point), sampled(), 2);
+    assert!(images[0] == images[1], "the fault is gone: compare the mean of frames with all lights");
+}
