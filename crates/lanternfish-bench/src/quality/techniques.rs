@@ -6,12 +6,12 @@
 
 use lanternfish::{
     settings::{
-        Anisotropy, Culling, Indirect, Materials, Occlusion, Quality, RayCulling, RayRangeCulling, Samples, Settings,
+        Anisotropy, Culling, Direct, Indirect, Materials, Occlusion, Quality, RayCulling, RayRangeCulling, Samples, Settings,
         Shadows, TextureBinding, Tracer,
     },
     techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, HitLight, IndirectClamp, IndirectResolution, Sampled,
-        TileSize, Tiled,
+        Assignment, ClusterShape, ClusterTest, Clustered, HitLight, IndirectClamp, IndirectResolution, LightRays,
+        Sampled, SampledLights, TileSize, Tiled,
     },
 };
 use lanternfish_papers::{Deep, DeepImageSettings, DirectionSet, RasterGrid, WITHIN_TEXEL};
@@ -44,7 +44,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let row = |name: String, ground_truth, settings| Technique { name, settings, ground_truth };
     let mut rows = vec![row("default".to_owned(), GroundTruth::Direct, default.clone())];
     let Settings {
-        direct: _,
+        direct,
         culling,
         shadows: _,
         ray_culling: _,
@@ -75,6 +75,13 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     for other in cullings().into_iter().filter(|other| other != culling) {
         let settings = Settings { culling: other.clone(), ..default.clone() };
         rows.push(row(culling_name(&other), GroundTruth::Direct, settings));
+    }
+    let samples = Direct::all().into_iter().map(|other| (other.name().to_owned(), other));
+    let of_rays = |rays: &LightRays| SampledLights { rays: *rays, ..SampledLights::default() };
+    let with_rays = LightRays::ALL.iter().map(|rays| (format!("sampled, light-samples {rays}"), of_rays(rays).into()));
+    for (name, other) in samples.chain(with_rays).filter(|(_, other)| other != direct) {
+        let settings = Settings { direct: other, ..default.clone() };
+        rows.push(row(format!("direct {name}"), GroundTruth::Direct, settings));
     }
     let mut each = |name: &str, changed: Vec<(String, Settings)>| {
         let changed = changed.into_iter().filter(|(_, settings)| settings != default);

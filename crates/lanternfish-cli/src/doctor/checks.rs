@@ -3,7 +3,7 @@
 use lanternfish::{
     Settings,
     settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
-    techniques::Sampled,
+    techniques::{Sampled, SampledLights},
 };
 use lanternfish_papers::Deep;
 
@@ -102,6 +102,9 @@ pub fn plans() -> Vec<Plan> {
     ] {
         add(Group::DirectLight, name, scene, false, against(Reference::Direct, direct(), limits));
     }
+    let sampled = Settings { direct: SampledLights::default().into(), accumulate: 16, ..direct() };
+    let limits = Limits::new(0.12, 0.03, 0.01);
+    add(Group::DirectLight, "100 lights, sampled", Name::Atrium, false, against(Reference::Direct, sampled, limits));
     for occlusion in Occlusion::all() {
         let settings = Settings { occlusion: occlusion.clone(), ..direct() };
         let is_unbounded = occlusion == Occlusion::from(Deep::default());

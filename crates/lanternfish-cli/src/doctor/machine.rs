@@ -2,7 +2,7 @@
 
 use lanternfish::{
     RenderError, Renderer, Settings,
-    settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
+    settings::{Culling, Direct, Indirect, Occlusion, Shadows, Tracer},
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
 use lanternfish_papers::DeepImageSettings;
@@ -44,6 +44,8 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let mut requested: Vec<(String, Settings)> = Vec::new();
     let culling = Culling::all().into_iter();
     requested.extend(culling.map(|culling| (format!("culling {}", culling.name()), Settings { culling, ..direct() })));
+    let lights = Direct::all().into_iter();
+    requested.extend(lights.map(|lights| (format!("direct {}", lights.name()), Settings { direct: lights, ..direct() })));
     requested.extend(
         Tracer::all()
             .into_iter()

@@ -5,7 +5,7 @@ use std::{collections::HashSet, env, fs, path::Path};
 use lanternfish::{
     Settings,
     settings::{Culling, History, Indirect, Occlusion, Samples, Shadows},
-    techniques::{Sampled, Tiled},
+    techniques::{Sampled, SampledLights, Tiled},
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_papers::{Deep, Hbao, PhotonSplatting, RasterGrid, VirtualLights, WITHIN_TEXEL};
@@ -26,6 +26,7 @@ fn sections() -> Vec<(&'static str, Settings)> {
         ("Direct light: clustered culling, shadows through the BVH", direct()),
         ("Tiled culling", Settings { culling: tiled, ..direct() }),
         ("Raster grid culling", Settings { culling: RasterGrid::default().into(), ..direct() }),
+        ("Sampled direct light, with history", Settings { direct: SampledLights::default().into(), history: History::On, ..direct() }),
         ("Four samples per pixel", Settings { samples: Samples::Four, ..direct() }),
         ("Mean of two frames", Settings { accumulate: 2, ..direct() }),
         ("Indirect light: rays and radiance cache (default)", indirect(Sampled::default().into())),
