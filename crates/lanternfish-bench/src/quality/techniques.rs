@@ -6,8 +6,8 @@
 
 use lanternfish::{
     settings::{
-        Anisotropy, Culling, Direct, Indirect, Materials, Occlusion, Quality, RayCulling, RayRangeCulling, Samples, Settings,
-        Shadows, TextureBinding, Tracer,
+        Anisotropy, Culling, Direct, Indirect, Materials, Occlusion, Quality, RayCulling, RayRangeCulling, Samples,
+        Settings, Shadows, TextureBinding, Tracer,
     },
     techniques::{
         Assignment, ClusterShape, ClusterTest, Clustered, HitLight, IndirectClamp, IndirectResolution, LightRays,

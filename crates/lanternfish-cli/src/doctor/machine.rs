@@ -45,7 +45,8 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let culling = Culling::all().into_iter();
     requested.extend(culling.map(|culling| (format!("culling {}", culling.name()), Settings { culling, ..direct() })));
     let lights = Direct::all().into_iter();
-    requested.extend(lights.map(|lights| (format!("direct {}", lights.name()), Settings { direct: lights, ..direct() })));
+    requested
+        .extend(lights.map(|lights| (format!("direct {}", lights.name()), Settings { direct: lights, ..direct() })));
     requested.extend(
         Tracer::all()
             .into_iter()

@@ -26,7 +26,10 @@ fn sections() -> Vec<(&'static str, Settings)> {
         ("Direct light: clustered culling, shadows through the BVH", direct()),
         ("Tiled culling", Settings { culling: tiled, ..direct() }),
         ("Raster grid culling", Settings { culling: RasterGrid::default().into(), ..direct() }),
-        ("Sampled direct light, with history", Settings { direct: SampledLights::default().into(), history: History::On, ..direct() }),
+        (
+            "Sampled direct light, with history",
+            Settings { direct: SampledLights::default().into(), history: History::On, ..direct() },
+        ),
         ("Four samples per pixel", Settings { samples: Samples::Four, ..direct() }),
         ("Mean of two frames", Settings { accumulate: 2, ..direct() }),
         ("Indirect light: rays and radiance cache (default)", indirect(Sampled::default().into())),
