@@ -142,6 +142,19 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
     }
 
     #[test]
+    fn direct_light_is_one_report() {
+        let kit = Kit::new("direct", SOFTWARE, "true");
+        let output = kit.run(&["direct", "--allow-software"], &[]);
+        let said = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(0), "{said}{}", text(&output.stderr));
+        assert!(said.contains("up to 940 s"), "the report has its own time: {said}");
+        let mut tar = Command::new("tar");
+        tar.arg("-xOzf").arg(kit.0.join("out/direct.tar.gz")).arg("direct/direct.txt");
+        let said = text(&tar.output().expect("tar is there").stdout);
+        assert!(said.starts_with("direct demo:atrium ") && said.contains(" --adapter cpu -o "), "{said}");
+    }
+
+    #[test]
     fn a_failing_test_fails_the_run_and_is_shown() {
         let kit = Kit::new("failing", &format!("{SOFTWARE}{CARD}"), "echo 'the reason'; exit 101");
         let output = kit.run(&["tests"], &[]);

@@ -13,9 +13,10 @@ use std::time::Instant;
 
 use glam::Vec3;
 use lanternfish::{
-    Renderer,
+    GpuScene, Renderer,
     debug_views::Scale,
-    settings::{DebugView, Indirect, Occlusion, Settings},
+    direct_light::lights_in_reach,
+    settings::{DebugView, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::{Gpu, driver_warning};
 use lanternfish_scene::Scene;
@@ -98,6 +99,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
     // Upload the state at 0 s, so that every frame has the same acceleration structure, whichever frame is first.
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
+    note_many_lights(&progress, &uploaded, &renderer);
     let scale = settings.debug_view.and_then(Scale::of);
     if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
         progress.note(&format!("scale of {view}: {scale}"));
@@ -231,6 +233,20 @@ fn a_full_cache_gives_a_warning() {
     let counters = |count| [("indirect/rays".to_owned(), 7), ("radiance_cache/lost".to_owned(), count)];
     assert_eq!(lost_cells(&counters(0)), None);
     assert!(lost_cells(&counters(1)).is_some_and(|text| text.contains("--cache-entries")));
+}
+
+/// Lights in reach of a point from which on a ray to each is slow beside samples.
+const MANY_LIGHTS: f32 = 100.0;
+
+/// Notes that so many lights reach a point that samples would be several times as fast.
+fn note_many_lights(progress: &Progress, uploaded: &GpuScene, renderer: &Renderer) {
+    let settings = renderer.settings();
+    let in_reach = lights_in_reach(uploaded);
+    if settings.direct.is_none() && settings.shadows != Shadows::None && in_reach > MANY_LIGHTS {
+        progress.note(&format!(
+            "about {in_reach:.0} lights reach a point, and each gets a ray; --direct sampled is faster, and exact with --accumulate"
+        ));
+    }
 }
 
 /// Notes which light has no effect on the image.

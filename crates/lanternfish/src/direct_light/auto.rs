@@ -62,8 +62,8 @@ fn most_in_reach(rays: LightRays, is_hardware: bool) -> f32 {
     MOST_IN_REACH[usize::from(is_hardware)][rays as usize]
 }
 
-/// Mean number of lights whose range holds a point of the scene's box, for [`POINTS`] points.
-pub(super) fn lights_in_reach(scene: &GpuScene) -> f32 {
+/// Mean number of lights whose range holds a point of the scene's box, at 64 points.
+pub fn lights_in_reach(scene: &GpuScene) -> f32 {
     in_reach(scene.bounds(), &scene.lights().on_host)
 }
 

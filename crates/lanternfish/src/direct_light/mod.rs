@@ -25,7 +25,7 @@ use crate::{
 /// Direct light comes from a technique's layers, for transparent surfaces from its samples.
 pub(crate) const SAMPLED_LIGHTS: Feature = Feature::new("sampled_lights");
 
-pub use self::auto::AutoLights;
+pub use self::auto::{AutoLights, lights_in_reach};
 
 /// Technique of direct light; none: every listed light gets its shadow rays.
 pub type Direct = Choice<dyn DirectTechnique>;

@@ -1,4 +1,4 @@
-# The parts that call the command line: doctor, frames, papers. Sourced by run.sh.
+# The parts that call the command line: doctor, frames, direct, papers. Sourced by run.sh.
 # shellcheck shell=bash
 # shellcheck disable=SC2034,SC2154 # run.sh sets and reads variables of this file.
 
@@ -87,6 +87,26 @@ part_frames() {
     printf '\n]\n' >>"$out/frames.json"
     outcome=$(joined ${frame_words[@]+"${frame_words[@]}"})
     ((frames_failed == 0))
+}
+
+# Prices, errors and motion of direct light; the report and its images go to direct.tar.gz.
+part_direct() {
+    local flags=(--size 1920x1080 --frames 60) status
+    [[ $adapter == cpu ]] && flags=(--size 160x90 --frames 4 --runs 1 --counts 10,1000)
+    mkdir -p "$work/direct"
+    before_deadline "$work/lanternfish-bench" direct demo:atrium --lights rain:1000 "${flags[@]}" --adapter "$adapter" \
+        -o "$work/direct" >"$work/direct/direct.txt" 2>&1
+    status=$?
+    if ((status != 0)); then
+        outcome=$(status_words "$status")
+        tail -n 5 "$work/direct/direct.txt"
+    fi
+    [[ -f $work/direct/report.md ]] && cp -- "$work/direct/report.md" "$out/direct.md"
+    if ! tar -czf "$out/direct.tar.gz" -C "$work" direct; then
+        outcome=$(joined ${outcome:+"$outcome"} 'tar failed')
+        status=1
+    fi
+    return "$((status != 0))"
 }
 
 # The page of the five papers; the reports behind it go to papers.tar.gz.

@@ -12,13 +12,14 @@ Parts; without any: doctor, tests and frames.
   doctor   lanternfish doctor                   doctor.txt doctor.json
   tests    every test that needs an adapter     tests.txt
   frames   three images with their timings      atrium.png sponza.png city.png frames.json
+  direct   prices and errors of direct light    direct.md direct.tar.gz
   papers   the tables of the five papers        papers.html papers.tar.gz
 
 --allow-software   runs on a software adapter if there is no other
 --out FOLDER       folder of the results; without it, hardware-results in the current folder
 
-Variables, in seconds: TOTAL_S (540, and PAPERS_S more with papers) for everything, DOCTOR_S (100), TESTS_S (300),
-FRAMES_S (120), PAPERS_S (3000), TEST_S (60) for one test. The page of papers is written after each of its parts.
+Variables, in seconds: TOTAL_S (540, and DIRECT_S and PAPERS_S more with these parts) for everything, DOCTOR_S (100),
+TESTS_S (300), FRAMES_S (120), DIRECT_S (400), PAPERS_S (3000), TEST_S (60) for one test. The page of papers is written after each of its parts.
 JOBS: tests at a time; without it, the number of processors, at most 8.
 
 Exit status: 0 all parts passed, 1 a part failed, 2 wrong usage, 3 no graphics card found, 4 the kit cannot run here.
@@ -29,6 +30,7 @@ SECONDS=0
 DOCTOR_S=${DOCTOR_S:-100}
 TESTS_S=${TESTS_S:-300}
 FRAMES_S=${FRAMES_S:-120}
+DIRECT_S=${DIRECT_S:-400}
 PAPERS_S=${PAPERS_S:-3000}
 TEST_S=${TEST_S:-60}
 JOBS=${JOBS:-$(nproc)}
@@ -56,7 +58,7 @@ while (($# > 0)); do
             usage
             exit 0
             ;;
-        doctor | tests | frames | papers) parts+=("$1") ;;
+        doctor | tests | frames | direct | papers) parts+=("$1") ;;
         *)
             usage >&2
             fail 2 "unknown word '$1'"
@@ -66,6 +68,7 @@ while (($# > 0)); do
 done
 ((${#parts[@]} > 0)) || parts=(doctor tests frames)
 default_s=540
+[[ " ${parts[*]} " == *' direct '* ]] && ((default_s += DIRECT_S))
 [[ " ${parts[*]} " == *' papers '* ]] && ((default_s += PAPERS_S))
 TOTAL_S=${TOTAL_S:-$default_s}
 
@@ -73,7 +76,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd) || exit 4
 mkdir -p -- "$out" || fail 4 'cannot create the folder for results'
 out=$(cd -- "$out" && pwd) || fail 4 'cannot enter the folder for results'
 # Results of an earlier run must not be mistaken for those of this one.
-for name in doctor.txt doctor.json tests.txt frames.json atrium.png sponza.png city.png papers.html papers.tar.gz; do
+for name in doctor.txt doctor.json tests.txt frames.json atrium.png sponza.png city.png direct.md direct.tar.gz papers.html papers.tar.gz; do
     rm -f -- "$out/$name"
 done
 work=$(mktemp -d "${TMPDIR:-/tmp}/lanternfish.XXXXXX") || fail 4 'cannot create a temporary folder'

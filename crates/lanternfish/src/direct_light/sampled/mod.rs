@@ -10,7 +10,7 @@ mod tests;
 use lanternfish_gpu::{BufferPart, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
-use super::{DirectLight, DirectPasses, DirectTechnique, auto::lights_in_reach};
+use super::{DirectLight, DirectPasses, DirectTechnique, lights_in_reach};
 use crate::{
     context::ViewContext,
     error::RenderError,
