@@ -1,8 +1,8 @@
 //! Repeated changes of settings do not increase memory use.
 
 use lanternfish::{
-    settings::{Culling, DebugView, Indirect, Occlusion, Quality, Samples, Shadows},
-    techniques::Tiled,
+    settings::{Culling, DebugView, History, Indirect, Occlusion, Quality, Samples, Shadows},
+    techniques::{SampledLights, Tiled},
 };
 use lanternfish_gpu::{AdapterChoice, KeptCompiled, testing};
 use lanternfish_papers::{Deep, DeepImageSettings};
@@ -49,6 +49,7 @@ fn kinds() -> Vec<Settings> {
         base.clone(),
         Settings { culling: Culling::from(Tiled::default()), shadows: Shadows::None, ..base.clone() },
         Settings { samples: Samples::Four, ..base.clone() },
+        Settings { direct: SampledLights::default().into(), history: History::On, ..base.clone() },
         Settings { occlusion: Occlusion::from(Deep::default()), structure: deep_images.into(), ..base.clone() },
         Settings { indirect, ..base.clone() },
         Settings { debug_view: Some(DebugView::Normal), ..base },

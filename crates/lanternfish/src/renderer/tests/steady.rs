@@ -6,14 +6,20 @@ use lanternfish_scene::generate::{demo, light_rain};
 use crate::{
     Renderer, Settings,
     context::FrameContext,
-    settings::{Culling, Exposure, Samples, Shadows},
-    techniques::{Sampled, Tiled},
+    settings::{Culling, Exposure, History, Samples, Shadows},
+    techniques::{Sampled, SampledLights, Tiled},
     testing::steady::{Frames, camera, check_steady},
 };
 
 /// The same tracer on every adapter.
 fn bvh(settings: Settings) -> Settings {
     Settings { shadows: Shadows::BVH, ..settings }
+}
+
+/// Sampled direct light with a history.
+fn sampled() -> Settings {
+    let direct = SampledLights::default().into();
+    Settings { direct, history: History::On, ..bvh(Settings::direct_light()) }
 }
 
 /// Few rays, and few samples per entry of the radiance cache.
@@ -36,6 +42,8 @@ fn gpu_a_repeated_frame_allocates_nothing() {
             Growth::Blocking,
             Settings { culling: tiled, samples: Samples::Four, ..bvh(Settings::direct_light()) },
         ),
+        ("sampled direct light", false, Growth::Blocking, sampled()),
+        ("sampled direct light that does not wait", true, Growth::Deferred, sampled()),
         ("indirect light", false, Growth::Blocking, bvh(rays())),
         ("indirect light, a mean of frames", true, Growth::Blocking, bvh(rays())),
         ("a mean of frames that do not wait", true, Growth::Deferred, bvh(Settings::direct_light())),
@@ -80,6 +88,8 @@ fn gpu_memory_does_not_grow_over_frames_of_all_kinds() {
     let Some(gpu) = testing::gpu("gpu_memory_does_not_grow_over_frames_of_all_kinds") else { return };
     let [early, late] = bytes_after(gpu, bvh(Settings::direct_light()), 40, 160);
     assert!(early > 0 && early == late, "{early} {late}");
+    let [early, late] = bytes_after(gpu, sampled(), 40, 160);
+    assert!(early > 0 && early == late, "sampled: {early} {late}");
     // Check that the test can fail: another number of frames gives another size.
     let [small, large] = bytes_after(gpu, bvh(Settings::direct_light()), 2, 40);
     assert!(small != large, "{small} {large}");
