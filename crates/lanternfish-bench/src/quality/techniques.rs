@@ -76,10 +76,11 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { culling: other.clone(), ..default.clone() };
         rows.push(row(culling_name(&other), GroundTruth::Direct, settings));
     }
-    let samples = Direct::all().into_iter().map(|other| (other.name().to_owned(), other));
-    let of_rays = |rays: &LightRays| SampledLights { rays: *rays, ..SampledLights::default() };
-    let with_rays = LightRays::ALL.iter().map(|rays| (format!("sampled, light-samples {rays}"), of_rays(rays).into()));
-    for (name, other) in samples.chain(with_rays).filter(|(_, other)| other != direct) {
+    let of_rays = |rays: &LightRays| SampledLights { rays: *rays, ..SampledLights::default() }.into();
+    let others = LightRays::ALL.iter().filter(|rays| **rays != LightRays::default());
+    let others = others.map(|rays| (format!("sampled, light-samples {rays}"), of_rays(rays)));
+    let techniques = Direct::all().into_iter().map(|other| (other.name().to_owned(), other));
+    for (name, other) in techniques.chain(others).filter(|(_, other)| other != direct) {
         let settings = Settings { direct: other, ..default.clone() };
         rows.push(row(format!("direct {name}"), GroundTruth::Direct, settings));
     }

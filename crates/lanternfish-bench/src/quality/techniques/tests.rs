@@ -24,6 +24,12 @@ fn every_value_of_every_setting_has_a_row() {
     assert_every(&[false, true], |settings| settings.accumulate > 1);
     assert_every(&[false, true], |settings| settings.light_radius > 0.0);
 
+    let direct = |settings: &Settings| settings.direct.name();
+    assert_every(&Direct::all().iter().map(Direct::name).collect::<Vec<_>>(), direct);
+    for rays in LightRays::ALL {
+        assert_every(&[Some(*rays)], |settings| settings.direct.get::<SampledLights>().map(|lights| lights.rays));
+    }
+
     // Every value of every culling scheme.
     let clustered = |culling: &Culling| culling.get::<Clustered>().copied();
     let tiled = |culling: &Culling| culling.get::<Tiled>().map(|tiled| (tiled.tile_size, tiled.aabb_test));
@@ -88,6 +94,7 @@ fn a_row_changes_one_setting_and_has_a_unique_name() {
     for (i, row) in rows.iter().enumerate() {
         let s = &row.settings;
         let changes = [
+            s.direct != default.direct,
             s.culling != default.culling,
             s.shadows != default.shadows,
             s.ray_culling != default.ray_culling,
