@@ -45,7 +45,7 @@ impl Kind for dyn CullingTechnique {
 impl Kind for dyn DirectTechnique {
     const FLAG: &'static str = "direct";
     const HELP: &'static str = "Direct light: which lights get shadow rays.";
-    const IS_EVERYDAY: bool = true;
+    const IS_EVERYDAY: bool = false;
     const NONE_NAME: &'static str = "all";
     const NONE_SUMMARY: &'static str = "A shadow ray to every listed light of a pixel: the baseline";
 
