@@ -1,7 +1,16 @@
 //! The list of all techniques of this crate, and the help text of each kind.
 
+use crate::{
+    direct_light::DirectTechnique,
+    indirect::IndirectTechnique,
+    light_culling::CullingTechnique,
+    occlusion::OcclusionTechnique,
+    rays::{OwnTracers, Tracer},
+    shaders::Shaders,
+    technique::{AnyTechnique, Choice, Kind, Registry},
+};
 pub use crate::{
-    direct_light::AutoLights,
+    direct_light::auto::AutoLights,
     direct_light::sampled::{Denoise, LightChoice, LightRays, SampledLights},
     indirect::{
         IndirectClamp, IndirectResolution,
@@ -13,15 +22,6 @@ pub use crate::{
         clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
         tiled::Tiled,
     },
-};
-use crate::{
-    direct_light::DirectTechnique,
-    indirect::IndirectTechnique,
-    light_culling::CullingTechnique,
-    occlusion::OcclusionTechnique,
-    rays::{OwnTracers, Tracer},
-    shaders::Shaders,
-    technique::{AnyTechnique, Choice, Kind, Registry},
 };
 
 impl Kind for dyn CullingTechnique {

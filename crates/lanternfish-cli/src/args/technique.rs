@@ -2,8 +2,8 @@
 
 use clap::Args;
 use lanternfish::{
-    direct_light::AutoLights,
     direct_light::DirectTechnique,
+    direct_light::auto::AutoLights,
     light_culling::CullingTechnique,
     settings::{Culling, Direct, History, RayCulling, RayRangeCulling, Samples, Settings, Shadows, TextureBinding},
 };

@@ -15,7 +15,7 @@ use glam::Vec3;
 use lanternfish::{
     GpuScene, Renderer,
     debug_views::Scale,
-    direct_light::lights_in_reach,
+    direct_light::auto::lights_in_reach,
     settings::{DebugView, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::{Gpu, driver_warning};

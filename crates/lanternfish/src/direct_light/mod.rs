@@ -4,7 +4,7 @@
 //! ([`crate::shadows`]) and sums them while it shades. Every other technique writes demodulated light, which shading reads through `layers.wesl`:
 //! [`sampled`].
 
-mod auto;
+pub mod auto;
 pub mod sampled;
 
 use std::fmt;
@@ -22,10 +22,10 @@ use crate::{
     technique::{AnyTechnique, Choice, Technique, clone_of},
 };
 
+/// Shaders trace shadow rays.
+pub(crate) const SHADOW_RAYS: Feature = Feature::new("shadow_rays");
 /// Direct light comes from a technique's layers, for transparent surfaces from its samples.
 pub(crate) const SAMPLED_LIGHTS: Feature = Feature::new("sampled_lights");
-
-pub use self::auto::{AutoLights, lights_in_reach};
 
 /// Technique of direct light; none: every listed light gets its shadow rays.
 pub type Direct = Choice<dyn DirectTechnique>;

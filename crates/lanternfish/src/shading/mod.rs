@@ -12,7 +12,7 @@ use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame};
 
 use crate::{
     context::ViewContext,
-    direct_light::{self, SAMPLED_LIGHTS},
+    direct_light::{self, SAMPLED_LIGHTS, SHADOW_RAYS},
     error::RenderError,
     gpu_scene::{Draw, PassState, SceneRaster, TEXTURES},
     indirect::INDIRECT,
@@ -40,8 +40,6 @@ pub(crate) use self::{
 const TRANSPARENT: Feature = Feature::new("transparent");
 /// Shading reads visibility bits.
 const SHADOW_BITS: Feature = Feature::new("shadow_bits");
-/// Shading traces shadow rays.
-pub(crate) const SHADOW_RAYS: Feature = Feature::new("shadow_rays");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

@@ -10,7 +10,7 @@ mod tests;
 use lanternfish_gpu::{BufferPart, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
-use super::{DirectLight, DirectPasses, DirectTechnique, lights_in_reach};
+use super::{DirectLight, DirectPasses, DirectTechnique, SHADOW_RAYS, auto::lights_in_reach};
 use crate::{
     context::ViewContext,
     error::RenderError,
@@ -25,7 +25,6 @@ use crate::{
     rays::{self, TracePass, Tracer},
     settings::{History, Settings},
     shaders::{Root, Shaders},
-    shading::SHADOW_RAYS,
     technique::{Parameter, ParameterInfo, Range, Technique},
 };
 
