@@ -48,7 +48,7 @@ pub fn check_steady(gpu: &Gpu, scene: &Scene, frames: Frames) {
     let mut frame = |i| made_by_frame(&mut renderer, &uploaded, &camera(scene, i), is_averaged);
     let first = frame(0);
     println!("{name}: the first frame makes {first:?}");
-    assert!(first.buffers > 10 && first.textures > 2 && first.bind_groups > 10 && first.pipelines > 0, "{first:?}");
+    assert!(first.buffers > 2 && first.textures > 2 && first.bind_groups > 10 && first.pipelines > 0, "{first:?}");
     for i in 1..10 {
         frame(i);
     }
