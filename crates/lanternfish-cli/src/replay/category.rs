@@ -71,7 +71,7 @@ impl Category {
             ("light_culling", "count") if !pass.contains("/sort/") => Self::LightCounting,
             ("light_culling", "write") => Self::LightWriting,
             ("light_culling", _) => Self::ClusteringRest,
-            ("shadows", _) => Self::Shadows,
+            ("shadows" | "direct_light", _) => Self::Shadows,
             ("indirect" | "occlusion" | "deep_images" | "environment_light", _) => Self::ArrivingLight,
             ("shading", _) => Self::Shading,
             _ => Self::Miscellaneous,

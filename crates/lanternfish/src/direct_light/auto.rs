@@ -24,6 +24,8 @@ pub struct AutoLights(pub SampledLights);
 /// Lights in reach of a point from which on they are sampled, by the number of rays: a frame with a ray to each then takes about twice as long. For
 /// software adapters, and for graphics cards (not measured: the same).
 const MOST_IN_REACH: [[f32; 4]; 2] = [[16.0, 20.0, 28.0, 44.0], [16.0, 20.0, 28.0, 44.0]];
+/// Factor on these without shadow rays: a light then costs a tenth.
+const WITHOUT_SHADOWS: f32 = 10.0;
 /// Points at which lights are counted.
 const POINTS: usize = 64;
 /// Lights that are counted, at equal distances in the list; each then stands for several.
@@ -52,7 +54,8 @@ impl DirectTechnique for AutoLights {
         tracer: Option<Tracer>,
     ) -> Result<Box<dyn DirectPasses>, RenderError> {
         let is_hardware = device.adapter_info().device_type != wgpu::DeviceType::Cpu;
-        let most = most_in_reach(self.0.rays, is_hardware);
+        let by_shadows = if tracer.is_some() { 1.0 } else { WITHOUT_SHADOWS };
+        let most = by_shadows * most_in_reach(self.0.rays, is_hardware);
         Ok(Box::new(SampledPasses::new(device, self.0, settings, tracer)?.beyond(most)))
     }
 }
