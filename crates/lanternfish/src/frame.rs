@@ -1,7 +1,9 @@
 //! The passes of one frame, in order: the result of each pass is an input of the next.
 
+mod shade;
+
 use glam::Quat;
-use lanternfish_gpu::{BufferPart, Frame};
+use lanternfish_gpu::Frame;
 
 use crate::{
     context::{FrameContext, ViewContext},
@@ -17,11 +19,8 @@ use crate::{
     progressive::Progressive,
     rays::KeptStructure,
     request::{SurfaceSource, Target},
-    shading::{
-        AccumulatedRatios, Arriving, DemodulatedLight, DirectFrom, Forward, NearestTransparent, Shadowing, Sums,
-        VisibilityRatios,
-    },
-    shadows::{Shadows, Visibility, VisibilityPlan},
+    shading::{Arriving, DemodulatedLight, Forward, NearestTransparent, VisibilityRatios},
+    shadows::{Shadows, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
     view::View,
@@ -105,15 +104,6 @@ impl Shaded {
     fn rendering(&self) -> &wgpu::TextureView {
         self.mean.as_ref().unwrap_or(&self.radiance.target)
     }
-}
-
-/// The visibility bits that are in the buffer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Traced {
-    /// No bits.
-    Nothing,
-    /// The bits of the last band.
-    LastBand,
 }
 
 impl Passes {
@@ -285,154 +275,6 @@ impl Passes {
             Ok(Arriving { surface, ambient_visibility, indirect, direct })
         };
         views.iter().map(&mut of_view).collect()
-    }
-
-    /// Shades opaque surfaces with shadows.
-    fn shade(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        lights: Option<&LightLists>,
-        arriving: &Arriving,
-    ) -> Result<(Radiance, Option<VisibilityPlan>), RenderError> {
-        let radiance = self.forward.target(frame, view.view.size);
-        let Some(lights) = lights.filter(|_| arriving.direct.is_none()) else {
-            let shadows = Shadowing { visibility: None, fractions: None };
-            let parameters = self.parameters_of_samples(frame, view);
-            let direct = DirectFrom::Samples(&parameters);
-            self.forward.record(frame, view, direct, arriving, &shadows, &radiance)?;
-            return Ok((radiance, None));
-        };
-        let plan = self.plan(frame, view, lights)?;
-        let fractions = self.accumulated_ratios(frame, view, lights, plan.as_ref())?;
-        let traced = fractions.as_ref().map_or(Traced::Nothing, |_| Traced::LastBand);
-        self.by_bands(frame, view, lights, plan.as_ref(), traced, |passes, frame, visibility| {
-            let shadows = Shadowing { visibility, fractions: fractions.as_ref() };
-            passes.forward.record(frame, view, DirectFrom::Lists(lights), arriving, &shadows, &radiance)
-        })?;
-        Ok((radiance, plan))
-    }
-
-    /// Writes demodulated irradiance with shadows.
-    fn sum(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        lights: Option<LightLists>,
-        arriving: Arriving,
-    ) -> Result<Shaded, RenderError> {
-        let irradiance = self.irradiance.target(frame, view);
-        let plan = match lights.as_ref().filter(|_| arriving.direct.is_none()) {
-            Some(lights) => {
-                let plan = self.plan(frame, view, lights)?;
-                self.by_bands(frame, view, lights, plan.as_ref(), Traced::Nothing, |passes, frame, visibility| {
-                    let direct = DirectFrom::Lists(lights);
-                    passes.irradiance.record(frame, view, direct, &arriving, visibility, &irradiance)
-                })?;
-                plan
-            }
-            None => {
-                let parameters = self.parameters_of_samples(frame, view);
-                let direct = DirectFrom::Samples(&parameters);
-                self.irradiance.record(frame, view, direct, &arriving, None, &irradiance)?;
-                None
-            }
-        };
-        let Sums { direct, indirect } = irradiance;
-        let shaded = Shaded::of_lights(Radiance { target: direct, drawn: None }, lights);
-        Ok(Shaded {
-            indirect_light: Some(indirect),
-            visibility: plan,
-            ambient_visibility: arriving.ambient_visibility,
-            direct: arriving.direct,
-            ..shaded
-        })
-    }
-
-    /// Parameters of the technique that samples direct light, for surfaces that draw samples of their own.
-    fn parameters_of_samples(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> BufferPart {
-        let Some(direct) = &self.direct else { unreachable!("without it, there are light lists") };
-        direct.parameters(frame, view)
-    }
-
-    /// The plan for the shadow rays of a view, if there are shadows.
-    fn plan(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        lights: &LightLists,
-    ) -> Result<Option<VisibilityPlan>, RenderError> {
-        self.shadows.as_mut().map(|shadows| shadows.plan(frame, view, lights)).transpose()
-    }
-
-    /// Visibility ratios of area lights at each pixel, accumulated over frames, if there is a history.
-    fn accumulated_ratios(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        lights: &LightLists,
-        plan: Option<&VisibilityPlan>,
-    ) -> Result<Option<AccumulatedRatios>, RenderError> {
-        let Some(mut fractions) = self.visibility_ratios.take_if(|fractions| fractions.are_of(view.scene)) else {
-            return Ok(None);
-        };
-        let estimate = fractions.target(frame, view.view.size);
-        let recorded = self.by_bands(frame, view, lights, plan, Traced::Nothing, |_, frame, visibility| {
-            visibility.map_or(Ok(()), |visibility| fractions.find(frame, view, lights, visibility, &estimate))
-        });
-        let accumulated = recorded.and_then(|()| fractions.accumulated(frame, view, estimate));
-        self.visibility_ratios = Some(fractions);
-        accumulated.map(Some)
-    }
-
-    /// Traces the shadows of a view and runs the next pass with them. If the visibility of all pixels exceeds one buffer, both run in bands
-    /// of rows.
-    fn by_bands(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        lights: &LightLists,
-        plan: Option<&VisibilityPlan>,
-        traced: Traced,
-        mut go_on: impl FnMut(&mut Self, &mut Frame<'_>, Option<&Visibility<'_>>) -> Result<(), RenderError>,
-    ) -> Result<(), RenderError> {
-        let Some(plan) = plan else { return go_on(self, frame, None) };
-        let is_traced = traced == Traced::LastBand && plan.bands().len() == 1;
-        for (index, band) in plan.bands() {
-            let Some(shadows) = &mut self.shadows else { unreachable!("they made the plan") };
-            let visibility = match is_traced {
-                true => plan.band(frame, view.middle.size.y, &band),
-                false => shadows.record(frame, view, lights, plan, index, band),
-            };
-            go_on(self, frame, Some(&visibility))?;
-        }
-        Ok(())
-    }
-
-    /// Blends transparent surfaces over the image; returns the indirect light at the nearest of them.
-    fn blend(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        lights: Option<&LightLists>,
-        radiance: &Radiance,
-    ) -> Result<Option<DemodulatedIrradiance>, RenderError> {
-        if view.draws.transparent.is_empty() {
-            return Ok(None);
-        }
-        let nearest = self.nearest_transparent.as_mut().map(|nearest| nearest.record(frame, view)).transpose()?;
-        match lights {
-            Some(lights) => {
-                let direct = DirectFrom::Lists(lights);
-                self.forward.record_transparent(frame, view, direct, nearest.as_ref(), radiance)?;
-            }
-            None => {
-                let parameters = self.parameters_of_samples(frame, view);
-                let direct = DirectFrom::Samples(&parameters);
-                self.forward.record_transparent(frame, view, direct, nearest.as_ref(), radiance)?;
-            }
-        }
-        Ok(nearest.and_then(|nearest| nearest.indirect))
     }
 
     /// Writes a view's image to its target; returns the display image.

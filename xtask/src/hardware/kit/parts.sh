@@ -89,43 +89,37 @@ part_frames() {
     ((frames_failed == 0))
 }
 
-# Prices, errors and motion of direct light; the report and its images go to direct.tar.gz.
-part_direct() {
-    local flags=(--size 1920x1080 --frames 60) status
-    [[ $adapter == cpu ]] && flags=(--size 160x90 --frames 4 --runs 1 --counts 10,1000)
-    mkdir -p "$work/direct"
-    before_deadline "$work/lanternfish-bench" direct demo:atrium --lights rain:1000 "${flags[@]}" --adapter "$adapter" \
-        -o "$work/direct" >"$work/direct/direct.txt" 2>&1
+# Runs a benchmark. Its page goes to the results, and all that it wrote to NAME.tar.gz. Arguments: name, file of the page, its
+# name among the results, words of the command line.
+bench() {
+    local name=$1 page=$2 result=$3 status
+    shift 3
+    mkdir -p "$work/$name"
+    before_deadline "$work/lanternfish-bench" "$@" --adapter "$adapter" -o "$work/$name" >"$work/$name/$name.txt" 2>&1
     status=$?
     if ((status != 0)); then
         outcome=$(status_words "$status")
-        tail -n 5 "$work/direct/direct.txt"
+        tail -n 5 "$work/$name/$name.txt"
     fi
-    [[ -f $work/direct/report.md ]] && cp -- "$work/direct/report.md" "$out/direct.md"
-    if ! tar -czf "$out/direct.tar.gz" -C "$work" direct; then
+    # What there is by the deadline.
+    [[ -f $work/$name/$page ]] && cp -- "$work/$name/$page" "$out/$result"
+    if ! tar -czf "$out/$name.tar.gz" -C "$work" "$name"; then
         outcome=$(joined ${outcome:+"$outcome"} 'tar failed')
         status=1
     fi
     return "$((status != 0))"
 }
 
-# The page of the five papers; the reports behind it go to papers.tar.gz.
+# Prices, errors and motion of direct light.
+part_direct() {
+    local flags=(--size 1920x1080 --frames 60)
+    [[ $adapter == cpu ]] && flags=(--size 160x90 --frames 4 --runs 1 --counts 10,1000)
+    bench direct report.md direct.md direct demo:atrium --lights rain:1000 "${flags[@]}"
+}
+
+# The page of the five papers.
 part_papers() {
-    local quick=() status
+    local quick=()
     [[ $adapter == cpu ]] && quick+=(--quick)
-    mkdir -p "$work/papers"
-    before_deadline "$work/lanternfish-bench" papers ${quick[@]+"${quick[@]}"} --docs "$work/shared" --adapter "$adapter" \
-        -o "$work/papers" >"$work/papers/papers.txt" 2>&1
-    status=$?
-    if ((status != 0)); then
-        outcome=$(status_words "$status")
-        tail -n 5 "$work/papers/papers.txt"
-    fi
-    # What there is by the deadline.
-    [[ -f $work/papers/papers.html ]] && cp -- "$work/papers/papers.html" "$out/papers.html"
-    if ! tar -czf "$out/papers.tar.gz" -C "$work" papers; then
-        outcome=$(joined ${outcome:+"$outcome"} 'tar failed')
-        status=1
-    fi
-    return "$((status != 0))"
+    bench papers papers.html papers.html papers ${quick[@]+"${quick[@]}"} --docs "$work/shared"
 }
