@@ -20,7 +20,7 @@ fn gpu_sampled_lights_follow_updates() {
     let mut uploaded = renderer.upload(&now).unwrap();
     let first = image(&mut renderer, &uploaded, &now);
     let mut images = Vec::new();
-    for count in [0, 100_000, 1, 10] {
+    for count in [0, 1_000_000, 1, 10] {
         now.lights = cornell(count, point).lights;
         renderer.update(&mut uploaded, &now).unwrap();
         let updated = image(&mut renderer, &uploaded, &now);
