@@ -14,6 +14,7 @@ pub use crate::{
     direct_light::sampled::{Denoise, LightChoice, LightRays, SampledLights},
     indirect::{
         IndirectClamp, IndirectResolution,
+        probes::Probes,
         radiance_cache::Bounces,
         sampled::{HitLight, Sampled},
     },
@@ -72,7 +73,7 @@ impl Kind for dyn IndirectTechnique {
     }
 
     fn registry() -> &'static Registry<Self> {
-        static REGISTRY: Registry<dyn IndirectTechnique> = Registry::new(|| vec![Sampled::default().into()]);
+        static REGISTRY: Registry<dyn IndirectTechnique> = Registry::new(|| vec![Sampled::default().into(), Probes::default().into()]);
         &REGISTRY
     }
 }

@@ -5,6 +5,7 @@
 
 mod counters;
 pub(crate) mod history;
+pub mod probes;
 pub(crate) mod radiance_cache;
 pub mod sampled;
 pub mod smoothing;

@@ -7,7 +7,7 @@ use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame};
 
 use super::{
-    GLOSSY_RAYS, SampleSlots, Sampled, SampledParameters, diffuse_blur,
+    PROBES, SampleSlots, SampledParameters,
     sample_order::{place_count, workgroups_in_rows},
     targets::{in_parts, traced_together},
 };
@@ -15,12 +15,7 @@ use crate::{
     common::workgroups,
     context::ViewContext,
     error::RenderError,
-    indirect::{
-        Counters,
-        radiance_cache::{CacheOfFrame, CacheSettings, RadianceCache},
-    },
-    rays::Structure,
-    rays::Tracer,
+    indirect::radiance_cache::{CacheOfFrame, RadianceCache},
 };
 
 /// Largest list of rays' entries, bytes: the sample indices of larger frames are processed in parts.
@@ -29,10 +24,9 @@ const MOST_BYTES: u64 = 96 << 20;
 /// Size of `SampleHits` of `sample_hits.wesl` before its list, bytes.
 const HITS_HEADER_BYTES: u64 = 24;
 
-/// The cache, and the passes that look up and read the entries of pixels' rays.
+/// The passes that look up and read the entries that rays hit.
 #[derive(Debug)]
-pub(super) struct Entries {
-    cache: RadianceCache,
+pub(super) struct EntryPasses {
     find: ComputeKernel,
     find_and_add: ComputeKernel,
     before_insert: ComputeKernel,
@@ -43,57 +37,36 @@ pub(super) struct Entries {
     gather_missing: ComputeKernel,
 }
 
-impl Entries {
-    /// Compiles the passes. `exact`: tracer of shadow rays.
-    pub fn new(
-        device: &wgpu::Device,
-        settings: &Sampled,
-        exact: Tracer,
-        structure: &Structure,
-    ) -> Result<Self, RenderError> {
-        let of_rays: &[Feature] = if settings.glossy_rays > 0 { &[GLOSSY_RAYS] } else { &[] };
+impl EntryPasses {
+    /// Compiles the passes. `of_rays`: features of the shaders that read rays.
+    pub fn new(device: &wgpu::Device, of_rays: &[Feature]) -> Result<Self, RenderError> {
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/sampled/{file}"), features)?;
             let label = entry.strip_prefix("before_").map_or(entry, |_| "prepare");
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/entries/{label}")))
         };
-        let of_cache = CacheSettings {
-            bounces: settings.bounces,
-            most_entries: settings.cache_entries,
-            first_samples: settings.cache_samples,
-            tracer: settings.tracer.fixed(),
-            blur: diffuse_blur(1, RadianceCache::MOST_SAMPLES),
-        };
+        let of_probes: Vec<Feature> = of_rays.iter().copied().filter(|feature| *feature == PROBES).collect();
         Ok(Self {
-            cache: RadianceCache::new(device, of_cache, exact, structure)?,
             find: kernel("find_entries", of_rays, "find")?,
             find_and_add: kernel("find_entries", of_rays, "find_and_add")?,
-            before_insert: kernel("prepare_dispatches", &[], "before_insert")?,
-            insert: kernel("insert_entries", &[], "insert")?,
-            scatter: kernel("insert_entries", &[], "scatter")?,
-            before_shade: kernel("prepare_dispatches", &[], "before_shade")?,
+            before_insert: kernel("prepare_dispatches", &of_probes, "before_insert")?,
+            insert: kernel("insert_entries", &of_probes, "insert")?,
+            scatter: kernel("insert_entries", &of_probes, "scatter")?,
+            before_shade: kernel("prepare_dispatches", &of_probes, "before_shade")?,
             gather: kernel("gather_entries", of_rays, "gather")?,
             gather_missing: kernel("gather_entries", of_rays, "gather_missing")?,
         })
     }
 
-    /// Discards the entries.
-    pub fn forget(&mut self) {
-        self.cache.forget();
-    }
-
-    /// Prepares the entries for the rays of a frame, from a grid of `size` pixels: `sample_count` rays per pixel, or `first_samples` if all entries
-    /// are new.
+    /// Prepares the entries for the rays of a grid of `size` sources: `sample_count` rays from each.
     pub fn begin<'a>(
-        &'a mut self,
+        &'a self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
+        CachedFrame { cache, of_frame, may_start_over }: CachedFrame<'a>,
         size: UVec2,
         sample_count: u32,
-        first_samples: u32,
     ) -> Result<FrameEntries<'a>, RenderError> {
-        let of_frame = self.cache.begin(frame, view)?;
-        let sample_count = if of_frame.first_samples().is_some() { first_samples } else { sample_count };
         let pixels = u64::from(place_count(size));
         let together = if of_frame.is_accumulated() {
             traced_together(frame.device, size, sample_count)
@@ -111,8 +84,10 @@ impl Entries {
         let fraction = of_frame.fraction();
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
         Ok(FrameEntries {
-            entries: self,
+            passes: self,
+            cache,
             of_frame,
+            may_start_over,
             size,
             slots,
             hits,
@@ -123,6 +98,15 @@ impl Entries {
             fraction,
         })
     }
+}
+
+/// The radiance cache, and its state in one frame.
+#[derive(Debug)]
+pub(in crate::indirect) struct CachedFrame<'a> {
+    pub cache: &'a mut RadianceCache,
+    pub of_frame: &'a mut CacheOfFrame,
+    /// The frame may start over with a larger table: no other rays have read this one.
+    pub may_start_over: bool,
 }
 
 /// Existing entries for which rays vote.
@@ -160,8 +144,10 @@ fn scheduled_entries_get_votes() {
 
 /// The entries of one frame's rays.
 pub(super) struct FrameEntries<'a> {
-    entries: &'a mut Entries,
-    of_frame: CacheOfFrame,
+    passes: &'a EntryPasses,
+    cache: &'a mut RadianceCache,
+    of_frame: &'a mut CacheOfFrame,
+    may_start_over: bool,
     /// Pixels from which rays start, across and down.
     size: UVec2,
     /// Slots of rays' entries: `ray_slots.wesl`.
@@ -182,11 +168,6 @@ impl FrameEntries<'_> {
     /// True if all entries are new.
     pub fn is_first(&self) -> bool {
         self.of_frame.first_samples().is_some()
-    }
-
-    /// Counters of the cache.
-    pub fn counters(&self) -> Counters {
-        self.of_frame.counters.clone()
     }
 
     /// The sample indices whose hits are gathered together with those of this one.
@@ -238,12 +219,12 @@ impl FrameEntries<'_> {
             .buffer("insert_dispatch", insert)
             .buffer("shade_dispatch", shade)
             .buffer("shadow_dispatch", shadow);
-        let find = if self.of_frame.is_accumulated() { &self.entries.find_and_add } else { &self.entries.find };
+        let find = if self.of_frame.is_accumulated() { &self.passes.find_and_add } else { &self.passes.find };
         frame.dispatch(find, &finding, workgroups_in_rows(self.size));
-        frame.dispatch(&self.entries.before_insert, &finding, [1; 3]);
-        frame.dispatch_indirect(&self.entries.insert, &finding, insert);
-        frame.dispatch(&self.entries.scatter, &finding, workgroups(self.of_frame.slots()));
-        frame.dispatch(&self.entries.before_shade, &finding, [1; 3]);
+        frame.dispatch(&self.passes.before_insert, &finding, [1; 3]);
+        frame.dispatch_indirect(&self.passes.insert, &finding, insert);
+        frame.dispatch(&self.passes.scatter, &finding, workgroups(self.of_frame.slots()));
+        frame.dispatch(&self.passes.before_shade, &finding, [1; 3]);
     }
 
     /// In a frame in which all entries are new: takes a fraction of their samples after this sample index, whose rays have voted. The samples of an entry
@@ -256,11 +237,11 @@ impl FrameEntries<'_> {
                 as u32
         };
         let most = until(sample_index + 1) - until(sample_index);
-        self.entries.cache.update(frame, view, &mut self.of_frame, most);
+        self.cache.update(frame, view, self.of_frame, most);
         let left = |sample_index: u32| until(sample_index).saturating_sub(1) / RadianceCache::LISTED;
         if left(sample_index + 2) > left(sample_index + 1) {
             // At the next sample index hits leave the lists, and their radiance of that moment is stored.
-            self.entries.cache.propagate(frame, &self.of_frame);
+            self.cache.propagate(frame, self.of_frame);
         }
     }
 
@@ -274,23 +255,24 @@ impl FrameEntries<'_> {
     ) -> Result<bool, RenderError> {
         let evaluates = sample_index + 1 == self.sample_count || (sample_index + 1).is_power_of_two();
         Ok(evaluates
-            && self.entries.cache.starts_over(frame, view, &mut self.of_frame, sample_index, self.sample_count)?)
+            && self.may_start_over
+            && self.cache.starts_over(frame, view, self.of_frame, sample_index, self.sample_count)?)
     }
 
     /// Updates the entries, and adds their radiance to the pixels' sums if it was not added at lookup. `summing`: bindings of the sample index, the sums and
     /// the counters.
     pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
-        self.entries.cache.update(frame, view, &mut self.of_frame, u32::MAX);
-        self.entries.cache.propagate(frame, &self.of_frame);
+        self.cache.update(frame, view, self.of_frame, u32::MAX);
+        self.cache.propagate(frame, self.of_frame);
         let entries = self.of_frame.bindings();
         let gathering =
             summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.hits);
         if self.of_frame.is_accumulated() {
             // As many as were inserted into the table.
             let [missing, ..] = &self.dispatches;
-            frame.dispatch_indirect(&self.entries.gather_missing, &gathering, missing);
+            frame.dispatch_indirect(&self.passes.gather_missing, &gathering, missing);
         } else {
-            frame.dispatch(&self.entries.gather, &gathering, workgroups_in_rows(self.size));
+            frame.dispatch(&self.passes.gather, &gathering, workgroups_in_rows(self.size));
         }
     }
 }

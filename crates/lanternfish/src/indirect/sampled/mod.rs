@@ -6,24 +6,25 @@
 //! 2. The irradiance is upsampled, clamped, accumulated and filtered (`smoothing/`).
 
 mod entries;
+mod passes;
 pub(super) mod sample_order;
-mod settings;
+pub(super) mod settings;
 mod targets;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, faulty_software, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{Feature, Frame, SharedStruct, gpu_struct};
 
 pub use self::settings::{HitLight, Sampled};
 #[cfg(any(test, feature = "testing"))]
 pub(crate) use self::targets::MOST_SAMPLES_IN_TESTS;
-use self::{
-    entries::{Entries, FrameEntries},
-    settings::{LEAST_ENTRIES, MOST_ENTRIES, MOST_FIRST_RAYS, MOST_SAMPLES},
-    targets::Targets,
+pub(super) use self::{
+    entries::CachedFrame,
+    passes::{RayGrid, RayPasses},
 };
+use self::settings::{LEAST_ENTRIES, MOST_ENTRIES, MOST_FIRST_RAYS, MOST_SAMPLES};
 use super::{
     DemodulatedIrradiance, IndirectPasses,
-    radiance_cache::Bounces,
+    radiance_cache::{Bounces, CacheSettings, RadianceCache},
     smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
 };
 use crate::{
@@ -31,8 +32,7 @@ use crate::{
     environment_light::ENVIRONMENT,
     error::RenderError,
     prepass::Surface,
-    rays::Structure,
-    rays::{self, TracePass, Tracer},
+    rays::{Structure, Tracer, every_tracer, exact_tracers},
     settings::Settings,
     shaders::{Root, Shaders},
 };
@@ -40,17 +40,20 @@ use crate::{
 /// Glossy rays are traced beside diffuse ones.
 const GLOSSY_RAYS: Feature = Feature::new("glossy_rays");
 
+/// Rays start from screen probes (`probes/`) instead of pixels.
+pub(super) const PROBES: Feature = Feature::new("probes");
+
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
-        Root::computed("indirect/sampled/trace", || rays::every_tracer(true)),
-        Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]]]),
-        Root::computed("indirect/sampled/shadow", rays::exact_tracers),
-        Root::computed("indirect/sampled/emitters", rays::exact_tracers),
-        Root::of("indirect/sampled/find_entries", &[&[&[], &[GLOSSY_RAYS]]]),
-        Root::new("indirect/sampled/insert_entries"),
-        Root::new("indirect/sampled/prepare_dispatches"),
-        Root::of("indirect/sampled/gather_entries", &[&[&[], &[GLOSSY_RAYS]]]),
+        Root::computed("indirect/sampled/trace", || of_each_source(every_tracer(true))),
+        Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]], &[&[], &[PROBES]]]),
+        Root::computed("indirect/sampled/shadow", || of_each_source(exact_tracers())),
+        Root::computed("indirect/sampled/emitters", exact_tracers),
+        Root::of("indirect/sampled/find_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]]]),
+        Root::of("indirect/sampled/insert_entries", &[&[&[], &[PROBES]]]),
+        Root::of("indirect/sampled/prepare_dispatches", &[&[&[], &[PROBES]]]),
+        Root::of("indirect/sampled/gather_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]]]),
     ],
     &[
         SharedStruct::of::<SampledParameters>(),
@@ -59,6 +62,12 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         SharedStruct::of::<LightRay>(),
     ],
 );
+
+/// Each set of features, for pixels and for probes.
+fn of_each_source(variants: Vec<Vec<Feature>>) -> Vec<Vec<Feature>> {
+    let of_probes: Vec<_> = variants.iter().map(|variant| [&[PROBES], variant.as_slice()].concat()).collect();
+    [variants, of_probes].concat()
+}
 
 gpu_struct! {
     /// Parameters of the passes of a frame.
@@ -87,8 +96,12 @@ gpu_struct! {
         sky_is_dark: u32,
         /// 1: the radiance of entries with samples is added at lookup.
         adds_found: u32,
-        /// Unused.
-        _pad: u32,
+        /// Diffuse rays, of whatever grid, with which rays to emissive triangles are combined.
+        diffuse_density: f32,
+        /// Glossy rays start from surfaces of less roughness.
+        most_roughness: f32,
+        /// 1: diffuse rays, which are another grid's, do not count for the glossy lobe of these surfaces.
+        lobes_apart: u32,
     }
 }
 
@@ -145,18 +158,13 @@ gpu_struct! {
 
 /// The passes of indirect light by rays from every pixel.
 #[derive(Debug)]
-pub struct SampledLight {
-    settings: Sampled,
+pub(super) struct SampledLight {
+    pub settings: Sampled,
     /// Least number of frames over which an image is averaged.
-    frames: u32,
-    trace: TracePass,
-    sample_order: wgpu::Buffer,
-    shade: ComputeKernel,
-    shade_environment: ComputeKernel,
-    shadow: ComputeKernel,
-    emitters: ComputeKernel,
-    entries: Option<Entries>,
-    smoothing: Smoothing,
+    pub frames: u32,
+    pub rays: RayPasses,
+    pub cache: Option<RadianceCache>,
+    pub smoothing: Smoothing,
 }
 
 impl SampledLight {
@@ -169,26 +177,21 @@ impl SampledLight {
     ) -> Result<Self, RenderError> {
         let structure = &settings.structure;
         check(&sampled, structure)?;
-        let traced = sampled.tracer.fixed().check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
-        let kernel = |module: &str, features: &[Feature], entry: &str, label: &str| {
-            let shader = DECLARED.link(module, features)?;
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
+        let of_cache = CacheSettings {
+            bounces: sampled.bounces,
+            most_entries: sampled.cache_entries,
+            first_samples: sampled.cache_samples,
+            tracer: sampled.tracer.fixed(),
+            blur: diffuse_blur(1, RadianceCache::MOST_SAMPLES),
         };
-        let trace = kernel("indirect/sampled/trace", &traced.features(structure, true), "trace", "indirect/trace")?;
-        let exact_tracer = tracer.unwrap_or(Tracer::BVH).exact();
-        let exact = exact_tracer.features(structure, true);
+        let exact = tracer.unwrap_or(Tracer::BVH).exact();
         Ok(Self {
             settings: sampled,
             frames: settings.accumulate,
-            trace: TracePass::new(traced, trace),
-            sample_order: uniform_buffer_of(device, "sample_order", &sample_order::words()),
-            shade: kernel("indirect/sampled/shade", &[], "shade", "indirect/shade")?,
-            shade_environment: kernel("indirect/sampled/shade", &[ENVIRONMENT], "shade", "indirect/shade")?,
-            shadow: kernel("indirect/sampled/shadow", &exact, "shadow", "indirect/shadow")?,
-            emitters: kernel("indirect/sampled/emitters", &exact, "emitters", "indirect/emitters")?,
-            entries: match sampled.hit_light {
+            rays: RayPasses::new(device, &sampled, structure, exact, &[])?,
+            cache: match sampled.hit_light {
                 HitLight::Shaded => None,
-                HitLight::Cached => Some(Entries::new(device, &sampled, exact_tracer, structure)?),
+                HitLight::Cached => Some(RadianceCache::new(device, of_cache, exact, structure)?),
             },
             smoothing: Smoothing::new(device, settings.history)?,
         })
@@ -197,7 +200,7 @@ impl SampledLight {
 
 impl IndirectPasses for SampledLight {
     fn forget(&mut self) {
-        self.entries.iter_mut().for_each(Entries::forget);
+        self.cache.iter_mut().for_each(RadianceCache::forget);
         self.smoothing.forget();
     }
 
@@ -207,28 +210,21 @@ impl IndirectPasses for SampledLight {
         view_context: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<DemodulatedIrradiance, RenderError> {
-        let ViewContext { scene, view, buffer, .. } = view_context;
+        let ViewContext { scene, view, .. } = view_context;
         let settings = &self.settings;
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let irradiance = PixelIrradiance::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
-        let first_diffuse_rays = settings.first_rays * settings.diffuse_rays;
-        let [sample_count, first_samples] =
-            [settings.diffuse_rays, first_diffuse_rays].map(|rays| rays + settings.glossy_rays);
-        let mut entries = match &mut self.entries {
-            Some(entries) => Some(entries.begin(frame, view_context, irradiance.size, sample_count, first_samples)?),
+        let mut of_frame = match &mut self.cache {
+            Some(cache) => Some(cache.begin(frame, view_context)?),
             None => None,
         };
-        let is_first = entries.as_ref().is_some_and(FrameEntries::is_first);
-        let (diffuse_rays, sample_count) =
-            if is_first { (first_diffuse_rays, first_samples) } else { (settings.diffuse_rays, sample_count) };
-        let targets = Targets::new(frame, irradiance.size, sample_count)?;
-        let [width, height, _] = self.shade.workgroup_size();
-        let workgroups = [irradiance.size.x.div_ceil(width), irradiance.size.y.div_ceil(height), 1];
+        let is_first = of_frame.as_ref().is_some_and(|of_frame| of_frame.first_samples().is_some());
+        let diffuse_rays = if is_first { settings.first_rays * settings.diffuse_rays } else { settings.diffuse_rays };
         // One emitter sample per two diffuse rays; BSDF samples that hit emitters are combined by MIS and cost nothing more.
         let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
         let earlier_frames =
-            frames_before(view.random_index, is_first, if entries.is_some() { settings.first_rays } else { 1 });
+            frames_before(view.random_index, is_first, if of_frame.is_some() { settings.first_rays } else { 1 });
         let usual = UVec2::new(settings.diffuse_rays, settings.diffuse_rays.div_ceil(2));
         let parameters = SampledParameters {
             emitter_rays,
@@ -238,89 +234,27 @@ impl IndirectPasses for SampledLight {
             glossy_rays: settings.glossy_rays,
             diffuse_blur: diffuse_blur(diffuse_rays, frames),
             glossy_blur: glossy_blur(settings.glossy_rays, frames),
+            diffuse_density: diffuse_rays as f32,
+            most_roughness: f32::MAX,
             ..Default::default()
         };
-        let surfaces = buffer.bindings().with(&surface.bindings()).buffer("sample_order", &self.sample_order);
-        let parameters = entries.as_ref().map_or(parameters, |entries| entries.parameters(parameters));
-        let of_frame = frame.uniform(&parameters);
-        let frame_bindings = scene.bindings().with(&surfaces).with(&irradiance.bindings()).part("sampled", &of_frame);
-        if scene.environment.is_some() {
-            check_driver(&frame.device.adapter_info())?;
-        }
-        let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
-        let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
-
-        // First of the sample indices whose hits are in the buffer.
-        let mut traced_first = None;
-        let mut sample_index = 0;
-        while sample_index < sample_count {
-            // Also if the frame starts over.
-            if sample_index == 0 {
-                frame.encoder().clear_buffer(&irradiance.irradiance, 0, None);
-            }
-            let of_entries = entries.as_ref().map_or(0..sample_count, |entries| entries.gathered_with(sample_index));
-            let traced = targets.traced_with(sample_index, of_entries.clone());
-            let mut of_sample = SampleSlots {
-                round: sample_index,
-                found_end: 0,
-                traced_first: traced.start,
-                traced_end: traced.end,
-                first_sample: of_entries.start,
-                sample_of_hit: of_entries.end,
-            };
-            of_sample.found_end = entries.as_ref().map_or(0, |entries| entries.found_end(&of_sample));
-            let uniform = frame.uniform(&of_sample);
-            let sample_bindings = frame_bindings.clone().part("sample_slots", &uniform);
-            let tracing = sample_bindings.clone().buffer("sampled_hits", &targets.hits);
-            if traced_first.replace(traced.start) != Some(traced.start) {
-                self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(irradiance.size));
-            }
-            let summing = sample_bindings
-                .buffer("ray_irradiance", &irradiance.irradiance)
-                .buffer("ray_counters", targets.counters.buffer());
-            let mut shading =
-                summing.clone().buffer("hits_to_shade", &targets.hits).buffer("chosen_lights", &targets.light_rays);
-            if let Some(environment) = &environment {
-                shading = shading.with(environment);
-            }
-            let light_bindings = summing.clone().buffer("light_rays", &targets.light_rays);
-            match &mut entries {
-                None => {
-                    frame.dispatch(shade, &shading, workgroups);
-                    frame.dispatch(&self.shadow, &light_bindings, workgroups);
-                }
-                Some(entries) => {
-                    if entries.looks_up(&of_sample) {
-                        entries.find(frame, &summing.clone().buffer("sampled_hits", &targets.hits));
-                    }
-                    let [shade_workgroups, shadow_workgroups] = entries.left_over();
-                    frame.dispatch_indirect(shade, &shading, shade_workgroups);
-                    frame.dispatch_indirect(&self.shadow, &light_bindings, shadow_workgroups);
-                    entries.sample(frame, view_context, sample_index);
-                }
-            }
-            if sample_index < emitter_rays {
-                frame.dispatch(&self.emitters, &light_bindings, workgroups);
-            }
-            if let Some(entries) = &mut entries
-                && sample_index + 1 == of_entries.end
-            {
-                entries.gather(frame, view_context, &summing);
-            }
-            sample_index += 1;
-            if let Some(entries) = &mut entries
-                && entries.starts_over(frame, view_context, sample_index - 1)?
-            {
-                frame.encoder().clear_buffer(targets.counters.buffer(), 0, None);
-                sample_index = 0;
-            }
-        }
-
+        let grid = RayGrid {
+            size: irradiance.size,
+            parameters,
+            sample_count: diffuse_rays + settings.glossy_rays,
+            emitter_rays,
+            sums: &irradiance.irradiance,
+            bindings: irradiance.bindings(),
+        };
+        let cached = self.cache.as_mut().zip(of_frame.as_mut()).map(|(cache, of_frame)| CachedFrame {
+            cache,
+            of_frame,
+            may_start_over: true,
+        });
+        let counters = self.rays.record(frame, view_context, surface, &grid, cached)?;
         let layers = self.smoothing.record(frame, view_context, surface, &irradiance)?;
-        Ok(DemodulatedIrradiance {
-            layers,
-            counters: [targets.counters].into_iter().chain(entries.map(|entries| entries.counters())).collect(),
-        })
+        let of_cache = of_frame.map(|of_frame| of_frame.counters);
+        Ok(DemodulatedIrradiance { layers, counters: [counters].into_iter().chain(of_cache).collect() })
     }
 }
 
@@ -345,7 +279,7 @@ fn frames_continue_the_sequence_of_the_first_one() {
 
 /// Roughness whose lobe about the mirror direction is as wide as the solid angle of the hemisphere that one of `rays` × `frames` rays represents: 2π
 /// over their number, as a cone. Half of the lobe's directions are within tan α of the half vector.
-fn diffuse_blur(rays: u32, frames: u32) -> f32 {
+pub(super) fn diffuse_blur(rays: u32, frames: u32) -> f32 {
     let cosine = 1.0 - 1.0 / (rays as f32 * frames as f32).max(1.0);
     let alpha = (cosine.acos() / (2.0 * std::f32::consts::SQRT_2)).tan();
     alpha.sqrt()
@@ -356,7 +290,7 @@ fn diffuse_blur(rays: u32, frames: u32) -> f32 {
 const RAYS_OF_A_WHOLE_LOBE: f32 = 4.0;
 
 /// Roughness of the lobe that prefilters the environment for a glossy ray, over its surface's own: the squared alpha is divided by the number of rays.
-fn glossy_blur(rays: u32, frames: u32) -> f32 {
+pub(super) fn glossy_blur(rays: u32, frames: u32) -> f32 {
     (RAYS_OF_A_WHOLE_LOBE / (rays as f32 * frames as f32)).min(1.0).powf(0.25)
 }
 
@@ -385,14 +319,4 @@ fn check(settings: &Sampled, structure: &Structure) -> Result<(), RenderError> {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "deep images with triangles" });
     }
     Ok(())
-}
-
-/// Returns an error for drivers that crash on rays into an environment image: Mesa 22.3.6, while it compiles `shade`.
-fn check_driver(adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
-    if !faulty_software(adapter) {
-        return Ok(());
-    }
-    let (driver, fault) = (adapter.driver_info.clone(), "crashes on it");
-    let setting = "`indirect sampled` in an environment image";
-    Err(RenderError::Driver { setting, driver, fault, instead: "`indirect none`" })
 }

@@ -265,11 +265,23 @@ impl Smoothing {
         surface: &Surface,
         irradiance: &PixelIrradiance,
     ) -> Result<wgpu::TextureView, RenderError> {
+        let found = self.resolved(frame, view, surface, irradiance);
+        self.record_layers(frame, view, surface, &Smoothed(irradiance.parameters), found)
+    }
+
+    /// Records the pass that interpolates the finished sums to the image's pixels. Returns the layers.
+    pub(super) fn resolved(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+        irradiance: &PixelIrradiance,
+    ) -> wgpu::TextureView {
         let found = layers_target(frame, irradiance.rendering);
         let surfaces = view.buffer.bindings().with(&surface.bindings());
         let resolving = surfaces.with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", &found), self.groups(irradiance.rendering));
-        self.record_layers(frame, view, surface, &Smoothed(irradiance.parameters), found)
+        found
     }
 
     /// Workgroups of the passes over an image of this size.

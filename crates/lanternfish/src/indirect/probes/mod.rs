@@ -1,0 +1,256 @@
+//! Indirect light from screen probes.
+//!
+//! 1. Place: one probe in each tile of pixels (`place.wesl`).
+//! 2. Rays from each probe, lit by the radiance cache (`../sampled/`), are summed as spherical harmonics (`sums.wesl`).
+//! 3. Filter: over the probes around, along surfaces (`filter.wesl`).
+//! 4. Glossy rays of smooth surfaces, and rays to emissive triangles, start from every second pixel of every second row (`../sampled/`).
+//! 5. Interpolate: each pixel reads the four probes around it (`interpolate.wesl`).
+//!
+//! In a mean of frames, all but the first have rays from every pixel: the mean converges to their light.
+
+mod settings;
+
+use glam::UVec2;
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, SharedStruct, gpu_struct};
+
+pub use self::settings::Probes;
+use super::{
+    DemodulatedIrradiance, IndirectPasses, IndirectResolution, layers_target,
+    radiance_cache::CacheOfFrame,
+    sampled::{CachedFrame, PROBES, RayGrid, RayPasses, SampledLight, SampledParameters, diffuse_blur, glossy_blur},
+    smoothing::{PixelIrradiance, Smoothed},
+};
+use crate::{
+    context::ViewContext,
+    error::RenderError,
+    prepass::Surface,
+    rays::Tracer,
+    settings::Settings,
+    shaders::{Root, Shaders},
+    texture::frame_layers,
+};
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
+        Root::new("indirect/probes/place"),
+        Root::of("indirect/probes/filter", &[&[&[PROBES]]]),
+        Root::of("indirect/probes/interpolate", &[&[&[PROBES]]]),
+    ],
+    &[SharedStruct::of::<ProbeParameters>()],
+);
+
+gpu_struct! {
+    /// Parameters of the passes of a frame.
+    pub struct ProbeParameters {
+        /// Edge of a tile, pixels.
+        tile: u32,
+        /// 1: the pixels have light of other rays, to which that of probes is added.
+        has_pixel_rays: u32,
+        /// Least perceptual roughness of surfaces whose glossy light is from probes.
+        least_roughness: f32,
+        /// Unused.
+        _pad: u32,
+    }
+}
+
+/// Size of `ProbeSums`, bytes.
+const SUMS_BYTES: u64 = 144;
+/// Perceptual roughness from which on the glossy lobe reads the probes.
+const LEAST_ROUGHNESS: f32 = 0.6;
+
+/// The passes.
+#[derive(Debug)]
+pub(super) struct ProbeLight {
+    settings: Probes,
+    light: SampledLight,
+    rays: RayPasses,
+    place: ComputeKernel,
+    filter: ComputeKernel,
+    interpolate: ComputeKernel,
+}
+
+impl ProbeLight {
+    /// Compiles the passes. `light`: those of rays from every pixel.
+    pub fn new(
+        device: &wgpu::Device,
+        settings: Probes,
+        light: SampledLight,
+        rendering: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Self, RenderError> {
+        let kernel = |file: &str, features: &[_], entry: &str| {
+            let shader = DECLARED.link(&format!("indirect/probes/{file}"), features)?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/probes/{file}")))
+        };
+        let exact = tracer.unwrap_or(Tracer::BVH).exact();
+        Ok(Self {
+            rays: RayPasses::new(device, &light.settings, &rendering.structure, exact, &[PROBES])?,
+            settings,
+            light,
+            place: kernel("place", &[], "place")?,
+            filter: kernel("filter", &[PROBES], "filter_probes")?,
+            interpolate: kernel("interpolate", &[PROBES], "interpolate")?,
+        })
+    }
+
+    /// The rays of probes: their filtered sums.
+    fn record_probes(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view_context: &ViewContext<'_>,
+        surface: &Surface,
+        of_frame: &mut CacheOfFrame,
+        probes: &Placed,
+        counters: &mut Vec<super::Counters>,
+    ) -> Result<wgpu::Buffer, RenderError> {
+        let ViewContext { scene, view, buffer, .. } = view_context;
+        let bytes = SUMS_BYTES * u64::from(probes.grid.x) * u64::from(probes.grid.y);
+        let sums = frame.scratch("indirect/probes/sums", bytes)?;
+        let filtered = frame.scratch("indirect/probes/filtered", bytes)?;
+        let rays = self.settings.probe_rays;
+        let parameters = SampledParameters {
+            emitter_rays: u32::from(scene.has_emissive_triangles()),
+            first_points: UVec2::splat(view.random_index).wrapping_mul(UVec2::new(rays, 1)),
+            first_end: view.random_index.wrapping_mul(rays),
+            diffuse_rays: rays,
+            diffuse_blur: diffuse_blur(rays, 1),
+            diffuse_density: rays as f32,
+            ..Default::default()
+        };
+        let grid = RayGrid {
+            size: probes.grid,
+            parameters,
+            sample_count: rays,
+            emitter_rays: 0,
+            sums: &sums,
+            bindings: probes.bindings(),
+        };
+        let cache = self.light.cache.as_mut();
+        let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: true });
+        counters.push(self.rays.record(frame, view_context, surface, &grid, cached)?);
+        let surfaces = buffer.bindings().with(&surface.bindings()).with(&probes.bindings());
+        let filtering = surfaces.buffer("probe_sums", &sums).buffer("filtered_probes", &filtered);
+        frame.dispatch(&self.filter, &filtering, groups(&self.filter, probes.grid));
+        Ok(filtered)
+    }
+
+    /// Glossy rays of smooth surfaces, and rays to emissive triangles: the layers of their light.
+    fn record_pixels(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view_context: &ViewContext<'_>,
+        surface: &Surface,
+        of_frame: &mut CacheOfFrame,
+        counters: &mut Vec<super::Counters>,
+    ) -> Result<Option<wgpu::TextureView>, RenderError> {
+        let ViewContext { scene, view, .. } = view_context;
+        let glossy_rays = u32::from(self.light.settings.glossy_rays > 0);
+        let emitter_rays = u32::from(scene.has_emissive_triangles());
+        if glossy_rays + emitter_rays == 0 {
+            return Ok(None);
+        }
+        let settings = &self.light.settings;
+        let (radius, clamp) = (settings.filter_radius, settings.clamp);
+        let irradiance = PixelIrradiance::new(frame, surface.size, IndirectResolution::Half, radius, clamp, 1)?;
+        let parameters = SampledParameters {
+            emitter_rays,
+            glossy_rays,
+            first_points: UVec2::splat(view.random_index),
+            first_end: view.random_index,
+            glossy_blur: glossy_blur(glossy_rays, 1),
+            diffuse_density: self.settings.probe_rays as f32,
+            most_roughness: if glossy_rays > 0 { LEAST_ROUGHNESS } else { 0.0 },
+            lobes_apart: 1,
+            ..Default::default()
+        };
+        let grid = RayGrid {
+            size: irradiance.size,
+            parameters,
+            sample_count: 1,
+            emitter_rays,
+            sums: &irradiance.irradiance,
+            bindings: irradiance.bindings(),
+        };
+        let cache = self.light.cache.as_mut();
+        let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: false });
+        counters.push(self.light.rays.record(frame, view_context, surface, &grid, cached)?);
+        Ok(Some(self.light.smoothing.resolved(frame, view_context, surface, &irradiance)))
+    }
+}
+
+impl IndirectPasses for ProbeLight {
+    fn forget(&mut self) {
+        self.light.forget();
+    }
+
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view_context: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<DemodulatedIrradiance, RenderError> {
+        let ViewContext { view, buffer, .. } = view_context;
+        let Some(cache) = self.light.cache.as_mut().filter(|_| view.frame_index == 0) else {
+            return self.light.record(frame, view_context, surface);
+        };
+        let mut of_frame = cache.begin(frame, view_context)?;
+        let mut counters = Vec::new();
+        let probes = Placed::new(frame, surface.size, self.settings.probe_size);
+        let parameters = ProbeParameters {
+            tile: self.settings.probe_size,
+            has_pixel_rays: 0,
+            least_roughness: if self.light.settings.glossy_rays > 0 { LEAST_ROUGHNESS } else { f32::MAX },
+            ..Default::default()
+        };
+        let uniform = frame.uniform(&parameters);
+        let surfaces = buffer.bindings().with(&surface.bindings());
+        let placing = surfaces.clone().part("probes", &uniform).texture("placed_probes", &probes.pixels);
+        frame.dispatch(&self.place, &placing, [probes.grid.x, probes.grid.y, 1]);
+        let filtered = self.record_probes(frame, view_context, surface, &mut of_frame, &probes, &mut counters)?;
+        let of_pixels = self.record_pixels(frame, view_context, surface, &mut of_frame, &mut counters)?;
+        let layers = layers_target(frame, surface.size);
+        let uniform = frame.uniform(&ProbeParameters { has_pixel_rays: of_pixels.is_some().into(), ..parameters });
+        let unread = layers_target(frame, UVec2::ONE);
+        let interpolating = surfaces
+            .with(&probes.bindings())
+            .part("probes", &uniform)
+            .buffer("filtered_probes", &filtered)
+            .texture("filtered_irradiance", of_pixels.as_ref().unwrap_or(&unread))
+            .texture("filtered", &layers);
+        frame.dispatch(&self.interpolate, &interpolating, groups(&self.interpolate, surface.size));
+        let settings = &self.light.settings;
+        let radius = if of_pixels.is_some() { settings.filter_radius } else { 0 };
+        let smoothed = Smoothed::new(radius, false, 1);
+        let layers = self.light.smoothing.record_layers(frame, view_context, surface, &smoothed, layers)?;
+        counters.push(of_frame.counters);
+        Ok(DemodulatedIrradiance { layers, counters })
+    }
+}
+
+/// Workgroups of a pass over a grid.
+fn groups(kernel: &ComputeKernel, size: UVec2) -> [u32; 3] {
+    let [width, height, _] = kernel.workgroup_size();
+    [size.x.div_ceil(width), size.y.div_ceil(height), 1]
+}
+
+/// The probes of a view.
+#[derive(Debug)]
+struct Placed {
+    /// Probes, across and down.
+    grid: UVec2,
+    /// The pixel of each.
+    pixels: wgpu::TextureView,
+}
+
+impl Placed {
+    fn new(frame: &mut Frame<'_>, size: UVec2, tile: u32) -> Self {
+        let grid = size.map(|side| side.div_ceil(tile));
+        let pixels = frame_layers(frame, "indirect/probes/pixels", grid, wgpu::TextureFormat::R32Uint, 1);
+        Self { grid, pixels }
+    }
+
+    fn bindings(&self) -> Bindings<'_> {
+        Bindings::new().texture("probe_pixels", &self.pixels)
+    }
+}
