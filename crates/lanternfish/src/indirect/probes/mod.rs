@@ -8,12 +8,14 @@
 //!
 //! In a mean of frames, all but the first have rays from every pixel: the mean converges to their light.
 
+mod placement;
 mod settings;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, SharedStruct, gpu_struct};
+use lanternfish_gpu::{BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
 
 pub use self::settings::Probes;
+use self::placement::{Placed, Placement};
 use super::{
     DemodulatedIrradiance, IndirectPasses, IndirectResolution, layers_target,
     radiance_cache::CacheOfFrame,
@@ -27,13 +29,14 @@ use crate::{
     rays::Tracer,
     settings::Settings,
     shaders::{Root, Shaders},
-    texture::frame_layers,
 };
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
         Root::new("indirect/probes/place"),
+        Root::new("indirect/probes/refine"),
+        Root::new("indirect/probes/compact"),
         Root::of("indirect/probes/filter", &[&[&[PROBES]]]),
         Root::of("indirect/probes/interpolate", &[&[&[PROBES]]]),
     ],
@@ -51,6 +54,8 @@ gpu_struct! {
         least_roughness: f32,
         /// Unused.
         _pad: u32,
+        /// Tiles, across and down.
+        tiles: UVec2,
     }
 }
 
@@ -65,7 +70,7 @@ pub(super) struct ProbeLight {
     settings: Probes,
     light: SampledLight,
     rays: RayPasses,
-    place: ComputeKernel,
+    placement: Placement,
     filter: ComputeKernel,
     interpolate: ComputeKernel,
 }
@@ -88,7 +93,7 @@ impl ProbeLight {
             rays: RayPasses::new(device, &light.settings, &rendering.structure, exact, &[PROBES])?,
             settings,
             light,
-            place: kernel("place", &[], "place")?,
+            placement: Placement::new(device)?,
             filter: kernel("filter", &[PROBES], "filter_probes")?,
             interpolate: kernel("interpolate", &[PROBES], "interpolate")?,
         })
@@ -101,7 +106,7 @@ impl ProbeLight {
         view_context: &ViewContext<'_>,
         surface: &Surface,
         of_frame: &mut CacheOfFrame,
-        probes: &Placed,
+        (probes, uniform): (&Placed, &BufferPart),
         counters: &mut Vec<super::Counters>,
     ) -> Result<wgpu::Buffer, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view_context;
@@ -129,7 +134,7 @@ impl ProbeLight {
         let cache = self.light.cache.as_mut();
         let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: true });
         counters.push(self.rays.record(frame, view_context, surface, &grid, cached)?);
-        let surfaces = buffer.bindings().with(&surface.bindings()).with(&probes.bindings());
+        let surfaces = buffer.bindings().with(&surface.bindings()).with(&probes.bindings()).part("probes", uniform);
         let filtering = surfaces.buffer("probe_sums", &sums).buffer("filtered_probes", &filtered);
         frame.dispatch(&self.filter, &filtering, groups(&self.filter, probes.grid));
         Ok(filtered)
@@ -196,18 +201,17 @@ impl IndirectPasses for ProbeLight {
         };
         let mut of_frame = cache.begin(frame, view_context)?;
         let mut counters = Vec::new();
-        let probes = Placed::new(frame, surface.size, self.settings.probe_size);
-        let parameters = ProbeParameters {
+                let parameters = ProbeParameters {
             tile: self.settings.probe_size,
+            tiles: surface.size.map(|side| side.div_ceil(self.settings.probe_size)),
             has_pixel_rays: 0,
             least_roughness: if self.light.settings.glossy_rays > 0 { LEAST_ROUGHNESS } else { f32::MAX },
             ..Default::default()
         };
         let uniform = frame.uniform(&parameters);
         let surfaces = buffer.bindings().with(&surface.bindings());
-        let placing = surfaces.clone().part("probes", &uniform).texture("placed_probes", &probes.pixels);
-        frame.dispatch(&self.place, &placing, [probes.grid.x, probes.grid.y, 1]);
-        let filtered = self.record_probes(frame, view_context, surface, &mut of_frame, &probes, &mut counters)?;
+        let probes = self.placement.record(frame, &surfaces, &parameters, &uniform)?;
+        let filtered = self.record_probes(frame, view_context, surface, &mut of_frame, (&probes, &uniform), &mut counters)?;
         let of_pixels = self.record_pixels(frame, view_context, surface, &mut of_frame, &mut counters)?;
         let layers = layers_target(frame, surface.size);
         let uniform = frame.uniform(&ProbeParameters { has_pixel_rays: of_pixels.is_some().into(), ..parameters });
@@ -232,25 +236,4 @@ impl IndirectPasses for ProbeLight {
 fn groups(kernel: &ComputeKernel, size: UVec2) -> [u32; 3] {
     let [width, height, _] = kernel.workgroup_size();
     [size.x.div_ceil(width), size.y.div_ceil(height), 1]
-}
-
-/// The probes of a view.
-#[derive(Debug)]
-struct Placed {
-    /// Probes, across and down.
-    grid: UVec2,
-    /// The pixel of each.
-    pixels: wgpu::TextureView,
-}
-
-impl Placed {
-    fn new(frame: &mut Frame<'_>, size: UVec2, tile: u32) -> Self {
-        let grid = size.map(|side| side.div_ceil(tile));
-        let pixels = frame_layers(frame, "indirect/probes/pixels", grid, wgpu::TextureFormat::R32Uint, 1);
-        Self { grid, pixels }
-    }
-
-    fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("probe_pixels", &self.pixels)
-    }
 }

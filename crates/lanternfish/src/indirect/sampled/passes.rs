@@ -161,7 +161,7 @@ impl RayPasses {
             if let Some(entries) = &mut entries
                 && sample_index + 1 == of_entries.end
             {
-                entries.gather(frame, view_context, &summing);
+                entries.gather(frame, view_context, &summing.clone().buffer("sampled_hits", &targets.hits));
             }
             sample_index += 1;
             if let Some(entries) = &mut entries
