@@ -9,6 +9,7 @@ use lanternfish_scene::{Camera, Instance, Mesh, Scene};
 use super::{
     Bench, Case, Cost, NONE,
     motion::STEP,
+    restarts,
     rooms::{cuboid, grey},
     sheet::Sheet,
     views::View,
@@ -65,13 +66,15 @@ impl Bench {
                 let mut renderer = self.renderer((case.settings)(&view.look))?;
                 let mut uploaded = renderer.upload(&view.scene)?;
                 let mut before = None;
-                for _ in 0..self.warm {
+                for _ in 0..self.warm_frames(&renderer) {
                     before = Some(self.frame(&mut renderer, &uploaded, &view.camera, view.size)?);
                 }
                 let before = before.expect("at least one warm frame");
                 renderer.update(&mut uploaded, &dark.scene)?;
                 let (mut flips, mut times) = (Vec::new(), Vec::new());
-                for frame in 1..=AFTER[2] {
+                for frame in
+                    (1..=AFTER[2]).filter(|frame| AFTER.contains(frame) || !restarts(&renderer)).collect::<Vec<_>>()
+                {
                     let image = self.frame(&mut renderer, &uploaded, &view.camera, view.size)?;
                     times.push(Cost::of(&image).indirect_ms);
                     if AFTER.contains(&frame) {
@@ -116,6 +119,9 @@ impl Bench {
                     let moment = (frame + 1).saturating_sub(self.warm);
                     if moment > 0 {
                         renderer.update(&mut uploaded, &at(moment).scene)?;
+                    }
+                    if moment < FRAMES - 1 && restarts(&renderer) {
+                        continue;
                     }
                     last = Some(self.frame(&mut renderer, &uploaded, &view.camera, view.size)?);
                 }

@@ -144,7 +144,7 @@ pub fn run(args: &ProbesArgs) -> Result<(), CliError> {
         frames: args.frames.unwrap_or(quick(120, 6)),
         every: args.every.min(quick(args.every, 3)),
         spp: args.spp.unwrap_or(quick(64, 16).into()),
-        reference_rays: args.reference_rays.unwrap_or(quick(128, 32)),
+        reference_rays: args.reference_rays.unwrap_or(quick(128, 8)),
         left_out: Vec::new(),
     };
     let mut report = Document::new("Indirect light in motion", &bench.run.gpu, args.run.runs);
@@ -202,6 +202,11 @@ fn rays(image: &RenderedImage) -> u64 {
     rays.sum::<u64>() + counter(&image.report, "radiance_cache/samples")
 }
 
+/// True if every frame is a first one, whatever came before: there is no history.
+fn restarts(renderer: &Renderer) -> bool {
+    renderer.settings().history == History::Off
+}
+
 impl Bench {
     fn renderer(&self, settings: Settings) -> Result<Renderer, CliError> {
         Ok(Renderer::with_engine(&self.run.engine, settings)?)
@@ -228,10 +233,15 @@ impl Bench {
     fn at_rest(&self, view: &View, settings: Settings, count: u32) -> Result<Vec<RenderedImage>, CliError> {
         let mut renderer = self.renderer(settings)?;
         let uploaded = renderer.upload(&view.scene)?;
-        for _ in 0..self.warm {
+        for _ in 0..self.warm_frames(&renderer) {
             self.frame(&mut renderer, &uploaded, &view.camera, view.size)?;
         }
         (0..count).map(|_| self.frame(&mut renderer, &uploaded, &view.camera, view.size)).collect()
+    }
+
+    /// Frames before a measured one. Without a history every frame is a first one; one frame then makes buffers large enough.
+    fn warm_frames(&self, renderer: &Renderer) -> u32 {
+        if restarts(renderer) { 1 } else { self.warm }
     }
 
     /// Settings of a frame with many rays from every pixel, without filter and clamp.
@@ -241,6 +251,7 @@ impl Bench {
             glossy_rays: self.reference_rays.div_ceil(4),
             filter_radius: 0,
             clamp: IndirectClamp::Off,
+            cache_samples: self.reference_rays.min(128),
             ..Quality::Best.sampled()
         };
         with(look, sampled, History::Off)

@@ -5,7 +5,7 @@ use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_metrics::{Pair, RgbImage};
 use lanternfish_scene::Camera;
 
-use super::{Bench, Case, Cost, NONE, sheet::Sheet, views, views::View};
+use super::{Bench, Case, Cost, NONE, restarts, sheet::Sheet, views, views::View};
 use crate::{
     document::Document,
     ground_truths::{self, GroundTruth},
@@ -18,11 +18,13 @@ use crate::{
 
 const TEXT: &str = "*FLIP*: mean and greatest HDR-FLIP of the frames that have a reference. *Error*: mean of their |difference| on a display, 0..1; \
                     *p99.9*: its 99.9th percentile over all pixels and frames. *Indirect*: median time of the passes of indirect light over all \
-                    frames, ms: compare errors at equal time. *none* has no indirect light. The images, and walk-sheet.png with a row for each \
+                    frames, ms: compare errors at equal time. Techniques without a history render only the frames with a reference. *none* has no indirect light. The images, and walk-sheet.png with a row for each \
                     technique and the references below, are in the folder.";
-const FLICKER: &str = "The same walk past grey, diffuse, static surfaces. The image without indirect light is subtracted, so no reference is needed. \
+const FLICKER: &str = "The walk, at most 40 frames of it, past grey, diffuse, static surfaces. The image without indirect light is subtracted, so no reference is needed. \
                        Standard deviation of the indirect light of a surface point over the frames in which it is visible, and its mean change \
                        from frame to frame, both relative to its mean.";
+/// Frames of the walk over which flicker is measured, at most.
+const FLICKER_FRAMES: usize = 40;
 /// Seconds of a frame.
 pub const STEP: f32 = 1.0 / 30.0;
 
@@ -77,6 +79,9 @@ impl Bench {
             let number = format!("{frame:03}");
             for (row, (case, walker)) in cases.iter().zip(&mut walkers).enumerate() {
                 let (renderer, uploaded, walked, flips, times) = walker;
+                if reference.is_none() && restarts(renderer) {
+                    continue;
+                }
                 let image = progress
                     .step("walk", &format!("frame {frame}"), || self.frame(renderer, uploaded, camera, view.size))?;
                 times.push(Cost::of(&image).indirect_ms);
@@ -115,7 +120,8 @@ impl Bench {
     }
 
     fn flicker(&self, view: &View, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
-        let (scene, cameras) = (grey(&view.scene), self.cameras(view));
+        let (scene, mut cameras) = (grey(&view.scene), self.cameras(view));
+        cameras.truncate(FLICKER_FRAMES);
         let without = Settings { history: History::Off, ..(NONE.settings)(&view.look) };
         let walk = progress
             .step("flicker", "without", || Walk::new(&self.run.engine, &scene, &cameras, view.size, &without))?;

@@ -33,7 +33,7 @@ const CITY: Source = ("candela-city", "candela-city", None, Materials::File);
 
 pub const PRICE: &[Source] = &[SPONZA, ATRIUM, HALL, MATTE];
 pub const RIGHT: &[Source] = &[CORNELL, HALL, ATRIUM, SPONZA, CITY];
-pub const MOTION: &[Source] = &[("atrium", "atrium", None, Materials::File), SPONZA];
+pub const MOTION: &[Source] = &[("atrium", "atrium", None, Materials::File), SPONZA, CORNELL];
 
 impl Bench {
     /// The requested ones of these scenes, of this height in pixels. Those without their file are listed as left out.
