@@ -17,11 +17,12 @@ use crate::{
 };
 
 const TEXT: &str = "*FLIP*: mean and greatest HDR-FLIP of the frames that have a reference. *Error*: mean of their |difference| on a display, 0..1; \
-                    *p99.9*: its 99.9th percentile over all pixels and frames. *Indirect*: median time of the passes of indirect light over all \
-                    frames, ms: compare errors at equal time. Techniques without a history render only the frames with a reference. *none* has no indirect light. The images, and walk-sheet.png with a row for each \
-                    technique and the references below, are in the folder.";
-const FLICKER: &str = "The walk, at most 40 frames of it, past grey, diffuse, static surfaces. The image without indirect light is subtracted, so no reference is needed. \
-                       Standard deviation of the indirect light of a surface point over the frames in which it is visible, and its mean change \
+                    *p99.9*: its 99.9th percentile over all pixels and frames. *Indirect*, *frame*: median times of the passes of indirect light \
+                    and of all passes, ms: compare errors at equal time. Techniques without a history render only the frames with a reference. \
+                    *none* has no indirect light. The images, and walk-sheet.png with a row for each technique and the references below, are in \
+                    the folder.";
+const FLICKER: &str = "The walk, at most 40 frames of it, past grey, diffuse, static surfaces. The image without indirect light is subtracted, so no \
+                       reference is needed. Standard deviation of the indirect light of a surface point over the frames in which it is visible, and its mean change \
                        from frame to frame, both relative to its mean.";
 /// Frames of the walk over which flicker is measured, at most.
 const FLICKER_FRAMES: usize = 40;
@@ -67,7 +68,7 @@ impl Bench {
         for case in &cases {
             let renderer = self.renderer((case.settings)(&view.look))?;
             let uploaded = renderer.upload(&view.scene)?;
-            walkers.push((renderer, uploaded, Walked::default(), Vec::new(), Vec::new()));
+            walkers.push((renderer, uploaded, Walked::default(), Vec::new(), Vec::new(), Vec::new()));
         }
         let mut sheet = Sheet::new(view.size, cases.len() + 1);
         for (frame, camera) in self.cameras(view).iter().enumerate() {
@@ -78,13 +79,15 @@ impl Bench {
             let colors = reference.as_ref().map(|image| shown(image, view.look.exposure, view.look.tone_map).0);
             let number = format!("{frame:03}");
             for (row, (case, walker)) in cases.iter().zip(&mut walkers).enumerate() {
-                let (renderer, uploaded, walked, flips, times) = walker;
+                let (renderer, uploaded, walked, flips, times, frames) = walker;
                 if reference.is_none() && restarts(renderer) {
                     continue;
                 }
                 let image = progress
                     .step("walk", &format!("frame {frame}"), || self.frame(renderer, uploaded, camera, view.size))?;
-                times.push(Cost::of(&image).indirect_ms);
+                let Cost { indirect_ms, frame_ms } = Cost::of(&image);
+                times.push(indirect_ms);
+                frames.push(frame_ms);
                 if let (Some(reference), Some(colors)) = (&reference, &colors) {
                     let rgb = rgb(&image);
                     walked.add(&rgb, colors);
@@ -101,7 +104,7 @@ impl Bench {
         Ok(cases
             .iter()
             .zip(walkers)
-            .map(|(case, (.., walked, flips, mut times))| {
+            .map(|(case, (.., walked, flips, mut times, mut frames))| {
                 Row::default()
                     .text("technique", "", case.name)
                     .fixed("flip", "FLIP", 4, flips.iter().sum::<f64>() / flips.len().max(1) as f64)
@@ -109,6 +112,7 @@ impl Bench {
                     .fixed("error", "error", 4, walked.mean())
                     .fixed("p999", "p99.9", 3, walked.percentile(0.999))
                     .fixed("indirect_ms", "indirect, ms", 1, median(&mut times))
+                    .fixed("frame_ms", "frame, ms", 1, median(&mut frames))
                     .data("flips", flips)
             })
             .collect())

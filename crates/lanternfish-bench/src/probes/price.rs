@@ -25,7 +25,7 @@ impl Bench {
         let (mut rows, mut passes) = (Vec::new(), Vec::new());
         for view in self.views(views::PRICE, 432)? {
             for Case { name, settings } in &self.cases {
-                let step = || self.at_rest(&view, settings(&view.look), self.run.runs.max(1));
+                let step = || self.at_rest(&view, settings(&view.look), self.run.runs);
                 let frames = progress.step("price", &format!("{}, {name}", view.name), step)?;
                 let ms = |image: &&RenderedImage| Cost::of(image).indirect_ms;
                 let best = frames.iter().min_by(|a, b| ms(a).total_cmp(&ms(b))).expect("at least one run");

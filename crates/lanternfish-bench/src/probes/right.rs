@@ -62,6 +62,7 @@ impl Bench {
             let [without, mean_without] = [energy(&without?), energy(&mean_without?)];
             for case in [&NONE, &ONE_BOUNCE, &MEAN].into_iter().chain(&self.cases) {
                 let doing = format!("{}, {}", view.name, case.name);
+                let without = if case.name == MEAN.name { mean_without } else { without };
                 rows.push(progress.step("right", &doing, || self.error(&view, case, &reference, &bytes, without))?);
             }
         }
