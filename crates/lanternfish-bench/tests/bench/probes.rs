@@ -36,6 +36,7 @@ fn gpu_probes_report_lost_light() {
     let [one, all] = ["good, one bounce", "good, history"].map(|technique| of(technique, "energy"));
     println!("energy {one} by one bounce, {all} by all");
     assert!((all - 1.0).abs() < 0.15 && one < all - 0.1, "{report}");
+    assert!((of("good, mean", "energy") - 1.0).abs() < 0.15, "{report}");
     assert!(of("none", "flip") > 2.0 * of("good, history", "flip"), "{report}");
     assert!(of("good, history", "flicker") > 0.0 && of("none", "indirect_ms") == 0.0, "{report}");
     assert!(folder.path().join("report/right-cornell-good-history.png").is_file());
