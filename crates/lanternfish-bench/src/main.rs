@@ -14,12 +14,14 @@ mod moving;
 mod one_bounce;
 mod papers;
 mod photons;
+mod probes;
 mod quality;
 mod run;
 mod subject;
 mod table;
 mod technique;
 mod virtual_lights;
+mod walked;
 
 use std::process::ExitCode;
 
@@ -123,6 +125,14 @@ enum Bench {
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     History(Box<OneBounceArgs>),
+    /// Techniques of indirect light for frames in motion: price, rightness, leaks, motion.
+    ///
+    /// Price: rays a pixel by count, and times of all passes of indirect light. Rightness: energy of indirect light alone and FLIP of a frame
+    /// at rest against the path tracer. Leaks: two closed rooms of which one is dark. Motion: errors along a walk, flicker, a light that
+    /// goes out, and an object that moves.
+    ///
+    /// Scenes are shots of `quality`. The path tracer's images are stored in the folder and reused: the first run takes minutes.
+    Probes(Box<probes::ProbesArgs>),
     /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, mono and stereo.
     ///
     /// Writes counts and times of every step, histograms of lights and fragments per cluster, and the ratios expected of clustered
@@ -163,6 +173,7 @@ fn run(bench: &Bench) -> Result<(), CliError> {
         Bench::Photons(args) => photons::run(args),
         Bench::Direct(args) => direct::run(args),
         Bench::History(args) => history::run(args),
+        Bench::Probes(args) => probes::run(args),
         Bench::Clustered(args) => clustered::run(args),
         Bench::Moving(args) => moving::run(args),
         Bench::Attenuation(args) => attenuation::run(args),

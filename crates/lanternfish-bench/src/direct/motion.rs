@@ -1,10 +1,8 @@
 //! A walk among moving lights, and a light that goes out.
 
-use std::f32::consts::PI;
-
 use glam::Vec3;
 use lanternfish::{
-    RenderedImage, Renderer,
+    Renderer,
     settings::{Direct, History, Settings},
     techniques::{Denoise, LightRays},
 };
@@ -13,7 +11,12 @@ use lanternfish_metrics::{ColorType, write_png};
 use lanternfish_scene::{Camera, Scene, generate::light_rain};
 
 use super::{Bench, Case, cases, sampled};
-use crate::{image::rgb, run::median, table::Row};
+use crate::{
+    image::rgb,
+    run::median,
+    table::Row,
+    walked::{Walked, walk},
+};
 
 pub const TEXT: &str = "A walk with 1,000 falling lights; in its middle the brightest other light goes out. Every frame is compared with *all*'s \
                         frame of the same moment, on a display, 0..1. *Error*: mean of |difference|; *p99.9*: its 99.9th percentile over all pixels and \
@@ -26,48 +29,6 @@ const RAIN: u32 = 1000;
 const STEP: f32 = 1.0 / 30.0;
 /// Frames that are written as images, beside the first after the light has gone out.
 const KEPT: u32 = 20;
-
-/// Sums over a walk.
-#[derive(Default)]
-struct Walked {
-    /// Mean of |difference| of every frame.
-    errors: Vec<f64>,
-    /// Counts of |difference| in steps of 1/255.
-    counts: Vec<u64>,
-    flicker: f64,
-    before: Vec<[i16; 3]>,
-}
-
-impl Walked {
-    fn add(&mut self, image: &RenderedImage, all: &RenderedImage) {
-        self.counts.resize(256, 0);
-        let difference = |(a, b): (&[u8; 4], &[u8; 4])| std::array::from_fn(|i| i16::from(a[i]) - i16::from(b[i]));
-        let differences: Vec<[i16; 3]> = image.display.iter().zip(&all.display).map(difference).collect();
-        let mut sum = 0u64;
-        for value in differences.as_flattened() {
-            self.counts[usize::from(value.unsigned_abs())] += 1;
-            sum += u64::from(value.unsigned_abs());
-        }
-        let count = differences.as_flattened().len() as f64;
-        self.errors.push(sum as f64 / 255.0 / count);
-        let changes = differences.as_flattened().iter().zip(self.before.as_flattened());
-        let changed: u64 = changes.map(|(now, before)| u64::from((now - before).unsigned_abs())).sum();
-        self.flicker += changed as f64 / 255.0 / count;
-        self.before = differences;
-    }
-
-    fn percentile(&self, rank: f64) -> f64 {
-        let total: u64 = self.counts.iter().sum();
-        let mut left = ((total as f64) * (1.0 - rank)) as u64;
-        for (value, count) in self.counts.iter().enumerate().rev() {
-            if *count > left {
-                return value as f64 / 255.0;
-            }
-            left -= count;
-        }
-        0.0
-    }
-}
 
 impl Bench {
     /// A row for each technique.
@@ -111,12 +72,12 @@ impl Bench {
                     let renderer: &mut Renderer = renderer;
                     renderer.update(uploaded, &scene)?;
                     let image = self.frame(renderer, uploaded, &camera)?;
-                    let all = all.get_or_insert_with(|| image.clone());
-                    walked.add(&image, all);
+                    let colors = rgb(&image);
+                    walked.add(&colors, all.get_or_insert_with(|| colors.clone()));
                     if frame % KEPT == 0 || (out..out + 4).contains(&frame) {
                         let path =
                             self.run.folder.join(format!("walk-{}-{frame:03}.png", name.replace([' ', ','], "-")));
-                        write_png(&path, image.width, image.height, ColorType::Rgb, &rgb(&image))?;
+                        write_png(&path, image.width, image.height, ColorType::Rgb, &colors)?;
                     }
                 }
                 Ok::<_, CliError>(())
@@ -134,12 +95,11 @@ impl Bench {
         let out = out as usize;
         let before = median(&mut walked.errors[out / 2..out].to_vec());
         let lag = walked.errors[out..].iter().position(|error| *error <= 1.25 * before);
-        let mean = walked.errors.iter().sum::<f64>() / walked.errors.len() as f64;
         Row::default()
             .text("technique", "", name)
-            .fixed("error", "error", 4, mean)
+            .fixed("error", "error", 4, walked.mean())
             .fixed("p999", "p99.9", 3, walked.percentile(0.999))
-            .fixed("flicker", "flicker", 4, walked.flicker / walked.errors.len() as f64)
+            .fixed("flicker", "flicker", 4, walked.flicker())
             .optional("lag", "lag, frames", lag)
             .data("errors", &walked.errors)
     }
@@ -159,9 +119,7 @@ impl Bench {
         scene.lights.extend(light_rain(&scene.bounds(), RAIN, None, 0, time));
         let mut camera = self.cameras[frame as usize % self.cameras.len()].clone();
         if self.cameras.len() == 1 {
-            let place = &mut camera.world_from_camera;
-            let (aside, forwards) = (place.matrix3.x_axis, -place.matrix3.z_axis);
-            place.translation += forwards * (0.3 * time) + aside * (0.2 * (PI * time / 2.0).sin());
+            camera = walk(&camera, time);
         }
         (scene, camera)
     }

@@ -2,7 +2,7 @@
 //! and a walk through it.
 
 mod frames;
-mod walk;
+pub mod walk;
 
 use clap::Args;
 use lanternfish::{

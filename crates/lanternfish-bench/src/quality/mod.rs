@@ -8,7 +8,7 @@
 mod bounces;
 mod measure;
 mod report;
-mod shots;
+pub mod shots;
 mod techniques;
 
 use std::path::PathBuf;
@@ -71,8 +71,7 @@ impl QualityArgs {
     }
 
     fn assets(&self) -> PathBuf {
-        let variable = || std::env::var_os("LANTERNFISH_SHARED").map(PathBuf::from);
-        self.shared.clone().or_else(variable).unwrap_or_else(|| "../shared".into()).join("assets")
+        shots::assets(self.shared.clone())
     }
 }
 

@@ -1,6 +1,6 @@
 //! The fixed list of shots for measuring every technique.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use lanternfish::settings::{Attenuation, Exposure, Settings};
@@ -130,7 +130,18 @@ pub const SHOTS: &[Shot] = &[
     },
 ];
 
+/// The folder of shared scenes: `assets` in the stated folder, or in that of LANTERNFISH_SHARED, or in ../shared.
+pub fn assets(shared: Option<PathBuf>) -> PathBuf {
+    let variable = || std::env::var_os("LANTERNFISH_SHARED").map(PathBuf::from);
+    shared.or_else(variable).unwrap_or_else(|| "../shared".into()).join("assets")
+}
+
 impl Shot {
+    /// The shot with so many lights of light rain.
+    pub fn with_rain(self, rain: u32) -> Self {
+        Self { rain, ..self }
+    }
+
     /// Reason for leaving the shot out: a missing scene file.
     pub fn missing(&self, assets: &Path) -> Option<String> {
         (!self.is_built_in() && !assets.join(self.scene).is_file()).then(|| format!("there is no {}", self.scene))

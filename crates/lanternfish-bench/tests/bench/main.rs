@@ -6,6 +6,7 @@ mod history;
 mod indirect;
 mod moving;
 mod photons;
+mod probes;
 mod quality;
 mod virtual_lights;
 
@@ -35,6 +36,7 @@ fn help_lists_every_benchmark() {
         "indirect",
         "virtual-lights",
         "photons",
+        "probes",
         "history",
         "clustered",
         "moving",
