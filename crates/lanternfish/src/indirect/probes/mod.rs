@@ -29,6 +29,7 @@ use crate::{
     rays::Tracer,
     settings::Settings,
     shaders::{Root, Shaders},
+    texture::frame_layers,
 };
 
 /// The shaders of this folder.
@@ -37,6 +38,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::new("indirect/probes/place"),
         Root::new("indirect/probes/refine"),
         Root::new("indirect/probes/compact"),
+        Root::new("indirect/probes/contact"),
         Root::of("indirect/probes/filter", &[&[&[PROBES]]]),
         Root::of("indirect/probes/interpolate", &[&[&[PROBES]]]),
     ],
@@ -52,8 +54,8 @@ gpu_struct! {
         has_pixel_rays: u32,
         /// Least perceptual roughness of surfaces whose glossy light is from probes.
         least_roughness: f32,
-        /// Unused.
-        _pad: u32,
+        /// 1: light of these rays is also diffuse, from emissive triangles.
+        has_emitters: u32,
         /// Tiles, across and down.
         tiles: UVec2,
     }
@@ -71,6 +73,7 @@ pub(super) struct ProbeLight {
     light: SampledLight,
     rays: RayPasses,
     placement: Placement,
+    contact: ComputeKernel,
     filter: ComputeKernel,
     interpolate: ComputeKernel,
 }
@@ -94,6 +97,7 @@ impl ProbeLight {
             settings,
             light,
             placement: Placement::new(device)?,
+            contact: kernel("contact", &[], "contact")?,
             filter: kernel("filter", &[PROBES], "filter_probes")?,
             interpolate: kernel("interpolate", &[PROBES], "interpolate")?,
         })
@@ -106,7 +110,7 @@ impl ProbeLight {
         view_context: &ViewContext<'_>,
         surface: &Surface,
         of_frame: &mut CacheOfFrame,
-        (probes, uniform): (&Placed, &BufferPart),
+        (probes, contact, uniform): (&Placed, &wgpu::TextureView, &BufferPart),
         counters: &mut Vec<super::Counters>,
     ) -> Result<wgpu::Buffer, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view_context;
@@ -134,7 +138,7 @@ impl ProbeLight {
         let cache = self.light.cache.as_mut();
         let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: true });
         counters.push(self.rays.record(frame, view_context, surface, &grid, cached)?);
-        let surfaces = buffer.bindings().with(&surface.bindings()).with(&probes.bindings()).part("probes", uniform);
+        let surfaces = buffer.bindings().with(&surface.bindings()).with(&probes.bindings()).part("probes", uniform).texture("contact_texture", contact);
         let filtering = surfaces.buffer("probe_sums", &sums).buffer("filtered_probes", &filtered);
         frame.dispatch(&self.filter, &filtering, groups(&self.filter, probes.grid));
         Ok(filtered)
@@ -195,7 +199,7 @@ impl IndirectPasses for ProbeLight {
         view_context: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<DemodulatedIrradiance, RenderError> {
-        let ViewContext { view, buffer, .. } = view_context;
+        let ViewContext { scene, view, buffer, .. } = view_context;
         let Some(cache) = self.light.cache.as_mut().filter(|_| view.frame_index == 0) else {
             return self.light.record(frame, view_context, surface);
         };
@@ -205,13 +209,17 @@ impl IndirectPasses for ProbeLight {
             tile: self.settings.probe_size,
             tiles: surface.size.map(|side| side.div_ceil(self.settings.probe_size)),
             has_pixel_rays: 0,
+            has_emitters: scene.has_emissive_triangles().into(),
             least_roughness: if self.light.settings.glossy_rays > 0 { LEAST_ROUGHNESS } else { f32::MAX },
             ..Default::default()
         };
         let uniform = frame.uniform(&parameters);
         let surfaces = buffer.bindings().with(&surface.bindings());
         let probes = self.placement.record(frame, &surfaces, &parameters, &uniform)?;
-        let filtered = self.record_probes(frame, view_context, surface, &mut of_frame, (&probes, &uniform), &mut counters)?;
+        let contact = frame_layers(frame, "indirect/probes/contact", surface.size, wgpu::TextureFormat::R32Float, 1);
+        let finding = surfaces.clone().part("probes", &uniform).texture("contact_target", &contact);
+        frame.dispatch(&self.contact, &finding, groups(&self.contact, surface.size));
+        let filtered = self.record_probes(frame, view_context, surface, &mut of_frame, (&probes, &contact, &uniform), &mut counters)?;
         let of_pixels = self.record_pixels(frame, view_context, surface, &mut of_frame, &mut counters)?;
         let layers = layers_target(frame, surface.size);
         let uniform = frame.uniform(&ProbeParameters { has_pixel_rays: of_pixels.is_some().into(), ..parameters });
@@ -220,12 +228,13 @@ impl IndirectPasses for ProbeLight {
             .with(&probes.bindings())
             .part("probes", &uniform)
             .buffer("filtered_probes", &filtered)
+            .texture("contact_texture", &contact)
             .texture("filtered_irradiance", of_pixels.as_ref().unwrap_or(&unread))
             .texture("filtered", &layers);
         frame.dispatch(&self.interpolate, &interpolating, groups(&self.interpolate, surface.size));
         let settings = &self.light.settings;
         let radius = if of_pixels.is_some() { settings.filter_radius } else { 0 };
-        let smoothed = Smoothed::new(radius, false, 1);
+        let smoothed = Smoothed::new(radius, false, 1).with_deviations();
         let layers = self.light.smoothing.record_layers(frame, view_context, surface, &smoothed, layers)?;
         counters.push(of_frame.counters);
         Ok(DemodulatedIrradiance { layers, counters })

@@ -38,12 +38,12 @@ pub(super) struct EntryPasses {
 }
 
 impl EntryPasses {
-    /// Compiles the passes. `of_rays`: features of the shaders that read rays.
-    pub fn new(device: &wgpu::Device, of_rays: &[Feature]) -> Result<Self, RenderError> {
+    /// Compiles the passes. `of_rays`: features of the shaders that read rays; `folder`: the first part of their labels.
+    pub fn new(device: &wgpu::Device, of_rays: &[Feature], folder: &str) -> Result<Self, RenderError> {
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/sampled/{file}"), features)?;
             let label = entry.strip_prefix("before_").map_or(entry, |_| "prepare");
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/entries/{label}")))
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("{folder}/entries/{label}")))
         };
         let of_probes: Vec<Feature> = of_rays.iter().copied().filter(|feature| *feature == PROBES).collect();
         Ok(Self {

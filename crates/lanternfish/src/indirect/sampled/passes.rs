@@ -55,13 +55,14 @@ impl RayPasses {
         exact: Tracer,
         of_source: &[Feature],
     ) -> Result<Self, RenderError> {
+        let is_of_pixels = of_source.is_empty();
+        let folder = if is_of_pixels { "indirect" } else { "indirect/probes" };
         let traced = sampled.tracer.fixed().check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
         let kernel = |module: &str, features: &[Feature]| {
             let shader = DECLARED.link(&format!("indirect/sampled/{module}"), &[of_source, features].concat())?;
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, module, &format!("indirect/{module}")))
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, module, &format!("{folder}/{module}")))
         };
         let exact = exact.features(structure, true);
-        let is_of_pixels = of_source.is_empty();
         let of_rays: &[Feature] = if is_of_pixels && sampled.glossy_rays > 0 { &[GLOSSY_RAYS] } else { of_source };
         Ok(Self {
             trace: TracePass::new(traced, kernel("trace", &traced.features(structure, true))?),
@@ -72,7 +73,7 @@ impl RayPasses {
             emitters: if is_of_pixels { Some(kernel("emitters", &exact)?) } else { None },
             entries: match sampled.hit_light {
                 HitLight::Shaded => None,
-                HitLight::Cached => Some(EntryPasses::new(device, of_rays)?),
+                HitLight::Cached => Some(EntryPasses::new(device, of_rays, folder)?),
             },
         })
     }
