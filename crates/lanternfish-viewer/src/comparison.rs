@@ -84,16 +84,17 @@ impl Comparison {
         if wipe.other != Other::DeepImages {
             self.cloud = None;
         }
+        // The images of ended frames are compared, before the next frame begins.
+        if rests && matches!(wipe.other, Other::Settings | Other::PathTracer) {
+            self.compare(first)?;
+        } else {
+            self.forget_difference();
+        }
         match wipe.other {
             Other::Settings => self.render(first, wipe, camera)?,
             Other::PathTracer => self.trace(first, camera, rests)?,
             Other::DeepImages => self.draw_cloud(first, camera)?,
             Other::Nothing => {}
-        }
-        if rests && matches!(wipe.other, Other::Settings | Other::PathTracer) {
-            self.compare(first)?;
-        } else {
-            self.forget_difference();
         }
         Ok(())
     }
@@ -228,8 +229,9 @@ impl Comparison {
             news.is_new = true;
             match compared {
                 Ok(compared) => {
-                    let map = texture(&first.gpu.device, compared.size);
-                    write(&first.gpu.queue, &map, &compared.map);
+                    let interface = first.interface();
+                    let map = texture(&interface.device, compared.size);
+                    write(&interface.queue, &map, &compared.map);
                     (self.map, self.mean) = (Some(map), Some(compared.mean));
                 }
                 Err(what) => news.failed = Some(what),
@@ -239,9 +241,10 @@ impl Comparison {
     }
 
     fn show(&mut self, first: &Viewport, traced: Traced) {
+        let interface = first.interface();
         let reused = self.traced.take().filter(|(_, before)| before.size == traced.size);
-        let texture = reused.map_or_else(|| texture(&first.gpu.device, traced.size), |(texture, _)| texture);
-        write(&first.gpu.queue, &texture, &traced.bytes);
+        let texture = reused.map_or_else(|| texture(&interface.device, traced.size), |(texture, _)| texture);
+        write(&interface.queue, &texture, &traced.bytes);
         self.traced = Some((texture, traced));
     }
 
@@ -275,6 +278,16 @@ impl Comparison {
             Some(viewport) => u64::from(viewport.averaged()),
             None => self.traced.as_ref().map_or(0, |(_, traced)| traced.samples),
         }
+    }
+
+    /// The viewport of B, if B is rendered.
+    pub fn viewport(&self) -> Option<&Viewport> {
+        self.rendered.as_ref()
+    }
+
+    /// The viewport of B, if B is rendered.
+    pub fn viewport_mut(&mut self) -> Option<&mut Viewport> {
+        self.rendered.as_mut()
     }
 
     /// True if a frame of B is still in flight.

@@ -5,7 +5,7 @@
 /// Frame time budget while the camera moves, ms.
 const BUDGET: f64 = 60.0;
 /// Scale of the image's sides before the first measurement.
-const INITIAL: f32 = 0.3;
+const INITIAL: f32 = MIN;
 /// Smallest scale of the image's sides.
 const MIN: f32 = 0.2;
 /// Number of steps of the scale from 0 to 1. Steps avoid reallocation of lists and textures in each frame.
