@@ -135,7 +135,7 @@ impl Viewport {
 
     /// Replaces the scene. After an error the current scene stays.
     pub fn open(&mut self, scene: Scene) -> Result<(), RenderError> {
-        self.abandon();
+        self.flush();
         self.uploaded = self.renderer.upload(&scene)?;
         self.scene = Arc::new(scene);
         self.restart();
@@ -144,7 +144,7 @@ impl Viewport {
 
     /// Takes over the current scene of another viewport. After an error the current scene stays.
     pub fn follow(&mut self, other: &Self) -> Result<(), RenderError> {
-        self.abandon();
+        self.flush();
         self.renderer.update(&mut self.uploaded, &other.scene)?;
         self.scene = Arc::clone(&other.scene);
         self.restart();
@@ -153,11 +153,12 @@ impl Viewport {
 
     /// Replaces the lights. Only changed lights are uploaded if their number stays the same. After an error the previous lights stay.
     pub fn set_lights(&mut self, lights: Vec<Light>) -> Result<(), RenderError> {
-        self.abandon();
+        self.flush();
         let before = std::mem::replace(&mut Arc::make_mut(&mut self.scene).lights, lights);
         let done = self.upload_lights(&before);
         match done {
-            Ok(()) => self.restart(),
+            // A drag changes lights with each paint: the next frame waits for the one in flight.
+            Ok(()) => self.averaged = (0, None),
             Err(_) => {
                 Arc::make_mut(&mut self.scene).lights = before;
                 // Some of the new lights may already be on the device.
@@ -183,7 +184,7 @@ impl Viewport {
 
     /// Uploads changes of the scene.
     pub fn update(&mut self) -> Result<(), RenderError> {
-        self.abandon();
+        self.flush();
         self.renderer.update(&mut self.uploaded, &self.scene)?;
         self.restart();
         Ok(())
@@ -195,7 +196,7 @@ impl Viewport {
         if settings == self.settings {
             return Ok(());
         }
-        self.abandon();
+        self.flush();
         let change = self.renderer.set(settings.clone())?;
         if change == Change::Upload {
             match self.renderer.upload(&self.scene) {
@@ -231,7 +232,7 @@ impl Viewport {
 
     /// Replaces the library's shaders by these texts. After an error the previous shaders stay.
     pub fn edit_shaders(&mut self, texts: ShaderTexts, camera: &Camera) -> Result<(), RenderError> {
-        self.abandon();
+        self.flush();
         // A small image compiles the shaders and reports their errors.
         let tried = texture(&self.gpu.device, TRIAL_SIZE);
         let request = ViewRequest::of_camera(0, camera, TRIAL_SIZE.into(), Target::Display(&tried, FORMAT));
@@ -277,7 +278,7 @@ impl Viewport {
         if size == self.size {
             return false;
         }
-        self.abandon();
+        self.flush();
         self.size = size;
         self.make_images();
         true
@@ -286,7 +287,7 @@ impl Viewport {
     /// Changes to stereo, or to mono for `None`.
     pub fn show_to(&mut self, eyes: Option<Eyes>) {
         if self.eyes != eyes {
-            self.abandon();
+            self.flush();
             self.eyes = eyes;
             self.make_images();
         }
@@ -421,13 +422,11 @@ impl Viewport {
         took
     }
 
-    /// Drops the slices of the frame in flight that were not submitted. The last complete image stays.
-    pub fn abandon(&mut self) {
-        if let Some((frame, _)) = self.in_flight.take_if(|_| self.slices.left() > 0) {
-            self.renderer.discard(frame);
-            self.averaged = (0, None);
+    /// Submits all that is left of the frame in flight, because its scene or renderer changes.
+    fn flush(&mut self) {
+        if self.slices.left() > 0 {
+            self.submit(usize::MAX);
         }
-        self.slices = Slices::default();
     }
 
     fn restart(&mut self) {

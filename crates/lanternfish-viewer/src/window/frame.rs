@@ -39,7 +39,6 @@ impl Viewer {
             UVec2::new(requested.viewport_size.x as u32, requested.viewport_size.y as u32).max(UVec2::ONE);
         if requested.is_moving {
             self.moved = Some(Instant::now());
-            self.drop_frames_at_rest();
         }
         self.moved = self.moved.filter(|since| since.elapsed() < REST);
         self.wants_screenshot |= requested.screenshot;

@@ -3,10 +3,6 @@
 use super::Viewer;
 use crate::{slice_scheduler::Turn, viewport::Viewport};
 
-/// Time of a frame at rest from which it is dropped if the camera moves, ms. Higher: the image reacts later; lower: the renderer more often
-/// forgets earlier frames.
-const DROPPED: f64 = 500.0;
-
 impl Viewer {
     /// True if commands of a frame in flight were not submitted yet.
     pub(super) fn has_slices(&self) -> bool {
@@ -35,14 +31,6 @@ impl Viewer {
                 self.slice_scheduler.submitted(now, left - self.left());
                 false
             }
-        }
-    }
-
-    /// Drops the slices of frames at rest once the camera moves, if they would take long.
-    pub(super) fn drop_frames_at_rest(&mut self) {
-        if self.viewport.size() == self.viewport_size && self.frame_ms > DROPPED && self.viewport.left() > 0 {
-            self.viewport.abandon();
-            self.comparison.viewport_mut().into_iter().for_each(Viewport::abandon);
         }
     }
 }
