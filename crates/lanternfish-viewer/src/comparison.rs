@@ -84,22 +84,22 @@ impl Comparison {
         if wipe.other != Other::DeepImages {
             self.cloud = None;
         }
-        // The images of ended frames are compared, before the next frame begins.
-        if rests && matches!(wipe.other, Other::Settings | Other::PathTracer) {
-            self.compare(first)?;
-        } else {
+        if !rests || !matches!(wipe.other, Other::Settings | Other::PathTracer) {
             self.forget_difference();
         }
         match wipe.other {
-            Other::Settings => self.render(first, wipe, camera)?,
+            Other::Settings => self.render(first, wipe, camera, rests)?,
             Other::PathTracer => self.trace(first, camera, rests)?,
             Other::DeepImages => self.draw_cloud(first, camera)?,
             Other::Nothing => {}
         }
+        if rests && wipe.other == Other::PathTracer {
+            self.compare(first)?;
+        }
         Ok(())
     }
 
-    fn render(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera) -> Result<(), RenderError> {
+    fn render(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
         let viewport = match &mut self.rendered {
             Some(viewport) => viewport,
             None => {
@@ -113,10 +113,14 @@ impl Comparison {
         }
         viewport.set(&wipe.settings)?;
         viewport.resize(first.size());
-        if viewport.has_more(camera) {
-            viewport.draw(camera)?;
+        // The images of ended frames are compared, before the next frame begins.
+        if rests && viewport.shows(camera) {
+            self.compare(first)?;
         }
-        Ok(())
+        match &mut self.rendered {
+            Some(viewport) if viewport.has_more(camera) => viewport.draw(camera),
+            _ => Ok(()),
+        }
     }
 
     fn draw_cloud(&mut self, first: &Viewport, camera: &Camera) -> Result<(), RenderError> {

@@ -12,7 +12,7 @@ use std::{
 
 use glam::UVec2;
 use lanternfish::RenderError;
-use lanternfish_gpu::{Gpu, GpuError};
+use lanternfish_gpu::Gpu;
 use lanternfish_scene::generate::Rain;
 use winit::{
     event_loop::{ActiveEventLoop, OwnedDisplayHandle},
@@ -47,9 +47,6 @@ const REST: Duration = Duration::from_millis(250);
 const POLL_PERIODS: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(8)];
 /// Period of paints while something moves and a frame is in flight.
 const MOTION_PERIOD: Duration = Duration::from_millis(100);
-/// Nice value of the threads that render on a software adapter: paints of the window precede them.
-#[cfg(target_os = "linux")]
-const BACKGROUND_NICE: i32 = 5;
 /// Device polls per frame of the image, within [`POLL_PERIODS`].
 const POLLS_PER_FRAME: f64 = 200.0;
 
@@ -130,7 +127,7 @@ impl Program for Viewer {
         let clip = player::clip_at(&scene, rain.is_some(), moment);
         // A software adapter has passes that take seconds. On a second device, the operating system runs paints beside them.
         let (gpu, interface) = match gpu.description.kind {
-            wgpu::DeviceType::Cpu => (background_device(&gpu).map_err(RenderError::from)?, Some(Arc::new(gpu))),
+            wgpu::DeviceType::Cpu => (Gpu::open_listed(&gpu.description).map_err(RenderError::from)?, Some(Arc::new(gpu))),
             _ => (gpu, None),
         };
         let viewport = Viewport::new(gpu, scene, &settings)?.of_window(interface);
@@ -289,13 +286,18 @@ impl Viewer {
         }
         if let Some(ms) = news.ms.or(of_first) {
             let size = self.viewport.size();
-            self.resolution_scaling.took(u64::from(size.x) * u64::from(size.y), ms);
+            // An incomplete frame is drawn again in its size, with larger lists.
+            if self.viewport.averaged() > 0 {
+                self.resolution_scaling.took(u64::from(size.x) * u64::from(size.y), ms);
+            }
             self.frame_ms = ms;
             self.memory.refresh(&self.viewport);
             let now = 1e3 * self.opened.elapsed().as_secs_f64();
             let period = self.repaint_limiter.ended(now, !self.moves() && self.has_more());
+            let passes = self.viewport.report.iter().flat_map(|report| &report.passes);
+            let on_device: f64 = passes.map(|pass| pass.ms).sum();
             tracing::debug!(
-                "frame of {size} pixels: {ms:.1} ms; mean of {} frames; {period:.1?} since the last frame; a paint takes {:.1?} ms",
+                "frame of {size} pixels: {ms:.1} ms, {on_device:.1} on the device; mean of {} frames; {period:.1?} since the last frame; a paint takes {:.1?} ms",
                 self.viewport.averaged(),
                 self.repaint_limiter.ms()
             );
@@ -352,20 +354,6 @@ impl Viewer {
         WindowState { size: Some([size.width, size.height]), position, shows_panels: self.state.shows_panels }
             .write(path);
     }
-}
-
-/// Opens a second device of an adapter. On Linux its threads have a lower priority than the window's.
-fn background_device(gpu: &Gpu) -> Result<Gpu, GpuError> {
-    let open = || {
-        // Threads inherit the priority of the thread that starts them.
-        #[cfg(target_os = "linux")]
-        // Safety: the call has no preconditions. It concerns this thread alone, and its failure changes nothing.
-        unsafe {
-            libc::setpriority(libc::PRIO_PROCESS, 0, BACKGROUND_NICE);
-        }
-        Gpu::open_listed(&gpu.description)
-    };
-    std::thread::scope(|scope| scope.spawn(open).join().expect("opening a device does not panic"))
 }
 
 /// True if the title bar of a window at this position, pixels, is on a screen.
