@@ -66,11 +66,11 @@ impl Viewport {
         Self::of(gpu, Arc::new(scene), settings, renderer)
     }
 
-    /// Makes the viewport suit a window: slow frames are submitted in slices, and the image is shown on `interface`, if another device than
-    /// the renderer's paints the window.
+    /// Makes the viewport suit a window, which `interface` paints if that is another device than the renderer's. If it is not, slow frames are
+    /// submitted in slices, so that paints do not wait for them.
     pub fn of_window(mut self, interface: Option<Arc<Gpu>>) -> Self {
+        self.slices_frames = interface.is_none();
         self.shown = ShownImage::new(&self.gpu, interface);
-        self.slices_frames = true;
         self
     }
 
@@ -100,7 +100,7 @@ impl Viewport {
         let Gpu { device, queue, description } = &self.gpu;
         let gpu = Gpu { device: device.clone(), queue: queue.clone(), description: description.clone() };
         let mut second = Self::of(gpu, Arc::clone(&self.scene), settings, renderer)?;
-        if self.slices_frames {
+        if self.slices_frames || self.paints_apart() {
             second = second.of_window(self.shown.interface().cloned());
         }
         Ok(second)
@@ -377,56 +377,6 @@ impl Viewport {
             self.submit(1);
         }
         Ok(())
-    }
-
-    /// Number of command buffers of the frame in flight that were not submitted.
-    pub fn left(&self) -> usize {
-        self.slices.left()
-    }
-
-    /// True if the device has ended all that was submitted of the frame in flight, as far as [`Self::poll`] knows.
-    pub fn is_idle(&self) -> bool {
-        self.slices.is_idle()
-    }
-
-    /// Submits the next `count` command buffers of the frame in flight.
-    pub fn submit(&mut self, count: usize) {
-        let Some((frame, _)) = self.in_flight else { return };
-        if self.slices.submit(&self.gpu.queue, count) {
-            self.renderer.submitted(frame);
-            self.shown.submitted(&self.gpu, &self.renderings);
-        }
-    }
-
-    /// Polls submitted frames. Returns the time from recording to completion of a frame that has ended, ms.
-    pub fn poll(&mut self) -> Option<f64> {
-        if self.slices.left() > 0 {
-            // Errors are reported by the frame.
-            let _ = self.gpu.device.poll(wgpu::PollType::Poll);
-        }
-        let mut took = None;
-        while let Some(report) = self.renderer.poll() {
-            if let Some((_, since)) = self.in_flight.take_if(|(frame, _)| *frame == report.frame) {
-                took = Some(1e3 * since.elapsed().as_secs_f64());
-                self.last_ms = took;
-                if report.is_complete {
-                    self.shown.complete(&self.gpu, &self.renderings);
-                }
-            }
-            if !report.is_complete {
-                // An incomplete frame is not shown, so accumulation restarts.
-                self.averaged = (0, None);
-            }
-            self.report = Some(report);
-        }
-        took
-    }
-
-    /// Submits all that is left of the frame in flight, because its scene or renderer changes.
-    fn flush(&mut self) {
-        if self.slices.left() > 0 {
-            self.submit(usize::MAX);
-        }
     }
 
     fn restart(&mut self) {
