@@ -358,23 +358,23 @@ impl Viewport {
             ViewRequest::of_camera(key, camera, self.size.into(), Target::Display(rendering, FORMAT))
         };
         let requests: Vec<_> = (0..).zip(cameras.iter().zip(&self.renderings)).map(request).collect();
-        let frame = if self.slices_frames && SliceScheduler::slices(self.last_ms) {
-            let (frame, slices) = self.renderer.record_slices(&self.uploaded, &requests)?;
-            self.slices = Slices::new(slices);
-            frame
+        let is_sliced = self.slices_frames && SliceScheduler::slices(self.last_ms);
+        let (frame, mut slices) = if is_sliced {
+            self.renderer.record_slices(&self.uploaded, &requests)?
         } else {
             let mut commands = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let frame = self.renderer.record(&mut commands, &self.uploaded, &requests)?;
-            self.slices = Slices::new(vec![commands.finish()]);
-            frame
+            (frame, vec![commands.finish()])
         };
+        slices.extend(self.shown.record(&self.gpu, &self.renderings));
+        self.slices = Slices::new(slices);
         tracing::trace!("recorded in {:.1?}: {} slices", begun.elapsed(), self.slices.left());
         let continues = self.averaged.1.as_ref() == Some(camera);
         self.averaged = (if continues { self.averaged.0 + 1 } else { 1 }, Some(camera.clone()));
         self.drawn += 1;
         self.in_flight = Some((frame, begun));
-        if self.slices.left() == 1 {
-            self.submit(1);
+        if !is_sliced {
+            self.flush();
         }
         Ok(())
     }

@@ -15,15 +15,17 @@ pub struct ShownImage {
     /// The device that paints, if it is not the one that renders.
     interface: Option<Arc<Gpu>>,
     textures: Vec<wgpu::TextureView>,
-    /// Copies of the frame in flight for the host, and their submission.
-    copies: Option<(wgpu::SubmissionIndex, Vec<wgpu::Buffer>)>,
+    /// Copies of the frame in flight for the host.
+    copies: Vec<wgpu::Buffer>,
+    /// The submission of the copies.
+    submission: Option<wgpu::SubmissionIndex>,
 }
 
 impl ShownImage {
     /// A black image of one pixel. `interface`: the device that paints, if it is not the one that renders.
     pub fn new(gpu: &Gpu, interface: Option<Arc<Gpu>>) -> Self {
         let device = interface.as_ref().map_or(&gpu.device, |interface| &interface.device);
-        Self { textures: vec![texture(device, glam::UVec2::ONE)], interface, copies: None }
+        Self { textures: vec![texture(device, glam::UVec2::ONE)], interface, copies: Vec::new(), submission: None }
     }
 
     /// The device that paints, if it is not the one that renders.
@@ -36,19 +38,23 @@ impl ShownImage {
         &self.textures
     }
 
-    /// Notes that all commands of a frame into `targets` were submitted: copies them for another device.
-    pub fn submitted(&mut self, gpu: &Gpu, targets: &[wgpu::TextureView]) {
-        if self.interface.is_none() {
-            return;
-        }
+    /// The last commands of a frame into `targets`: copies for another device. They belong to the frame's last submission, because a driver
+    /// may wait in `submit` for the submission before.
+    pub fn record(&mut self, gpu: &Gpu, targets: &[wgpu::TextureView]) -> Option<wgpu::CommandBuffer> {
+        self.forget();
+        self.interface.as_ref()?;
         let mut commands = gpu.device.create_command_encoder(&Default::default());
-        let copies: Vec<_> = targets.iter().map(|target| copy(&gpu.device, &mut commands, target.texture())).collect();
-        let index = gpu.queue.submit([commands.finish()]);
-        for copy in &copies {
+        self.copies = targets.iter().map(|target| copy(&gpu.device, &mut commands, target.texture())).collect();
+        Some(commands.finish())
+    }
+
+    /// Notes that all commands of the frame were submitted.
+    pub fn submitted(&mut self, submission: wgpu::SubmissionIndex) {
+        for copy in &self.copies {
             // `complete` waits for the submission, and reads only if it has run.
             copy.map_async(wgpu::MapMode::Read, .., |_| ());
         }
-        self.copies = Some((index, copies));
+        self.submission = Some(submission);
     }
 
     /// Shows a frame that the device has completed.
@@ -57,9 +63,9 @@ impl ShownImage {
             self.textures = targets.to_vec();
             return;
         };
-        let Some((index, copies)) = self.copies.take() else { return };
-        // The frame has ended, so its copy ends now.
-        let done = gpu.device.poll(wgpu::PollType::Wait { submission_index: Some(index), timeout: None });
+        let (copies, submission) = (std::mem::take(&mut self.copies), self.submission.take());
+        // The frame has ended, so this does not wait.
+        let done = gpu.device.poll(wgpu::PollType::Wait { submission_index: submission, timeout: None });
         if let Err(error) = done {
             tracing::error!("the image cannot be shown: {error}");
             return;
@@ -81,7 +87,7 @@ impl ShownImage {
 
     /// Forgets the frame in flight, which is not shown.
     pub fn forget(&mut self) {
-        self.copies = None;
+        (self.copies, self.submission) = (Vec::new(), None);
     }
 }
 

@@ -34,13 +34,13 @@ impl Slices {
         self.is_done.as_ref().is_none_or(|is_done| is_done.load(Ordering::Relaxed))
     }
 
-    /// Submits the next `count` command buffers. Returns true if none is left.
-    pub fn submit(&mut self, queue: &wgpu::Queue, count: usize) -> bool {
-        queue.submit(self.left.drain(..count.min(self.left.len())));
+    /// Submits the next `count` command buffers. Returns the submission if none is left.
+    pub fn submit(&mut self, queue: &wgpu::Queue, count: usize) -> Option<wgpu::SubmissionIndex> {
+        let submission = queue.submit(self.left.drain(..count.min(self.left.len())));
         let is_done = Arc::new(AtomicBool::new(false));
         self.is_done = Some(Arc::clone(&is_done));
         queue.on_submitted_work_done(move || is_done.store(true, Ordering::Relaxed));
-        self.left.is_empty()
+        self.left.is_empty().then_some(submission)
     }
 }
 
@@ -58,9 +58,9 @@ impl Viewport {
     /// Submits the next `count` command buffers of the frame in flight.
     pub fn submit(&mut self, count: usize) {
         let Some((frame, _)) = self.in_flight else { return };
-        if self.slices.submit(&self.gpu.queue, count) {
+        if let Some(submission) = self.slices.submit(&self.gpu.queue, count) {
             self.renderer.submitted(frame);
-            self.shown.submitted(&self.gpu, &self.renderings);
+            self.shown.submitted(submission);
         }
     }
 
