@@ -80,6 +80,10 @@ mod tests {
         }
         assert_eq!(scales, [0.2, 0.4, 0.8, 1.0]);
         assert_eq!(resolution_scaling.scale(full[0] * full[1], false), 1.0, "full resolution stays");
-        assert_eq!(resolution_scaling.scale(4 * full[0] * full[1], false), 1.0, "a larger window is filled by the next step");
+        assert_eq!(
+            resolution_scaling.scale(4 * full[0] * full[1], false),
+            1.0,
+            "a larger window is filled by the next step"
+        );
     }
 }

@@ -143,6 +143,8 @@ mod tests {
 
     #[test]
     fn frames_of_a_fast_device_stay_whole() {
-        assert!(SliceScheduler::slices(None) && SliceScheduler::slices(Some(100.0)) && !SliceScheduler::slices(Some(16.0)));
+        assert!(
+            SliceScheduler::slices(None) && SliceScheduler::slices(Some(100.0)) && !SliceScheduler::slices(Some(16.0))
+        );
     }
 }

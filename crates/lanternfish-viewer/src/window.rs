@@ -127,7 +127,9 @@ impl Program for Viewer {
         let clip = player::clip_at(&scene, rain.is_some(), moment);
         // A software adapter has passes that take seconds. On a second device, the operating system runs paints beside them.
         let (gpu, interface) = match gpu.description.kind {
-            wgpu::DeviceType::Cpu => (Gpu::open_listed(&gpu.description).map_err(RenderError::from)?, Some(Arc::new(gpu))),
+            wgpu::DeviceType::Cpu => {
+                (Gpu::open_listed(&gpu.description).map_err(RenderError::from)?, Some(Arc::new(gpu)))
+            }
             _ => (gpu, None),
         };
         let viewport = Viewport::new(gpu, scene, &settings)?.of_window(interface);
@@ -297,7 +299,7 @@ impl Viewer {
             let passes = self.viewport.report.iter().flat_map(|report| &report.passes);
             let on_device: f64 = passes.map(|pass| pass.ms).sum();
             tracing::debug!(
-                "frame of {size} pixels: {ms:.1} ms, {on_device:.1} on the device; mean of {} frames; {period:.1?} since the last frame; a paint takes {:.1?} ms",
+                "frame of {size} pixels: {ms:.1} ms, {on_device:.1} on the device; mean of {} frames; {period:.1?} since the last; a paint takes {:.1?} ms",
                 self.viewport.averaged(),
                 self.repaint_limiter.ms()
             );

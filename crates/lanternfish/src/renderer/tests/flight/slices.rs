@@ -22,7 +22,8 @@ fn gpu_slices_are_the_frame_to_the_bit() {
         for step in 0..4 {
             // Two frames of a mean, then the camera moves.
             let camera = camera(&scene, step / 2);
-            let requests = [0, 1].map(|i| [ViewRequest::of_camera(0, &camera, SIZE, Target::Display(&shown[i], format))]);
+            let requests =
+                [0, 1].map(|i| [ViewRequest::of_camera(0, &camera, SIZE, Target::Display(&shown[i], format))]);
             let id = frame(gpu, &mut whole, &uploaded, &requests[0]).unwrap();
             let expected = report(gpu, &mut whole, id);
             let (id, slices) = sliced.record_slices(&uploaded, &requests[1]).unwrap();
