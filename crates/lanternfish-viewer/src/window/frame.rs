@@ -69,7 +69,9 @@ impl Viewer {
         }
         self.painted = (Instant::now(), self.viewport.mean());
         if paints_first {
-            self.repaint_limiter.took(1e3 * self.last.elapsed().as_secs_f64());
+            if self.viewport.drawn() > 0 {
+                self.repaint_limiter.took(1e3 * self.last.elapsed().as_secs_f64());
+            }
             if !self.is_busy() {
                 self.toggle_birds_eye();
                 self.draw_both(seconds);
