@@ -349,8 +349,8 @@ impl Viewport {
         self.in_flight.is_some()
     }
 
-    /// Records and submits the next frame. At most one frame may be in flight, so that paints of the window run in between. In a window, the
-    /// commands of a slow frame are submitted later, by [`Self::submit`].
+    /// Records and submits the next frame. At most one frame may be in flight, so that paints of the window run in between. In a window, a slow
+    /// frame is submitted later, by [`Self::submit`].
     pub fn draw(&mut self, camera: &Camera) -> Result<(), RenderError> {
         let begun = Instant::now();
         let cameras = self.cameras(camera);
@@ -373,7 +373,8 @@ impl Viewport {
         self.averaged = (if continues { self.averaged.0 + 1 } else { 1 }, Some(camera.clone()));
         self.drawn += 1;
         self.in_flight = Some((frame, begun));
-        if !is_sliced {
+        // A driver may wait in `submit` for the submission before, and the window with it: the frame of the other side.
+        if !is_sliced && !self.paints_apart() {
             self.flush();
         }
         Ok(())

@@ -289,7 +289,7 @@ impl Viewer {
         if let Some(ms) = news.ms.or(of_first) {
             let size = self.viewport.size();
             // An incomplete frame is drawn again in its size, with larger lists.
-            if self.viewport.averaged() > 0 {
+            if self.viewport.report.as_ref().is_some_and(|report| report.is_complete) {
                 self.resolution_scaling.took(u64::from(size.x) * u64::from(size.y), ms);
             }
             self.frame_ms = ms;
