@@ -18,7 +18,7 @@ fn gpu_slices_are_the_frame_to_the_bit() {
         let mut sliced = Renderer::with_engine(whole.engine(), settings).unwrap();
         let uploaded = whole.upload(&scene).unwrap();
         let shown = [(); 2].map(|()| texture(gpu, format, SIZE));
-        let other = storage_buffer(&gpu.device, "other", 256, wgpu::BufferUsages::empty()).unwrap();
+        let other = storage_buffer(&gpu.device, "other", 256).unwrap();
         for step in 0..4 {
             // Two frames of a mean, then the camera moves.
             let camera = camera(&scene, step / 2);
