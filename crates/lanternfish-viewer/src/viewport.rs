@@ -314,9 +314,9 @@ impl Viewport {
         &self.shown.textures()[0]
     }
 
-    /// The right eye's image; `None` for a mono image.
+    /// The right eye's image; `None` for a mono image. Until the first stereo frame is complete, both eyes see the last mono image.
     pub fn right_image(&self) -> Option<&wgpu::TextureView> {
-        self.shown.textures().get(1)
+        self.eyes.map(|_| self.shown.textures().get(1).unwrap_or(self.rendering()))
     }
 
     /// Width and height of one eye's image, pixels.
