@@ -9,6 +9,7 @@ use glam::UVec2;
 use lanternfish::{
     Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest,
     light_culling::{clustered::GridContents, tiled::TileContents},
+    techniques::{HitLight, Probes, Sampled},
 };
 use lanternfish_gpu::{Gpu, GpuError, ShaderTexts, read_texture};
 use lanternfish_scene::{Camera, Eyes, Light, Scene};
@@ -393,10 +394,17 @@ pub fn at_rest(settings: &Settings) -> Settings {
     Settings { accumulate, ..settings.clone() }
 }
 
-/// Settings for the window's renderer: accumulation is on except for debug views.
+/// Settings for the window's renderer: accumulation is on except for debug views. Rays from every pixel begin with the first frame at rest; in motion,
+/// indirect light is from screen probes.
 fn shown(settings: &Settings) -> Settings {
     let accumulate = if settings.debug_view.is_some() { 1 } else { 2 };
-    Settings { accumulate, ..settings.clone() }
+    let indirect = match settings.indirect.get::<Sampled>() {
+        Some(per_pixel) if per_pixel.hit_light == HitLight::Cached => {
+            Probes { per_pixel: *per_pixel, ..Probes::default() }.into()
+        }
+        _ => settings.indirect.clone(),
+    };
+    Settings { accumulate, indirect, ..settings.clone() }
 }
 
 #[cfg(test)]
