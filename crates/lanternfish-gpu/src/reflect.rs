@@ -107,6 +107,7 @@ fn storage_format(format: naga::StorageFormat) -> Option<wgpu::TextureFormat> {
         naga::StorageFormat::R32Uint => Some(wgpu::TextureFormat::R32Uint),
         naga::StorageFormat::R32Float => Some(wgpu::TextureFormat::R32Float),
         naga::StorageFormat::Rgba32Uint => Some(wgpu::TextureFormat::Rgba32Uint),
+        naga::StorageFormat::Rg32Uint => Some(wgpu::TextureFormat::Rg32Uint),
         naga::StorageFormat::Rgba16Float => Some(wgpu::TextureFormat::Rgba16Float),
         _ => None,
     }

@@ -73,7 +73,8 @@ impl Kind for dyn IndirectTechnique {
     }
 
     fn registry() -> &'static Registry<Self> {
-        static REGISTRY: Registry<dyn IndirectTechnique> = Registry::new(|| vec![Sampled::default().into(), Probes::default().into()]);
+        static REGISTRY: Registry<dyn IndirectTechnique> =
+            Registry::new(|| vec![Sampled::default().into(), Probes::default().into()]);
         &REGISTRY
     }
 }

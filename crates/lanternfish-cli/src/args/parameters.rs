@@ -2,7 +2,9 @@
 
 use std::marker::PhantomData;
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser, parser::ValueSource};
+use clap::{
+    Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, parser::ValueSource, value_parser,
+};
 use lanternfish::technique::{Choice, Kind, ParameterInfo, Range};
 
 use crate::{choices::names, flags::as_flags, parse};

@@ -29,8 +29,8 @@ use crate::{
     texture::frame_layers,
 };
 
-use self::probes::Probes;
 pub use self::counters::Counters;
+use self::probes::Probes;
 pub use self::smoothing::{IndirectClamp, IndirectResolution};
 
 /// Shading adds indirect light.

@@ -8,6 +8,7 @@
 //!
 //! In a mean of frames, all but the first have rays from every pixel: the mean converges to their light.
 
+mod guide;
 mod placement;
 mod settings;
 
@@ -15,7 +16,10 @@ use glam::UVec2;
 use lanternfish_gpu::{BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
 
 pub use self::settings::Probes;
-use self::placement::{Placed, Placement};
+use self::{
+    guide::{GUIDED, Guide},
+    placement::{Placed, Placement},
+};
 use super::{
     DemodulatedIrradiance, IndirectPasses, IndirectResolution, layers_target,
     radiance_cache::CacheOfFrame,
@@ -39,6 +43,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::new("indirect/probes/refine"),
         Root::new("indirect/probes/compact"),
         Root::new("indirect/probes/contact"),
+        Root::of("indirect/probes/aim", &[&[&[], &[GUIDED]]]),
         Root::of("indirect/probes/filter", &[&[&[PROBES]]]),
         Root::of("indirect/probes/interpolate", &[&[&[PROBES]]]),
     ],
@@ -54,8 +59,8 @@ gpu_struct! {
         has_pixel_rays: u32,
         /// Least perceptual roughness of surfaces whose glossy light is from probes.
         least_roughness: f32,
-        /// Unused.
-        _pad: u32,
+        /// Rays of a probe.
+        rays: u32,
         /// Tiles, across and down.
         tiles: UVec2,
     }
@@ -73,6 +78,7 @@ pub(super) struct ProbeLight {
     light: SampledLight,
     rays: RayPasses,
     placement: Placement,
+    guide: Guide,
     contact: ComputeKernel,
     filter: ComputeKernel,
     interpolate: ComputeKernel,
@@ -97,6 +103,7 @@ impl ProbeLight {
             settings,
             light,
             placement: Placement::new(device)?,
+            guide: Guide::new(device)?,
             contact: kernel("contact", &[], "contact")?,
             filter: kernel("filter", &[PROBES], "filter_probes")?,
             interpolate: kernel("interpolate", &[PROBES], "interpolate")?,
@@ -110,15 +117,18 @@ impl ProbeLight {
         view_context: &ViewContext<'_>,
         surface: &Surface,
         of_frame: &mut CacheOfFrame,
-        (probes, contact, uniform): (&Placed, &wgpu::TextureView, &BufferPart),
+        probes: &Placed,
+        contact: &wgpu::TextureView,
+        (parameters, uniform): (&ProbeParameters, &BufferPart),
         counters: &mut Vec<super::Counters>,
     ) -> Result<wgpu::Buffer, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view_context;
         let bytes = SUMS_BYTES * u64::from(probes.grid.x) * u64::from(probes.grid.y);
         let sums = frame.scratch("indirect/probes/sums", bytes)?;
         let filtered = frame.scratch("indirect/probes/filtered", bytes)?;
+        let aimed = self.guide.aim(frame, view_context, surface, probes, (parameters, uniform));
         let rays = self.settings.probe_rays;
-        let parameters = SampledParameters {
+        let of_rays = SampledParameters {
             emitter_rays: u32::from(scene.has_emissive_triangles()),
             first_points: UVec2::splat(view.random_index).wrapping_mul(UVec2::new(rays, 1)),
             first_end: view.random_index.wrapping_mul(rays),
@@ -129,18 +139,24 @@ impl ProbeLight {
         };
         let grid = RayGrid {
             size: probes.grid,
-            parameters,
+            parameters: of_rays,
             sample_count: rays,
             emitter_rays: 0,
             sums: &sums,
-            bindings: probes.bindings(),
+            bindings: probes.bindings().texture("probe_rays", &aimed),
         };
         let cache = self.light.cache.as_mut();
         let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: true });
         counters.push(self.rays.record(frame, view_context, surface, &grid, cached)?);
-        let surfaces = buffer.bindings().with(&surface.bindings()).with(&probes.bindings()).part("probes", uniform).texture("contact_texture", contact);
+        let surfaces = buffer
+            .bindings()
+            .with(&surface.bindings())
+            .with(&probes.bindings())
+            .part("probes", uniform)
+            .texture("contact_texture", contact);
         let filtering = surfaces.buffer("probe_sums", &sums).buffer("filtered_probes", &filtered);
         frame.dispatch(&self.filter, &filtering, groups(&self.filter, probes.grid));
+        self.guide.keep(frame, view_context, surface, parameters.tiles, &filtered)?;
         Ok(filtered)
     }
 
@@ -191,6 +207,7 @@ impl ProbeLight {
 impl IndirectPasses for ProbeLight {
     fn forget(&mut self) {
         self.light.forget();
+        self.guide.forget();
     }
 
     fn record(
@@ -205,8 +222,9 @@ impl IndirectPasses for ProbeLight {
         };
         let mut of_frame = cache.begin(frame, view_context)?;
         let mut counters = Vec::new();
-                let parameters = ProbeParameters {
+        let parameters = ProbeParameters {
             tile: self.settings.probe_size,
+            rays: self.settings.probe_rays,
             tiles: surface.size.map(|side| side.div_ceil(self.settings.probe_size)),
             has_pixel_rays: 0,
             least_roughness: if self.light.settings.glossy_rays > 0 { LEAST_ROUGHNESS } else { f32::MAX },
@@ -218,7 +236,16 @@ impl IndirectPasses for ProbeLight {
         let contact = frame_layers(frame, "indirect/probes/contact", surface.size, wgpu::TextureFormat::R32Float, 1);
         let finding = surfaces.clone().part("probes", &uniform).texture("contact_target", &contact);
         frame.dispatch(&self.contact, &finding, groups(&self.contact, surface.size));
-        let filtered = self.record_probes(frame, view_context, surface, &mut of_frame, (&probes, &contact, &uniform), &mut counters)?;
+        let filtered = self.record_probes(
+            frame,
+            view_context,
+            surface,
+            &mut of_frame,
+            &probes,
+            &contact,
+            (&parameters, &uniform),
+            &mut counters,
+        )?;
         let of_pixels = self.record_pixels(frame, view_context, surface, &mut of_frame, &mut counters)?;
         let layers = layers_target(frame, surface.size);
         let uniform = frame.uniform(&ProbeParameters { has_pixel_rays: of_pixels.is_some().into(), ..parameters });

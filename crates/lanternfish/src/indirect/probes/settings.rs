@@ -51,10 +51,7 @@ impl Probes {
 }
 
 /// A parameter of the rays from every pixel.
-const fn per_pixel(
-    index: usize,
-    of: fn(&mut Probes) -> &mut dyn lanternfish_scene::Setting,
-) -> Parameter<Probes> {
+const fn per_pixel(index: usize, of: fn(&mut Probes) -> &mut dyn lanternfish_scene::Setting) -> Parameter<Probes> {
     Parameter { info: Sampled::PARAMETERS[index].info, of }
 }
 

@@ -15,13 +15,13 @@ use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Feature, Frame, SharedStruct, gpu_struct};
 
 pub use self::settings::{HitLight, Sampled};
+use self::settings::{LEAST_ENTRIES, MOST_ENTRIES, MOST_FIRST_RAYS, MOST_SAMPLES};
 #[cfg(any(test, feature = "testing"))]
 pub(crate) use self::targets::MOST_SAMPLES_IN_TESTS;
 pub(super) use self::{
     entries::CachedFrame,
     passes::{RayGrid, RayPasses},
 };
-use self::settings::{LEAST_ENTRIES, MOST_ENTRIES, MOST_FIRST_RAYS, MOST_SAMPLES};
 use super::{
     DemodulatedIrradiance, IndirectPasses,
     radiance_cache::{Bounces, CacheSettings, RadianceCache},

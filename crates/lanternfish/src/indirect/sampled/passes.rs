@@ -115,7 +115,8 @@ impl RayPasses {
             if sample_index == 0 {
                 frame.encoder().clear_buffer(grid.sums, 0, None);
             }
-            let of_entries = entries.as_ref().map_or(0..grid.sample_count, |entries| entries.gathered_with(sample_index));
+            let of_entries =
+                entries.as_ref().map_or(0..grid.sample_count, |entries| entries.gathered_with(sample_index));
             let traced = targets.traced_with(sample_index, of_entries.clone());
             let mut of_sample = SampleSlots {
                 round: sample_index,
@@ -132,9 +133,8 @@ impl RayPasses {
             if traced_first.replace(traced.start) != Some(traced.start) {
                 self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(grid.size));
             }
-            let summing = sample_bindings
-                .buffer("ray_irradiance", grid.sums)
-                .buffer("ray_counters", targets.counters.buffer());
+            let summing =
+                sample_bindings.buffer("ray_irradiance", grid.sums).buffer("ray_counters", targets.counters.buffer());
             let mut shading =
                 summing.clone().buffer("hits_to_shade", &targets.hits).buffer("chosen_lights", &targets.light_rays);
             if let Some(environment) = &environment {

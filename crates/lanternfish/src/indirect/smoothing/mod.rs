@@ -203,7 +203,16 @@ impl Smoothed {
         // The filter radius scales with 1/√frames, as noise does.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
         let redistribution = radius.div_ceil(REDISTRIBUTE);
-        Self(SmoothingParameters { scale: 1, radius, axis: 0, clamp_frames, redistribution, has_deviations: 0, layer_scale: 1, _pad: 0 })
+        Self(SmoothingParameters {
+            scale: 1,
+            radius,
+            axis: 0,
+            clamp_frames,
+            redistribution,
+            has_deviations: 0,
+            layer_scale: 1,
+            _pad: 0,
+        })
     }
 
     /// The same for layers whose alphas hold the standard deviations of the pixels' estimates (layers 0 and 2, luminance), and the luminances of light
@@ -293,7 +302,8 @@ impl Smoothing {
         let [mut current, mut next] = std::array::from_fn(|_| layers_target(frame, size));
         let surfaces = view.buffer.bindings().with(&surface.bindings());
         let uniform = frame.uniform(&small);
-        let resolving = surfaces.clone().part("smoothing", &uniform).buffer("finished_irradiance", &irradiance.irradiance);
+        let resolving =
+            surfaces.clone().part("smoothing", &uniform).buffer("finished_irradiance", &irradiance.irradiance);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", &current), self.groups(size));
         for (kernel, axis) in [(&self.firefly_clamp, 0), (&self.filter, 0), (&self.filter, 1)] {
             let uniform = frame.uniform(&SmoothingParameters { axis, ..small });
