@@ -32,6 +32,31 @@ enum Commands<'a> {
     Own(wgpu::CommandEncoder),
     /// The caller's encoder, which the caller submits.
     Callers(&'a mut wgpu::CommandEncoder),
+    /// An encoder for each pass, which the caller submits in order.
+    Slices(Slices<'a>),
+}
+
+/// Command buffers of a frame, cut between its passes.
+#[derive(Debug)]
+struct Slices<'a> {
+    current: wgpu::CommandEncoder,
+    /// True if `current` has a pass.
+    has_pass: bool,
+    done: &'a mut Vec<wgpu::CommandBuffer>,
+}
+
+impl Slices<'_> {
+    /// Begins a command buffer unless the current one has no pass yet.
+    fn cut(&mut self, device: &wgpu::Device) {
+        if std::mem::replace(&mut self.has_pass, true) {
+            self.end(slice(device));
+        }
+    }
+
+    /// Ends the current command buffer; `next` replaces it.
+    fn end(&mut self, next: wgpu::CommandEncoder) {
+        self.done.push(std::mem::replace(&mut self.current, next).finish());
+    }
 }
 
 impl std::ops::Deref for Commands<'_> {
@@ -41,6 +66,7 @@ impl std::ops::Deref for Commands<'_> {
         match self {
             Self::Own(encoder) => encoder,
             Self::Callers(encoder) => encoder,
+            Self::Slices(slices) => &slices.current,
         }
     }
 }
@@ -50,6 +76,7 @@ impl std::ops::DerefMut for Commands<'_> {
         match self {
             Self::Own(encoder) => encoder,
             Self::Callers(encoder) => encoder,
+            Self::Slices(slices) => &mut slices.current,
         }
     }
 }
@@ -110,6 +137,19 @@ impl<'a> Frame<'a> {
         commands: &'a mut wgpu::CommandEncoder,
     ) -> Self {
         Self::with(device, queue, profiler, FramePool::Shared(pool), Commands::Callers(commands))
+    }
+
+    /// Like [`Self::within`], but records into command buffers of its own, which it adds to `slices`: one for each dispatch or render pass.
+    /// The caller submits them in order, in as many submissions as desired.
+    pub fn sliced(
+        device: &'a wgpu::Device,
+        queue: &'a wgpu::Queue,
+        profiler: &'a mut Profiler,
+        pool: &'a mut Pool,
+        slices: &'a mut Vec<wgpu::CommandBuffer>,
+    ) -> Self {
+        let slices = Slices { current: slice(device), has_pass: false, done: slices };
+        Self::with(device, queue, profiler, FramePool::Shared(pool), Commands::Slices(slices))
     }
 
     fn with(
@@ -185,7 +225,16 @@ impl<'a> Frame<'a> {
         self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::In(workgroups)));
     }
 
+    /// Begins a slice, if the frame is cut between its passes.
+    fn cut(&mut self) {
+        if let Commands::Slices(slices) = &mut self.encoder {
+            self.pass = None;
+            slices.cut(self.device);
+        }
+    }
+
     fn compute(&mut self, kernel: &ComputeKernel, dispatch: impl FnOnce(&mut BindGroups, &mut wgpu::ComputePass<'_>)) {
+        self.cut();
         if self.profiler.is_shared_pass {
             let pass = self.pass.get_or_insert_with(|| {
                 self.profiler.compute_passes += 1;
@@ -217,6 +266,7 @@ impl<'a> Frame<'a> {
         draw: impl FnOnce(&mut BindGroups, &mut wgpu::RenderPass<'_>),
     ) {
         self.pass = None;
+        self.cut();
         let query = self.profiler.inner.begin_pass_query(label, &mut self.encoder);
         let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(label),
@@ -233,9 +283,9 @@ impl<'a> Frame<'a> {
 
     /// Submits the commands so far, waits for them, and reads the first `count` elements of a buffer.
     ///
-    /// Passes before and after this call are timed as one frame. Fails in a frame that records into the caller's encoder.
+    /// Passes before and after this call are timed as one frame. Fails in a frame whose commands the caller submits.
     pub fn read_now<T: bytemuck::Pod>(&mut self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
-        if let Commands::Callers(_) = self.encoder {
+        if let Commands::Callers(_) | Commands::Slices(_) = self.encoder {
             return Err(GpuError::Waits { what: "a buffer" });
         }
         let bytes = (count * size_of::<T>()) as u64;
@@ -254,7 +304,7 @@ impl<'a> Frame<'a> {
         read
     }
 
-    /// Submits the commands. Does not submit a caller's encoder (see [`Self::finish`]).
+    /// Submits the commands. Does not submit those that the caller submits (see [`Self::finish`]).
     pub fn submit(mut self) {
         self.close();
         let Self { queue, encoder, profiler, mut pool, number, .. } = self;
@@ -264,9 +314,13 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Ends a frame in the caller's encoder and returns its number, which the caller passes to [`submitted`] after submitting.
+    /// Ends a frame whose commands the caller submits, and returns its number, which the caller passes to [`submitted`] after submitting all.
     pub fn finish(mut self) -> u64 {
         self.close();
+        if let Commands::Slices(slices) = &mut self.encoder {
+            // No command is recorded after the last one.
+            slices.end(slice(self.device));
+        }
         self.number
     }
 
@@ -289,6 +343,10 @@ pub fn discarded(device: &wgpu::Device, queue: &wgpu::Queue, profiler: &mut Prof
     pool.capacity_policy.discarded();
     // The profiler still holds the frame's closed queries, which will never be resolved.
     profiler.renew(device, queue);
+}
+
+fn slice(device: &wgpu::Device) -> wgpu::CommandEncoder {
+    device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("slice") })
 }
 
 fn own_commands<'a>(device: &wgpu::Device) -> Commands<'a> {

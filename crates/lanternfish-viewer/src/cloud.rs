@@ -68,11 +68,11 @@ impl Cloud {
         frame.submit();
         // Pass times are discarded.
         let _ = self.profiler.finished();
-        self.rendering = Some((drawn.display, camera.clone(), size));
+        self.rendering = Some((first.on_interface(drawn.display)?, camera.clone(), size));
         Ok(())
     }
 
-    /// The last image.
+    /// The last image, on the device that paints the window.
     pub fn rendering(&self) -> Option<&wgpu::TextureView> {
         self.rendering.as_ref().map(|(rendering, ..)| rendering)
     }

@@ -84,21 +84,22 @@ impl Comparison {
         if wipe.other != Other::DeepImages {
             self.cloud = None;
         }
+        if !rests || !matches!(wipe.other, Other::Settings | Other::PathTracer) {
+            self.forget_difference();
+        }
         match wipe.other {
-            Other::Settings => self.render(first, wipe, camera)?,
+            Other::Settings => self.render(first, wipe, camera, rests)?,
             Other::PathTracer => self.trace(first, camera, rests)?,
             Other::DeepImages => self.draw_cloud(first, camera)?,
             Other::Nothing => {}
         }
-        if rests && matches!(wipe.other, Other::Settings | Other::PathTracer) {
+        if rests && wipe.other == Other::PathTracer {
             self.compare(first)?;
-        } else {
-            self.forget_difference();
         }
         Ok(())
     }
 
-    fn render(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera) -> Result<(), RenderError> {
+    fn render(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
         let viewport = match &mut self.rendered {
             Some(viewport) => viewport,
             None => {
@@ -112,10 +113,14 @@ impl Comparison {
         }
         viewport.set(&wipe.settings)?;
         viewport.resize(first.size());
-        if viewport.has_more(camera) {
-            viewport.draw(camera)?;
+        // The images of ended frames are compared, before the next frame begins.
+        if rests && viewport.shows(camera) {
+            self.compare(first)?;
         }
-        Ok(())
+        match &mut self.rendered {
+            Some(viewport) if viewport.has_more(camera) => viewport.draw(camera),
+            _ => Ok(()),
+        }
     }
 
     fn draw_cloud(&mut self, first: &Viewport, camera: &Camera) -> Result<(), RenderError> {
@@ -228,8 +233,9 @@ impl Comparison {
             news.is_new = true;
             match compared {
                 Ok(compared) => {
-                    let map = texture(&first.gpu.device, compared.size);
-                    write(&first.gpu.queue, &map, &compared.map);
+                    let interface = first.interface();
+                    let map = texture(&interface.device, compared.size);
+                    write(&interface.queue, &map, &compared.map);
                     (self.map, self.mean) = (Some(map), Some(compared.mean));
                 }
                 Err(what) => news.failed = Some(what),
@@ -239,9 +245,10 @@ impl Comparison {
     }
 
     fn show(&mut self, first: &Viewport, traced: Traced) {
+        let interface = first.interface();
         let reused = self.traced.take().filter(|(_, before)| before.size == traced.size);
-        let texture = reused.map_or_else(|| texture(&first.gpu.device, traced.size), |(texture, _)| texture);
-        write(&first.gpu.queue, &texture, &traced.bytes);
+        let texture = reused.map_or_else(|| texture(&interface.device, traced.size), |(texture, _)| texture);
+        write(&interface.queue, &texture, &traced.bytes);
         self.traced = Some((texture, traced));
     }
 
@@ -275,6 +282,16 @@ impl Comparison {
             Some(viewport) => u64::from(viewport.averaged()),
             None => self.traced.as_ref().map_or(0, |(_, traced)| traced.samples),
         }
+    }
+
+    /// The viewport of B, if B is rendered.
+    pub fn viewport(&self) -> Option<&Viewport> {
+        self.rendered.as_ref()
+    }
+
+    /// The viewport of B, if B is rendered.
+    pub fn viewport_mut(&mut self) -> Option<&mut Viewport> {
+        self.rendered.as_mut()
     }
 
     /// True if a frame of B is still in flight.

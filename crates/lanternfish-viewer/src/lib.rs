@@ -22,6 +22,7 @@ mod record;
 mod renderings;
 mod repaint_limiter;
 mod resolution_scaling;
+mod slice_scheduler;
 mod source_tree;
 mod stereo;
 mod sun;

@@ -1,18 +1,24 @@
 //! The viewport: a scene on the device, and its image in a texture that the window shows.
 
+mod shown;
+mod slices;
+
 use std::{sync::Arc, time::Instant};
 
 use glam::UVec2;
 use lanternfish::{
     Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest,
     light_culling::{clustered::GridContents, tiled::TileContents},
+    techniques::{HitLight, Probes, Sampled},
 };
 use lanternfish_gpu::{Gpu, GpuError, ShaderTexts, read_texture};
 use lanternfish_scene::{Camera, Eyes, Light, Scene};
 
+use self::{shown::ShownImage, slices::Slices};
 use crate::{
+    slice_scheduler::SliceScheduler,
     stereo,
-    texture::{FORMAT, texture},
+    texture::{FORMAT, texture, write},
 };
 
 /// Size of the image for which edited shaders are compiled, pixels.
@@ -34,8 +40,10 @@ pub struct Viewport {
     renderer: Renderer,
     uploaded: GpuScene,
     settings: Settings,
-    /// The image, or the image of each eye.
+    /// The target of frames, or the target for each eye.
     renderings: Vec<wgpu::TextureView>,
+    /// The last complete image.
+    shown: ShownImage,
     eyes: Option<Eyes>,
     size: UVec2,
     /// Number of averaged frames, and their camera.
@@ -43,6 +51,12 @@ pub struct Viewport {
     /// Number of frames submitted so far.
     drawn: u64,
     in_flight: Option<(FrameId, Instant)>,
+    /// Command buffers of the frame in flight that were not submitted.
+    slices: Slices,
+    /// True if slow frames are submitted in slices ([`Self::submit`]); otherwise [`Self::draw`] submits all of a frame.
+    slices_frames: bool,
+    /// Time of the last frame, ms.
+    last_ms: Option<f64>,
 }
 
 impl Viewport {
@@ -53,13 +67,44 @@ impl Viewport {
         Self::of(gpu, Arc::new(scene), settings, renderer)
     }
 
+    /// Makes the viewport suit a window, which `interface` paints if that is another device than the renderer's. If it is not, slow frames are
+    /// submitted in slices, so that paints do not wait for them.
+    pub fn of_window(mut self, interface: Option<Arc<Gpu>>) -> Self {
+        self.slices_frames = interface.is_none();
+        self.shown = ShownImage::new(&self.gpu, interface);
+        self
+    }
+
+    /// The device that paints the window.
+    pub fn interface(&self) -> &Gpu {
+        self.shown.interface().map_or(&self.gpu, |interface| interface)
+    }
+
+    /// True if another device than the renderer's paints the window, so paints do not wait for frames.
+    pub fn paints_apart(&self) -> bool {
+        self.shown.interface().is_some()
+    }
+
+    /// A texture on the device that paints the window, with the content of one of the renderer's device. May block until the device is idle.
+    pub fn on_interface(&self, rendering: wgpu::TextureView) -> Result<wgpu::TextureView, GpuError> {
+        let Some(interface) = self.shown.interface() else { return Ok(rendering) };
+        let texels: Vec<[u8; 4]> = read_texture(&self.gpu.device, &self.gpu.queue, rendering.texture())?;
+        let copy = texture(&interface.device, UVec2::new(rendering.texture().width(), rendering.texture().height()));
+        write(&interface.queue, &copy, texels.as_flattened());
+        Ok(copy)
+    }
+
     /// Creates a second viewport of the same scene and device with other settings. It shares compiled shaders, and uploads the scene again.
     pub fn comparison(&self, settings: &Settings) -> Result<Self, RenderError> {
         let settings = shown(settings);
         let renderer = Renderer::with_engine(self.renderer.engine(), settings.clone())?;
         let Gpu { device, queue, description } = &self.gpu;
         let gpu = Gpu { device: device.clone(), queue: queue.clone(), description: description.clone() };
-        Self::of(gpu, Arc::clone(&self.scene), settings, renderer)
+        let mut second = Self::of(gpu, Arc::clone(&self.scene), settings, renderer)?;
+        if self.slices_frames || self.paints_apart() {
+            second = second.of_window(self.shown.interface().cloned());
+        }
+        Ok(second)
     }
 
     fn of(gpu: Gpu, scene: Arc<Scene>, settings: Settings, renderer: Renderer) -> Result<Self, RenderError> {
@@ -67,6 +112,7 @@ impl Viewport {
         let (size, renderings) = (UVec2::ONE, vec![texture(&gpu.device, UVec2::ONE)]);
         let (averaged, drawn) = ((0, None), 0);
         let (report, change, in_flight) = (None, None, None);
+        let shown = ShownImage::new(&gpu, None);
         Ok(Self {
             gpu,
             scene,
@@ -76,16 +122,21 @@ impl Viewport {
             uploaded,
             settings,
             renderings,
+            shown,
             eyes: None,
             size,
             averaged,
             drawn,
             in_flight,
+            slices: Slices::default(),
+            slices_frames: false,
+            last_ms: None,
         })
     }
 
     /// Replaces the scene. After an error the current scene stays.
     pub fn open(&mut self, scene: Scene) -> Result<(), RenderError> {
+        self.flush();
         self.uploaded = self.renderer.upload(&scene)?;
         self.scene = Arc::new(scene);
         self.restart();
@@ -94,6 +145,7 @@ impl Viewport {
 
     /// Takes over the current scene of another viewport. After an error the current scene stays.
     pub fn follow(&mut self, other: &Self) -> Result<(), RenderError> {
+        self.flush();
         self.renderer.update(&mut self.uploaded, &other.scene)?;
         self.scene = Arc::clone(&other.scene);
         self.restart();
@@ -102,10 +154,12 @@ impl Viewport {
 
     /// Replaces the lights. Only changed lights are uploaded if their number stays the same. After an error the previous lights stay.
     pub fn set_lights(&mut self, lights: Vec<Light>) -> Result<(), RenderError> {
+        self.flush();
         let before = std::mem::replace(&mut Arc::make_mut(&mut self.scene).lights, lights);
         let done = self.upload_lights(&before);
         match done {
-            Ok(()) => self.restart(),
+            // A drag changes lights with each paint: the next frame waits for the one in flight.
+            Ok(()) => self.averaged = (0, None),
             Err(_) => {
                 Arc::make_mut(&mut self.scene).lights = before;
                 // Some of the new lights may already be on the device.
@@ -131,6 +185,7 @@ impl Viewport {
 
     /// Uploads changes of the scene.
     pub fn update(&mut self) -> Result<(), RenderError> {
+        self.flush();
         self.renderer.update(&mut self.uploaded, &self.scene)?;
         self.restart();
         Ok(())
@@ -142,6 +197,7 @@ impl Viewport {
         if settings == self.settings {
             return Ok(());
         }
+        self.flush();
         let change = self.renderer.set(settings.clone())?;
         if change == Change::Upload {
             match self.renderer.upload(&self.scene) {
@@ -177,6 +233,7 @@ impl Viewport {
 
     /// Replaces the library's shaders by these texts. After an error the previous shaders stay.
     pub fn edit_shaders(&mut self, texts: ShaderTexts, camera: &Camera) -> Result<(), RenderError> {
+        self.flush();
         // A small image compiles the shaders and reports their errors.
         let tried = texture(&self.gpu.device, TRIAL_SIZE);
         let request = ViewRequest::of_camera(0, camera, TRIAL_SIZE.into(), Target::Display(&tried, FORMAT));
@@ -222,6 +279,7 @@ impl Viewport {
         if size == self.size {
             return false;
         }
+        self.flush();
         self.size = size;
         self.make_images();
         true
@@ -230,6 +288,7 @@ impl Viewport {
     /// Changes to stereo, or to mono for `None`.
     pub fn show_to(&mut self, eyes: Option<Eyes>) {
         if self.eyes != eyes {
+            self.flush();
             self.eyes = eyes;
             self.make_images();
         }
@@ -251,14 +310,14 @@ impl Viewport {
         stereo::cameras(self.eyes, camera, self.size.x as f32 / self.size.y as f32)
     }
 
-    /// The display-encoded image; the left eye's in stereo.
+    /// The display-encoded image of the last complete frame, on the device that paints; the left eye's in stereo.
     pub fn rendering(&self) -> &wgpu::TextureView {
-        &self.renderings[0]
+        &self.shown.textures()[0]
     }
 
-    /// The right eye's image; `None` for a mono image.
+    /// The right eye's image; `None` for a mono image. Until the first stereo frame is complete, both eyes see the last mono image.
     pub fn right_image(&self) -> Option<&wgpu::TextureView> {
-        self.renderings.get(1)
+        self.eyes.map(|_| self.shown.textures().get(1).unwrap_or(self.rendering()))
     }
 
     /// Width and height of one eye's image, pixels.
@@ -291,44 +350,41 @@ impl Viewport {
         self.in_flight.is_some()
     }
 
-    /// Submits the next frame. At most one frame may be in flight, so that paints of the window run in between.
+    /// Records and submits the next frame. At most one frame may be in flight, so that paints of the window run in between. In a window, a slow
+    /// frame is submitted later, by [`Self::submit`].
     pub fn draw(&mut self, camera: &Camera) -> Result<(), RenderError> {
         let begun = Instant::now();
-        let mut commands = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let cameras = self.cameras(camera);
         let request = |(key, (camera, rendering))| {
             ViewRequest::of_camera(key, camera, self.size.into(), Target::Display(rendering, FORMAT))
         };
         let requests: Vec<_> = (0..).zip(cameras.iter().zip(&self.renderings)).map(request).collect();
-        let frame = self.renderer.record(&mut commands, &self.uploaded, &requests)?;
-        self.gpu.queue.submit([commands.finish()]);
-        self.renderer.submitted(frame);
+        let is_sliced = self.slices_frames && SliceScheduler::slices(self.last_ms);
+        let (frame, mut slices) = if is_sliced {
+            self.renderer.record_slices(&self.uploaded, &requests)?
+        } else {
+            let mut commands = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let frame = self.renderer.record(&mut commands, &self.uploaded, &requests)?;
+            (frame, vec![commands.finish()])
+        };
+        slices.extend(self.shown.record(&self.gpu, &self.renderings));
+        self.slices = Slices::new(slices);
+        tracing::trace!("recorded in {:.1?}: {} slices", begun.elapsed(), self.slices.left());
         let continues = self.averaged.1.as_ref() == Some(camera);
         self.averaged = (if continues { self.averaged.0 + 1 } else { 1 }, Some(camera.clone()));
         self.drawn += 1;
         self.in_flight = Some((frame, begun));
-        Ok(())
-    }
-
-    /// Polls submitted frames. Returns the time from recording to completion of a frame that has ended, ms.
-    pub fn poll(&mut self) -> Option<f64> {
-        let mut took = None;
-        while let Some(report) = self.renderer.poll() {
-            if let Some((_, since)) = self.in_flight.take_if(|(frame, _)| *frame == report.frame) {
-                took = Some(1e3 * since.elapsed().as_secs_f64());
-            }
-            if !report.is_complete {
-                // An incomplete frame is not shown, so accumulation restarts.
-                self.averaged = (0, None);
-            }
-            self.report = Some(report);
+        // A driver may wait in `submit` for the submission before, and the window with it: the frame of the other side.
+        if !is_sliced && !self.paints_apart() {
+            self.flush();
         }
-        took
+        Ok(())
     }
 
     fn restart(&mut self) {
         self.averaged = (0, None);
         self.in_flight = None;
+        self.shown.forget();
     }
 }
 
@@ -338,10 +394,17 @@ pub fn at_rest(settings: &Settings) -> Settings {
     Settings { accumulate, ..settings.clone() }
 }
 
-/// Settings for the window's renderer: accumulation is on except for debug views.
+/// Settings for the window's renderer: accumulation is on except for debug views. Rays from every pixel begin with the first frame at rest; in motion,
+/// indirect light is from screen probes.
 fn shown(settings: &Settings) -> Settings {
     let accumulate = if settings.debug_view.is_some() { 1 } else { 2 };
-    Settings { accumulate, ..settings.clone() }
+    let indirect = match settings.indirect.get::<Sampled>() {
+        Some(per_pixel) if per_pixel.hit_light == HitLight::Cached => {
+            Probes { per_pixel: *per_pixel, ..Probes::default() }.into()
+        }
+        _ => settings.indirect.clone(),
+    };
+    Settings { accumulate, indirect, ..settings.clone() }
 }
 
 #[cfg(test)]

@@ -2,13 +2,17 @@
 
 mod frame;
 mod renderings;
+mod slices;
 
 use std::{
     path::{Path, PathBuf},
+    sync::Arc,
     time::{Duration, Instant},
 };
 
 use glam::UVec2;
+use lanternfish::RenderError;
+use lanternfish_gpu::Gpu;
 use lanternfish_scene::generate::Rain;
 use winit::{
     event_loop::{ActiveEventLoop, OwnedDisplayHandle},
@@ -16,7 +20,9 @@ use winit::{
 };
 
 use crate::{
-    Keeper, Moment, Opened, Opener, Start, ViewerError, Writer, clusters,
+    Keeper, Moment, Opened, Opener, Start, ViewerError, Writer,
+    background::ProbeResult,
+    clusters,
     comparison::Comparison,
     controls::Controls,
     events::{self, Program},
@@ -26,6 +32,7 @@ use crate::{
     record::Recorder,
     repaint_limiter::RepaintLimiter,
     resolution_scaling::ResolutionScaling,
+    slice_scheduler::SliceScheduler,
     source_tree::{self, SourceTree},
     stereo::Stereo,
     surface::{self, Registered, Surface},
@@ -38,6 +45,8 @@ use crate::{
 const REST: Duration = Duration::from_millis(250);
 /// Shortest and longest period of device polls while no event arrives.
 const POLL_PERIODS: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(8)];
+/// Period of paints while something moves and a frame is in flight.
+const MOTION_PERIOD: Duration = Duration::from_millis(100);
 /// Device polls per frame of the image, within [`POLL_PERIODS`].
 const POLLS_PER_FRAME: f64 = 200.0;
 
@@ -51,6 +60,9 @@ struct Viewer {
     comparison: Comparison,
     name: String,
     resolution_scaling: ResolutionScaling,
+    slice_scheduler: SliceScheduler,
+    /// The result of a probe that arrived while a frame was in flight.
+    probe_result: Option<ProbeResult>,
     /// Size of the image's area in the window, pixels.
     viewport_size: UVec2,
     /// The time of animation and light rain that is on the device.
@@ -113,7 +125,14 @@ impl Program for Viewer {
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
         let clip = player::clip_at(&scene, rain.is_some(), moment);
-        let viewport = Viewport::new(gpu, scene, &settings)?;
+        // A software adapter has passes that take seconds. On a second device, the operating system runs paints beside them.
+        let (gpu, interface) = match gpu.description.kind {
+            wgpu::DeviceType::Cpu => {
+                (Gpu::open_listed(&gpu.description).map_err(RenderError::from)?, Some(Arc::new(gpu)))
+            }
+            _ => (gpu, None),
+        };
+        let viewport = Viewport::new(gpu, scene, &settings)?.of_window(interface);
         let state = State {
             defaults: settings.clone(),
             wipe: Wipe::new(&settings),
@@ -140,6 +159,8 @@ impl Program for Viewer {
             comparison: Comparison::default(),
             name,
             resolution_scaling: ResolutionScaling::default(),
+            slice_scheduler: SliceScheduler::default(),
+            probe_result: None,
             viewport_size,
             // The uploaded scene is in the state at 0 s.
             moment: moment.map(|moment| Moment { time: 0.0, ..moment }),
@@ -163,7 +184,7 @@ impl Program for Viewer {
     }
 
     fn surface(&mut self) -> (&mut Surface, &wgpu::Device) {
-        (&mut self.surface, &self.viewport.gpu.device)
+        (&mut self.surface, &self.viewport.interface().device)
     }
 
     fn dropped(&mut self, path: &Path) {
@@ -176,7 +197,12 @@ impl Program for Viewer {
 
     fn has_news(&mut self) -> bool {
         let is_news = self.read_shaders() | self.poll();
-        is_news || self.has_more() && !self.only_accumulates()
+        let is_next = match self.moves() && self.is_busy() {
+            // The camera moves on, though the frame in flight is of the camera before.
+            true => self.painted.0.elapsed() >= MOTION_PERIOD,
+            false => self.has_more() && !self.only_accumulates(),
+        };
+        self.proceed(is_news || is_next)
     }
 
     fn go_on(&mut self) {
@@ -220,6 +246,9 @@ impl Viewer {
     /// Time until the next device poll.
     fn period(&self) -> Duration {
         let [least, most] = POLL_PERIODS;
+        if self.has_slices() {
+            return least;
+        }
         Duration::from_secs_f64(1e-3 * self.frame_ms / POLLS_PER_FRAME).clamp(least, most)
     }
 
@@ -239,7 +268,11 @@ impl Viewer {
     fn poll(&mut self) -> bool {
         let of_first = self.viewport.poll();
         let news = self.comparison.poll(&self.viewport);
-        if let Some(result) = news.probe_result
+        self.probe_result = news.probe_result.or(self.probe_result.take());
+        // Reading of clusters and tiles would wait for the frame in flight.
+        let probe_result = self.probe_result.take_if(|_| !self.viewport.is_busy());
+        let has_probed = probe_result.is_some();
+        if let Some(result) = probe_result
             && let Some(pointed) = &mut self.state.pointed
         {
             let place = result.place.as_ref().filter(|_| self.viewport.shows(&pointed.camera));
@@ -255,13 +288,18 @@ impl Viewer {
         }
         if let Some(ms) = news.ms.or(of_first) {
             let size = self.viewport.size();
-            self.resolution_scaling.took(u64::from(size.x) * u64::from(size.y), ms);
+            // An incomplete frame is drawn again in its size, with larger lists.
+            if self.viewport.report.as_ref().is_some_and(|report| report.is_complete) {
+                self.resolution_scaling.took(u64::from(size.x) * u64::from(size.y), ms);
+            }
             self.frame_ms = ms;
             self.memory.refresh(&self.viewport);
             let now = 1e3 * self.opened.elapsed().as_secs_f64();
             let period = self.repaint_limiter.ended(now, !self.moves() && self.has_more());
+            let passes = self.viewport.report.iter().flat_map(|report| &report.passes);
+            let on_device: f64 = passes.map(|pass| pass.ms).sum();
             tracing::debug!(
-                "frame of {size} pixels: {ms:.1} ms; mean of {} frames; {period:.1?} since the last frame; a paint takes {:.1?} ms",
+                "frame of {size} pixels: {ms:.1} ms, {on_device:.1} on the device; mean of {} frames; {period:.1?} since the last; a paint takes {:.1?} ms",
                 self.viewport.averaged(),
                 self.repaint_limiter.ms()
             );
@@ -269,7 +307,7 @@ impl Viewer {
         if of_first.is_some() {
             self.keep_image();
         }
-        news.is_new || of_first.is_some() && !self.has_more()
+        news.is_new || has_probed || of_first.is_some() && !self.has_more()
     }
 
     /// Reloads shaders of the source tree that were saved since the last call. Returns true if there were any.

@@ -20,7 +20,7 @@ use clap::{Args, builder::PossibleValuesParser};
 use lanternfish::{
     GpuScene, RenderedImage, Renderer,
     settings::{History, Quality, Settings},
-    techniques::{IndirectClamp, Sampled},
+    techniques::{IndirectClamp, Probes, Sampled},
 };
 use lanternfish_cli::{
     error::CliError,
@@ -95,6 +95,10 @@ fn cases() -> Vec<Case> {
         Case { name: "good", settings: |look| with(look, Quality::Good.sampled(), History::Off) },
         Case { name: "good, history", settings: |look| with(look, Quality::Good.sampled(), History::On) },
         Case { name: "draft, history", settings: |look| with(look, Quality::Draft.sampled(), History::On) },
+        Case {
+            name: "probes, history",
+            settings: |look| Settings { indirect: Probes::default().into(), history: History::On, ..look.clone() },
+        },
     ]
 }
 

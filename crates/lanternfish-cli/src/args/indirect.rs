@@ -22,7 +22,7 @@ pub struct IndirectArgs {
     indirect: TechniqueFlag<dyn IndirectTechnique>,
     /// Quality preset.
     ///
-    /// Sets the flags below that are not given, for --indirect sampled.
+    /// Sets the flags below that are not given, and with draft --indirect probes.
     #[arg(long, value_name = "NAME", value_parser = choice::<Quality>(), default_value_t = Quality::default())]
     pub quality: Quality,
     #[command(flatten)]
@@ -70,13 +70,16 @@ pub struct IndirectArgs {
 impl IndirectArgs {
     /// The library's setting.
     pub fn indirect(&self) -> Indirect {
-        self.indirect_parameters.turned(self.indirect.0.clone().of_quality(self.quality))
+        let preset = Indirect::preset(self.quality);
+        let chosen =
+            if self.indirect.is_given { self.indirect.choice.clone().of_quality(self.quality) } else { preset };
+        self.indirect_parameters.turned(chosen)
     }
 
     /// Samples per pixel for an image that averages `frames` frames. Averaged frames jitter the sample position, so edges are
     /// smooth without multisampling; with multisampling too, edges smear over neighbouring pixels.
     pub fn samples(&self, frames: u32) -> Samples {
-        match self.indirect.0.is_none() {
+        match self.indirect.choice.is_none() {
             _ if frames >= SMOOTH_FRAMES => Samples::One,
             true => Settings::direct_light().samples,
             false => self.quality.samples(),
@@ -85,13 +88,13 @@ impl IndirectArgs {
 
     /// The library's setting.
     pub fn occlusion(&self) -> Occlusion {
-        self.occlusion_parameters.turned(self.occlusion.0.clone())
+        self.occlusion_parameters.turned(self.occlusion.choice.clone())
     }
 
     /// Settings of the deep images that both use.
     pub fn deep_images(&self) -> DeepImageSettings {
         let usual = DeepImageSettings::default();
-        let spent = match self.indirect.0.is_none() {
+        let spent = match self.indirect.choice.is_none() {
             true => usual.resolution,
             false => DeepImageSettings::of_quality(self.quality).resolution,
         };

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser, parser::ValueSource};
 use lanternfish::technique::{Choice, Kind, ParameterInfo, Range};
 
 use crate::{choices::names, flags::as_flags, parse};
@@ -12,7 +12,12 @@ const RENAMED: [(&str, &str); 1] = [("cache-cells", "cache-entries")];
 
 /// The flag that chooses a technique.
 #[derive(Clone, Debug)]
-pub struct TechniqueFlag<K: Kind + ?Sized>(pub Choice<K>);
+pub struct TechniqueFlag<K: Kind + ?Sized> {
+    /// The technique, with its default parameters.
+    pub choice: Choice<K>,
+    /// False: it is the default.
+    pub is_given: bool,
+}
 
 impl<K: Kind + ?Sized> Args for TechniqueFlag<K> {
     fn augment_args(command: Command) -> Command {
@@ -32,7 +37,8 @@ impl<K: Kind + ?Sized> Args for TechniqueFlag<K> {
 impl<K: Kind + ?Sized> FromArgMatches for TechniqueFlag<K> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let name = matches.get_one::<String>(K::FLAG).expect("it has a default");
-        Ok(Self(Choice::named(name).expect("clap lets only known names through")))
+        let choice = Choice::named(name).expect("clap lets only known names through");
+        Ok(Self { choice, is_given: matches.value_source(K::FLAG) != Some(ValueSource::DefaultValue) })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -71,7 +71,7 @@ pub struct TechniqueArgs {
 impl TechniqueArgs {
     /// The technique of direct light that these flags choose.
     pub fn direct(&self) -> Direct {
-        self.direct_parameters.turned(self.direct.0.clone())
+        self.direct_parameters.turned(self.direct.choice.clone())
     }
 
     /// The technique that follows the number of lights, with the parameters of these flags.
@@ -81,6 +81,6 @@ impl TechniqueArgs {
 
     /// The light culling that these flags choose.
     pub fn culling(&self) -> Culling {
-        self.culling_parameters.turned(self.culling.0.clone())
+        self.culling_parameters.turned(self.culling.choice.clone())
     }
 }

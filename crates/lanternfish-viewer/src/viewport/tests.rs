@@ -1,3 +1,5 @@
+mod slices;
+
 use glam::{Vec3, Vec3Swizzles};
 use lanternfish::{
     settings::{Culling, DebugView, Exposure, Indirect, Quality, Shadows},

@@ -29,7 +29,7 @@ impl Viewer {
         };
         let shown = [Some(self.viewport.rendering()), right, self.comparison.map()];
         for (registered, texture) in self.renderings.iter_mut().zip(shown) {
-            self.surface.register(&self.viewport.gpu.device, registered, texture, wgpu::FilterMode::Linear);
+            self.surface.register(&self.viewport.interface().device, registered, texture, wgpu::FilterMode::Linear);
         }
         let (requested, output) = self.panels(seconds);
         if let Some(recorder) = &mut self.recorder {
@@ -56,16 +56,22 @@ impl Viewer {
         }
         // While something moves, the frame is drawn before the paint, for low latency. At rest the window is painted first, since
         // a driver may delay the paint until the submitted frame is complete.
-        let paints_first = was_idle && !self.moves();
+        // Recording of the first frame compiles shaders.
+        let paints_first = was_idle && !self.moves() || self.viewport.drawn() == 0;
         if !paints_first && !self.is_busy() {
             self.toggle_birds_eye();
             self.draw_both(seconds);
         }
-        self.surface.paint(&self.viewport.gpu, output);
+        self.surface.paint(self.viewport.interface(), output);
         self.repaint_limiter.painted();
+        if !self.viewport.paints_apart() {
+            self.slice_scheduler.painted();
+        }
         self.painted = (Instant::now(), self.viewport.mean());
         if paints_first {
-            self.repaint_limiter.took(1e3 * self.last.elapsed().as_secs_f64());
+            if self.viewport.drawn() > 0 {
+                self.repaint_limiter.took(1e3 * self.last.elapsed().as_secs_f64());
+            }
             if !self.is_busy() {
                 self.toggle_birds_eye();
                 self.draw_both(seconds);

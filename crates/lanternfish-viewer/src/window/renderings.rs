@@ -27,6 +27,7 @@ impl Viewer {
             self.state.settings = self.viewport.settings().clone();
             self.state.written = None;
         }
+        self.slice_scheduler.begin();
     }
 
     /// Draws the next frame of A, if it would change the image.

@@ -29,6 +29,7 @@ use crate::{
     texture::frame_layers,
 };
 
+use self::probes::Probes;
 pub use self::counters::Counters;
 pub use self::smoothing::{IndirectClamp, IndirectResolution};
 
@@ -96,8 +97,8 @@ named_enum! {
     /// Quality of indirect light: rays per pixel and samples per cache entry.
     #[derive(Default)]
     Quality {
-        /// 4 diffuse and 1 glossy rays from every fourth pixel, through the BVH.
-        Draft = "draft": "4 diffuse and 1 glossy rays from every fourth pixel, through the BVH",
+        /// Screen probes: about one ray per pixel. In further frames of a mean, 4 diffuse and 1 glossy rays from every fourth pixel.
+        Draft = "draft": "Screen probes: about one ray per pixel, through the BVH",
         /// 8 diffuse and 4 glossy rays per pixel, through the BVH; 16 and 4 in an image's first frame if the radiance cache lights their hits.
         #[default]
         Good = "good": "8 diffuse and 4 glossy rays per pixel, 16 and 4 in an image's first frame, through the BVH",
@@ -117,6 +118,14 @@ impl Quality {
 }
 
 impl Indirect {
+    /// The technique of a quality.
+    pub fn preset(quality: Quality) -> Self {
+        match quality {
+            Quality::Draft => Probes::of(quality).into(),
+            Quality::Good | Quality::Best => quality.sampled().into(),
+        }
+    }
+
     /// The same technique with the parameters of a quality.
     pub fn of_quality(mut self, quality: Quality) -> Self {
         if let Some(technique) = self.technique_mut() {

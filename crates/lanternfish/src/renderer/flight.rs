@@ -58,6 +58,14 @@ impl Flight {
     }
 }
 
+/// Destination of a frame's commands.
+enum Commands<'a> {
+    /// The caller's command encoder.
+    Encoder(&'a mut wgpu::CommandEncoder),
+    /// Command buffers, one for each pass.
+    Slices(&'a mut Vec<wgpu::CommandBuffer>),
+}
+
 #[derive(Debug)]
 struct Last {
     frame: FrameId,
@@ -135,6 +143,27 @@ impl Renderer {
         scene: &GpuScene,
         views: &[ViewRequest<'_>],
     ) -> Result<FrameId, RenderError> {
+        self.record_into(Commands::Encoder(commands), scene, views)
+    }
+
+    /// Like [`Self::record`], but returns the frame as command buffers, one for each pass. Submit all of them in order, in as many
+    /// submissions as desired, then call [`Self::submitted`]. The device executes submissions in order, so a program that submits slices of
+    /// a slow frame one after the other can paint its interface between them. The image is the same to the bit.
+    pub fn record_slices(
+        &mut self,
+        scene: &GpuScene,
+        views: &[ViewRequest<'_>],
+    ) -> Result<(FrameId, Vec<wgpu::CommandBuffer>), RenderError> {
+        let mut slices = Vec::new();
+        Ok((self.record_into(Commands::Slices(&mut slices), scene, views)?, slices))
+    }
+
+    fn record_into(
+        &mut self,
+        commands: Commands<'_>,
+        scene: &GpuScene,
+        views: &[ViewRequest<'_>],
+    ) -> Result<FrameId, RenderError> {
         self.check_device()?;
         let requested = self.requested(scene, views)?;
         self.use_growth(Growth::Deferred)?;
@@ -144,7 +173,11 @@ impl Renderer {
             let moved: Vec<View> = requested.iter().map(|view| view.of_frame(index)).collect();
             let context = FrameContext { scene, views: &moved, is_averaged, requests: views };
             let pool = this.pool.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
-            let mut frame = Frame::within(&this.device, &this.queue, &mut this.profiler, pool, commands);
+            let (device, queue, profiler) = (&this.device, &this.queue, &mut this.profiler);
+            let mut frame = match commands {
+                Commands::Encoder(commands) => Frame::within(device, queue, profiler, pool, commands),
+                Commands::Slices(slices) => Frame::sliced(device, queue, profiler, pool, slices),
+            };
             let results = this.engine.within(|| this.passes.record(&mut frame, &context))?;
             let frame = FrameId(frame.finish());
             if is_averaged {

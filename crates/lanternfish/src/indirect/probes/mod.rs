@@ -22,7 +22,7 @@ use super::{
     DemodulatedIrradiance, IndirectPasses, IndirectResolution, layers_target,
     radiance_cache::CacheOfFrame,
     sampled::{CachedFrame, PROBES, RayGrid, RayPasses, SampledLight, SampledParameters, diffuse_blur, glossy_blur},
-    smoothing::{PixelIrradiance, Smoothed},
+    smoothing::PixelIrradiance,
 };
 use crate::{
     context::ViewContext,
@@ -56,8 +56,8 @@ gpu_struct! {
         has_pixel_rays: u32,
         /// Least perceptual roughness of surfaces whose glossy light is from probes.
         least_roughness: f32,
-        /// 1: light of these rays is also diffuse, from emissive triangles.
-        has_emitters: u32,
+        /// Unused.
+        _pad: u32,
         /// Tiles, across and down.
         tiles: UVec2,
     }
@@ -66,7 +66,7 @@ gpu_struct! {
 /// Size of `ProbeSums`, bytes.
 const SUMS_BYTES: u64 = 144;
 /// Perceptual roughness from which on the glossy lobe reads the probes.
-const LEAST_ROUGHNESS: f32 = 0.6;
+const LEAST_ROUGHNESS: f32 = 0.5;
 
 /// The passes.
 #[derive(Debug)]
@@ -186,7 +186,7 @@ impl ProbeLight {
         let cache = self.light.cache.as_mut();
         let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: false });
         counters.push(self.light.rays.record(frame, view_context, surface, &grid, cached)?);
-        Ok(Some(self.light.smoothing.resolved(frame, view_context, surface, &irradiance)))
+        Ok(Some(self.light.smoothing.record_small(frame, view_context, surface, &irradiance)))
     }
 }
 
@@ -201,7 +201,7 @@ impl IndirectPasses for ProbeLight {
         view_context: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<DemodulatedIrradiance, RenderError> {
-        let ViewContext { scene, view, buffer, .. } = view_context;
+        let ViewContext { view, buffer, .. } = view_context;
         let Some(cache) = self.light.cache.as_mut().filter(|_| view.frame_index == 0) else {
             return self.light.record(frame, view_context, surface);
         };
@@ -211,7 +211,6 @@ impl IndirectPasses for ProbeLight {
             tile: self.settings.probe_size,
             tiles: surface.size.map(|side| side.div_ceil(self.settings.probe_size)),
             has_pixel_rays: 0,
-            has_emitters: scene.has_emissive_triangles().into(),
             least_roughness: if self.light.settings.glossy_rays > 0 { LEAST_ROUGHNESS } else { f32::MAX },
             ..Default::default()
         };
@@ -234,10 +233,7 @@ impl IndirectPasses for ProbeLight {
             .texture("filtered_irradiance", of_pixels.as_ref().unwrap_or(&unread))
             .texture("filtered", &layers);
         frame.dispatch(&self.interpolate, &interpolating, groups(&self.interpolate, surface.size));
-        let settings = &self.light.settings;
-        let radius = if of_pixels.is_some() { settings.filter_radius } else { 0 };
-        let smoothed = Smoothed::new(radius, false, 1).with_deviations();
-        let layers = self.light.smoothing.record_layers(frame, view_context, surface, &smoothed, layers)?;
+        let layers = self.light.smoothing.accumulated(frame, view_context, surface, layers)?;
         counters.push(of_frame.counters);
         Ok(DemodulatedIrradiance { layers, counters })
     }

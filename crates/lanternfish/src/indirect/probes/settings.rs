@@ -29,8 +29,8 @@ pub struct Probes {
     pub probe_rays: u32,
     /// Rays from every pixel, in all frames of a mean but the first; and the parameters of the tracer, the cache and the filter in each frame.
     pub per_pixel: Sampled,
-    /// Every frame has rays from every pixel.
-    is_per_pixel: bool,
+    /// Every frame has rays from every pixel: set for transparent surfaces.
+    pub is_per_pixel: bool,
 }
 
 impl Default for Probes {
@@ -41,7 +41,7 @@ impl Default for Probes {
 
 impl Probes {
     /// The parameters of a quality.
-    const fn of(quality: Quality) -> Self {
+    pub const fn of(quality: Quality) -> Self {
         let probe_rays = match quality {
             Quality::Draft | Quality::Good => 32,
             Quality::Best => 128,

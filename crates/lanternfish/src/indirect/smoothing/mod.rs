@@ -48,6 +48,10 @@ gpu_struct! {
         redistribution: u32,
         /// 1: the alphas of the layers hold the standard deviations of the pixels' estimates.
         has_deviations: u32,
+        /// Pixels of the image per pixel of the layers, along an edge: 1 or 2.
+        layer_scale: u32,
+        /// Unused.
+        _pad: u32,
     }
 }
 
@@ -199,7 +203,7 @@ impl Smoothed {
         // The filter radius scales with 1/√frames, as noise does.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
         let redistribution = radius.div_ceil(REDISTRIBUTE);
-        Self(SmoothingParameters { scale: 1, radius, axis: 0, clamp_frames, redistribution, has_deviations: 0 })
+        Self(SmoothingParameters { scale: 1, radius, axis: 0, clamp_frames, redistribution, has_deviations: 0, layer_scale: 1, _pad: 0 })
     }
 
     /// The same for layers whose alphas hold the standard deviations of the pixels' estimates (layers 0 and 2, luminance), and the luminances of light
@@ -265,23 +269,55 @@ impl Smoothing {
         surface: &Surface,
         irradiance: &PixelIrradiance,
     ) -> Result<wgpu::TextureView, RenderError> {
-        let found = self.resolved(frame, view, surface, irradiance);
+        let found = layers_target(frame, irradiance.rendering);
+        let surfaces = view.buffer.bindings().with(&surface.bindings());
+        let resolving = surfaces.with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
+        frame.dispatch(&self.resolve, &resolving.texture("filtered", &found), self.groups(irradiance.rendering));
         self.record_layers(frame, view, surface, &Smoothed(irradiance.parameters), found)
     }
 
-    /// Records the pass that interpolates the finished sums to the image's pixels. Returns the layers.
-    pub(super) fn resolved(
+    /// Records the passes that smooth the finished sums at the resolution of the rays. Returns layers of that size.
+    pub(super) fn record_small(
         &self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
         irradiance: &PixelIrradiance,
     ) -> wgpu::TextureView {
-        let found = layers_target(frame, irradiance.rendering);
+        let PixelIrradiance { size, parameters, .. } = *irradiance;
+        let small = SmoothingParameters {
+            layer_scale: parameters.scale,
+            radius: parameters.radius.div_ceil(parameters.scale),
+            ..parameters
+        };
+        let [mut current, mut next] = std::array::from_fn(|_| layers_target(frame, size));
         let surfaces = view.buffer.bindings().with(&surface.bindings());
-        let resolving = surfaces.with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
-        frame.dispatch(&self.resolve, &resolving.texture("filtered", &found), self.groups(irradiance.rendering));
-        found
+        let uniform = frame.uniform(&small);
+        let resolving = surfaces.clone().part("smoothing", &uniform).buffer("finished_irradiance", &irradiance.irradiance);
+        frame.dispatch(&self.resolve, &resolving.texture("filtered", &current), self.groups(size));
+        for (kernel, axis) in [(&self.firefly_clamp, 0), (&self.filter, 0), (&self.filter, 1)] {
+            let uniform = frame.uniform(&SmoothingParameters { axis, ..small });
+            let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_irradiance", &current);
+            frame.dispatch(kernel, &smoothing.texture("filtered", &next), self.groups(size));
+            std::mem::swap(&mut current, &mut next);
+        }
+        current
+    }
+
+    /// Records the accumulation of layers without noise with their history, if there is one.
+    pub(super) fn accumulated(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+        found: wgpu::TextureView,
+    ) -> Result<wgpu::TextureView, RenderError> {
+        let Some((histories, motion)) = self.histories.as_mut().zip(surface.motion.as_ref()) else { return Ok(found) };
+        let mixed = layers_target(frame, surface.size);
+        let (requested_frames, clamped_frames) = (0.0, 0.0);
+        let mix = Mix { surface, motion, found: &found, mixed: &mixed, requested_frames, clamped_frames };
+        histories.record(frame, view, &mix)?;
+        Ok(mixed)
     }
 
     /// Workgroups of the passes over an image of this size.

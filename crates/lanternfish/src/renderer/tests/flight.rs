@@ -1,6 +1,7 @@
 //! Frames in the caller's commands: they equal rendered images, and no call waits for the device.
 
 mod answers;
+mod slices;
 
 use glam::{Affine3A, Vec3, Vec4};
 use half::f16;
