@@ -5,6 +5,7 @@ mod history;
 mod lamps;
 mod new_entries;
 mod noise;
+mod probes;
 mod rounds;
 mod table;
 mod tracers;

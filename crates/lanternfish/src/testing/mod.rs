@@ -30,7 +30,7 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-const PROBES: [ShaderSource; 14] = [
+const PROBES: [ShaderSource; 16] = [
     ("testing/cell_table", include_str!("cell_table.wesl")),
     ("testing/functions", include_str!("functions.wesl")),
     ("testing/light_samples", include_str!("light_samples.wesl")),
@@ -38,11 +38,13 @@ const PROBES: [ShaderSource; 14] = [
     ("testing/masks", include_str!("masks.wesl")),
     ("testing/motion", include_str!("motion.wesl")),
     ("testing/pixels", include_str!("pixels.wesl")),
+    ("testing/probe_coverage", include_str!("probe_coverage.wesl")),
     ("testing/radiance_cache", include_str!("radiance_cache.wesl")),
     ("testing/radiance_cache_rays", include_str!("radiance_cache_rays.wesl")),
     ("testing/random", include_str!("random.wesl")),
     ("testing/ray_weights", include_str!("ray_weights.wesl")),
     ("testing/roulette", include_str!("roulette.wesl")),
+    ("testing/screen_probes", include_str!("screen_probes.wesl")),
     ("testing/segments", include_str!("segments.wesl")),
     ("testing/unmarked", include_str!("unmarked.wesl")),
 ];

@@ -104,7 +104,4 @@ impl Placed {
 }
 
 #[cfg(test)]
-#[test]
-fn most_further_probes_are_the_shaders() {
-    assert_eq!(crate::shaders::constant("indirect/probes/list", "MOST_FURTHER"), f64::from(MOST_FURTHER));
-}
+mod tests;
