@@ -2,7 +2,7 @@
 
 use crate::{
     direct_light::DirectTechnique,
-    indirect::IndirectTechnique,
+    indirect::{Indirect, IndirectTechnique, Quality},
     light_culling::CullingTechnique,
     occlusion::OcclusionTechnique,
     rays::{OwnTracers, Tracer},
@@ -14,9 +14,8 @@ pub use crate::{
     direct_light::sampled::{Denoise, LightChoice, LightRays, SampledLights},
     indirect::{
         IndirectClamp, IndirectResolution,
-        probes::Probes,
         radiance_cache::Bounces,
-        sampled::{HitLight, Sampled},
+        sampled::{HitLight, Sampled, probes::Probes},
     },
     light_culling::{
         TileSize,
@@ -76,6 +75,16 @@ impl Kind for dyn IndirectTechnique {
         static REGISTRY: Registry<dyn IndirectTechnique> =
             Registry::new(|| vec![Sampled::default().into(), Probes::default().into()]);
         &REGISTRY
+    }
+}
+
+impl Indirect {
+    /// The technique of a quality.
+    pub fn preset(quality: Quality) -> Self {
+        match quality {
+            Quality::Draft => Probes::of(quality).into(),
+            Quality::Good | Quality::Best => quality.sampled().into(),
+        }
     }
 }
 

@@ -5,7 +5,6 @@
 
 mod counters;
 pub(crate) mod history;
-pub mod probes;
 pub(crate) mod radiance_cache;
 pub mod sampled;
 pub mod smoothing;
@@ -30,7 +29,6 @@ use crate::{
 };
 
 pub use self::counters::Counters;
-use self::probes::Probes;
 pub use self::smoothing::{IndirectClamp, IndirectResolution};
 
 /// Shading adds indirect light.
@@ -118,14 +116,6 @@ impl Quality {
 }
 
 impl Indirect {
-    /// The technique of a quality.
-    pub fn preset(quality: Quality) -> Self {
-        match quality {
-            Quality::Draft => Probes::of(quality).into(),
-            Quality::Good | Quality::Best => quality.sampled().into(),
-        }
-    }
-
     /// The same technique with the parameters of a quality.
     pub fn of_quality(mut self, quality: Quality) -> Self {
         if let Some(technique) = self.technique_mut() {

@@ -62,5 +62,5 @@ pub fn limit_samples_and_first_entries(samples: u64, first_entries: u32) {
 
 /// Sets, for this thread, the initial capacity of the list of further screen probes; `None`: the usual one.
 pub fn limit_first_further_probes(capacity: Option<u64>) {
-    crate::indirect::probes::FIRST_FURTHER_IN_TESTS.set(capacity);
+    crate::indirect::sampled::probes::FIRST_FURTHER_IN_TESTS.set(capacity);
 }

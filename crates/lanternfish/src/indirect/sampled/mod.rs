@@ -7,6 +7,7 @@
 
 mod entries;
 mod passes;
+pub mod probes;
 pub(super) mod sample_order;
 pub(super) mod settings;
 mod targets;
@@ -18,7 +19,7 @@ pub use self::settings::{HitLight, Sampled};
 use self::settings::{LEAST_ENTRIES, MOST_ENTRIES, MOST_FIRST_RAYS, MOST_SAMPLES};
 #[cfg(any(test, feature = "testing"))]
 pub(crate) use self::targets::MOST_SAMPLES_IN_TESTS;
-pub(super) use self::{
+use self::{
     entries::CachedFrame,
     passes::{RayGrid, RayPasses},
 };

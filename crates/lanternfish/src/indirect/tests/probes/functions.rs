@@ -99,7 +99,7 @@ fn irradiance_is_exact(library: &ShaderLibrary) -> Result<(), String> {
 #[test]
 fn harmonics_give_the_irradiance_of_smooth_radiance() {
     irradiance_is_exact(&library()).unwrap();
-    let module = "indirect/probes/spherical_harmonics";
+    let module = "indirect/sampled/probes/spherical_harmonics";
     for (text, by) in [("0.48860251 * d.y", "0.48 * d.y"), ("d.y * d.z", "d.x * d.z"), ("3.0 * d.z * d.z - 1.0", "d.z")]
     {
         assert!(irradiance_is_exact(&edited_library(module, text, by)).is_err(), "blind to {by}");
@@ -130,7 +130,7 @@ fn off_of_factors(library: &ShaderLibrary) -> f64 {
 fn grazing_factors_are_integrals() {
     let most = off_of_factors(&library());
     assert!(most < 1e-3, "{most}");
-    let module = "indirect/probes/interpolate";
+    let module = "indirect/sampled/probes/interpolate";
     for (text, by) in [("1.5 * m2 - 0.5 * m0", "1.5 * m2"), ("3.0 * m1", "2.0 * m1"), ("(p + 3.0)", "(p + 4.0)")] {
         assert!(off_of_factors(&edited_library(module, text, by)) > 0.01, "blind to {by}");
     }
@@ -161,7 +161,7 @@ fn glossy_lobes_of_rough_surfaces_are_integrals() {
     println!("off by {most:.3?}");
     let limits = [0.045, 0.04, 0.04, 0.06];
     assert!(most.iter().zip(limits).all(|(most, limit)| *most < limit), "{most:?}");
-    let module = "indirect/probes/glossy_lobe";
+    let module = "indirect/sampled/probes/glossy_lobe";
     for (i, text, by) in [(0, "0.8312", "0.9"), (1, "0.7445", "0.9"), (2, "0.9501", "1.0"), (3, "0.8962", "1.0")] {
         let most = off_of_lobes(&edited_library(module, text, by));
         assert!(most[i] > limits[i], "blind to {by}: {most:?}");

@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::Growth;
 
-use crate::{Target, ViewRequest, indirect::probes::FIRST_FURTHER_IN_TESTS};
+use crate::{Target, ViewRequest, indirect::sampled::probes::FIRST_FURTHER_IN_TESTS};
 
 use super::*;
 

@@ -34,7 +34,7 @@ struct Kept {
 impl Guide {
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let kernel = |features: &[Feature]| {
-            let shader = DECLARED.link("indirect/probes/aim", features)?;
+            let shader = DECLARED.link("indirect/sampled/probes/aim", features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, "aim", "indirect/probes/aim"))
         };
         Ok(Self { aim: kernel(&[])?, aim_guided: kernel(&[GUIDED])?, views: HashMap::new() })

@@ -1,9 +1,9 @@
 //! Indirect light from screen probes.
 //!
 //! 1. Place: one probe in each tile of pixels (`place.wesl`).
-//! 2. Rays from each probe, lit by the radiance cache (`../sampled/`), are summed as spherical harmonics (`sums.wesl`).
+//! 2. Rays from each probe, lit by the radiance cache (`..`), are summed as spherical harmonics (`sums.wesl`).
 //! 3. Filter: over the probes around, along surfaces (`filter.wesl`).
-//! 4. Glossy rays of smooth surfaces, and rays to emissive triangles, start from every second pixel of every second row (`../sampled/`).
+//! 4. Glossy rays of smooth surfaces, and rays to emissive triangles, start from every second pixel of every second row (`..`).
 //! 5. Interpolate: each pixel reads the four probes around it (`interpolate.wesl`).
 //!
 //! In a mean of frames, all but the first have rays from every pixel: the mean converges to their light.
@@ -22,15 +22,14 @@ use self::{
     guide::{GUIDED, Guide},
     placement::{Placed, Placement},
 };
-use super::{
-    DemodulatedIrradiance, IndirectPasses, IndirectResolution, layers_target,
-    radiance_cache::CacheOfFrame,
-    sampled::{CachedFrame, PROBES, RayGrid, RayPasses, SampledLight, SampledParameters, diffuse_blur, glossy_blur},
-    smoothing::PixelIrradiance,
-};
+use super::{CachedFrame, PROBES, RayGrid, RayPasses, SampledLight, SampledParameters, diffuse_blur, glossy_blur};
 use crate::{
     context::ViewContext,
     error::RenderError,
+    indirect::{
+        Counters, DemodulatedIrradiance, IndirectPasses, IndirectResolution, layers_target,
+        radiance_cache::CacheOfFrame, smoothing::PixelIrradiance,
+    },
     prepass::Surface,
     rays::Tracer,
     settings::Settings,
@@ -41,13 +40,13 @@ use crate::{
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
-        Root::new("indirect/probes/place"),
-        Root::new("indirect/probes/refine"),
-        Root::new("indirect/probes/compact"),
-        Root::new("indirect/probes/contact"),
-        Root::of("indirect/probes/aim", &[&[&[], &[GUIDED]]]),
-        Root::of("indirect/probes/filter", &[&[&[PROBES]]]),
-        Root::of("indirect/probes/interpolate", &[&[&[PROBES]]]),
+        Root::new("indirect/sampled/probes/place"),
+        Root::new("indirect/sampled/probes/refine"),
+        Root::new("indirect/sampled/probes/compact"),
+        Root::new("indirect/sampled/probes/contact"),
+        Root::of("indirect/sampled/probes/aim", &[&[&[], &[GUIDED]]]),
+        Root::of("indirect/sampled/probes/filter", &[&[&[PROBES]]]),
+        Root::of("indirect/sampled/probes/interpolate", &[&[&[PROBES]]]),
     ],
     &[SharedStruct::of::<ProbeParameters>()],
 );
@@ -96,7 +95,7 @@ impl ProbeLight {
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
         let kernel = |file: &str, features: &[_], entry: &str| {
-            let shader = DECLARED.link(&format!("indirect/probes/{file}"), features)?;
+            let shader = DECLARED.link(&format!("indirect/sampled/probes/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/probes/{file}")))
         };
         let exact = tracer.unwrap_or(Tracer::BVH).exact();
@@ -122,7 +121,7 @@ impl ProbeLight {
         probes: &Placed,
         contact: &wgpu::TextureView,
         (parameters, uniform): (&ProbeParameters, &BufferPart),
-        counters: &mut Vec<super::Counters>,
+        counters: &mut Vec<Counters>,
     ) -> Result<wgpu::Buffer, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view_context;
         let bytes = SUMS_BYTES * u64::from(probes.grid.x) * u64::from(probes.grid.y);
@@ -169,7 +168,7 @@ impl ProbeLight {
         view_context: &ViewContext<'_>,
         surface: &Surface,
         of_frame: &mut CacheOfFrame,
-        counters: &mut Vec<super::Counters>,
+        counters: &mut Vec<Counters>,
     ) -> Result<Option<wgpu::TextureView>, RenderError> {
         let ViewContext { scene, view, .. } = view_context;
         let glossy_rays = u32::from(self.light.settings.glossy_rays > 0);

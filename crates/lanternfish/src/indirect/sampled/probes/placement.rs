@@ -49,7 +49,7 @@ pub(super) struct Placed {
 impl Placement {
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let kernel = |file: &str| {
-            let shader = DECLARED.link(&format!("indirect/probes/{file}"), &[])?;
+            let shader = DECLARED.link(&format!("indirect/sampled/probes/{file}"), &[])?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, file, &format!("indirect/probes/{file}")))
         };
         Ok(Self {

@@ -17,7 +17,7 @@ use crate::{
 
 #[test]
 fn most_further_probes_are_the_shaders() {
-    assert_eq!(crate::shaders::constant("indirect/probes/list", "MOST_FURTHER"), f64::from(MOST_FURTHER));
+    assert_eq!(crate::shaders::constant("indirect/sampled/probes/list", "MOST_FURTHER"), f64::from(MOST_FURTHER));
 }
 
 /// Not a multiple of a tile.
@@ -89,7 +89,7 @@ fn edges() -> [(&'static str, Scene); 2] {
 
 /// The library's constants: `refine.wesl`.
 fn constant(name: &str) -> f32 {
-    crate::shaders::constant("indirect/probes/refine", name) as f32
+    crate::shaders::constant("indirect/sampled/probes/refine", name) as f32
 }
 
 /// Each tile with a surface has a probe of its own. Of a tile with fewer than the most further probes, less than a sixteenth of the pixels are unlike all
