@@ -135,18 +135,20 @@ fn gpu_a_file_says_how_many_frames_of_history_it_has() {
     assert_eq!(frames("b.0003.exr"), "0");
     assert!(read_exr(&path("b.0003.exr")).unwrap() != read_exr(&path("a.0003.exr")).unwrap());
 
-    // The frame that was metered is part of the history; skipped frames are not.
+    // The frame that was metered is part of the history.
     render("--history on --indirect none --frames 0-2 -o out/c.png");
     assert_eq!(["c.0000.png", "c.0002.png"].map(frames), ["0", "2"]);
-    fs::remove_file(path("c.0002.png")).unwrap();
-    render("--history on --indirect none --frames 1-2 --skip-existing -o out/c.png");
+    render("--history on --indirect none --frames 2-2 -o out/c.png");
     assert_eq!(frames("c.0002.png"), "1");
-    // Without history, and for two eyes.
+    // Without history, for two eyes, and after a frame that was skipped.
     render("--indirect none --frames 1-2 -o out/d.png");
     let last = texts("d.0002.png");
     assert_eq!([&last["lanternfish.history"], &last["lanternfish.history-frames"]], ["off", "0"]);
     render("--history on --indirect none --stereo vive --stereo-layout layers --frames 1-2 -o out/e.exr");
     assert_eq!(frames("e.0002.exr"), "1");
+    render("--history on --indirect none --frames 1-1 -o out/f.exr");
+    render("--history on --indirect none --frames 1-2 --skip-existing -o out/f.exr");
+    assert_eq!(frames("f.0002.exr"), "0");
 
     for name in ["out/c.0002.png", "out/e.0002.exr"] {
         let (said, _) = run(folder.path(), &format!("info {name}"));
