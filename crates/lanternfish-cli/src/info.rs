@@ -1,8 +1,9 @@
 //! Contents of a scene, and the list of adapters.
 
-use std::fmt::Write as _;
+use std::{fmt::Write as _, path::Path};
 
 use clap::Args;
+use lanternfish_metrics::{read_exr_attributes, read_png_texts};
 use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene, rig};
 
 use crate::{
@@ -10,13 +11,17 @@ use crate::{
     error::CliError,
     output,
     progress::Progress,
+    render::metadata::SOFTWARE,
     report::grouped,
     scene::{self, SceneName},
 };
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, or a built-in scene: {}", demos()))]
+    #[arg(help = format!(
+        "A glTF 2.0 file (.gltf, .glb), an OBJ file, or a built-in scene: {}; or an image (.png, .exr): prints how it was made",
+        demos()
+    ))]
     #[arg(required_unless_present = "adapters")]
     pub scene: Option<SceneName>,
     #[command(flatten)]
@@ -28,7 +33,9 @@ pub struct InfoArgs {
 
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let mut text = String::new();
-    if let Some(source) = &args.scene {
+    if let Some(image) = args.scene.as_ref().and_then(image_path) {
+        text += &describe_image(image)?;
+    } else if let Some(source) = &args.scene {
         // Print warnings as `render` does.
         let progress = Progress::start(false);
         text += &describe(&scene::load_part(source, args.part.scene_of_file.as_deref())?);
@@ -38,6 +45,22 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
         text += &adapters()?;
     }
     output::print(&text)
+}
+
+/// The path, if it names an image.
+fn image_path(name: &SceneName) -> Option<&Path> {
+    let is_image = |path: &&Path| output::has_ending(path, "png") || output::has_ending(path, "exr");
+    Some(name.path()).filter(|path| name.demo().is_none() && is_image(path))
+}
+
+/// The texts that `render` and `reference` write into images.
+fn describe_image(path: &Path) -> Result<String, CliError> {
+    let texts = if output::has_ending(path, "png") { read_png_texts(path)? } else { read_exr_attributes(path)? };
+    let own = texts.iter().filter(|(name, _)| name.as_str() == SOFTWARE || name.starts_with("lanternfish."));
+    let own: Vec<_> = own.map(|(name, text)| (name, text.replace(char::is_control, " "))).collect();
+    let width = own.iter().map(|(name, _)| name.chars().count()).max();
+    let Some(width) = width else { return Ok("the file does not say how it was made\n".to_owned()) };
+    Ok(own.iter().map(|(name, text)| format!("{name:<width$}  {text}\n")).collect())
 }
 
 /// Lines of `name  value`.

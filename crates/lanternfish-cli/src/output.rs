@@ -6,7 +6,9 @@ use std::{
 };
 
 use lanternfish::RenderedImage;
-use lanternfish_metrics::{ColorType, RgbImage, destination, write_aside, write_exr, write_exr_layers, write_png};
+use lanternfish_metrics::{
+    ColorType, RgbImage, destination, write_aside, write_exr_layers, write_exr_with_attributes, write_png_with_texts,
+};
 
 use crate::{error::CliError, scene::SceneName};
 
@@ -63,28 +65,38 @@ impl Output {
         self.format == Format::Exr
     }
 
-    /// Writes images of one size as layers of an EXR file, by name.
-    pub fn write_layers(&self, renderings: &[(&str, &RenderedImage)]) -> Result<(), CliError> {
+    /// Writes images of one size as layers of an EXR file, by name, with texts.
+    pub fn write_layers(
+        &self,
+        renderings: &[(&str, &RenderedImage)],
+        texts: &[(&str, String)],
+    ) -> Result<(), CliError> {
         let images = renderings.iter().map(|(name, rendering)| Ok((*name, radiance(rendering)?)));
         let images = images.collect::<Result<Vec<_>, CliError>>()?;
         let layers: Vec<_> = images.iter().map(|(name, image)| (*name, image)).collect();
-        Ok(write_exr_layers(&self.path, &layers, &[])?)
+        Ok(write_exr_layers(&self.path, &layers, &borrowed(texts))?)
     }
 
-    /// Writes an image in the format of the file name's ending.
-    pub fn write(&self, rendering: &RenderedImage) -> Result<(), CliError> {
+    /// Writes an image in the format of the file name's ending, with texts.
+    pub fn write(&self, rendering: &RenderedImage, texts: &[(&str, String)]) -> Result<(), CliError> {
+        let texts = borrowed(texts);
         match self.format {
             Format::Png => {
                 let pixels: Vec<u8> =
                     rendering.display.iter().flat_map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
-                write_png(&self.path, rendering.width, rendering.height, ColorType::Rgb, &pixels)?;
+                let RenderedImage { width, height, .. } = *rendering;
+                write_png_with_texts(&self.path, width, height, ColorType::Rgb, &pixels, &texts)?;
             }
             Format::Exr => {
-                write_exr(&self.path, &radiance(rendering)?)?;
+                write_exr_with_attributes(&self.path, &radiance(rendering)?, &texts)?;
             }
         }
         Ok(())
     }
+}
+
+fn borrowed<'t>(texts: &'t [(&str, String)]) -> Vec<(&'t str, &'t str)> {
+    texts.iter().map(|(name, text)| (*name, text.as_str())).collect()
 }
 
 fn radiance(rendering: &RenderedImage) -> Result<RgbImage, CliError> {

@@ -21,11 +21,13 @@ mod z_test;
 
 pub use compare::{RelativeError, fraction_differing};
 pub use error::MetricsError;
-pub use exr_file::{exr_layers, read_exr, read_exr_attributes, read_exr_layer, write_exr, write_exr_layers};
+pub use exr_file::{
+    exr_layers, read_exr, read_exr_attributes, read_exr_layer, write_exr, write_exr_layers, write_exr_with_attributes,
+};
 pub use flip::{Exposures, FlipMap, FlipToneMapper, HdrFlip, HdrFlipMap, PIXELS_PER_DEGREE, flip_hdr, flip_ldr};
 pub use image::RgbImage;
 pub use image_errors::{ImageErrors, RELATIVE_EPSILON, Spread};
 pub use pair::{Pair, PixelFaults};
-pub use png_file::{ColorType, read_png, write_png};
+pub use png_file::{ColorType, read_png, read_png_texts, write_png, write_png_with_texts};
 pub use write_aside::{check_writable, destination, is_stream, remove_unfinished, write_aside};
 pub use z_test::{Z_TEST_TILE, ZTest, ZVerdict};

@@ -1,14 +1,12 @@
 //! PNG files of display values.
 
 use std::{
+    collections::BTreeMap,
     io::{self, BufReader},
     path::Path,
 };
 
-use image::{
-    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, codecs::png::PngDecoder,
-    codecs::png::PngEncoder,
-};
+use image::{DynamicImage, ImageDecoder, ImageError, codecs::png::PngDecoder};
 use lanternfish_limits::{caught, memory::Budget};
 
 use crate::{MetricsError, RgbImage, open_file::open_file, write_aside};
@@ -34,21 +32,68 @@ impl ColorType {
 
 /// Writes sRGB-encoded 8-bit pixels, rows from the top. The write is atomic.
 pub fn write_png(path: &Path, width: u32, height: u32, color: ColorType, pixels: &[u8]) -> Result<(), MetricsError> {
+    write_png_with_texts(path, width, height, color, pixels, &[])
+}
+
+/// As [`write_png`], with texts by keyword, before the pixels. A keyword has 1 to 79 ASCII letters; `Software` is one
+/// of the format's own. Equal content gives equal bytes.
+pub fn write_png_with_texts(
+    path: &Path,
+    width: u32,
+    height: u32,
+    color: ColorType,
+    pixels: &[u8],
+    texts: &[(&str, &str)],
+) -> Result<(), MetricsError> {
     let expected = width as usize * height as usize * color.bytes();
     if pixels.len() != expected {
         return Err(MetricsError::PixelCount { got: pixels.len(), expected });
     }
-    let color = match color {
-        ColorType::Rgb => ExtendedColorType::Rgb8,
-        ColorType::Rgba => ExtendedColorType::Rgba8,
-    };
+    let is_keyword = |name: &str| matches!(name.len(), 1..80) && name.bytes().all(|b| b.is_ascii_graphic());
+    if let Some((name, _)) = texts.iter().find(|(name, text)| !is_keyword(name) || text.contains('\0')) {
+        let what = format!("{name:?} cannot be written: a keyword has 1 to 79 ASCII letters, a text no zero");
+        return Err(MetricsError::Invalid { path: path.to_owned(), what });
+    }
     write_aside(path, |file| {
-        PngEncoder::new(file).write_image(pixels, width, height, color).map_err(|error| match error {
-            ImageError::IoError(error) => error,
-            error => io::Error::other(error),
-        })
+        let mut encoder = png::Encoder::new(file, width, height);
+        encoder.set_color(match color {
+            ColorType::Rgb => png::ColorType::Rgb,
+            ColorType::Rgba => png::ColorType::Rgba,
+        });
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Fast);
+        encoder.set_filter(png::Filter::Adaptive);
+        for (name, text) in texts {
+            // The older kind of chunk, which every program reads, is Latin-1.
+            match text.is_ascii() {
+                true => encoder.add_text_chunk((*name).to_owned(), (*text).to_owned())?,
+                false => encoder.add_itxt_chunk((*name).to_owned(), (*text).to_owned())?,
+            }
+        }
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(pixels)?;
+        Ok(writer.finish()?)
     })
     .map_err(|source| MetricsError::Io { path: path.to_owned(), source })
+}
+
+/// The texts of a PNG file by keyword: those that stand before the pixels and are not compressed.
+pub fn read_png_texts(path: &Path) -> Result<BTreeMap<String, String>, MetricsError> {
+    let invalid = |what: String| MetricsError::Invalid { path: path.to_owned(), what };
+    let file = open_file(path).map_err(|source| MetricsError::Io { path: path.to_owned(), source })?;
+    let read = || {
+        // The decoder takes at most 64 MiB.
+        let reader = png::Decoder::new(BufReader::new(file)).read_info()?;
+        let latin =
+            reader.info().uncompressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.text.clone()));
+        let mut texts: BTreeMap<_, _> = latin.collect();
+        for chunk in reader.info().utf8_text.iter().filter(|chunk| !chunk.compressed) {
+            texts.insert(chunk.keyword.clone(), chunk.get_text()?);
+        }
+        Ok(texts)
+    };
+    let texts: Result<_, png::DecodingError> = caught(read).map_err(invalid)?;
+    texts.map_err(|error| invalid(format!("not a PNG image that can be read ({error})")))
 }
 
 /// Reads display values: **sRGB-encoded**, 0..=1, not linear. A grey image gets three equal channels.
@@ -97,6 +142,51 @@ mod tests {
         }
     }
 
+    /// The chunks of a PNG file, by the format's specification: length, type, data, checksum.
+    fn chunks(mut bytes: &[u8]) -> Vec<(&[u8], &[u8])> {
+        let mut chunks = Vec::new();
+        bytes = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n").unwrap();
+        while let Some(length) = bytes.first_chunk::<4>() {
+            let end = 8 + u32::from_be_bytes(*length) as usize;
+            chunks.push((&bytes[4..8], &bytes[8..end]));
+            bytes = &bytes[end + 4..];
+        }
+        chunks
+    }
+
+    #[test]
+    fn texts_are_chunks_before_the_same_pixels() {
+        let folder = tempfile::tempdir().unwrap();
+        let (plain, path) = (folder.path().join("plain.png"), folder.path().join("image.png"));
+        let pixels: Vec<u8> = (0..7 * 5 * 3).map(|i| (i * 37) as u8).collect();
+        write_png(&plain, 7, 5, ColorType::Rgb, &pixels).unwrap();
+        let plain = std::fs::read(&plain).unwrap();
+        // What another encoder makes of these pixels.
+        let mut other = Vec::new();
+        let encoder = image::codecs::png::PngEncoder::new(&mut other);
+        image::ImageEncoder::write_image(encoder, &pixels, 7, 5, image::ExtendedColorType::Rgb8).unwrap();
+        assert!(plain == other);
+
+        let texts = [("Software", "lanternfish 1"), ("lanternfish.a", "größe\n"), ("lanternfish.b", "")];
+        write_png_with_texts(&path, 7, 5, ColorType::Rgb, &pixels, &texts).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let found = chunks(&bytes);
+        assert_eq!(found[1], (&b"tEXt"[..], &b"Software\0lanternfish 1"[..]));
+        // After the keyword: no compression (two bytes), no language, no translation.
+        assert_eq!(found[3], (&b"iTXt"[..], "lanternfish.a\0\0\0\0\0größe\n".as_bytes()));
+        assert_eq!(found[2], (&b"tEXt"[..], &b"lanternfish.b\0"[..]));
+        assert_eq!([&found[..1], &found[4..]].concat(), chunks(&plain));
+        assert_eq!(image::open(&path).unwrap().as_bytes(), pixels, "which checks the checksums");
+
+        let read = read_png_texts(&path).unwrap();
+        assert_eq!(read, texts.map(|(name, text)| (name.to_owned(), text.to_owned())).into());
+        for wrong in [("", "x"), ("größe", "x"), (&*"x".repeat(80), "x"), ("a", "x\0y")] {
+            let error = write_png_with_texts(&path, 7, 5, ColorType::Rgb, &pixels, &[wrong]).unwrap_err();
+            assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");
+        }
+        assert!(std::fs::read(&path).unwrap() == bytes, "what is refused is not written");
+    }
+
     #[test]
     fn too_few_bytes_are_refused_and_nothing_is_written() {
         let folder = tempfile::tempdir().unwrap();
@@ -139,5 +229,8 @@ mod tests {
             assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");
             assert!(error.to_string().contains("image.png"));
         }
+        std::fs::write(&path, &bytes[..20]).unwrap();
+        let error = read_png_texts(&path).unwrap_err();
+        assert!(matches!(error, MetricsError::Invalid { .. }) && error.to_string().contains("image.png"), "{error:?}");
     }
 }

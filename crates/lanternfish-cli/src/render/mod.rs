@@ -7,6 +7,7 @@
 
 pub mod existing;
 mod lights;
+pub mod metadata;
 mod renderings;
 
 use std::time::Instant;

@@ -7,7 +7,7 @@ use lanternfish::{
 };
 use lanternfish_scene::{Bounds, Camera, Scene};
 
-use super::existing::EYES;
+use super::{existing::EYES, metadata};
 use crate::{
     args::RenderArgs,
     camera,
@@ -36,11 +36,20 @@ pub struct RenderedImages<'a> {
     scale: Option<Scale>,
     may_have_faint_sky: bool,
     /// The metered images, if they are also the next frame's.
-    metered: Option<Vec<RenderedImage>>,
+    metered: Option<Drawn>,
+    /// Number of frames rendered so far, each of one or two images.
+    drawn_count: u32,
     /// The cost of all rendered images.
     pub cost: Report,
     /// Exposure of the images, EV, once chosen.
     pub exposure: Option<f32>,
+}
+
+/// The images of a frame, one per eye.
+struct Drawn {
+    renderings: Vec<RenderedImage>,
+    /// Number of frames that were rendered before it.
+    before: u32,
 }
 
 /// True if one image sets the exposure of all.
@@ -75,6 +84,7 @@ impl<'a> RenderedImages<'a> {
             scale,
             may_have_faint_sky,
             metered,
+            drawn_count: 0,
             cost,
             exposure,
         }
@@ -89,20 +99,20 @@ impl<'a> RenderedImages<'a> {
         is_next: bool,
         progress: &mut Progress,
     ) -> Result<(), CliError> {
-        let mut renderings = self.drawn(first, camera, progress)?;
+        let mut drawn = self.drawn(first, camera, progress)?;
         if self.may_have_faint_sky
-            && let (Some(scene), Some(sky)) = (&mut self.scene, light_rig::faint_sky(&renderings[0]))
+            && let (Some(scene), Some(sky)) = (&mut self.scene, light_rig::faint_sky(&drawn.renderings[0]))
         {
             scene.sky = sky;
             self.renderer.update(&mut self.uploaded, scene)?;
-            renderings = self.drawn(first, camera, progress)?;
+            drawn = self.drawn(first, camera, progress)?;
             let sky = sky.to_array().map(|x| x.to_string()).join(",");
             progress.note(&format!(
                 "the scene's lights leave most of the image black, and it has no environment: a faint sky was added \
                  (--sky {sky} repeats it, --light-rig none omits it)"
             ));
         }
-        if let Some(ev) = renderings[0].exposure {
+        if let Some(ev) = drawn.renderings[0].exposure {
             self.renderer.set_exposure(Exposure::Ev(ev))?;
             let all = match self.args.track.frames {
                 Some(Frames::Span(_)) => ", metered at 0 s",
@@ -111,7 +121,7 @@ impl<'a> RenderedImages<'a> {
             };
             progress.note(&format!("shown at {ev:+} EV{all}; --exposure {ev} repeats it, larger is brighter"));
         }
-        self.metered = Some(renderings).filter(|_| is_next);
+        self.metered = Some(drawn).filter(|_| is_next);
         Ok(())
     }
 
@@ -128,15 +138,16 @@ impl<'a> RenderedImages<'a> {
         output: &Output,
         progress: &mut Progress,
     ) -> Result<(), CliError> {
-        let mut renderings = match self.metered.take() {
+        let Drawn { mut renderings, before } = match self.metered.take() {
             Some(metered) => metered,
             None => self.drawn(frame, camera, progress)?,
         };
+        let texts = metadata::texts(self.renderer.settings(), self.args.run.seed, before);
         let writing = format!("Writing {}", output.path.display());
         let layers = self.args.stereo.stereo.is_some() && self.args.stereo.stereo_layout == StereoLayout::Layers;
         if layers {
             let named: Vec<_> = EYES.into_iter().zip(&renderings).collect();
-            progress.step("write", &writing, || output.write_layers(&named))?;
+            progress.step("write", &writing, || output.write_layers(&named, &texts))?;
         }
         let first = renderings.remove(0);
         self.exposure = self.exposure.or(first.exposure.filter(|_| !output.is_radiance()));
@@ -150,19 +161,14 @@ impl<'a> RenderedImages<'a> {
             None => rendering,
         };
         if !layers {
-            progress.step("write", &writing, || output.write(&rendering))?;
+            progress.step("write", &writing, || output.write(&rendering, &texts))?;
         }
         Ok(())
     }
 
     /// Renders the images at a frame's time, one per eye. They depend on the frame alone, except for motion, which is relative
     /// to the previous one.
-    fn drawn(
-        &mut self,
-        frame: &ShotFrame,
-        camera: &Camera,
-        progress: &mut Progress,
-    ) -> Result<Vec<RenderedImage>, CliError> {
+    fn drawn(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Drawn, CliError> {
         let mut camera = camera.clone();
         if let (Some(motion), Some(scene), Some(bounds), Some(time)) =
             (&self.motion, &mut self.scene, &self.bounds, frame.time)
@@ -178,10 +184,13 @@ impl<'a> RenderedImages<'a> {
         let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
         let bar = progress.bar();
         let all = self.renderer.settings().accumulate;
-        progress.step("render", "Rendering", || {
-            Ok(self.renderer.render_frames(&self.uploaded, &views, |done| {
+        let renderings = progress.step("render", "Rendering", || {
+            Ok::<_, CliError>(self.renderer.render_frames(&self.uploaded, &views, |done| {
                 bar.show(f64::from(done) / f64::from(all), format!("{done} of {all} frames"));
             })?)
-        })
+        })?;
+        let before = self.drawn_count;
+        self.drawn_count += 1;
+        Ok(Drawn { renderings, before })
     }
 }

@@ -8,7 +8,7 @@ use std::{
     process::{Command, Output, Stdio},
 };
 
-use lanternfish_metrics::{ColorType, RgbImage, write_exr, write_png};
+use lanternfish_metrics::{ColorType, RgbImage, read_exr, read_exr_attributes, read_png_texts, write_exr, write_png};
 
 use crate::support::{lanternfish, names};
 
@@ -101,6 +101,62 @@ fn gpu_a_still_is_the_frame_of_its_time() {
         assert!(read("a.0008.exr") == read("b.exr"), "{technique}");
         assert!(read("a.0007.exr") != read("b.exr"), "{technique}: blind to a twelfth of a second");
     }
+}
+
+/// With history a frame depends on those that the same run rendered before it, and its file says how many these were.
+#[test]
+fn gpu_a_file_says_how_many_frames_of_history_it_has() {
+    let folder = walk();
+    let path = |name: &str| folder.path().join("out").join(name);
+    let render = |words: &str| run(folder.path(), &format!("render walk.toml --size 32x18 --fps 12 {words}"));
+    let texts = |name: &str| {
+        let read = if name.ends_with("png") { read_png_texts } else { read_exr_attributes };
+        read(&path(name)).unwrap()
+    };
+    let frames = |name: &str| texts(name)["lanternfish.history-frames"].clone();
+
+    render("--history on --seed 5 --accumulate 2 --frames 1-3 -o out/a.exr");
+    let counts = ["a.0001.exr", "a.0002.exr", "a.0003.exr"].map(frames);
+    assert_eq!(counts, ["0", "1", "2"]);
+    let (last, bytes) = (texts("a.0003.exr"), fs::read(path("a.0003.exr")).unwrap());
+    for (name, value) in [
+        ("Software", concat!("lanternfish ", env!("CARGO_PKG_VERSION"))),
+        ("lanternfish.indirect", "sampled"),
+        ("lanternfish.history", "on"),
+        ("lanternfish.accumulate", "2"),
+        ("lanternfish.seed", "5"),
+    ] {
+        assert_eq!(last[name], value, "{name}");
+    }
+    render("--history on --seed 5 --accumulate 2 --frames 1-3 -o out/a.exr");
+    assert!(fs::read(path("a.0003.exr")).unwrap() == bytes, "same command, same bytes");
+    // The third frame alone is another image, and says why.
+    render("--history on --seed 5 --accumulate 2 --frames 3-3 -o out/b.exr");
+    assert_eq!(frames("b.0003.exr"), "0");
+    assert!(read_exr(&path("b.0003.exr")).unwrap() != read_exr(&path("a.0003.exr")).unwrap());
+
+    // The frame that was metered is part of the history.
+    render("--history on --indirect none --frames 0-2 -o out/c.png");
+    assert_eq!(["c.0000.png", "c.0002.png"].map(frames), ["0", "2"]);
+    render("--history on --indirect none --frames 2-2 -o out/c.png");
+    assert_eq!(frames("c.0002.png"), "1");
+    // Without history, for two eyes, and after a frame that was skipped.
+    render("--indirect none --frames 1-2 -o out/d.png");
+    let last = texts("d.0002.png");
+    assert_eq!([&last["lanternfish.history"], &last["lanternfish.history-frames"]], ["off", "0"]);
+    render("--history on --indirect none --stereo vive --stereo-layout layers --frames 1-2 -o out/e.exr");
+    assert_eq!(frames("e.0002.exr"), "1");
+    render("--history on --indirect none --frames 1-1 -o out/f.exr");
+    render("--history on --indirect none --frames 1-2 --skip-existing -o out/f.exr");
+    assert_eq!(frames("f.0002.exr"), "0");
+
+    for name in ["out/c.0002.png", "out/e.0002.exr"] {
+        let (said, _) = run(folder.path(), &format!("info {name}"));
+        assert!(said.lines().any(|line| line == "lanternfish.history-frames  1"), "{said}");
+        assert!(said.starts_with("Software ") && said.lines().count() == 6, "{said}");
+    }
+    write_png(&path("plain.png"), 1, 1, ColorType::Rgb, &[7; 3]).unwrap();
+    assert_eq!(run(folder.path(), "info out/plain.png").0, "the file does not say how it was made\n");
 }
 
 /// Motion is relative to the previous frame's time, which is rendered first: a frame does not depend on which others are

@@ -2,6 +2,8 @@
 
 use std::{fs, path::Path, process::Output};
 
+use lanternfish_metrics::read_exr;
+
 use crate::support::{lanternfish, names};
 
 fn output(folder: &Path, words: &str) -> Output {
@@ -46,7 +48,8 @@ fn gpu_a_written_shot_renders_the_same_image() {
     assert_eq!(run(folder.path(), "shot night.toml --seed 4").replace("seed = 4", "seed = 3"), shot);
     // Negative control: the comparison detects another seed.
     run(folder.path(), "render night.toml --seed 4 -o other.exr");
-    assert_ne!(read("other.exr"), read("flags.exr"));
+    let pixels = |name: &str| read_exr(&folder.path().join(name)).unwrap();
+    assert_ne!(pixels("other.exr"), pixels("flags.exr"));
 }
 
 const TRACK: &str = "scene = \"demo:cornell\"

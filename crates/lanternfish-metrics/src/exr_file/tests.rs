@@ -100,6 +100,31 @@ fn layers_and_attributes_round_trip_exactly() {
 }
 
 #[test]
+fn attributes_of_halves_stand_in_the_header_and_change_no_pixel() {
+    let folder = tempfile::tempdir().unwrap();
+    let (plain, path) = (folder.path().join("plain.exr"), folder.path().join("image.exr"));
+    let image = RgbImage::new(37, 29, (0..37 * 29).map(|i| [i as f32 / 8.0, 1.25, 7.0]).collect()).unwrap();
+    write_exr(&plain, &image).unwrap();
+    let attributes = [("lanternfish.b", "2"), ("Software", "lanternfish 1"), ("lanternfish.a", "x")];
+    let written = || {
+        write_exr_with_attributes(&path, &image, &attributes).unwrap();
+        std::fs::read(&path).unwrap()
+    };
+    let (bytes, plain) = (written(), std::fs::read(&plain).unwrap());
+    assert!((0..8).all(|_| written() == bytes), "attributes are in one order");
+    assert_eq!(read_exr(&path).unwrap(), image);
+    let read = read_exr_attributes(&path).unwrap();
+    for (name, value) in attributes {
+        assert_eq!(read.get(name).map(String::as_str), Some(value), "{name}");
+    }
+    // By the format's specification: name, type, size (little-endian), value.
+    let wanted = b"Software\0string\0\x0d\0\0\0lanternfish 1";
+    assert!(bytes.windows(wanted.len()).any(|window| window == wanted));
+    // The table of offsets and the blocks follow; blocks do not move by a bit.
+    assert!(bytes.ends_with(&plain[plain.len() - 100..]));
+}
+
+#[test]
 fn a_missing_layer_is_an_error_that_lists_the_channels() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("layers.exr");

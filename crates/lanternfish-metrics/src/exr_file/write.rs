@@ -20,6 +20,15 @@ use crate::{MetricsError, RgbImage, compare::check_sizes, write_aside};
 ///
 /// A half holds up to 65504 with 11 bits of precision: brighter finite values are written as 65504.
 pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
+    write_exr_with_attributes(path, image, &[])
+}
+
+/// As [`write_exr`], with text attributes as in [`write_exr_layers`]. Equal content gives equal bytes.
+pub fn write_exr_with_attributes(
+    path: &Path,
+    image: &RgbImage,
+    attributes: &[(&str, &str)],
+) -> Result<(), MetricsError> {
     let half = |value: f32| {
         let largest = f16::MAX.to_f32();
         f16::from_f32(if value.is_finite() { value.clamp(-largest, largest) } else { value })
@@ -28,8 +37,8 @@ pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
         let [red, green, blue] = image.pixels[position.y() * image.width + position.x()].map(half);
         (red, green, blue)
     });
-    let layer = Layer::new((image.width, image.height), LayerAttributes::default(), encoding(), channels);
-    write_aside(path, |file| Image::from_layer(layer).write().to_buffered(file)).map_err(|error| failed(path, error))
+    let layer = Layer::new((image.width, image.height), described(path, attributes)?, encoding(), channels);
+    write_sorted(path, |file| Image::from_layer(layer).write().to_buffered(file))
 }
 
 /// Writes several images of one size into one part of a file as 32-bit floats, losslessly, with text attributes. The
@@ -48,10 +57,7 @@ pub fn write_exr_layers(
         return Err(invalid(path, "a file has at least one layer".to_owned()));
     };
     check_names(path, "layer", layers.iter().map(|(name, _)| *name))?;
-    check_names(path, "attribute", attributes.iter().map(|(name, _)| *name))?;
-    if attributes.iter().any(|(name, _)| name.is_empty()) {
-        return Err(invalid(path, "an attribute has no name".to_owned()));
-    }
+    let described = described(path, attributes)?;
     let mut channels = Vec::with_capacity(3 * layers.len());
     for (name, image) in layers {
         check_sizes(image, first)?;
@@ -61,15 +67,32 @@ pub fn write_exr_layers(
             channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(samples)));
         }
     }
+    let channels = AnyChannels::sort(channels.into_iter().collect());
+    let layer = Layer::new((first.width, first.height), described, encoding(), channels);
+    write_sorted(path, |file| Image::from_layer(layer).write().to_buffered(file))
+}
+
+/// A layer with these text attributes.
+fn described(path: &Path, attributes: &[(&str, &str)]) -> Result<LayerAttributes, MetricsError> {
+    check_names(path, "attribute", attributes.iter().map(|(name, _)| *name))?;
+    if attributes.iter().any(|(name, _)| name.is_empty()) {
+        return Err(invalid(path, "an attribute has no name".to_owned()));
+    }
     let mut described = LayerAttributes::default();
     for (name, value) in attributes {
         let value = AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
         described.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
     }
-    let channels = AnyChannels::sort(channels.into_iter().collect());
-    let layer = Layer::new((first.width, first.height), described, encoding(), channels);
+    Ok(described)
+}
+
+/// Encodes a file in memory, sorts its attributes and writes it.
+fn write_sorted(
+    path: &Path,
+    encode: impl FnOnce(&mut Cursor<Vec<u8>>) -> Result<(), Error>,
+) -> Result<(), MetricsError> {
     let mut file = Cursor::new(Vec::new());
-    Image::from_layer(layer).write().to_buffered(&mut file).map_err(|error| failed(path, error))?;
+    encode(&mut file).map_err(|error| failed(path, error))?;
     sort_attributes(file.get_mut());
     write_aside(path, |aside| aside.write_all(file.get_ref()))
         .map_err(|source| MetricsError::Io { path: path.to_owned(), source })
