@@ -2,7 +2,7 @@
 
 use crate::{
     direct_light::DirectTechnique,
-    indirect::IndirectTechnique,
+    indirect::{IndirectTechnique, Quality},
     light_culling::CullingTechnique,
     occlusion::OcclusionTechnique,
     rays::{OwnTracers, Tracer},
@@ -58,6 +58,16 @@ impl Kind for dyn DirectTechnique {
         static REGISTRY: Registry<dyn DirectTechnique> =
             Registry::new(|| vec![SampledLights::default().into(), AutoLights::default().into()]);
         &REGISTRY
+    }
+}
+
+impl Choice<dyn IndirectTechnique> {
+    /// The technique of a quality.
+    pub fn preset(quality: Quality) -> Self {
+        match quality {
+            Quality::Draft => Probes::of(quality).into(),
+            Quality::Good | Quality::Best => quality.sampled().into(),
+        }
     }
 }
 

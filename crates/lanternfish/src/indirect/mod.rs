@@ -29,7 +29,6 @@ use crate::{
     texture::frame_layers,
 };
 
-use self::probes::Probes;
 pub use self::counters::Counters;
 pub use self::smoothing::{IndirectClamp, IndirectResolution};
 
@@ -118,14 +117,6 @@ impl Quality {
 }
 
 impl Indirect {
-    /// The technique of a quality.
-    pub fn preset(quality: Quality) -> Self {
-        match quality {
-            Quality::Draft => Probes::of(quality).into(),
-            Quality::Good | Quality::Best => quality.sampled().into(),
-        }
-    }
-
     /// The same technique with the parameters of a quality.
     pub fn of_quality(mut self, quality: Quality) -> Self {
         if let Some(technique) = self.technique_mut() {
