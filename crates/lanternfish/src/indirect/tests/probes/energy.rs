@@ -40,22 +40,24 @@ fn gpu_emission_is_counted_once_by_probes_and_pixels() {
     let camera = looking([0.0, 0.3, 0.9], [0.0, -0.9, -0.6]);
     let metal = |perceptual_roughness| Material { metallic: 1.0, perceptual_roughness, ..matt(0.8) };
     let dielectric = Material { specular: 0.5, perceptual_roughness: 0.5, ..matt(0.5) };
-    let floors =
-        [("matt", matt(0.5)), ("dielectric", dielectric), ("rough metal", metal(0.7)), ("smooth metal", metal(0.3))];
-    for (name, floor) in floors {
-        // Large lamps are hit by rays, small ones are found by sampling them.
-        for half in if name.ends_with("metal") { &[0.4][..] } else { &[0.4, 0.1] } {
-            let half = *half;
-            let mut scene = closed_box(matt(0.5));
-            scene.materials.extend([lamp.clone(), floor.clone()]);
-            scene.meshes[0].primitives[2].material = 2;
-            scene.meshes[0].primitives.push(quad(1, Vec3::new(0.2, 0.6, 0.0), half * Vec3::X, half * Vec3::Z));
-            let energy = energy_of(gpu, probes(), &scene, &camera, ground_truth(&scene, &camera, 96));
-            println!("{name}, lamp of {half}: energy {energy:.4}");
-            // Harmonics of order 2 blur a lamp that a rough metal mirrors: measured 1.056.
-            let most = if name == "rough metal" { 0.07 } else { 0.04 };
-            assert!((energy - 1.0).abs() < most, "{name}, lamp of {half}: {energy}");
-        }
+    // Large lamps are hit by rays, small ones are found by sampling them.
+    let cases = [
+        ("matt", matt(0.5), 0.4),
+        ("matt", matt(0.5), 0.1),
+        ("dielectric", dielectric, 0.4),
+        ("rough metal", metal(0.7), 0.4),
+        ("smooth metal", metal(0.3), 0.4),
+    ];
+    for (name, floor, half) in cases {
+        let mut scene = closed_box(matt(0.5));
+        scene.materials.extend([lamp.clone(), floor]);
+        scene.meshes[0].primitives[2].material = 2;
+        scene.meshes[0].primitives.push(quad(1, Vec3::new(0.2, 0.6, 0.0), half * Vec3::X, half * Vec3::Z));
+        let energy = energy_of(gpu, probes(), &scene, &camera, ground_truth(&scene, &camera, 96));
+        println!("{name}, lamp of {half}: energy {energy:.4}");
+        // Harmonics of order 2 blur a lamp that a rough metal mirrors: measured 1.056.
+        let most = if name == "rough metal" { 0.07 } else { 0.04 };
+        assert!((energy - 1.0).abs() < most, "{name}, lamp of {half}: {energy}");
     }
 }
 

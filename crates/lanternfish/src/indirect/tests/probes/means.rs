@@ -9,7 +9,7 @@ fn averaged(gpu: &Gpu, indirect: impl Into<Indirect>, accumulate: u32, scene: &S
     let settings = Settings { accumulate, ..with(indirect, History::Off) };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    renderer.render(&uploaded, &looking(CAMERA.0, CAMERA.1), LARGE.x, LARGE.y).unwrap()
+    renderer.render(&uploaded, &looking(CAMERA.0, CAMERA.1), SIZE.x, SIZE.y).unwrap()
 }
 
 /// The first frame of a mean has rays from probes, about one per pixel; all others have the rays of `sampled`, whose image the mean approaches.
@@ -20,10 +20,10 @@ fn gpu_means_have_probes_in_their_first_frame_only() {
     let rays = |indirect: Indirect, frames| counted(&averaged(gpu, indirect, frames, &scene), "indirect/rays");
     let frames = [1, 2, 3].map(|frames| [Indirect::from(probes()), per_pixel()].map(|of| rays(of, frames)));
     println!("rays of probes and of sampled, frame by frame: {frames:?}");
-    let tiles = u64::from(LARGE.x.div_ceil(8) * LARGE.y.div_ceil(8));
+    let tiles = u64::from(SIZE.x.div_ceil(8) * SIZE.y.div_ceil(8));
     // At most three further probes in a tile, and a glossy ray from every fourth pixel.
     let least = tiles * 32 / 2;
-    let most = tiles * 32 * 4 + u64::from(LARGE.x.div_ceil(2) * LARGE.y.div_ceil(2));
+    let most = tiles * 32 * 4 + u64::from(SIZE.x.div_ceil(2) * SIZE.y.div_ceil(2));
     assert!((least..=most).contains(&frames[0][0]), "{frames:?}");
     assert!(2 * frames[0][0] < frames[0][1], "{frames:?}");
     assert!(frames[1][0] == frames[1][1] && frames[2][0] == frames[2][1], "{frames:?}");

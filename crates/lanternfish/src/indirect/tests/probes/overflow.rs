@@ -49,7 +49,7 @@ fn gpu_frames_with_too_many_further_probes_are_held() {
     let (engine, settings) = (testing::engine(gpu), with(rays, History::Off));
     let mut waiting = Renderer::with_engine(&engine, settings.clone()).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
-    let expected = waiting.render(&uploaded, &camera, size[0], size[1]).unwrap().radiance;
+    let expected = waiting.render(&uploaded, &camera, size[0], size[1]).unwrap();
     let shown = |first| {
         FIRST_FURTHER_IN_TESTS.set(first);
         let mut renderer = Renderer::with_engine(&engine, settings.clone()).unwrap();
@@ -63,21 +63,24 @@ fn gpu_frames_with_too_many_further_probes_are_held() {
             renderer.submitted(frame);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
             let report = std::iter::from_fn(|| renderer.poll()).find(|report| report.frame == frame).unwrap();
-            frames.push((report.is_complete, renderer.read(frame).unwrap().remove(0).radiance));
+            frames.push((report.is_complete, renderer.read(frame).unwrap().remove(0)));
         }
         FIRST_FURTHER_IN_TESTS.set(None);
         frames
     };
     // Only the list of probes overflows: with a large capacity the first frame is complete.
     let enough = shown(Some(1 << 20));
-    assert!(enough.iter().all(|(is_complete, _)| *is_complete) && enough[0].1 == expected, "with a large capacity");
+    assert!(
+        enough.iter().all(|(is_complete, _)| *is_complete) && enough[0].1.radiance == expected.radiance,
+        "with a large capacity"
+    );
+    assert!(enough[0].1.display == expected.display);
     let grown = shown(Some(0));
     println!("complete: {:?}", grown.iter().map(|(is_complete, _)| is_complete).collect::<Vec<_>>());
-    assert!(!grown[0].0 && grown[0].1.iter().all(|pixel| pixel[..3] == [0.0; 3]), "the first frame is shown");
+    assert!(!grown[0].0 && grown[0].1.display.iter().all(|texel| texel[..3] == [0; 3]), "the first frame is shown");
     assert!(grown[2].0, "a later frame is incomplete");
     // Deferred frames continue the radiance cache: the same light with other noise.
-    let image = |radiance: &[[f32; 4]]| radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>();
-    let [grown, enough] = [&grown[2].1, &enough[2].1].map(|radiance| image(radiance));
+    let [grown, enough] = [&grown[2].1, &enough[2].1].map(pixels);
     println!("off by {:.4}, energy {:.4}", off(&grown, &enough), mean(&grown) / mean(&enough));
     assert!(off(&grown, &enough) < 0.1 && (mean(&grown) / mean(&enough) - 1.0).abs() < 0.01);
 }
