@@ -171,6 +171,8 @@ pub trait Kind: AnyTechnique {
     const NONE_NAME: &'static str;
     /// One line of help on no technique.
     const NONE_SUMMARY: &'static str;
+    /// True if the default technique does not depend on other settings.
+    const HAS_ONE_DEFAULT: bool = true;
     /// The default technique.
     fn usual() -> Choice<Self>;
     /// The registered techniques of this kind.

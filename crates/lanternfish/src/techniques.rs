@@ -62,8 +62,10 @@ impl Kind for dyn DirectTechnique {
 
 impl Kind for dyn IndirectTechnique {
     const FLAG: &'static str = "indirect";
-    const HELP: &'static str = "Indirect light.\n\nLight from other surfaces, emission and the environment.";
+    const HELP: &'static str = "Indirect light.\n\nDefault: sampled, or probes with `quality draft`. \
+                                Light from other surfaces, emission and the environment.";
     const IS_EVERYDAY: bool = true;
+    const HAS_ONE_DEFAULT: bool = false;
     const NONE_NAME: &'static str = "none";
     const NONE_SUMMARY: &'static str = "Direct light only";
 

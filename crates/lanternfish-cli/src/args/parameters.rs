@@ -2,9 +2,7 @@
 
 use std::marker::PhantomData;
 
-use clap::{
-    Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, parser::ValueSource, value_parser,
-};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser};
 use lanternfish::technique::{Choice, Kind, ParameterInfo, Range};
 
 use crate::{choices::names, flags::as_flags, parse};
@@ -17,7 +15,7 @@ const RENAMED: [(&str, &str); 1] = [("cache-cells", "cache-entries")];
 pub struct TechniqueFlag<K: Kind + ?Sized> {
     /// The technique, with its default parameters.
     pub choice: Choice<K>,
-    /// False: it is the default.
+    /// False: the default, which depends on other flags, may replace it.
     pub is_given: bool,
 }
 
@@ -27,7 +25,8 @@ impl<K: Kind + ?Sized> Args for TechniqueFlag<K> {
         let techniques = all.iter().filter_map(|choice| Some((choice.name(), choice.technique()?.summary())));
         let known = names([(K::NONE_NAME, K::NONE_SUMMARY)].into_iter().chain(techniques));
         let flag = Arg::new(K::FLAG).long(K::FLAG).value_name("NAME").value_parser(known);
-        let flag = flag.default_value(Choice::<K>::default().name()).hide_short_help(!K::IS_EVERYDAY);
+        let flag = flag.hide_short_help(!K::IS_EVERYDAY);
+        let flag = if K::HAS_ONE_DEFAULT { flag.default_value(Choice::<K>::default().name()) } else { flag };
         command.arg(with_help(flag, K::HELP))
     }
 
@@ -38,9 +37,10 @@ impl<K: Kind + ?Sized> Args for TechniqueFlag<K> {
 
 impl<K: Kind + ?Sized> FromArgMatches for TechniqueFlag<K> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let name = matches.get_one::<String>(K::FLAG).expect("it has a default");
-        let choice = Choice::named(name).expect("clap lets only known names through");
-        Ok(Self { choice, is_given: matches.value_source(K::FLAG) != Some(ValueSource::DefaultValue) })
+        let name = matches.get_one::<String>(K::FLAG);
+        let choice =
+            name.map_or_else(K::usual, |name| Choice::named(name).expect("clap lets only known names through"));
+        Ok(Self { choice, is_given: name.is_some() })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -6,7 +6,7 @@ use lanternfish::{
     },
     techniques::{
         Assignment, ClusterShape, ClusterTest, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution,
-        LightChoice, LightRays, Sampled, SampledLights, TileSize, Tiled,
+        LightChoice, LightRays, Probes, Sampled, SampledLights, TileSize, Tiled,
     },
 };
 use lanternfish_papers::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DirectionSet, Hbao};
@@ -194,11 +194,21 @@ fn adapters_are_named_or_cpu() {
 fn quality_says_what_is_not_said_otherwise() {
     let sampled = |words: &[&str]| {
         let settings = parsed(words).unwrap().settings();
-        (*settings.indirect.get::<Sampled>().unwrap(), DeepImageSettings::of(&settings.structure).resolution)
+        let of_probes = settings.indirect.get::<Probes>().map(|probes| probes.per_pixel);
+        let sampled = settings.indirect.get::<Sampled>().copied().or(of_probes).unwrap();
+        (sampled, DeepImageSettings::of(&settings.structure).resolution)
     };
     assert_eq!(sampled(&[]), (Sampled::default(), 128));
     let (draft, coarse) = sampled(&["--quality", "draft"]);
     assert_eq!((draft.resolution, coarse), (IndirectResolution::Half, 64));
+    let named = |words: &[&str]| parsed(words).unwrap().settings().indirect.name();
+    assert_eq!(
+        [named(&[]), named(&["--quality", "draft"]), named(&["--quality", "best"])],
+        ["sampled", "probes", "sampled"]
+    );
+    // A technique that is given stays, with the rays of the quality.
+    assert_eq!(named(&["--quality", "draft", "--indirect", "sampled"]), "sampled");
+    assert_eq!(sampled(&["--quality", "draft", "--indirect", "sampled"]).0, draft);
     let (best, _) = sampled(&["--quality", "best"]);
     assert_eq!(best.tracer, TracerChoice::Auto);
     let rays = |sampled: Sampled| sampled.diffuse_rays + sampled.glossy_rays;
