@@ -21,7 +21,7 @@ const WARM: u64 = 100;
 /// Frames per setting after the warm-up.
 const FRAMES_PER_SETTING: u64 = 6;
 /// Limits of compute and render pipelines: the most that one setting needs, plus [`SPARE`].
-const MOST_COMPILED: [usize; 2] = [64 + SPARE[0], 16 + SPARE[1]];
+const MOST_COMPILED: [usize; 2] = [96 + SPARE[0], 16 + SPARE[1]];
 /// Unused compute and render pipelines that the engine keeps.
 const SPARE: [usize; 2] = [64, 24];
 /// Greatest growth of the process's private memory since frame [`WARM`], bytes, for any number of frames on Mesa's software adapter.
