@@ -17,7 +17,7 @@ use super::{
 const FRAMES: u64 = 150;
 const FRAMES_FROM: &str = "LANTERNFISH_FRAMES";
 /// Number of warm-up frames, each with changed settings. After them the engine's pipeline cache is full.
-const WARM: u64 = 100;
+const WARM: u64 = 140;
 /// Frames per setting after the warm-up.
 const FRAMES_PER_SETTING: u64 = 6;
 /// Limits of compute and render pipelines: the most that one setting needs, plus [`SPARE`].

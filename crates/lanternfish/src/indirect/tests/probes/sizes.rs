@@ -69,6 +69,6 @@ fn gpu_views_have_their_own_probes() {
     for (image, alone) in last.iter().zip(&alone) {
         let energy = mean(&pixels(image))
             / (alone.iter().map(|p| f64::from(p[0] + p[1] + p[2]) / 3.0).sum::<f64>() / alone.len() as f64);
-        assert!((energy - 1.0).abs() < 0.02, "{energy}");
+        assert!((energy - 1.0).abs() < 0.04, "{energy}");
     }
 }
