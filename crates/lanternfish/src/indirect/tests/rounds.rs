@@ -145,7 +145,8 @@ fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
 #[test]
 fn gpu_weights_of_diffuse_rays_need_no_directions() {
     let Some(gpu) = testing::gpu("gpu_weights_of_diffuse_rays_need_no_directions") else { return };
-    let rays = SampledParameters { diffuse_rays: 8, diffuse_density: 8.0, most_roughness: f32::MAX, ..Default::default() };
+    let rays =
+        SampledParameters { diffuse_rays: 8, diffuse_density: 8.0, most_roughness: f32::MAX, ..Default::default() };
     let parameters = SampledParameters { first_points: UVec2::splat(40), ..rays };
     let sampled = uniform_buffer_of(&gpu.device, "sampled", &parameters);
     let view = uniform_buffer_of(&gpu.device, "view", &View::default());

@@ -85,6 +85,16 @@ pub(super) struct ProbeLight {
     interpolate: ComputeKernel,
 }
 
+/// The probes of a frame, and what their passes read beside them.
+#[derive(Clone, Copy, Debug)]
+struct Found<'a> {
+    probes: &'a Placed,
+    /// Short-range visibility of each pixel.
+    contact: &'a wgpu::TextureView,
+    parameters: &'a ProbeParameters,
+    uniform: &'a BufferPart,
+}
+
 impl ProbeLight {
     /// Compiles the passes. `light`: those of rays from every pixel.
     pub fn new(
@@ -118,11 +128,9 @@ impl ProbeLight {
         view_context: &ViewContext<'_>,
         surface: &Surface,
         of_frame: &mut CacheOfFrame,
-        probes: &Placed,
-        contact: &wgpu::TextureView,
-        (parameters, uniform): (&ProbeParameters, &BufferPart),
-        counters: &mut Vec<Counters>,
-    ) -> Result<wgpu::Buffer, RenderError> {
+        found: &Found<'_>,
+    ) -> Result<(wgpu::Buffer, Counters), RenderError> {
+        let &Found { probes, contact, parameters, uniform } = found;
         let ViewContext { scene, view, buffer, .. } = view_context;
         let bytes = SUMS_BYTES * u64::from(probes.grid.x) * u64::from(probes.grid.y);
         let sums = frame.scratch("indirect/probes/sums", bytes)?;
@@ -148,7 +156,7 @@ impl ProbeLight {
         };
         let cache = self.light.cache.as_mut();
         let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: true });
-        counters.push(self.rays.record(frame, view_context, surface, &grid, cached)?);
+        let counters = self.rays.record(frame, view_context, surface, &grid, cached)?;
         let surfaces = buffer
             .bindings()
             .with(&surface.bindings())
@@ -158,7 +166,7 @@ impl ProbeLight {
         let filtering = surfaces.buffer("probe_sums", &sums).buffer("filtered_probes", &filtered);
         frame.dispatch(&self.filter, &filtering, groups(&self.filter, probes.grid));
         self.guide.keep(frame, view_context, surface, parameters.tiles, &filtered)?;
-        Ok(filtered)
+        Ok((filtered, counters))
     }
 
     /// Glossy rays of smooth surfaces, and rays to emissive triangles: the layers of their light.
@@ -222,14 +230,12 @@ impl IndirectPasses for ProbeLight {
             return self.light.record(frame, view_context, surface);
         };
         let mut of_frame = cache.begin(frame, view_context)?;
-        let mut counters = Vec::new();
         let parameters = ProbeParameters {
             tile: self.settings.probe_size,
             rays: self.settings.probe_rays,
             tiles: surface.size.map(|side| side.div_ceil(self.settings.probe_size)),
             has_pixel_rays: 0,
             least_roughness: if self.light.settings.glossy_rays > 0 { LEAST_ROUGHNESS } else { f32::MAX },
-            ..Default::default()
         };
         let uniform = frame.uniform(&parameters);
         let surfaces = buffer.bindings().with(&surface.bindings());
@@ -237,16 +243,9 @@ impl IndirectPasses for ProbeLight {
         let contact = frame_layers(frame, "indirect/probes/contact", surface.size, wgpu::TextureFormat::R32Float, 1);
         let finding = surfaces.clone().part("probes", &uniform).texture("contact_target", &contact);
         frame.dispatch(&self.contact, &finding, groups(&self.contact, surface.size));
-        let filtered = self.record_probes(
-            frame,
-            view_context,
-            surface,
-            &mut of_frame,
-            &probes,
-            &contact,
-            (&parameters, &uniform),
-            &mut counters,
-        )?;
+        let found = Found { probes: &probes, contact: &contact, parameters: &parameters, uniform: &uniform };
+        let (filtered, of_probes) = self.record_probes(frame, view_context, surface, &mut of_frame, &found)?;
+        let mut counters = vec![of_probes];
         let of_pixels = self.record_pixels(frame, view_context, surface, &mut of_frame, &mut counters)?;
         let layers = layers_target(frame, surface.size);
         let uniform = frame.uniform(&ProbeParameters { has_pixel_rays: of_pixels.is_some().into(), ..parameters });

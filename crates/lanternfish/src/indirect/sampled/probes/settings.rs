@@ -129,3 +129,28 @@ impl IndirectTechnique for Probes {
         Ok(Box::new(ProbeLight::new(device, *self, light, settings, tracer)?))
     }
 }
+
+#[cfg(test)]
+#[test]
+fn parameters_of_rays_from_pixels_have_their_own_names() {
+    use crate::technique::AnyTechnique;
+
+    let text = |own: &str| match own.parse::<u32>() {
+        Ok(number) => Some((number + 1).to_string()),
+        Err(_) => ["half", "off", "bvh", "2"].map(str::to_owned).into_iter().find(|text| text != own),
+    };
+    let mut changed = 0;
+    for name in Probes::PARAMETERS.iter().map(|parameter| parameter.info.name) {
+        let mut probes = Probes::default();
+        let Some(own) = AnyTechnique::get(&probes.per_pixel, name) else { continue };
+        assert_eq!(AnyTechnique::get(&probes, name), Some(own.clone()), "{name}");
+        for text in text(&own).into_iter().chain(["half", "off", "bvh", "2"].map(str::to_owned)) {
+            if text != own && AnyTechnique::set(&mut probes, name, &text).is_ok() {
+                assert_eq!(AnyTechnique::get(&probes.per_pixel, name), Some(text), "{name}");
+                changed += 1;
+                break;
+            }
+        }
+    }
+    assert_eq!(changed, 10);
+}
