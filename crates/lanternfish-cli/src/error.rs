@@ -12,53 +12,37 @@ use lanternfish::RenderError;
 use lanternfish_gpu::GpuError;
 use lanternfish_metrics::MetricsError;
 use lanternfish_reference::ReferenceError;
-use lanternfish_scene::{SceneError, memory::TooMuch};
+use lanternfish_scene::{SceneError, memory::TooMuch, printable};
 
 use crate::{flags::as_flags, output::has_ending};
 
 /// Why the program stops.
 #[derive(Debug)]
-pub enum CliError {
-    /// An error that the user can act on.
-    Failed {
-        /// The fault and its location.
-        what: String,
-        /// The remedy, as a sentence without capital letter and full stop.
-        hint: String,
-    },
-    /// The reader closed standard output. This is not a failure.
-    ReaderGone,
+pub struct CliError {
+    /// The fault and its location.
+    what: String,
+    /// The remedy, as a sentence without capital letter and full stop.
+    hint: String,
 }
 
 impl CliError {
-    /// Creates an error from a fault and a hint; see [`CliError::Failed`].
+    /// Creates an error from a fault and a hint, which may be empty.
     pub fn new(what: impl fmt::Display, hint: impl Into<String>) -> Self {
-        Self::Failed { what: what.to_string(), hint: hint.into() }
+        Self { what: what.to_string(), hint: hint.into() }
     }
 
     /// The fault in one line, without the hint.
     pub fn what(&self) -> String {
-        match self {
-            Self::Failed { what, .. } => what.clone(),
-            Self::ReaderGone => "standard output is closed".to_owned(),
-        }
-    }
-
-    /// Converts an error of writing to standard output.
-    pub(crate) fn from_stdout(error: io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::BrokenPipe => Self::ReaderGone,
-            _ => Self::new(format_args!("standard output: {error}"), "check where the output is sent to"),
-        }
+        self.what.clone()
     }
 }
 
 impl fmt::Display for CliError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Failed { what, hint } if hint.is_empty() => write!(f, "error: {what}"),
-            Self::Failed { what, hint } => write!(f, "error: {what}\n\n  hint: {hint}"),
-            Self::ReaderGone => Ok(()),
+        let Self { what, hint } = self;
+        match hint.is_empty() {
+            true => write!(f, "error: {what}"),
+            false => write!(f, "error: {what}\n\n  hint: {hint}"),
         }
     }
 }
@@ -162,7 +146,7 @@ impl From<MetricsError> for CliError {
 
 /// Prints a line to standard error. A failure is ignored, because nothing is left to report it to.
 pub fn say(what: &dyn fmt::Display) {
-    let _ = writeln!(io::stderr(), "{what}");
+    let _ = writeln!(io::stderr(), "{}", printable(&what.to_string()));
 }
 
 /// A panic is a bug in Lanternfish. It is reported like any other error, with the details for a bug report.

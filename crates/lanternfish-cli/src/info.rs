@@ -4,7 +4,7 @@ use std::{fmt::Write as _, path::Path};
 
 use clap::Args;
 use lanternfish_metrics::{read_exr_attributes, read_png_texts};
-use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene, rig};
+use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene, printable_name, rig};
 
 use crate::{
     args::{PartArgs, demos},
@@ -70,7 +70,7 @@ struct Lines(String);
 impl Lines {
     fn add(&mut self, name: &str, value: impl std::fmt::Display) {
         // Writing to a String cannot fail.
-        writeln!(self.0, "{name:<13}{value}").expect("String");
+        writeln!(self.0, "{name:<13}{}", printable_name(&value.to_string())).expect("String");
     }
 
     fn count(&mut self, name: &str, count: usize, more: impl std::fmt::Display) {

@@ -153,7 +153,17 @@ pub(crate) fn has_ending(path: &Path, ending: &str) -> bool {
 /// Writes to standard output and flushes it.
 pub fn print(text: &str) -> Result<(), CliError> {
     let mut stdout = std::io::stdout();
-    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(CliError::from_stdout)
+    printed(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()))
+}
+
+/// Converts the result of writing to standard output. A reader that closed it has enough (`lanternfish render … | head -1`): the rest is not
+/// printed, and the work and its exit code do not change.
+pub(crate) fn printed(result: std::io::Result<()>) -> Result<(), CliError> {
+    match result {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        Err(error) => Err(CliError::new(format_args!("standard output: {error}"), "check where the output is sent to")),
+        Ok(()) => Ok(()),
+    }
 }
 
 /// Writes a text file completely or not at all.

@@ -9,6 +9,7 @@ use clap::{ArgMatches, Parser};
 
 use crate::{
     error::{self, CliError},
+    output::printed,
     signals,
 };
 
@@ -33,8 +34,6 @@ pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> ExitCode) -> ExitCode
 pub fn told(result: Result<u8, CliError>) -> ExitCode {
     match result {
         Ok(code) => ExitCode::from(code),
-        // The reader closed the pipe because it has enough (`lanternfish info … | head`).
-        Err(CliError::ReaderGone) => ExitCode::SUCCESS,
         Err(error) => {
             error::say(&error);
             ExitCode::FAILURE
@@ -44,7 +43,7 @@ pub fn told(result: Result<u8, CliError>) -> ExitCode {
 
 /// Prints clap's message, an argument error or the text of `--help` and `--version`, and returns the exit code.
 fn print(error: &clap::Error) -> Result<u8, CliError> {
-    error.print().and_then(|()| io::stdout().flush()).map_err(CliError::from_stdout)?;
+    printed(error.print().and_then(|()| io::stdout().flush()))?;
     Ok(u8::try_from(error.exit_code()).unwrap_or(u8::MAX))
 }
 

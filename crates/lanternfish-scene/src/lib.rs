@@ -33,7 +33,7 @@ pub use environment::Environment;
 pub use error::SceneError;
 pub use framing::Viewpoint;
 pub use import::{LoadOptions, load, load_with};
-pub use lanternfish_limits::memory;
+pub use lanternfish_limits::{memory, printable, printable_name};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};

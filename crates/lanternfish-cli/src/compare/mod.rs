@@ -126,7 +126,7 @@ fn pixels_per_degree(text: &str) -> Result<f32, String> {
 /// Compares two images, prints the result and returns the exit code.
 pub fn main(args: &CompareArgs) -> ExitCode {
     match run(args) {
-        Ok(None) | Err(CliError::ReaderGone) => ExitCode::SUCCESS,
+        Ok(None) => ExitCode::SUCCESS,
         Ok(Some(exceeded)) => {
             error::say(&exceeded);
             ExitCode::FAILURE
@@ -149,17 +149,13 @@ fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
     if let Some(path) = &args.side_by_side {
         renderings::write_side_by_side(path, &measures.shown, &measures.map)?;
     }
-    let told = match args.json.as_deref() {
+    match args.json.as_deref() {
         Some(path) if path == Path::new("-") => print(&json::to_json(args, &inputs, &measures)),
         Some(path) => write_text(path, &json::to_json(args, &inputs, &measures))
             .and_then(|()| print(&table::to_table(args, &inputs, &measures))),
         None => print(&table::to_table(args, &inputs, &measures)),
-    };
-    // A closed output pipe must not hide an exceeded limit.
-    match told {
-        Ok(()) | Err(CliError::ReaderGone) => Ok(exceeded(args, &inputs, &measures)),
-        Err(error) => Err(error),
-    }
+    }?;
+    Ok(exceeded(args, &inputs, &measures))
 }
 
 /// Checks everything that can be checked before a file is read.

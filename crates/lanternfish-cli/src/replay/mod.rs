@@ -118,7 +118,6 @@ impl FromArgMatches for SimulationArgs {
 pub(crate) fn main(args: &ReplayArgs, said: &ArgMatches) -> ExitCode {
     match run(args, said) {
         Ok(code) => ExitCode::from(code),
-        Err(CliError::ReaderGone) => ExitCode::SUCCESS,
         Err(error) => {
             error::say(&error);
             ExitCode::from(FAILED)
@@ -150,11 +149,8 @@ fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<u8, CliError> {
         _ => 0,
     };
     let text = format!("{}{table}{}\n", page::summary(&report), page.display());
-    // A closed output pipe must not hide a slower pass.
-    match output::print(&text) {
-        Ok(()) | Err(CliError::ReaderGone) => Ok(code),
-        Err(error) => Err(error),
-    }
+    output::print(&text)?;
+    Ok(code)
 }
 
 /// Times, seconds, and cameras of frames.

@@ -256,3 +256,30 @@ fn names_need_not_be_utf8() {
     let mut shot = lanternfish(folder.path());
     assert_refused(shot.arg("shot").arg(name(b"caf\xe9.obj")), &["not UTF-8", "another name"]);
 }
+
+/// Names and paths from files cannot move the cursor of a terminal, set its title or fake lines, and do not fill it.
+#[test]
+fn names_from_files_are_escaped_and_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let escape = "\\u001b]0;title\\u0007\\nerror: none";
+    let camera = r#"{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 }, "name": "NAME" }"#;
+    let scene = |camera: &str, more: &str| {
+        format!(
+            r#"{{ "asset": {{ "version": "2.0" }}, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "camera": 0, "name": "{escape}" }}],
+            "cameras": [{camera}]{more} }}"#
+        )
+    };
+    write("camera.gltf", &scene(&camera.replace("NAME", escape), ""));
+    write("extension.gltf", &scene(camera, &format!(r#", "extensionsRequired": ["{escape}"]"#)));
+    let long = "b".repeat(1 << 20);
+    write("buffer.gltf", &scene(camera, &format!(r#", "buffers": [{{ "byteLength": 4, "uri": "a://{long}" }}]"#)));
+    write("key.toml", "scene = \"demo:cornell\"\n\"\\u001b[31mkey\" = 1\n");
+    for words in [["info", "camera.gltf"], ["info", "extension.gltf"], ["info", "buffer.gltf"], ["render", "key.toml"]]
+    {
+        let (_, text) = said(lanternfish(folder.path()).args(words));
+        let is_plain = |character: char| character == '\n' || !character.is_control();
+        assert!(text.chars().all(is_plain), "{words:?}: {text:?}");
+        assert!(!text.lines().any(|line| line == "error: none") && text.len() < 3000, "{words:?}: {text}");
+    }
+}

@@ -313,6 +313,12 @@ fn a_failed_print_fails_the_run() {
         let output = output.unwrap().wait_with_output().unwrap();
         assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]), "{words:?}");
     }
+    // The exit code is that of the work: both frames are missing.
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let words = ["frames", "triangle.gltf", "1-2", "-o", "frame.png"];
+    let status = lanternfish(folder.path()).args(words).stdout(writer).status().unwrap();
+    assert_eq!(status.code(), Some(1));
 }
 
 /// A white triangle in the plane z = 0.

@@ -25,6 +25,19 @@ fn run(folder: &Path, words: &str) -> (String, String) {
     (String::from_utf8(output.stdout).unwrap(), stderr)
 }
 
+/// A reader that has enough after the first line (`| head -1`) does not end the sequence.
+#[test]
+fn gpu_a_closed_pipe_does_not_end_a_sequence() {
+    let folder = tempfile::tempdir().unwrap();
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let words = "render demo:furnace --size 8x8 --indirect none --frames 1-3 -o frame.png --adapter cpu --quiet";
+    let status = lanternfish(folder.path()).args(words.split_whitespace()).stdout(writer).status().unwrap();
+    assert_eq!(status.code(), Some(0));
+    let images: Vec<_> = names(folder.path()).into_iter().filter(|name| name.ends_with(".png")).collect();
+    assert_eq!(images.len(), 3, "{images:?}");
+}
+
 /// A camera that moves through rain for a second. With automatic exposure, each image alone would be metered differently. Few
 /// rays, and few samples of each entry of the radiance cache.
 const WALK: &str = "scene = \"demo:cornell\"

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lanternfish_limits::memory::TooMuch;
+use lanternfish_limits::{memory::TooMuch, printable_name};
 
 use crate::{SceneError, import::files::FileError};
 
@@ -63,9 +63,11 @@ impl Fault {
     /// The error for the scene file `path`.
     pub fn at(self, path: &Path) -> SceneError {
         match self {
-            Self::Invalid(what) => SceneError::Invalid { path: path.to_owned(), what },
-            Self::Unsupported(what) => SceneError::Unsupported { path: path.to_owned(), what },
-            Self::NoSuchScene { scene, known } => SceneError::NoSuchScene { path: path.to_owned(), scene, known },
+            Self::Invalid(what) => SceneError::Invalid { path: path.to_owned(), what: printable_name(&what) },
+            Self::Unsupported(what) => SceneError::Unsupported { path: path.to_owned(), what: printable_name(&what) },
+            Self::NoSuchScene { scene, known } => {
+                SceneError::NoSuchScene { path: path.to_owned(), scene, known: printable_name(&known) }
+            }
             Self::Io { path, source } => SceneError::Io { path, source },
             Self::Outside { path } => SceneError::Outside { path },
             Self::TooMuch(need) => SceneError::TooMuch { path: path.to_owned(), need },
