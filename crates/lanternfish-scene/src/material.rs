@@ -76,6 +76,22 @@ impl Material {
     pub fn is_transparent(&self) -> bool {
         self.alpha_mode == AlphaMode::Blend || self.transmission > 0.0
     }
+
+    /// All references to textures.
+    pub(crate) fn texture_slots(&mut self) -> [&mut Option<TextureRef>; 10] {
+        [
+            &mut self.base_color_texture,
+            &mut self.metallic_roughness_texture,
+            &mut self.normal_texture,
+            &mut self.occlusion_texture,
+            &mut self.emissive_texture,
+            &mut self.specular_texture,
+            &mut self.specular_color_texture,
+            &mut self.transmission_texture,
+            &mut self.clearcoat_texture,
+            &mut self.clearcoat_roughness_texture,
+        ]
+    }
 }
 
 impl Default for Material {

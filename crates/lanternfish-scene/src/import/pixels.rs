@@ -1,7 +1,8 @@
-//! Decoding of PNG, JPEG and WebP images, detected by their content.
+//! Decoding of PNG, JPEG, WebP and KTX2 images, detected by their content.
 
 use std::io::Cursor;
 
+use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use image::{ImageDecoder, ImageReader, Limits};
 use lanternfish_limits::caught;
 use lanternfish_limits::memory::{Budget, TooMuch};
@@ -32,6 +33,11 @@ impl Size {
 /// Reads the header of an image.
 pub(super) fn size(encoded: &[u8]) -> Result<Size, String> {
     caught(|| {
+        if is_ktx2(encoded) {
+            let (width, height) = stated_size(encoded)?;
+            // Blocks of a quarter of the pixels' size, and what they are unpacked from.
+            return Ok(Size { width, height, decoded: 4 * u64::from(width) * u64::from(height) });
+        }
         let decoder = reader(encoded)?.into_decoder().map_err(|error| error.to_string())?;
         let (width, height) = decoder.dimensions();
         Ok(Size { width, height, decoded: decoder.total_bytes() })
@@ -59,6 +65,14 @@ pub(super) fn reserve(sizes: &[(String, Size)], budget: &Budget) -> Result<(), T
 /// Decodes an image.
 pub(super) fn decode(name: &str, encoded: &[u8]) -> Result<Image, String> {
     caught(|| {
+        if is_ktx2(encoded) {
+            let (width, height) = stated_size(encoded)?;
+            let rgba = transcode(encoded).map_err(|error| format!("not a Basis Universal texture: {error:?}"))?;
+            if rgba.len() as u64 != 4 * u64::from(width) * u64::from(height) {
+                return Err(format!("{} bytes instead of {width} × {height} pixels", rgba.len()));
+            }
+            return Ok(Image { name: name.to_owned(), width, height, rgba });
+        }
         let pixels = reader(encoded)?.decode().map_err(|error| error.to_string())?.into_rgba8();
         let (width, height) = pixels.dimensions();
         if width == 0 || height == 0 {
@@ -77,7 +91,40 @@ fn reader(encoded: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     reader.limits(limits);
     let reader = reader.with_guessed_format().map_err(|error| error.to_string())?;
     if reader.format().is_none() {
-        return Err("neither PNG, JPEG nor WebP".to_owned());
+        return Err("neither PNG, JPEG, WebP nor KTX2".to_owned());
     }
     Ok(reader)
+}
+
+/// First bytes of a KTX2 file.
+const KTX2: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
+
+fn is_ktx2(encoded: &[u8]) -> bool {
+    encoded.starts_with(KTX2)
+}
+
+/// Width and height from the header of a KTX2 file, before anything of it is unpacked. `KHR_texture_basisu` allows one image, without layers or faces.
+fn stated_size(encoded: &[u8]) -> Result<(u32, u32), String> {
+    let word = |at: usize| encoded.get(at..)?.first_chunk().map(|bytes| u32::from_le_bytes(*bytes));
+    let header = [20, 24, 32, 36].map(word);
+    // The first entry of the index of levels: offset, length, and length without supercompression.
+    let unpacked = encoded.get(96..).and_then(|rest| rest.first_chunk()).map(|bytes| u64::from_le_bytes(*bytes));
+    let ([Some(width), Some(height), Some(layers), Some(faces)], Some(unpacked)) = (header, unpacked) else {
+        return Err("the file is cut".to_owned());
+    };
+    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) || layers > 1 || faces != 1 {
+        return Err(format!(
+            "{layers} layers of {faces} faces of {width} × {height} pixels, where one image is expected"
+        ));
+    }
+    // Blocks of 4 × 4 pixels have at most 16 bytes.
+    if unpacked > 16 * u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4)) {
+        return Err(format!("{unpacked} bytes stated for {width} × {height} pixels"));
+    }
+    Ok((width, height))
+}
+
+/// The pixels of the first level of a Basis Universal texture (ETC1S or UASTC), as `KHR_texture_basisu` requires.
+fn transcode(encoded: &[u8]) -> Result<Vec<u8>, basisu::Error> {
+    Transcoder::new(encoded)?.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
 }

@@ -1,9 +1,11 @@
 //! Accessors: typed arrays in buffers, in all forms of the format.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
 use super::buffers::Buffers;
+use super::draco::Decoded;
 use super::fault::{Place, Result, invalid, item};
 use super::schema::{Accessor, Root};
 
@@ -16,12 +18,14 @@ pub(super) struct Accessors<'a> {
     pub root: &'a Root<'a>,
     pub buffers: &'a Buffers<'a>,
     /// Number of elements without data read so far.
-    zero_count: AtomicUsize,
+    zero_count: Arc<AtomicUsize>,
+    /// Content of accessors that are compressed with their primitive.
+    decoded: Option<&'a Decoded>,
 }
 
 /// Storage type of one number.
 #[derive(Clone, Copy, PartialEq)]
-enum Component {
+pub(super) enum Component {
     I8,
     U8,
     I16,
@@ -44,7 +48,7 @@ impl Component {
     }
 
     /// Size, bytes.
-    fn size(self) -> usize {
+    pub fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -54,18 +58,24 @@ impl Component {
 }
 
 /// Stored elements, checked to be within their buffer.
-struct Elements<'a> {
+pub(super) struct Elements<'a> {
     /// From the first byte of the first element to the last byte of the last one.
-    bytes: &'a [u8],
+    pub bytes: &'a [u8],
     /// Distance between elements, bytes.
-    stride: usize,
-    component: Component,
-    normalized: bool,
+    pub stride: usize,
+    pub component: Component,
+    pub normalized: bool,
 }
 
 impl<'a> Accessors<'a> {
     pub fn new(root: &'a Root<'a>, buffers: &'a Buffers<'a>) -> Self {
-        Self { root, buffers, zero_count: AtomicUsize::new(0) }
+        Self { root, buffers, zero_count: Arc::default(), decoded: None }
+    }
+
+    /// The same, with the content of accessors that are compressed with their primitive.
+    pub fn with<'b>(&'b self, decoded: &'b Decoded) -> Accessors<'b> {
+        let Self { root, buffers, .. } = *self;
+        Accessors { root, buffers, zero_count: self.zero_count.clone(), decoded: Some(decoded) }
     }
 
     /// Elements of `N` numbers as floats; integers are scaled to 0..=1 or -1..=1 if the accessor is normalised.
@@ -105,12 +115,16 @@ impl<'a> Accessors<'a> {
     /// All elements of `size` components each, with sparse replacements. Elements without data are `zero`.
     fn read<T: Clone>(&self, index: usize, size: usize, zero: T, copy: impl Fn(&Elements, &mut [T])) -> Result<Vec<T>> {
         let accessor = item(&self.root.accessors, index, "accessors")?;
-        self.read_checked(accessor, size, zero, copy).place(|| format!("accessors[{index}]"))
+        let decoded =
+            self.decoded.and_then(|decoded| decoded.get(&index)).map(|array| array.elements(size, accessor.count));
+        let read = decoded.transpose().and_then(|decoded| self.read_checked(accessor, decoded, size, zero, copy));
+        read.place(|| format!("accessors[{index}]"))
     }
 
     fn read_checked<T: Clone>(
         &self,
         accessor: &Accessor,
+        decoded: Option<Elements>,
         size: usize,
         zero: T,
         copy: impl Fn(&Elements, &mut [T]),
@@ -125,7 +139,10 @@ impl<'a> Accessors<'a> {
         let component = Component::new(accessor.component_type)?;
         let normalized = accessor.normalized;
         let mut elements = Vec::new();
-        if let Some(view) = accessor.buffer_view {
+        if let Some(decoded) = decoded {
+            elements.resize(accessor.count, zero.clone());
+            copy(&Elements { normalized, ..decoded }, &mut elements);
+        } else if let Some(view) = accessor.buffer_view {
             let stored = self.locate(view, accessor.byte_offset, accessor.count, size, component, true)?;
             elements.resize(accessor.count, zero.clone());
             copy(&Elements { normalized, ..stored }, &mut elements);

@@ -5,15 +5,13 @@ use std::path::Path;
 use super::fault::{Fault, Result};
 use super::schema::Root;
 
-/// Draco compression of primitives, which is not supported.
-pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
-
 /// Supported extensions. Some are supported in part; the modules that read them note the rest.
 const SUPPORTED: &[&str] = &[
     "EXT_lights_area",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -30,22 +28,14 @@ const SUPPORTED: &[&str] = &[
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
-
-/// The extension's name, with a remedy for files that need it.
-pub(super) fn with_remedy(name: &str) -> String {
-    match name {
-        DRACO => format!("{name} (export it without, or with EXT_meshopt_compression)"),
-        "KHR_texture_basisu" => format!("{name} (export its textures as PNG, JPEG or WebP)"),
-        _ => name.to_owned(),
-    }
-}
 
 /// Refuses a file that requires an unsupported extension. One warning lists the unsupported extensions that the file only uses.
 pub(super) fn check(root: &Root, file: &Path) -> Result<()> {
     let unknown = |name: &&String| !SUPPORTED.contains(&name.as_str());
-    let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(|name| with_remedy(name)).collect();
+    let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(String::as_str).collect();
     if !required.is_empty() {
         return Err(Fault::Unsupported(required.join(", ")));
     }

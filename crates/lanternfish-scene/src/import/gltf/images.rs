@@ -5,34 +5,48 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 
 use super::buffers::Buffers;
-use super::fault::{Place, Result, invalid};
+use super::fault::{Fault, Place, Result, invalid};
 use super::schema::{self, Root};
 use super::uri;
 use crate::{
     Image,
-    import::{files::Files, pixels},
+    import::{
+        files::Files,
+        pixels::{self, Size},
+    },
 };
 
-/// Decodes the file's images at `indices` on all cores. An error, before decoding, if they exceed the memory budget.
-pub(super) fn decode_all(root: &Root, indices: &[usize], buffers: &Buffers, files: &Files) -> Result<Vec<Image>> {
+/// Decodes the file's images at `indices` on all cores. An inner error says why an image is missing or damaged. An outer error, before decoding, if
+/// they exceed the memory budget, or if one is in a place that may not be read.
+pub(super) fn decode_all(
+    root: &Root,
+    indices: &[usize],
+    buffers: &Buffers,
+    files: &Files,
+) -> Result<Vec<std::result::Result<Image, String>>> {
     let name = |index: usize| match root.images[index].name.as_str() {
         "" => format!("images[{index}]"),
         name => format!("images[{index}] ({name})"),
     };
-    let encoded = |index: &usize| encoded(&root.images[*index], buffers, files).place(|| name(*index));
-    let encoded: Vec<Cow<[u8]>> = indices.iter().map(encoded).collect::<Result<_>>()?;
-    let size = |(index, bytes): (&usize, &Cow<[u8]>)| {
-        let size = pixels::size(bytes).map_err(invalid).place(|| name(*index))?;
-        Ok((name(*index), size))
+    let read = |index: &usize| -> Result<std::result::Result<_, String>> {
+        match encoded(&root.images[*index], buffers, files).place(|| name(*index)) {
+            Ok(bytes) => Ok(pixels::size(&bytes).map(|size| (bytes, size))),
+            Err(Fault::Invalid(what) | Fault::Unsupported(what)) => Ok(Err(what)),
+            Err(Fault::Io { path, source }) => Ok(Err(format!("{}: {source}", path.display()))),
+            Err(fault) => Err(fault),
+        }
     };
-    let sizes: Vec<_> = indices.iter().zip(&encoded).map(size).collect::<Result<_>>()?;
+    let read: Vec<_> = indices.iter().map(read).collect::<Result<_>>()?;
+    let named = |(index, read): (&usize, &std::result::Result<(_, Size), _>)| {
+        read.as_ref().ok().map(|(_, size)| (name(*index), *size))
+    };
+    let sizes: Vec<_> = indices.iter().zip(&read).filter_map(named).collect();
     pixels::reserve(&sizes, files.budget)?;
-    let decode = |(index, bytes): (&usize, &Cow<[u8]>)| {
-        pixels::decode(&root.images[*index].name, bytes).map_err(invalid).place(|| name(*index))
+    let decode = |(index, read): (&usize, std::result::Result<(Cow<[u8]>, _), String>)| {
+        let image = read.and_then(|(bytes, _)| pixels::decode(&root.images[*index].name, &bytes));
+        image.map_err(|what| format!("{}: {what}", name(*index)))
     };
-    // Gather all results first, so that the same fault of several is always reported.
-    let images: Vec<_> = indices.par_iter().zip(&encoded).map(decode).collect();
-    images.into_iter().collect()
+    Ok(indices.par_iter().zip(read).map(decode).collect())
 }
 
 fn encoded<'a>(image: &schema::Image, buffers: &'a Buffers, files: &Files) -> Result<Cow<'a, [u8]>> {

@@ -15,6 +15,7 @@ mod buffers;
 mod cameras;
 mod container;
 mod deformation;
+mod draco;
 mod extensions;
 mod fault;
 mod hierarchy;
@@ -97,12 +98,14 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
         || images::decode_all(&root, &textures.images, &buffers, files),
         || meshes::read_all(&accessors, &used, &materials, files.budget, &mut notes),
     );
+    let meshes = meshes?;
+    let images = textures.keep_readable(images?, &mut materials, &mut notes);
     let mut scene = Scene {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-        meshes: meshes?,
+        meshes,
         materials,
         textures: textures.textures,
-        images: images?,
+        images,
         samplers: textures.samplers,
         ..Default::default()
     };

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use glam::{Vec2, Vec3, Vec4};
 
 use super::accessor::{Accessors, MAX_ZERO_COUNT};
-use super::fault::{Fault, Place, Result, invalid};
+use super::draco::{self, Decoded};
+use super::fault::{Place, Result, invalid};
 use super::schema::Root;
 use super::topology::Topology;
-use super::{deformation, extensions, normals, schema, tangents, vertices};
+use super::{deformation, normals, schema, tangents, vertices};
 use crate::Primitive;
 
 /// Result of reading a primitive.
@@ -34,7 +35,16 @@ pub(super) fn read(
     let Some(positions) = source.attributes.get("POSITION") else {
         return Ok(Outcome::LeftOut("primitives without positions"));
     };
-    refuse_draco(accessors, source)?;
+    let decoded = match compressed(accessors, source) {
+        Some(draco) => {
+            let bytes = accessors.buffers.view(draco.buffer_view)?.1;
+            draco::decode(accessors.root, source, draco, bytes, accessors.buffers.budget())?
+        }
+        None => Decoded::new(),
+    };
+    // What is compressed is a list of triangles.
+    let topology = if decoded.is_empty() { topology } else { Topology::List };
+    let accessors = &accessors.with(&decoded);
     let mut primitive = Primitive { positions: read_positions(accessors, *positions)?, ..Default::default() };
     let vertex_count = primitive.positions.len();
     primitive.indices = topology.triangles(match source.indices {
@@ -114,16 +124,14 @@ pub(super) fn need(root: &Root, source: &schema::Primitive, has_normal_map: bool
     Need { kept, transient, corners }
 }
 
-/// Refuses Draco-compressed primitives, unless they have an uncompressed fallback.
-fn refuse_draco(accessors: &Accessors, source: &schema::Primitive) -> Result<()> {
+/// The Draco-compressed data of a primitive, unless it has an uncompressed fallback.
+fn compressed<'a>(accessors: &Accessors, source: &'a schema::Primitive) -> Option<&'a schema::Draco> {
     let is_empty = |index: &usize| {
         let accessor = accessors.root.accessors.get(*index);
         accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
     };
-    if source.extensions.draco.is_some() && source.attributes.values().chain(&source.indices).any(is_empty) {
-        return Err(Fault::Unsupported(extensions::with_remedy(extensions::DRACO)));
-    }
-    Ok(())
+    let draco = source.extensions.draco.as_ref()?;
+    source.attributes.values().chain(&source.indices).any(is_empty).then_some(draco)
 }
 
 fn read_positions(accessors: &Accessors, accessor: usize) -> Result<Vec<Vec3>> {

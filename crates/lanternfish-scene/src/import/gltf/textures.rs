@@ -5,7 +5,7 @@ use glam::{Affine2, Mat2, Vec2};
 use super::fault::{Place, Result, invalid, item};
 use super::notes::Notes;
 use super::schema::{self, Root, TextureInfo, TextureTransform};
-use crate::{Filter, MipFilter, Sampler, Texture, TextureRef, Wrap};
+use crate::{Filter, Image, Material, MipFilter, Sampler, Texture, TextureRef, Wrap};
 
 /// The distinct textures that materials refer to, in the order of first use.
 #[derive(Default)]
@@ -29,8 +29,9 @@ impl Textures {
             notes.add("textures of a third or further set of texture coordinates");
             return Ok(None);
         }
-        let webp = texture.extensions.webp.as_ref().and_then(|webp| webp.source);
-        let Some(source) = webp.or(texture.source) else {
+        let extensions = &texture.extensions;
+        let of_extension = extensions.webp.as_ref().or(extensions.basisu.as_ref()).and_then(|texture| texture.source);
+        let Some(source) = of_extension.or(texture.source) else {
             notes.add("textures without an image in a supported format");
             return Ok(None);
         };
@@ -44,6 +45,25 @@ impl Textures {
                 .place(|| format!("textures[{}]", info.index));
         }
         Ok(Some(TextureRef { texture, uv_set, texture_from_uv }))
+    }
+
+    /// Removes the materials' references to images that could not be read, with a note for each. Returns the images, with one white pixel instead of
+    /// these.
+    pub fn keep_readable(
+        &self,
+        images: Vec<std::result::Result<Image, String>>,
+        materials: &mut [Material],
+        notes: &mut Notes,
+    ) -> Vec<Image> {
+        let is_readable: Vec<bool> = images.iter().map(|image| image.is_ok()).collect();
+        for slot in materials.iter_mut().flat_map(Material::texture_slots) {
+            *slot = slot.filter(|used| is_readable[self.textures[used.texture].image]);
+        }
+        let mut white = |what| {
+            notes.add_image(what);
+            Image { name: String::new(), width: 1, height: 1, rgba: vec![255; 4] }
+        };
+        images.into_iter().map(|image| image.unwrap_or_else(&mut white)).collect()
     }
 
     fn sampler(&mut self, root: &Root, texture: &schema::Texture, notes: &mut Notes) -> Result<usize> {

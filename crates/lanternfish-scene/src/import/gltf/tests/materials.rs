@@ -6,11 +6,11 @@ use glam::{Mat3, Vec2, Vec3, Vec4};
 use image::ImageFormat;
 use serde_json::{Value, json};
 
-use super::{File, assert_contains};
+use super::{File, assert_contains, warnings::warnings};
 use crate::{AlphaMode, Filter, Material, MipFilter, Sampler, Wrap};
 
 /// A triangle with this material, and texture 0 of a red pixel.
-fn with_material(material: Value) -> File {
+pub fn with_material(material: Value) -> File {
     let mut file = File::with_triangle();
     file.push("materials", material);
     file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
@@ -196,28 +196,39 @@ fn image_formats_are_detected_by_content_and_become_rgba8() {
     }
 }
 
+/// Surfaces lack the textures whose images cannot be read, and a warning names these.
 #[test]
-fn corrupt_images_are_refused_by_name() {
+fn corrupt_and_missing_images_are_left_out() {
     let png = encode(ImageFormat::Png, image::RgbImage::new(8, 8).into());
     for (bytes, message) in
-        [(&png[..40], ""), (&b"not an image"[..], "neither PNG, JPEG nor WebP"), (&[][..], "neither")]
+        [(&png[..40], ""), (&b"not an image"[..], "neither PNG, JPEG, WebP nor KTX2"), (&[][..], "neither")]
     {
         let mut file = with_material(json!({ "emissiveTexture": { "index": 0 } }));
         let view = file.view(bytes);
         file.json["images"][0] = json!({ "bufferView": view, "name": "image" });
-        let fault = file.fault();
-        assert_contains(&fault, "images[0] (image): ");
-        assert_contains(&fault, message);
+        let scene = file.scene();
+        assert_eq!((scene.materials[0].emissive_texture, scene.validate().is_ok()), (None, true));
+        let [warning] = warnings(&file).try_into().expect("one warning");
+        assert_contains(&warning, "surfaces lack a texture: images[0] (image): ");
+        assert_contains(&warning, message);
     }
+    let mut file = with_material(json!({ "emissiveTexture": { "index": 0 }, "normalTexture": { "index": 1 } }));
+    let view = file.view(&png);
+    file.json["images"] = json!([{ "uri": "wood.png" }, { "bufferView": view }]);
+    file.json["textures"] = json!([{ "source": 0 }, { "source": 1 }]);
+    let material = &file.scene().materials[0];
+    assert!(material.emissive_texture.is_none() && material.normal_texture.is_some());
+    let warnings = warnings(&file);
+    assert!(warnings.len() == 1 && warnings[0].contains("wood.png"), "{warnings:?}");
 }
 
 #[test]
-fn images_over_the_limit_are_refused_before_they_are_decoded() {
+fn images_over_the_limit_are_left_out_before_they_are_decoded() {
     let mut png = encode(ImageFormat::Png, image::GrayImage::new(16_385, 1).into());
     let mut file = with_material(json!({ "emissiveTexture": { "index": 0 } }));
     let view = file.view(&png);
     file.json["images"][0] = json!({ "bufferView": view });
-    assert_contains(&file.fault(), "images[0]: ");
+    assert_contains(&warnings(&file)[0], "images[0]: ");
     png = encode(ImageFormat::Png, image::GrayImage::new(16_384, 1).into());
     let view = file.view(&png);
     file.json["images"][0] = json!({ "bufferView": view });

@@ -1,9 +1,11 @@
 //! Tests of the glTF import, with small files that the tests build.
 
 mod accessors;
+mod basisu;
 mod compression;
 mod conformance;
 mod container;
+mod draco;
 mod geometry;
 mod hostile;
 mod materials;

@@ -5,9 +5,9 @@ use std::io::Cursor;
 use glam::{Vec3, Vec4};
 use serde_json::{Value, json};
 
+use super::File;
 use super::warnings::warnings;
-use super::{File, assert_contains};
-use crate::{AlphaMode, Material, SceneError, TextureRef};
+use crate::{AlphaMode, Material, TextureRef};
 
 /// A triangle with this material; the file requires all its extensions.
 fn with_material(material: Value) -> File {
@@ -183,36 +183,4 @@ fn webp_is_preferred_to_its_fallback() {
         let scene = file.scene();
         assert_eq!((scene.images.len(), &scene.images[0].rgba[..4]), (1, &[0, 255, 0, 128][..]));
     }
-}
-
-#[test]
-fn supercompressed_textures_are_left_out_or_refused() {
-    let mut file = textured(json!([{ "extensions": { "KHR_texture_basisu": { "source": 1 } } }]));
-    file.json["extensionsUsed"] = json!(["KHR_texture_basisu"]);
-    assert_eq!(
-        warnings(&file),
-        [
-            "folder/test.glb: read without these extensions, which are not supported: KHR_texture_basisu",
-            "folder/test.glb: left out: textures without an image in a supported format (1)",
-        ]
-    );
-    file.json["textures"][0]["source"] = json!(0);
-    assert_eq!(file.scene().images[0].rgba[..4], [255, 0, 0, 255], "the fallback");
-    file.json["extensionsRequired"] = json!(["KHR_texture_basisu"]);
-    let error = file.load().expect_err("it is required").to_string();
-    assert_contains(&error, "requires KHR_texture_basisu (export its textures as PNG, JPEG or WebP)");
-}
-
-#[test]
-fn draco_without_a_fallback_is_refused() {
-    let mut file = File::with_triangle();
-    file.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);
-    file.json["meshes"][0]["primitives"][0]["extensions"] =
-        json!({ "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": { "POSITION": 0 } } });
-    assert_eq!(file.scene().triangle_counts(), (1, 1), "the uncompressed form");
-    file.json["accessors"][0].as_object_mut().expect("an accessor").remove("bufferView");
-    let is_named = |error: &SceneError| error.to_string().contains("requires KHR_draco_mesh_compression (export it");
-    assert!(file.load().is_err_and(|error| is_named(&error)));
-    file.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
-    assert!(file.load().is_err_and(|error| is_named(&error)));
 }
