@@ -177,6 +177,12 @@ impl<'a> Frame<'a> {
         self.pool.buffers.get(Use::Scratch, label, bytes)
     }
 
+    /// Lets later requests of this frame return a buffer of [`Self::scratch`] or [`Self::indirect`] again: no pass that is recorded from now
+    /// on needs its content.
+    pub fn release(&mut self, buffer: &wgpu::Buffer) {
+        self.pool.buffers.release(buffer);
+    }
+
     /// Like [`Self::scratch`], but filled with zeros at first.
     pub fn zeroed(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.pool.buffers.get(Use::Zeroed, label, bytes)
@@ -189,7 +195,7 @@ impl<'a> Frame<'a> {
 
     /// A storage buffer that starts with this content when the commands run. It may be longer than the content.
     pub fn storage_of<T: bytemuck::NoUninit>(&mut self, label: &str, content: &[T]) -> Result<wgpu::Buffer, GpuError> {
-        let buffer = self.scratch(label, size_of_val(content) as u64)?;
+        let buffer = self.pool.buffers.get(Use::Uploaded, label, size_of_val(content) as u64)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(content));
         Ok(buffer)
     }

@@ -9,6 +9,8 @@ use crate::{GpuError, buffer::STORAGE, made};
 pub(crate) enum Use {
     /// Storage with undefined content at first.
     Scratch,
+    /// Storage that the host writes before any command of the frame runs.
+    Uploaded,
     /// Storage that is zeroed at first.
     Zeroed,
     /// Storage with undefined content at first, for arguments of indirect dispatches and draws.
@@ -20,7 +22,7 @@ pub(crate) enum Use {
 impl Use {
     fn usages(self) -> wgpu::BufferUsages {
         match self {
-            Self::Scratch | Self::Zeroed => STORAGE,
+            Self::Scratch | Self::Uploaded | Self::Zeroed => STORAGE,
             Self::Indirect => STORAGE | wgpu::BufferUsages::INDIRECT,
             Self::Read => wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         }
@@ -33,6 +35,8 @@ struct Slot {
     used_for: Use,
     /// The last frame that used it.
     last_frame: u64,
+    /// True if a further request of that frame may have it.
+    is_released: bool,
     /// True if it may have been written since it was last cleared.
     is_written: bool,
 }
@@ -41,7 +45,10 @@ impl Slot {
     /// True if it is free and suits a request: neither too small nor much too large.
     fn fits(&self, used_for: Use, bytes: u64, frame: u64) -> bool {
         let size = self.buffer.size();
-        self.last_frame < frame && self.used_for == used_for && size >= bytes && size <= (2 * bytes).max(LEAST_BYTES)
+        (self.last_frame < frame || self.is_released)
+            && self.used_for == used_for
+            && size >= bytes
+            && size <= (2 * bytes).max(LEAST_BYTES)
     }
 }
 
@@ -79,6 +86,7 @@ impl Buffers {
         let fitting = slots.iter_mut().filter(|slot| slot.fits(used_for, bytes, self.frame));
         if let Some(slot) = fitting.min_by_key(|slot| slot.buffer.size()) {
             slot.last_frame = self.frame;
+            slot.is_released = false;
             slot.is_written = true;
             return Ok(slot.buffer.clone());
         }
@@ -89,8 +97,18 @@ impl Buffers {
             usage: used_for.usages(),
             mapped_at_creation: false,
         });
-        slots.push(Slot { buffer: buffer.clone(), used_for, last_frame: self.frame, is_written: true });
+        let (last_frame, buffer_of_slot) = (self.frame, buffer.clone());
+        slots.push(Slot { buffer: buffer_of_slot, used_for, last_frame, is_released: false, is_written: true });
         Ok(buffer)
+    }
+
+    /// Lets later requests of the frame have this buffer, which is neither zeroed nor read back.
+    pub fn release(&mut self, buffer: &wgpu::Buffer) {
+        let slots = self.slots.values_mut().flatten();
+        let mut undefined = slots.filter(|slot| matches!(slot.used_for, Use::Scratch | Use::Indirect));
+        if let Some(slot) = undefined.find(|slot| slot.buffer == *buffer) {
+            slot.is_released = true;
+        }
     }
 
     pub fn begin(&mut self, frame: u64, oldest: u64, commands: &mut wgpu::CommandEncoder) {

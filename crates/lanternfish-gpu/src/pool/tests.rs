@@ -57,6 +57,25 @@ fn gpu_zeroed_buffers_are_zero_in_every_frame() {
 }
 
 #[test]
+fn gpu_released_buffers_are_used_again_in_their_frame() {
+    let Some(gpu) = testing::gpu("gpu_released_buffers_are_used_again_in_their_frame") else { return };
+    let mut frames = Frames::new(gpu);
+    for number in 0..2 {
+        let mut frame = frames.next();
+        let first = frame.scratch("scratch", 1000).unwrap();
+        write(&mut frame, &first);
+        frame.release(&first);
+        let again = frame.scratch("scratch", 1000).unwrap();
+        assert_eq!(first, again, "{number}");
+        assert_ne!(first, frame.scratch("scratch", 1000).unwrap(), "{number}");
+        // What the host writes precedes all passes, so that such a buffer is another one.
+        frame.release(&again);
+        assert_ne!(first, frame.storage_of("scratch", &[0u32; 250]).unwrap(), "{number}");
+        frame.submit();
+    }
+}
+
+#[test]
 fn gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them() {
     let Some(gpu) = testing::gpu("gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them") else { return };
     let mut frames = Frames::new(gpu);

@@ -1,3 +1,4 @@
+mod bands;
 mod cached;
 mod counts;
 mod emission;

@@ -10,7 +10,7 @@ use lanternfish::{
     common::workgroups,
     indirect::{
         Counters, DemodulatedIrradiance, IndirectPasses,
-        smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
+        smoothing::{IndirectClamp, MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
     },
     light_culling::LightCulling,
     lights::{Light, LightCount},
@@ -202,14 +202,8 @@ impl IndirectPasses for PhotonPasses {
         let mut parameters = self.parameters(view, surface.size, frames);
         let lit = view.showing(surface);
         let settings = &self.settings;
-        let irradiance = PixelIrradiance::new(
-            frame,
-            surface.size,
-            settings.resolution,
-            settings.filter_radius,
-            settings.clamp,
-            frames,
-        )?;
+        let smoothed = Smoothed::new(settings.filter_radius, settings.clamp == IndirectClamp::On, frames);
+        let irradiance = PixelIrradiance::new(frame, surface.size, settings.resolution, smoothed)?;
         let mut counters = Counters::new(frame, "indirect/photon_splatting/counters", ROWS, COUNTERS)?;
         counters.adds_up = false;
 

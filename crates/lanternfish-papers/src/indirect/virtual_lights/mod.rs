@@ -21,7 +21,7 @@ use lanternfish::{
     gpu_scene::{MASKED, TEXTURES},
     indirect::{
         DemodulatedIrradiance, IndirectClamp, IndirectPasses,
-        smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
+        smoothing::{MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
     },
     light_culling::{LightCulling, Reach},
     prepass::Surface,
@@ -141,7 +141,8 @@ impl IndirectPasses for VirtualLightPasses {
             true => (radius, self.settings.clamp),
             false => (0, IndirectClamp::Off),
         };
-        let irradiance = PixelIrradiance::new(frame, surface.size, resolution, radius, clamp, frames)?;
+        let smoothed = Smoothed::new(radius, clamp == IndirectClamp::On, frames);
+        let irradiance = PixelIrradiance::new(frame, surface.size, resolution, smoothed)?;
         let [width, height, _] = self.gather.workgroup_size();
         let groups = [irradiance.size.x.div_ceil(width), irradiance.size.y.div_ceil(height), 1];
         let surfaces = view.buffer.bindings().with(&surface.bindings());

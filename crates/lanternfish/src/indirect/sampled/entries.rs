@@ -105,7 +105,7 @@ impl EntryPasses {
 pub(in crate::indirect) struct CachedFrame<'a> {
     pub cache: &'a mut RadianceCache,
     pub of_frame: &'a mut CacheOfFrame,
-    /// The frame may start over with a larger table: no other rays have read this one.
+    /// The rays may start over with a larger table, which is empty: others of the frame have been lit, or do not need the same entries.
     pub may_start_over: bool,
 }
 
@@ -165,6 +165,13 @@ pub(super) struct FrameEntries<'a> {
 }
 
 impl FrameEntries<'_> {
+    /// Lets other rays of the frame reuse the buffers. All passes of these rays are recorded.
+    pub fn release(&self, frame: &mut Frame<'_>) {
+        frame.release(&self.slots);
+        frame.release(&self.hits);
+        self.dispatches.iter().for_each(|dispatch| frame.release(dispatch));
+    }
+
     /// True if all entries are new.
     pub fn is_first(&self) -> bool {
         self.of_frame.first_samples().is_some()

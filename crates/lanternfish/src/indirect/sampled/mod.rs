@@ -24,9 +24,9 @@ use self::{
     passes::{RayGrid, RayPasses},
 };
 use super::{
-    DemodulatedIrradiance, IndirectPasses,
+    DemodulatedIrradiance, IndirectClamp, IndirectPasses, layers_target,
     radiance_cache::{Bounces, CacheSettings, RadianceCache},
-    smoothing::{MOST_RADIUS, PixelIrradiance, Smoothing},
+    smoothing::{MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
 };
 use crate::{
     context::ViewContext,
@@ -215,7 +215,7 @@ impl IndirectPasses for SampledLight {
         let settings = &self.settings;
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
-        let irradiance = PixelIrradiance::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
+        let smoothed = Smoothed::new(radius, settings.clamp == IndirectClamp::On, frames);
         let mut of_frame = match &mut self.cache {
             Some(cache) => Some(cache.begin(frame, view_context)?),
             None => None,
@@ -239,23 +239,29 @@ impl IndirectPasses for SampledLight {
             most_roughness: f32::MAX,
             ..Default::default()
         };
-        let grid = RayGrid {
-            size: irradiance.size,
-            parameters,
-            sample_count: diffuse_rays + settings.glossy_rays,
-            emitter_rays,
-            sums: &irradiance.irradiance,
-            bindings: irradiance.bindings(),
-        };
-        let cached = self.cache.as_mut().zip(of_frame.as_mut()).map(|(cache, of_frame)| CachedFrame {
-            cache,
-            of_frame,
-            may_start_over: true,
-        });
-        let counters = self.rays.record(frame, view_context, surface, &grid, cached)?;
-        let layers = self.smoothing.record(frame, view_context, surface, &irradiance)?;
-        let of_cache = of_frame.map(|of_frame| of_frame.counters);
-        Ok(DemodulatedIrradiance { layers, counters: [counters].into_iter().chain(of_cache).collect() })
+        let layers = layers_target(frame, surface.size);
+        let mut counters = Vec::new();
+        for rows in PixelIrradiance::bands(surface.size, resolution) {
+            let irradiance = PixelIrradiance::of_rows(frame, surface.size, resolution, smoothed, rows)?;
+            let grid = RayGrid {
+                size: irradiance.size,
+                parameters,
+                sample_count: diffuse_rays + settings.glossy_rays,
+                emitter_rays,
+                sums: &irradiance.irradiance,
+                bindings: irradiance.bindings(),
+            };
+            let cached = self.cache.as_mut().zip(of_frame.as_mut()).map(|(cache, of_frame)| CachedFrame {
+                cache,
+                of_frame,
+                may_start_over: true,
+            });
+            counters.push(self.rays.record(frame, view_context, surface, &grid, cached)?);
+            self.smoothing.resolve(frame, view_context, surface, &irradiance, &layers);
+        }
+        let layers = self.smoothing.record_layers(frame, view_context, surface, &smoothed, layers)?;
+        counters.extend(of_frame.map(|of_frame| of_frame.counters));
+        Ok(DemodulatedIrradiance { layers, counters })
     }
 }
 

@@ -172,6 +172,11 @@ impl RayPasses {
                 sample_index = 0;
             }
         }
+        frame.release(&targets.hits);
+        frame.release(&targets.light_rays);
+        if let Some(entries) = &entries {
+            entries.release(frame);
+        }
         Ok(targets.counters)
     }
 }

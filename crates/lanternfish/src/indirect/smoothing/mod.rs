@@ -6,10 +6,16 @@
 //! 3. Temporal accumulation, if there is a history ([`History`]).
 //! 4. Edge-stopping filter, along x and along y (`filter.wesl`).
 
+mod bands;
+
+use std::ops;
+
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_constants, gpu_struct};
 use lanternfish_scene::named_enum;
 
+#[cfg(test)]
+pub(crate) use self::bands::MOST_IRRADIANCE_BYTES_IN_TESTS;
 use super::{
     history::{self, Histories, HistoryReset, Mix, RESET_FRAMES},
     layers_target,
@@ -50,8 +56,16 @@ gpu_struct! {
         has_deviations: u32,
         /// Pixels of the image per pixel of the layers, along an edge: 1 or 2.
         layer_scale: u32,
+        /// First row of sampled pixels whose rays' sums are in the buffer.
+        first_row: u32,
+        /// Number of these rows.
+        row_count: u32,
         /// Unused.
-        _pad: u32,
+        _pad1: u32,
+        /// Unused.
+        _pad2: u32,
+        /// Unused.
+        _pad3: u32,
     }
 }
 
@@ -148,17 +162,15 @@ gpu_constants! {
     const FACINGS: u32 = 6;
 }
 
-/// Size of `PackedIrradiance`, the sums of a pixel, bytes.
-const IRRADIANCE_BYTES: u64 = 48;
 /// Largest radius of the filter, pixels.
 pub const MOST_RADIUS: u32 = 64;
 
 /// Irradiance sums of the sampled pixels, for one frame.
 #[derive(Debug)]
 pub struct PixelIrradiance {
-    /// One element per sampled pixel, row by row. Shaders bind it under names of their own.
+    /// One element per sampled pixel of the rows, row by row. Shaders bind it under names of their own.
     pub irradiance: wgpu::Buffer,
-    /// Number of sampled pixels, across and down.
+    /// Number of sampled pixels, across and down: of the rows.
     pub size: UVec2,
     /// Size of the image.
     rendering: UVec2,
@@ -168,22 +180,37 @@ pub struct PixelIrradiance {
 }
 
 impl PixelIrradiance {
-    /// Allocates the sums for an image of this size. `radius`: of the filter in an image of one frame, pixels; it shrinks with the root of `frames`.
+    /// Allocates the sums for an image of this size. `smoothed`: how the image is smoothed.
     pub fn new(
         frame: &mut Frame<'_>,
         rendering: UVec2,
         resolution: IndirectResolution,
-        radius: u32,
-        clamp: IndirectClamp,
-        frames: u32,
+        smoothed: Smoothed,
+    ) -> Result<Self, RenderError> {
+        let rows = rendering.y.div_ceil(resolution.scale());
+        Self::of_rows(frame, rendering, resolution, smoothed, 0..rows)
+    }
+
+    /// Allocates the sums of some rows of sampled pixels.
+    pub(super) fn of_rows(
+        frame: &mut Frame<'_>,
+        rendering: UVec2,
+        resolution: IndirectResolution,
+        Smoothed(parameters): Smoothed,
+        rows: ops::Range<u32>,
     ) -> Result<Self, RenderError> {
         let scale = resolution.scale();
-        let size = rendering.map(|side| side.div_ceil(scale));
-        let Smoothed(parameters) = Smoothed::new(radius, clamp == IndirectClamp::On, frames);
-        let parameters = SmoothingParameters { scale, ..parameters };
-        let bytes = IRRADIANCE_BYTES * u64::from(size.x) * u64::from(size.y);
-        let irradiance = frame.scratch("indirect/irradiance", bytes)?;
+        let size = UVec2::new(rendering.x.div_ceil(scale), rows.end - rows.start);
+        let parameters = SmoothingParameters { scale, first_row: rows.start, row_count: size.y, ..parameters };
+        let irradiance =
+            frame.scratch("indirect/irradiance", bands::IRRADIANCE_BYTES * u64::from(size.element_product()))?;
         Ok(Self { irradiance, size, rendering, parameters, uniform: frame.uniform(&parameters) })
+    }
+
+    /// The bands of rows in which an image is processed, from top to bottom. At half resolution each has the first row of the next one too, from
+    /// which its last pixels are interpolated.
+    pub(super) fn bands(rendering: UVec2, resolution: IndirectResolution) -> Vec<ops::Range<u32>> {
+        bands::bands(rendering.map(|side| side.div_ceil(resolution.scale())), resolution.scale() - 1)
     }
 
     /// Bindings of `pixel.wesl`, beside the view's and the surface's.
@@ -211,7 +238,11 @@ impl Smoothed {
             redistribution,
             has_deviations: 0,
             layer_scale: 1,
-            _pad: 0,
+            first_row: 0,
+            row_count: 0,
+            _pad1: 0,
+            _pad2: 0,
+            _pad3: 0,
         })
     }
 
@@ -279,10 +310,25 @@ impl Smoothing {
         irradiance: &PixelIrradiance,
     ) -> Result<wgpu::TextureView, RenderError> {
         let found = layers_target(frame, irradiance.rendering);
+        self.resolve(frame, view, surface, irradiance, &found);
+        self.record_layers(frame, view, surface, &Smoothed(irradiance.parameters), found)
+    }
+
+    /// Records the pass from the finished sums of a view's surface, or of some of its rows, to layers, which are not smoothed.
+    pub(super) fn resolve(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+        irradiance: &PixelIrradiance,
+        layers: &wgpu::TextureView,
+    ) {
         let surfaces = view.buffer.bindings().with(&surface.bindings());
         let resolving = surfaces.with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
-        frame.dispatch(&self.resolve, &resolving.texture("filtered", &found), self.groups(irradiance.rendering));
-        self.record_layers(frame, view, surface, &Smoothed(irradiance.parameters), found)
+        let rows = irradiance.parameters.scale * irradiance.size.y;
+        let size = UVec2::new(irradiance.rendering.x, rows.min(irradiance.rendering.y));
+        frame.dispatch(&self.resolve, &resolving.texture("filtered", layers), self.groups(size));
+        frame.release(&irradiance.irradiance);
     }
 
     /// Records the passes that smooth the finished sums at the resolution of the rays. Returns layers of that size.

@@ -27,8 +27,9 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     indirect::{
-        Counters, DemodulatedIrradiance, IndirectPasses, IndirectResolution, layers_target,
-        radiance_cache::CacheOfFrame, smoothing::PixelIrradiance,
+        Counters, DemodulatedIrradiance, IndirectClamp, IndirectPasses, IndirectResolution, layers_target,
+        radiance_cache::CacheOfFrame,
+        smoothing::{PixelIrradiance, Smoothed},
     },
     prepass::Surface,
     rays::Tracer,
@@ -185,8 +186,8 @@ impl ProbeLight {
             return Ok(None);
         }
         let settings = &self.light.settings;
-        let (radius, clamp) = (settings.filter_radius, settings.clamp);
-        let irradiance = PixelIrradiance::new(frame, surface.size, IndirectResolution::Half, radius, clamp, 1)?;
+        let smoothed = Smoothed::new(settings.filter_radius, settings.clamp == IndirectClamp::On, 1);
+        let irradiance = PixelIrradiance::new(frame, surface.size, IndirectResolution::Half, smoothed)?;
         let parameters = SampledParameters {
             emitter_rays,
             glossy_rays,

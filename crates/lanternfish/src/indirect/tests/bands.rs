@@ -1,0 +1,47 @@
+//! Images whose rows are processed in bands.
+
+use super::*;
+use crate::{indirect::smoothing::MOST_IRRADIANCE_BYTES_IN_TESTS, techniques::HitLight};
+
+/// An image of 96 x 104 pixels, in bands of at most `rows` sampled rows.
+fn in_bands_of(gpu: &Gpu, rows: u32, rays: Sampled, accumulate: u32) -> Vec<Vec3> {
+    let size = UVec2::new(96, 104);
+    let width = size.x.div_ceil(if rays.resolution == IndirectResolution::Half { 2 } else { 1 });
+    let most = MOST_IRRADIANCE_BYTES_IN_TESTS.replace(u64::from(48 * width * rows));
+    let scene = demo("cornell").unwrap();
+    let image = image_of(gpu, size, Settings { accumulate, ..settings(rays) }, &scene, &scene.cameras[0]);
+    MOST_IRRADIANCE_BYTES_IN_TESTS.set(most);
+    image
+}
+
+/// Light at bounded hits: the first band is the same, the others differ in noise alone, at either resolution.
+#[test]
+fn gpu_bands_make_the_image_of_all_rows() {
+    let Some(gpu) = testing::gpu("gpu_bands_make_the_image_of_all_rows") else { return };
+    for resolution in [IndirectResolution::Full, IndirectResolution::Half] {
+        let rays = Sampled { diffuse_rays: 8, glossy_rays: 0, resolution, ..sampled(Tracer::BVH) };
+        let [all, bands] = [104, 33].map(|rows| in_bands_of(gpu, rows, rays, 16));
+        // All rows of the first band are those of the whole image, except for the last, from which half resolution interpolates.
+        let same = 96 * 31;
+        assert!(all[..same] == bands[..same], "{resolution}");
+        let (light, apart) = (mean(&bands) / mean(&all), off(&bands, &all));
+        println!("{resolution}: {light:.4} of the light, off by {apart:.4}");
+        assert!(all[same..] != bands[same..], "{resolution}: the image was not divided");
+        assert!((light - 1.0).abs() < 0.006 && apart < 0.2, "{resolution}: {light} of the light, off by {apart}");
+    }
+}
+
+/// Light of the radiance cache, which all bands fill: no band is brighter than another, in a first frame and in a mean.
+#[test]
+fn gpu_bands_share_the_radiance_cache() {
+    let Some(gpu) = testing::gpu("gpu_bands_share_the_radiance_cache") else { return };
+    let rays = Sampled { diffuse_rays: 12, glossy_rays: 4, hit_light: HitLight::Cached, ..sampled(Tracer::BVH) };
+    for frames in [1, 4] {
+        let [all, bands] = [104, 32].map(|rows| in_bands_of(gpu, rows, rays, frames));
+        for (band, (all, bands)) in all.chunks(96 * 32).zip(bands.chunks(96 * 32)).enumerate() {
+            let light = mean(bands) / mean(all);
+            println!("{frames} frames, band {band}: {light:.4} of the light");
+            assert!((light - 1.0).abs() < 0.02, "{frames} frames, band {band}: {light} of the light");
+        }
+    }
+}
