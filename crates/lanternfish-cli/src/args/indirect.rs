@@ -13,7 +13,7 @@ use crate::{choices::choice, parse};
 
 /// Least number of averaged frames at which one sample per pixel gives edges as accurate as four, at lower cost. More frames
 /// give more accurate edges.
-const SMOOTH_FRAMES: u32 = 8;
+const SMOOTH_FRAMES: u32 = 32;
 
 /// Flags of indirect light and occlusion.
 #[derive(Debug, Args)]

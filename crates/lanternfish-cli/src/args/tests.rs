@@ -223,6 +223,6 @@ fn quality_says_what_is_not_said_otherwise() {
     assert_eq!((samples(&["--indirect", "none"]), samples(&["--samples", "1"])), (Samples::One, Samples::One));
     assert_eq!(samples(&["--indirect", "none", "--samples", "4"]), Samples::Four);
     // An averaged image has smooth edges without multisampling.
-    assert_eq!((samples(&["--accumulate", "7"]), samples(&["--accumulate", "8"])), (Samples::Four, Samples::One));
+    assert_eq!((samples(&["--accumulate", "31"]), samples(&["--accumulate", "32"])), (Samples::Four, Samples::One));
     assert_eq!(samples(&["--accumulate", "64", "--samples", "4"]), Samples::Four);
 }

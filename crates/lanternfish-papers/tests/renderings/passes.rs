@@ -5,7 +5,7 @@ use std::{collections::HashSet, env, fs, path::Path};
 use lanternfish::{
     Settings,
     settings::{Culling, History, Indirect, Occlusion, Samples, Shadows},
-    techniques::{Sampled, SampledLights, Tiled},
+    techniques::{Probes, Sampled, SampledLights, Tiled},
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_papers::{Deep, Hbao, PhotonSplatting, RasterGrid, VirtualLights, WITHIN_TEXEL};
@@ -34,6 +34,7 @@ fn sections() -> Vec<(&'static str, Settings)> {
         ("Mean of two frames", Settings { accumulate: 2, ..direct() }),
         ("Indirect light: rays and radiance cache (default)", indirect(Sampled::default().into())),
         ("The same with history", Settings { history: History::On, ..indirect(Sampled::default().into()) }),
+        ("Indirect light: screen probes", indirect(Probes::default().into())),
         ("Indirect light: rays through deep images", indirect(within.into())),
         ("Indirect light: virtual lights", indirect(VirtualLights::default().into())),
         ("Indirect light: photon splatting", indirect(PhotonSplatting::default().into())),

@@ -230,14 +230,11 @@ fn gpu_edges_converge_to_the_coverage_of_the_pixel() {
     }
     assert!(errors[0] > 0.2, "a single frame has an error");
 
-    // Four samples per frame are a wider filter: a smaller error for few frames, the same for 8, and hardly a smaller one beyond 16.
-    let of_eight = [Samples::One, Samples::Four].map(|samples| error(&rendering(8, samples, 1)));
-    println!("of 8 frames, with one sample in each and with four: {of_eight:?}");
-    assert!((of_eight[0] / of_eight[1] - 1.0).abs() < 0.25, "{of_eight:?}");
+    // Each of four samples stands for a part of the pixel: they are better than one for few frames, and hardly smear edges.
     let of_four = [1, 4, 16, 64].map(|count| error(&rendering(count, Samples::Four, 1)));
     println!("with four samples in each, of 1, 4, 16, 64 frames: {of_four:?}");
-    assert!(of_four[0] < 0.5 * errors[0] && of_four[1] < errors[1], "{of_four:?}");
-    assert!(of_four[2] > errors[2] && of_four[3] > 3.0 * errors[3], "{of_four:?}");
+    assert!(of_four[0] < 0.5 * errors[0] && of_four[1] < 0.5 * errors[1], "{of_four:?}");
+    assert!(of_four.is_sorted_by(|fewer, more| more < fewer) && of_four[3] < 0.03, "{of_four:?}");
 }
 
 /// An emissive plane with a fine checkerboard, seen at 75 degrees: its texels are four times as dense in one direction, and each pixel

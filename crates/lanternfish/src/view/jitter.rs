@@ -1,14 +1,19 @@
-//! Subpixel jitter of frames.
+//! Subpixel jitter of the frames of a mean.
 
 use glam::{DVec2, UVec2, Vec2};
 
 /// Subpixel jitter of frame `frame` from the pixel centre, pixels, −½ to ½ each, x right and y down. Frame 0 has none. The values are the
 /// same on every machine.
 ///
-/// Sobol's (0, 2)-sequence, shifted by half a pixel: of the first 2ⁿ frames, each box of 2⁻ᵃ × 2ᵃ⁻ⁿ pixels contains exactly one
-/// [KolligKeller2002, §2].
+/// Every mean of the first frames is shown, so that each must be near the centre: points of Sobol's (0, 2)-sequence [KolligKeller2002, §2] in
+/// the left half of the pixel alternate with their mirror images. Of the first 2ⁿ frames after frame 0, each box of 2⁻ᵃ × 2ᵃ⁻ⁿ pixels, at most
+/// half a pixel wide, contains exactly one.
 pub fn jitter_of_frame(frame: u32) -> Vec2 {
-    ((sobol_point(frame).as_dvec2() / 2f64.powi(32) + 0.5).fract() - DVec2::splat(0.5)).as_vec2()
+    let Some(after_first) = frame.checked_sub(1) else { return Vec2::ZERO };
+    // Scrambled, so that the sequence begins in the middle.
+    let fraction = sobol_point(after_first / 2).map(|fraction| fraction ^ (u32::MAX >> 1));
+    let left = fraction.as_dvec2() / 2f64.powi(32) * DVec2::new(0.5, 1.0) - 0.5;
+    (if after_first % 2 == 0 { left } else { -left }).as_vec2()
 }
 
 /// Point `index` of Sobol's (0, 2)-sequence, times 2³².
@@ -32,10 +37,10 @@ mod tests {
     use super::*;
     use crate::testing::Random;
 
-    /// True if each box of 2⁻ᵃ × 2ᵃ⁻ⁿ has one of 2ⁿ points, for every a.
+    /// True if each box of 2⁻ᵃ × 2ᵃ⁻ⁿ, at most half a pixel wide, has one of 2ⁿ points.
     fn fills_every_box(points: &[Vec2]) -> bool {
         let n = points.len().ilog2();
-        (0..=n).all(|a| {
+        (1..=n).all(|a| {
             let mut counts = vec![0; points.len()];
             for point in points {
                 let at = ((*point + 0.5) * Vec2::new((1 << a) as f32, (1 << (n - a)) as f32)).as_uvec2();
@@ -46,18 +51,28 @@ mod tests {
     }
 
     #[test]
-    fn jitter_is_within_the_pixel_uniform_and_zero_at_first() {
-        assert_eq!(jitter_of_frame(0), Vec2::ZERO);
+    fn jitter_is_within_the_pixel_and_uniform() {
         for frame in (0..10_000).chain([u32::MAX - 1, u32::MAX]) {
             assert!(jitter_of_frame(frame).abs().max_element() <= 0.5, "{frame}");
         }
-        for n in 0..=10 {
-            let points: Vec<Vec2> = (0..1 << n).map(jitter_of_frame).collect();
+        for n in 1..=10 {
+            let points: Vec<Vec2> = (1..=1 << n).map(jitter_of_frame).collect();
             assert!(fills_every_box(&points), "{n}");
         }
         // Check that the test can fail: random points.
         let mut random = Random::new(1);
         let points: Vec<Vec2> = (0..64).map(|_| Vec2::new(random.unit(), random.unit()) - 0.5).collect();
         assert!(!fills_every_box(&points));
+    }
+
+    /// Sobol's sequence alone has a mean of a quarter of a pixel after two frames.
+    #[test]
+    fn means_of_few_frames_are_near_the_centre() {
+        assert_eq!(jitter_of_frame(0), Vec2::ZERO);
+        for frames in 1..=65 {
+            let mean = (0..frames).map(|frame| jitter_of_frame(frame).as_dvec2()).sum::<DVec2>() / f64::from(frames);
+            let most = if frames % 2 == 1 { 0.0 } else { 0.6 / f64::from(frames) };
+            assert!(mean.length() <= most.min(0.15), "{frames}: {mean}");
+        }
     }
 }

@@ -42,10 +42,10 @@ gpu_struct! {
         /// Index for random numbers of quantities whose history a scene change resets (shadows, ambient visibility). While the scene
         /// changes in every frame, there is no history to average the noise, and the index stays constant so that the noise does too.
         forgetful_index: u32,
+        /// Width of the area over which textures are filtered, pixels.
+        texture_width: f32,
         /// Unused.
-        _pad1: u32,
-        /// Unused.
-        _pad2: u32,
+        _pad: u32,
     }
 }
 
@@ -82,23 +82,33 @@ impl View {
             frame_index: 0,
             random_index: 0,
             forgetful_index: 0,
-            _pad1: 0,
-            _pad2: 0,
+            texture_width: 1.0,
+            _pad: 0,
         }
     }
 
-    /// The view of frame `frame_index` of a mean: the image is shifted by [`jitter_of_frame`], which is zero for frame 0.
+    /// The view of frame `frame_index` of a mean: the image is shifted by [`jitter_of_frame`], which is zero for frame 0. With several samples
+    /// per pixel by half of it, since each sample stands for a part of the pixel.
     pub fn of_frame(&self, frame_index: u32) -> Self {
-        let mut view = Self { frame_index, random_index: frame_index, forgetful_index: frame_index, ..*self };
-        view.shift(jitter_of_frame(frame_index));
+        // The variance of a texture filter's area and that of the points of the frames so far add up to that of a pixel.
+        let spread = self.jitter_extent() * self.jitter_extent() * (1.0 - 1.0 / (frame_index as f32 + 1.0));
+        let texture_width = (1.0 - spread).sqrt();
+        let indices = Self { frame_index, random_index: frame_index, forgetful_index: frame_index, ..*self };
+        let mut view = Self { texture_width, ..indices };
+        view.shift(self.jitter_extent() * jitter_of_frame(frame_index));
         view
     }
 
     /// The view without subpixel jitter: the view that [`Self::of_frame`] was called on, except for rounding errors of the shift.
     pub(crate) fn centered(&self) -> Self {
-        let mut view = Self { frame_index: 0, random_index: 0, forgetful_index: 0, ..*self };
-        view.shift(-jitter_of_frame(self.frame_index));
+        let mut view = Self { frame_index: 0, random_index: 0, forgetful_index: 0, texture_width: 1.0, ..*self };
+        view.shift(-self.jitter_extent() * jitter_of_frame(self.frame_index));
         view
+    }
+
+    /// Edge of the square from which points of a pixel are chosen, pixels.
+    fn jitter_extent(&self) -> f32 {
+        if self.samples > 1 { 0.5 } else { 1.0 }
     }
 
     /// Shifts the image, pixels, x right and y down.
