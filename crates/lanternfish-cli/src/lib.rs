@@ -15,6 +15,7 @@ pub mod help;
 mod info;
 mod legend;
 pub mod light_rig;
+mod mistakes;
 mod motion;
 pub mod output;
 pub mod parse;

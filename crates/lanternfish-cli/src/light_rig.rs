@@ -1,7 +1,10 @@
 //! Adds light to dark scenes, and notes for the user.
 
 use glam::Vec3;
-use lanternfish::RenderedImage;
+use lanternfish::{
+    RenderedImage,
+    settings::{Occlusion, Settings},
+};
 use lanternfish_scene::{
     Camera, Scene,
     rig::{self, LightRig},
@@ -16,6 +19,15 @@ pub(crate) struct Lighting {
     pub is_seen: bool,
     /// True if environment light reaches surfaces.
     pub reaches_surfaces: bool,
+}
+
+impl Lighting {
+    /// For images with these settings.
+    pub fn of(settings: &Settings) -> Self {
+        let reaches_surfaces = settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE;
+        // Debug views need no light.
+        Self { is_seen: settings.debug_view.is_none(), reaches_surfaces }
+    }
 }
 
 /// Adds the rig of `--light-rig`. If nothing else lights the scene, it adds a rig around `camera` by default. `say` receives

@@ -9,6 +9,7 @@ use clap::{ArgMatches, Parser};
 
 use crate::{
     error::{self, CliError},
+    mistakes,
     output::printed,
     signals,
 };
@@ -26,7 +27,10 @@ pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> ExitCode) -> ExitCode
     let matches = P::command().try_get_matches();
     match matches.and_then(|matches| Ok((P::from_arg_matches(&matches)?, matches))) {
         Ok((arguments, matches)) => work(arguments, &matches),
-        Err(error) => told(print(&error)),
+        Err(mut error) => {
+            mistakes::explain(&mut error);
+            told(print(&error))
+        }
     }
 }
 

@@ -152,7 +152,7 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     let moment = motion.as_ref().and_then(|motion| Some(Moment { animation: motion.animation(), time: first.time? }));
     let rain = motion.as_ref().and_then(|motion| motion.rain().cloned());
     let camera = camera::choose(&scene, &first.view, size.width as f32 / size.height as f32)?;
-    let lights = Lighting { is_seen: true, reaches_surfaces: true };
+    let lights = Lighting { is_seen: true, ..Lighting::of(&args.settings()) };
     let before = scene.lights.len();
     light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;
     let by_rig = scene.lights.len() - before;
@@ -236,6 +236,15 @@ mod tests {
         // Frames are shown alone, whatever the shot's accumulation.
         std::fs::write(&shot, "scene = \"demo:cornell\"\n[technique]\naccumulate = 64\n").unwrap();
         assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().samples, lanternfish::settings::Samples::Four);
+        // The studio is an environment, which direct light alone does not see: the sun instead, not a black object.
+        let lit_by = |words: &str| {
+            std::fs::write(&shot, format!("scene = \"plane.obj\"\n{words}")).unwrap();
+            let scene = dropped(&shot).unwrap().1.scene;
+            (scene.lights.len(), scene.environment.is_some())
+        };
+        std::fs::write(folder.path().join("plane.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        assert_eq!(lit_by(""), (0, true));
+        assert_eq!(lit_by("[indirect]\nindirect = \"none\"\n"), (1, false));
         let missing = dropped(&folder.path().join("nothing.glb")).err().unwrap().to_string();
         assert!(missing.contains("nothing.glb"), "{missing}");
     }

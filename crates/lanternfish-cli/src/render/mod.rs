@@ -17,7 +17,7 @@ use lanternfish::{
     GpuScene, Renderer,
     debug_views::Scale,
     direct_light::auto::lights_in_reach,
-    settings::{DebugView, Indirect, Occlusion, Settings, Shadows},
+    settings::{DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::{Gpu, driver_warning};
 use lanternfish_scene::Scene;
@@ -70,6 +70,9 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     }
 
     let (mut scene, motion) = lit_scene(args, &mut progress)?;
+    if output.is_radiance() && settings.exposure != Exposure::Auto {
+        progress.note("--exposure does not change an .exr file, which holds radiance; it is for .png");
+    }
     if motion.is_none() && shot.has_only_a_time() {
         progress.note(NOTHING_MOVES);
     }
@@ -85,11 +88,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if is_inside {
         progress.note(camera::INSIDE);
     }
-    // Debug views need no light.
-    let lights = Lighting {
-        is_seen: settings.debug_view.is_none(),
-        reaches_surfaces: settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE,
-    };
+    let lights = Lighting::of(&settings);
     light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
     note_unused_light(&progress, &scene, &settings);
 

@@ -146,6 +146,27 @@ fn sizes_out_of_range() {
     }
 }
 
+/// What other programs call otherwise, and a file without a command.
+#[test]
+fn flags_and_forms_of_other_programs() {
+    let folder = tempfile::tempdir().unwrap();
+    for (words, tip) in [
+        (&["render", "demo:cornell", "--width", "640"][..], "tip: --size WIDTHxHEIGHT sets both sides"),
+        (&["render", "demo:cornell", "--spp", "64"], "--accumulate N"),
+        (&["reference", "demo:cornell", "-s", "64"], "--size"),
+        (&["box.glb"], "`lanternfish view box.glb` opens a window"),
+        (&["demo:cornell"], "`lanternfish render demo:cornell` writes an image"),
+    ] {
+        let outcome = run(folder.path(), words);
+        outcome.assert_refused(&[tip], &[]);
+        assert!(!outcome.stderr.contains("as a value"), "{}", outcome.stderr);
+    }
+    // Neither a flag of ours nor of others.
+    let unknown = run(folder.path(), &["render", "demo:cornell", "--xyzzy"]);
+    unknown.assert_refused(&["--xyzzy"], &[]);
+    assert!(!unknown.stderr.contains("as a value"), "{}", unknown.stderr);
+}
+
 #[test]
 fn unknown_values_and_flags() {
     let folder = tempfile::tempdir().unwrap();

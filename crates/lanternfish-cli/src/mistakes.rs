@@ -1,0 +1,57 @@
+//! Tips for arguments that other programs have, and for a file without a command.
+
+use std::path::Path;
+
+use clap::{
+    Error,
+    builder::StyledStr,
+    error::{ContextKind, ContextValue, ErrorKind},
+};
+
+/// Flags of other renderers and viewers, and what does the same here.
+const ELSEWHERE: [(&str, &str); 12] = [
+    ("--width", "--size WIDTHxHEIGHT sets both sides"),
+    ("--height", "--size WIDTHxHEIGHT sets both sides"),
+    ("--resolution", "--size WIDTHxHEIGHT sets the image's size"),
+    ("-s", "--size WIDTHxHEIGHT sets the image's size"),
+    ("--spp", "--accumulate N averages N frames; --spp is of `reference`"),
+    ("--hdri", "--environment FILE.hdr|.exr lights the scene"),
+    ("--env", "--environment FILE.hdr|.exr lights the scene"),
+    ("--gpu", "--adapter gpu takes a graphics card"),
+    ("--device", "--adapter NAME chooses the adapter"),
+    ("--turntable", "a [track] of keyframes in a shot moves the camera: lanternfish shot FILE prints a shot"),
+    ("--fov", "--fov-y DEGREES is the vertical field of view"),
+    ("-v", "--timings prints the time of each pass; --version the version"),
+];
+
+/// Replaces clap's tip, to pass the argument as a value, by one that helps.
+pub(crate) fn explain(error: &mut Error) {
+    let argument = |kind| match error.get(kind) {
+        Some(ContextValue::String(argument)) => Some(argument.clone()),
+        _ => None,
+    };
+    let tips = match error.kind() {
+        ErrorKind::UnknownArgument if error.get(ContextKind::SuggestedArg).is_none() => {
+            let argument = argument(ContextKind::InvalidArg).unwrap_or_default();
+            let known = ELSEWHERE.iter().find(|(flag, _)| *flag == argument).map(|(_, tip)| (*tip).to_owned());
+            known.into_iter().collect()
+        }
+        ErrorKind::InvalidSubcommand => {
+            let Some(file) = argument(ContextKind::InvalidSubcommand).filter(|name| is_file(name)) else { return };
+            vec![
+                format!("`lanternfish view {file}` opens a window"),
+                format!("`lanternfish render {file}` writes an image"),
+            ]
+        }
+        _ => return,
+    };
+    error.remove(ContextKind::Suggested);
+    if !tips.is_empty() {
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(tips.into_iter().map(StyledStr::from).collect()));
+    }
+}
+
+/// True for a name with an ending or a folder, or of a built-in scene.
+fn is_file(name: &str) -> bool {
+    Path::new(name).extension().is_some() || name.contains(['/', '\\']) || name.starts_with("demo:")
+}
