@@ -297,7 +297,13 @@ fn gpu_views_and_samples_are_averaged_separately() {
         let views = [(&eyes[0], SIZE.0, SIZE.1), (&eyes[1], SIZE.1, SIZE.0)];
         let both = renderer.render_views(&uploaded, &views).unwrap();
         for (together, view) in both.iter().zip(views) {
-            assert_same(together, &renderer.render_views(&uploaded, &[view]).unwrap()[0]);
+            let alone = renderer.render_views(&uploaded, &[view]).unwrap().remove(0);
+            let pairs = || together.radiance.as_flattened().iter().zip(alone.radiance.as_flattened());
+            let apart = pairs().map(|(a, b)| (a - b).abs() / a.max(*b).max(1e-3)).fold(0.0, f32::max);
+            let differing = pairs().filter(|(a, b)| a != b).count();
+            println!("{samples}: {differing} values differ, by at most {apart}");
+            // Views of a frame share the clusters of lights: faint light at the end of a light's range may be in one list and not in another.
+            assert!(apart < 1e-3 && differing < pairs().count() / 100, "{samples}: {differing}, {apart}");
         }
         assert_eq!(
             both.iter().map(frames).collect::<Vec<_>>(),

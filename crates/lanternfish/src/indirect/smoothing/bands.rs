@@ -7,8 +7,9 @@ use glam::UVec2;
 /// Size of `PackedIrradiance`, the sums of a pixel, bytes.
 pub(super) const IRRADIANCE_BYTES: u64 = 48;
 
-/// Largest buffer of irradiance sums, bytes, which fits a storage binding: the rows of larger images are processed in bands.
-const MOST_BYTES: u64 = 96 << 20;
+/// Largest buffer of irradiance sums, bytes, which fits a storage binding of the default limits: the rows of larger images are processed in
+/// bands.
+const MOST_BYTES: u64 = 128 << 20;
 /// Rows of a band are a multiple of this: the edge of the blocks in which rays are ordered.
 const BAND_STEP: u32 = 32;
 
