@@ -16,6 +16,9 @@ use crate::{
     },
 };
 
+/// The bytes of an image and its size, or why they cannot be read.
+type Encoded<'a> = std::result::Result<(Cow<'a, [u8]>, Size), String>;
+
 /// Decodes the file's images at `indices` on all cores. An inner error says why an image is missing or damaged. An outer error, before decoding, if
 /// they exceed the memory budget, or if one is in a place that may not be read.
 pub(super) fn decode_all(
@@ -28,7 +31,7 @@ pub(super) fn decode_all(
         "" => format!("images[{index}]"),
         name => format!("images[{index}] ({name})"),
     };
-    let read = |index: &usize| -> Result<std::result::Result<_, String>> {
+    let read = |index: &usize| -> Result<Encoded> {
         match encoded(&root.images[*index], buffers, files).place(|| name(*index)) {
             Ok(bytes) => Ok(pixels::size(&bytes).map(|size| (bytes, size))),
             Err(Fault::Invalid(what) | Fault::Unsupported(what)) => Ok(Err(what)),
@@ -37,12 +40,10 @@ pub(super) fn decode_all(
         }
     };
     let read: Vec<_> = indices.iter().map(read).collect::<Result<_>>()?;
-    let named = |(index, read): (&usize, &std::result::Result<(_, Size), _>)| {
-        read.as_ref().ok().map(|(_, size)| (name(*index), *size))
-    };
+    let named = |(index, read): (&usize, &Encoded)| read.as_ref().ok().map(|(_, size)| (name(*index), *size));
     let sizes: Vec<_> = indices.iter().zip(&read).filter_map(named).collect();
     pixels::reserve(&sizes, files.budget)?;
-    let decode = |(index, read): (&usize, std::result::Result<(Cow<[u8]>, _), String>)| {
+    let decode = |(index, read): (&usize, Encoded)| {
         let image = read.and_then(|(bytes, _)| pixels::decode(&root.images[*index].name, &bytes));
         image.map_err(|what| format!("{}: {what}", name(*index)))
     };
