@@ -1,6 +1,6 @@
 //! The bands of rows in which large images are processed.
 
-use std::ops::Range;
+use std::{iter, ops::Range};
 
 use glam::UVec2;
 
@@ -35,7 +35,7 @@ pub(super) fn bands(size: UVec2, overlap: u32) -> Vec<Range<u32>> {
 fn bands_of(size: UVec2, overlap: u32, most: u64) -> Vec<Range<u32>> {
     let fitting = most / (IRRADIANCE_BYTES * u64::from(size.x.max(1)));
     if u64::from(size.y) <= fitting {
-        return vec![0..size.y];
+        return iter::once(0..size.y).collect();
     }
     let rows = (fitting.saturating_sub(u64::from(overlap)) as u32 / BAND_STEP).max(1) * BAND_STEP;
     (0..size.y).step_by(rows as usize).map(|first| first..(first + rows + overlap).min(size.y)).collect()
