@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lanternfish_scene::{Environment, LoadOptions, SceneError, load_with};
+use lanternfish_scene::{Environment, LoadOptions, Scene, SceneError, load_with};
 
 /// Memory limit of an import, bytes.
 const MEMORY: u64 = 256_000_000;
@@ -19,24 +19,28 @@ impl Harness {
     }
 
     /// Loads `bytes` as a file with the extension `ending`: a scene, a file that a scene refers to, or an environment. Returns true
-    /// if it loads. Panics if the scene is invalid, or if the error is not a fault of the file.
+    /// if it loads; of an image, if the scene has its texture. Panics if the scene is invalid, or if the error is not a fault of the file.
     pub fn check(&self, bytes: &[u8], ending: &str) -> bool {
         let path = self.folder.join("input").with_extension(ending);
         std::fs::write(&path, bytes).expect("the folder can be written to");
         let result = match ending {
             "hdr" | "exr" => return self.check_environment(&path),
-            "mtl" => self.load("v 0 0 0\nv 1 0 0\nv 0 1 0\nmtllib input.mtl\nusemtl a\nf 1 2 3\n", "obj"),
-            "png" | "jpg" | "webp" => {
+            "mtl" => {
+                let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nmtllib input.mtl\nusemtl a\nf 1 2 3\n";
+                self.load(text, "obj").map(|_| true)
+            }
+            "png" | "jpg" | "webp" | "ktx2" => {
                 let json = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"images":[{"uri":"input.ENDING"}],
                     "textures":[{"source":0}],"materials":[{"normalTexture":{"index":0}}],
                     "accessors":[{"componentType":5126,"count":3,"type":"VEC3"}],
                     "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}]}"#;
-                self.load(&json.replace("ENDING", ending), "gltf")
+                let scene = self.load(&json.replace("ENDING", ending), "gltf");
+                scene.map(|scene| scene.materials[0].normal_texture.is_some())
             }
-            _ => self.load_file(&path),
+            _ => self.load_file(&path).map(|_| true),
         };
         match result {
-            Ok(()) => true,
+            Ok(is_read) => is_read,
             Err(error) => {
                 // An unknown format or demo would be a fault of the harness.
                 let of_harness = matches!(error, SceneError::UnknownFormat { .. } | SceneError::UnknownDemo { .. });
@@ -48,17 +52,17 @@ impl Harness {
     }
 
     /// Loads a scene with this text, which refers to the input file.
-    fn load(&self, text: &str, ending: &str) -> Result<(), SceneError> {
+    pub fn load(&self, text: &str, ending: &str) -> Result<Scene, SceneError> {
         let path = self.folder.join("scene").with_extension(ending);
         std::fs::write(&path, text).expect("the folder can be written to");
         self.load_file(&path)
     }
 
-    fn load_file(&self, path: &Path) -> Result<(), SceneError> {
+    fn load_file(&self, path: &Path) -> Result<Scene, SceneError> {
         let options = LoadOptions { confine: true, memory_limit: Some(MEMORY), ..LoadOptions::default() };
         let scene = load_with(path, &options)?;
         scene.validate().unwrap_or_else(|what| panic!("loaded, but is no valid scene: {what}"));
-        Ok(())
+        Ok(scene)
     }
 
     fn check_environment(&self, path: &Path) -> bool {
@@ -91,6 +95,7 @@ pub fn ending(bytes: &[u8]) -> &'static str {
         _ if begins(b"\x89PNG") => "png",
         _ if begins(b"\xff\xd8") => "jpg",
         _ if begins(b"RIFF") => "webp",
+        _ if begins(b"\xabKTX 20") => "ktx2",
         _ if begins(b"#?") => "hdr",
         _ if begins(b"\x76\x2f\x31\x01") => "exr",
         _ if begins(b"newmtl") => "mtl",
