@@ -35,7 +35,6 @@ pub(super) fn size(encoded: &[u8]) -> Result<Size, String> {
     caught(|| {
         if is_ktx2(encoded) {
             let (width, height) = stated_size(encoded)?;
-            // Blocks of a quarter of the pixels' size, and what they are unpacked from.
             return Ok(Size { width, height, decoded: 4 * u64::from(width) * u64::from(height) });
         }
         let decoder = reader(encoded)?.into_decoder().map_err(|error| error.to_string())?;

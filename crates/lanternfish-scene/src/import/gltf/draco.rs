@@ -31,7 +31,7 @@ impl Array {
     pub fn elements(&self, size: usize, count: usize) -> Result<Elements<'_>> {
         let stride = self.size * self.component.size();
         if (self.size, self.bytes.len()) != (size, count * stride) {
-            let have = self.bytes.len() / stride;
+            let have = self.bytes.len() / stride.max(1);
             return Err(invalid(format!(
                 "{count} elements of {size} components stated, {have} of {} compressed",
                 self.size

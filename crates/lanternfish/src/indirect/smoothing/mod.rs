@@ -6,16 +6,15 @@
 //! 3. Temporal accumulation, if there is a history ([`History`]).
 //! 4. Edge-stopping filter, along x and along y (`filter.wesl`).
 
-mod bands;
-
-use std::ops;
+mod pixel_irradiance;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_constants, gpu_struct};
+use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_constants, gpu_struct};
 use lanternfish_scene::named_enum;
 
 #[cfg(test)]
-pub(crate) use self::bands::MOST_IRRADIANCE_BYTES_IN_TESTS;
+pub(crate) use self::pixel_irradiance::MOST_IRRADIANCE_BYTES_IN_TESTS;
+pub use self::pixel_irradiance::PixelIrradiance;
 use super::{
     history::{self, Histories, HistoryReset, Mix, RESET_FRAMES},
     layers_target,
@@ -164,60 +163,6 @@ gpu_constants! {
 
 /// Largest radius of the filter, pixels.
 pub const MOST_RADIUS: u32 = 64;
-
-/// Irradiance sums of the sampled pixels, for one frame.
-#[derive(Debug)]
-pub struct PixelIrradiance {
-    /// One element per sampled pixel of the rows, row by row. Shaders bind it under names of their own.
-    pub irradiance: wgpu::Buffer,
-    /// Number of sampled pixels, across and down: of the rows.
-    pub size: UVec2,
-    /// Size of the image.
-    rendering: UVec2,
-    parameters: SmoothingParameters,
-    /// The parameters of resolve, as a uniform: the passes that trace rays read the scale.
-    uniform: BufferPart,
-}
-
-impl PixelIrradiance {
-    /// Allocates the sums for an image of this size. `smoothed`: how the image is smoothed.
-    pub fn new(
-        frame: &mut Frame<'_>,
-        rendering: UVec2,
-        resolution: IndirectResolution,
-        smoothed: Smoothed,
-    ) -> Result<Self, RenderError> {
-        let rows = rendering.y.div_ceil(resolution.scale());
-        Self::of_rows(frame, rendering, resolution, smoothed, 0..rows)
-    }
-
-    /// Allocates the sums of some rows of sampled pixels.
-    pub(super) fn of_rows(
-        frame: &mut Frame<'_>,
-        rendering: UVec2,
-        resolution: IndirectResolution,
-        Smoothed(parameters): Smoothed,
-        rows: ops::Range<u32>,
-    ) -> Result<Self, RenderError> {
-        let scale = resolution.scale();
-        let size = UVec2::new(rendering.x.div_ceil(scale), rows.end - rows.start);
-        let parameters = SmoothingParameters { scale, first_row: rows.start, row_count: size.y, ..parameters };
-        let irradiance =
-            frame.scratch("indirect/irradiance", bands::IRRADIANCE_BYTES * u64::from(size.element_product()))?;
-        Ok(Self { irradiance, size, rendering, parameters, uniform: frame.uniform(&parameters) })
-    }
-
-    /// The bands of rows in which an image is processed, from top to bottom. At half resolution each has the first row of the next one too, from
-    /// which its last pixels are interpolated.
-    pub(super) fn bands(rendering: UVec2, resolution: IndirectResolution) -> Vec<ops::Range<u32>> {
-        bands::bands(rendering.map(|side| side.div_ceil(resolution.scale())), resolution.scale() - 1)
-    }
-
-    /// Bindings of `pixel.wesl`, beside the view's and the surface's.
-    pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().part("smoothing", &self.uniform)
-    }
-}
 
 /// How noisy layers of one frame are smoothed.
 #[derive(Clone, Copy, Debug)]

@@ -31,18 +31,18 @@ fn gpu_bands_make_the_image_of_all_rows() {
     }
 }
 
-/// Light of the radiance cache, which all bands fill: no band is brighter than another. The samples of entries differ, by up to 8 % of a
-/// small band's light.
+/// Light of the radiance cache, which all bands fill: no half of the image is brighter. The points of its samples differ. Images of one to four
+/// more or fewer rows differ from each other by up to 8 % in a third of the image after one frame, and by 4 % after eight.
 #[test]
 fn gpu_bands_share_the_radiance_cache() {
     let Some(gpu) = testing::gpu("gpu_bands_share_the_radiance_cache") else { return };
     let rays = Sampled { diffuse_rays: 12, glossy_rays: 4, hit_light: HitLight::Cached, ..sampled(Tracer::BVH) };
-    for (frames, most) in [(1, 0.12), (8, 0.1)] {
-        let [all, bands] = [104, 32].map(|rows| in_bands_of(gpu, rows, rays, frames));
-        for (band, (all, bands)) in all.chunks(96 * 32).zip(bands.chunks(96 * 32)).enumerate() {
+    for (frames, most) in [(1, 0.1), (8, 0.05)] {
+        let [all, bands] = [104, 64].map(|rows| in_bands_of(gpu, rows, rays, frames));
+        for (half, (all, bands)) in all.chunks(96 * 52).zip(bands.chunks(96 * 52)).enumerate() {
             let light = mean(bands) / mean(all);
-            println!("{frames} frames, band {band}: {light:.4} of the light");
-            assert!((light - 1.0).abs() < most, "{frames} frames, band {band}: {light} of the light");
+            println!("{frames} frames, half {half}: {light:.4} of the light");
+            assert!((light - 1.0).abs() < most, "{frames} frames, half {half}: {light} of the light");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::{File, materials::with_material, warnings::warnings};
+use super::{File, damaged, materials::with_material, warnings::warnings};
 
 const ETC1S: &[u8] = include_bytes!("ktx2/etc1s.ktx2");
 /// Supercompressed with Zstandard.
@@ -57,14 +57,7 @@ fn damaged_basis_textures_do_not_panic() {
     for (name, bytes) in [("ETC1S", ETC1S), ("UASTC", UASTC)] {
         let mut refused = 0;
         for i in 0..1000usize {
-            let mut damaged = bytes.to_vec();
-            let at = i * 7919 % damaged.len();
-            match i % 4 {
-                0 => damaged.truncate(at),
-                1 => damaged[at] ^= 1 << (i / 4 % 8),
-                2 => damaged[at] = 255,
-                _ => damaged[12 + i % 68] = (i / 68) as u8,
-            }
+            let damaged = damaged(bytes, i, 12..80);
             let file = file(&damaged);
             match file.load() {
                 Ok(scene) => refused += usize::from(scene.materials[0].emissive_texture.is_none()),

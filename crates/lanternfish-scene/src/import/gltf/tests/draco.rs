@@ -6,7 +6,7 @@ use draco_core::{
 use glam::{Vec2, Vec3};
 use serde_json::json;
 
-use super::{F32, File, U16, assert_contains};
+use super::{F32, File, U16, assert_contains, damaged};
 use crate::Primitive;
 
 /// Vertices along an edge of the surface.
@@ -161,14 +161,7 @@ fn damaged_compressed_data_does_not_panic() {
         let bytes = compressed(&surface, method);
         let mut refused = 0;
         for i in 0..1000usize {
-            let mut damaged = bytes.clone();
-            let at = i * 7919 % damaged.len();
-            match i % 4 {
-                0 => damaged.truncate(at),
-                1 => damaged[at] ^= 1 << (i / 4 % 8),
-                2 => damaged[at] = 255,
-                _ => damaged[i % 40] = (i / 40) as u8,
-            }
+            let damaged = damaged(&bytes, i, 0..40);
             match file(&surface, &damaged).load() {
                 Ok(scene) => assert!(scene.validate().is_ok(), "{method}, {i}"),
                 Err(error) => {

@@ -34,6 +34,19 @@ pub const F32: u32 = 5126;
 /// The corners of a triangle in the plane z = 0, counter-clockwise seen from +z.
 pub const TRIANGLE: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
+/// Damaged data: cut, or with a changed bit or byte. Every fourth `i` changes a byte of the header, which is at `header`.
+pub fn damaged(bytes: &[u8], i: usize, header: std::ops::Range<usize>) -> Vec<u8> {
+    let mut damaged = bytes.to_vec();
+    let at = i * 7919 % damaged.len();
+    match i % 4 {
+        0 => damaged.truncate(at),
+        1 => damaged[at] ^= 1 << (i / 4 % 8),
+        2 => damaged[at] = 255,
+        _ => damaged[header.start + i % header.len()] = (i / header.len()) as u8,
+    }
+    damaged
+}
+
 /// A file under construction. All binary data is in the BIN chunk.
 pub struct File {
     pub json: Value,
