@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use lanternfish_limits::{caught, memory::Budget};
+use lanternfish_limits::caught;
 
 use super::fault::{Place, Result, invalid, item};
 use super::schema::{Buffer, BufferView, CompressedView, Root};
@@ -39,11 +39,6 @@ impl<'a> Buffers<'a> {
         let buffers = (0..root.buffers.len()).map(|i| load_one(i).place(|| format!("buffers[{i}]")));
         let buffers = buffers.collect::<Result<_>>()?;
         Ok(Self { root, files, buffers, decoded: root.buffer_views.iter().map(|_| OnceLock::new()).collect() })
-    }
-
-    /// The memory budget of the import.
-    pub fn budget(&self) -> &Budget {
-        self.files.budget
     }
 
     /// A buffer view and its bytes.

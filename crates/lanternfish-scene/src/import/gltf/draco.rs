@@ -6,7 +6,7 @@ use draco_core::{
     DataType, decode_limits::DecodeLimits, decoder_buffer::DecoderBuffer, geometry_attribute::PointAttribute,
     geometry_indices::PointIndex, mesh::Mesh, mesh_decoder::MeshDecoder,
 };
-use lanternfish_limits::{caught, memory::Budget};
+use lanternfish_limits::caught;
 
 use super::accessor::{Component, Elements};
 use super::fault::{Place, Result, invalid, item};
@@ -14,6 +14,8 @@ use super::schema::{self, Root};
 
 /// Upper bound of the memory of decoding, bytes per stated vertex and triangle corner, besides the attributes' values.
 const BYTES_PER_CORNER: u64 = 64;
+/// Upper bound of the size of one attribute's value, bytes: four numbers of 4 bytes.
+const BYTES_PER_VALUE: u64 = 16;
 
 /// The decoded content of the accessors of one primitive, by accessor.
 pub(super) type Decoded = BTreeMap<usize, Array>;
@@ -41,22 +43,31 @@ impl Array {
     }
 }
 
+/// Upper bound of the size of the values of the stated vertices, bytes.
+fn bytes_of_values(draco: &schema::Draco, vertices: u64) -> u64 {
+    vertices.saturating_mul(BYTES_PER_VALUE * draco.attributes.len() as u64)
+}
+
+/// Upper bound of the temporary memory of [`decode`], bytes, from the stated number of vertices and corners.
+pub(super) fn need(draco: &schema::Draco, vertices: u64, corners: u64) -> u64 {
+    // The values are stored twice: by the decoder, and by vertex.
+    let values = bytes_of_values(draco, vertices).saturating_mul(2);
+    values.saturating_add(BYTES_PER_CORNER.saturating_mul(corners.saturating_add(vertices)))
+}
+
 /// Decodes a primitive. `compressed`: the bytes of its buffer view. What the accessors state limits what is decoded.
 pub(super) fn decode(
     root: &Root,
     source: &schema::Primitive,
     draco: &schema::Draco,
     compressed: &[u8],
-    budget: &Budget,
 ) -> Result<Decoded> {
     let count = |index: &usize| -> Result<u64> { Ok(item(&root.accessors, *index, "accessors")?.count as u64) };
     let indices = source.indices.ok_or_else(|| invalid("a compressed primitive without indices"))?;
     let corners = count(&indices)?;
     let vertices = source.attributes.get("POSITION").map_or(Ok(0), count)?;
-    let values = vertices.saturating_mul(16 * draco.attributes.len() as u64);
-    let need = values.saturating_add(BYTES_PER_CORNER.saturating_mul(corners.saturating_add(vertices)));
-    budget.check(need, || format!("a compressed primitive of {vertices} vertices needs"))?;
-    let limits = DecodeLimits::default().with_max_faces(corners / 3).with_max_decoded_bytes(values);
+    let most = bytes_of_values(draco, vertices);
+    let limits = DecodeLimits::default().with_max_faces(corners / 3).with_max_decoded_bytes(most);
     let mesh = caught(|| {
         let mut mesh = Mesh::new();
         let status = MeshDecoder::new().decode(&mut DecoderBuffer::new(compressed).with_limits(limits), &mut mesh);

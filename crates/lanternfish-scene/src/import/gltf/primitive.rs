@@ -35,10 +35,11 @@ pub(super) fn read(
     let Some(positions) = source.attributes.get("POSITION") else {
         return Ok(Outcome::LeftOut("primitives without positions"));
     };
-    let decoded = match compressed(accessors, source) {
+    let decoded = match compressed(accessors.root, source) {
         Some(draco) => {
             let bytes = accessors.buffers.view(draco.buffer_view)?.1;
-            draco::decode(accessors.root, source, draco, bytes, accessors.buffers.budget())?
+            draco::decode(accessors.root, source, draco, bytes)
+                .place(|| format!("bufferViews[{}]", draco.buffer_view))?
         }
         None => Decoded::new(),
     };
@@ -94,6 +95,7 @@ pub(super) struct Need {
 /// The memory that [`read`] will take, from the counts in the file. Zero for primitives that will be refused or left out,
 /// such as those with counts beyond the available bytes.
 pub(super) fn need(root: &Root, source: &schema::Primitive, has_normal_map: bool) -> Need {
+    let draco = compressed(root, source);
     let count = |index: usize| {
         let Some(accessor) = root.accessors.get(index) else { return 0 };
         let most = match accessor.buffer_view {
@@ -101,6 +103,8 @@ pub(super) fn need(root: &Root, source: &schema::Primitive, has_normal_map: bool
                 Some(compressed) => compressed.count.saturating_mul(compressed.byte_stride),
                 None => view.byte_length,
             }),
+            // The compressed size bounds no count.
+            None if draco.is_some() => usize::MAX,
             None => MAX_ZERO_COUNT,
         };
         if accessor.count <= most { accessor.count as u64 } else { 0 }
@@ -120,14 +124,16 @@ pub(super) fn need(root: &Root, source: &schema::Primitive, has_normal_map: bool
     let kept = kept_vertices.saturating_mul(vertex).saturating_add(corners.saturating_mul(4));
     // Tangent generation takes 100 bytes per corner.
     let scratch = corners.saturating_mul(if has_normal_map { 108 } else { 8 });
+    let decoding = draco.map_or(0, |draco| draco::need(draco, vertices, indices));
     let transient = vertices.saturating_mul(vertex + 4).saturating_add(kept).saturating_add(scratch);
+    let transient = transient.saturating_add(decoding);
     Need { kept, transient, corners }
 }
 
 /// The Draco-compressed data of a primitive, unless it has an uncompressed fallback.
-fn compressed<'a>(accessors: &Accessors, source: &'a schema::Primitive) -> Option<&'a schema::Draco> {
+fn compressed<'a>(root: &Root, source: &'a schema::Primitive) -> Option<&'a schema::Draco> {
     let is_empty = |index: &usize| {
-        let accessor = accessors.root.accessors.get(*index);
+        let accessor = root.accessors.get(*index);
         accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
     };
     let draco = source.extensions.draco.as_ref()?;
