@@ -11,7 +11,7 @@ use lanternfish::{
     Renderer, Sent,
     settings::{Settings, Shadows},
 };
-use lanternfish_cli::{error::CliError, progress::Progress, scene, scene::SceneName};
+use lanternfish_cli::{args::PartArgs, error::CliError, progress::Progress, scene, scene::SceneName};
 use lanternfish_gpu::{read_back, storage_buffer};
 use lanternfish_reference::Random;
 use lanternfish_scene::{Bounds, Instance, Mesh, Scene, generate::light_rain};
@@ -47,7 +47,8 @@ struct Bench {
 /// Measures and writes the report.
 pub fn run(args: &MovingArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
-    let scene = progress.step("load", &format!("Loading {}", args.scene), || scene::load_part(&args.scene, None))?;
+    let scene = progress
+        .step("load", &format!("Loading {}", args.scene), || scene::load_part(&args.scene, &PartArgs::default()))?;
     let bench = Bench { run: Run::start(&args.run, "moving")?, scene: apart(&scene) };
     let gpu = &bench.run.gpu;
     let tracers: &[Shadows] =

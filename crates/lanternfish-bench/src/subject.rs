@@ -102,7 +102,7 @@ pub fn load(
 ) -> Result<Scene, CliError> {
     let (name, part) = shot.map_or((name, part), |shot| (&shot.args.scene, &shot.args.part));
     let doing = format!("Loading {name}");
-    let mut scene = progress.step("load", &doing, || scene::load_part(name, part.scene_of_file.as_deref()))?;
+    let mut scene = progress.step("load", &doing, || scene::load_part(name, part))?;
     if !keeps_transparent {
         leave_out_transparent(&mut scene);
     }

@@ -71,6 +71,7 @@ impl From<SceneError> for CliError {
             SceneError::Invalid { .. } => "export the file again; the Khronos glTF validator shows every fault it has",
             SceneError::Unsupported { .. } => "export the file again without it",
             SceneError::NoSuchScene { .. } => "choose one of these with --scene",
+            SceneError::NoSuchVariant { .. } => "choose one of these with --variant, or leave it out",
             SceneError::UnknownDemo { .. } => "choose one of these, or name a .gltf, .glb or .obj file",
             _ => "",
         };

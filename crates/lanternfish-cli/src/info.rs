@@ -38,7 +38,7 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     } else if let Some(source) = &args.scene {
         // Print warnings as `render` does.
         let progress = Progress::start(false);
-        text += &describe(&scene::load_part(source, args.part.scene_of_file.as_deref())?);
+        text += &describe(&scene::load_part(source, &args.part)?);
         drop(progress);
     }
     if args.adapters {
@@ -93,6 +93,12 @@ fn describe(scene: &Scene) -> String {
         AlphaMode::Opaque | AlphaMode::Blend => "opaque",
     });
     lines.count("materials", scene.materials.len(), by_kind(modes, &["opaque", "mask", "blend"]));
+    if !scene.variants.is_empty() {
+        lines.count("variants", scene.variants.len(), " of the materials");
+    }
+    for (index, variant) in scene.variants.iter().enumerate() {
+        lines.add(&format!("  {index}"), variant);
+    }
     lines.count("textures", scene.textures.len(), "");
     let bytes: usize = scene.images.iter().map(|image| image.rgba.len()).sum();
     lines.count("images", scene.images.len(), format_args!(" ({:.1} MiB decoded)", bytes as f64 / f64::from(1 << 20)));
@@ -215,6 +221,7 @@ mod tests {
             meshes: vec![Mesh { name: String::new(), primitives: vec![primitive; 2] }],
             instances: (0..1000).map(|i| instance(i as f32)).collect(),
             materials: vec![material(AlphaMode::Opaque), material(AlphaMode::Blend), material(AlphaMode::Opaque)],
+            variants: vec!["red".to_owned(), "blue".to_owned()],
             textures: vec![Texture { image: 0, sampler: 0 }],
             images: vec![Image { name: String::new(), width: 1024, height: 512, rgba: vec![0; 2 << 20] }],
             lights: vec![Light::point(Vec3::ZERO, Vec3::ONE), Light::directional(Vec3::Y, Vec3::ONE)],
@@ -237,6 +244,8 @@ mod tests {
             "instances    1,000",
             "triangles    2 stored, 2,000 placed",
             "materials    3 (2 opaque, 1 blend)",
+            "variants     2 of the materials",
+            "  1          blue",
             "textures     1",
             "images       1 (2.0 MiB decoded)",
             "lights       2 (1 point, 1 directional)",

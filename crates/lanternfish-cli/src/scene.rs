@@ -11,7 +11,7 @@ use clap::builder::{OsStringValueParser, TryMapValueParser, TypedValueParser, Va
 use lanternfish_scene::{LoadOptions, Scene, memory};
 use serde::{Serialize, Serializer};
 
-use crate::error::CliError;
+use crate::{args::PartArgs, error::CliError};
 
 /// The name of a scene: a path, in any spelling that the system supports, or `demo:NAME`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,14 +80,15 @@ pub(crate) fn trust(confine: bool, memory_limit: Option<u64>) {
     }
 }
 
-/// Reads a scene of a file, by name or index, or generates a built-in one.
+/// Reads a scene of a file, with the materials of a variant, or generates a built-in one.
 ///
 /// Devices and pipes are refused: they may be endless, and reading them may never return.
-pub fn load_part(source: &SceneName, scene: Option<&str>) -> Result<Scene, CliError> {
+pub fn load_part(source: &SceneName, part: &PartArgs) -> Result<Scene, CliError> {
     if source.demo().is_none() && fs::metadata(source.path()).is_ok_and(|m| !m.is_file()) {
         return Err(CliError::new(format_args!("{source}: this is no file"), "name a .gltf, .glb or .obj file"));
     }
     let confine = CONFINES.load(Relaxed);
-    let options = LoadOptions { scene: scene.map(str::to_owned), confine, ..LoadOptions::default() };
+    let (scene, variant) = (part.scene_of_file.clone(), part.variant.clone());
+    let options = LoadOptions { scene, variant, confine, ..LoadOptions::default() };
     Ok(lanternfish_scene::load_with(source.spelling(), &options)?)
 }

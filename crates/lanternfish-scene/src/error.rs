@@ -66,6 +66,16 @@ pub enum SceneError {
         /// Available scenes: indices and names.
         known: String,
     },
+    /// The file has no such variant of its materials.
+    #[error("{path}: no variant {variant:?}; there are: {known}", path = path.display())]
+    NoSuchVariant {
+        /// The file.
+        path: PathBuf,
+        /// The requested name.
+        variant: String,
+        /// Available variants: indices and names.
+        known: String,
+    },
     /// No generated scene has that name.
     #[error("demo:{name}: no such scene; there are {known}")]
     UnknownDemo {

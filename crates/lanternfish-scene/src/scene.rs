@@ -15,6 +15,8 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Surfaces.
     pub materials: Vec<Material>,
+    /// Names of the file's variants of its materials ([`crate::LoadOptions::variant`]). [`Scene::materials`] are those of one.
+    pub variants: Vec<String>,
     /// Pairs of image and sampler.
     pub textures: Vec<Texture>,
     /// Decoded images, each stored once, even if several textures use it.

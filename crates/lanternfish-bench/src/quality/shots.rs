@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use lanternfish::settings::{Attenuation, Exposure, Settings};
 use lanternfish_cli::{
+    args::PartArgs,
     error::CliError,
     parse::Size,
     scene::{self, SceneName},
@@ -155,7 +156,7 @@ impl Shot {
     pub fn load(&self, assets: &Path) -> Result<(Scene, Camera), CliError> {
         let file = assets.join(self.scene);
         let source: SceneName = if self.is_built_in() { self.scene.into() } else { file.into() };
-        let mut scene = scene::load_part(&source, None)?;
+        let mut scene = scene::load_part(&source, &PartArgs::default())?;
         let bounds = scene.bounds();
         scene.lights.extend(light_rain(&bounds, self.rain, None, 0, 0.0));
         scene.lights.extend(self.points());

@@ -33,9 +33,8 @@ pub fn run(args: &DeepImagesArgs, said: &ArgMatches) -> Result<(), CliError> {
     }
     let flags = &shot.args;
     let mut progress = Progress::start(flags.run.quiet);
-    let part = flags.part.scene_of_file.as_deref();
     let loading = format!("Loading {}", flags.scene);
-    let scene = progress.step("load", &loading, || scene::load_part(&flags.scene, part))?;
+    let scene = progress.step("load", &loading, || scene::load_part(&flags.scene, &flags.part))?;
     let size = UVec2::new(flags.output.size.width, flags.output.size.height);
     let camera = camera::choose(&scene, &shot.views()[0], size.x as f32 / size.y as f32)?;
     let view = View::new(&camera, size, Vec3::ZERO, &scene.bounds());

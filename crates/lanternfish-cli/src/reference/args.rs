@@ -274,6 +274,7 @@ mod tests {
             "eye",
             "camera",
             "scene",
+            "variant",
             "point",
             "environment",
             "lights",

@@ -19,6 +19,8 @@ pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> St
         meshes,
         instances,
         materials,
+        // They name other materials than these.
+        variants: _,
         textures,
         images,
         samplers,

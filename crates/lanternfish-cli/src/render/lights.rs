@@ -54,9 +54,8 @@ fn environment(path: &Path, rotation: f32, scale: f32) -> Result<Environment, Cl
 
 /// The scene with the lights of these flags, at 0 s, and its motion.
 pub fn lit_scene(args: &RenderArgs, progress: &mut Progress) -> Result<(Scene, Option<Motion>), CliError> {
-    let part = args.part.scene_of_file.as_deref();
     let (mut scene, rain) = progress.step("load", &format!("Loading {}", args.scene), || {
-        let mut scene = scene::load_part(&args.scene, part)?;
+        let mut scene = scene::load_part(&args.scene, &args.part)?;
         let rain = apply_lights(&mut scene, &args.lights, args.run.seed)?;
         Ok::<_, CliError>((scene, rain))
     })?;

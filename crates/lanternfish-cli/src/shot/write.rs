@@ -43,7 +43,7 @@ const WIDTH: usize = 118;
 pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
     let shot = super::resolve(scene, said)?;
     let (args, size) = (&shot.args, shot.args.output.size);
-    let scene = scene::load_part(&args.scene, args.part.scene_of_file.as_deref())?;
+    let scene = scene::load_part(&args.scene, &args.part)?;
     let camera = camera::choose(&scene, &shot.views()[0], size.width as f32 / size.height as f32)?;
     let text = text(&shot, Some(&camera))?;
     output::print(&text)

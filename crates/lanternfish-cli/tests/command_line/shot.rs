@@ -147,6 +147,36 @@ fn a_scene_of_a_file_is_chosen_by_name_or_index() {
 }
 
 #[test]
+fn a_variant_of_the_materials_is_chosen_by_name_or_index() {
+    let folder = tempfile::tempdir().unwrap();
+    // Of the variants only `glass` is transparent.
+    let text = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+        "extensions": { "KHR_materials_variants": { "variants": [{ "name": "clay" }, { "name": "glass" }] } },
+        "materials": [{}, { "alphaMode": "BLEND" }],
+        "accessors": [{ "componentType": 5126, "count": 3, "type": "VEC3" }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0, "extensions": {
+            "KHR_materials_variants": { "mappings": [{ "material": 1, "variants": [1] }] } } }] }] }"#;
+    fs::write(folder.path().join("shoe.gltf"), text).unwrap();
+    for (flags, kind) in
+        [("", "opaque"), ("--variant clay", "opaque"), ("--variant glass", "blend"), ("--variant 1", "blend")]
+    {
+        let info = run(folder.path(), &format!("info shoe.gltf {flags}"));
+        assert!(info.contains(&format!("materials    1 (1 {kind})")), "{flags}: {info}");
+        assert!(info.contains("variants     2 of the materials\n  0          clay\n  1          glass\n"), "{info}");
+    }
+    let shot = run(folder.path(), "shot shoe.gltf --variant glass");
+    assert!(shot.contains("\nvariant = \"glass\"\n"), "{shot}");
+    fs::write(folder.path().join("shoe.toml"), "scene = \"shoe.gltf\"\n[view]\nvariant = \"wood\"\n").unwrap();
+    for line in
+        ["info shoe.gltf --variant wood", "render shoe.gltf --variant wood", "render shoe.toml", "reference shoe.toml"]
+    {
+        let error = refused(folder.path(), line);
+        assert!(error.contains("no variant \"wood\"; there are: 0 \"clay\", 1 \"glass\""), "{line}: {error}");
+        assert!(error.contains("--variant"), "{line}: {error}");
+    }
+}
+
+#[test]
 fn help_names_every_demo() {
     let folder = tempfile::tempdir().unwrap();
     let help = run(folder.path(), "help render");

@@ -28,14 +28,15 @@ use crate::{Scene, SceneError};
 /// * Textures as PNG, JPEG, WebP or KTX2 (Basis Universal), up to 16,384 pixels a side and 1 GiB of pixels each. Channels of 16
 ///   bits are reduced to 8. A missing or damaged image is a warning: surfaces lack its texture.
 /// * In full: `EXT_lights_area` (a draft), `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`,
-///   `KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`,
+///   `KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_materials_emissive_strength`,
+///   `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`,
 ///   `KHR_materials_unlit`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_texture_basisu`,
 ///   `KHR_texture_transform`.
 /// * In part, with a warning about the rest: `KHR_materials_clearcoat` without its normal map;
 ///   `KHR_materials_pbrSpecularGlossiness` without its texture;
 ///   `KHR_materials_volume` into the material, without its texture; `KHR_materials_{anisotropy, dispersion,
 ///   iridescence, sheen}` not at all.
-/// * `KHR_materials_variants`: the default materials only. Any other extension is an error if the file requires it, and
+/// * `KHR_materials_variants`: the materials of [`LoadOptions::variant`], else the default ones. Any other extension is an error if the file requires it, and
 ///   a warning if the file only uses it.
 /// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene has the file's rest pose.
 ///   Animations of anything else are counted in a warning.
@@ -63,14 +64,14 @@ pub fn load_with(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Sce
     let source = source.as_ref();
     let path = Path::new(source);
     if let Some(name) = source.to_str().and_then(|source| source.strip_prefix("demo:")) {
-        only_scene(path, options)?;
+        has_no_parts(path, options)?;
         return crate::generate::demo(name);
     }
     let is = |ending: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
     let scene = if is("gltf") || is("glb") {
         gltf::load(path, options)?
     } else if is("obj") {
-        only_scene(path, options)?;
+        has_no_parts(path, options)?;
         obj::load(path, options)?
     } else {
         return Err(SceneError::UnknownFormat { path: path.to_owned() });
@@ -79,8 +80,12 @@ pub fn load_with(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Sce
     Ok(scene)
 }
 
-/// Rejects any scene but index 0, for sources with a single scene.
-fn only_scene(path: &Path, options: &LoadOptions) -> Result<(), SceneError> {
+/// Rejects any scene but index 0, and any variant, for sources with a single scene.
+fn has_no_parts(path: &Path, options: &LoadOptions) -> Result<(), SceneError> {
+    if let Some(variant) = &options.variant {
+        let (variant, known) = (variant.clone(), "none".to_owned());
+        return Err(SceneError::NoSuchVariant { path: path.to_owned(), variant, known });
+    }
     match options.scene.as_deref() {
         None | Some("0") => Ok(()),
         Some(scene) => Err(SceneError::NoSuchScene {

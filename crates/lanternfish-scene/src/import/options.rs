@@ -2,12 +2,15 @@
 
 use lanternfish_limits::memory::Budget;
 
-/// Options of [`crate::load_with`]. The default reads the file's default scene, follows every path in the file, and may use
+/// Options of [`crate::load_with`]. The default reads the file's default scene with its default materials, follows every path in the file, and may use
 /// the memory limit of the process.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
     /// Name of the scene to read, else its index in decimal; `None`: the default scene.
     pub scene: Option<String>,
+    /// Name of the variant of the materials (`KHR_materials_variants`), else its index in decimal; `None`: the default
+    /// materials.
+    pub variant: Option<String>,
     /// True if only files in the scene's folder and its subfolders are read. The check uses the resolved path:
     /// `..`, percent-encoding and symbolic links cannot leave the folder, and a scene that is itself a link to elsewhere is refused.
     ///

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{LoadOptions, SceneError, load, load_with};
 
-const CONFINED: LoadOptions = LoadOptions { scene: None, confine: true, memory_limit: None };
+const CONFINED: LoadOptions = LoadOptions { scene: None, variant: None, confine: true, memory_limit: None };
 
 /// A folder with a file of 36 zero bytes (enough for a triangle), and the scene's folder inside it.
 struct Place {

@@ -15,6 +15,8 @@ pub(super) enum Fault {
     Unsupported(String),
     /// The file has no such scene.
     NoSuchScene { scene: String, known: String },
+    /// The file has no such variant of its materials.
+    NoSuchVariant { variant: String, known: String },
     /// A file that the scene refers to cannot be read.
     Io { path: PathBuf, source: std::io::Error },
     /// A file that the scene refers to is outside the folder that may be read.
@@ -52,6 +54,9 @@ impl Fault {
             Self::Invalid(what) => Self::Invalid(what.clone()),
             Self::Unsupported(what) => Self::Unsupported(what.clone()),
             Self::NoSuchScene { scene, known } => Self::NoSuchScene { scene: scene.clone(), known: known.clone() },
+            Self::NoSuchVariant { variant, known } => {
+                Self::NoSuchVariant { variant: variant.clone(), known: known.clone() }
+            }
             Self::Io { path, source } => {
                 Self::Io { path: path.clone(), source: std::io::Error::new(source.kind(), source.to_string()) }
             }
@@ -67,6 +72,9 @@ impl Fault {
             Self::Unsupported(what) => SceneError::Unsupported { path: path.to_owned(), what: printable_name(&what) },
             Self::NoSuchScene { scene, known } => {
                 SceneError::NoSuchScene { path: path.to_owned(), scene, known: printable_name(&known) }
+            }
+            Self::NoSuchVariant { variant, known } => {
+                SceneError::NoSuchVariant { path: path.to_owned(), variant, known: printable_name(&known) }
             }
             Self::Io { path, source } => SceneError::Io { path, source },
             Self::Outside { path } => SceneError::Outside { path },

@@ -11,6 +11,7 @@ use super::hierarchy::Placed;
 use super::notes::Notes;
 use super::primitive::{self, Outcome};
 use super::schema::{self, Root};
+use super::variants;
 use crate::{Material, Mesh};
 
 /// The meshes and materials of the file that the scene uses.
@@ -20,12 +21,14 @@ pub(super) struct Used {
     pub meshes: BTreeMap<usize, usize>,
     /// The file's index of each material of the scene, ascending; `None`, the format's default material, is last.
     pub materials: Vec<Option<usize>>,
+    /// The requested variant of the materials.
+    variant: Option<usize>,
 }
 
 impl Used {
-    /// Finds the meshes that nodes refer to, and their materials; both keep the file's order.
-    pub fn find(root: &Root, nodes: &[Placed]) -> Result<Self> {
-        let mut used = Self::default();
+    /// Finds the meshes that nodes refer to, and their materials in a variant; both keep the file's order.
+    pub fn find(root: &Root, nodes: &[Placed], variant: Option<usize>) -> Result<Self> {
+        let mut used = Self { variant, ..Self::default() };
         for placed in nodes {
             if let Some(mesh) = placed.node.mesh {
                 item(&root.meshes, mesh, "meshes").place(|| format!("nodes[{}]", placed.index))?;
@@ -35,10 +38,11 @@ impl Used {
         for (new, (mesh, index)) in used.meshes.iter_mut().enumerate() {
             *index = new;
             for (i, primitive) in root.meshes[*mesh].primitives.iter().enumerate() {
-                if let Some(material) = primitive.material {
+                let material = variants::material(primitive, variant);
+                if let Some(material) = material {
                     item(&root.materials, material, "materials").place(|| place(*mesh, i))?;
                 }
-                used.materials.push(primitive.material);
+                used.materials.push(material);
             }
         }
         used.materials.sort_unstable_by_key(material_key);
@@ -46,8 +50,9 @@ impl Used {
         Ok(used)
     }
 
-    /// The scene's index of the file's `material`, which must be in use.
-    fn material(&self, material: Option<usize>) -> usize {
+    /// The scene's index of a used primitive's material.
+    fn material(&self, primitive: &schema::Primitive) -> usize {
+        let material = variants::material(primitive, self.variant);
         let index = self.materials.binary_search_by_key(&material_key(&material), material_key);
         index.expect("all materials of used meshes are listed")
     }
@@ -73,13 +78,13 @@ pub(super) fn read_all(
         .flat_map(|mesh| root.meshes[*mesh].primitives.iter().enumerate().map(|(i, primitive)| (*mesh, i, primitive)))
         .collect();
     let need = |(_, _, source): &(usize, usize, &schema::Primitive)| {
-        let has_normal_map = materials[used.material(source.material)].normal_texture.is_some();
+        let has_normal_map = materials[used.material(source)].normal_texture.is_some();
         primitive::need(root, source, has_normal_map)
     };
     let needs: Vec<primitive::Need> = primitives.iter().map(need).collect();
     reserve(&needs, budget)?;
     let read_one = |(mesh, i, source): &(usize, usize, &schema::Primitive)| {
-        let material = used.material(source.material);
+        let material = used.material(source);
         let uv_set = materials[material].normal_texture.map(|texture| texture.uv_set);
         (*mesh, material, primitive::read(accessors, source, uv_set).place(|| place(*mesh, *i)))
     };

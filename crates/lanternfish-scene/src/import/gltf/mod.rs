@@ -2,7 +2,8 @@
 //!
 //! 1. `container`: JSON and BIN chunks; `schema`: the JSON as structs; `extensions`: check of required extensions
 //! 2. `buffers`, `uri`: bytes of buffers; `meshopt`: compressed buffer views, decoded on first use
-//! 3. `scenes`: selection of the requested scene; `hierarchy`: its nodes in world space; `meshes::Used`: the meshes and materials in use
+//! 3. `scenes`, `variants`: selection of the requested scene and materials; `hierarchy`: its nodes in world space;
+//!    `meshes::Used`: the meshes and materials in use
 //! 4. `materials` (extensions in `surface`), `textures`
 //! 5. `images` and `meshes` in parallel; each `primitive` uses `accessor`, `topology`, `normals` and `tangents`
 //! 6. `lights`, `cameras` and instances (`instancing`) of the nodes; `motion`: animation and skins, with vertex `deformation`
@@ -39,6 +40,7 @@ mod tests;
 mod textures;
 mod topology;
 mod uri;
+mod variants;
 mod vertices;
 
 use std::collections::HashSet;
@@ -71,18 +73,19 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Sc
     let budget = options.budget();
     let files = Files::beside(path, options, &budget)?;
     let file = files.scene(path)?;
-    read(&file, path, options.scene.as_deref(), &files).map_err(|fault| fault.at(path))
+    read(&file, path, options, &files).map_err(|fault| fault.at(path))
 }
 
 /// Reads the content of a file; `path` names the scene.
-fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<Scene> {
+fn read(file: &[u8], path: &Path, options: &LoadOptions, files: &Files) -> Result<Scene> {
     let parts = container::split(file)?;
     let root = parse(parts.json, files.budget)?;
     extensions::check(&root, path)?;
-    let scene = scenes::select(&root, scene)?;
+    let scene = scenes::select(&root, options.scene.as_deref())?;
+    let variant = variants::select(&root, options.variant.as_deref())?;
     let buffers = Buffers::load(&root, parts.bin, files)?;
     let nodes = hierarchy::resolve(&root, scene)?;
-    let used = Used::find(&root, &nodes)?;
+    let used = Used::find(&root, &nodes, variant)?;
 
     let mut notes = Notes::default();
     let mut textures = Textures::default();
@@ -104,6 +107,7 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         meshes,
         materials,
+        variants: root.extensions.variants.variants.iter().map(|variant| variant.name.clone()).collect(),
         textures: textures.textures,
         images,
         samplers: textures.samplers,

@@ -4,6 +4,7 @@
 
 mod material;
 mod motion;
+mod variants;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,6 +15,7 @@ pub(super) use self::material::{
     Material, MaterialExtensions, MetallicRoughness, SpecularGlossiness, TextureInfo, TextureTransform,
 };
 pub(super) use self::motion::{Animation, AnimationSampler, Skin};
+use self::variants::{VariantMappings, Variants};
 
 /// Text, borrowed from the JSON if it has no escapes: data URIs are long.
 #[derive(Deserialize)]
@@ -71,6 +73,8 @@ pub(super) struct RootExtensions {
     pub lights: Option<Lights>,
     #[serde(rename = "EXT_lights_area")]
     pub area_lights: Option<AreaLights>,
+    #[serde(default, rename = "KHR_materials_variants")]
+    pub variants: Variants,
 }
 
 #[derive(Deserialize)]
@@ -242,6 +246,8 @@ pub(super) struct Primitive {
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
     pub draco: Option<Draco>,
+    #[serde(rename = "KHR_materials_variants")]
+    pub variants: VariantMappings,
 }
 
 #[derive(Deserialize)]

@@ -14,6 +14,7 @@ mod nodes;
 mod samples;
 mod scenes;
 mod surface;
+mod variants;
 mod warnings;
 
 use std::path::Path;
@@ -173,7 +174,7 @@ pub fn load_within(bytes: &[u8], memory: u64) -> Result<Scene, SceneError> {
     let path = Path::new("folder/test.glb");
     let budget = Budget::of(memory);
     let files = Files::beside(path, &LoadOptions::default(), &budget)?;
-    super::read(bytes, path, None, &files).map_err(|fault| fault.at(path))
+    super::read(bytes, path, &LoadOptions::default(), &files).map_err(|fault| fault.at(path))
 }
 
 pub fn bytes_of(values: &[f32]) -> Vec<u8> {
