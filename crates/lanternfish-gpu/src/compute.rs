@@ -41,7 +41,7 @@ impl ComputeKernel {
     }
 
     fn compile(device: &wgpu::Device, shader: &LinkedShader, entry: &str, label: &str) -> Self {
-        let layouts = layouts(device, shader, &[entry], &[]);
+        let layouts = layouts(device, shader, &[entry], &[], None);
         made::count(|made| made.pipelines += 1);
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(label),

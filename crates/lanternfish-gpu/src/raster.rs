@@ -20,6 +20,8 @@ pub struct RasterState<'a> {
     pub targets: &'a [Option<wgpu::ColorTargetState>],
     /// Length of each binding array, by name.
     pub array_lengths: &'a [(&'a str, u32)],
+    /// Name of the uniform buffer that [`RasterPipeline::set_group`] gives an offset.
+    pub dynamic_uniform: Option<&'a str>,
     /// Samples per pixel; 0 means 1.
     pub samples: u32,
 }
@@ -63,7 +65,7 @@ impl RasterPipeline {
     ) -> Self {
         let has_fragment = shader.has_entry(fragment);
         let entries = if has_fragment { vec![vertex, fragment] } else { vec![vertex] };
-        let layouts = layouts(device, shader, &entries, state.array_lengths);
+        let layouts = layouts(device, shader, &entries, state.array_lengths, state.dynamic_uniform);
         let module = shader.create_module(device);
         made::count(|made| made.pipelines += 1);
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -116,6 +118,13 @@ impl RasterPipeline {
         group: usize,
     ) -> Option<wgpu::BindGroup> {
         (group < self.layouts.groups.len()).then(|| self.bind_group(groups, bindings, group))
+    }
+
+    /// Binds the bind group of one group index. The dynamic uniform buffer, if the group has it, starts `offset` bytes after the start of
+    /// its binding.
+    pub fn set_group(&self, pass: &mut wgpu::RenderPass<'_>, group: usize, bound: &wgpu::BindGroup, offset: u32) {
+        let offsets: &[u32] = if self.layouts.dynamic_group == Some(group) { &[offset] } else { &[] };
+        pass.set_bind_group(group as u32, bound, offsets);
     }
 
     fn bind_group(&self, groups: &mut BindGroups, bindings: &Bindings<'_>, group: usize) -> wgpu::BindGroup {

@@ -11,18 +11,23 @@ pub(crate) struct Layouts {
     pub groups: Vec<wgpu::BindGroupLayout>,
     /// Name and binding number of every resource, by group.
     pub names: Vec<Vec<(String, u32)>>,
+    /// The group with the dynamic uniform buffer, if it is used.
+    pub dynamic_group: Option<usize>,
     /// The pipeline layout of all groups.
     pub pipeline: wgpu::PipelineLayout,
 }
 
-/// Reflects the bindings that these entry points use. `array_lengths` gives the length of each binding array by name.
+/// Reflects the bindings that these entry points use. `array_lengths` gives the length of each binding array by name;
+/// `dynamic_uniform` is the name of a uniform buffer with a dynamic offset.
 pub(crate) fn layouts(
     device: &wgpu::Device,
     shader: &LinkedShader,
     entries: &[&str],
     array_lengths: &[(&str, u32)],
+    dynamic_uniform: Option<&str>,
 ) -> Layouts {
     let mut resources: Vec<(u32, String, wgpu::BindGroupLayoutEntry)> = Vec::new();
+    let mut dynamic_group = None;
     for entry in entries {
         let index = shader.entry_index(entry);
         let stage = match shader.module.entry_points[index].stage {
@@ -42,7 +47,13 @@ pub(crate) fn layouts(
                 same.visibility |= stage;
                 continue;
             }
-            let (ty, count) = binding_type(shader, handle, name, array_lengths);
+            let (mut ty, count) = binding_type(shader, handle, name, array_lengths);
+            if let wgpu::BindingType::Buffer { has_dynamic_offset, .. } = &mut ty
+                && dynamic_uniform == Some(name)
+            {
+                *has_dynamic_offset = true;
+                dynamic_group = Some(binding.group as usize);
+            }
             let layout_entry = wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility: stage, ty, count };
             resources.push((binding.group, name.to_owned(), layout_entry));
         }
@@ -65,7 +76,7 @@ pub(crate) fn layouts(
         bind_group_layouts: &groups.iter().map(Some).collect::<Vec<_>>(),
         immediate_size: 0,
     });
-    Layouts { groups, names, pipeline }
+    Layouts { groups, names, dynamic_group, pipeline }
 }
 
 fn binding_type(

@@ -338,8 +338,8 @@ named_enum! {
         Auto = "auto": "array if the hardware supports it",
         /// One binding array of all textures, indexed in the shader.
         Array = "array": "One binding array of all textures",
-        /// A bind group per material: works on every device.
-        PerMaterial = "per-material": "One bind group per material: works on every device",
+        /// A bind group for materials of the same textures: works on every device.
+        PerMaterial = "per-material": "A bind group for materials of the same textures: works on every device",
     }
 }
 

@@ -97,6 +97,9 @@ gpu_constants! {
     const COAT_ROUGHNESS_MAPPED: u32 = 1024;
 }
 
+/// Name of the uniform buffer with the material of a draw.
+pub(super) const MATERIAL_OF_DRAW: &str = "material_of_draw";
+
 /// The materials of a scene on the device: an array if textures are one, else each at an offset that a uniform binding may have.
 #[derive(Debug)]
 pub(super) struct Materials {
@@ -138,16 +141,22 @@ impl Materials {
         Bindings::new().buffer("materials", &self.buffer)
     }
 
-    /// One material, if textures are not one array.
-    pub fn of_draw(&self, material: u32) -> Bindings<'_> {
+    /// The first material, if textures are not one array; [`Self::offset`] selects another.
+    pub fn of_draw(&self) -> Bindings<'_> {
         Bindings::new().resource(
-            "material_of_draw",
+            MATERIAL_OF_DRAW,
             wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                 buffer: &self.buffer,
-                offset: material as u64 * self.stride as u64,
+                offset: 0,
                 size: wgpu::BufferSize::new(size_of::<Material>() as u64),
             }),
         )
+    }
+
+    /// Offset of a material in the buffer, bytes.
+    pub fn offset(&self, material: u32) -> u32 {
+        // Bindings have at most 2³² − 1 bytes.
+        material * self.stride as u32
     }
 }
 

@@ -147,6 +147,11 @@ impl GpuScene {
         Self::with(device, queue, scene, needs, Unchanged::default())
     }
 
+    /// An error if the process may not allocate what uploading a valid scene needs.
+    pub(crate) fn check_memory(scene: &Scene, needs: &SceneRequirements) -> Result<(), RenderError> {
+        Ok(cost::check(scene, needs.shading, needs.parts.rays())?)
+    }
+
     /// Uploads a valid scene, except what is kept of an earlier upload.
     fn with(
         device: &wgpu::Device,
@@ -156,7 +161,7 @@ impl GpuScene {
         unchanged: Unchanged,
     ) -> Result<Self, RenderError> {
         let SceneRequirements { shading, parts, .. } = needs;
-        cost::check(scene, shading, parts.rays())?;
+        Self::check_memory(scene, &needs)?;
         let textures =
             Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy, unchanged.images)?;
         let materials = Materials::new(device, scene, shading, &textures)?;
@@ -303,9 +308,14 @@ impl GpuScene {
         self.bvh.as_ref().map(|bvh| &bvh.triangles)
     }
 
-    /// The textures and the parameters of one material, if textures are not one array.
+    /// The textures of one material, if textures are not one array, and the first material's parameters.
     pub(crate) fn bindings_of_material(&self, material: u32) -> Bindings<'_> {
-        self.textures.of_material(material).with(&self.materials.of_draw(material))
+        self.textures.of_material(material).with(&self.materials.of_draw())
+    }
+
+    /// Distance of a material's parameters from the first's, bytes.
+    pub(crate) fn offset_of_material(&self, material: u32) -> u32 {
+        self.materials.offset(material)
     }
 
     /// Sizes of what was uploaded.

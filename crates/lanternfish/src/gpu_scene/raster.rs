@@ -7,6 +7,7 @@ use lanternfish_gpu::{BindGroups, Bindings, Feature, LinkedShader, RasterPipelin
 use super::{
     GpuScene,
     geometry::{Draw, DrawAlpha, Facing, Side, vertex_layouts},
+    materials::MATERIAL_OF_DRAW,
 };
 use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::Shaders};
 
@@ -146,6 +147,7 @@ impl SceneRaster {
             depth: Some(self.state.depth.clone()),
             targets: &targets,
             array_lengths: &scene.textures.array_lengths(),
+            dynamic_uniform: Some(MATERIAL_OF_DRAW),
             samples: self.state.samples,
         };
         RasterPipeline::new(device, shader, "vertex", "fragment", self.label, &state)
@@ -165,6 +167,8 @@ impl SceneRaster {
         pass.set_vertex_buffer(1, scene.geometry.attributes.slice(..));
         pass.set_index_buffer(scene.geometry.indices.slice(..), wgpu::IndexFormat::Uint32);
         let mut current: Option<Key> = None;
+        // Materials with equal textures share a bind group: creating one takes the longer the more groups the buffer has.
+        let mut textures: Option<(u32, wgpu::BindGroup)> = None;
         let mut material: Option<u32> = None;
         for draw in draws {
             let key = self.key(scene, draw);
@@ -173,27 +177,26 @@ impl SceneRaster {
                 pipeline.set(pass);
                 pipeline.bind(groups, pass, bindings, TEXTURE_GROUP);
                 if scene.textures.arrays {
-                    scene.textures.with_arrays(|arrays| set_textures(pipeline, groups, pass, arrays));
+                    let group =
+                        scene.textures.with_arrays(|arrays| pipeline.bind_group_if_used(groups, arrays, TEXTURE_GROUP));
+                    group.iter().for_each(|group| pipeline.set_group(pass, TEXTURE_GROUP, group, 0));
                 }
                 current = Some(key);
-                material = None;
+                (textures, material) = (None, None);
             }
             if !scene.textures.arrays && material != Some(draw.material) {
-                set_textures(pipeline, groups, pass, &scene.bindings_of_material(draw.material));
+                let set = scene.textures.set_of_material(draw.material);
+                if textures.as_ref().is_none_or(|(of, _)| *of != set) {
+                    let bindings = scene.bindings_of_material(draw.material);
+                    let group = pipeline.bind_group_if_used(groups, &bindings, TEXTURE_GROUP);
+                    textures = group.map(|group| (set, group));
+                }
+                if let Some((_, group)) = &textures {
+                    pipeline.set_group(pass, TEXTURE_GROUP, group, scene.offset_of_material(draw.material));
+                }
                 material = Some(draw.material);
             }
             pass.draw_indexed(draw.indices.clone(), draw.base_vertex, draw.instances.clone());
         }
-    }
-}
-
-fn set_textures(
-    pipeline: &RasterPipeline,
-    groups: &mut BindGroups,
-    pass: &mut wgpu::RenderPass<'_>,
-    textures: &Bindings<'_>,
-) {
-    if let Some(group) = pipeline.bind_group_if_used(groups, textures, TEXTURE_GROUP) {
-        pass.set_bind_group(TEXTURE_GROUP as u32, &group, &[]);
     }
 }

@@ -10,6 +10,7 @@ use super::packed_lights;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     lights::Light as PackedLight,
+    settings::{Shadows, TextureBinding},
     testing::{quad, scene_of},
 };
 
@@ -129,6 +130,33 @@ fn gpu_odd_scenes_that_are_valid_render() {
         let uploaded = renderer.upload(&odd).unwrap_or_else(|error| panic!("{name}: {error}"));
         let rendering = renderer.render(&uploaded, &camera, 16, 12).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert!(rendering.radiance.as_flattened().iter().all(|value| value.is_finite()), "{name}");
+    }
+}
+
+/// Materials without textures differ in numbers alone. A software adapter ended the process at 65,530 materials.
+#[test]
+fn gpu_materials_with_equal_textures_share_a_bind_group() {
+    let Some(gpu) = testing::gpu("gpu_materials_with_equal_textures_share_a_bind_group") else { return };
+    let settings =
+        Settings { shadows: Shadows::None, textures: TextureBinding::PerMaterial, ..Settings::direct_light() };
+    let engine = testing::engine(gpu);
+    // The last of coincident surfaces is visible.
+    let image = |materials: Vec<Material>| {
+        let quads = (0..materials.len()).map(|material| quad(material, Vec3::ZERO, Vec3::X, -Vec3::Z)).collect();
+        let mut scene = scene_of(quads, materials);
+        scene.sky = Vec3::ONE;
+        let camera = Camera::look_at(Vec3::new(0.5, 1.5, 2.0), Vec3::ZERO, PERSPECTIVE);
+        let mut renderer = Renderer::with_engine(&engine, settings.clone()).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let before = lanternfish_gpu::made();
+        let rendering = renderer.render(&uploaded, &camera, 16, 12).unwrap();
+        ((lanternfish_gpu::made() - before).bind_groups, rendering.radiance)
+    };
+    let red = |red: f32| Material { base_color: Vec4::new(red, 0.5, 0.25, 1.0), unlit: true, ..Material::default() };
+    let one = image(vec![red(1.0)]);
+    for many in [100, 70_000] {
+        let all = image((0..many).map(|index| red((index + 1) as f32 / many as f32)).collect());
+        assert!(all == one, "{many}: {} bind groups, not {}, or another image", all.0, one.0);
     }
 }
 

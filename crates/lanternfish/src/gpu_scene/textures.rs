@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use lanternfish_gpu::{Bindings, GpuError, software_mesa};
+use lanternfish_gpu::{Bindings, Gpu, GpuError, software_mesa};
 use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, Wrap};
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ const SOFTWARE_ANISOTROPY: u16 = 4;
 /// First version of Mesa's software rasterizer with usable anisotropic filtering. 22.3.6 takes minutes for a frame that takes a second
 /// without; 25.0.7 is fine; those between are untested.
 const FIRST_ANISOTROPIC_MESA: u32 = 25;
-/// Names of a material's textures and samplers, if each material has a bind group.
+/// Names of a material's textures and samplers, if textures are not one array.
 const NAMES: [(&str, &str); MAPS] = [
     ("base_color_texture", "base_color_sampler"),
     ("metallic_roughness_texture", "metallic_roughness_sampler"),
@@ -29,6 +29,9 @@ const NAMES: [(&str, &str); MAPS] = [
     ("coat_texture", "coat_sampler"),
     ("coat_roughness_texture", "coat_roughness_sampler"),
 ];
+/// Number of materials above which textures are one array where the device has arrays, whatever the settings say: a software adapter maps
+/// memory for each material that a pass binds, and a process has 65,530 mappings. Few passes of a frame draw a material again.
+const MOST_BOUND_MATERIALS: usize = 8192;
 /// Textures of a material that are shaded.
 const MAPS: usize = 9;
 
@@ -50,6 +53,8 @@ pub struct Textures {
     slots: HashMap<(usize, bool), (u32, u32)>,
     /// Textures and samplers of each material, by index.
     by_material: Vec<[(u32, u32); MAPS]>,
+    /// By material: the first material with the same textures and samplers.
+    sets: Vec<u32>,
 }
 
 /// The textures of a material that are shaded, and whether they are sRGB-encoded.
@@ -125,13 +130,17 @@ impl Textures {
             samplers.push(sampler(device, &Default::default(), anisotropy));
         }
         let slot = |reference: Option<&TextureRef>, srgb| reference.map_or((0, 0), |r| slots[&(r.texture, srgb)]);
-        let by_material = scene
+        let by_material: Vec<_> = scene
             .materials
             .iter()
             .map(|material| references(material, shading).map(|(reference, srgb)| slot(reference, srgb)))
             .collect();
+        let mut first = HashMap::new();
+        let sets = by_material.iter().zip(0..).map(|(slots, index)| *first.entry(*slots).or_insert(index)).collect();
+        let has_arrays = device.features().contains(Gpu::TEXTURE_ARRAYS);
+        let arrays = arrays || (has_arrays && scene.materials.len() > MOST_BOUND_MATERIALS);
         let most = device.limits().max_binding_array_elements_per_shader_stage as usize;
-        Ok(Self { arrays: arrays && views.len() <= most, bytes, images, views, samplers, slots, by_material })
+        Ok(Self { arrays: arrays && views.len() <= most, bytes, images, views, samplers, slots, by_material, sets })
     }
 
     /// The uploaded images for which `is_as_it_was` is true.
@@ -158,6 +167,11 @@ impl Textures {
             .resource("material_textures", wgpu::BindingResource::TextureViewArray(&views))
             .resource("material_samplers", wgpu::BindingResource::SamplerArray(&samplers));
         with(&bindings)
+    }
+
+    /// Equal for materials with the same textures and samplers.
+    pub(super) fn set_of_material(&self, material: u32) -> u32 {
+        self.sets[material as usize]
     }
 
     /// The textures of one material.
