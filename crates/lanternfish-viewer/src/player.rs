@@ -75,7 +75,7 @@ mod tests {
         scene.motion.nodes.push(Node::default());
         let (times, values) = (vec![0.0, 2.0], vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
         let sampler = Sampler { times, values, interpolation: Interpolation::Linear };
-        let channels = vec![Channel { node: 0, property: Property::Translation, sampler }];
+        let channels = vec![Channel { node: 0, property: Property::Translation, sampler: sampler.into() }];
         scene.motion.animations.push(Animation { name: String::new(), channels });
         scene
     }

@@ -48,7 +48,7 @@ pub fn scene() -> Scene {
     let bend = |node: usize| {
         let values = [Quat::IDENTITY, Quat::from_rotation_z(-0.5)].map(|rotation| rotation.to_array()).concat();
         let sampler = Sampler { interpolation: Interpolation::Linear, times: vec![0.0, 1.0], values };
-        Channel { node, property: Property::Rotation, sampler }
+        Channel { node, property: Property::Rotation, sampler: sampler.into() }
     };
     scene.motion = Motion {
         nodes: (0..JOINTS).map(node).collect(),

@@ -205,7 +205,7 @@ fn folding() -> (Scene, Camera) {
     scene.instances.push(Instance { mesh: 1, ..scene.instances[0].clone() });
     let values = [Vec3::ZERO, Vec3::new(-0.1, -0.35, 0.2)].iter().flat_map(|v| v.to_array()).collect();
     let sampler = Sampler { interpolation: Interpolation::Linear, times: vec![0.0, 1.0], values };
-    let fold = Channel { node: 1, property: Property::Translation, sampler };
+    let fold = Channel { node: 1, property: Property::Translation, sampler: sampler.into() };
     scene.motion = Motion {
         nodes: vec![Node::default(), Node::default()],
         skins: vec![Skin { joints: vec![0, 1], joint_from_object: vec![Affine3A::IDENTITY; 2] }],

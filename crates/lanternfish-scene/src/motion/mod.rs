@@ -15,6 +15,8 @@ mod sampler;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use glam::{Affine3A, Quat, Vec3};
 
 pub use self::deform::{Deformation, Influences, MorphTarget};
@@ -179,8 +181,8 @@ pub struct Channel {
     pub node: usize,
     /// Animated property.
     pub property: Property,
-    /// Keyframes.
-    pub sampler: Sampler,
+    /// Keyframes, which channels may share.
+    pub sampler: Arc<Sampler>,
 }
 
 /// A property of a node that can be animated.

@@ -1,4 +1,7 @@
-use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+use std::{
+    f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2},
+    sync::Arc,
+};
 
 use glam::{Affine3A, Quat, Vec3, Vec4};
 
@@ -71,7 +74,7 @@ fn moving() -> Scene {
     let channel = |node, property, values: &[f32]| Channel {
         node,
         property,
-        sampler: sampler(Interpolation::Linear, &[0.0, 2.0], values),
+        sampler: Arc::new(sampler(Interpolation::Linear, &[0.0, 2.0], values)),
     };
     let channels = vec![
         channel(0, Property::Rotation, &rotation),
@@ -195,7 +198,7 @@ fn missing_references_are_named() {
         ("light 0", |m| m.lights[0].node = 3),
         ("deformed mesh 4", |m| m.meshes[0].mesh = 4),
         ("animation 0", |m| m.animations[0].channels[0].node = 3),
-        ("animation 0", |m| m.animations[0].channels[0].sampler.values.truncate(5)),
+        ("animation 0", |m| Arc::make_mut(&mut m.animations[0].channels[0].sampler).values.truncate(5)),
     ];
     for (name, damage) in damages {
         let mut scene = moving();

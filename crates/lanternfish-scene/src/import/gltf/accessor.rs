@@ -67,6 +67,17 @@ pub(super) struct Elements<'a> {
     pub normalized: bool,
 }
 
+/// Where the numbers of an accessor are stored, and how.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Source<'a> {
+    view: usize,
+    /// Offset in the view, bytes, and number of elements.
+    place: [usize; 2],
+    component_type: u32,
+    normalized: bool,
+    shape: &'a str,
+}
+
 impl<'a> Accessors<'a> {
     pub fn new(root: &'a Root<'a>, buffers: &'a Buffers<'a>) -> Self {
         Self { root, buffers, zero_count: Arc::default(), decoded: None }
@@ -76,6 +87,20 @@ impl<'a> Accessors<'a> {
     pub fn with<'b>(&'b self, decoded: &'b Decoded) -> Accessors<'b> {
         let Self { root, buffers, .. } = *self;
         Accessors { root, buffers, zero_count: self.zero_count.clone(), decoded: Some(decoded) }
+    }
+
+    /// Equal for accessors of the same numbers. `None` for an accessor that is not stored as one range of bytes.
+    pub fn source(&self, index: usize) -> Option<Source<'a>> {
+        let accessor = self.root.accessors.get(index).filter(|accessor| accessor.sparse.is_none())?;
+        let Accessor { byte_offset, component_type, normalized, count, shape, .. } = accessor;
+        let view = self.buffers.first_view(accessor.buffer_view?);
+        Some(Source {
+            view,
+            place: [*byte_offset, *count],
+            component_type: *component_type,
+            normalized: *normalized,
+            shape,
+        })
     }
 
     /// Elements of `N` numbers as floats; integers are scaled to 0..=1 or -1..=1 if the accessor is normalised.

@@ -1,6 +1,8 @@
 //! Bytes of buffers and buffer views.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
+use std::hash::Hash;
 use std::sync::OnceLock;
 
 use lanternfish_limits::caught;
@@ -16,8 +18,10 @@ pub(super) struct Buffers<'a> {
     files: &'a Files<'a>,
     /// As long as `root.buffers`; `None` for a buffer without content, whose views are compressed in another buffer.
     buffers: Vec<Option<Cow<'a, [u8]>>>,
-    /// As long as `root.buffer_views`: content of compressed views, decoded on first use.
-    decoded: Vec<OnceLock<Result<Vec<u32>>>>,
+    /// Content of compressed views, decoded on first use: once for all views of the same compressed bytes.
+    decoded: HashMap<&'a CompressedView, OnceLock<Result<Vec<u32>>>>,
+    /// As long as `root.buffer_views`: the first view of the same bytes.
+    first_views: Vec<usize>,
 }
 
 impl<'a> Buffers<'a> {
@@ -38,21 +42,32 @@ impl<'a> Buffers<'a> {
         };
         let buffers = (0..root.buffers.len()).map(|i| load_one(i).place(|| format!("buffers[{i}]")));
         let buffers = buffers.collect::<Result<_>>()?;
-        Ok(Self { root, files, buffers, decoded: root.buffer_views.iter().map(|_| OnceLock::new()).collect() })
+        let compressed = root.buffer_views.iter().filter_map(|view| view.extensions.compressed());
+        let decoded = compressed.map(|compressed| (compressed, OnceLock::new())).collect();
+        let place = |view: &'a BufferView| {
+            (view.buffer, view.byte_offset, view.byte_length, view.byte_stride, view.extensions.compressed())
+        };
+        let first_views = firsts(root.buffer_views.iter().map(place));
+        Ok(Self { root, files, buffers, decoded, first_views })
+    }
+
+    /// The first view of the same bytes as this one; itself if there is no such view.
+    pub fn first_view(&self, index: usize) -> usize {
+        self.first_views.get(index).copied().unwrap_or(index)
     }
 
     /// A buffer view and its bytes.
     pub fn view(&self, index: usize) -> Result<(&BufferView, &[u8])> {
         let view = item(&self.root.buffer_views, index, "bufferViews")?;
         let bytes = match view.extensions.compressed() {
-            Some(compressed) => self.decoded(index, view, compressed),
+            Some(compressed) => self.decoded(view, compressed),
             None => self.stored(view.buffer, view.byte_offset, view.byte_length),
         };
         Ok((view, bytes.place(|| format!("bufferViews[{index}]"))?))
     }
 
-    /// The bytes of a compressed view. The first thread that requests a view decodes it; others wait.
-    fn decoded(&self, index: usize, view: &BufferView, compressed: &CompressedView) -> Result<&[u8]> {
+    /// The bytes of a compressed view. The first thread that requests them decodes them; others wait.
+    fn decoded(&self, view: &BufferView, compressed: &CompressedView) -> Result<&[u8]> {
         let decode = || {
             let stored = self.stored(compressed.buffer, compressed.byte_offset, compressed.byte_length)?;
             caught(|| meshopt::decode(compressed, stored, self.files.budget)).map_err(invalid)?
@@ -61,7 +76,7 @@ impl<'a> Buffers<'a> {
         if length > have {
             return Err(invalid(format!("{length} bytes stated, {have} compressed")));
         }
-        let words = self.decoded[index].get_or_init(decode).as_ref().map_err(|fault| fault.copy())?;
+        let words = self.decoded[compressed].get_or_init(decode).as_ref().map_err(|fault| fault.copy())?;
         Ok(&bytemuck::cast_slice(words)[..length])
     }
 
@@ -77,6 +92,12 @@ impl<'a> Buffers<'a> {
         })?;
         Ok(&bytes[offset..end])
     }
+}
+
+/// For each value the index of the first equal one.
+pub(super) fn firsts<T: Eq + Hash>(values: impl Iterator<Item = T>) -> Vec<usize> {
+    let mut first = HashMap::new();
+    values.enumerate().map(|(index, value)| *first.entry(value).or_insert(index)).collect()
 }
 
 /// True if a buffer is only the uncompressed fallback of compressed data; it may have no content.

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use super::buffers::Buffers;
+use super::buffers::{Buffers, firsts};
 use super::fault::{Fault, Place, Result, invalid};
 use super::schema::{self, Root};
 use super::uri;
@@ -15,6 +15,14 @@ use crate::{
         pixels::{self, Size},
     },
 };
+
+/// For each of the file's images the first one of the same bytes: of the same view, or of the same URI.
+pub(super) fn first_of_same(root: &Root, buffers: &Buffers) -> Vec<usize> {
+    firsts(root.images.iter().map(|image| match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => (Some(&*uri.0), None),
+        (None, view) => (None, view.map(|view| buffers.first_view(view))),
+    }))
+}
 
 /// The bytes of an image and its size, or why they cannot be read.
 type Encoded<'a> = std::result::Result<(Cow<'a, [u8]>, Size), String>;

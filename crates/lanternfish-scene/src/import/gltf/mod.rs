@@ -88,7 +88,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions, files: &Files) -> Resul
     let used = Used::find(&root, &nodes, variant)?;
 
     let mut notes = Notes::default();
-    let mut textures = Textures::default();
+    let mut textures = Textures::new(images::first_of_same(&root, &buffers));
     let mut materials: Vec<Material> = Vec::with_capacity(used.materials.len());
     for file_index in &used.materials {
         materials.push(match file_index {

@@ -3,6 +3,7 @@
 //! A deformed mesh belongs to a single node: each further node that uses it gets its own copy.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use glam::{Affine3A, Mat4};
 use lanternfish_limits::memory::Budget;
@@ -226,6 +227,8 @@ fn bind_matrices(accessors: &Accessors, skin: &schema::Skin, count: usize) -> Re
 fn animations(collected: &Collected, notes: &mut Notes) -> Result<Vec<Animation>> {
     let Collected { accessors, nodes, node_indices, budget, .. } = collected;
     let mut animations = Vec::new();
+    // Samplers of the same keyframes, which many channels may name.
+    let mut shared: HashMap<_, Arc<Sampler>> = HashMap::new();
     for (i, source) in accessors.root.animations.iter().enumerate() {
         let mut channels = Vec::new();
         for (c, channel) in source.channels.iter().enumerate() {
@@ -254,11 +257,17 @@ fn animations(collected: &Collected, notes: &mut Notes) -> Result<Vec<Animation>
                 continue;
             }
             let sampler = item(&source.samplers, channel.sampler, "samplers").place(at)?;
-            channels.push(Channel {
-                node,
-                property,
-                sampler: sampler_of(accessors, sampler, width, budget).place(at)?,
-            });
+            let sources = accessors.source(sampler.input).zip(accessors.source(sampler.output));
+            let key = sources.map(|sources| (sources, sampler.interpolation.as_str(), width));
+            let existing = key.as_ref().and_then(|key| shared.get(key).cloned());
+            let sampler = match existing {
+                Some(sampler) => sampler,
+                None => Arc::new(sampler_of(accessors, sampler, width, budget).place(at)?),
+            };
+            if let Some(key) = key {
+                shared.insert(key, sampler.clone());
+            }
+            channels.push(Channel { node, property, sampler });
         }
         animations.push(Animation { name: source.name.clone(), channels });
     }
@@ -277,7 +286,6 @@ fn sampler_of(
         "CUBICSPLINE" => Interpolation::CubicSpline,
         other => return Err(invalid(format!("interpolation {other:?} is not one of the format's"))),
     };
-    // Counted for each channel: any number of channels may share one sampler.
     for accessor in [source.input, source.output] {
         let count = item(&accessors.root.accessors, accessor, "accessors")?.count as u64;
         budget.take(count.saturating_mul(16), || format!("{count} keyframes need"))?;

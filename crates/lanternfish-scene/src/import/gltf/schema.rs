@@ -169,7 +169,7 @@ impl BufferViewExtensions {
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, PartialEq, Eq, Hash)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct CompressedView {
     pub buffer: usize,

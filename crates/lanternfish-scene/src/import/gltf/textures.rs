@@ -8,8 +8,9 @@ use super::schema::{self, Root, TextureInfo, TextureTransform};
 use crate::{Filter, Image, Material, MipFilter, Sampler, Texture, TextureRef, Wrap};
 
 /// The distinct textures that materials refer to, in the order of first use.
-#[derive(Default)]
 pub(super) struct Textures {
+    /// For each of the file's images the first one of the same bytes.
+    first_images: Vec<usize>,
     /// The list for [`crate::Scene::textures`].
     pub textures: Vec<Texture>,
     /// The list for [`crate::Scene::samplers`].
@@ -19,6 +20,11 @@ pub(super) struct Textures {
 }
 
 impl Textures {
+    /// No textures yet. `first_images`: for each of the file's images the first one of the same bytes.
+    pub fn new(first_images: Vec<usize>) -> Self {
+        Self { first_images, textures: Vec::new(), samplers: Vec::new(), images: Vec::new() }
+    }
+
     /// Adds a texture that a material refers to. `None`, with a note, for an unsupported texture: its image is in the
     /// format of an extension, or it uses a third set of texture coordinates.
     pub fn add(&mut self, root: &Root, info: &TextureInfo, notes: &mut Notes) -> Result<Option<TextureRef>> {
@@ -37,7 +43,7 @@ impl Textures {
         };
         let sampler = self.sampler(root, texture, notes).place(|| format!("textures[{}]", info.index))?;
         item(&root.images, source, "images").place(|| format!("textures[{}]", info.index))?;
-        let image = index_of(&mut self.images, source);
+        let image = index_of(&mut self.images, self.first_images[source]);
         let texture = index_of(&mut self.textures, Texture { image, sampler });
         let texture_from_uv = transform.map_or(Affine2::IDENTITY, texture_from_uv);
         if !texture_from_uv.is_finite() {

@@ -98,7 +98,7 @@ fn scene() -> Scene {
     let mut channels = Vec::new();
     let mut animate = |node: usize, property: Property, values: &[f32]| {
         let sampler = Sampler { interpolation: Interpolation::Linear, times: vec![0.0, 2.0], values: values.to_vec() };
-        channels.push(Channel { node, property, sampler });
+        channels.push(Channel { node, property, sampler: sampler.into() });
     };
     for i in 1..=JOINTS {
         nodes.push(Node { parent: Some(i - 1), rest: Transform::IDENTITY, ..Node::default() });

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use meshopt::{EncodeExpMode, encode_filter_exp, encode_filter_oct, encode_filter_quat};
 use serde_json::{Value, json};
 
-use super::{F32, File, I8, I16, TRIANGLE, U16, U32, assert_contains};
+use super::{F32, File, I8, I16, TRIANGLE, U16, U32, assert_contains, load_within};
 
 /// A compressed view of `count` elements, over a fallback buffer without content.
 fn compressed(file: &mut File, mode: &str, filter: Option<&str>, stride: usize, count: usize, bytes: &[u8]) -> usize {
@@ -68,6 +68,27 @@ fn compressed_triangles_round_trip() {
         let first = primitive.indices.iter().position(|i| *i == 0).expect("index 0");
         assert_eq!([0, 1, 2].map(|i| primitive.indices[(first + i) % 3]), [0, 1, 2], "{mode}");
     }
+}
+
+/// 100 views of 1.2 MB each in equal compressed bytes, within 10 MB for all.
+#[test]
+fn views_of_equal_compressed_bytes_are_decoded_once() {
+    let positions: Vec<[f32; 3]> = corners().iter().copied().cycle().take(99_999).collect();
+    let mut file = File::with_primitive(|file| {
+        let bytes = meshopt::encode_vertex_buffer(&positions).expect("encoded");
+        let view = compressed(file, "ATTRIBUTES", None, 12, 99_999, &bytes);
+        json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) } })
+    });
+    let view = file.json["bufferViews"][1].clone();
+    let primitive = |file: &mut File| {
+        let view = file.push("bufferViews", view.clone());
+        json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) } })
+    };
+    let primitives: Vec<_> = (0..100).map(|_| primitive(&mut file)).collect();
+    file.json["meshes"][0]["primitives"] = primitives.into();
+    finish(&mut file);
+    let scene = load_within(&file.glb(), 10_000_000).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(scene.meshes[0].primitives.len(), 100);
 }
 
 #[test]

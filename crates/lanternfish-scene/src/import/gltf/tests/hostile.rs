@@ -1,5 +1,7 @@
 //! Small files that claim or need more memory than any machine has.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 
 use super::warnings::warnings;
@@ -23,11 +25,11 @@ fn png(side: u32) -> Vec<u8> {
 /// A triangle for each image, with the image as its base colour.
 fn with_images(count: usize, png: &[u8]) -> File {
     let mut file = File::with_triangle();
-    let view = file.view(png);
     let position = file.json["meshes"][0]["primitives"][0]["attributes"].clone();
     let primitive = |i: usize| json!({ "attributes": position, "material": i });
     file.json["meshes"][0]["primitives"] = (0..count).map(primitive).collect();
     for i in 0..count {
+        let view = file.view(png);
         file.push("images", json!({ "bufferView": view, "name": format!("wall {i}") }));
         file.push("textures", json!({ "source": i }));
         file.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": i } } }));
@@ -74,7 +76,7 @@ fn objects_are_counted_before_they_are_parsed() {
     }
 }
 
-/// 100 images from one bufferView of 2 kB: 1.7 GB.
+/// 100 images of a few kB: 1.7 GB.
 #[test]
 fn images_are_counted_before_they_are_decoded() {
     let file = with_images(100, &png(2048));
@@ -94,6 +96,36 @@ fn images_are_counted_before_they_are_decoded() {
         "images[0] (wall 0), of 16384 × 16384 pixels, needs 1.6 GB",
     );
     assert_eq!(with_images(3, &png(64)).scene().images.len(), 3);
+}
+
+/// Names of the same bytes share what is decoded: images of equal views, compressed views, and keyframes of animations.
+#[test]
+fn equal_ranges_of_bytes_are_decoded_once() {
+    let mut file = with_images(100, &png(256));
+    let view = file.json["bufferViews"][1].clone();
+    for (i, image) in (0..100).zip(file.json["images"].as_array_mut().expect("images")) {
+        image["bufferView"] = json!(1 + i % 2);
+    }
+    file.json["bufferViews"][2] = view;
+    let scene = load_within(&file.glb(), 4_000_000).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((scene.images.len(), scene.textures.len()), (1, 1));
+
+    let mut file = File::with_triangle();
+    let times: Vec<f32> = (0..10_000).map(|i| i as f32).collect();
+    let [input, output] = [file.floats("SCALAR", &times), file.floats("VEC3", &times.repeat(3))];
+    let again = file.json["accessors"][output].clone();
+    let output_again = file.push("accessors", again);
+    let sampler = |i: usize| json!({ "input": input, "output": ([output, output_again][i % 2]) });
+    let channel = |i: usize| json!({ "sampler": i, "target": { "node": 0, "path": "translation" } });
+    let (samplers, channels): (Vec<_>, Vec<_>) = (0..1000).map(|i| (sampler(i), channel(i))).unzip();
+    file.json["animations"] = json!([{ "samplers": samplers, "channels": channels }]);
+    let scene = load_within(&file.glb(), 20_000_000).unwrap_or_else(|error| panic!("{error}"));
+    let channels = &scene.motion.animations[0].channels;
+    assert!(channels.len() == 1000 && channels.iter().all(|c| Arc::ptr_eq(&c.sampler, &channels[0].sampler)));
+    // Another interpolation of the same numbers is another sampler.
+    file.json["animations"][0]["samplers"][1]["interpolation"] = json!("STEP");
+    let channels = &file.scene().motion.animations[0].channels;
+    assert!(!Arc::ptr_eq(&channels[0].sampler, &channels[1].sampler));
 }
 
 /// 1,000 primitives that share 750,000 indices: each gets its own normal for every corner.
