@@ -65,6 +65,10 @@ fn choose_within<F: FnOnce() -> Bounds>(
         (None, None, None) if is_placed => (Camera::framing(bounds, fov_y, aspect), false),
         (None, None, None) => Camera::overview(scene, flags.fov_y, aspect),
     };
+    let is_too_far = |eye: Vec3| eye.is_nan() || eye.abs().max_element() > Scene::FARTHEST;
+    if let Some(eye) = flags.eye.filter(|eye| is_too_far(*eye)) {
+        return Err(CliError::new(format_args!("--eye: the camera stands at {}", far(eye)), "choose a nearer --eye"));
+    }
     if is_placed {
         let eye = flags.eye.unwrap_or(camera.eye());
         let forward = camera.world_from_camera.transform_vector3(Vec3::NEG_Z);
@@ -88,7 +92,19 @@ fn choose_within<F: FnOnce() -> Bounds>(
         };
         camera.projection = Projection::Perspective { fov_y, near };
     }
+    if is_too_far(camera.eye()) {
+        let place = far(camera.eye());
+        return Err(CliError::new(
+            format_args!("{}: the scene is so large that a camera that shows all of it stands at {place}", scene.name),
+            "place a camera in it with --eye and --target, or scale the scene down",
+        ));
+    }
     Ok((camera, is_inside))
+}
+
+/// A place beyond the distance that scenes may have, for a message.
+fn far(Vec3 { x, y, z }: Vec3) -> String {
+    format!("{x:e},{y:e},{z:e} m, farther from the origin than {:e} m", Scene::FARTHEST)
 }
 
 /// A camera by name, else by index.
@@ -107,6 +123,7 @@ fn named<'s>(scene: &'s Scene, wanted: &str) -> Result<&'s Camera, CliError> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Affine3A;
     use lanternfish_scene::Viewpoint;
 
     use super::*;
@@ -148,6 +165,23 @@ mod tests {
         assert!(camera.eye().is_finite() && forward(&camera).dot(camera.eye()) < 0.0);
         let Projection::Perspective { fov_y, .. } = camera.projection else { panic!("{camera:?}") };
         assert_eq!(fov_y, FOV_Y);
+    }
+
+    #[test]
+    fn a_camera_that_is_too_far_is_blamed_on_the_file_or_on_the_flag() {
+        let mut large = lanternfish_scene::generate::demo("cornell").unwrap();
+        large.name = "large".to_owned();
+        large.cameras.clear();
+        let size = large.bounds().size().max_element();
+        for instance in &mut large.instances {
+            instance.world_from_object = Affine3A::from_scale(Vec3::splat(0.9e12 / size)) * instance.world_from_object;
+        }
+        let error = choose(&large, &flags(), 1.0).unwrap_err().to_string();
+        assert!(error.starts_with("error: large: the scene is so large") && error.contains("--eye"), "{error}");
+        let near = ViewArgs { eye: Some(Vec3::ZERO), target: Some(Vec3::X), ..flags() };
+        assert!(choose(&large, &near, 1.0).is_ok());
+        let error = choose(&scene(), &ViewArgs { eye: Some(Vec3::splat(2e12)), ..flags() }, 1.0).unwrap_err();
+        assert!(error.to_string().starts_with("error: --eye: the camera stands at 2e12,2e12,2e12 m"), "{error}");
     }
 
     #[test]

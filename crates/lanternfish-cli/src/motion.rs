@@ -47,13 +47,22 @@ impl Motion {
     ///
     /// **All motion over time happens here**, for `render` and for `reference`. The result depends on `time` and on the scene
     /// as it was loaded, never on earlier times: frames come in any order.
-    pub fn at_time(&self, scene: &mut Scene, time: f32) {
+    ///
+    /// Returns an error if an animation moves something beyond the distance that scenes may have.
+    pub fn at_time(&self, scene: &mut Scene, time: f32) -> Result<(), CliError> {
         if let Some(rain) = &self.rain {
             rain.fall(&mut scene.lights, time);
         }
         if let Some(animation) = self.animation {
             scene.pose(animation, time);
+            scene.check_reach().map_err(|fault| {
+                let name = &scene.motion.animations[animation].name;
+                let what =
+                    format!("{}: its animation {animation} ({name}) goes too far at {time} s: {fault}", scene.name);
+                CliError::new(what, "correct the animation in the file, or choose another --time or --animation")
+            })?;
         }
+        Ok(())
     }
 }
 
@@ -74,9 +83,32 @@ fn named(scene: &Scene, wanted: &str) -> Result<usize, CliError> {
 
 #[cfg(test)]
 mod tests {
-    use lanternfish_scene::motion::Animation;
+    use glam::Affine3A;
+    use lanternfish_scene::motion::{Animation, Bound, Channel, Interpolation, Node, Property, Sampler};
 
     use super::*;
+
+    #[test]
+    fn an_animation_that_goes_too_far_is_a_fault_of_the_file() {
+        let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
+        let sampler = Sampler {
+            interpolation: Interpolation::Linear,
+            times: vec![0.0, 1.0],
+            values: vec![0.0, 0.0, 0.0, 1e13, 0.0, 0.0],
+        };
+        let channel = Channel { node: 0, property: Property::Translation, sampler: sampler.into() };
+        scene.name = "far".to_owned();
+        scene.motion.nodes = vec![Node::default()];
+        scene.motion.instances = vec![Bound { index: 0, node: 0, node_from_object: Affine3A::IDENTITY }];
+        scene.motion.animations = vec![Animation { name: "fly".to_owned(), channels: vec![channel] }];
+        let motion = Motion { rain: None, animation: Some(0) };
+        motion.at_time(&mut scene, 0.0).unwrap();
+        let error = motion.at_time(&mut scene, 0.9).unwrap_err().to_string();
+        for word in ["far: its animation 0 (fly)", "0.9 s", "instance 0", "m from the origin", "in the file", "--time"]
+        {
+            assert!(error.contains(word), "{word:?} is not in: {error}");
+        }
+    }
 
     #[test]
     fn animations_are_selected_by_name_and_by_index() {

@@ -12,8 +12,9 @@ impl Scene {
     /// such as volumes, are finite floats.
     pub const FARTHEST: f32 = 1e12;
 
-    /// Checks that everything is within [`Scene::FARTHEST`]; the error names the first object that is not. Indices must be in range.
-    pub(crate) fn check_reach(&self) -> Result<(), String> {
+    /// Checks that everything is within [`Scene::FARTHEST`]; the error names the first object that is not. Indices must be in range. Takes
+    /// time linear in the vertices.
+    pub fn check_reach(&self) -> Result<(), String> {
         let within = |p: glam::Vec3| p.abs().max_element() <= Self::FARTHEST && !p.is_nan();
         let fault = |what: &str, i: usize, name: &str, p: glam::Vec3| {
             let farthest = p.abs().max_element();

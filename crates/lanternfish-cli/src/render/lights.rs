@@ -60,6 +60,6 @@ pub fn lit_scene(args: &RenderArgs, progress: &mut Progress) -> Result<(Scene, O
         Ok::<_, CliError>((scene, rain))
     })?;
     let motion = Motion::of(&scene, &args.track, rain)?;
-    motion.iter().for_each(|motion| motion.at_time(&mut scene, 0.0));
+    motion.iter().try_for_each(|motion| motion.at_time(&mut scene, 0.0))?;
     Ok((scene, motion))
 }

@@ -173,7 +173,7 @@ impl<'a> RenderedImages<'a> {
         if let (Some(motion), Some(scene), Some(bounds), Some(time)) =
             (&self.motion, &mut self.scene, &self.bounds, frame.time)
         {
-            motion.at_time(scene, time);
+            motion.at_time(scene, time)?;
             let (renderer, uploaded) = (&self.renderer, &mut self.uploaded);
             progress.step("move", "Moving", || renderer.update(uploaded, scene))?;
             camera = camera::follow(scene, bounds, &frame.view, self.aspect, &camera)?;

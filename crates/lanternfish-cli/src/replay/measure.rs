@@ -118,7 +118,7 @@ impl<'a> Player<'a> {
 
     /// Moves the scene to a frame's time.
     fn bring(&mut self, frame: usize) -> Result<(), CliError> {
-        if self.plan.go_to(frame) {
+        if self.plan.go_to(frame)? {
             self.renderer.update(&mut self.uploaded, &self.plan.scene)?;
         }
         Ok(())
@@ -132,7 +132,7 @@ impl<'a> Player<'a> {
 
     fn frame(&mut self, times: &mut Times, run: usize, frame: usize) -> Result<(), CliError> {
         let frames = self.plan.frames();
-        let moved = self.plan.go_to(frame);
+        let moved = self.plan.go_to(frame)?;
         let started = Instant::now();
         if moved {
             self.renderer.update(&mut self.uploaded, &self.plan.scene)?;

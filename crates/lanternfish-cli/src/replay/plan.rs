@@ -110,13 +110,13 @@ impl Plan {
     }
 
     /// Moves the scene to a frame's time. Returns true if anything may have changed.
-    pub fn go_to(&mut self, frame: usize) -> bool {
+    pub fn go_to(&mut self, frame: usize) -> Result<bool, CliError> {
         match (&self.motion, self.steps[frame].time) {
             (Some(motion), Some(time)) => {
-                motion.at_time(&mut self.scene, time);
-                true
+                motion.at_time(&mut self.scene, time)?;
+                Ok(true)
             }
-            _ => false,
+            _ => Ok(false),
         }
     }
 
