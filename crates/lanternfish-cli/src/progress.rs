@@ -7,6 +7,7 @@ use std::{
 
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use lanternfish_scene::printable;
 use tracing_subscriber::{EnvFilter, fmt::MakeWriter};
 
 use crate::error::say;
@@ -168,11 +169,30 @@ impl<'w> MakeWriter<'w> for Above {
 struct AboveWriter<'w>(&'w ProgressBar);
 
 impl Write for AboveWriter<'_> {
+    /// Writes one line of the log, which may hold names from files.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.suspend(|| io::stderr().write(bytes))
+        let line = logged(&String::from_utf8_lossy(bytes));
+        self.0.suspend(|| io::stderr().write_all(line.as_bytes()))?;
+        Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
         io::stderr().flush()
     }
+}
+
+/// A line of the log as it can be printed: only its end breaks the line.
+fn logged(line: &str) -> String {
+    let (text, end) = line.strip_suffix('\n').map_or((line, ""), |text| (text, "\n"));
+    printable(&text.replace('\n', "\\n")) + end
+}
+
+#[cfg(test)]
+#[test]
+fn names_from_files_cannot_fake_lines_of_the_log() {
+    assert_eq!(
+        logged(" WARN a.glb: images[0] (x\nerror: none\u{1b}[2J)\n"),
+        " WARN a.glb: images[0] (x\\nerror: none\\u{1b}[2J)\n"
+    );
+    assert!(logged(&"a".repeat(1 << 20)).len() < 1100);
 }
