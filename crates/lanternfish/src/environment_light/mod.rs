@@ -12,6 +12,7 @@
 pub(crate) mod brdf_fractions;
 mod image;
 mod levels;
+mod reduced;
 mod samples;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -85,7 +86,13 @@ impl EnvironmentLight {
         let sampler = levels::sampler(device);
         let levels = match environment {
             Some((environment, uploaded)) => {
-                levels::make(device, queue, &sampler, uploaded, levels::face_size(environment.width))?
+                let size = levels::face_size(environment.width);
+                match reduced::reduced(environment) {
+                    Some(reduced) => {
+                        levels::make(device, queue, &sampler, &EnvironmentImage::new(device, queue, &reduced)?, size)?
+                    }
+                    None => levels::make(device, queue, &sampler, uploaded, size)?,
+                }
             }
             None => levels::black(device, queue),
         };
