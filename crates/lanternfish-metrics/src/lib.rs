@@ -22,7 +22,8 @@ mod z_test;
 pub use compare::{RelativeError, fraction_differing};
 pub use error::MetricsError;
 pub use exr_file::{
-    exr_layers, read_exr, read_exr_attributes, read_exr_layer, write_exr, write_exr_layers, write_exr_with_attributes,
+    exr_layer_size, exr_layers, read_exr, read_exr_attributes, read_exr_layer, write_exr, write_exr_layers,
+    write_exr_with_attributes,
 };
 pub use flip::{Exposures, FlipMap, FlipToneMapper, HdrFlip, HdrFlipMap, PIXELS_PER_DEGREE, flip_hdr, flip_ldr};
 pub use image::RgbImage;

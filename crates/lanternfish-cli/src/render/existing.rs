@@ -1,7 +1,7 @@
 //! Checks existing images against those that a run would write.
 
 use lanternfish::debug_views::Scale;
-use lanternfish_metrics::{RgbImage, read_exr_layer, read_png};
+use lanternfish_metrics::{MetricsError, exr_layer_size, read_exr_layer, read_png};
 
 use crate::{args::RenderArgs, legend, output::Output, stereo::StereoLayout};
 
@@ -29,25 +29,35 @@ impl Expected {
         Self { width, height, layers: if has_layers { &EYES } else { &[""] } }
     }
 
-    /// The fault of a file, all of whose pixels are decoded; `None` if it is complete.
+    /// The fault of a file; `None` if it is complete. All pixels of a file of the right size are decoded.
     pub fn fault(&self, output: &Output) -> Option<Fault> {
         if !output.path.exists() {
             return Some(Fault::Missing);
         }
-        let sized = |image: Result<RgbImage, lanternfish_metrics::MetricsError>| match image {
-            Err(error) => Some(Fault::Broken(error.to_string())),
-            Ok(image) if (image.width, image.height) != (self.width, self.height) => {
-                let Self { width, height, .. } = self;
-                let what = format!("{} x {} pixels, not {width} x {height}", image.width, image.height);
-                Some(Fault::Broken(format!("{}: {what}", output.path.display())))
+        let path = &output.path;
+        let checked = match output.is_radiance() {
+            true => self.layers.iter().try_for_each(|layer| {
+                self.check_size(output, exr_layer_size(path, layer).map_err(broken)?)?;
+                read_exr_layer(path, layer).map(drop).map_err(broken)
+            }),
+            false => {
+                read_png(path).map_err(broken).and_then(|image| self.check_size(output, (image.width, image.height)))
             }
-            Ok(_) => None,
         };
-        match output.is_radiance() {
-            true => self.layers.iter().find_map(|layer| sized(read_exr_layer(&output.path, layer))),
-            false => sized(read_png(&output.path)),
-        }
+        checked.err()
     }
+
+    fn check_size(&self, output: &Output, (width, height): (usize, usize)) -> Result<(), Fault> {
+        if (width, height) == (self.width, self.height) {
+            return Ok(());
+        }
+        let what = format!("{width} x {height} pixels, not {} x {}", self.width, self.height);
+        Err(Fault::Broken(format!("{}: {what}", output.path.display())))
+    }
+}
+
+fn broken(error: MetricsError) -> Fault {
+    Fault::Broken(error.to_string())
 }
 
 /// The fault of an image file.
@@ -56,4 +66,23 @@ pub enum Fault {
     Missing,
     /// The file exists but is invalid: the path and the reason.
     Broken(String),
+}
+
+/// The pixels of a file of another size are not read: here they are missing.
+#[cfg(test)]
+#[test]
+fn the_size_of_an_exr_file_is_read_before_its_pixels() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.exr");
+    let image = lanternfish_metrics::RgbImage::new(40, 40, vec![[0.5; 3]; 1600]).unwrap();
+    lanternfish_metrics::write_exr(&path, &image).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() - 20]).unwrap();
+    let output = Output::named(Some(&path), &"scene.glb".into()).unwrap();
+    let fault = |width: usize| match (Expected { width, height: 40, layers: &[""] }).fault(&output) {
+        Some(Fault::Broken(why)) => why,
+        other => panic!("{other:?}"),
+    };
+    assert!(fault(41).contains("40 x 40 pixels, not 41 x 40"), "{}", fault(41));
+    assert!(fault(40).contains("can be read"), "{}", fault(40));
 }

@@ -27,14 +27,7 @@ pub fn read_exr(path: &Path) -> Result<RgbImage, MetricsError> {
 /// The empty name is the image itself, as in [`read_exr`]. A layer that has only Y is grey. [`exr_layers`] lists the layers
 /// of a file.
 pub fn read_exr_layer(path: &Path, name: &str) -> Result<RgbImage, MetricsError> {
-    let headers = headers(path)?;
-    let Some(layer) = Selection::find(&headers, name) else {
-        return Err(MetricsError::MissingChannels {
-            path: path.to_owned(),
-            layer: name.to_owned(),
-            found: channel_names(&headers).join(", "),
-        });
-    };
+    let layer = select(path, name)?;
     let pixels = (layer.size.width() as u64).saturating_mul(layer.size.height() as u64);
     // 12 bytes per pixel as read, and 12 as stored.
     Budget::of_process()
@@ -45,6 +38,22 @@ pub fn read_exr_layer(path: &Path, name: &str) -> Result<RgbImage, MetricsError>
     }
     let pixels = caught(|| read_pixels(path, &layer)).map_err(|what| invalid(path, &what))?;
     pixels.map_err(|error| file_error(path, error))
+}
+
+/// Width and height, pixels, of a layer as in [`read_exr_layer`], from the headers alone.
+pub fn exr_layer_size(path: &Path, name: &str) -> Result<(usize, usize), MetricsError> {
+    let Vec2(width, height) = select(path, name)?.size;
+    Ok((width, height))
+}
+
+/// The part and the channels of a layer.
+fn select(path: &Path, name: &str) -> Result<Selection, MetricsError> {
+    let headers = headers(path)?;
+    Selection::find(&headers, name).ok_or_else(|| MetricsError::MissingChannels {
+        path: path.to_owned(),
+        layer: name.to_owned(),
+        found: channel_names(&headers).join(", "),
+    })
 }
 
 /// The names of the layers for [`read_exr_layer`], sorted: the text before the last dot of each channel's name, and the names

@@ -87,6 +87,8 @@ fn layers_and_attributes_round_trip_exactly() {
     assert_eq!(read_exr_layer(&path, "variance").unwrap(), variance);
     assert_eq!(read_exr_layer(&path, "a.b").unwrap(), other);
     assert_eq!(exr_layers(&path).unwrap(), ["", "a.b", "variance"]);
+    assert_eq!(exr_layer_size(&path, "a.b").unwrap(), (37, 29));
+    assert!(matches!(exr_layer_size(&path, "a.c"), Err(MetricsError::MissingChannels { .. })));
     let read = read_exr_attributes(&path).unwrap();
     for (name, value) in attributes {
         assert_eq!(read.get(name).map(String::as_str), Some(value), "{name}");
