@@ -12,9 +12,13 @@ use lanternfish::RenderError;
 use lanternfish_gpu::GpuError;
 use lanternfish_metrics::MetricsError;
 use lanternfish_reference::ReferenceError;
-use lanternfish_scene::{SceneError, memory::TooMuch, printable};
+use lanternfish_scene::{
+    SceneError,
+    memory::{Budget, TooMuch},
+    printable,
+};
 
-use crate::{flags::as_flags, output::has_ending};
+use crate::{flags::as_flags, output::has_ending, parse::Size};
 
 /// Why the program stops.
 #[derive(Debug)]
@@ -87,6 +91,23 @@ pub(crate) fn memory_hint(need: &TooMuch) -> &'static str {
     }
 }
 
+/// A hint for lack of memory for an image's pixels.
+fn image_memory_hint(need: &TooMuch) -> &'static str {
+    match need.limit {
+        Some(_) => "choose a smaller --size, or allow more with a larger --memory-limit",
+        None => "choose a smaller --size, or free memory; --memory-limit replaces the limit, which is the free memory",
+    }
+}
+
+/// An error if the process may not allocate `bytes` for each pixel of an image.
+pub(crate) fn check_image_memory(size: Size, bytes: u64) -> Result<(), CliError> {
+    let Size { width, height } = size;
+    let needed = bytes.saturating_mul(u64::from(width)).saturating_mul(u64::from(height));
+    Budget::of_process()
+        .check(needed, || format!("--size {width}x{height}: the image and writing it need"))
+        .map_err(|need| CliError::new(&need, image_memory_hint(&need)))
+}
+
 /// True if only [`lanternfish_scene::Environment`] reads this file type.
 fn is_environment(path: &Path) -> bool {
     has_ending(path, "hdr") || has_ending(path, "exr")
@@ -106,6 +127,7 @@ impl From<GpuError> for CliError {
                 "the scene or the image is larger than this adapter can hold: choose a smaller --size, fewer lights \
                  or a simpler scene, or another adapter with --adapter"
             }
+            GpuError::TooMuch(need) => image_memory_hint(need),
             GpuError::TextureSize { .. } => "scale the image down, or choose another adapter with --adapter",
             _ => "",
         };
@@ -118,6 +140,7 @@ impl From<RenderError> for CliError {
         let hint = match error {
             RenderError::Gpu(error) => return error.into(),
             RenderError::TooMuch(need) => return Self::new(&need, memory_hint(&need)),
+            RenderError::ImageTooLarge(need) => return Self::new(&need, image_memory_hint(&need)),
             RenderError::Size { .. } => "choose a smaller --size",
             RenderError::MissingFeature { .. } => "`lanternfish info --adapters` lists what each adapter has",
             // Its message says how to shrink the list.
@@ -131,6 +154,7 @@ impl From<ReferenceError> for CliError {
     fn from(error: ReferenceError) -> Self {
         let hint = match &error {
             ReferenceError::TooMuch(need) => memory_hint(need),
+            ReferenceError::ImageTooLarge(need) => image_memory_hint(need),
             ReferenceError::InvalidScene { .. } => "this is a bug of Lanternfish; please report it with the scene",
             // The other messages state the valid values.
             _ => "",

@@ -65,6 +65,15 @@ impl Output {
         self.format == Format::Exr
     }
 
+    /// Memory that writing an image needs, bytes per pixel.
+    pub fn bytes_per_pixel(&self) -> u64 {
+        match self.format {
+            Format::Png => 3,
+            // Three floats, and three halves in the encoded file.
+            Format::Exr => 12 + 6,
+        }
+    }
+
     /// Writes images of one size as layers of an EXR file, by name, with texts.
     pub fn write_layers(
         &self,

@@ -50,6 +50,9 @@ pub enum GpuError {
         /// The adapter's limit, bytes.
         limit: u64,
     },
+    /// A software adapter's frame needs more memory than this process may allocate.
+    #[error(transparent)]
+    TooMuch(lanternfish_limits::memory::TooMuch),
     /// An image is larger than the adapter's textures.
     #[error("texture {name:?} of {width} x {height} pixels: the adapter's limit is {limit} a side")]
     TextureSize {

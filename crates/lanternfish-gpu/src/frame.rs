@@ -174,7 +174,7 @@ impl<'a> Frame<'a> {
     /// A storage buffer of at least `bytes` with undefined content, which must be written before it is read. It may be longer than
     /// requested. Fails if `bytes` exceeds the device's limit for a binding.
     pub fn scratch(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
-        self.pool.buffers.get(Use::Scratch, label, bytes)
+        self.pool.buffer(Use::Scratch, label, bytes)
     }
 
     /// Lets later requests of this frame return a buffer of [`Self::scratch`] or [`Self::indirect`] again: no pass that is recorded from now
@@ -185,17 +185,17 @@ impl<'a> Frame<'a> {
 
     /// Like [`Self::scratch`], but filled with zeros at first.
     pub fn zeroed(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
-        self.pool.buffers.get(Use::Zeroed, label, bytes)
+        self.pool.buffer(Use::Zeroed, label, bytes)
     }
 
     /// A storage buffer of at least three u32 with undefined content, usable by [`Self::dispatch_indirect`].
     pub fn indirect(&mut self, label: &str) -> Result<wgpu::Buffer, GpuError> {
-        self.pool.buffers.get(Use::Indirect, label, 16)
+        self.pool.buffer(Use::Indirect, label, 16)
     }
 
     /// A storage buffer that starts with this content when the commands run. It may be longer than the content.
     pub fn storage_of<T: bytemuck::NoUninit>(&mut self, label: &str, content: &[T]) -> Result<wgpu::Buffer, GpuError> {
-        let buffer = self.pool.buffers.get(Use::Uploaded, label, size_of_val(content) as u64)?;
+        let buffer = self.pool.buffer(Use::Uploaded, label, size_of_val(content) as u64)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(content));
         Ok(buffer)
     }
@@ -207,7 +207,18 @@ impl<'a> Frame<'a> {
 
     /// A view of all levels and layers of a texture whose content is undefined at first.
     pub fn texture(&mut self, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
-        self.pool.textures.get(self.device, wanted)
+        self.pool.texture(self.device, wanted)
+    }
+
+    /// Counts memory of a new resource that the caller creates for this and later frames. Fails on a software adapter if the process may
+    /// not allocate it, like every later request of the frame.
+    pub fn take_memory(&mut self, label: &str, bytes: u64) -> Result<(), GpuError> {
+        self.pool.memory.take(label, bytes)
+    }
+
+    /// Fails if the process may not allocate the resources of this frame, which then must not be submitted.
+    pub fn check_memory(&self) -> Result<(), GpuError> {
+        self.pool.memory.check()
     }
 
     /// Drops all cached bind groups and their references to resources, so that memory is free before a large allocation.
@@ -296,7 +307,7 @@ impl<'a> Frame<'a> {
         }
         let bytes = (count * size_of::<T>()) as u64;
         let copied = bytes.next_multiple_of(4);
-        let staging = self.pool.buffers.get(Use::Read, "read_now", copied)?;
+        let staging = self.pool.buffer(Use::Read, "read_now", copied)?;
         self.encoder().copy_buffer_to_buffer(buffer, 0, &staging, 0, copied);
         let fresh = own_commands(self.device);
         self.pass = None;

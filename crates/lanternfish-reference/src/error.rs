@@ -13,6 +13,9 @@ pub enum ReferenceError {
     /// Not enough memory, or above the memory limit.
     #[error(transparent)]
     TooMuch(#[from] lanternfish_limits::memory::TooMuch),
+    /// Not enough memory for the sums of an image's pixels, or above the memory limit.
+    #[error(transparent)]
+    ImageTooLarge(lanternfish_limits::memory::TooMuch),
     /// A setting is out of range.
     #[error("{setting}: {got}; {remedy}")]
     InvalidSetting {

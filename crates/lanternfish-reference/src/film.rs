@@ -1,5 +1,7 @@
 //! The film: sums of each pixel's samples, from which the mean and variance follow.
 
+use lanternfish_limits::memory::Budget;
+
 use crate::ReferenceError;
 
 /// Sums of a pixel's samples in fixed point, so that the sums do not depend on the order or the grouping of additions.
@@ -80,8 +82,22 @@ pub struct Noise {
 }
 
 impl Film {
-    /// A black film of `width` × `height` pixels without samples. Fails if either side is zero.
+    /// Memory of a pixel, bytes.
+    pub const BYTES_PER_PIXEL: u64 = size_of::<Sums>() as u64;
+
+    /// A black film of `width` × `height` pixels without samples. Fails if either side is zero, or if the process may not allocate
+    /// [`Self::BYTES_PER_PIXEL`] for each pixel.
     pub fn new(width: usize, height: usize) -> Result<Self, ReferenceError> {
+        let film = Self::empty(width, height)?;
+        let bytes = Self::BYTES_PER_PIXEL.saturating_mul(width as u64).saturating_mul(height as u64);
+        Budget::of_process()
+            .check(bytes, || format!("the samples of {width} × {height} pixels need"))
+            .map_err(ReferenceError::ImageTooLarge)?;
+        Ok(Self { pixels: vec![Sums::default(); width * height], ..film })
+    }
+
+    /// A film whose pixels are not allocated yet.
+    fn empty(width: usize, height: usize) -> Result<Self, ReferenceError> {
         if width == 0 || height == 0 {
             return Err(ReferenceError::InvalidSetting {
                 setting: "size",
@@ -89,8 +105,7 @@ impl Film {
                 remedy: "both sides must be at least 1",
             });
         }
-        let (samples, pixels) = (vec![0; height], vec![Sums::default(); width * height]);
-        Ok(Self { width, height, first: 0, samples, pixels, dropped: 0 })
+        Ok(Self { width, height, first: 0, samples: vec![0; height], pixels: Vec::new(), dropped: 0 })
     }
 
     /// Restores a film after an interruption, from its [`Film::row_samples`], [`Film::mean`] and [`Film::variance`]. The sums equal the
@@ -141,10 +156,8 @@ impl Film {
         if Some(sums.len()) != width.checked_mul(height) {
             return Err(ReferenceError::PixelCount { got: sums.len(), width, height });
         }
-        let mut film = Self::part(width, height, first)?;
-        film.samples = row_samples.to_vec();
-        film.pixels = sums.map(|[value, square]| Sums { value, square }).collect();
-        Ok(film)
+        let pixels = sums.map(|[value, square]| Sums { value, square }).collect();
+        Ok(Self { first, samples: row_samples.to_vec(), pixels, ..Self::empty(width, height)? })
     }
 
     /// Adds the next part of the image. The sum of the parts equals an image traced at once, bit for bit. Fails, without a change, if sizes
@@ -269,6 +282,15 @@ mod tests {
         assert_eq!(Film::resume(1, &[1], &once.mean(), &once.variance()).unwrap(), once);
         assert!(Film::resume(2, &[3], &before.mean(), &before.variance()).is_err());
         assert!(Film::new(0, 4).is_err());
+    }
+
+    #[test]
+    fn memory_of_pixels_is_checked_before_it_is_allocated() {
+        for (width, height) in [(1 << 24, 1 << 24), (usize::MAX, 2)] {
+            let error = Film::new(width, height).unwrap_err();
+            assert!(matches!(error, ReferenceError::ImageTooLarge(_)), "{error}");
+            assert!(error.to_string().contains(&format!("{width} × {height} pixels need")), "{error}");
+        }
     }
 
     #[test]

@@ -30,6 +30,14 @@ pub struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
+    /// Returns an error if the process may not allocate what tracing a valid scene needs, as [`Self::new`] does. Takes time linear in
+    /// primitives and instances.
+    pub fn check_memory(scene: &Scene) -> Result<(), ReferenceError> {
+        let placed = scene.triangle_counts().1 as u64;
+        let needed = placed.saturating_mul(World::BYTES_PER_TRIANGLE);
+        Ok(Budget::of_process().check(needed, || format!("{placed} placed triangles need"))?)
+    }
+
     /// Builds the BVH and the light tree on all cores. Fails if the scene is invalid, a setting is out of range, or memory does not suffice.
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self, ReferenceError> {
         scene.validate().map_err(|what| ReferenceError::InvalidScene { what })?;
@@ -60,8 +68,7 @@ impl<'a> Tracer<'a> {
         {
             return Err(refused("distance of obscurance", max_distance.to_string(), "it must be above 0"));
         }
-        let placed = scene.triangle_counts().1 as u64;
-        Budget::of_process().check(World::BYTES_PER_TRIANGLE * placed, || format!("{placed} placed triangles need"))?;
+        Self::check_memory(scene)?;
         let world = World::new(scene, settings.materials == Materials::Lambert);
         let lights = Lights::new(&world, &settings);
         let starts = match settings.light_paths {

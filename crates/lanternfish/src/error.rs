@@ -13,6 +13,9 @@ pub enum RenderError {
     /// The memory budget or the device's memory is exceeded.
     #[error(transparent)]
     TooMuch(#[from] lanternfish_limits::memory::TooMuch),
+    /// Not enough memory for an image's pixels, or above the memory limit.
+    #[error(transparent)]
+    ImageTooLarge(lanternfish_limits::memory::TooMuch),
     /// The image has no pixels or exceeds the device's texture limit.
     #[error("image of {width} x {height} pixels: each side must be from 1 to {limit}")]
     Size {

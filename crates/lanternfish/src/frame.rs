@@ -212,6 +212,7 @@ impl Passes {
             let display = self.finish(frame, view, &shaded, context.target(slot))?;
             finished.push(FrameResult { shaded, display });
         }
+        frame.check_memory()?;
         Ok(finished)
     }
 

@@ -18,6 +18,7 @@ use half::{
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
 use lanternfish_gpu::{Engine, Frame, Growth, PassTime, Pool, Profiler, discarded, read_back, read_texture};
+use lanternfish_limits::memory::Budget;
 use lanternfish_scene::Camera;
 
 use self::{
@@ -63,6 +64,14 @@ pub struct Renderer {
     last_frame: u64,
 }
 
+/// An error if the process may not allocate the images of these views.
+fn check_memory(views: &[View]) -> Result<(), RenderError> {
+    let pixels: u64 = views.iter().map(|view| u64::from(view.size.x) * u64::from(view.size.y)).sum();
+    Budget::of_process()
+        .check(pixels * RenderedImage::BYTES_PER_PIXEL, || format!("images of {pixels} pixels need"))
+        .map_err(RenderError::ImageTooLarge)
+}
+
 /// A finished image. Rows from the top.
 #[derive(Clone, Debug)]
 pub struct RenderedImage {
@@ -96,6 +105,11 @@ pub struct FrameMemory {
     pub bytes: u64,
     /// Name and capacity, in elements, of every counted list.
     pub lists: Vec<(&'static str, u64)>,
+}
+
+impl RenderedImage {
+    /// Memory of a pixel while an image is read back, bytes: its radiance, as halves before, and its display colour.
+    pub const BYTES_PER_PIXEL: u64 = 16 + 8 + 4;
 }
 
 impl Renderer {
@@ -271,6 +285,7 @@ impl Renderer {
         views: &[View],
         results: &[FrameResult],
     ) -> Result<Vec<RenderedImage>, RenderError> {
+        check_memory(views)?;
         let exposure = self.exposure()?;
         let shown =
             views.iter().zip(results).filter_map(|(view, result)| Some((view, result, result.display.as_ref()?)));

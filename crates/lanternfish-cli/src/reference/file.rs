@@ -101,6 +101,14 @@ impl Target {
         self.is_png
     }
 
+    /// Memory that [`Self::write`] needs, bytes per pixel; `is_part`: with the exact sums.
+    pub fn bytes_per_pixel(&self, is_part: bool) -> u64 {
+        // 12 bytes for each layer as an image, 12 by channels, and at most 12 in the encoded file. A PNG file needs less than the mean's.
+        let layers =
+            1 + u64::from(!self.is_png || self.variance.is_some()) + if is_part { sums::LAYER_COUNT } else { 0 };
+        36 * layers
+    }
+
     /// True if intermediate images may be written. The reader of a pipe leaves after the first complete image.
     pub fn takes_checkpoints(&self) -> bool {
         self.is_replaceable
@@ -284,6 +292,18 @@ mod tests {
         };
         assert!(takes("a.exr", None) && takes("a.exr", Some("b.exr")));
         assert!(!takes("pipe.exr", None) && !takes("a.exr", Some("pipe.exr")));
+    }
+
+    #[test]
+    fn memory_of_writing_grows_with_the_layers() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = |name: &str, variance: Option<&str>| {
+            Target::choose(folder.path().join(name), variance.map(|name| folder.path().join(name)), false).unwrap()
+        };
+        assert_eq!(target("a.png", None).bytes_per_pixel(false), 36);
+        assert_eq!(target("a.png", Some("b.exr")).bytes_per_pixel(false), 72);
+        assert_eq!(target("a.exr", None).bytes_per_pixel(false), 72);
+        assert_eq!(target("a.exr", None).bytes_per_pixel(true), 14 * 36, "mean, variance and 12 layers of sums");
     }
 
     #[test]

@@ -33,7 +33,7 @@ use self::{
 use crate::{
     args::{LookArgs, RenderArgs},
     camera,
-    error::{CliError, say},
+    error::{CliError, check_image_memory, say},
     light_rig::{self, Lighting},
     motion::NOTHING_MOVES,
     output,
@@ -63,6 +63,8 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
         let what = format!("{}: --samples {part} makes a part, which PNG does not hold", target.path.display());
         return Err(CliError::new(what, "end the name with .exr"));
     }
+    let writing = target.bytes_per_pixel(args.samples.range.is_some());
+    check_image_memory(size, Film::BYTES_PER_PIXEL + writing)?;
     let environment = flags.lights.environment.as_deref();
     let read = [args.scene.path(), flags.scene.path()].into_iter().chain(environment);
     if let Some(other) = target.overlap(read) {
@@ -85,6 +87,8 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     if motion.is_none() && shot.has_only_a_time() {
         progress.note(NOTHING_MOVES);
     }
+    // Choosing a camera and light visits every placed triangle.
+    Tracer::check_memory(&scene)?;
     let aspect = size.width as f32 / size.height as f32;
     let (cameras, is_inside) = camera::choose_each(&scene, slice::from_ref(&frame.view), aspect)?;
     let mut camera = cameras[0].clone();
@@ -96,7 +100,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     // As in `render`: choose cameras and light at 0 s, then move the scene to the frame's time.
     if let (Some(motion), Some(time)) = (motion, frame.time) {
         let bounds = scene.bounds();
-        motion.at_time(&mut scene, time);
+        motion.at_time(&mut scene, time)?;
         camera = camera::follow(&scene, &bounds, &frame.view, aspect, &camera)?;
     }
     let camera = &camera;
@@ -125,6 +129,8 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     let (settings, making) = (Settings { seed, ..settings }, Making { seed, ..making });
 
     let tracer = progress.step("build", "Building the BVHs", || Tracer::new(&scene, settings.clone()))?;
+    // The film is allocated. Without memory for writing, hours of tracing would be lost.
+    check_image_memory(size, writing)?;
     let LookArgs { exposure, tone_map, .. } = flags.look;
     let meters = target.is_png() && settings.integrator == Integrator::Path && exposure == Exposure::Auto;
     let coverage = if meters { tracer.coverage(camera, size.width as usize, size.height as usize) } else { Vec::new() };

@@ -14,6 +14,8 @@ const NAMES: [&str; 2] = ["sum", "square"];
 const BITS: usize = 24;
 /// Layers per sum.
 const LAYERS: usize = (u128::BITS as usize).div_ceil(BITS);
+/// Layers of all sums.
+pub const LAYER_COUNT: u64 = (NAMES.len() * LAYERS) as u64;
 
 /// The film's sums as named images.
 pub fn layers(film: &Film) -> Result<Vec<(String, RgbImage)>, MetricsError> {

@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 use lanternfish::{
-    GpuScene, Renderer,
+    GpuScene, RenderedImage, Renderer,
     debug_views::Scale,
     direct_light::auto::lights_in_reach,
     settings::{DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
@@ -28,7 +28,7 @@ use self::{existing::Expected, renderings::RenderedImages};
 use crate::{
     args::RenderArgs,
     camera,
-    error::CliError,
+    error::{CliError, check_image_memory},
     light_rig::{self, Lighting},
     motion::NOTHING_MOVES,
     output::{self, Output},
@@ -69,6 +69,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         return open(args, &planned);
     }
 
+    let images = if args.stereo.stereo.is_some() { 2 } else { 1 };
+    check_image_memory(size, images * (RenderedImage::BYTES_PER_PIXEL + output.bytes_per_pixel()))?;
     let (mut scene, motion) = lit_scene(args, &mut progress)?;
     if output.is_radiance() && settings.exposure != Exposure::Auto {
         progress.note("--exposure does not change an .exr file, which holds radiance; it is for .png");
@@ -78,6 +80,13 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     }
     if settings.debug_view == Some(DebugView::Motion) && planned.iter().all(|planned| planned.before.is_none()) {
         progress.note("motion is relative to an earlier frame; --time SECONDS or --frames A-B sets the time");
+    }
+    // Choosing a camera and light visits every placed triangle, so a large scene is refused before.
+    let mut opened = None;
+    if scene.triangle_counts().1 > LARGE {
+        let early = Opened::new(args, &settings, &mut progress)?;
+        early.renderer.check_memory(&scene)?;
+        opened = Some(early);
     }
     let aspect = size.width as f32 / size.height as f32;
     let first = shot.first();
@@ -92,11 +101,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
     note_unused_light(&progress, &scene, &settings);
 
-    let choice = args.run.adapter.clone().unwrap_or_default();
-    let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
-    progress.warn(driver_warning(&gpu.device.adapter_info()));
-    let renderer =
-        progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
+    let Opened { gpu, renderer } = opened.map_or_else(|| Opened::new(args, &settings, &mut progress), Ok)?;
     // Upload the state at 0 s, so that every frame has the same acceleration structure, whichever frame is first.
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     note_many_lights(&progress, &uploaded, &renderer);
@@ -153,6 +158,26 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let table = if args.run.timings { run.to_table() + "\n" } else { String::new() };
     output::print(&(table + &last))?;
     open(args, &planned)
+}
+
+/// Placed triangles from which on choosing a camera and light takes seconds.
+const LARGE: usize = 10_000_000;
+
+/// The adapter and what was compiled for it.
+struct Opened {
+    gpu: Gpu,
+    renderer: Renderer,
+}
+
+impl Opened {
+    fn new(args: &RenderArgs, settings: &Settings, progress: &mut Progress) -> Result<Self, CliError> {
+        let choice = args.run.adapter.clone().unwrap_or_default();
+        let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
+        progress.warn(driver_warning(&gpu.device.adapter_info()));
+        let renderer = progress
+            .step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
+        Ok(Self { gpu, renderer })
+    }
 }
 
 /// Opens the last image in a window, if requested and if no render farm reads the progress.

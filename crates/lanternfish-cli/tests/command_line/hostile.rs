@@ -92,6 +92,78 @@ fn images_are_as_large_as_memory_allows() {
     assert_refused(&mut reference, &["wide.hdr: 8192 × 4096 pixels need 805.3 MB of memory", "--memory-limit"]);
 }
 
+/// The image is counted before the scene is read and before anything is traced or rendered.
+#[test]
+fn images_to_make_are_counted_before_they_are_allocated() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |words: &str| {
+        let mut command = lanternfish(folder.path());
+        command.args(words.split_whitespace()).args(["--memory-limit", "300M"]);
+        command
+    };
+    let size = "--size 16384x16384: the image and writing it need";
+    for (words, bytes) in [
+        // 96 bytes of sums per pixel, and 72 for mean and variance in the file.
+        ("reference demo:furnace --size 16384x16384 --spp 1 -o r.exr", "45.1 GB"),
+        ("render demo:furnace --size 16384x16384 -o r.png", "8.3 GB"),
+        ("render demo:furnace --size 16384x16384 -o r.exr", "12.3 GB"),
+    ] {
+        let limit = "the limit is 300.0 MB";
+        assert_refused(&mut run(words), &[size, bytes, limit, "smaller --size", "larger --memory-limit"]);
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// 10,000,000 triangles of a small file are counted before a camera is chosen, which takes seconds for so many.
+#[test]
+fn placed_triangles_are_counted_before_they_are_visited() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut data: Vec<u8> = [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().flat_map(|x| x.to_le_bytes()).collect();
+    data.extend([0u16, 1, 2].repeat(10_000).iter().flat_map(|index| index.to_le_bytes()));
+    fs::write(folder.path().join("many.bin"), &data).unwrap();
+    let nodes = (0..1000).map(|i| format!(r#"{{"mesh": 0, "translation": [{i}, 0, 0]}}"#));
+    let nodes = nodes.collect::<Vec<_>>().join(",");
+    let scene = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "nodes": [{nodes}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1}}]}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}},
+        {{"bufferView": 1, "componentType": 5123, "count": 30000, "type": "SCALAR"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 60000}}],
+        "buffers": [{{"byteLength": 60036, "uri": "many.bin"}}]}}"#
+    );
+    fs::write(folder.path().join("many.gltf"), scene).unwrap();
+    let mut reference = lanternfish(folder.path());
+    reference.args(["reference", "many.gltf", "--camera", "none", "--memory-limit", "300M"]);
+    assert_refused(&mut reference, &["10000000 placed triangles need", "--memory-limit"]);
+}
+
+/// An animation within the limits of a file at first, and 9e12 m away after 0.9 s.
+#[test]
+fn an_animation_that_goes_too_far_is_refused_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let floats = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    let data = floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 1., 0., 0., 0., 1e13, 0., 0.]);
+    fs::write(folder.path().join("far.bin"), &data).unwrap();
+    let accessor = |view: usize, count: usize, shape: &str| {
+        format!(r#"{{"bufferView": {view}, "componentType": 5126, "count": {count}, "type": "{shape}"}}"#)
+    };
+    let (positions, times, values) = (accessor(0, 3, "VEC3"), accessor(1, 2, "SCALAR"), accessor(2, 2, "VEC3"));
+    let scene = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}], "accessors": [{positions}, {times}, {values}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 8}},
+        {{"buffer": 0, "byteOffset": 44, "byteLength": 24}}], "buffers": [{{"byteLength": 68, "uri": "far.bin"}}],
+        "animations": [{{"name": "fly", "samplers": [{{"input": 1, "output": 2}}],
+        "channels": [{{"sampler": 0, "target": {{"node": 0, "path": "translation"}}}}]}}]}}"#
+    );
+    fs::write(folder.path().join("far.gltf"), scene).unwrap();
+    let mut reference = lanternfish(folder.path());
+    reference.args(["reference", "far.gltf", "--time", "0.9", "--size", "8x8", "--spp", "1"]);
+    let (success, text) = said(&mut reference);
+    assert!(!success && !text.contains("bug") && !text.contains("Scene::validate"), "{text}");
+    assert_refused(&mut reference, &["far: its animation 0 (fly)", "instance 0", "in the file", "--animation"]);
+}
+
 /// The limit of the address space is detected automatically.
 #[cfg(target_os = "linux")]
 #[test]
@@ -274,11 +346,24 @@ fn names_from_files_are_escaped_and_cut() {
     };
     write("camera.gltf", &scene(&camera.replace("NAME", escape), ""));
     write("extension.gltf", &scene(camera, &format!(r#", "extensionsRequired": ["{escape}"]"#)));
+    let textured = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "nodes": [{{ "mesh": 0 }}],
+        "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }}, "material": 0 }}] }}],
+        "materials": [{{ "emissiveTexture": {{ "index": 0 }} }}], "textures": [{{ "source": 0 }}],
+        "images": [{{ "uri": "none.png", "name": "{escape}" }}],
+        "accessors": [{{ "componentType": 5126, "count": 3, "type": "VEC3" }}] }}"#
+    );
+    write("image.gltf", &textured);
     let long = "b".repeat(1 << 20);
     write("buffer.gltf", &scene(camera, &format!(r#", "buffers": [{{ "byteLength": 4, "uri": "a://{long}" }}]"#)));
     write("key.toml", "scene = \"demo:cornell\"\n\"\\u001b[31mkey\" = 1\n");
-    for words in [["info", "camera.gltf"], ["info", "extension.gltf"], ["info", "buffer.gltf"], ["render", "key.toml"]]
-    {
+    for words in [
+        ["info", "camera.gltf"],
+        ["info", "extension.gltf"],
+        ["info", "buffer.gltf"],
+        ["info", "image.gltf"],
+        ["render", "key.toml"],
+    ] {
         let (_, text) = said(lanternfish(folder.path()).args(words));
         let is_plain = |character: char| character == '\n' || !character.is_control();
         assert!(text.chars().all(is_plain), "{words:?}: {text:?}");

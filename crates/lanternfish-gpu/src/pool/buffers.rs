@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::HostMemory;
 use crate::{GpuError, buffer::STORAGE, made};
 
 /// The use of a buffer.
@@ -67,8 +68,14 @@ impl Buffers {
         Self { device: device.clone(), slots: HashMap::new(), frame: 0 }
     }
 
-    /// A buffer of at least `bytes`; it may be longer.
-    pub fn get(&mut self, used_for: Use, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+    /// A buffer of at least `bytes`; it may be longer. `memory` counts a new one.
+    pub fn get(
+        &mut self,
+        memory: &mut HostMemory,
+        used_for: Use,
+        label: &str,
+        bytes: u64,
+    ) -> Result<wgpu::Buffer, GpuError> {
         let bytes = bytes.max(16).next_multiple_of(16);
         let limits = self.device.limits();
         let limit = match used_for {
@@ -90,10 +97,12 @@ impl Buffers {
             slot.is_written = true;
             return Ok(slot.buffer.clone());
         }
+        let size = with_slack(bytes).min(limit - limit % 16);
+        memory.take(label, size)?;
         made::count(|made| made.buffers += 1);
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            size: with_slack(bytes).min(limit - limit % 16),
+            size,
             usage: used_for.usages(),
             mapped_at_creation: false,
         });

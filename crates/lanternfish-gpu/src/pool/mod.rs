@@ -6,6 +6,7 @@
 
 mod bind_groups;
 mod buffers;
+mod host_memory;
 #[cfg(all(test, feature = "testing"))]
 mod tests;
 mod textures;
@@ -14,6 +15,7 @@ mod uniforms;
 pub use self::bind_groups::BindGroups;
 pub(crate) use self::{
     buffers::{Buffers, Use},
+    host_memory::HostMemory,
     textures::Textures,
     uniforms::Uniforms,
 };
@@ -32,6 +34,7 @@ pub struct Pool {
     pub(crate) uniforms: Uniforms,
     pub(crate) bind_groups: BindGroups,
     pub(crate) capacity_policy: CapacityPolicy,
+    pub(crate) memory: HostMemory,
     frame: u64,
     pub(crate) waits: u64,
 }
@@ -45,6 +48,7 @@ impl Pool {
             uniforms: Uniforms::new(device),
             bind_groups: BindGroups::new(device),
             capacity_policy: CapacityPolicy::default(),
+            memory: HostMemory::new(device),
             frame: 0,
             waits: 0,
         }
@@ -105,9 +109,20 @@ impl Pool {
         self.bind_groups = BindGroups::new(device);
     }
 
+    /// A buffer of at least `bytes`; it may be longer.
+    pub(crate) fn buffer(&mut self, used_for: Use, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+        self.buffers.get(&mut self.memory, used_for, label, bytes)
+    }
+
+    /// A view of all levels and layers of a texture with undefined content at first.
+    pub(crate) fn texture(&mut self, device: &wgpu::Device, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
+        self.textures.get(device, &mut self.memory, wanted)
+    }
+
     /// Begins a frame: all resources are free again. Records clears of the written zeroed buffers at the start of `commands`.
     pub(crate) fn begin(&mut self, commands: &mut wgpu::CommandEncoder) {
         self.frame += 1;
+        self.memory.begin();
         let oldest = self.frame.saturating_sub(KEPT_FRAMES);
         self.buffers.begin(self.frame, oldest, commands);
         self.textures.begin(self.frame, oldest);

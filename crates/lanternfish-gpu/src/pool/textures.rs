@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::HostMemory;
 use crate::texture_of;
 
 /// The requested descriptor, with its label.
@@ -21,14 +22,22 @@ pub(crate) struct Textures {
 }
 
 impl Textures {
-    /// A view of all levels and layers of a texture with undefined content at first.
-    pub fn get(&mut self, device: &wgpu::Device, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
+    /// A view of all levels and layers of a texture with undefined content at first. `memory` counts a new one.
+    pub fn get(
+        &mut self,
+        device: &wgpu::Device,
+        memory: &mut HostMemory,
+        wanted: &wgpu::TextureDescriptor<'_>,
+    ) -> wgpu::TextureView {
         let key = wanted.map_label_and_view_formats(|label| label.map(str::to_owned), |formats| formats.to_vec());
+        let bytes = bytes_of(&key);
         let slots = self.slots.entry(key).or_default();
         if let Some(slot) = slots.iter_mut().find(|slot| slot.last_frame < self.frame) {
             slot.last_frame = self.frame;
             return slot.view.clone();
         }
+        // The frame fails before it runs ([`HostMemory::check`]), and until then a texture takes no memory.
+        let _ = memory.take(wanted.label.unwrap_or_default(), bytes);
         let view = texture_of(device, wanted);
         slots.push(Slot { view: view.clone(), last_frame: self.frame });
         view

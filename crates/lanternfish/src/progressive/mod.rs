@@ -99,6 +99,7 @@ impl Progressive {
         let size = surface.size;
         if self.means.get(slot).is_none_or(|mean| mean.size != size) {
             let more = wgpu::TextureUsages::COPY_SRC;
+            frame.take_memory("progressive/mean", 2 * 16 * u64::from(size.x) * u64::from(size.y))?;
             let texture = || target(frame.device, "progressive/mean", size, MEAN_FORMAT, more);
             self.means.truncate(slot);
             self.means.push(Mean { now: texture(), before: texture(), size });

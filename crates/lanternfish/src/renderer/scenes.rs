@@ -26,6 +26,12 @@ impl Renderer {
         checked(&self.device, "upload", || self.engine.within(upload))
     }
 
+    /// Returns an error if the process may not allocate what uploading a valid scene needs, as [`Self::upload`] does. Takes time linear in
+    /// primitives and instances.
+    pub fn check_memory(&self, scene: &Scene) -> Result<(), RenderError> {
+        GpuScene::check_memory(scene, &self.needs)
+    }
+
     /// Uploads the changes of `scene` since its upload.
     ///
     /// Updated in place: transforms of instances; positions, normals and tangents of vertices; all lights, also if their number changes;

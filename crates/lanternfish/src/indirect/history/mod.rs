@@ -155,6 +155,10 @@ impl Histories {
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
         let size = surface.size;
+        if self.views.get(key).is_none_or(|kept| kept.now.size != size) {
+            frame
+                .take_memory("history", 2 * HistoryTextures::BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y))?;
+        }
         let new = |frame: &Frame<'_>| HistoryTextures::new(frame.device, size);
         let kept =
             self.views.entry(*key).or_insert_with(|| Kept { now: new(frame), before: new(frame), last_frame: 0 });
@@ -215,6 +219,9 @@ impl Kept {
 }
 
 impl HistoryTextures {
+    /// Four halves in each layer, and the place.
+    const BYTES_PER_PIXEL: u64 = 8 * LAYERS as u64 + 16;
+
     fn new(device: &wgpu::Device, size: UVec2) -> Self {
         let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
         let texture = |label, format, layers| {
