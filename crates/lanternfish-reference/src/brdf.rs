@@ -61,7 +61,7 @@ pub struct Coat {
     pub weight: f64,
     /// Perceptual roughness.
     pub perceptual_roughness: f64,
-    /// Shading normal without the normal map, unit.
+    /// Shading normal of the coat, unit.
     pub normal: DVec3,
 }
 

@@ -1,7 +1,7 @@
 //! The surface at a hit, with its geometry and material. CPU reference of `gpu_scene/surface.wesl`.
 
 use glam::{DVec3, Vec3, Vec3A, Vec4};
-use lanternfish_scene::{Material, shading::Materials};
+use lanternfish_scene::{Material, TextureRef, shading::Materials};
 
 use crate::{
     brdf::{Behind, Bsdf, Coat, Reflector},
@@ -46,21 +46,21 @@ impl Surface {
         let matrix = &world.normal_matrices[source.instance as usize];
         let side = if hit.front { 1.0 } else { -1.0 };
         let n = unit_or(*matrix * mix(&primitive.normals), side * geometric_normal);
-        let mut normal = n;
-        if let Some(reference) = material.normal_texture.as_ref().filter(|_| materials == Materials::File)
-            && !primitive.tangents.is_empty()
-        {
+        let perturbed = |reference: &Option<TextureRef>, scale: f32| {
+            let reference =
+                reference.as_ref().filter(|_| materials == Materials::File && !primitive.tangents.is_empty());
+            let Some(reference) = reference else { return (side * n).as_dvec3().normalize() };
             let linear = world.scene.instances[source.instance as usize].world_from_object.matrix3;
             let tangent: Vec4 = (0..3).map(|i| primitive.tangents[corners[i] as usize] * hit.weights[i]).sum();
             let handedness = primitive.tangents[corners[0] as usize].w * linear.determinant().signum();
             let texel = 2.0 * textured(reference, Encoding::Linear) - 1.0;
-            let local = Vec3A::new(texel.x * material.normal_scale, texel.y * material.normal_scale, texel.z);
+            let local = Vec3A::new(texel.x * scale, texel.y * scale, texel.z);
             let t = linear * Vec3A::from(tangent.truncate());
             let t = (t - n * n.dot(t)).normalize_or_zero();
             let b = handedness * n.cross(t);
-            normal = unit_or(local.x * t + local.y * b + local.z * n, n);
-        }
-        let normal = (side * normal).as_dvec3().normalize();
+            (side * unit_or(local.x * t + local.y * b + local.z * n, n)).as_dvec3().normalize()
+        };
+        let normal = perturbed(&material.normal_texture, material.normal_scale);
 
         let mut base_color = material.base_color;
         if !primitive.colors.is_empty() {
@@ -104,7 +104,7 @@ impl Surface {
                 let coat = material.clearcoat * linear(&material.clearcoat_texture).x;
                 surface.bsdf = Some(if coat > 0.0 {
                     let roughness = material.clearcoat_roughness * linear(&material.clearcoat_roughness_texture).y;
-                    let normal = (side * n).as_dvec3().normalize();
+                    let normal = perturbed(&material.clearcoat_normal_texture, material.clearcoat_normal_scale);
                     Bsdf::Coated(
                         Coat { weight: coat.into(), perceptual_roughness: roughness.into(), normal },
                         reflector,

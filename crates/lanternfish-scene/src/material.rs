@@ -50,8 +50,7 @@ pub struct Material {
     pub transmission: f32,
     /// Linear; red.
     pub transmission_texture: Option<TextureRef>,
-    /// Strength of a clear coat of index 1.5 over the surface, in 0..=1 (`KHR_materials_clearcoat`). Its normal is the vertex
-    /// normal, without the normal map.
+    /// Strength of a clear coat of index 1.5 over the surface, in 0..=1 (`KHR_materials_clearcoat`).
     pub clearcoat: f32,
     /// Linear; red.
     pub clearcoat_texture: Option<TextureRef>,
@@ -59,6 +58,10 @@ pub struct Material {
     pub clearcoat_roughness: f32,
     /// Linear; green.
     pub clearcoat_roughness_texture: Option<TextureRef>,
+    /// Normal map of the clear coat alone: tangent space, linear. Without it the coat's normal is the vertex normal.
+    pub clearcoat_normal_texture: Option<TextureRef>,
+    /// Multiplies x and y of the coat's normal map.
+    pub clearcoat_normal_scale: f32,
     /// `KHR_materials_volume`: thickness of the volume below the surface, object space, m, not negative. 0: the surface is
     /// thin-walled. A renderer that traces through closed surfaces only distinguishes 0 from other values.
     pub thickness: f32,
@@ -77,8 +80,19 @@ impl Material {
         self.alpha_mode == AlphaMode::Blend || self.transmission > 0.0
     }
 
+    /// True if it has lobes beyond the metallic-roughness model: a clear coat. Renderers may shade it by other code.
+    pub fn is_layered(&self) -> bool {
+        self.clearcoat > 0.0 && !self.unlit
+    }
+
+    /// Set of texture coordinates along which tangents of its normal maps run; `None`: it has no normal map. A normal map of the
+    /// coat shares the tangents of the surface's own.
+    pub fn tangent_uv_set(&self) -> Option<u32> {
+        self.normal_texture.or(self.clearcoat_normal_texture).map(|texture| texture.uv_set)
+    }
+
     /// All references to textures.
-    pub(crate) fn texture_slots(&mut self) -> [&mut Option<TextureRef>; 10] {
+    pub(crate) fn texture_slots(&mut self) -> [&mut Option<TextureRef>; 11] {
         [
             &mut self.base_color_texture,
             &mut self.metallic_roughness_texture,
@@ -90,6 +104,7 @@ impl Material {
             &mut self.transmission_texture,
             &mut self.clearcoat_texture,
             &mut self.clearcoat_roughness_texture,
+            &mut self.clearcoat_normal_texture,
         ]
     }
 }
@@ -123,6 +138,8 @@ impl Default for Material {
             clearcoat_texture: None,
             clearcoat_roughness: 0.0,
             clearcoat_roughness_texture: None,
+            clearcoat_normal_texture: None,
+            clearcoat_normal_scale: 1.0,
             thickness: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,

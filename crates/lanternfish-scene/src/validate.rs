@@ -221,6 +221,7 @@ impl Material {
             self.transmission_texture,
             self.clearcoat_texture,
             self.clearcoat_roughness_texture,
+            self.clearcoat_normal_texture,
         ];
         for texture in textures.into_iter().flatten() {
             if texture.texture >= texture_count || texture.uv_set > 1 || !texture.texture_from_uv.is_finite() {
@@ -251,6 +252,9 @@ impl Material {
         }
         if !self.attenuation_color.to_array().into_iter().all(in_unit) {
             return Err(format!("attenuation colour {}, outside 0..=1", self.attenuation_color));
+        }
+        if !self.clearcoat_normal_scale.is_finite() {
+            return Err("normal scale of the clear coat is not finite".to_owned());
         }
         if !self.normal_scale.is_finite() || !self.emissive.is_finite() || self.emissive.min_element() < 0.0 {
             return Err("normal scale or emission is not finite, or negative".to_owned());

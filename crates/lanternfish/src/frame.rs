@@ -19,7 +19,7 @@ use crate::{
     progressive::Progressive,
     rays::KeptStructure,
     request::{SurfaceSource, Target},
-    shading::{Arriving, DemodulatedLight, Forward, NearestTransparent, VisibilityRatios},
+    shading::{Arriving, DemodulatedLight, ExtraSurface, Forward, VisibilityRatios},
     shadows::{Shadows, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
@@ -44,7 +44,9 @@ pub(crate) struct Passes {
     pub structure: Option<Box<dyn KeptStructure>>,
     pub indirect: Option<Box<dyn IndirectPasses>>,
     /// The nearest transparent surface, if there is indirect light.
-    pub nearest_transparent: Option<NearestTransparent>,
+    pub nearest_transparent: Option<ExtraSurface>,
+    /// The clear coats of opaque surfaces, if there is indirect light.
+    pub coats: Option<ExtraSurface>,
     /// Accumulates the visibility ratios of area lights, if there is a history.
     pub visibility_ratios: Option<VisibilityRatios>,
     pub forward: Forward,
@@ -273,7 +275,10 @@ impl Passes {
             let indirect = indirect.map(|indirect| indirect.record(frame, view, &surface)).transpose()?;
             let direct = self.direct.as_mut().filter(|_| is_sampled);
             let direct = direct.map(|direct| direct.record(frame, view, &surface)).transpose()?;
-            Ok(Arriving { surface, ambient_visibility, indirect, direct })
+            let is_coated = view.draws.solid.iter().any(|draw| draw.layered);
+            let coats = self.coats.as_mut().filter(|_| is_coated);
+            let coat = coats.map(|coats| coats.record(frame, view)).transpose()?.map(Box::new);
+            Ok(Arriving { surface, ambient_visibility, indirect, direct, coat })
         };
         views.iter().map(&mut of_view).collect()
     }

@@ -53,8 +53,8 @@ gpu_struct! {
         coat: f32,
         /// Roughness of the coat.
         coat_roughness: f32,
-        /// Unused.
-        _pad: f32,
+        /// Multiplies x and y of the coat's normal map.
+        coat_normal_scale: f32,
         /// sRGB.
         base_color_map: TextureSlot,
         /// Linear.
@@ -73,6 +73,8 @@ gpu_struct! {
         coat_map: TextureSlot,
         /// Linear.
         coat_roughness_map: TextureSlot,
+        /// Linear.
+        coat_normal_map: TextureSlot,
     }
 }
 
@@ -95,6 +97,7 @@ gpu_constants! {
     const TRANSMISSION_MAPPED: u32 = 256;
     const COAT_MAPPED: u32 = 512;
     const COAT_ROUGHNESS_MAPPED: u32 = 1024;
+    const COAT_NORMAL_MAPPED: u32 = 2048;
 }
 
 /// Name of the uniform buffer with the material of a draw.
@@ -219,13 +222,14 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
             | flag(file && material.specular_color_texture.is_some(), SPECULAR_COLOR_MAPPED)
             | flag(file && material.transmission_texture.is_some(), TRANSMISSION_MAPPED)
             | flag(file && material.clearcoat_texture.is_some(), COAT_MAPPED)
-            | flag(file && material.clearcoat_roughness_texture.is_some(), COAT_ROUGHNESS_MAPPED),
+            | flag(file && material.clearcoat_roughness_texture.is_some(), COAT_ROUGHNESS_MAPPED)
+            | flag(file && material.clearcoat_normal_texture.is_some(), COAT_NORMAL_MAPPED),
         dielectric_f0: tinted_f0(material),
         dielectric_f90: material.specular,
         transmission: if file { material.transmission } else { 0.0 },
         coat: if file { material.clearcoat } else { 0.0 },
         coat_roughness: material.clearcoat_roughness,
-        _pad: 0.0,
+        coat_normal_scale: material.clearcoat_normal_scale,
         base_color_map: slot(&material.base_color_texture, true),
         metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
         normal_map: slot(&material.normal_texture, false),
@@ -235,6 +239,7 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         transmission_map: slot(&material.transmission_texture, false),
         coat_map: slot(&material.clearcoat_texture, false),
         coat_roughness_map: slot(&material.clearcoat_roughness_texture, false),
+        coat_normal_map: slot(&material.clearcoat_normal_texture, false),
     }
 }
 

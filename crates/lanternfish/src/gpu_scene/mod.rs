@@ -40,7 +40,7 @@ pub use moving::Sent;
 pub(crate) use needs::SceneRequirements;
 pub use parts::Parts;
 pub(crate) use previous::GeometryAt;
-pub use raster::{MASKED, PassState, SceneRaster, TEXTURES};
+pub use raster::{LAYERED, MASKED, PassState, SceneRaster, TEXTURES};
 pub use textures::automatic_anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;

@@ -13,6 +13,8 @@ use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::Shaders};
 
 /// Discards fragments that an alpha mask excludes.
 pub const MASKED: Feature = Feature::new("masked");
+/// Surfaces have a clear coat.
+pub const LAYERED: Feature = Feature::new("layered");
 /// Textures are one array, indexed by the shader.
 pub(crate) const BINDING_ARRAYS: Feature = Feature::new("binding_arrays");
 
@@ -20,7 +22,7 @@ pub(crate) const BINDING_ARRAYS: Feature = Feature::new("binding_arrays");
 pub const TEXTURES: &[&[Feature]] = &[&[], &[BINDING_ARRAYS]];
 
 /// A pass over a scene's geometry with one shader, entry points `vertex` and `fragment`. It has the variants that the draws require:
-/// `masked` and `area_lights` if the technique uses them, winding, texture arrays.
+/// `masked`, `layered` and `area_lights` if the technique uses them, winding, texture arrays.
 #[derive(Debug)]
 pub struct SceneRaster {
     label: &'static str,
@@ -29,6 +31,8 @@ pub struct SceneRaster {
     features: Vec<Feature>,
     /// True if masked draws use the `masked` variant.
     distinguish_masked: bool,
+    /// True if layered draws use the `layered` variant.
+    distinguish_layered: bool,
     /// True if scenes with area lights use the `area_lights` variant.
     distinguish_area_lights: bool,
     state: PassState,
@@ -75,11 +79,17 @@ impl SceneRaster {
             module,
             features: features.to_vec(),
             distinguish_masked,
+            distinguish_layered: false,
             distinguish_area_lights: false,
             state,
             shaders: HashMap::new(),
             pipelines: HashMap::new(),
         }
+    }
+
+    /// Adds a variant of the shader for layered materials.
+    pub fn with_layers(self) -> Self {
+        Self { distinguish_layered: true, ..self }
     }
 
     /// Adds a variant of the shader for scenes with area lights.
@@ -112,6 +122,9 @@ impl SceneRaster {
         let mut features = self.features.clone();
         if self.distinguish_masked && draw.alpha == DrawAlpha::Masked {
             features.push(MASKED);
+        }
+        if self.distinguish_layered && draw.layered {
+            features.push(LAYERED);
         }
         if self.distinguish_area_lights && scene.has_area_lights {
             features.push(AREA_LIGHTS);

@@ -28,12 +28,13 @@ const NAMES: [(&str, &str); MAPS] = [
     ("transmission_texture", "transmission_sampler"),
     ("coat_texture", "coat_sampler"),
     ("coat_roughness_texture", "coat_roughness_sampler"),
+    ("coat_normal_texture", "coat_normal_sampler"),
 ];
 /// Number of materials above which textures are one array where the device has arrays, whatever the settings say: a software adapter maps
 /// memory for each material that a pass binds, and a process has 65,530 mappings. Few passes of a frame draw a material again.
 const MOST_BOUND_MATERIALS: usize = 8192;
 /// Textures of a material that are shaded.
-const MAPS: usize = 9;
+const MAPS: usize = 10;
 
 /// Images on the device, by their index in the scene and whether they are read as sRGB: the view, and the size of all levels, bytes.
 pub(super) type Images = BTreeMap<(usize, bool), (wgpu::TextureView, u64)>;
@@ -71,6 +72,7 @@ fn references<'m>(material: &'m Material, shading: Shading) -> [(Option<&'m Text
         (of_file(&material.transmission_texture), false),
         (of_file(&material.clearcoat_texture), false),
         (of_file(&material.clearcoat_roughness_texture), false),
+        (of_file(&material.clearcoat_normal_texture), false),
     ]
 }
 

@@ -82,6 +82,11 @@ pub trait IndirectTechnique: AnyTechnique {
     /// Takes the parameters for the nearest transparent surfaces, which are smooth and have no deep images.
     fn for_transparent(&mut self) {}
 
+    /// Takes the parameters for clear coats, which mirror light and scatter none.
+    fn for_coats(&mut self) {
+        self.for_transparent();
+    }
+
     /// Compiles its passes. `tracer`: of shadow rays, if there are any.
     fn build(
         &self,
@@ -188,6 +193,11 @@ impl DemodulatedIrradiance {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().texture("indirect_irradiance", &self.layers)
+    }
+
+    /// The same of clear coats.
+    pub(crate) fn coat_bindings(&self) -> Bindings<'_> {
+        Bindings::new().texture("coat_irradiance", &self.layers)
     }
 }
 

@@ -1,5 +1,6 @@
 mod bands;
 mod cached;
+mod coats;
 mod counts;
 mod emission;
 mod history;

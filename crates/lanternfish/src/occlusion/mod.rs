@@ -124,6 +124,11 @@ impl AmbientVisibility {
             .texture("occlusion_texture", &self.texture)
             .texture("environment_irradiance", &self.environment_irradiance)
     }
+
+    /// The same of clear coats.
+    pub(crate) fn coat_bindings(&self) -> Bindings<'_> {
+        Bindings::new().texture("coat_environment_irradiance", &self.environment_irradiance)
+    }
 }
 
 /// Compiles the passes that these settings need, if any. If rays of indirect light sample the environment themselves, ambient visibility is

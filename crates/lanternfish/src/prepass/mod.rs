@@ -31,13 +31,19 @@ pub const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Uint;
 
 /// The draws are transparent surfaces.
 const TRANSPARENT: Feature = Feature::new("transparent");
+/// The draws have clear coats: their normals and roughness are written.
+const COATS: Feature = Feature::new("coats");
 /// Pixels have several samples.
 pub(crate) const MULTISAMPLED: Feature = Feature::new("multisampled");
+
+/// Variants of the prepass with a surface target.
+const VARIANTS: &[&[Feature]] =
+    &[&[], &[MASKED], &[TRANSPARENT], &[COATS], &[COATS, MASKED], &[MOTION], &[MOTION, MASKED]];
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
-        Root::of("prepass/prepass", &[&[&[], &[MASKED], &[TRANSPARENT], &[MOTION], &[MOTION, MASKED]], TEXTURES]),
+        Root::of("prepass/prepass", &[VARIANTS, TEXTURES]),
         Root::of("prepass/depth", &[&[&[], &[MASKED]], TEXTURES]),
         given::ROOT,
     ],
@@ -126,6 +132,13 @@ impl Prepass {
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
+    /// A prepass of the clear coats of opaque surfaces, with the coats' normals and roughness and one sample per pixel.
+    pub(crate) fn of_coats() -> Self {
+        let state = state(Writes::Surface, 1);
+        let raster = SceneRaster::new("prepass/coats", DECLARED, "prepass/prepass", &[COATS], true, state);
+        Self { raster, writes: Writes::Surface, samples: 1 }
+    }
+
     /// Draws all but the transparent surfaces of a view. `before` is the previous frame, which only a prepass [`Self::of_moving`] needs.
     pub(crate) fn record(
         &mut self,
@@ -151,6 +164,17 @@ impl Prepass {
     ) -> Result<Surface, RenderError> {
         let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
         self.draw(frame, scene, &draws.transparent, &bindings, middle.size, None)
+    }
+
+    /// Draws the clear coats of the view's visible opaque surfaces. For a prepass [`Self::of_coats`].
+    pub(crate) fn record_coats(
+        &mut self,
+        frame: &mut Frame<'_>,
+        ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
+    ) -> Result<Surface, RenderError> {
+        let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
+        let coated: Vec<&Draw> = draws.solid.iter().copied().filter(|draw| draw.layered).collect();
+        self.draw(frame, scene, &coated, &bindings, middle.size, None)
     }
 
     fn draw(

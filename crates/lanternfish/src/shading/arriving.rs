@@ -17,16 +17,21 @@ pub struct Arriving {
     pub indirect: Option<DemodulatedIrradiance>,
     /// Direct light, if a technique samples it.
     pub direct: Option<DirectLight>,
+    /// Light at the clear coats of these surfaces, if any has one.
+    pub coat: Option<Box<Arriving>>,
 }
 
 impl Arriving {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = self.surface.bindings();
+        let coat = self.coat.as_deref();
         let light = [
             self.ambient_visibility.as_ref().map(AmbientVisibility::bindings),
             self.indirect.as_ref().map(DemodulatedIrradiance::bindings),
             self.direct.as_ref().map(DirectLight::bindings),
+            coat.and_then(|coat| coat.indirect.as_ref()).map(DemodulatedIrradiance::coat_bindings),
+            coat.and_then(|coat| coat.ambient_visibility.as_ref()).map(AmbientVisibility::coat_bindings),
         ];
         light.iter().flatten().fold(bindings, |bindings, more| bindings.with(more))
     }

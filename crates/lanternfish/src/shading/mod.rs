@@ -2,7 +2,7 @@
 
 mod arriving;
 mod demodulated;
-mod nearest_transparent;
+mod extra_surface;
 #[cfg(test)]
 mod tests;
 mod visibility_ratios;
@@ -14,7 +14,7 @@ use crate::{
     context::ViewContext,
     direct_light::{self, SAMPLED_LIGHTS, SHADOW_RAYS},
     error::RenderError,
-    gpu_scene::{Draw, PassState, SceneRaster, TEXTURES},
+    gpu_scene::{Draw, LAYERED, PassState, SceneRaster, TEXTURES},
     indirect::INDIRECT,
     indirect::Indirect,
     light_culling::{LightCulling, LightLists},
@@ -32,7 +32,7 @@ pub use self::arriving::Arriving;
 pub(crate) use self::{demodulated::demodulated_features, visibility_ratios::visibility_ratio_features};
 pub(crate) use self::{
     demodulated::{DemodulatedLight, Sums},
-    nearest_transparent::NearestTransparent,
+    extra_surface::ExtraSurface,
     visibility_ratios::{AccumulatedRatios, VisibilityRatios},
 };
 
@@ -47,7 +47,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::by_settings("shading/forward"),
         Root::by_settings("shading/demodulated"),
         Root::by_settings("shading/visibility_ratios"),
-        Root::of("shading/dim", &[TEXTURES]),
+        Root::of("shading/dim", &[&[&[], &[LAYERED]], TEXTURES]),
     ],
     &[],
 );
@@ -136,6 +136,7 @@ impl Forward {
             let raster = |label, features: &[Feature], is_opaque, depth: &wgpu::DepthStencilState, target| {
                 let state = PassState { depth: depth.clone(), targets: vec![target], samples, draws_backs: false };
                 let raster = SceneRaster::new(label, DECLARED, "shading/forward", features, is_opaque, state);
+                let raster = raster.with_layers();
                 if is_sampled { raster } else { raster.lit_by_areas() }
             };
             LitPasses {
@@ -153,7 +154,8 @@ impl Forward {
                 &[],
                 false,
                 PassState { depth: nearer.clone(), targets: vec![multiplied], samples, draws_backs: false },
-            ),
+            )
+            .with_layers(),
             samples,
         }
     }

@@ -12,7 +12,7 @@ use wgpu::naga::{AddressSpace, ImageClass, Module, TypeInner, proc::Layouter};
 
 use crate::{
     debug_views,
-    gpu_scene::{MASKED, TEXTURES},
+    gpu_scene::{LAYERED, MASKED, TEXTURES},
     lights::AREA_LIGHTS,
     settings::{Culling, DebugView, History, Indirect, RayCulling, RayRangeCulling, Samples, Settings, Tracer},
     shaders::{Package, Root, Shaders},
@@ -73,13 +73,15 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
             requested.entry("shading/demodulated").or_default().insert(features);
             let [opaque, transparent] = shading::features(settings, tracer, false);
             let [opaque_sampled, transparent_sampled] = shading::features(settings, tracer, true);
-            for (features, draws) in [(opaque_sampled, &[&[][..], &[MASKED]][..]), (transparent_sampled, &[&[]])] {
+            let (solid, blended) =
+                (&[&[][..], &[MASKED], &[LAYERED], &[MASKED, LAYERED]][..], &[&[][..], &[LAYERED]][..]);
+            for (features, draws) in [(opaque_sampled, solid), (transparent_sampled, blended)] {
                 for draw in draws {
                     let added = TEXTURES.iter().map(|textures| [&features[..], draw, textures].concat());
                     requested.entry("shading/forward").or_default().extend(added);
                 }
             }
-            for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (transparent, &[&[]])] {
+            for (features, draws) in [(opaque, solid), (transparent, blended)] {
                 let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
                 for [draw, textures] in drawn {
                     for lights in [&[][..], &[AREA_LIGHTS]] {

@@ -78,14 +78,14 @@ pub(super) fn read_all(
         .flat_map(|mesh| root.meshes[*mesh].primitives.iter().enumerate().map(|(i, primitive)| (*mesh, i, primitive)))
         .collect();
     let need = |(_, _, source): &(usize, usize, &schema::Primitive)| {
-        let has_normal_map = materials[used.material(source)].normal_texture.is_some();
+        let has_normal_map = materials[used.material(source)].tangent_uv_set().is_some();
         primitive::need(root, source, has_normal_map)
     };
     let needs: Vec<primitive::Need> = primitives.iter().map(need).collect();
     reserve(&needs, budget)?;
     let read_one = |(mesh, i, source): &(usize, usize, &schema::Primitive)| {
         let material = used.material(source);
-        let uv_set = materials[material].normal_texture.map(|texture| texture.uv_set);
+        let uv_set = materials[material].tangent_uv_set();
         (*mesh, material, primitive::read(accessors, source, uv_set).place(|| place(*mesh, *i)))
     };
     // Gather all results first, so that the same fault of several is always reported.

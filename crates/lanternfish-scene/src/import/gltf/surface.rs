@@ -19,7 +19,7 @@ pub(super) fn apply(
     textures: &mut Textures,
     notes: &mut Notes,
 ) -> Result<()> {
-    let mut texture = |info: &Option<TextureInfo>, notes: &mut Notes| match info {
+    let mut texture = |info: Option<&TextureInfo>, notes: &mut Notes| match info {
         Some(info) => textures.add(root, info, notes),
         None => Ok(None),
     };
@@ -31,26 +31,27 @@ pub(super) fn apply(
         material.specular = specular.specular_factor.unwrap_or(1.0).clamp(0.0, 1.0);
         material.specular_color =
             specular.specular_color_factor.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::MAX);
-        material.specular_texture = texture(&specular.specular_texture, notes)?;
-        material.specular_color_texture = texture(&specular.specular_color_texture, notes)?;
+        material.specular_texture = texture(specular.specular_texture.as_ref(), notes)?;
+        material.specular_color_texture = texture(specular.specular_color_texture.as_ref(), notes)?;
     }
     if let Some(coat) = &extensions.clearcoat
         && let factor = coat.clearcoat_factor.clamp(0.0, 1.0)
         && factor > 0.0
     {
         material.clearcoat = factor;
-        material.clearcoat_texture = texture(&coat.clearcoat_texture, notes)?;
+        material.clearcoat_texture = texture(coat.clearcoat_texture.as_ref(), notes)?;
         material.clearcoat_roughness = coat.clearcoat_roughness_factor.clamp(0.0, 1.0);
-        material.clearcoat_roughness_texture = texture(&coat.clearcoat_roughness_texture, notes)?;
-        if coat.clearcoat_normal_texture.is_some() {
-            notes.add("normal maps of KHR_materials_clearcoat");
-        }
+        material.clearcoat_roughness_texture = texture(coat.clearcoat_roughness_texture.as_ref(), notes)?;
+        let normal = coat.clearcoat_normal_texture.as_ref();
+        material.clearcoat_normal_texture = texture(normal.map(|normal| &normal.info), notes)?;
+        material.clearcoat_normal_scale =
+            normal.and_then(|normal| normal.scale).unwrap_or(1.0).clamp(f32::MIN, f32::MAX);
     }
     if let Some(transmission) = &extensions.transmission
         && let factor = transmission.transmission_factor.clamp(0.0, 1.0)
         && factor > 0.0
     {
-        material.transmission_texture = texture(&transmission.transmission_texture, notes)?;
+        material.transmission_texture = texture(transmission.transmission_texture.as_ref(), notes)?;
         // Metal transmits nothing; a texture may make parts of the surface dielectric.
         if material.metallic < 1.0 || material.metallic_roughness_texture.is_some() {
             material.transmission = factor;

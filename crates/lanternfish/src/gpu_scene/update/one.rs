@@ -6,7 +6,7 @@ use lanternfish_gpu::GpuError;
 use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene};
 
 use super::{
-    super::{GpuScene, emissive, moving::Sent},
+    super::{GpuScene, emissive, geometry::layered, moving::Sent},
     next_number,
 };
 use crate::{error::RenderError, lights::Light};
@@ -93,6 +93,8 @@ impl GpuScene {
         if self.needs.parts.hits && shining != self.placed.shining[index] {
             return needs_update("emissive triangles are in a light tree");
         }
+        self.geometry
+            .set_layered(|other, was| if other == index { layered(material, self.needs.shading) } else { was });
         let mut bytes = self.materials.set(queue, index, material, self.needs.shading, &self.textures);
         if let Some(hits) = &self.hits {
             bytes += hits.set_material(queue, index, material, self.needs.shading);

@@ -151,6 +151,7 @@ fn fixed(material: &Material) -> Material {
         specular_color: usual.specular_color,
         clearcoat: usual.clearcoat,
         clearcoat_roughness: usual.clearcoat_roughness,
+        clearcoat_normal_scale: usual.clearcoat_normal_scale,
         unlit: usual.unlit,
         ..material.clone()
     }

@@ -194,6 +194,11 @@ impl IndirectTechnique for Sampled {
         self.bounces = Bounces::ONE;
     }
 
+    fn for_coats(&mut self) {
+        self.for_transparent();
+        (self.diffuse_rays, self.first_rays) = (1, 1);
+    }
+
     fn build(
         &self,
         device: &wgpu::Device,

@@ -113,6 +113,11 @@ impl IndirectTechnique for Probes {
         self.per_pixel.for_transparent();
     }
 
+    fn for_coats(&mut self) {
+        self.is_per_pixel = true;
+        self.per_pixel.for_coats();
+    }
+
     fn build(
         &self,
         device: &wgpu::Device,

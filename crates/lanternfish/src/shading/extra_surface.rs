@@ -1,0 +1,91 @@
+//! Light at a surface of every pixel beside the opaque one, computed by the same techniques: at the nearest transparent surface, or at the
+//! clear coat.
+//!
+//! Transparent surfaces behind the nearest one use the same light, so at the rim of a vase, where both walls mirror most, both mirror the
+//! same.
+
+use lanternfish_gpu::Frame;
+
+use super::Arriving;
+use crate::{
+    context::ViewContext,
+    error::RenderError,
+    indirect::{self, IndirectPasses},
+    occlusion::{self, OcclusionPasses},
+    prepass::Prepass,
+    rays::Tracer,
+    settings::{History, Settings},
+};
+
+/// Compiled for the first such surface.
+#[derive(Debug)]
+pub(crate) struct ExtraSurface {
+    kind: Kind,
+    settings: Settings,
+    tracer: Option<Tracer>,
+    passes: Option<Passes>,
+}
+
+/// The surface of a pixel at which light is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    NearestTransparent,
+    Coat,
+}
+
+#[derive(Debug)]
+struct Passes {
+    prepass: Prepass,
+    occlusion: Option<Box<dyn OcclusionPasses>>,
+    indirect: Option<Box<dyn IndirectPasses>>,
+}
+
+impl ExtraSurface {
+    /// Transparent surfaces. Glass is smooth: rays are traced through the BVH, from every pixel, with at least one about the mirror
+    /// direction.
+    pub fn nearest_transparent(settings: &Settings, tracer: Option<Tracer>) -> Self {
+        Self::new(Kind::NearestTransparent, settings, tracer)
+    }
+
+    /// Clear coats of opaque surfaces, which mirror with their own normal and roughness.
+    pub fn coats(settings: &Settings, tracer: Option<Tracer>) -> Self {
+        Self::new(Kind::Coat, settings, tracer)
+    }
+
+    fn new(kind: Kind, settings: &Settings, tracer: Option<Tracer>) -> Self {
+        let mut settings = Settings { history: History::Off, ..settings.clone() };
+        if let Some(technique) = settings.indirect.technique_mut() {
+            match kind {
+                Kind::NearestTransparent => technique.for_transparent(),
+                Kind::Coat => technique.for_coats(),
+            }
+        }
+        Self { kind, settings, tracer, passes: None }
+    }
+
+    /// Computes the light at these surfaces of a view.
+    pub fn record(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Result<Arriving, RenderError> {
+        let Passes { prepass, occlusion, indirect } = match &mut self.passes {
+            Some(passes) => passes,
+            none => none.insert(Passes {
+                prepass: match self.kind {
+                    Kind::NearestTransparent => Prepass::of_transparent(),
+                    Kind::Coat => Prepass::of_coats(),
+                },
+                // Rays of indirect light may reach the environment themselves.
+                occlusion: match self.settings.indirect.sees_environment() {
+                    false => occlusion::passes(frame.device, &self.settings)?,
+                    true => None,
+                },
+                indirect: indirect::passes(frame.device, &self.settings, self.tracer)?,
+            }),
+        };
+        let surface = match self.kind {
+            Kind::NearestTransparent => prepass.record_transparent(frame, view)?,
+            Kind::Coat => prepass.record_coats(frame, view)?,
+        };
+        let ambient_visibility = occlusion.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
+        let indirect = indirect.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
+        Ok(Arriving { surface, ambient_visibility, indirect, direct: None, coat: None })
+    }
+}
