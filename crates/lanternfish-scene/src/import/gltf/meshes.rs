@@ -11,7 +11,7 @@ use super::hierarchy::Placed;
 use super::notes::Notes;
 use super::primitive::{self, Outcome};
 use super::schema::{self, Root};
-use super::variants;
+use super::{thin, variants};
 use crate::{Material, Mesh};
 
 /// The meshes and materials of the file that the scene uses.
@@ -63,9 +63,10 @@ fn material_key(material: &Option<usize>) -> usize {
     material.unwrap_or(usize::MAX)
 }
 
-/// Reads the used meshes. An error, before reading, if they exceed the memory budget. `materials` are the scene's.
+/// Reads the used meshes. An error, before reading, if they exceed the memory budget. `nodes` and `materials` are the scene's.
 pub(super) fn read_all(
     accessors: &Accessors,
+    nodes: &[Placed],
     used: &Used,
     materials: &[Material],
     budget: &Budget,
@@ -83,10 +84,12 @@ pub(super) fn read_all(
     };
     let needs: Vec<primitive::Need> = primitives.iter().map(need).collect();
     reserve(&needs, budget)?;
+    let radii = thin::radii(accessors, nodes);
     let read_one = |(mesh, i, source): &(usize, usize, &schema::Primitive)| {
         let material = used.material(source);
         let uv_set = materials[material].tangent_uv_set();
-        (*mesh, material, primitive::read(accessors, source, uv_set).place(|| place(*mesh, *i)))
+        let radius = radii.get(mesh).copied().unwrap_or_default();
+        (*mesh, material, primitive::read(accessors, source, radius, uv_set).place(|| place(*mesh, *i)))
     };
     // Gather all results first, so that the same fault of several is always reported.
     let outcomes: Vec<_> = primitives.par_iter().map(read_one).collect();

@@ -5,7 +5,8 @@
 //! 3. `scenes`, `variants`: selection of the requested scene and materials; `hierarchy`: its nodes in world space;
 //!    `meshes::Used`: the meshes and materials in use
 //! 4. `materials` (extensions in `surface`), `textures`
-//! 5. `images` and `meshes` in parallel; each `primitive` uses `accessor`, `topology`, `normals` and `tangents`
+//! 5. `images` and `meshes` in parallel; each `primitive` uses `accessor`, `topology`, `normals` and `tangents`,
+//!    and `thin` for points and lines
 //! 6. `lights`, `cameras` and instances (`instancing`) of the nodes; `motion`: animation and skins, with vertex `deformation`
 //!
 //! The module parses the JSON with its own types: other readers reject accessors without data or `KHR_mesh_quantization`,
@@ -38,6 +39,7 @@ mod tangents;
 #[cfg(test)]
 mod tests;
 mod textures;
+mod thin;
 mod topology;
 mod uri;
 mod variants;
@@ -99,7 +101,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions, files: &Files) -> Resul
     let accessors = Accessors::new(&root, &buffers);
     let (images, meshes) = rayon::join(
         || images::decode_all(&root, &textures.images, &buffers, files),
-        || meshes::read_all(&accessors, &used, &materials, files.budget, &mut notes),
+        || meshes::read_all(&accessors, &nodes, &used, &materials, files.budget, &mut notes),
     );
     let meshes = meshes?;
     let images = textures.keep_readable(images?, &mut materials, &mut notes);

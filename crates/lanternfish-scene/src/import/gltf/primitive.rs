@@ -9,7 +9,7 @@ use super::draco::{self, Decoded};
 use super::fault::{Place, Result, invalid};
 use super::schema::Root;
 use super::topology::Topology;
-use super::{deformation, normals, schema, tangents, vertices};
+use super::{deformation, normals, schema, tangents, thin, vertices};
 use crate::Primitive;
 
 /// Result of reading a primitive.
@@ -20,18 +20,16 @@ pub(super) enum Outcome {
     LeftOut(&'static str),
 }
 
-/// Reads a primitive. `normal_map_uv_set`: index of the texture coordinates of its material's normal map, if any. Without
+/// Reads a primitive. `thin_radius`: of points and lines, in object space. `normal_map_uv_set`: index of the texture coordinates of its material's normal map, if any. Without
 /// a normal map the primitive gets no tangents.
 pub(super) fn read(
     accessors: &Accessors,
     source: &schema::Primitive,
+    thin_radius: f32,
     normal_map_uv_set: Option<u32>,
 ) -> Result<Outcome> {
     let mode = source.mode.unwrap_or(4);
     let topology = Topology::new(mode).ok_or_else(|| invalid(format!("mode {mode} is not one of the format's")))?;
-    if topology == Topology::Other {
-        return Ok(Outcome::LeftOut("points and lines"));
-    }
     let Some(positions) = source.attributes.get("POSITION") else {
         return Ok(Outcome::LeftOut("primitives without positions"));
     };
@@ -48,24 +46,32 @@ pub(super) fn read(
     let accessors = &accessors.with(&decoded);
     let mut primitive = Primitive { positions: read_positions(accessors, *positions)?, ..Default::default() };
     let vertex_count = primitive.positions.len();
-    primitive.indices = topology.triangles(match source.indices {
+    let indices = match source.indices {
         Some(indices) => read_indices(accessors, indices, vertex_count).place(|| "indices".into())?,
         None => (0..u32::try_from(vertex_count).map_err(|_| invalid("more vertices than indices reach"))?).collect(),
-    });
-    if u32::try_from(primitive.indices.len()).is_err() {
-        return Err(invalid(format!("{} indices; at most 2^32 - 1 are read", primitive.indices.len())));
+    };
+    let corners = topology.most_corners(indices.len() as u64);
+    if u32::try_from(corners).is_err() {
+        return Err(invalid(format!("{corners} triangle corners; at most 2^32 - 1 are read")));
     }
     read_attributes(accessors, source, &mut primitive, normal_map_uv_set.is_some())?;
     primitive.deformation = deformation::read(accessors, source, vertex_count)?;
-    vertices::drop_unused(&mut primitive);
+    if topology.is_thin() {
+        thin::solidify(&mut primitive, topology, &indices, thin_radius);
+    } else {
+        primitive.indices = topology.triangles(indices);
+        vertices::drop_unused(&mut primitive);
+    }
     if primitive.indices.is_empty() {
         return Ok(Outcome::LeftOut("primitives without triangles"));
     }
 
-    // The format requires readers to ignore tangents without normals: they do not match flat normals.
+    // The format requires readers to ignore tangents without normals: they do not match generated normals.
+    if !source.attributes.contains_key("NORMAL") {
+        primitive.tangents.clear();
+    }
     let has_flat_normals = primitive.normals.is_empty();
     if has_flat_normals {
-        primitive.tangents.clear();
         normals::make_flat(&mut primitive);
     } else {
         normals::repair(&mut primitive);
@@ -112,15 +118,20 @@ pub(super) fn need(root: &Root, source: &schema::Primitive, has_normal_map: bool
     let Some(vertices) = source.attributes.get("POSITION").map(|index| count(*index)) else { return Need::default() };
     let has = |name: &str| source.attributes.contains_key(name);
     let indices = source.indices.map_or(vertices, count);
-    let corners = if source.mode.unwrap_or(4) == 4 { indices } else { indices.saturating_mul(3) };
+    let Some(topology) = Topology::new(source.mode.unwrap_or(4)) else { return Need::default() };
+    let corners = topology.most_corners(indices);
     // Bytes: position and normal, tangent, texture coordinates, colour.
     let attributes =
         [(true, 24), (has_normal_map, 16), (has("TEXCOORD_0"), 8), (has("TEXCOORD_1"), 8), (has("COLOR_0"), 16)];
     let vertex: u64 = attributes.iter().filter(|(has, _)| *has).map(|(_, bytes)| bytes).sum();
     let vertex = vertex + deformation::bytes_per_vertex(source, has_normal_map);
     // Flat normals and generated tangents split vertices; unused vertices are dropped.
-    let divided = !has("NORMAL") || has_normal_map;
-    let kept_vertices = if divided { corners } else { vertices.min(corners) };
+    let kept_vertices = match (topology.is_thin(), has("NORMAL")) {
+        _ if has_normal_map => corners,
+        (true, _) => corners / thin::CORNERS_PER_VERTEX as u64,
+        (false, true) => vertices.min(corners),
+        (false, false) => corners,
+    };
     let kept = kept_vertices.saturating_mul(vertex).saturating_add(corners.saturating_mul(4));
     // Tangent generation takes 100 bytes per corner.
     let scratch = corners.saturating_mul(if has_normal_map { 108 } else { 8 });

@@ -14,6 +14,7 @@ mod nodes;
 mod samples;
 mod scenes;
 mod surface;
+mod thin;
 mod variants;
 mod warnings;
 
