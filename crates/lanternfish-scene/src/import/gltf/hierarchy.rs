@@ -12,6 +12,9 @@ pub(super) struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,
     pub world_from_node: Affine3A,
+    /// False if the node or an ancestor is hidden (`KHR_node_visibility`): its mesh and lights are left out. It still moves
+    /// joints and cameras.
+    pub is_visible: bool,
 }
 
 /// The nodes of `scene` (`None`: all nodes), parents before children, in the file's order.
@@ -35,15 +38,16 @@ pub(super) fn resolve<'a>(root: &'a Root, scene: Option<usize>) -> Result<Vec<Pl
     }
     // An explicit stack: recursion on a deep tree could overflow the call stack.
     let mut placed = Vec::new();
-    let mut pending: Vec<_> = roots.iter().rev().map(|root| (*root, Affine3A::IDENTITY)).collect();
-    while let Some((index, world_from_parent)) = pending.pop() {
+    let mut pending: Vec<_> = roots.iter().rev().map(|root| (*root, Affine3A::IDENTITY, true)).collect();
+    while let Some((index, world_from_parent, is_parent_visible)) = pending.pop() {
         let node = &root.nodes[index];
         let world_from_node = world_from_parent * transform_of(node).to_affine();
         if !world_from_node.is_finite() {
             return Err(invalid(format!("nodes[{index}]: its transform is not finite")));
         }
-        pending.extend(node.children.iter().rev().map(|child| (*child, world_from_node)));
-        placed.push(Placed { index, node, world_from_node });
+        let is_visible = is_parent_visible && node.extensions.visibility.visible;
+        pending.extend(node.children.iter().rev().map(|child| (*child, world_from_node, is_visible)));
+        placed.push(Placed { index, node, world_from_node, is_visible });
     }
     Ok(placed)
 }

@@ -26,13 +26,15 @@ pub(super) struct Used {
 }
 
 impl Used {
-    /// Finds the meshes that nodes refer to, and their materials in a variant; both keep the file's order.
+    /// Finds the meshes that visible nodes refer to, and their materials in a variant; both keep the file's order.
     pub fn find(root: &Root, nodes: &[Placed], variant: Option<usize>) -> Result<Self> {
         let mut used = Self { variant, ..Self::default() };
         for placed in nodes {
             if let Some(mesh) = placed.node.mesh {
                 item(&root.meshes, mesh, "meshes").place(|| format!("nodes[{}]", placed.index))?;
-                used.meshes.insert(mesh, 0);
+                if placed.is_visible {
+                    used.meshes.insert(mesh, 0);
+                }
             }
         }
         for (new, (mesh, index)) in used.meshes.iter_mut().enumerate() {

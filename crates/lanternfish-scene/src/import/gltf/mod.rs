@@ -209,9 +209,16 @@ struct Placing<'p, 'c, 'a> {
 }
 
 impl Placing<'_, '_, '_> {
-    /// Adds the instances, lights and camera of a node. `node_index`: the node's index among the scene's nodes.
+    /// Adds the camera of a node, and the instances and lights of a visible one. `node_index`: the node's index among the scene's nodes.
     fn place(&mut self, node_index: usize, at: &Placed) -> Result<()> {
         let (root, node) = (self.accessors.root, at.node);
+        if let Some(camera) = node.camera {
+            self.collected.camera(self.scene.cameras.len(), node_index);
+            self.scene.cameras.push(cameras::read(root, camera, at)?);
+        }
+        if !at.is_visible {
+            return Ok(());
+        }
         if let Some(mesh) = node.mesh {
             self.instances(node_index, at, self.used.meshes[&mesh])?;
         }
@@ -224,10 +231,6 @@ impl Placing<'_, '_, '_> {
             && let Some(light) = lights::read_area(root, light.light, at, self.notes)?
         {
             self.light(node_index, at, light);
-        }
-        if let Some(camera) = node.camera {
-            self.collected.camera(self.scene.cameras.len(), node_index);
-            self.scene.cameras.push(cameras::read(root, camera, at)?);
         }
         Ok(())
     }

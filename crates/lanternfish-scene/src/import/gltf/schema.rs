@@ -283,6 +283,21 @@ pub(super) struct NodeExtensions {
     pub area_light: Option<NodeLight>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub instancing: Option<Instancing>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub visibility: NodeVisibility,
+}
+
+#[derive(Deserialize)]
+#[serde(default)]
+pub(super) struct NodeVisibility {
+    /// False: neither the node nor its descendants are drawn.
+    pub visible: bool,
+}
+
+impl Default for NodeVisibility {
+    fn default() -> Self {
+        Self { visible: true }
+    }
 }
 
 #[derive(Deserialize)]

@@ -41,7 +41,7 @@ pub(super) fn radii(accessors: &Accessors, nodes: &[Placed]) -> BTreeMap<usize, 
     let mut objects: BTreeMap<usize, Bounds> = BTreeMap::new();
     let mut scales: BTreeMap<usize, f32> = BTreeMap::new();
     let mut world = Bounds::EMPTY;
-    for (at, index) in nodes.iter().filter_map(|at| Some((at, at.node.mesh?))) {
+    for (at, index) in nodes.iter().filter(|at| at.is_visible).filter_map(|at| Some((at, at.node.mesh?))) {
         let mut thin = accessors.root.meshes[index].primitives.iter().filter(|primitive| is_thin(primitive)).peekable();
         if thin.peek().is_none() {
             continue;

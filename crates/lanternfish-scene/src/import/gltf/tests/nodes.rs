@@ -5,6 +5,7 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_8};
 use glam::{Affine3A, Quat, Vec3};
 use serde_json::{Value, json};
 
+use super::warnings::warnings;
 use super::{File, assert_contains};
 use crate::{LightKind, Projection};
 
@@ -181,6 +182,35 @@ fn invalid_area_lights_are_refused_and_unknown_shapes_left_out() {
     let mut file = area_light([1.0; 3], json!({ "type": "disk" }));
     file.json["nodes"][0]["extensions"]["EXT_lights_area"]["light"] = json!(1);
     assert_contains(&file.fault(), "nodes[0]: EXT_lights_area: lights[1]");
+}
+
+#[test]
+fn hidden_nodes_and_their_descendants_are_not_drawn() {
+    let hidden = json!({ "KHR_node_visibility": { "visible": false } });
+    let lamp = |visibility: Value| {
+        json!({
+            "KHR_node_visibility": visibility, "KHR_lights_punctual": { "light": 0 }, "EXT_lights_area": { "light": 0 },
+        })
+    };
+    let mut file = nodes(json!([
+        { "name": "a", "mesh": 0, "extensions": lamp(json!({ "visible": true })) },
+        { "name": "b", "mesh": 1, "extensions": hidden, "children": [2] },
+        { "name": "c", "mesh": 0, "translation": [1, 0, 0], "extensions": lamp(json!({})), "children": [3], "camera": 0 },
+        { "name": "d", "mesh": 1, "extensions": { "KHR_node_visibility": { "visible": true } } },
+    ]));
+    // Only hidden nodes use this mesh, which cannot be read.
+    file.push("meshes", json!({ "primitives": [{ "attributes": { "POSITION": 99 } }] }));
+    file.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 0.8, "znear": 0.1 } }));
+    file.json["extensionsRequired"] = json!(["KHR_node_visibility"]);
+    file.json["extensions"] = json!({
+        "KHR_lights_punctual": { "lights": [{ "type": "point" }] }, "EXT_lights_area": { "lights": [{ "type": "disk" }] },
+    });
+    let scene = file.scene();
+    assert_eq!((scene.meshes.len(), scene.instances.len(), scene.lights.len()), (1, 1, 2));
+    assert_eq!((scene.instances[0].name.as_str(), scene.lights[0].name.as_str()), ("a", "a"));
+    assert_eq!((scene.cameras.len(), warnings(&file)), (1, Vec::new()));
+    file.json["nodes"][3]["mesh"] = json!(7);
+    assert_contains(&file.fault(), "nodes[3]: meshes[7]");
 }
 
 fn camera(camera: Value) -> File {
