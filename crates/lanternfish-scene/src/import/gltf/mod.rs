@@ -7,7 +7,8 @@
 //! 4. `materials` (extensions in `surface`), `textures`
 //! 5. `images` and `meshes` in parallel; each `primitive` uses `accessor`, `topology`, `normals` and `tangents`,
 //!    and `thin` for points and lines
-//! 6. `lights`, `cameras` and instances (`instancing`) of the nodes; `motion`: animation and skins, with vertex `deformation`
+//! 6. `lights`, `cameras` and instances (`instancing`) of the nodes; `motion`: animation (`pointer`) and skins, with vertex
+//!    `deformation`
 //!
 //! The module parses the JSON with its own types: other readers reject accessors without data or `KHR_mesh_quantization`,
 //! or do not check indices.
@@ -31,6 +32,7 @@ mod motion;
 mod normals;
 mod notes;
 mod objects;
+mod pointer;
 mod primitive;
 mod scenes;
 mod schema;

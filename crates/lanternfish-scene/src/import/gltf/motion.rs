@@ -12,6 +12,7 @@ use super::accessor::Accessors;
 use super::fault::{Place, Result, invalid, item};
 use super::hierarchy::{Placed, transform_of};
 use super::notes::Notes;
+use super::pointer;
 use super::schema::{self, Root};
 use crate::{
     Light, Mesh, Scene,
@@ -233,17 +234,13 @@ fn animations(collected: &Collected, notes: &mut Notes) -> Result<Vec<Animation>
         let mut channels = Vec::new();
         for (c, channel) in source.channels.iter().enumerate() {
             let at = || format!("animations[{i}].channels[{c}]");
-            let property = match (channel.target.node, channel.target.path.as_str()) {
-                (Some(_), "translation") => Property::Translation,
-                (Some(_), "rotation") => Property::Rotation,
-                (Some(_), "scale") => Property::Scale,
-                (Some(_), "weights") => Property::Weights,
-                _ => {
-                    notes.add("animations of targets that are not nodes");
+            let (file_node, property) = match pointer::resolve(&channel.target) {
+                Ok(target) => target,
+                Err(kind) => {
+                    notes.add(kind);
                     continue;
                 }
             };
-            let file_node = channel.target.node.unwrap_or_default();
             item(&accessors.root.nodes, file_node, "nodes").place(at)?;
             // Nodes of other scenes are not shown.
             let Some(node) = node_indices.get(&file_node).copied() else { continue };

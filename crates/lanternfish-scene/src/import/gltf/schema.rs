@@ -14,7 +14,7 @@ use serde::Deserialize;
 pub(super) use self::material::{
     Material, MaterialExtensions, MetallicRoughness, SpecularGlossiness, TextureInfo, TextureTransform,
 };
-pub(super) use self::motion::{Animation, AnimationSampler, Skin};
+pub(super) use self::motion::{Animation, AnimationSampler, AnimationTarget, Skin};
 use self::variants::{VariantMappings, Variants};
 
 /// Text, borrowed from the JSON if it has no escapes: data URIs are long.

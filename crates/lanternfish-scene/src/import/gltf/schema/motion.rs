@@ -23,6 +23,21 @@ pub(in super::super) struct AnimationTarget {
     /// The animated node; `None`: the channel animates the target of an extension.
     pub node: Option<usize>,
     pub path: String,
+    #[serde(default)]
+    pub extensions: AnimationTargetExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(in super::super) struct AnimationTargetExtensions {
+    #[serde(rename = "KHR_animation_pointer")]
+    pub pointer: Option<AnimationPointer>,
+}
+
+#[derive(Deserialize)]
+pub(in super::super) struct AnimationPointer {
+    /// JSON pointer to the animated property.
+    pub pointer: String,
 }
 
 #[derive(Deserialize)]

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
-use super::{F32, File, I16, TRIANGLE, U8, bytes_of};
+use super::{F32, File, I16, TRIANGLE, U8, assert_contains, bytes_of};
 use crate::{Scene, motion::Interpolation};
 
 fn near(a: Vec3, b: [f32; 3]) -> bool {
@@ -127,6 +127,31 @@ fn morph_targets_deform_only_the_mesh_of_their_node() {
     let [p, q, r]: [Vec3; 3] = primitive.positions.clone().try_into().unwrap();
     let flat = (q - p).cross(r - p).normalize();
     assert!(primitive.normals.iter().all(|normal| normal.abs_diff_eq(flat, 1e-5)), "{:?}", primitive.normals);
+}
+
+/// `KHR_animation_pointer`: a pointer to a node's property is the same channel as the format's own.
+#[test]
+fn pointers_to_properties_of_nodes_animate_them() {
+    for file in [skinned(), morphing()] {
+        let mut pointing = skinned();
+        (pointing.json, pointing.bin) = (file.json.clone(), file.bin.clone());
+        for channel in pointing.json["animations"][0]["channels"].as_array_mut().unwrap() {
+            let [node, path] = ["node", "path"].map(|key| channel["target"][key].to_string().replace('"', ""));
+            let pointer = json!({ "pointer": format!("/nodes/{node}/{path}") });
+            channel["target"] = json!({ "path": "pointer", "extensions": { "KHR_animation_pointer": pointer } });
+        }
+        let [mut scene, mut expected] = [pointing.scene(), file.scene()];
+        let at_rest = corners(&scene, 0);
+        for time in [1.6, 2.9] {
+            scene.pose(0, time);
+            expected.pose(0, time);
+            assert_eq!(corners(&scene, 0), corners(&expected, 0));
+            assert_ne!(corners(&scene, 0), at_rest);
+        }
+        pointing.json["animations"][0]["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] =
+            json!("/nodes/7/scale");
+        assert_contains(&pointing.fault(), "nodes[7]");
+    }
 }
 
 /// Four triangles with the same transform, two of them static: one static duplicate is left out, and the moving ones still move.

@@ -70,4 +70,32 @@ fn unsupported_animations_are_counted() {
     file.json["animations"] = json!([{ "channels": [of_a_material.clone(), of_a_material], "samplers": [] }]);
     let expected = ["folder/test.glb: left out: animations of targets that are not nodes (2)"];
     assert_eq!(warnings(&file), expected);
+
+    let pointers = [
+        ("/cameras/0/perspective/yfov", "animations of cameras (1)"),
+        ("/extensions/KHR_lights_punctual/lights/0/color", "animations of lights (2)"),
+        ("/extensions/EXT_lights_area/lights/0/intensity", ""),
+        ("/materials/0/emissiveFactor", "animations of materials (1)"),
+        ("/meshes/0/weights", "animations of meshes (1)"),
+        ("", "animations of other properties (3)"),
+        ("nodes/0/translation", ""),
+        ("/extensions/EXT_one", ""),
+        ("/nodes", "animations of other properties of nodes (5)"),
+        ("/nodes/0/matrix", ""),
+        ("/nodes/0/weights/1", ""),
+        ("/nodes/-1/translation", ""),
+        ("/nodes/99999999999999999999/scale", ""),
+        ("/materials/0/normalTexture/extensions/KHR_texture_transform/offset", "animations of texture transforms (1)"),
+        ("/nodes/0/extensions/KHR_node_visibility/visible", "animations of the visibility of nodes (1)"),
+    ];
+    let channel = |(pointer, _): &(&str, &str)| {
+        let extensions = json!({ "KHR_animation_pointer": { "pointer": pointer } });
+        json!({ "sampler": 0, "target": { "path": "pointer", "extensions": extensions } })
+    };
+    let channels: Vec<_> = pointers.iter().map(channel).collect();
+    file.json["animations"] = json!([{ "channels": channels, "samplers": [] }]);
+    file.json["extensionsRequired"] = json!(["KHR_animation_pointer"]);
+    let stated = pointers.iter().filter(|(_, expected)| !expected.is_empty());
+    let expected: Vec<_> = stated.map(|(_, expected)| format!("folder/test.glb: left out: {expected}")).collect();
+    assert_eq!(warnings(&file), expected);
 }
