@@ -25,7 +25,7 @@ use crate::{Scene, SceneError};
 /// * Triangle lists, strips and fans; all accessor forms. Missing normals become flat ones, and missing tangents are
 ///   generated (MikkTSpace) where the material has a normal map.
 /// * Points as octahedra, and segments of lines, line strips and line loops as closed prisms of three sides, each of eight
-///   triangles. Their radius is 1/800 of the diagonal of the world-space box about all points and lines (of 1 m if the
+///   triangles. Their radius is 1/1000 of the diagonal of the world-space box about all points and lines (of 1 m if the
 ///   box has no extent). Missing normals point away from the point or the segment.
 ///   Duplicate instances (same mesh, same transform) are left out with a warning, unless they are transparent.
 /// * Textures as PNG, JPEG, WebP or KTX2 (Basis Universal), up to 16,384 pixels a side and 1 GiB of pixels each. Channels of 16

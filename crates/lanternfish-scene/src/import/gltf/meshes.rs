@@ -90,8 +90,7 @@ pub(super) fn read_all(
     let read_one = |(mesh, i, source): &(usize, usize, &schema::Primitive)| {
         let material = used.material(source);
         let uv_set = materials[material].tangent_uv_set();
-        let radius = radii.get(mesh).copied().unwrap_or_default();
-        (*mesh, material, primitive::read(accessors, source, radius, uv_set).place(|| place(*mesh, *i)))
+        (*mesh, material, primitive::read(accessors, source, radii[mesh], uv_set).place(|| place(*mesh, *i)))
     };
     // Gather all results first, so that the same fault of several is always reported.
     let outcomes: Vec<_> = primitives.par_iter().map(read_one).collect();

@@ -20,8 +20,8 @@ pub(super) enum Outcome {
     LeftOut(&'static str),
 }
 
-/// Reads a primitive. `thin_radius`: of points and lines, in object space. `normal_map_uv_set`: index of the texture coordinates of its material's normal map, if any. Without
-/// a normal map the primitive gets no tangents.
+/// Reads a primitive. `thin_radius`: of points and lines, in object space. `normal_map_uv_set`: index of the texture
+/// coordinates of its material's normal map, if any. Without a normal map the primitive gets no tangents.
 pub(super) fn read(
     accessors: &Accessors,
     source: &schema::Primitive,

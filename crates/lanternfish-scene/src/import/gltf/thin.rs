@@ -12,9 +12,10 @@ use super::topology::Topology;
 use super::{normals, schema, vertices};
 use crate::{Bounds, Primitive};
 
-/// Radius of points and lines: a fraction of the diagonal of the box about all of them. An image 1280 pixels wide that
-/// frames a square has 800 pixels on its diagonal: points are two pixels wide, and lines 1.5 to 1.7.
-const RADIUS: f32 = 1.0 / 800.0;
+/// Radius of points and lines: a fraction of the diagonal of the box about all of them. In an image of 1280 × 720 pixels
+/// that frames the box, the diagonal has 800 pixels for a square and up to 1150 for a wide box. Points are then 1.6 to 2.3
+/// pixels wide, and lines, of 1.5 to √3 radii, 1.2 to 2.
+const RADIUS: f32 = 1e-3;
 /// Number of vertices of a point or a segment.
 const VERTICES: usize = 6;
 /// Number of triangle corners of a point or a segment.
@@ -29,24 +30,15 @@ const OCTAHEDRON_CORNERS: [u32; CORNERS] = [0, 1, 2, 1, 3, 2, 3, 4, 2, 4, 0, 2, 
 /// its end, counter-clockwise seen from its end.
 const PRISM_CORNERS: [u32; CORNERS] = [0, 2, 1, 3, 4, 5, 0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 0, 3, 2, 3, 5];
 
-/// True if the primitive consists of points or lines.
-fn is_thin(primitive: &schema::Primitive) -> bool {
-    primitive.mode.and_then(Topology::new).is_some_and(Topology::is_thin)
-}
-
-/// Radius of points and lines in the object space of each of the file's meshes that has any. In the world it is the same
-/// for all, but smaller where a mesh's node has a smaller scale than another node of the mesh. Instances of
-/// `EXT_mesh_gpu_instancing`, joints and morph targets do not count.
+/// Radius of points and lines in the object space of each of the file's meshes in use. In the world it is the same for
+/// all, but smaller where a node has a smaller scale than another node of its mesh. Instances of `EXT_mesh_gpu_instancing`,
+/// joints and morph targets do not count.
 pub(super) fn radii(accessors: &Accessors, nodes: &[Placed]) -> BTreeMap<usize, f32> {
     let mut objects: BTreeMap<usize, Bounds> = BTreeMap::new();
     let mut scales: BTreeMap<usize, f32> = BTreeMap::new();
     let mut world = Bounds::EMPTY;
     for (at, index) in nodes.iter().filter(|at| at.is_visible).filter_map(|at| Some((at, at.node.mesh?))) {
-        let mut thin = accessors.root.meshes[index].primitives.iter().filter(|primitive| is_thin(primitive)).peekable();
-        if thin.peek().is_none() {
-            continue;
-        }
-        let object = objects.entry(index).or_insert_with(|| bounds(accessors, thin));
+        let object = objects.entry(index).or_insert_with(|| bounds(accessors, &accessors.root.meshes[index]));
         world.add_bounds(&object.transformed(&at.world_from_node));
         let axes = at.world_from_node.matrix3.to_cols_array_2d().map(|axis| Vec3::from(axis).length());
         let scale = scales.entry(index).or_default();
@@ -59,11 +51,14 @@ pub(super) fn radii(accessors: &Accessors, nodes: &[Placed]) -> BTreeMap<usize, 
     scales.into_iter().map(|(mesh, scale)| (mesh, radius(scale))).collect()
 }
 
-/// Object-space box about the positions of primitives. Positions that cannot be read do not count: reading the primitive
-/// reports why.
-fn bounds<'s>(accessors: &Accessors, primitives: impl Iterator<Item = &'s schema::Primitive>) -> Bounds {
+/// Object-space box about the points and lines of a mesh. Positions that cannot be read do not count: reading the
+/// primitive reports why.
+fn bounds(accessors: &Accessors, mesh: &schema::Mesh) -> Bounds {
     let mut bounds = Bounds::EMPTY;
-    for position in primitives.filter_map(|primitive| primitive.attributes.get("POSITION")) {
+    let is_thin =
+        |primitive: &&schema::Primitive| primitive.mode.and_then(Topology::new).is_some_and(Topology::is_thin);
+    for position in mesh.primitives.iter().filter(is_thin).filter_map(|primitive| primitive.attributes.get("POSITION"))
+    {
         let positions = accessors.vectors::<3>(*position).unwrap_or_default();
         positions.iter().for_each(|p| bounds.add_point(Vec3::from(*p)));
     }

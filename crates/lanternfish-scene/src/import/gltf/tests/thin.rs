@@ -8,14 +8,14 @@ use serde_json::json;
 use super::samples::asset;
 use super::warnings::warnings;
 use super::{File, assert_contains, load_within};
-use crate::{Primitive, SceneError, import::load};
+use crate::{Camera, Primitive, SceneError, Viewpoint, import::load};
 
 /// Five points of a planar zigzag, with a diagonal of √5.
 const ZIGZAG: [f32; 15] = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 2.0, 0.0, 0.0];
 
 /// Their radius in a file that has nothing else.
 fn radius() -> f32 {
-    5.0f32.sqrt() / 800.0
+    5.0f32.sqrt() / 1000.0
 }
 
 fn zigzag(mode: u32, indices: &[u16]) -> File {
@@ -126,10 +126,26 @@ fn points_and_lines_of_all_meshes_have_one_width_in_the_world() {
     file.json["nodes"] =
         json!([{ "mesh": 0, "scale": [200, 200, 0] }, { "mesh": 1, "scale": [0.5, 1, 1] }, { "mesh": 2 }]);
     let scene = file.scene();
-    let world = 400.0f32.hypot(200.0) / 800.0;
+    let world = 400.0f32.hypot(200.0) / 1000.0;
     for (mesh, scale) in [(0, 200.0), (1, 1.0)] {
         let p = scene.meshes[mesh].primitives[0].positions[0];
         assert!((p.length() * scale / world - 1.0).abs() < 1e-3, "mesh {mesh}: {}", p.length());
+    }
+}
+
+#[test]
+fn points_are_about_two_pixels_wide() {
+    let (fov_y, size) = (0.8f32, [1280.0, 720.0]);
+    for (extent, scale) in [([1.0, 1.0], 1e-2), ([16.0, 9.0], 1.0), ([1.0, 0.0], 300.0), ([0.0, 1.0], 1.0)] {
+        let mut file = zigzag(0, &[0, 1]);
+        let position = file.floats("VEC3", &[0.0, 0.0, 0.0, extent[0], extent[1], 0.0]);
+        file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(position);
+        file.json["nodes"][0]["scale"] = json!(vec![scale; 3]);
+        let scene = file.scene();
+        let camera = Camera::framing_scene(&scene, Some(Viewpoint::Front), fov_y, size[0] / size[1]);
+        let radius = scale * scene.meshes[0].primitives[0].positions[0].length();
+        let width = radius / camera.eye().z / (0.5 * fov_y).tan() * size[1];
+        assert!((1.0..2.5).contains(&width), "{extent:?}: {width} pixels");
     }
 }
 
