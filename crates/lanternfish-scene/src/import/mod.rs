@@ -41,8 +41,8 @@ use crate::{Scene, SceneError};
 /// * `KHR_materials_variants`: the materials of [`LoadOptions::variant`], else the default ones. Any other extension is an error if the file requires it, and
 ///   a warning if the file only uses it.
 /// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene has the file's rest pose.
-///   `KHR_animation_pointer`: pointers to the translation, rotation, scale and weights of nodes. Animations of anything
-///   else are counted in a warning for each kind.
+///   `KHR_animation_pointer`: pointers to the translation, rotation, scale and weights of nodes, and to the color, intensity and
+///   range of lights of `KHR_lights_punctual`. Animations of anything else are counted in a warning for each kind.
 ///
 /// Supported parts of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as triangle fans,
 /// materials as metallic-roughness ones (from `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `illum`, `map_Kd`, `map_Ke`,

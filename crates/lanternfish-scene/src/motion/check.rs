@@ -1,6 +1,6 @@
 //! Validation of motion: posing a validated scene does not panic.
 
-use super::{Animation, Motion, Property};
+use super::{Animation, Motion};
 use crate::{Primitive, Scene};
 
 impl Motion {
@@ -97,11 +97,7 @@ fn is_sound(primitive: &Primitive, joint_count: Option<usize>) -> bool {
 impl Animation {
     fn is_sound(&self, node_count: usize) -> bool {
         self.channels.iter().all(|channel| {
-            let width = match channel.property {
-                Property::Translation | Property::Scale => Some(3),
-                Property::Rotation => Some(4),
-                Property::Weights => None,
-            };
+            let width = channel.property.width();
             let sampler = &channel.sampler;
             let is_complete = sampler.values.len() == sampler.times.len() * sampler.parts() * sampler.width();
             let has_width = width.is_none_or(|width| width == sampler.width());

@@ -22,7 +22,7 @@ use glam::{Affine3A, Quat, Vec3};
 pub use self::deform::{Deformation, Influences, MorphTarget};
 
 pub(crate) use self::place::{place_camera, place_light};
-pub use self::pose::Pose;
+pub use self::pose::{LightPose, Pose};
 pub use self::reach::Reach;
 pub use self::sampler::{Interpolation, Sampler};
 use crate::Light;
@@ -51,7 +51,8 @@ impl Motion {
     pub fn moving_nodes(&self) -> Vec<bool> {
         let mut moves = vec![false; self.nodes.len()];
         for channel in self.animations.iter().flat_map(|animation| &animation.channels) {
-            moves[channel.node] |= channel.property != Property::Weights;
+            let moves_node = matches!(channel.property, Property::Translation | Property::Rotation | Property::Scale);
+            moves[channel.node] |= moves_node;
         }
         for node in 0..self.nodes.len() {
             moves[node] |= self.nodes[node].parent.is_some_and(|parent| moves[parent]);
@@ -196,4 +197,23 @@ pub enum Property {
     Scale,
     /// Weights: one value per morph target of the node's mesh.
     Weights,
+    /// Linear Rec. 709 colour of the node's point, spot and directional lights: three values. A light's intensity is its
+    /// colour times its brightness. Where only one of them is animated, the other is 1.
+    LightColor,
+    /// Brightness of these lights: one value, cd or, for a directional light, lx.
+    LightIntensity,
+    /// Range of these lights: one value, m. Directional lights have none.
+    LightRange,
+}
+
+impl Property {
+    /// Number of components of a value; `None` for weights, whose number is that of the morph targets.
+    pub(crate) fn width(self) -> Option<usize> {
+        match self {
+            Self::Translation | Self::Scale | Self::LightColor => Some(3),
+            Self::Rotation => Some(4),
+            Self::LightIntensity | Self::LightRange => Some(1),
+            Self::Weights => None,
+        }
+    }
 }

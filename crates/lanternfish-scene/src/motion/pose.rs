@@ -1,17 +1,45 @@
 //! Poses a scene at a time of an animation.
 
+use std::collections::BTreeMap;
+
 use glam::{Affine3A, Quat, Vec3};
 
 use super::{Animation, Bound, BoundLight, Motion, Property, Transform, place_camera, place_light};
-use crate::{Light, Scene};
+use crate::{Light, LightKind, Scene};
 
-/// Transforms and weights of all nodes at a time.
+/// Transforms and weights of all nodes, and animated properties of their lights, at a time.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
     /// Transform of each node to world space.
     pub world_from_node: Vec<Affine3A>,
     /// Morph target weights of each node.
     pub weights: Vec<Vec<f32>>,
+    /// Animated properties of the lights of nodes, by node.
+    pub lights: BTreeMap<usize, LightPose>,
+}
+
+/// Animated properties of point, spot and directional lights; `None`: not animated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightPose {
+    /// Linear Rec. 709.
+    pub color: Option<Vec3>,
+    /// Brightness, cd or lx.
+    pub intensity: Option<f32>,
+    /// Range, m.
+    pub range: Option<f32>,
+}
+
+impl LightPose {
+    /// Sets the animated properties of a light. Splines may overshoot: results are limited to what a light can have.
+    fn apply(&self, light: &mut Light) {
+        if self.color.is_some() || self.intensity.is_some() {
+            let intensity = self.color.unwrap_or(Vec3::ONE) * self.intensity.unwrap_or(1.0);
+            light.intensity = intensity.clamp(Vec3::ZERO, Vec3::splat(f32::MAX));
+        }
+        if let Some(range) = self.range.filter(|_| light.kind != LightKind::Directional) {
+            light.range = Some(range.clamp(f32::MIN_POSITIVE, f32::MAX));
+        }
+    }
 }
 
 impl Motion {
@@ -19,23 +47,19 @@ impl Motion {
     pub fn pose(&self, moment: Option<(&Animation, f32)>) -> Pose {
         let mut transforms: Vec<Transform> = self.nodes.iter().map(|node| node.rest).collect();
         let mut weights: Vec<Vec<f32>> = self.nodes.iter().map(|node| node.weights.clone()).collect();
+        let mut lights: BTreeMap<usize, LightPose> = BTreeMap::new();
         if let Some((animation, time)) = moment {
             for channel in &animation.channels {
                 let value = channel.sampler.at(time, channel.property == Property::Rotation);
-                if channel.property == Property::Weights {
-                    weights[channel.node] = value;
-                    continue;
-                }
-                let transform = &mut transforms[channel.node];
-                if matches!(transform, Transform::Matrix(_)) {
-                    *transform = Transform::IDENTITY;
-                }
-                let Transform::Parts { translation, rotation, scale } = transform else { unreachable!() };
+                let node = channel.node;
                 match channel.property {
-                    Property::Translation => *translation = Vec3::from_slice(&value),
-                    Property::Rotation => *rotation = Quat::from_slice(&value),
-                    Property::Scale => *scale = Vec3::from_slice(&value),
-                    Property::Weights => unreachable!("above"),
+                    Property::Translation => *parts(&mut transforms[node]).0 = Vec3::from_slice(&value),
+                    Property::Rotation => *parts(&mut transforms[node]).1 = Quat::from_slice(&value),
+                    Property::Scale => *parts(&mut transforms[node]).2 = Vec3::from_slice(&value),
+                    Property::Weights => weights[node] = value,
+                    Property::LightColor => lights.entry(node).or_default().color = Some(Vec3::from_slice(&value)),
+                    Property::LightIntensity => lights.entry(node).or_default().intensity = Some(value[0]),
+                    Property::LightRange => lights.entry(node).or_default().range = Some(value[0]),
                 }
             }
         }
@@ -44,7 +68,7 @@ impl Motion {
             let parent = node.parent.map_or(Affine3A::IDENTITY, |parent| world_from_node[parent]);
             world_from_node.push(parent * transform.to_affine());
         }
-        Pose { world_from_node, weights }
+        Pose { world_from_node, weights, lights }
     }
 
     /// Transform of each joint of a skin, from object space at rest to world space.
@@ -62,7 +86,13 @@ impl Motion {
 
     /// Index of each light attached to a node, and the light in world space. `None`: an area light scaled to zero, which emits nothing.
     pub fn placed_lights(&self, pose: &Pose) -> impl Iterator<Item = (usize, Option<Light>)> {
-        let place = |bound: &BoundLight| (bound.index, place_light(&bound.light, &pose.world_from_node[bound.node]));
+        let place = |bound: &BoundLight| {
+            let mut light = bound.light.clone();
+            if let Some(animated) = pose.lights.get(&bound.node).filter(|_| light.area().is_none()) {
+                animated.apply(&mut light);
+            }
+            (bound.index, place_light(&light, &pose.world_from_node[bound.node]))
+        };
         self.lights.iter().map(place)
     }
 
@@ -82,6 +112,15 @@ impl Motion {
             *light = placed.unwrap_or_else(|| Light { intensity: Vec3::ZERO, ..light.clone() });
         }
     }
+}
+
+/// Translation, rotation and scale of a transform. A matrix is replaced by the identity.
+fn parts(transform: &mut Transform) -> (&mut Vec3, &mut Quat, &mut Vec3) {
+    if matches!(transform, Transform::Matrix(_)) {
+        *transform = Transform::IDENTITY;
+    }
+    let Transform::Parts { translation, rotation, scale } = transform else { unreachable!("the identity has parts") };
+    (translation, rotation, scale)
 }
 
 impl Scene {

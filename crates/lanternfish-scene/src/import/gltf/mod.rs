@@ -7,13 +7,14 @@
 //! 4. `materials` (extensions in `surface`), `textures`
 //! 5. `images` and `meshes` in parallel; each `primitive` uses `accessor`, `topology`, `normals` and `tangents`,
 //!    and `thin` for points and lines
-//! 6. `lights`, `cameras` and instances (`instancing`) of the nodes; `motion`: animation (`pointer`) and skins, with vertex
-//!    `deformation`
+//! 6. `lights`, `cameras` and instances (`instancing`) of the nodes; `motion`: skins, with vertex `deformation`;
+//!    `animations`, with `pointer`
 //!
 //! The module parses the JSON with its own types: other readers reject accessors without data or `KHR_mesh_quantization`,
 //! or do not check indices.
 
 mod accessor;
+mod animations;
 mod buffers;
 mod cameras;
 mod container;

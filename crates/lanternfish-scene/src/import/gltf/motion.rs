@@ -1,24 +1,21 @@
-//! Motion: the node tree, skins, animations, and objects attached to nodes.
+//! Motion: the node tree, skins, and objects attached to nodes.
 //!
 //! A deformed mesh belongs to a single node: each further node that uses it gets its own copy.
 
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
 
 use glam::{Affine3A, Mat4};
 use lanternfish_limits::memory::Budget;
 
 use super::accessor::Accessors;
+use super::animations;
 use super::fault::{Place, Result, invalid, item};
 use super::hierarchy::{Placed, transform_of};
 use super::notes::Notes;
-use super::pointer;
 use super::schema::{self, Root};
 use crate::{
     Light, Mesh, Scene,
-    motion::{
-        Animation, Bound, BoundLight, Channel, DeformedMesh, Interpolation, Motion, Node, Property, Sampler, Skin,
-    },
+    motion::{Bound, BoundLight, DeformedMesh, Motion, Node, Skin},
 };
 
 /// Collects the moving parts of a scene while its nodes are placed.
@@ -182,7 +179,8 @@ impl<'c, 'a> Collected<'c, 'a> {
             mesh.primitives.iter_mut().for_each(|primitive| primitive.deformation = None);
         }
         if self.is_kept {
-            self.motion.animations = animations(&self, notes)?;
+            let (accessors, budget) = (self.accessors, self.budget);
+            self.motion.animations = animations::read(accessors, self.nodes, &self.node_indices, budget, notes)?;
             scene.motion = self.motion;
             scene.pose_at_rest();
         }
@@ -206,7 +204,7 @@ fn weights_at_rest(root: &Root, node: &schema::Node) -> Vec<f32> {
 }
 
 /// Number of morph targets of a node's mesh.
-fn target_count(root: &Root, node: &schema::Node) -> usize {
+pub(super) fn target_count(root: &Root, node: &schema::Node) -> usize {
     let mesh = node.mesh.and_then(|mesh| root.meshes.get(mesh));
     mesh.and_then(|mesh| mesh.primitives.iter().map(|primitive| primitive.targets.len()).max()).unwrap_or(0)
 }
@@ -223,87 +221,6 @@ fn bind_matrices(accessors: &Accessors, skin: &schema::Skin, count: usize) -> Re
         Some(at) => Err(invalid(format!("inverse bind matrix {at} is not finite"))),
         None => Ok(matrices),
     }
-}
-
-fn animations(collected: &Collected, notes: &mut Notes) -> Result<Vec<Animation>> {
-    let Collected { accessors, nodes, node_indices, budget, .. } = collected;
-    let mut animations = Vec::new();
-    // Samplers of the same keyframes, which many channels may name.
-    let mut shared: HashMap<_, Arc<Sampler>> = HashMap::new();
-    for (i, source) in accessors.root.animations.iter().enumerate() {
-        let mut channels = Vec::new();
-        for (c, channel) in source.channels.iter().enumerate() {
-            let at = || format!("animations[{i}].channels[{c}]");
-            let (file_node, property) = match pointer::resolve(&channel.target) {
-                Ok(target) => target,
-                Err(kind) => {
-                    notes.add(kind);
-                    continue;
-                }
-            };
-            item(&accessors.root.nodes, file_node, "nodes").place(at)?;
-            // Nodes of other scenes are not shown.
-            let Some(node) = node_indices.get(&file_node).copied() else { continue };
-            let width = match property {
-                Property::Translation | Property::Scale => 3,
-                Property::Rotation => 4,
-                Property::Weights => target_count(accessors.root, nodes[node].node),
-            };
-            if width == 0 {
-                notes.add("animated weights of nodes without morph targets");
-                continue;
-            }
-            let sampler = item(&source.samplers, channel.sampler, "samplers").place(at)?;
-            let sources = accessors.source(sampler.input).zip(accessors.source(sampler.output));
-            let key = sources.map(|sources| (sources, sampler.interpolation.as_str(), width));
-            let existing = key.as_ref().and_then(|key| shared.get(key).cloned());
-            let sampler = match existing {
-                Some(sampler) => sampler,
-                None => Arc::new(sampler_of(accessors, sampler, width, budget).place(at)?),
-            };
-            if let Some(key) = key {
-                shared.insert(key, sampler.clone());
-            }
-            channels.push(Channel { node, property, sampler });
-        }
-        animations.push(Animation { name: source.name.clone(), channels });
-    }
-    Ok(animations)
-}
-
-fn sampler_of(
-    accessors: &Accessors,
-    source: &schema::AnimationSampler,
-    width: usize,
-    budget: &Budget,
-) -> Result<Sampler> {
-    let interpolation = match source.interpolation.as_str() {
-        "STEP" => Interpolation::Step,
-        "LINEAR" => Interpolation::Linear,
-        "CUBICSPLINE" => Interpolation::CubicSpline,
-        other => return Err(invalid(format!("interpolation {other:?} is not one of the format's"))),
-    };
-    for accessor in [source.input, source.output] {
-        let count = item(&accessors.root.accessors, accessor, "accessors")?.count as u64;
-        budget.take(count.saturating_mul(16), || format!("{count} keyframes need"))?;
-    }
-    let times: Vec<f32> = accessors.vectors::<1>(source.input).place(|| "input".into())?.concat();
-    let values = match item(&accessors.root.accessors, source.output, "accessors")?.shape.as_str() {
-        "SCALAR" => accessors.vectors::<1>(source.output).map(|list| list.concat()),
-        "VEC3" => accessors.vectors::<3>(source.output).map(|list| list.concat()),
-        _ => accessors.vectors::<4>(source.output).map(|list| list.concat()),
-    };
-    let values = values.place(|| "output".into())?;
-    if times.is_empty() || !times.iter().all(|time| time.is_finite()) || !times.is_sorted() {
-        return Err(invalid("input: times must be finite and ascending, and there must be at least one"));
-    }
-    let parts = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-    let needed = times.len().saturating_mul(parts * width);
-    if values.len() != needed || !values.iter().all(|value| value.is_finite()) {
-        let count = values.len();
-        return Err(invalid(format!("output: {count} numbers where {needed} are needed, or one is not finite")));
-    }
-    Ok(Sampler { interpolation, times, values })
 }
 
 /// Upper bound of the memory of a copy of a mesh, bytes.

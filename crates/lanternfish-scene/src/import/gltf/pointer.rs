@@ -3,20 +3,41 @@
 use super::schema::AnimationTarget;
 use crate::motion::Property;
 
-/// The file's node and its property that a channel animates, by the format's own target or by a pointer to the same. The
-/// error names the kind of another property, a phrase in the plural.
-pub(super) fn resolve(target: &AnimationTarget) -> Result<(usize, Property), &'static str> {
+/// What a channel animates.
+pub(super) enum Target {
+    /// A property of one of the file's nodes.
+    Node(usize, Property),
+    /// A property of one of the lights of `KHR_lights_punctual`.
+    Light(usize, Property),
+}
+
+/// What a channel animates, by the format's own target or by a pointer. The error names the kind of another property, a
+/// phrase in the plural.
+pub(super) fn resolve(target: &AnimationTarget) -> Result<Target, &'static str> {
     let path = target.path.as_str();
-    let pointer = target.extensions.pointer.as_ref().filter(|_| path == "pointer");
-    let (node, property) = match pointer {
-        None => (target.node, property(path)),
-        Some(pointer) => match pointer.pointer.splitn(5, '/').collect::<Vec<_>>()[..] {
-            ["", "nodes", node, path] => (node.parse().ok(), property(path)),
-            _ => (None, None),
-        },
+    let Some(pointer) = target.extensions.pointer.as_ref().filter(|_| path == "pointer") else {
+        let resolved = target.node.zip(property(path)).map(|(node, property)| Target::Node(node, property));
+        return resolved.ok_or("animations of targets that are not nodes");
     };
-    let kind = || pointer.map_or("animations of targets that are not nodes", |pointer| kind(&pointer.pointer));
-    node.zip(property).ok_or_else(kind)
+    let resolved = match pointer.pointer.splitn(7, '/').collect::<Vec<_>>()[..] {
+        ["", "nodes", node, path] => {
+            node.parse().ok().zip(property(path)).map(|(node, property)| Target::Node(node, property))
+        }
+        ["", "extensions", "KHR_lights_punctual", "lights", light, path] => {
+            light.parse().ok().zip(light_property(path)).map(|(light, property)| Target::Light(light, property))
+        }
+        _ => None,
+    };
+    resolved.ok_or_else(|| kind(&pointer.pointer))
+}
+
+fn light_property(path: &str) -> Option<Property> {
+    Some(match path {
+        "color" => Property::LightColor,
+        "intensity" => Property::LightIntensity,
+        "range" => Property::LightRange,
+        _ => return None,
+    })
 }
 
 fn property(path: &str) -> Option<Property> {
@@ -39,7 +60,9 @@ fn kind(pointer: &str) -> &'static str {
         Some("materials") => "animations of materials",
         Some("meshes") => "animations of meshes",
         Some("cameras") => "animations of cameras",
-        Some("extensions") if has("KHR_lights_punctual") || has("EXT_lights_area") => "animations of lights",
+        Some("extensions") if has("KHR_lights_punctual") || has("EXT_lights_area") => {
+            "animations of other properties of lights"
+        }
         _ => "animations of other properties",
     }
 }

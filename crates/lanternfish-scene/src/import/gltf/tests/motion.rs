@@ -3,6 +3,7 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
+use super::warnings::warnings;
 use super::{F32, File, I16, TRIANGLE, U8, assert_contains, bytes_of};
 use crate::{Scene, motion::Interpolation};
 
@@ -152,6 +153,70 @@ fn pointers_to_properties_of_nodes_animate_them() {
             json!("/nodes/7/scale");
         assert_contains(&pointing.fault(), "nodes[7]");
     }
+}
+
+/// Two nodes with one lamp, which also has an area light at the first, and a sun. `KHR_animation_pointer` animates them.
+#[test]
+fn pointers_to_properties_of_lights_animate_them() {
+    let mut file = File::with_triangle();
+    let times = file.floats("SCALAR", &[1.0, 3.0]);
+    let color = file.floats("VEC3", &[1.0, 0.0, 0.5, 0.0, 1.0, 0.5]);
+    let [fade, grow, sink] = [[0.0, 8.0], [2.0, 6.0], [4.0, -4.0]].map(|values| file.floats("SCALAR", &values));
+    let lamp = json!({ "KHR_lights_punctual": { "light": 0 }, "EXT_lights_area": { "light": 0 } });
+    file.json["nodes"] = json!([
+        { "extensions": lamp },
+        { "extensions": { "KHR_lights_punctual": { "light": 0 } } },
+        { "extensions": { "KHR_lights_punctual": { "light": 1 } } },
+    ]);
+    file.json["extensions"] = json!({
+        "EXT_lights_area": { "lights": [{ "type": "disk", "intensity": 5 }] },
+        "KHR_lights_punctual": { "lights": [
+            { "type": "point", "color": [1, 0.5, 0], "intensity": 0 },
+            { "type": "directional", "color": [1, 0.5, 0], "intensity": 2 },
+            { "type": "point" },
+        ] },
+    });
+    let channel = |sampler: usize, light: usize, property: &str| {
+        let pointer = format!("/extensions/KHR_lights_punctual/lights/{light}/{property}");
+        json!({ "sampler": sampler, "target": {
+            "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": pointer } },
+        } })
+    };
+    let samplers: Vec<_> = [color, fade, grow, sink].map(|values| json!({ "input": times, "output": values })).into();
+    let animation = |channels: Vec<Value>| json!({ "samplers": samplers, "channels": channels });
+    file.json["animations"] = json!([
+        animation(vec![
+            channel(1, 0, "intensity"),
+            channel(2, 0, "range"),
+            channel(2, 1, "range"),
+            channel(0, 2, "color")
+        ]),
+        animation(vec![channel(1, 0, "intensity"), channel(0, 0, "color"), channel(0, 1, "color")]),
+        animation(vec![channel(3, 0, "intensity"), channel(3, 0, "range")]),
+    ]);
+    let mut scene = file.scene();
+    assert_eq!(warnings(&file), Vec::<String>::new());
+    let lights = |scene: &Scene| -> Vec<(Vec3, Option<f32>)> {
+        scene.validate().unwrap();
+        scene.lights.iter().map(|light| (light.intensity, light.range)).collect()
+    };
+    let (area, sun) = ((Vec3::splat(5.0), None), (Vec3::new(2.0, 1.0, 0.0), None));
+    let at_rest = [(Vec3::ZERO, None), area, (Vec3::ZERO, None), sun];
+    assert_eq!(lights(&scene), at_rest);
+    // Halfway between the keyframes: the lamp's own colour with half of the brightness.
+    scene.pose(0, 2.0);
+    let lamp = (Vec3::new(4.0, 2.0, 0.0), Some(4.0));
+    assert_eq!(lights(&scene), [lamp, area, lamp, sun]);
+    scene.pose(1, 2.0);
+    let lamp = (Vec3::splat(2.0), None);
+    assert_eq!(lights(&scene), [lamp, area, lamp, (Vec3::ONE, None)]);
+    // Values that no light can have.
+    scene.pose(2, 3.0);
+    assert_eq!(lights(&scene)[0], (Vec3::ZERO, Some(f32::MIN_POSITIVE)));
+    scene.pose_at_rest();
+    assert_eq!(lights(&scene), at_rest);
+    file.json["animations"] = json!([animation(vec![channel(0, 9, "color")])]);
+    assert_contains(&file.fault(), "animations[0].channels[0]: lights[9]");
 }
 
 /// Four triangles with the same transform, two of them static: one static duplicate is left out, and the moving ones still move.
