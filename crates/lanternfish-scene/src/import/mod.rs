@@ -24,25 +24,26 @@ use crate::{Scene, SceneError};
 ///   Meshes, materials, textures and images that this scene does not use are left out.
 /// * Triangle lists, strips and fans; all accessor forms. Missing normals become flat ones, and missing tangents are
 ///   generated (MikkTSpace) where the material has a normal map.
-/// * Points as octahedra, and segments of lines, line strips and line loops as closed prisms of three sides, each of eight
-///   triangles. Their radius is 1/1000 of the diagonal of the world-space box about all points and lines (of 1 m if the
-///   box has no extent). Missing normals point away from the point or the segment.
-///   Duplicate instances (same mesh, same transform) are left out with a warning, unless they are transparent.
+/// * Points as octahedra, and segments of lines, line strips and line loops as closed prisms of three sides, each of
+///   eight triangles. Their radius is 1/1000 of the diagonal of the world-space box about all points and lines (of 1 m
+///   if the box has no extent). Missing normals point away from the point or the segment.
+/// * Duplicate instances (same mesh, same transform) are left out with a warning, unless they are transparent.
 /// * Textures as PNG, JPEG, WebP or KTX2 (Basis Universal), up to 16,384 pixels a side and 1 GiB of pixels each. Channels of 16
 ///   bits are reduced to 8. A missing or damaged image is a warning: surfaces lack its texture.
 /// * In full: `EXT_lights_area` (a draft), `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`,
 ///   `KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_materials_clearcoat`, `KHR_materials_emissive_strength`,
-///   `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`,
-///   `KHR_materials_unlit`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`, `KHR_texture_basisu`,
+///   `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
+///   `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`, `KHR_texture_basisu`,
 ///   `KHR_texture_transform`.
 /// * In part, with a warning about the rest: `KHR_materials_pbrSpecularGlossiness` without its texture;
 ///   `KHR_materials_volume` into the material, without its texture; `KHR_materials_{anisotropy, dispersion,
 ///   iridescence, sheen}` not at all.
 /// * `KHR_materials_variants`: the materials of [`LoadOptions::variant`], else the default ones. Any other extension is an error if the file requires it, and
 ///   a warning if the file only uses it.
-/// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene has the file's rest pose.
-///   `KHR_animation_pointer`: pointers to the translation, rotation, scale and weights of nodes, and to the color, intensity and
-///   range of lights of `KHR_lights_punctual`. Animations of anything else are counted in a warning for each kind.
+/// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene has the file's rest
+///   pose. `KHR_animation_pointer`: pointers to the translation, rotation, scale and weights of nodes, and to the
+///   color, intensity and range of lights of `KHR_lights_punctual`. Animations of anything else are counted in a
+///   warning for each kind.
 ///
 /// Supported parts of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as triangle fans,
 /// materials as metallic-roughness ones (from `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `illum`, `map_Kd`, `map_Ke`,

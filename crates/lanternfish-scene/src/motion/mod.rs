@@ -197,8 +197,8 @@ pub enum Property {
     Scale,
     /// Weights: one value per morph target of the node's mesh.
     Weights,
-    /// Linear Rec. 709 colour of the node's point, spot and directional lights: three values. A light's intensity is its
-    /// colour times its brightness. Where only one of them is animated, the other is 1.
+    /// Linear Rec. 709 colour of the node's point, spot and directional lights: three values. A light's intensity is
+    /// its colour times its brightness. Where only one of them is animated, the other is 1.
     LightColor,
     /// Brightness of these lights: one value, cd or, for a directional light, lx.
     LightIntensity,

@@ -96,7 +96,8 @@ impl Motion {
         self.lights.iter().map(place)
     }
 
-    /// Moves the lights attached to nodes to their positions at `time`, s. `animation` is an index into [`Motion::animations`].
+    /// Sets the placement and the animated properties of lights attached to nodes at `time`, s. `animation` is an index into
+    /// [`Motion::animations`].
     ///
     /// # Panics
     ///

@@ -14,11 +14,12 @@ use super::pointer::{self, Target};
 use super::schema;
 use crate::motion::{Animation, Channel, Interpolation, Property, Sampler};
 
-/// Upper bound of the memory of a light's channel at one node, bytes: in a list that doubles as it grows, with two constant
-/// channels and their samplers.
+/// Upper bound of the memory of a light's channel at one node, bytes: in a list that doubles as it grows, with two
+/// constant channels and their samplers.
 const BYTES_PER_LIGHT_CHANNEL: u64 = 512;
 
-/// Reads the file's animations. `nodes`: the scene's; `node_indices`: the index into `nodes` of each of the file's nodes.
+/// Reads the file's animations. `nodes`: the scene's; `node_indices`: the index into `nodes` of each of the file's
+/// nodes.
 pub(super) fn read(
     accessors: &Accessors,
     nodes: &[Placed],

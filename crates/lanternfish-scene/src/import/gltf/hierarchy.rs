@@ -12,8 +12,8 @@ pub(super) struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,
     pub world_from_node: Affine3A,
-    /// False if the node or an ancestor is hidden (`KHR_node_visibility`): its mesh and lights are left out. It still moves
-    /// joints and cameras.
+    /// False if the node or an ancestor is hidden (`KHR_node_visibility`): its mesh and lights are left out. It still
+    /// moves joints and cameras.
     pub is_visible: bool,
 }
 

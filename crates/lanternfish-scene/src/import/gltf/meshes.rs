@@ -65,7 +65,8 @@ fn material_key(material: &Option<usize>) -> usize {
     material.unwrap_or(usize::MAX)
 }
 
-/// Reads the used meshes. An error, before reading, if they exceed the memory budget. `nodes` and `materials` are the scene's.
+/// Reads the used meshes. An error, before reading, if they exceed the memory budget. `nodes` and `materials` are the
+/// scene's.
 pub(super) fn read_all(
     accessors: &Accessors,
     nodes: &[Placed],

@@ -212,7 +212,8 @@ struct Placing<'p, 'c, 'a> {
 }
 
 impl Placing<'_, '_, '_> {
-    /// Adds the camera of a node, and the instances and lights of a visible one. `node_index`: the node's index among the scene's nodes.
+    /// Adds the camera of a node, and the instances and lights of a visible one. `node_index`: the node's index among
+    /// the scene's nodes.
     fn place(&mut self, node_index: usize, at: &Placed) -> Result<()> {
         let (root, node) = (self.accessors.root, at.node);
         if let Some(camera) = node.camera {

@@ -12,9 +12,9 @@ use super::topology::Topology;
 use super::{normals, schema, vertices};
 use crate::{Bounds, Primitive};
 
-/// Radius of points and lines: a fraction of the diagonal of the box about all of them. In an image of 1280 × 720 pixels
-/// that frames the box, the diagonal has 800 pixels for a square and up to 1150 for a wide box. Points are then 1.6 to 2.3
-/// pixels wide, and lines, of 1.5 to √3 radii, 1.2 to 2.
+/// Radius of points and lines: a fraction of the diagonal of the box about all of them. In an image of 1280 × 720
+/// pixels that frames the box, the diagonal has 800 pixels for a square and up to 1150 for a wide box. Points are then
+/// 1.6 to 2.3 pixels wide, and lines, of 1.5 to √3 radii, 1.2 to 2.
 const RADIUS: f32 = 1e-3;
 /// Number of vertices of a point or a segment.
 const VERTICES: usize = 6;
@@ -26,13 +26,13 @@ pub(super) const CORNERS_PER_VERTEX: usize = CORNERS / VERTICES;
 /// The vertices of an octahedron, and its triangles, counter-clockwise seen from outside.
 const OCTAHEDRON: [Vec3; VERTICES] = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
 const OCTAHEDRON_CORNERS: [u32; CORNERS] = [0, 1, 2, 1, 3, 2, 3, 4, 2, 4, 0, 2, 1, 0, 5, 3, 1, 5, 4, 3, 5, 0, 4, 5];
-/// The triangles of a prism, counter-clockwise seen from outside. Vertices 0, 1 and 2 are at its start and 3, 4 and 5 at
-/// its end, counter-clockwise seen from its end.
+/// The triangles of a prism, counter-clockwise seen from outside. Vertices 0, 1 and 2 are at its start and 3, 4 and 5
+/// at its end, counter-clockwise seen from its end.
 const PRISM_CORNERS: [u32; CORNERS] = [0, 2, 1, 3, 4, 5, 0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 0, 3, 2, 3, 5];
 
 /// Radius of points and lines in the object space of each of the file's meshes in use. In the world it is the same for
-/// all, but smaller where a node has a smaller scale than another node of its mesh. Instances of `EXT_mesh_gpu_instancing`,
-/// joints and morph targets do not count.
+/// all, but smaller where a node has a smaller scale than another node of its mesh. Instances of
+/// `EXT_mesh_gpu_instancing`, joints and morph targets do not count.
 pub(super) fn radii(accessors: &Accessors, nodes: &[Placed]) -> BTreeMap<usize, f32> {
     let mut objects: BTreeMap<usize, Bounds> = BTreeMap::new();
     let mut scales: BTreeMap<usize, f32> = BTreeMap::new();

@@ -41,7 +41,8 @@ impl Topology {
         matches!(self, Self::Points | Self::Lines | Self::LineLoop | Self::LineStrip)
     }
 
-    /// Upper bound of the number of triangle corners that `index_count` indices give, with points and lines as triangles.
+    /// Upper bound of the number of triangle corners that `index_count` indices give, with points and lines as
+    /// triangles.
     pub fn most_corners(self, index_count: u64) -> u64 {
         let shapes = if self == Self::Lines { index_count / 2 } else { index_count };
         let corners = match self {

@@ -155,7 +155,8 @@ fn pointers_to_properties_of_nodes_animate_them() {
     }
 }
 
-/// Two nodes with one lamp, which also has an area light at the first, and a sun. `KHR_animation_pointer` animates them.
+/// Two nodes with one lamp, which also has an area light at the first, and a sun. `KHR_animation_pointer` animates
+/// them.
 #[test]
 fn pointers_to_properties_of_lights_animate_them() {
     let mut file = File::with_triangle();

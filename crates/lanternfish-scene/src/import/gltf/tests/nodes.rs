@@ -195,7 +195,7 @@ fn hidden_nodes_and_their_descendants_are_not_drawn() {
     let mut file = nodes(json!([
         { "name": "a", "mesh": 0, "extensions": lamp(json!({ "visible": true })) },
         { "name": "b", "mesh": 1, "extensions": hidden, "children": [2] },
-        { "name": "c", "mesh": 0, "translation": [1, 0, 0], "extensions": lamp(json!({})), "children": [3], "camera": 0 },
+        { "name": "c", "mesh": 0, "scale": [2, 1, 1], "extensions": lamp(json!({})), "children": [3], "camera": 0 },
         { "name": "d", "mesh": 1, "extensions": { "KHR_node_visibility": { "visible": true } } },
     ]));
     // Only hidden nodes use this mesh, which cannot be read.
@@ -203,7 +203,8 @@ fn hidden_nodes_and_their_descendants_are_not_drawn() {
     file.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 0.8, "znear": 0.1 } }));
     file.json["extensionsRequired"] = json!(["KHR_node_visibility"]);
     file.json["extensions"] = json!({
-        "KHR_lights_punctual": { "lights": [{ "type": "point" }] }, "EXT_lights_area": { "lights": [{ "type": "disk" }] },
+        "KHR_lights_punctual": { "lights": [{ "type": "point" }] },
+        "EXT_lights_area": { "lights": [{ "type": "disk" }] },
     });
     let scene = file.scene();
     assert_eq!((scene.meshes.len(), scene.instances.len(), scene.lights.len()), (1, 1, 2));
