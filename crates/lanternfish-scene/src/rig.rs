@@ -23,14 +23,16 @@ named_enum! {
 }
 
 impl LightRig {
-    /// Adds the rig's lights to the scene, for `camera`. An existing environment is kept.
-    pub fn add(self, scene: &mut Scene, camera: &Camera) {
+    /// Adds the rig's lights to the scene, for `camera`. An existing environment is kept; `scale` multiplies the studio's.
+    pub fn add(self, scene: &mut Scene, camera: &Camera, scale: f32) {
         let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
         match self {
             Self::Studio => {
                 scene.lights.extend(lamp(scene, camera));
                 if !has_environment {
-                    scene.environment = Some(studio(camera));
+                    let mut environment = studio(camera);
+                    environment.pixels.iter_mut().for_each(|pixel| *pixel *= scale);
+                    scene.environment = Some(environment);
                 }
             }
             Self::Sun => {
@@ -365,14 +367,18 @@ mod tests {
     fn existing_lighting_is_kept() {
         let camera = &cameras()[0];
         let mut scene = generate::demo("furnace").unwrap();
-        LightRig::Sun.add(&mut scene, camera);
+        LightRig::Sun.add(&mut scene, camera, 1.0);
         assert_eq!((scene.sky, scene.lights.len()), (Vec3::ONE, 2));
-        LightRig::Studio.add(&mut scene, camera);
+        LightRig::Studio.add(&mut scene, camera, 1.0);
         assert!(scene.environment.is_none());
         let mut empty = Scene::default();
-        LightRig::None.add(&mut empty, camera);
+        LightRig::None.add(&mut empty, camera, 1.0);
         assert!(is_dark(&empty));
-        LightRig::Studio.add(&mut empty, camera);
+        LightRig::Studio.add(&mut empty, camera, 1.0);
         assert!(!is_dark(&empty) && empty.lights.is_empty());
+        let mut dim = Scene::default();
+        LightRig::Studio.add(&mut dim, camera, 0.25);
+        let pixels = |scene: Scene| scene.environment.unwrap().pixels;
+        assert!(pixels(dim).iter().zip(pixels(empty)).all(|(dim, full)| *dim == 0.25 * full));
     }
 }

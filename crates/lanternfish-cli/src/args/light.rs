@@ -50,7 +50,7 @@ pub struct LightArgs {
     #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, default_value_t = 0.0)]
     #[arg(hide_short_help = true)]
     pub environment_rotation: f32,
-    /// Scales the radiance of the --environment by X.
+    /// Scales the radiance of the --environment, or of --light-rig studio, by X.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
     #[arg(hide_short_help = true)]
     pub environment_scale: f32,

@@ -29,7 +29,7 @@ use crate::{
     args::RenderArgs,
     camera,
     error::{CliError, check_image_memory},
-    light_rig::{self, Lighting},
+    light_rig::{self, FillLight, Lighting},
     motion::NOTHING_MOVES,
     output::{self, Output},
     progress::Progress,
@@ -111,8 +111,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     }
     let is_metered = renderings::are_metered(&settings, output);
     let is_lit = lights.is_seen && lights.reaches_surfaces;
-    let may_have_faint_sky = is_metered && is_lit && light_rig::may_have_faint_sky(&scene, &args.lights);
-    let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, may_have_faint_sky);
+    let may_have_fill_light = is_metered && is_lit && FillLight::is_allowed(&scene, &args.lights);
+    let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, may_have_fill_light);
     let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
     let mut cameras_before = cameras_before.iter();
     if is_metered {

@@ -12,7 +12,8 @@ use crate::{
     args::RenderArgs,
     camera,
     error::CliError,
-    legend, light_rig,
+    legend,
+    light_rig::FillLight,
     motion::Motion,
     output::Output,
     parse::Frames,
@@ -34,7 +35,7 @@ pub struct RenderedImages<'a> {
     bounds: Option<Bounds>,
     aspect: f32,
     scale: Option<Scale>,
-    may_have_faint_sky: bool,
+    may_have_fill_light: bool,
     /// The metered images, if they are also the next frame's.
     metered: Option<Drawn>,
     /// Number of frames rendered so far, each of one or two images.
@@ -58,19 +59,19 @@ pub fn are_metered(settings: &Settings, output: &Output) -> bool {
 }
 
 impl<'a> RenderedImages<'a> {
-    /// `scene` was just uploaded, in its state at 0 s. It is kept if something moves, or if it `may_have_faint_sky`.
+    /// `scene` was just uploaded, in its state at 0 s. It is kept if something moves, or if it `may_have_fill_light`.
     pub fn new(
         args: &'a RenderArgs,
         renderer: Renderer,
         uploaded: GpuScene,
         scene: Scene,
         motion: Option<Motion>,
-        may_have_faint_sky: bool,
+        may_have_fill_light: bool,
     ) -> Self {
         let size = args.output.size;
         let aspect = size.width as f32 / size.height as f32;
         let bounds = motion.is_some().then(|| scene.bounds());
-        let scene = Some(scene).filter(|_| motion.is_some() || may_have_faint_sky);
+        let scene = Some(scene).filter(|_| motion.is_some() || may_have_fill_light);
         let scale = renderer.settings().debug_view.and_then(Scale::of);
         let (cost, exposure, metered) = (Report::default(), None, None);
         Self {
@@ -82,7 +83,7 @@ impl<'a> RenderedImages<'a> {
             bounds,
             aspect,
             scale,
-            may_have_faint_sky,
+            may_have_fill_light,
             metered,
             drawn_count: 0,
             cost,
@@ -91,7 +92,7 @@ impl<'a> RenderedImages<'a> {
     }
 
     /// Chooses the exposure of all images by the sequence's first frame, whether requested or not; metering each alone would
-    /// flicker. May add a faint sky to a night scene. If the first frame `is_next`, its images are reused.
+    /// flicker. May add light to a scene that is nearly black. If the first frame `is_next`, its images are reused.
     pub fn meter(
         &mut self,
         first: &ShotFrame,
@@ -100,17 +101,14 @@ impl<'a> RenderedImages<'a> {
         progress: &mut Progress,
     ) -> Result<(), CliError> {
         let mut drawn = self.drawn(first, camera, progress)?;
-        if self.may_have_faint_sky
-            && let (Some(scene), Some(sky)) = (&mut self.scene, light_rig::faint_sky(&drawn.renderings[0]))
+        if self.may_have_fill_light
+            && let Some(scene) = &mut self.scene
+            && let Some(fill) = FillLight::of(&drawn.renderings[0], scene, camera)
         {
-            scene.sky = sky;
+            fill.add(scene, camera);
             self.renderer.update(&mut self.uploaded, scene)?;
             drawn = self.drawn(first, camera, progress)?;
-            let sky = sky.to_array().map(|x| x.to_string()).join(",");
-            progress.note(&format!(
-                "the scene's lights leave most of the image black, and it has no environment: a faint sky was added \
-                 (--sky {sky} repeats it, --light-rig none omits it)"
-            ));
+            progress.note(&fill.note());
         }
         if let Some(ev) = drawn.renderings[0].exposure {
             self.renderer.set_exposure(Exposure::Ev(ev))?;
