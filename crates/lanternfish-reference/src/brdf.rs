@@ -6,11 +6,16 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use crate::{
+    facets::{Facets, grain_distribution},
+    layers::Layers,
+};
+
 /// Minimum perceptual roughness: below it, a punctual light's highlight is smaller than a pixel. The shader's constant of the same name.
 pub const LEAST_ROUGHNESS: f64 = 0.03;
 
 /// Minimum cosine between normal and view direction, because interpolated normals may face away from the viewer.
-const LEAST_COSINE: f64 = 1e-4;
+pub(crate) const LEAST_COSINE: f64 = 1e-4;
 
 /// Reflection and transmission parameters of a surface [Elagabani2025, §2.7; glTF 2.0, app. B].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,12 +26,36 @@ pub struct Reflector {
     pub f0: DVec3,
     /// Reflectance at grazing incidence.
     pub f90: f64,
-    /// Perceptual roughness.
+    /// Perceptual roughness; the mean of all directions, if there is a grain.
     pub perceptual_roughness: f64,
+    /// The direction in which the surface is rougher than across it.
+    pub grain: Option<Grain>,
     /// Fraction of the light below the specular layer that is transmitted, not diffusely reflected (`KHR_materials_transmission`).
     pub transmission: f64,
     /// The kind of transmission.
     pub behind: Behind,
+}
+
+/// The grain of a surface (`KHR_materials_anisotropy`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grain {
+    /// Unit, perpendicular to the shading normal.
+    pub along: DVec3,
+    /// GGX's alpha along the grain and across it.
+    pub alpha: [f64; 2],
+}
+
+impl Grain {
+    /// The grain of a surface with this perceptual roughness across it. `strength`, in 0..=1, is that of the extension.
+    pub fn new(along: DVec3, perceptual_roughness: f64, strength: f64) -> Self {
+        let alpha = perceptual_roughness.max(LEAST_ROUGHNESS).powi(2);
+        Self { along, alpha: [alpha + (1.0 - alpha) * strength * strength, alpha] }
+    }
+
+    /// Perceptual roughness of a surface without a grain whose highlight covers as large a solid angle.
+    pub fn mean_roughness(&self) -> f64 {
+        (self.alpha[0] * self.alpha[1]).powf(0.25)
+    }
 }
 
 /// The kind of transmission of a surface.
@@ -50,51 +79,8 @@ pub enum Bsdf {
     Lambert(DVec3),
     /// glTF's metallic-roughness model.
     MetallicRoughness(Reflector),
-    /// glTF's metallic-roughness model below a clear coat.
-    Coated(Coat, Reflector),
-}
-
-/// A clear coat with index of refraction 1.5 (`KHR_materials_clearcoat`): an additional specular layer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coat {
-    /// Weight, in 0..=1.
-    pub weight: f64,
-    /// Perceptual roughness.
-    pub perceptual_roughness: f64,
-    /// Shading normal of the coat, unit.
-    pub normal: DVec3,
-}
-
-impl Coat {
-    fn layer(&self) -> Reflector {
-        Reflector {
-            albedo: DVec3::ZERO,
-            f0: DVec3::splat(0.04),
-            f90: 1.0,
-            perceptual_roughness: self.perceptual_roughness,
-            transmission: 0.0,
-            behind: Behind::Thin,
-        }
-    }
-
-    /// Transmittance of the coat for light that the surface below scatters towards `wo`.
-    pub fn fraction_below(&self, wo: DVec3) -> f64 {
-        let layer = self.layer();
-        let grazing = grazing_fraction(self.normal.dot(wo).max(LEAST_COSINE), layer.alpha());
-        1.0 - self.weight * (1.0 - layer.lets_in(grazing).x)
-    }
-
-    /// The BRDF times n·wi, 1/sr, of the coated surface. `below` is that of the surface without its coat.
-    pub fn over(&self, wi: DVec3, wo: DVec3, below: DVec3) -> DVec3 {
-        self.fraction_below(wo) * below + self.weight * self.layer().reflect_light(self.normal, wi, wo)
-    }
-
-    /// Probability of sampling the coat.
-    fn chance(&self, wo: DVec3) -> f64 {
-        // Its reflectance, but at least 0.1.
-        let weight = self.weight * self.layer().fresnel(self.normal.dot(wo).max(LEAST_COSINE)).x.max(0.1);
-        weight / (1.0 + weight)
-    }
+    /// glTF's metallic-roughness model below other layers.
+    Layered(Layers, Reflector),
 }
 
 /// A sampled direction of incidence.
@@ -114,7 +100,7 @@ impl Bsdf {
         match self {
             Self::Lambert(albedo) => albedo * (n.dot(wi).max(0.0) / PI),
             Self::MetallicRoughness(reflector) => reflector.scatter(n, wi, wo),
-            Self::Coated(coat, reflector) => coat.over(wi, wo, reflector.scatter(n, wi, wo)),
+            Self::Layered(layers, reflector) => layers.over(n, wi, wo, reflector.scatter(n, wi, wo)),
         }
     }
 
@@ -123,14 +109,7 @@ impl Bsdf {
         let wi = match self {
             Self::Lambert(_) => cosine_direction(n, u[1], u[2]),
             Self::MetallicRoughness(reflector) => reflector.choose(n, wo, u)?,
-            Self::Coated(coat, reflector) => {
-                let chance = coat.chance(wo);
-                if u[0] < chance {
-                    coat.layer().choose(coat.normal, wo, [0.0, u[1], u[2]])?
-                } else {
-                    reflector.choose(n, wo, [(u[0] - chance) / (1.0 - chance), u[1], u[2]])?
-                }
-            }
+            Self::Layered(layers, reflector) => layers.choose(n, wo, u, reflector)?,
         };
         let pdf = self.pdf(n, wi, wo);
         let weight = self.scatter(n, wi, wo) / pdf;
@@ -142,10 +121,7 @@ impl Bsdf {
         match self {
             Self::Lambert(_) => n.dot(wi).max(0.0) / PI,
             Self::MetallicRoughness(reflector) => reflector.pdf(n, wi, wo),
-            Self::Coated(coat, reflector) => {
-                let chance = coat.chance(wo);
-                chance * coat.layer().pdf(coat.normal, wi, wo) + (1.0 - chance) * reflector.pdf(n, wi, wo)
-            }
+            Self::Layered(layers, reflector) => layers.pdf(n, wi, wo, reflector),
         }
     }
 }
@@ -160,8 +136,13 @@ pub fn normal_distribution(n: DVec3, h: DVec3, alpha: f64) -> f64 {
 
 /// Smith shadowing with Schlick's approximation, k = alpha / 2 to match GGX [Karis2013], divided by 4 (n·l) (n·v).
 fn visibility_term(n_dot_l: f64, n_dot_v: f64, alpha: f64) -> f64 {
+    0.25 / (masking(n_dot_l, alpha) * masking(n_dot_v, alpha))
+}
+
+/// The cosine over the fraction of microfacets that are visible from its direction.
+fn masking(cosine: f64, alpha: f64) -> f64 {
     let k = 0.5 * alpha;
-    0.25 / ((n_dot_l * (1.0 - k) + k) * (n_dot_v * (1.0 - k) + k))
+    cosine * (1.0 - k) + k
 }
 
 /// Directional albedo, at this cosine to the normal, of a specular layer with reflectance 0 at normal and 1 at grazing incidence. A fit.
@@ -202,7 +183,7 @@ impl Reflector {
     }
 
     /// The BSDF times |n·wi|, 1/sr.
-    fn scatter(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
+    pub(crate) fn scatter(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
         if n.dot(wi) > 0.0 { self.reflect_light(n, wi, wo) } else { self.transmit_light(n, wi, wo) }
     }
 
@@ -210,8 +191,14 @@ impl Reflector {
     pub fn specular(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
         let h = half_vector(n, wi, wo);
         let (n_dot_l, n_dot_v) = (n.dot(wi), n.dot(wo).max(LEAST_COSINE));
-        self.fresnel(wo.dot(h))
-            * (normal_distribution(n, h, self.alpha()) * visibility_term(n_dot_l, n_dot_v, self.alpha()))
+        let lobe = match &self.grain {
+            None => normal_distribution(n, h, self.alpha()) * visibility_term(n_dot_l, n_dot_v, self.alpha()),
+            Some(grain) => {
+                let masking = |w: DVec3, cosine| masking(cosine, Facets::of(self, n).alpha_towards(w));
+                grain_distribution(grain, n, h) * 0.25 / (masking(wi, n_dot_l) * masking(wo, n_dot_v))
+            }
+        };
+        self.fresnel(wo.dot(h)) * lobe
     }
 
     /// Transmittance of the specular layer under uniform illumination, at an angle with this [`grazing_fraction`].
@@ -273,13 +260,13 @@ impl Reflector {
         weights.map(|w| w / sum)
     }
 
-    fn choose(&self, n: DVec3, wo: DVec3, u: [f64; 3]) -> Option<DVec3> {
+    pub(crate) fn choose(&self, n: DVec3, wo: DVec3, u: [f64; 3]) -> Option<DVec3> {
         let wo = towards_normal(n, wo);
         let [specular, diffuse, _] = self.chances(n, wo);
         if u[0] >= specular && u[0] < specular + diffuse {
             return Some(cosine_direction(n, u[1], u[2]));
         }
-        let h = visible_normal(n, wo, self.alpha(), u[1], u[2]);
+        let h = Facets::of(self, n).sample(wo, u[1], u[2]);
         let mirrored = 2.0 * wo.dot(h) * h - wo;
         if u[0] < specular {
             return (n.dot(mirrored) > 0.0).then_some(mirrored);
@@ -291,11 +278,11 @@ impl Reflector {
         (n.dot(refracted) < 0.0).then_some(refracted)
     }
 
-    fn pdf(&self, n: DVec3, wi: DVec3, wo: DVec3) -> f64 {
+    pub(crate) fn pdf(&self, n: DVec3, wi: DVec3, wo: DVec3) -> f64 {
         let wo = towards_normal(n, wo);
         let [specular, diffuse, transmitting] = self.chances(n, wo);
         let n_dot_l = n.dot(wi);
-        let facet = |h: DVec3| visible_normal_pdf(n, wo, h, self.alpha());
+        let facet = |h: DVec3| Facets::of(self, n).pdf(wo, h);
         if n_dot_l > 0.0 {
             let h = half_vector(n, wi, wo);
             return specular * facet(h) / (4.0 * wo.dot(h).max(1e-12)) + diffuse * n_dot_l / PI;
@@ -313,7 +300,7 @@ impl Reflector {
 }
 
 /// The half vector of two directions; the normal if they are opposite.
-fn half_vector(n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
+pub(crate) fn half_vector(n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
     let both = wi + wo;
     if both.dot(both) > 1e-12 { both.normalize() } else { n }
 }
@@ -343,27 +330,6 @@ fn refracting_half_vector(n: DVec3, wi: DVec3, wo: DVec3, eta: f64) -> Option<(D
     }
     let denominator = o + eta * i;
     Some((h, eta * eta * -i / (denominator * denominator)))
-}
-
-/// Samples a microfacet normal visible from `wo`, with spherical caps [Dupuy2023].
-fn visible_normal(n: DVec3, wo: DVec3, alpha: f64, u: f64, v: f64) -> DVec3 {
-    let (x, y) = n.any_orthonormal_pair();
-    let local = DVec3::new(x.dot(wo), y.dot(wo), n.dot(wo));
-    // In the space where microfacets form a hemisphere, the reflected directions are uniform on a spherical cap.
-    let stretched = DVec3::new(alpha * local.x, alpha * local.y, local.z).normalize();
-    let z = (1.0 - v) * (1.0 + stretched.z) - stretched.z;
-    let (sin, cos) = (2.0 * PI * u).sin_cos();
-    let ring = (1.0 - z * z).max(0.0).sqrt();
-    let h = DVec3::new(ring * cos, ring * sin, z) + stretched;
-    let h = DVec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0)).normalize();
-    h.x * x + h.y * y + h.z * n
-}
-
-/// Density of [`visible_normal`] over microfacet normals, 1/sr: D (wo·h) G1 / (n·wo) with Smith's exact G1 [Heitz2018, eq. 3].
-fn visible_normal_pdf(n: DVec3, wo: DVec3, h: DVec3, alpha: f64) -> f64 {
-    let cosine = n.dot(wo);
-    let shadowing = cosine + (alpha * alpha + (1.0 - alpha * alpha) * cosine * cosine).sqrt();
-    2.0 * normal_distribution(n, h, alpha) * wo.dot(h).max(0.0) / shadowing
 }
 
 /// Samples a direction around `n` with a cosine-weighted density.

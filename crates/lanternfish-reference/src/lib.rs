@@ -8,7 +8,9 @@
 pub mod brdf;
 mod camera;
 mod error;
+mod facets;
 mod film;
+pub mod layers;
 mod light_paths;
 mod lights;
 mod occlusion;

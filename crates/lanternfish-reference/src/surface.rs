@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3, Vec3A, Vec4};
 use lanternfish_scene::{Material, TextureRef, shading::Materials};
 
 use crate::{
-    brdf::{Behind, Bsdf, Coat, Reflector},
+    brdf::{Behind, Bsdf, Grain, Reflector},
+    layers::{Coat, Layers, Sheen, ThinFilm},
     texture::{self, Encoding},
     world::{Hit, World},
 };
@@ -46,16 +47,20 @@ impl Surface {
         let matrix = &world.normal_matrices[source.instance as usize];
         let side = if hit.front { 1.0 } else { -1.0 };
         let n = unit_or(*matrix * mix(&primitive.normals), side * geometric_normal);
+        // The tangent, world space, of any length, and the handedness.
+        let tangent = || {
+            let linear = world.scene.instances[source.instance as usize].world_from_object.matrix3;
+            let tangent: Vec4 = (0..3).map(|i| primitive.tangents[corners[i] as usize] * hit.weights[i]).sum();
+            let handedness = primitive.tangents[corners[0] as usize].w * linear.determinant().signum();
+            (linear * Vec3A::from(tangent.truncate()), handedness)
+        };
         let perturbed = |reference: &Option<TextureRef>, scale: f32| {
             let reference =
                 reference.as_ref().filter(|_| materials == Materials::File && !primitive.tangents.is_empty());
             let Some(reference) = reference else { return (side * n).as_dvec3().normalize() };
-            let linear = world.scene.instances[source.instance as usize].world_from_object.matrix3;
-            let tangent: Vec4 = (0..3).map(|i| primitive.tangents[corners[i] as usize] * hit.weights[i]).sum();
-            let handedness = primitive.tangents[corners[0] as usize].w * linear.determinant().signum();
+            let (t, handedness) = tangent();
             let texel = 2.0 * textured(reference, Encoding::Linear) - 1.0;
             let local = Vec3A::new(texel.x * scale, texel.y * scale, texel.z);
-            let t = linear * Vec3A::from(tangent.truncate());
             let t = (t - n * n.dot(t)).normalize_or_zero();
             let b = handedness * n.cross(t);
             (side * unit_or(local.x * t + local.y * b + local.z * n, n)).as_dvec3().normalize()
@@ -100,17 +105,42 @@ impl Surface {
                     specular_color: (material.specular_color * tint.truncate()).as_dvec3(),
                     transmission: (material.transmission * linear(&material.transmission_texture).x).into(),
                 };
-                let reflector = reflector_of(material, dielectric, color, metallic.into(), roughness.into(), hit.front);
+                let mut reflector =
+                    reflector_of(material, dielectric, color, metallic.into(), roughness.into(), hit.front);
+                if material.iridescence > 0.0 {
+                    let film = ThinFilm {
+                        ior: material.iridescence_ior.into(),
+                        thickness: material.iridescence_thickness.into(),
+                    };
+                    let of_film = film.f0(reflector.f0, -normal.dot(direction.as_dvec3()));
+                    reflector.f0 = reflector.f0.lerp(of_film, material.iridescence.into());
+                }
+                if material.anisotropy > 0.0 {
+                    let has_tangents = !primitive.tangents.is_empty();
+                    let (t, handedness) = if has_tangents { tangent() } else { (Vec3A::ZERO, 1.0) };
+                    let t = t.as_dvec3() - normal * normal.dot(t.as_dvec3());
+                    // Without tangents the direction is arbitrary.
+                    let t = t.try_normalize().unwrap_or_else(|| normal.any_orthonormal_vector());
+                    let (sin, cos) = f64::from(material.anisotropy_rotation).sin_cos();
+                    let along = cos * t + f64::from(handedness) * sin * normal.cross(t);
+                    let grain = Grain::new(along, reflector.perceptual_roughness, material.anisotropy.into());
+                    reflector.perceptual_roughness = grain.mean_roughness();
+                    reflector.grain = Some(grain);
+                }
                 let coat = material.clearcoat * linear(&material.clearcoat_texture).x;
-                surface.bsdf = Some(if coat > 0.0 {
+                let coat = (coat > 0.0).then(|| {
                     let roughness = material.clearcoat_roughness * linear(&material.clearcoat_roughness_texture).y;
                     let normal = perturbed(&material.clearcoat_normal_texture, material.clearcoat_normal_scale);
-                    Bsdf::Coated(
-                        Coat { weight: coat.into(), perceptual_roughness: roughness.into(), normal },
-                        reflector,
-                    )
-                } else {
-                    Bsdf::MetallicRoughness(reflector)
+                    Coat { weight: coat.into(), perceptual_roughness: roughness.into(), normal }
+                });
+                let sheen = (material.sheen_color != Vec3::ZERO).then(|| Sheen {
+                    color: material.sheen_color.as_dvec3(),
+                    perceptual_roughness: material.sheen_roughness.into(),
+                });
+                let layers = Layers { sheen, coat };
+                surface.bsdf = Some(match layers == Layers::default() {
+                    true => Bsdf::MetallicRoughness(reflector),
+                    false => Bsdf::Layered(layers, reflector),
                 });
                 if !hit.front && material.transmission > 0.0 && material.thickness > 0.0 {
                     let per_metre = 1.0 / material.attenuation_distance;
@@ -173,6 +203,7 @@ fn reflector_of(
         f0: dielectric_f0.lerp(base_color, metallic),
         f90: specular + (1.0 - specular) * metallic,
         perceptual_roughness,
+        grain: None,
         transmission,
         behind,
     }
@@ -200,7 +231,7 @@ impl Surface {
     pub fn passes_straight(&self, wo: DVec3) -> Vec3 {
         let (fraction, reflector) = match self.bsdf {
             Some(Bsdf::MetallicRoughness(reflector)) => (1.0, reflector),
-            Some(Bsdf::Coated(coat, reflector)) => (coat.fraction_below(wo), reflector),
+            Some(Bsdf::Layered(layers, reflector)) => (layers.fraction_below(self.normal, wo), reflector),
             _ => return Vec3::ZERO,
         };
         if reflector.behind != Behind::ThinDielectric {

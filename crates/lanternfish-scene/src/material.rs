@@ -62,6 +62,20 @@ pub struct Material {
     pub clearcoat_normal_texture: Option<TextureRef>,
     /// Multiplies x and y of the coat's normal map.
     pub clearcoat_normal_scale: f32,
+    /// Colour of light that fibres above the surface reflect, linear, in 0..=1 (`KHR_materials_sheen`); black: none.
+    pub sheen_color: Vec3,
+    /// Perceptual roughness of the fibres, in 0..=1: how far from grazing angles they reflect.
+    pub sheen_roughness: f32,
+    /// How much rougher the surface is along its grain than across it, in 0..=1 (`KHR_materials_anisotropy`).
+    pub anisotropy: f32,
+    /// Angle from the tangent to the grain, counter-clockwise in texture coordinates, radians.
+    pub anisotropy_rotation: f32,
+    /// Fraction of the reflection at normal incidence that a thin film replaces, in 0..=1 (`KHR_materials_iridescence`).
+    pub iridescence: f32,
+    /// Index of refraction of the film, at least 1.
+    pub iridescence_ior: f32,
+    /// Thickness of the film, nm, not negative.
+    pub iridescence_thickness: f32,
     /// `KHR_materials_volume`: thickness of the volume below the surface, object space, m, not negative. 0: the surface is
     /// thin-walled. A renderer that traces through closed surfaces only distinguishes 0 from other values.
     pub thickness: f32,
@@ -80,15 +94,23 @@ impl Material {
         self.alpha_mode == AlphaMode::Blend || self.transmission > 0.0
     }
 
-    /// True if it has lobes beyond the metallic-roughness model: a clear coat. Renderers may shade it by other code.
+    /// True if it has lobes beyond the metallic-roughness model: a clear coat, sheen, a grain or a film. Renderers may shade it by other
+    /// code.
     pub fn is_layered(&self) -> bool {
+        let has_lobe = self.clearcoat > 0.0 || self.sheen_color != Vec3::ZERO;
+        !self.unlit && (has_lobe || self.anisotropy > 0.0 || self.iridescence > 0.0)
+    }
+
+    /// True if it has a clear coat.
+    pub fn is_coated(&self) -> bool {
         self.clearcoat > 0.0 && !self.unlit
     }
 
-    /// Set of texture coordinates along which tangents of its normal maps run; `None`: it has no normal map. A normal map of the
-    /// coat shares the tangents of the surface's own.
+    /// Set of texture coordinates along which its tangents run; `None`: it has no normal map and no grain. All normal maps and the
+    /// grain share the same tangents.
     pub fn tangent_uv_set(&self) -> Option<u32> {
-        self.normal_texture.or(self.clearcoat_normal_texture).map(|texture| texture.uv_set)
+        let of_map = self.normal_texture.or(self.clearcoat_normal_texture).map(|texture| texture.uv_set);
+        of_map.or((self.anisotropy > 0.0).then_some(0))
     }
 
     /// All references to textures.
@@ -140,6 +162,13 @@ impl Default for Material {
             clearcoat_roughness_texture: None,
             clearcoat_normal_texture: None,
             clearcoat_normal_scale: 1.0,
+            sheen_color: Vec3::ZERO,
+            sheen_roughness: 0.0,
+            anisotropy: 0.0,
+            anisotropy_rotation: 0.0,
+            iridescence: 0.0,
+            iridescence_ior: 1.3,
+            iridescence_thickness: 400.0,
             thickness: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,

@@ -238,8 +238,13 @@ impl Material {
         if !in_unit(self.specular) || !in_unit(self.transmission) {
             return Err("specular or transmission outside 0..=1".to_owned());
         }
-        if !in_unit(self.clearcoat) || !in_unit(self.clearcoat_roughness) {
-            return Err("clear coat or its roughness outside 0..=1".to_owned());
+        let lobes = [self.clearcoat, self.clearcoat_roughness, self.sheen_roughness, self.anisotropy, self.iridescence];
+        if !lobes.into_iter().chain(self.sheen_color.to_array()).all(in_unit) {
+            return Err("clear coat, sheen, anisotropy, iridescence or a roughness of them outside 0..=1".to_owned());
+        }
+        let film = self.iridescence_ior >= 1.0 && self.iridescence_thickness >= 0.0;
+        if !(film && self.iridescence_ior.is_finite() && self.iridescence_thickness.is_finite()) {
+            return Err("film without an index of refraction of at least 1 or a thickness".to_owned());
         }
         if !(self.ior == 0.0 || (self.ior >= 1.0 && self.ior.is_finite())) {
             return Err(format!("index of refraction {}, neither 0 nor at least 1", self.ior));
@@ -253,8 +258,8 @@ impl Material {
         if !self.attenuation_color.to_array().into_iter().all(in_unit) {
             return Err(format!("attenuation colour {}, outside 0..=1", self.attenuation_color));
         }
-        if !self.clearcoat_normal_scale.is_finite() {
-            return Err("normal scale of the clear coat is not finite".to_owned());
+        if !self.clearcoat_normal_scale.is_finite() || !self.anisotropy_rotation.is_finite() {
+            return Err("normal scale of the clear coat or direction of the grain is not finite".to_owned());
         }
         if !self.normal_scale.is_finite() || !self.emissive.is_finite() || self.emissive.min_element() < 0.0 {
             return Err("normal scale or emission is not finite, or negative".to_owned());

@@ -10,7 +10,7 @@ use crate::{
     debug_views::DebugViews,
     direct_light::{DirectLight, DirectPasses},
     error::RenderError,
-    gpu_scene::VisibleDraws,
+    gpu_scene::{Lobes, VisibleDraws},
     indirect::{DemodulatedIrradiance, IndirectPasses},
     light_culling::{LightCulling, LightLists, Reach},
     occlusion::{AmbientVisibility, OcclusionPasses},
@@ -275,7 +275,7 @@ impl Passes {
             let indirect = indirect.map(|indirect| indirect.record(frame, view, &surface)).transpose()?;
             let direct = self.direct.as_mut().filter(|_| is_sampled);
             let direct = direct.map(|direct| direct.record(frame, view, &surface)).transpose()?;
-            let is_coated = view.draws.solid.iter().any(|draw| draw.layered);
+            let is_coated = view.draws.solid.iter().any(|draw| draw.lobes == Lobes::Coated);
             let coats = self.coats.as_mut().filter(|_| is_coated);
             let coat = coats.map(|coats| coats.record(frame, view)).transpose()?.map(Box::new);
             Ok(Arriving { surface, ambient_visibility, indirect, direct, coat })

@@ -6,7 +6,8 @@ use lanternfish_scene::{AlphaMode, Material, Primitive, Scene, shading::Material
 use super::{assert_mean, front, material, mean_and_error, quad, render, scene_of, sphere};
 use crate::{
     Film, Random, Settings,
-    brdf::{Behind, Bsdf, Coat, Reflector},
+    brdf::{Behind, Bsdf, Grain, Reflector},
+    layers::{Coat, Layers, Sheen, ThinFilm},
 };
 
 fn in_furnace(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
@@ -99,6 +100,42 @@ fn coated_surfaces_do_not_gain_energy() {
 }
 
 #[test]
+fn sheen_a_grain_and_a_film_do_not_gain_energy() {
+    let white = |roughness| material(Vec3::ONE, 0.0, roughness);
+    let sheen = |roughness, base| Material { sheen_color: Vec3::ONE, sheen_roughness: roughness, ..base };
+    let grain = |metallic| Material { anisotropy: 0.8, ..material(Vec3::ONE, metallic, 0.2) };
+    let film = |thickness| Material { iridescence: 1.0, iridescence_thickness: thickness, ..white(0.1) };
+    for (name, material, least) in [
+        ("sheen, smooth", sheen(0.0, white(0.8)), 0.93),
+        ("sheen", sheen(0.5, white(0.8)), 0.93),
+        ("sheen, rough", sheen(1.0, white(0.8)), 0.93),
+        // Rough metals lose what their microfacets scatter several times.
+        ("grain", grain(1.0), 0.7),
+        ("grain, dielectric", grain(0.0), 0.93),
+        ("film", film(200.0), 0.93),
+        ("film", film(500.0), 0.93),
+    ] {
+        let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![material]);
+        let (mean, error) = mean_and_error(&render(&scene, &front(4.0, 0.99), 16, 128, Settings::default()));
+        assert!((least..1.01).contains(&mean) && error < 6e-3, "{name}: {mean} ± {error}");
+    }
+}
+
+/// Without a film's thickness, or with one far beyond the wavelengths of light, colours do not change with the angle; a film of some hundred
+/// nanometres reflects one colour more than another.
+#[test]
+fn films_colour_reflections_by_interference() {
+    let f0 = DVec3::splat(0.3);
+    let at = |thickness, cosine| ThinFilm { ior: 1.4, thickness }.f0(f0, cosine);
+    // Two orders of interference are off by a few per cent.
+    assert!((at(0.0, 0.8) - f0).abs().max_element() < 0.02, "{}", at(0.0, 0.8));
+    let spread = |color: DVec3| color.max_element() - color.min_element();
+    assert!(spread(at(1e5, 0.8)) < 0.02, "{}", at(1e5, 0.8));
+    assert!(spread(at(350.0, 0.9)) > 0.1, "{}", at(350.0, 0.9));
+    assert!((at(350.0, 1.0) - at(350.0, 0.5)).abs().max_element() > 0.05);
+}
+
+#[test]
 fn glass_transmits_all_light_that_it_does_not_reflect() {
     let glass = |roughness, thickness, alpha_mode| Material {
         transmission: 1.0,
@@ -177,16 +214,29 @@ fn sampling_covers_all_light_that_the_bsdf_scatters() {
                     f0: DVec3::splat(0.04 + 0.96 * metallic),
                     f90: 1.0,
                     perceptual_roughness: roughness,
+                    grain: None,
                     transmission,
                     behind,
                 });
                 let Bsdf::MetallicRoughness(reflector) = bsdf else { unreachable!("constructed above") };
                 let coat =
                     Coat { weight: 0.7, perceptual_roughness: 0.4, normal: DVec3::new(0.1, 0.2, 1.0).normalize() };
-                for bsdf in [bsdf, Bsdf::Coated(coat, reflector)] {
+                let sheen = Sheen { color: DVec3::splat(0.8), perceptual_roughness: 0.5 };
+                let coated = Layers { coat: Some(coat), sheen: None };
+                let both = Layers { coat: Some(coat), sheen: Some(sheen) };
+                let grain = Grain::new(DVec3::new(0.6, 0.8, 0.0), roughness, 0.8);
+                let grainy =
+                    Reflector { grain: Some(grain), perceptual_roughness: grain.mean_roughness(), ..reflector };
+                let bsdfs = [
+                    bsdf,
+                    Bsdf::Layered(coated, reflector),
+                    Bsdf::Layered(both, reflector),
+                    Bsdf::MetallicRoughness(grainy),
+                ];
+                for bsdf in &bsdfs[..if behind == Behind::Thin { 4 } else { 2 }] {
                     let wo = DVec3::new(angle.sin(), 0.0, angle.cos());
-                    let (sampled, error) = sampled_albedo(&bsdf, wo, 20_000);
-                    let summed = summed_albedo(&bsdf, wo);
+                    let (sampled, error) = sampled_albedo(bsdf, wo, 20_000);
+                    let summed = summed_albedo(bsdf, wo);
                     assert!(
                         (sampled - summed).abs() < 5.0 * error + 0.01 * summed,
                         "{bsdf:?} angle {angle}: {sampled} ± {error}, not {summed}"

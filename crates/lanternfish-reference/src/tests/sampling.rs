@@ -7,7 +7,8 @@ use lanternfish_scene::{Environment, Scene};
 
 use crate::{
     Random,
-    brdf::{Behind, Bsdf, Reflector, cosine_direction},
+    brdf::{Behind, Bsdf, Grain, Reflector, cosine_direction},
+    layers::{Layers, Sheen},
     lights::Sky,
     statistics::chi_square,
 };
@@ -83,23 +84,35 @@ fn every_lobe_is_sampled_with_its_density() {
             // From the front, oblique, and below the shading normal's horizon.
             for wo in [n, DVec3::new(0.9, 0.1, 0.6), DVec3::new(0.93, 0.0, 0.3)] {
                 let wo = wo.normalize();
-                let bsdf = Bsdf::MetallicRoughness(Reflector {
+                let reflector = Reflector {
                     albedo: DVec3::splat(0.8 * (1.0 - metallic)),
                     f0: DVec3::splat(0.04 + 0.9 * metallic),
                     f90: 1.0,
                     perceptual_roughness: roughness,
+                    grain: None,
                     transmission,
                     behind,
-                });
-                // `sample` returns `None` for samples without a contribution, so the density counts only where the BSDF is not zero.
-                let pdf = |wi: DVec3| if bsdf.scatter(n, wi, wo) == DVec3::ZERO { 0.0 } else { bsdf.pdf(n, wi, wo) };
-                let p = agreement(&|u| bsdf.sample(n, wo, u).map(|s| s.wi), &pdf);
-                assert!(p > LEAST_P, "{behind:?} {roughness} {metallic} {transmission} {wo}: p = {p}");
-                tested += 1;
+                };
+                let grain = Grain { along: n.any_orthonormal_vector(), alpha: [0.9, roughness * roughness] };
+                let grainy = Reflector { grain: Some(grain), ..reflector };
+                let sheen = Some(Sheen { color: DVec3::splat(0.7), perceptual_roughness: 0.6 });
+                let bsdfs = [
+                    Bsdf::MetallicRoughness(reflector),
+                    Bsdf::MetallicRoughness(grainy),
+                    Bsdf::Layered(Layers { sheen, coat: None }, reflector),
+                ];
+                for bsdf in &bsdfs[..if behind == Behind::Thin { 3 } else { 1 }] {
+                    // `sample` returns `None` for samples without a contribution, so the density counts only where the BSDF is not zero.
+                    let pdf =
+                        |wi: DVec3| if bsdf.scatter(n, wi, wo) == DVec3::ZERO { 0.0 } else { bsdf.pdf(n, wi, wo) };
+                    let p = agreement(&|u| bsdf.sample(n, wo, u).map(|s| s.wi), &pdf);
+                    assert!(p > LEAST_P, "{bsdf:?} {wo}: p = {p}");
+                    tested += 1;
+                }
             }
         }
     }
-    assert_eq!(tested, 36);
+    assert_eq!(tested, 60);
 }
 
 #[test]

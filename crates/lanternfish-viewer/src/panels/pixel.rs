@@ -119,6 +119,15 @@ fn of_material(material: &Material) -> Vec<(&'static str, String)> {
     if material.clearcoat > 0.0 {
         rows.push(("clear coat", format!("{:.2}", material.clearcoat)));
     }
+    if material.sheen_color != Vec3::ZERO {
+        rows.push(("sheen", format!("{:.2}", material.sheen_color)));
+    }
+    if material.anisotropy > 0.0 {
+        rows.push(("anisotropy", format!("{:.2}", material.anisotropy)));
+    }
+    if material.iridescence > 0.0 {
+        rows.push(("film", format!("{:.2}, {:.0} nm", material.iridescence, material.iridescence_thickness)));
+    }
     rows
 }
 

@@ -8,7 +8,7 @@ use lanternfish_scene::{AlphaMode, Bounds, Primitive, Scene};
 use rayon::prelude::*;
 use wgpu::util::DeviceExt;
 
-use super::Shading;
+use super::{Lobes, Shading};
 use crate::error::RenderError;
 
 gpu_struct! {
@@ -87,8 +87,8 @@ pub struct Draw {
     pub alpha: DrawAlpha,
     /// Transparent, and tints the background.
     pub transmits: bool,
-    /// The material has lobes beyond metallic-roughness ([`lanternfish_scene::Material::is_layered`]).
-    pub layered: bool,
+    /// The lobes of the material.
+    pub lobes: Lobes,
     /// Which faces are drawn.
     pub facing: Facing,
     /// Bounding box of all its instances, world space.
@@ -156,7 +156,7 @@ impl Geometry {
                 material: primitive.material as u32,
                 alpha: alpha_of(&scene.materials[primitive.material]),
                 transmits: shading == Shading::File && scene.materials[primitive.material].transmission > 0.0,
-                layered: layered(&scene.materials[primitive.material], shading),
+                lobes: Lobes::of(&scene.materials[primitive.material], shading),
                 facing: Facing { side: None, mirrored: false },
                 bounds: Bounds::EMPTY,
             };
@@ -202,10 +202,10 @@ impl Geometry {
         (changed.len() * size_of::<DrawInstance>()) as u64
     }
 
-    /// Sets whether the material of each draw is layered, by the material's index and whether it was.
-    pub(super) fn set_layered(&mut self, is_layered: impl Fn(usize, bool) -> bool) {
+    /// Sets the lobes of each draw's material, by the material's index and its lobes before.
+    pub(super) fn set_lobes(&mut self, lobes: impl Fn(usize, Lobes) -> Lobes) {
         for draw in self.templates.iter_mut().map(|template| &mut template.draw).chain(&mut self.draws) {
-            draw.layered = is_layered(draw.material as usize, draw.layered);
+            draw.lobes = lobes(draw.material as usize, draw.lobes);
         }
     }
 
@@ -332,11 +332,6 @@ fn draw_instance(transform: &Affine3A, material: u32, mirrored: bool) -> DrawIns
         handedness: if mirrored { -1.0 } else { 1.0 },
         _pad: UVec2::ZERO,
     }
-}
-
-/// True if draws of the material use the `layered` variants of shaders.
-pub(super) fn layered(material: &lanternfish_scene::Material, shading: Shading) -> bool {
-    shading == Shading::File && material.is_layered()
 }
 
 fn alpha_of(material: &lanternfish_scene::Material) -> DrawAlpha {

@@ -55,6 +55,22 @@ gpu_struct! {
         coat_roughness: f32,
         /// Multiplies x and y of the coat's normal map.
         coat_normal_scale: f32,
+        /// Colour of the sheen (`KHR_materials_sheen`).
+        sheen_color: Vec3,
+        /// Roughness of the sheen.
+        sheen_roughness: f32,
+        /// Along the grain, in the tangent's frame; its length is the strength (`KHR_materials_anisotropy`).
+        anisotropy: Vec2,
+        /// Weight of a thin film (`KHR_materials_iridescence`).
+        iridescence: f32,
+        /// Index of refraction of the film.
+        iridescence_ior: f32,
+        /// Thickness of the film, nm.
+        iridescence_thickness: f32,
+        /// Unused.
+        _pad0: f32,
+        /// Unused.
+        _pad1: Vec2,
         /// sRGB.
         base_color_map: TextureSlot,
         /// Linear.
@@ -230,6 +246,14 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         coat: if file { material.clearcoat } else { 0.0 },
         coat_roughness: material.clearcoat_roughness,
         coat_normal_scale: material.clearcoat_normal_scale,
+        sheen_color: if file { material.sheen_color } else { Vec3::ZERO },
+        sheen_roughness: material.sheen_roughness,
+        anisotropy: if file { material.anisotropy } else { 0.0 } * Vec2::from_angle(material.anisotropy_rotation),
+        iridescence: if file { material.iridescence } else { 0.0 },
+        iridescence_ior: material.iridescence_ior,
+        iridescence_thickness: material.iridescence_thickness,
+        _pad0: 0.0,
+        _pad1: Vec2::ZERO,
         base_color_map: slot(&material.base_color_texture, true),
         metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
         normal_map: slot(&material.normal_texture, false),

@@ -123,7 +123,7 @@ impl SceneRaster {
         if self.distinguish_masked && draw.alpha == DrawAlpha::Masked {
             features.push(MASKED);
         }
-        if self.distinguish_layered && draw.layered {
+        if self.distinguish_layered && draw.lobes.are_layered() {
             features.push(LAYERED);
         }
         if self.distinguish_area_lights && scene.has_area_lights {

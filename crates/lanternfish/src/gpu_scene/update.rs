@@ -22,8 +22,10 @@ use lanternfish_scene::Scene;
 use self::outline::Outline;
 use super::{
     DRAWS, GpuScene, LIGHTS, NODES, emissive,
-    geometry::{Geometry, layered, mirrors, standing},
-    has_area_lights, light_bounds, light_set, packed_lights,
+    geometry::{Geometry, mirrors, standing},
+    has_area_lights, light_bounds, light_set,
+    lobes::Lobes,
+    packed_lights,
     textures::Images,
     tlas::Tlas,
     tracing::{Part, Source, Tracing, pose},
@@ -241,7 +243,7 @@ impl GpuScene {
         self.update_lights(device, queue, scene)?;
         self.sky = scene.sky;
         self.materials.update(queue, scene, self.needs.shading, &self.textures);
-        self.geometry.set_layered(|material, _| layered(&scene.materials[material], self.needs.shading));
+        self.geometry.set_lobes(|material, _| Lobes::of(&scene.materials[material], self.needs.shading));
         if let Some(hits) = &self.hits {
             hits.update_materials(queue, scene, self.needs.shading);
         }

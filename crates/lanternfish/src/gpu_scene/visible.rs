@@ -22,7 +22,7 @@ impl GpuScene {
         let (transparent, solid): (Vec<&Draw>, Vec<&Draw>) =
             seen.partition(|draw| draw.alpha == DrawAlpha::Transparent);
         let mut visible = VisibleDraws { solid, transparent };
-        let pipeline = |draw: &Draw| (draw.alpha, draw.layered, draw.facing);
+        let pipeline = |draw: &Draw| (draw.alpha, draw.lobes, draw.facing);
         visible.solid.sort_by(|a, b| pipeline(a).cmp(&pipeline(b)).then(nearest(view, a).total_cmp(&nearest(view, b))));
         visible.transparent.sort_by(|a, b| middle(view, b).total_cmp(&middle(view, a)));
         visible

@@ -5,6 +5,7 @@ mod counts;
 mod emission;
 mod history;
 mod lamps;
+mod lobes;
 mod new_entries;
 mod noise;
 mod probes;

@@ -11,7 +11,7 @@ use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    gpu_scene::{Draw, GpuScene, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
+    gpu_scene::{Draw, GpuScene, Lobes, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
     shaders::{Root, Shaders},
     texture::frame_target,
     view::ViewBuffer,
@@ -173,7 +173,7 @@ impl Prepass {
         ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
     ) -> Result<Surface, RenderError> {
         let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
-        let coated: Vec<&Draw> = draws.solid.iter().copied().filter(|draw| draw.layered).collect();
+        let coated: Vec<&Draw> = draws.solid.iter().copied().filter(|draw| draw.lobes == Lobes::Coated).collect();
         self.draw(frame, scene, &coated, &bindings, middle.size, None)
     }
 

@@ -25,13 +25,14 @@ impl Arriving {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = self.surface.bindings();
-        let coat = self.coat.as_deref();
+        // Layered surfaces without a coat do not read what they bind.
+        let coat = self.coat.as_deref().unwrap_or(self);
         let light = [
             self.ambient_visibility.as_ref().map(AmbientVisibility::bindings),
             self.indirect.as_ref().map(DemodulatedIrradiance::bindings),
             self.direct.as_ref().map(DirectLight::bindings),
-            coat.and_then(|coat| coat.indirect.as_ref()).map(DemodulatedIrradiance::coat_bindings),
-            coat.and_then(|coat| coat.ambient_visibility.as_ref()).map(AmbientVisibility::coat_bindings),
+            coat.indirect.as_ref().map(DemodulatedIrradiance::coat_bindings),
+            coat.ambient_visibility.as_ref().map(AmbientVisibility::coat_bindings),
         ];
         light.iter().flatten().fold(bindings, |bindings, more| bindings.with(more))
     }

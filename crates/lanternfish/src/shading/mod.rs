@@ -47,7 +47,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::by_settings("shading/forward"),
         Root::by_settings("shading/demodulated"),
         Root::by_settings("shading/visibility_ratios"),
-        Root::of("shading/dim", &[&[&[], &[LAYERED]], TEXTURES]),
+        Root::of("shading/dim", &[&[&[TRANSPARENT], &[TRANSPARENT, LAYERED]], TEXTURES]),
     ],
     &[],
 );
@@ -151,7 +151,7 @@ impl Forward {
                 "shading/transparent",
                 DECLARED,
                 "shading/dim",
-                &[],
+                &[TRANSPARENT],
                 false,
                 PassState { depth: nearer.clone(), targets: vec![multiplied], samples, draws_backs: false },
             )

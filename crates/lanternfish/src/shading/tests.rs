@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3, Vec4};
 use lanternfish_gpu::testing;
 use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer,
-    brdf::{self, Coat, Reflector, normal_distribution},
+    brdf::{self, Grain, Reflector, normal_distribution},
+    layers::{Coat, Sheen, ThinFilm},
     reflector,
 };
 use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Texture, TextureRef, linear_from_srgb};
@@ -107,6 +108,75 @@ fn gpu_coats_are_their_cpu_references() {
         let error = (answer.truncate().as_dvec3() - expected).abs().max_element();
         // The tolerance of the BRDF without a coat; alpha is at least 0.01.
         assert!(error <= 2e-4 * expected.x.max(1e-3), "{answer}, not {expected}");
+    }
+}
+
+#[test]
+fn gpu_sheen_grain_and_films_are_their_cpu_references() {
+    let Some(gpu) = testing::gpu("gpu_sheen_grain_and_films_are_their_cpu_references") else { return };
+    let mut random = Random::new(17);
+    let upper = |v: Vec3| if v.z < 0.0 { -v } else { v };
+    let (mut of_sheen, mut of_grain, mut of_film) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut sheens, mut grains, mut films) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..2048 {
+        let (wi, wo) = (upper(random.direction()), upper(random.direction()));
+        let (roughness, strength) = (random.between(0.1, 1.0), random.unit());
+        let along = Vec3::new(wi.y, -wi.x, 0.0).normalize_or(Vec3::X);
+        of_sheen.extend([Vec4::splat(roughness), wi.extend(0.0), wo.extend(0.0)]);
+        of_grain.extend([Vec4::new(roughness, strength, 0.0, 0.0), along.extend(0.0), wi.extend(0.0), wo.extend(0.0)]);
+        let f0 = random.unit() * Vec3::new(1.0, 0.8, 0.5);
+        let (ior, thickness) = (random.between(1.0, 2.5), 1200.0 * random.unit());
+        of_film.extend([f0.extend(ior), Vec4::new(thickness, wo.z, 0.0, 0.0)]);
+
+        let (wi, wo) = (wi.as_dvec3(), wo.as_dvec3());
+        let sheen = Sheen { color: DVec3::ONE, perceptual_roughness: roughness.into() };
+        sheens.push((sheen.reflect(DVec3::Z, wi, wo), sheen.albedo(wo.z)));
+        let grain = Grain::new(along.as_dvec3().normalize(), roughness.into(), strength.into());
+        let metal = Reflector {
+            albedo: DVec3::ZERO,
+            f0: DVec3::splat(0.5),
+            grain: Some(grain),
+            ..white(1.0, grain.mean_roughness())
+        };
+        grains.push(metal.reflect_light(DVec3::Z, wi, wo).x);
+        let film = ThinFilm { ior: ior.into(), thickness: thickness.into() };
+        films.push(film.f0(f0.as_dvec3(), wo.z));
+    }
+    let is_near = |actual: f32, expected: f64, tolerance: f64| {
+        let error = (f64::from(actual) - expected).abs();
+        assert!(error <= tolerance * expected.abs().max(1e-2), "{actual}, not {expected}");
+    };
+    for (answer, (light, albedo)) in evaluate(gpu, "sheen_reflections", &of_sheen, 3).iter().zip(sheens) {
+        is_near(answer.x, light, 2e-3);
+        is_near(answer.y, albedo, 1e-3);
+    }
+    for (answer, light) in evaluate(gpu, "grain_reflections", &of_grain, 4).iter().zip(grains) {
+        is_near(answer.x, light, 2e-3);
+    }
+    for (answer, f0) in evaluate(gpu, "film_reflectances", &of_film, 2).iter().zip(films) {
+        // The phases of thick films reach hundreds of radians in single precision.
+        (0..3).for_each(|channel| is_near(answer[channel], f0[channel], 5e-3));
+    }
+}
+
+/// The albedo of sheen, by which it dims the surface below, is that of its lobe.
+#[test]
+fn the_fit_of_the_albedo_of_sheen_is_close() {
+    for roughness in [0.1, 0.25, 0.4, 0.6, 0.8, 1.0] {
+        let sheen = Sheen { color: DVec3::ONE, perceptual_roughness: roughness };
+        for angle in [0.05f64, 0.5, 1.0, 1.3, 1.5] {
+            let n = 200;
+            let sum: f64 = (0..n * n)
+                .map(|i| {
+                    let z = (f64::from(i / n) + 0.5) / f64::from(n);
+                    let (sin, cos) = (2.0 * PI * (f64::from(i % n) + 0.5) / f64::from(n)).sin_cos();
+                    let ring = (1.0 - z * z).sqrt();
+                    sheen.reflect(DVec3::Z, DVec3::new(ring * cos, ring * sin, z), at(angle))
+                })
+                .sum();
+            let (albedo, fit) = (2.0 * PI * sum / f64::from(n * n), sheen.albedo(angle.cos()));
+            assert!((-0.011..0.031).contains(&(fit - albedo)), "{roughness}, {angle}: {fit}, not {albedo}");
+        }
     }
 }
 

@@ -5,18 +5,26 @@ use glam::{Vec3, Vec4};
 use super::fault::{Place, Result};
 use super::notes::Notes;
 use super::schema::{self, MetallicRoughness, Root, TextureInfo};
-use super::surface;
 use super::textures::Textures;
+use super::{lobes, surface};
 use crate::{AlphaMode, Material};
 
 /// The file's material `index`; its textures are added to `textures`. Factors outside the format's range are clamped.
-pub(super) fn read(root: &Root, index: usize, textures: &mut Textures, notes: &mut Notes) -> Result<Material> {
-    read_material(root, &root.materials[index], textures, notes).place(|| format!("materials[{index}]"))
+/// `kept`: the index that it gets in the scene.
+pub(super) fn read(
+    root: &Root,
+    index: usize,
+    kept: usize,
+    textures: &mut Textures,
+    notes: &mut Notes,
+) -> Result<Material> {
+    read_material(root, &root.materials[index], kept, textures, notes).place(|| format!("materials[{index}]"))
 }
 
 fn read_material(
     root: &Root,
     material: &schema::Material,
+    kept: usize,
     textures: &mut Textures,
     notes: &mut Notes,
 ) -> Result<Material> {
@@ -64,6 +72,7 @@ fn read_material(
     // Unlit materials have no other extensions.
     if !read.unlit {
         surface::apply(root, &material.extensions, &mut read, textures, notes)?;
+        lobes::apply(root, &material.extensions, (kept, &mut read), textures, notes)?;
     }
     Ok(read)
 }

@@ -26,6 +26,7 @@ mod hierarchy;
 mod images;
 mod instancing;
 mod lights;
+mod lobes;
 mod materials;
 mod meshes;
 mod meshopt;
@@ -97,7 +98,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions, files: &Files) -> Resul
     let mut materials: Vec<Material> = Vec::with_capacity(used.materials.len());
     for file_index in &used.materials {
         materials.push(match file_index {
-            Some(index) => materials::read(&root, *index, &mut textures, &mut notes)?,
+            Some(index) => materials::read(&root, *index, materials.len(), &mut textures, &mut notes)?,
             None => Material::default(),
         });
     }

@@ -11,7 +11,7 @@ use crate::Material;
 /// Reflectance at normal incidence of a dielectric with IOR 1.5, which `specular_color` multiplies.
 const DIELECTRIC_REFLECTANCE: f32 = 0.04;
 
-/// Applies the supported extensions to a material that holds the core's values; notes the unsupported ones.
+/// Applies the supported extensions but those of [`super::lobes`] to a material that holds the core's values; notes the unsupported ones.
 pub(super) fn apply(
     root: &Root,
     extensions: &MaterialExtensions,
@@ -70,15 +70,8 @@ pub(super) fn apply(
             volume.attenuation_color.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::ONE);
         material.attenuation_distance = volume.attenuation_distance.unwrap_or(f32::INFINITY).max(f32::MIN_POSITIVE);
     }
-    for (name, has_effect) in [
-        ("KHR_materials_anisotropy", extensions.anisotropy.as_ref().is_some_and(|e| e.anisotropy_strength != 0.0)),
-        ("KHR_materials_dispersion", extensions.dispersion.as_ref().is_some_and(|e| e.dispersion != 0.0)),
-        ("KHR_materials_iridescence", extensions.iridescence.as_ref().is_some_and(|e| e.iridescence_factor != 0.0)),
-        ("KHR_materials_sheen", extensions.sheen.as_ref().is_some_and(|e| e.sheen_color_factor != [0.0; 3])),
-    ] {
-        if has_effect {
-            notes.add(name);
-        }
+    if extensions.dispersion.as_ref().is_some_and(|extension| extension.dispersion != 0.0) {
+        notes.add("KHR_materials_dispersion");
     }
     Ok(())
 }

@@ -3,6 +3,7 @@
 use glam::{Affine2, Mat2, Vec2};
 
 use super::fault::{Place, Result, invalid, item};
+use super::lobes::Mean;
 use super::notes::Notes;
 use super::schema::{self, Root, TextureInfo, TextureTransform};
 use crate::{Filter, Image, Material, MipFilter, Sampler, Texture, TextureRef, Wrap};
@@ -17,12 +18,14 @@ pub(super) struct Textures {
     pub samplers: Vec<Sampler>,
     /// The file's image index for each of [`crate::Scene::images`].
     pub images: Vec<usize>,
+    /// Textures of which materials need the mean alone.
+    pub means: Vec<Mean>,
 }
 
 impl Textures {
     /// No textures yet. `first_images`: for each of the file's images the first one of the same bytes.
     pub fn new(first_images: Vec<usize>) -> Self {
-        Self { first_images, textures: Vec::new(), samplers: Vec::new(), images: Vec::new() }
+        Self { first_images, textures: Vec::new(), samplers: Vec::new(), images: Vec::new(), means: Vec::new() }
     }
 
     /// Adds a texture that a material refers to. `None`, with a note, for an unsupported texture: its image is in the
@@ -53,23 +56,34 @@ impl Textures {
         Ok(Some(TextureRef { texture, uv_set, texture_from_uv }))
     }
 
-    /// Removes the materials' references to images that could not be read, with a note for each. Returns the images, with one white pixel instead of
-    /// these.
+    /// Applies the means, and removes the materials' references to images that could not be read, with a note for each. Returns the images, with one
+    /// white pixel instead of these and of those of which only the mean is used.
     pub fn keep_readable(
         &self,
         images: Vec<std::result::Result<Image, String>>,
         materials: &mut [Material],
         notes: &mut Notes,
     ) -> Vec<Image> {
-        let is_readable: Vec<bool> = images.iter().map(|image| image.is_ok()).collect();
-        for slot in materials.iter_mut().flat_map(Material::texture_slots) {
-            *slot = slot.filter(|used| is_readable[self.textures[used.texture].image]);
+        for mean in &self.means {
+            if let Ok(image) = &images[self.textures[mean.texture()].image] {
+                mean.apply(materials, image);
+            }
         }
-        let mut white = |what| {
-            notes.add_image(what);
-            Image { name: String::new(), width: 1, height: 1, rgba: vec![255; 4] }
+        let mut is_sampled = vec![false; images.len()];
+        for slot in materials.iter_mut().flat_map(Material::texture_slots) {
+            *slot = slot.filter(|used| images[self.textures[used.texture].image].is_ok());
+            slot.iter().for_each(|used| is_sampled[self.textures[used.texture].image] = true);
+        }
+        let white = || Image { name: String::new(), width: 1, height: 1, rgba: vec![255; 4] };
+        let keep = |(index, image): (usize, std::result::Result<Image, String>)| match image {
+            Ok(image) if is_sampled[index] => image,
+            Ok(_) => white(),
+            Err(what) => {
+                notes.add_image(what);
+                white()
+            }
         };
-        images.into_iter().map(|image| image.unwrap_or_else(&mut white)).collect()
+        images.into_iter().enumerate().map(keep).collect()
     }
 
     fn sampler(&mut self, root: &Root, texture: &schema::Texture, notes: &mut Notes) -> Result<usize> {

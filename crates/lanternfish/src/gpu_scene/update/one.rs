@@ -6,7 +6,7 @@ use lanternfish_gpu::GpuError;
 use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene};
 
 use super::{
-    super::{GpuScene, emissive, geometry::layered, moving::Sent},
+    super::{GpuScene, emissive, lobes::Lobes, moving::Sent},
     next_number,
 };
 use crate::{error::RenderError, lights::Light};
@@ -94,7 +94,7 @@ impl GpuScene {
             return needs_update("emissive triangles are in a light tree");
         }
         self.geometry
-            .set_layered(|other, was| if other == index { layered(material, self.needs.shading) } else { was });
+            .set_lobes(|other, was| if other == index { Lobes::of(material, self.needs.shading) } else { was });
         let mut bytes = self.materials.set(queue, index, material, self.needs.shading, &self.textures);
         if let Some(hits) = &self.hits {
             bytes += hits.set_material(queue, index, material, self.needs.shading);

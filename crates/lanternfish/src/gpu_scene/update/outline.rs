@@ -152,6 +152,13 @@ fn fixed(material: &Material) -> Material {
         clearcoat: usual.clearcoat,
         clearcoat_roughness: usual.clearcoat_roughness,
         clearcoat_normal_scale: usual.clearcoat_normal_scale,
+        sheen_color: usual.sheen_color,
+        sheen_roughness: usual.sheen_roughness,
+        anisotropy: usual.anisotropy,
+        anisotropy_rotation: usual.anisotropy_rotation,
+        iridescence: usual.iridescence,
+        iridescence_ior: usual.iridescence_ior,
+        iridescence_thickness: usual.iridescence_thickness,
         unlit: usual.unlit,
         ..material.clone()
     }

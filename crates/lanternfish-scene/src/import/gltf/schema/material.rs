@@ -60,6 +60,8 @@ pub(in super::super) struct MaterialExtensions {
 #[serde(default, rename_all = "camelCase")]
 pub(in super::super) struct Anisotropy {
     pub anisotropy_strength: f32,
+    pub anisotropy_rotation: f32,
+    pub anisotropy_texture: Option<TextureInfo>,
 }
 
 #[derive(Default, Deserialize)]
@@ -88,12 +90,20 @@ pub(in super::super) struct Ior {
 #[serde(default, rename_all = "camelCase")]
 pub(in super::super) struct Iridescence {
     pub iridescence_factor: f32,
+    pub iridescence_texture: Option<TextureInfo>,
+    pub iridescence_ior: Option<f32>,
+    pub iridescence_thickness_minimum: Option<f32>,
+    pub iridescence_thickness_maximum: Option<f32>,
+    pub iridescence_thickness_texture: Option<TextureInfo>,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in super::super) struct Sheen {
     pub sheen_color_factor: [f32; 3],
+    pub sheen_color_texture: Option<TextureInfo>,
+    pub sheen_roughness_factor: f32,
+    pub sheen_roughness_texture: Option<TextureInfo>,
 }
 
 #[derive(Default, Deserialize)]

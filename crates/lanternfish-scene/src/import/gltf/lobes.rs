@@ -1,0 +1,114 @@
+//! Sheen, anisotropy and iridescence. Their textures are not sampled: each factor is multiplied by its texture's mean.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use super::fault::Result;
+use super::notes::Notes;
+use super::schema::{Iridescence, MaterialExtensions, Root, TextureInfo};
+use super::textures::Textures;
+use crate::{Image, Material, linear_from_srgb};
+
+/// The mean of a texture to be applied to a material.
+pub(super) struct Mean {
+    /// Index of the material among those that the scene uses.
+    material: usize,
+    /// Index of the texture.
+    texture: usize,
+    /// True if red, green and blue are sRGB-encoded.
+    is_srgb: bool,
+    apply: Box<dyn Fn(&mut Material, Vec4)>,
+}
+
+impl Mean {
+    /// Index of the texture.
+    pub fn texture(&self) -> usize {
+        self.texture
+    }
+
+    /// Applies the mean of `image`.
+    pub fn apply(&self, materials: &mut [Material], image: &Image) {
+        (self.apply)(&mut materials[self.material], mean_of(image, self.is_srgb));
+    }
+}
+
+/// Mean of an image's texels, RGBA in 0..=1; red, green and blue are linear if they were `is_srgb`.
+fn mean_of(image: &Image, is_srgb: bool) -> Vec4 {
+    // A sum over values, of which there are 256, is exact for any number of texels.
+    let mut counts = [[0u64; 256]; 4];
+    for texel in image.rgba.as_chunks::<4>().0 {
+        (0..4).for_each(|channel| counts[channel][usize::from(texel[channel])] += 1);
+    }
+    let texels = image.rgba.len().max(4) as f64 / 4.0;
+    Vec4::from_array(std::array::from_fn(|channel| {
+        let linear = |value: usize| match is_srgb && channel < 3 {
+            true => f64::from(linear_from_srgb(value as u8)),
+            false => value as f64 / 255.0,
+        };
+        let sum: f64 = (0..256).map(|value| linear(value) * counts[channel][value] as f64).sum();
+        (sum / texels) as f32
+    }))
+}
+
+/// Applies the extensions to `material`, whose index in the scene is `index`.
+pub(super) fn apply(
+    root: &Root,
+    extensions: &MaterialExtensions,
+    (index, material): (usize, &mut Material),
+    textures: &mut Textures,
+    notes: &mut Notes,
+) -> Result<()> {
+    let mut mean = |info: &Option<TextureInfo>, is_srgb, apply: Box<dyn Fn(&mut Material, Vec4)>| -> Result<()> {
+        let Some(info) = info else { return Ok(()) };
+        if let Some(reference) = textures.add(root, info, notes)? {
+            notes.add("details of textures of sheen, anisotropy and iridescence, whose means are used");
+            textures.means.push(Mean { material: index, texture: reference.texture, is_srgb, apply });
+        }
+        Ok(())
+    };
+    if let Some(sheen) = &extensions.sheen
+        && let color = Vec3::from(sheen.sheen_color_factor).clamp(Vec3::ZERO, Vec3::ONE)
+        && color != Vec3::ZERO
+    {
+        (material.sheen_color, material.sheen_roughness) = (color, sheen.sheen_roughness_factor.clamp(0.0, 1.0));
+        mean(&sheen.sheen_color_texture, true, Box::new(|material, texel| material.sheen_color *= texel.truncate()))?;
+        mean(&sheen.sheen_roughness_texture, false, Box::new(|material, texel| material.sheen_roughness *= texel.w))?;
+    }
+    if let Some(grain) = &extensions.anisotropy
+        && let strength = grain.anisotropy_strength.clamp(0.0, 1.0)
+        && strength > 0.0
+    {
+        (material.anisotropy, material.anisotropy_rotation) = (strength, finite(grain.anisotropy_rotation));
+        let turn = |material: &mut Material, texel: Vec4| {
+            // Red and green are the direction, in -1..=1; directions that differ weaken their mean.
+            let along = 2.0 * Vec2::new(texel.x, texel.y) - 1.0;
+            material.anisotropy *= (texel.z * along.length()).min(1.0);
+            material.anisotropy_rotation += if along == Vec2::ZERO { 0.0 } else { along.to_angle() };
+        };
+        mean(&grain.anisotropy_texture, false, Box::new(turn))?;
+    }
+    if let Some(film) = &extensions.iridescence
+        && let factor = film.iridescence_factor.clamp(0.0, 1.0)
+        && factor > 0.0
+    {
+        let [least, most] = thicknesses(film);
+        material.iridescence = factor;
+        material.iridescence_ior = film.iridescence_ior.unwrap_or(1.3).clamp(1.0, 10.0);
+        material.iridescence_thickness = most;
+        mean(&film.iridescence_texture, false, Box::new(|material, texel| material.iridescence *= texel.x))?;
+        let thickness = move |material: &mut Material, texel: Vec4| {
+            material.iridescence_thickness = least + (most - least) * texel.y;
+        };
+        mean(&film.iridescence_thickness_texture, false, Box::new(thickness))?;
+    }
+    Ok(())
+}
+
+/// Smallest and greatest thickness of a film, nm.
+fn thicknesses(film: &Iridescence) -> [f32; 2] {
+    [film.iridescence_thickness_minimum.unwrap_or(100.0), film.iridescence_thickness_maximum.unwrap_or(400.0)]
+        .map(|nm| finite(nm).clamp(0.0, 1e6))
+}
+
+fn finite(value: f32) -> f32 {
+    if value.is_finite() { value } else { 0.0 }
+}

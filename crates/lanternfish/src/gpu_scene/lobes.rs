@@ -1,0 +1,29 @@
+//! The lobes of a material select the shaders that draw it.
+
+use super::Shading;
+
+/// The lobes of a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Lobes {
+    /// Those of the metallic-roughness model.
+    MetallicRoughness,
+    /// More, but no clear coat ([`lanternfish_scene::Material::is_layered`]).
+    Layered,
+    /// A clear coat, and maybe more.
+    Coated,
+}
+
+impl Lobes {
+    pub(super) fn of(material: &lanternfish_scene::Material, shading: Shading) -> Self {
+        match shading {
+            Shading::File if material.is_coated() => Self::Coated,
+            Shading::File if material.is_layered() => Self::Layered,
+            _ => Self::MetallicRoughness,
+        }
+    }
+
+    /// True if draws use the `layered` variants of shaders.
+    pub fn are_layered(self) -> bool {
+        self != Self::MetallicRoughness
+    }
+}
