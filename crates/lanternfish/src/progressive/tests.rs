@@ -24,7 +24,11 @@ fn cornell() -> Scene {
 }
 
 fn renderer(gpu: &Gpu, accumulate: u32) -> Renderer {
-    Renderer::with_engine(&testing::engine(gpu), Settings { accumulate, ..Settings::direct_light() }).unwrap()
+    renderer_of(gpu, &Settings::direct_light(), accumulate)
+}
+
+fn renderer_of(gpu: &Gpu, settings: &Settings, accumulate: u32) -> Renderer {
+    Renderer::with_engine(&testing::engine(gpu), Settings { accumulate, ..settings.clone() }).unwrap()
 }
 
 fn view(camera: &Camera) -> [(&Camera, u32, u32); 1] {
@@ -283,6 +287,38 @@ fn gpu_textures_converge_to_what_the_pixel_covers() {
     println!("deviation {}, errors of 1, 4, 16, 64 frames: {errors:?}", off(&|_| mean));
     // 1.5 times the measured error.
     assert!(errors[3] < 0.011 && errors[3] < 0.5 * errors[2], "{errors:?}");
+}
+
+/// Two, four and eight frames are no worse than half as many: at edges, in textures and in a whole scene, with direct light alone and with
+/// indirect light. The points of a pixel come in pairs about its centre, so that the mean of two is not shifted.
+#[test]
+fn gpu_more_frames_are_never_worse() {
+    let Some(gpu) = testing::gpu("gpu_more_frames_are_never_worse") else { return };
+    let framed = |scene: Scene| (scene.clone(), scene.cameras[0].clone());
+    // Values above the last one, of lamps and highlights, count as that.
+    for (name, (scene, camera), size, settings, most) in [
+        ("edges", square(), (48, 48), Settings::direct_light(), 1.0),
+        ("textures", checks(), (48, 48), Settings::direct_light(), 1.0),
+        ("atrium, direct light", framed(generate::demo("atrium").unwrap()), (64, 36), Settings::direct_light(), 0.5),
+        ("Cornell box", framed(cornell()), SIZE, Settings::default(), 0.5),
+    ] {
+        let uploaded = renderer_of(gpu, &settings, 1).upload(&scene).unwrap();
+        let mean_of = |frames| {
+            let mut renderer = renderer_of(gpu, &settings, frames);
+            let rendering = renderer.render(&uploaded, &camera, size.0, size.1).unwrap();
+            rendering.radiance.into_iter().map(|texel| texel[1].min(most)).collect::<Vec<f32>>()
+        };
+        let truth = mean_of(64);
+        let error = |frames| {
+            let squares = mean_of(frames).iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
+            (squares / truth.len() as f32).sqrt()
+        };
+        let errors = [1, 2, 4, 8].map(error);
+        println!("{name}: errors of 1, 2, 4, 8 frames: {errors:?}");
+        for pair in errors.windows(2) {
+            assert!(pair[1] <= 1.03 * pair[0], "{name}: {errors:?}");
+        }
+    }
 }
 
 #[test]
