@@ -116,7 +116,7 @@ impl Sheen {
         self.perceptual_roughness.clamp(0.25, 1.0)
     }
 
-    /// The BRDF of white sheen times n·wi, 1/sr [Conty2017], without its softening of the terminator.
+    /// The BRDF of white sheen times n·wi, 1/sr `[Conty2017]`, without its softening of the terminator.
     pub fn reflect(&self, n: DVec3, wi: DVec3, wo: DVec3) -> f64 {
         let (n_dot_l, n_dot_v) = (n.dot(wi), n.dot(wo).max(LEAST_COSINE));
         if n_dot_l <= 0.0 || (wi + wo).length_squared() < 1e-12 {
@@ -171,7 +171,7 @@ fn shadowing(cosine: f64, alpha: f64) -> f64 {
     if cosine < 0.5 { exponent(cosine).exp() } else { (2.0 * exponent(0.5) - exponent(1.0 - cosine)).exp() }
 }
 
-/// A thin film (`KHR_materials_iridescence`) [Belcour2017].
+/// A thin film (`KHR_materials_iridescence`) `[Belcour2017]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinFilm {
     /// Index of refraction, at least 1.

@@ -8,6 +8,9 @@ use super::schema::{Iridescence, MaterialExtensions, Root, TextureInfo};
 use super::textures::Textures;
 use crate::{Image, Material, linear_from_srgb};
 
+/// Applies a mean texel to a material.
+type Apply = Box<dyn Fn(&mut Material, Vec4)>;
+
 /// The mean of a texture to be applied to a material.
 pub(super) struct Mean {
     /// Index of the material among those that the scene uses.
@@ -16,7 +19,7 @@ pub(super) struct Mean {
     texture: usize,
     /// True if red, green and blue are sRGB-encoded.
     is_srgb: bool,
-    apply: Box<dyn Fn(&mut Material, Vec4)>,
+    apply: Apply,
 }
 
 impl Mean {
@@ -57,7 +60,7 @@ pub(super) fn apply(
     textures: &mut Textures,
     notes: &mut Notes,
 ) -> Result<()> {
-    let mut mean = |info: &Option<TextureInfo>, is_srgb, apply: Box<dyn Fn(&mut Material, Vec4)>| -> Result<()> {
+    let mut mean = |info: &Option<TextureInfo>, is_srgb, apply: Apply| -> Result<()> {
         let Some(info) = info else { return Ok(()) };
         if let Some(reference) = textures.add(root, info, notes)? {
             notes.add("details of textures of sheen, anisotropy and iridescence, whose means are used");
