@@ -154,7 +154,7 @@ impl Sheen {
     }
 }
 
-/// The function Λ of the distribution of fibres, by its published fit [Conty2017].
+/// The function Λ of the distribution of fibres, by its published fit `[Conty2017]`.
 fn shadowing(cosine: f64, alpha: f64) -> f64 {
     let exponent = |x: f64| {
         let t = (1.0 - alpha).powi(2);
