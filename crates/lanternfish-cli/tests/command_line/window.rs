@@ -55,8 +55,10 @@ impl Display {
     fn of(test: &str, size: [usize; 2]) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let mut server = Command::new("Xvfb");
+        // Without -noreset it starts again when its last client leaves, such as xdotool before the window is there, and refuses the next.
         server
             .args([
+                "-noreset",
                 "-displayfd",
                 "1",
                 "-screen",
