@@ -1,6 +1,15 @@
-//! The lobes of a material select the shaders that draw it.
+//! The parts of materials that are rendered. Their lobes select the shaders that draw them.
 
-use super::Shading;
+/// The parts of a material that are rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shading {
+    /// All of it.
+    File,
+    /// Base colour as a two-sided diffuse albedo, alpha mask, emission.
+    Lambert,
+    /// Base colour as radiance: a debug view.
+    BaseColor,
+}
 
 /// The lobes of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

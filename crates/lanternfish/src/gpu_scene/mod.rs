@@ -37,6 +37,7 @@ pub use bvh::BvhTriangle;
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, Side};
 pub use hits::{HitMaterial, HitTriangle};
 pub use lobes::Lobes;
+pub(crate) use lobes::Shading;
 pub use materials::{Material, TextureSlot};
 pub use moving::Sent;
 pub(crate) use needs::SceneRequirements;
@@ -369,17 +370,6 @@ fn light_bounds(scene: &Scene) -> Bounds {
     let placed = scene.lights.iter().filter(|light| light.kind != LightKind::Directional);
     placed.for_each(|light| bounds.add_point(light.position));
     bounds
-}
-
-/// The parts of a material that are rendered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shading {
-    /// All of it.
-    File,
-    /// Base colour as a two-sided diffuse albedo, alpha mask, emission.
-    Lambert,
-    /// Base colour as radiance: a debug view.
-    BaseColor,
 }
 
 /// Alpha of a material's base colour (factor times texture) from which a masked surface is solid.
