@@ -38,8 +38,8 @@ use crate::{Scene, SceneError};
 /// * In part, with a warning about the rest: `KHR_materials_pbrSpecularGlossiness` without its texture;
 ///   `KHR_materials_volume` into the material, without its texture; `KHR_materials_{anisotropy, iridescence, sheen}` with the
 ///   means of their textures; `KHR_materials_dispersion` not at all.
-/// * `KHR_materials_variants`: the materials of [`LoadOptions::variant`], else the default ones. Any other extension is an error if the file requires it, and
-///   a warning if the file only uses it.
+/// * `KHR_materials_variants`: the materials of [`LoadOptions::variant`], else the default ones.
+/// * Any other extension is an error if the file requires it, and a warning if the file only uses it.
 /// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene has the file's rest
 ///   pose. `KHR_animation_pointer`: pointers to the translation, rotation, scale and weights of nodes, and to the
 ///   color, intensity and range of lights of `KHR_lights_punctual`. Animations of anything else are counted in a

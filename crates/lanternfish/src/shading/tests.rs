@@ -122,8 +122,10 @@ fn gpu_sheen_grain_and_films_are_their_cpu_references() {
         let (wi, wo) = (upper(random.direction()), upper(random.direction()));
         let (roughness, strength) = (random.between(0.1, 1.0), random.unit());
         let along = Vec3::new(wi.y, -wi.x, 0.0).normalize_or(Vec3::X);
+        // One surface in eight is a mirror across its grain.
+        let across = if random.unit() < 0.125 { 0.0 } else { roughness };
         of_sheen.extend([Vec4::splat(roughness), wi.extend(0.0), wo.extend(0.0)]);
-        of_grain.extend([Vec4::new(roughness, strength, 0.0, 0.0), along.extend(0.0), wi.extend(0.0), wo.extend(0.0)]);
+        of_grain.extend([Vec4::new(across, strength, 0.0, 0.0), along.extend(0.0), wi.extend(0.0), wo.extend(0.0)]);
         let f0 = random.unit() * Vec3::new(1.0, 0.8, 0.5);
         let (ior, thickness) = (random.between(1.0, 2.5), 1200.0 * random.unit());
         of_film.extend([f0.extend(ior), Vec4::new(thickness, wo.z, 0.0, 0.0)]);
@@ -131,7 +133,7 @@ fn gpu_sheen_grain_and_films_are_their_cpu_references() {
         let (wi, wo) = (wi.as_dvec3(), wo.as_dvec3());
         let sheen = Sheen { color: DVec3::ONE, perceptual_roughness: roughness.into() };
         sheens.push((sheen.reflect(DVec3::Z, wi, wo), sheen.albedo(wo.z)));
-        let grain = Grain::new(along.as_dvec3().normalize(), roughness.into(), strength.into());
+        let grain = Grain::new(along.as_dvec3().normalize(), across.into(), strength.into());
         let metal = Reflector {
             albedo: DVec3::ZERO,
             f0: DVec3::splat(0.5),
