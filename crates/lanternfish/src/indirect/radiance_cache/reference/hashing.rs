@@ -60,9 +60,7 @@ pub(in super::super) fn entry_at(
     u: Vec2,
 ) -> Entry {
     let level = level(p_world, eye, parameters.near);
-    let [right, up] = across(normal);
-    let u = u - 0.5;
-    let jittered = p_world * ((1.0 / parameters.edge) * (-level as f32).exp2()) + (right * u.x + up * u.y);
+    let jittered = jittered(parameters, level, p_world, normal, u);
     let voxel = (jittered + LIFT * normal).floor();
     let within = jittered - voxel - 0.5;
     let height = normal.x * within.x + normal.y * within.y + normal.z * within.z;
@@ -71,4 +69,26 @@ pub(in super::super) fn entry_at(
     let [x, y, z] = (voxel + WHOLE).to_array().map(f32::to_bits);
     let words = random_words(UVec4::new(x, y, z, rest));
     Entry { key: words.x.max(1), hash: words.y }
+}
+
+/// A point moved along the surface by up to half an edge: by `u`, in 0..1. In edges.
+fn jittered(parameters: &RadianceCacheParameters, level: i32, p_world: Vec3, normal: Vec3, u: Vec2) -> Vec3 {
+    let [right, up] = across(normal);
+    let u = u - 0.5;
+    p_world * ((1.0 / parameters.edge) * (-level as f32).exp2()) + (right * u.x + up * u.y)
+}
+
+/// The way from a point to the middle of the voxel of [`entry_at`], along the surface, m.
+pub(in super::super) fn to_middle(
+    parameters: &RadianceCacheParameters,
+    eye: Vec3,
+    p_world: Vec3,
+    normal: Vec3,
+    u: Vec2,
+) -> Vec3 {
+    let level = level(p_world, eye, parameters.near);
+    let voxel = (jittered(parameters, level, p_world, normal, u) + LIFT * normal).floor();
+    let edge = parameters.edge * (level as f32).exp2();
+    let way = (voxel + 0.5) * edge - p_world;
+    way - way.dot(normal) * normal
 }

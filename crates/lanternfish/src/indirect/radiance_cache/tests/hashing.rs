@@ -3,7 +3,7 @@
 use super::*;
 use crate::indirect::radiance_cache::reference::{
     accumulate::{pack_reflectance, unpack_reflectance},
-    hashing::{entry_at, level},
+    hashing::{entry_at, level, to_middle},
     rgbe,
 };
 
@@ -57,6 +57,33 @@ fn compare_keys(bench: &Bench) -> Compared {
     let levels: std::collections::BTreeSet<_> = expected.iter().map(|entry| entry[2]).collect();
     assert!(levels.len() > 4, "{levels:?}");
     same("key, hash and level", &actual, &expected)
+}
+
+/// Where the sample of an entry lies does not matter for the middle of its voxel.
+fn compare_middles(bench: &Bench) -> Compared {
+    let parameters = parameters(64);
+    let mut points = points(bench, &parameters);
+    // Most surfaces of buildings face along an axis. Others may be jittered into a voxel beyond the corners of the jitter.
+    points.retain(|(p, _, _)| p.abs().max_element() < 1000.0);
+    for (i, point) in points.iter_mut().enumerate().filter(|(i, _)| i % 2 == 0) {
+        point.1 = Vec3::AXES[i / 2 % 3] * if i % 4 == 0 { 1.0 } else { -1.0 };
+    }
+    let queries = points.iter().flat_map(|(p, n, [x, y])| [p.extend(*x), n.extend(*y)]);
+    let queries: Vec<_> = queries.map(|query| bits(query.to_array())).collect();
+    let mut memory = memory_of(&Table::new(64, 3, 1), &parameters);
+    let actual = bench.evaluate(&mut memory, "testing/radiance_cache", "middles", &queries, 2);
+    let mut unknown = 0;
+    for ((p, n, u), answer) in points.iter().zip(actual) {
+        let actual = Vec3::new(f32::from_bits(answer[0]), f32::from_bits(answer[1]), f32::from_bits(answer[2]));
+        let expected = to_middle(&parameters, EYE, *p, *n, (*u).into());
+        let edge = parameters.edge * (level(*p, EYE, parameters.near) as f32).exp2();
+        if actual == Vec3::ZERO && n.abs().max_element() < 1.0 {
+            unknown += 1;
+        } else if actual.distance(expected) > 1e-3 * edge {
+            return Err(format!("middle at {p}, normal {n}: {actual}, not {expected}"));
+        }
+    }
+    if unknown * 20 > points.len() { Err(format!("{unknown} of {} middles unknown", points.len())) } else { Ok(()) }
 }
 
 fn compare_packing(bench: &Bench) -> Compared {
@@ -117,6 +144,7 @@ fn compare_packed_slots(bench: &Bench) -> Compared {
 
 pub(super) fn compare(bench: &Bench) -> Compared {
     compare_keys(bench)?;
+    compare_middles(bench)?;
     compare_packing(bench)?;
     compare_packed_slots(bench)
 }
