@@ -39,7 +39,7 @@ pub struct Sampled {
     /// Pixels from which rays start.
     pub resolution: IndirectResolution,
     /// Radius of the edge-stopping filter in an image of one frame, up to 64 pixels; 0: none. More: less noise, softer detail.
-    /// Over n frames the radius, and with it the bias, shrinks with the root of n.
+    /// Over n frames the radius, and with it the bias, shrinks with the sixth root of n.
     pub filter_radius: u32,
     /// Firefly clamp. On: no fireflies. With a filter, light that few rays hit is redistributed over more pixels; without one, some of it is lost.
     pub clamp: IndirectClamp,

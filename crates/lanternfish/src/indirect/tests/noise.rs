@@ -3,7 +3,7 @@
 use lanternfish_scene::rig;
 
 use super::*;
-use crate::techniques::HitLight;
+use crate::{settings::Quality, techniques::HitLight};
 
 /// Errors of pixels at a distance of 32 pixels, the period of the squares that share a net of shifts, are not correlated; nor are those at the periods of
 /// smaller squares.
@@ -240,4 +240,38 @@ fn gpu_rough_metal_in_the_studio_is_not_speckled() {
         assert!(noisy < most && smooth < 0.085, "roughness {perceptual_roughness}: {noisy}, filtered {smooth}");
         assert!(many < 0.05, "roughness {perceptual_roughness}: {many}");
     }
+}
+
+/// Fraction of pixels that are a quarter brighter, relative to the true image, than the median of the 5 x 5 pixels around.
+fn specks(image: &[Vec3], truth: &[Vec3], size: UVec2) -> f64 {
+    let ratios: Vec<f32> = image.iter().zip(truth).map(|(a, b)| a.element_sum() / b.element_sum().max(0.01)).collect();
+    let (width, height) = (size.x as i32, size.y as i32);
+    let is_speck = |i: &usize| {
+        let (x, y) = (*i as i32 % width, *i as i32 / width);
+        let clamped =
+            |k: i32| ((y + k / 5 - 2).clamp(0, height - 1) * width + (x + k % 5 - 2).clamp(0, width - 1)) as usize;
+        let mut around = [0; 25].map(|_: i32| 0.0);
+        (0..25).for_each(|k| around[k as usize] = ratios[clamped(k)]);
+        around.sort_by(f32::total_cmp);
+        ratios[*i] > 1.25 * around[12]
+    };
+    (0..ratios.len()).filter(is_speck).count() as f64 / ratios.len() as f64
+}
+
+/// A mean of frames with few rays has fewer bright dots than one frame, although each frame adds some.
+#[test]
+fn gpu_means_of_drafts_have_no_specks() {
+    let Some(gpu) = testing::gpu("gpu_means_of_drafts_have_no_specks") else { return };
+    let scene = lanternfish_scene::generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    let size = UVec2::splat(96);
+    let of = |quality, accumulate| {
+        image_of(gpu, size, Settings { accumulate, ..Settings::of_quality(quality) }, &scene, &camera)
+    };
+    let truth = of(Quality::Good, 64);
+    let [one, many] = [1, 8].map(|frames| specks(&of(Quality::Draft, frames), &truth, size));
+    println!("specks: {one:.4} of the pixels after one frame, {many:.4} after 8");
+    assert!(many < one, "{many} after 8 frames, {one} after one");
+    let dotted: Vec<Vec3> = truth.iter().enumerate().map(|(i, v)| if i % 97 == 0 { 2.0 * *v } else { *v }).collect();
+    assert!(specks(&dotted, &truth, size) > 0.005, "dots are not seen");
 }
