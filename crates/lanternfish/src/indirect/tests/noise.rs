@@ -275,3 +275,26 @@ fn gpu_means_of_drafts_have_no_specks() {
     let dotted: Vec<Vec3> = truth.iter().enumerate().map(|(i, v)| if i % 97 == 0 { 2.0 * *v } else { *v }).collect();
     assert!(specks(&dotted, &truth, size) > 0.005, "dots are not seen");
 }
+
+/// Small bright cards, which glossy rays hit only by chance, leave no bright dots on a wet floor: its lobes are wider than the dots.
+#[test]
+fn gpu_a_wet_floor_under_small_lights_has_no_dots() {
+    let Some(gpu) = testing::gpu("gpu_a_wet_floor_under_small_lights_has_no_dots") else { return };
+    let mut scene = floor(Material { specular: 1.0, perceptual_roughness: 0.35, ..matt(0.05) });
+    scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
+    let mut random = Random::new(6);
+    for _ in 0..12 {
+        let at = Vec3::new(random.between(-0.4, 0.4), 1.5, random.between(-1.6, -0.4));
+        scene.meshes[0].primitives.push(quad(1, at, 0.02 * Vec3::X, 0.02 * Vec3::Z));
+    }
+    scene.sky = Vec3::splat(5e-3);
+    let camera = looking([0.0, 0.8, 1.2], [0.0, 0.0, 0.0]);
+    // Narrow and high, so that pixels are as small as in the images of users.
+    let size = UVec2::new(40, 360);
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(Tracer::BVH) };
+    let of = |sampled| image_of(gpu, size, settings(sampled), &scene, &camera);
+    let truth = of(Sampled { glossy_rays: 512, clamp: IndirectClamp::Off, ..few });
+    let [noisy, smooth] = [0, 8].map(|filter_radius| specks(&of(Sampled { filter_radius, ..few }), &truth, size));
+    println!("specks: {noisy:.4} of the pixels without filter, {smooth:.4} with it");
+    assert!(noisy > 0.01 && smooth < 0.001, "{noisy} without filter, {smooth} with it");
+}
