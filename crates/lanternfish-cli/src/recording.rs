@@ -114,6 +114,7 @@ fn one(one: &Move) -> String {
             format!("[\"fly\", {right:?}, {up:?}, {forward:?}, {seconds:?}]")
         }
         Move::Accelerate(notches) => format!("[\"accelerate\", {notches:?}]"),
+        Move::Dolly(notches) => format!("[\"dolly\", {notches:?}]"),
         Move::Place(to, speed, reach) => format!("[\"place\", {speed:?}, {reach:?}, {}]", camera(to)),
     }
 }
@@ -202,6 +203,7 @@ fn done(value: &Value<'_>) -> Result<Move, String> {
         ("orbit", [right, down]) => Ok(Move::Orbit(*right, *down)),
         ("fly", &[right, up, forward, seconds]) => Ok(Move::Fly(Way { right, up, forward }, seconds)),
         ("accelerate", [notches]) => Ok(Move::Accelerate(*notches)),
+        ("dolly", [notches]) => Ok(Move::Dolly(*notches)),
         _ => Err(format!("unknown move: {name:?} with {} numbers", numbers.len())),
     }
 }
@@ -267,7 +269,7 @@ mod tests {
         let wave = |i: i32| vec![Move::Look((i as f32).sin(), 1e-3 * i as f32), fly(0.7 * (i as f32).cos())];
         let mut steps = vec![vec![], vec![fly(1.0)], vec![fly(1.0)], vec![fly(1.0)], vec![Move::Orbit(3.0, -0.1)]];
         steps.extend((0..300).map(wave));
-        steps.push(vec![Move::Accelerate(-1.5), Move::Place(placed, 2.0, 3.1)]);
+        steps.push(vec![Move::Accelerate(-1.5), Move::Dolly(0.3), Move::Place(placed, 2.0, 3.1)]);
         Recorded {
             scene: "demo:cornell".into(),
             flags: vec![

@@ -1,12 +1,14 @@
-//! Camera controls: fly, look around, orbit. They use neither a window nor a clock.
+//! Camera controls: fly, look around, orbit, dolly. They use neither a window nor a clock.
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
-use lanternfish_scene::Camera;
+use lanternfish_scene::{Camera, Projection};
 
 use crate::record::Move;
 
 /// Rotation of the camera, radians per point of pointer motion.
 const RADIANS_PER_POINT: f32 = 0.005;
+/// Least distance to the orbit centre after a dolly, s of flight.
+const LEAST_REACH: f32 = 0.1;
 /// Greatest elevation of the view direction, radians.
 const MAX_ELEVATION: f32 = std::f32::consts::FRAC_PI_2 - 0.01;
 
@@ -19,6 +21,8 @@ pub struct Controls {
     pub speed: f32,
     /// Distance to the orbit centre along the view direction, m.
     pub reach: f32,
+    /// Camera and orbit distance to which [`Self::go_home`] returns.
+    home: (Camera, f32),
     /// The moves since they were last taken; `None` if moves are not recorded.
     pub moves: Option<Vec<Move>>,
 }
@@ -38,7 +42,8 @@ impl Controls {
     /// Creates controls for a scene of `size` metres. The fly speed crosses the scene in 5 s.
     pub fn new(camera: Camera, size: f32) -> Self {
         let size = if size.is_finite() && size > 0.0 { size } else { 1.0 };
-        Self { camera, speed: 0.2 * size, reach: 0.4 * size, moves: None }
+        let reach = 0.4 * size;
+        Self { home: (camera.clone(), reach), camera, speed: 0.2 * size, reach, moves: None }
     }
 
     fn note(&mut self, one: Move) {
@@ -98,6 +103,28 @@ impl Controls {
         let Affine3A { matrix3, .. } = self.camera.world_from_camera;
         let step = way.right * matrix3.x_axis - way.forward * matrix3.z_axis + way.up * Vec3A::Y;
         self.camera.world_from_camera.translation += self.speed * seconds * step;
+    }
+
+    /// Moves towards the orbit centre, by a tenth of the distance to it per wheel notch; negative notches move away. Near the centre, the centre moves
+    /// along. A parallel view gets smaller or larger.
+    pub fn dolly(&mut self, notches: f32) {
+        if notches == 0.0 {
+            return;
+        }
+        self.note(Move::Dolly(notches));
+        let least = LEAST_REACH * self.speed;
+        let kept = 0.9f32.powf(notches);
+        let step = self.reach.max(least) * (1.0 - kept);
+        self.camera.world_from_camera.translation += Vec3A::from(step * self.forward());
+        self.reach = (self.reach - step).max(least);
+        if let Projection::Orthographic { half_height, .. } = &mut self.camera.projection {
+            *half_height *= kept;
+        }
+    }
+
+    /// Returns to the first camera.
+    pub fn go_home(&mut self) {
+        (self.camera, self.reach) = self.home.clone();
     }
 
     /// Multiplies the fly speed by 1.2 per wheel notch; negative notches slow it down.
@@ -181,5 +208,36 @@ mod tests {
         moved.accelerate(2.0);
         moved.accelerate(-2.0);
         assert!((moved.speed - speed).abs() < 1e-4 && moved.speed > 0.0);
+    }
+
+    #[test]
+    fn the_wheel_moves_towards_the_centre_and_back() {
+        let mut moved = controls();
+        let (eye, reach) = (moved.eye(), moved.reach);
+        let middle = eye + reach * moved.forward();
+        moved.dolly(2.0);
+        assert!((moved.reach / reach - 0.81).abs() < 1e-5);
+        assert!((moved.eye() + moved.reach * moved.forward()).abs_diff_eq(middle, 1e-4));
+        moved.dolly(-2.0);
+        assert!(moved.eye().abs_diff_eq(eye, 1e-4) && (moved.reach - reach).abs() < 1e-4);
+        // It does not get stuck at the centre.
+        (0..200).for_each(|_| moved.dolly(1.0));
+        assert!((moved.eye() - middle).dot(moved.forward()) > 0.0, "{}", moved.eye());
+        moved.camera.projection = Projection::Orthographic { half_height: 2.0, near: 0.0, far: 9.0 };
+        moved.dolly(1.0);
+        let Projection::Orthographic { half_height, .. } = moved.camera.projection else { unreachable!() };
+        assert!((half_height - 1.8).abs() < 1e-5);
+    }
+
+    #[test]
+    fn home_is_the_first_camera() {
+        let mut moved = controls();
+        let first = moved.clone();
+        moved.orbit(70.0, 9.0);
+        moved.dolly(5.0);
+        moved.fly(Way { forward: 1.0, ..Way::default() }, 100.0);
+        assert!(moved.camera != first.camera);
+        moved.go_home();
+        assert!(moved.camera == first.camera && moved.reach == first.reach);
     }
 }

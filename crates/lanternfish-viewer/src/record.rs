@@ -18,6 +18,8 @@ pub enum Move {
     Fly(Way, f32),
     /// Changes the fly speed by wheel notches.
     Accelerate(f32),
+    /// Moves towards the orbit centre, by wheel notches.
+    Dolly(f32),
     /// Sets the camera, its fly speed in m/s and its orbit distance in m, after a change that is not a move.
     Place(Camera, f32, f32),
 }
@@ -61,6 +63,7 @@ impl Controls {
             Move::Orbit(right, down) => self.orbit(*right, *down),
             Move::Fly(way, seconds) => self.fly(*way, *seconds),
             Move::Accelerate(notches) => self.accelerate(*notches),
+            Move::Dolly(notches) => self.dolly(*notches),
             Move::Place(camera, speed, reach) => {
                 (self.camera, self.speed, self.reach) = (camera.clone(), *speed, *reach);
             }
@@ -163,6 +166,7 @@ mod tests {
                 1 => controls.look(3.0 * wave, -1.7),
                 2 => controls.orbit(0.1 + wave, 2.3 * wave),
                 3 => controls.accelerate(wave),
+                4 => controls.dolly(wave),
                 _ => {
                     controls.look(wave, 0.3);
                     controls.fly(Way { right: wave, up: 0.2, forward: 1.0 }, 1.0 / 60.0);

@@ -5,13 +5,15 @@ use egui::{Key, Ui};
 use super::{Requested, State, focus, stereo};
 use crate::{Form, wipe::Other};
 
-const KEYS: [(&str, &str); 19] = [
+const KEYS: [(&str, &str); 21] = [
     ("W A S D", "Fly forward, left, back, right"),
     ("E Q", "Fly up, down"),
     ("Shift", "Move four times as fast"),
     ("Drag, right button", "Look around"),
     ("Drag, left button", "Orbit around the centre"),
-    ("Wheel", "Fly faster, slower"),
+    ("Wheel", "Move closer to the centre, or away"),
+    ("Wheel while flying", "Fly faster, slower; also with the right button held"),
+    ("Home", "Return to the first view"),
     ("Click", "Inspect the pixel (\u{201c}Pixel\u{201d} on the right)"),
     ("F", "Focus on the clicked point, and orbit around it"),
     ("B", "Compare A | B, on or off"),
@@ -74,6 +76,9 @@ pub fn take(ui: &Ui, state: &mut State, requested: &mut Requested) {
             }
         }
         focuses = pressed(Key::F);
+        if pressed(Key::Home) {
+            state.controls.go_home();
+        }
         state.overlays.wants_birds_eye ^= pressed(Key::V);
         if let Some(clip) = &mut state.clip {
             clip.is_playing ^= pressed(Key::Space);

@@ -281,7 +281,8 @@ fn below(ui: &mut Ui, state: &mut State) {
             let times = clip.time.min(0.0)..=clip.duration.max(clip.time);
             ui.add(egui::Slider::new(&mut clip.time, times).suffix(" s"));
         }
-        ui.label(format!("{:.2} m/s", state.controls.speed)).on_hover_text("Fly speed; the wheel changes it");
+        ui.label(format!("{:.2} m/s", state.controls.speed))
+            .on_hover_text("Fly speed; the wheel changes it while a key to fly or the right button is held");
         ui.label(&state.message);
         if ui.small_button("Keys (F1)").clicked() {
             state.shows_keys = true;

@@ -57,10 +57,9 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, req
         controls.orbit(dragged.x, dragged.y);
     }
     requested.is_moving |= response.dragged() && dragged != egui::Vec2::ZERO;
-    if response.hovered() {
-        controls.accelerate(ui.input(|input| input.smooth_scroll_delta.y) / 50.0);
-    }
+    let notches = if response.hovered() { ui.input(|input| input.smooth_scroll_delta.y) / 50.0 } else { 0.0 };
     if ui.ctx().egui_wants_keyboard_input() {
+        controls.dolly(notches);
         return;
     }
     let (way, is_fast) = ui.input(|input| {
@@ -68,6 +67,12 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, req
         let way = Way { right: towards(Key::D, Key::A), up: towards(Key::E, Key::Q), forward: towards(Key::W, Key::S) };
         (way, input.modifiers.shift)
     });
+    if way != Way::default() || response.dragged_by(PointerButton::Secondary) {
+        controls.accelerate(notches);
+    } else {
+        controls.dolly(notches);
+        requested.is_moving |= notches != 0.0;
+    }
     if way != Way::default() {
         controls.fly(way, if is_fast { 4.0 * seconds } else { seconds });
         requested.is_moving = true;
