@@ -216,6 +216,9 @@ pub struct ViewArgs {
     #[arg(long, value_name = "SIDE", value_parser = choice::<Viewpoint>())]
     #[arg(conflicts_with_all = ["eye", "target", "camera"])]
     pub view: Option<Viewpoint>,
+    /// Angle about the axis of `--orbit`, radians, counter-clockwise seen from above; in [0, 2π).
+    #[arg(skip)]
+    pub orbit_angle: f32,
 }
 
 /// Flags of stereo images.

@@ -2,7 +2,7 @@
 
 use std::cell::LazyCell;
 
-use glam::Vec3;
+use glam::{Mat3A, Vec3};
 use lanternfish_scene::{Bounds, Camera, Projection, Scene, near_plane};
 
 use crate::{args::ViewArgs, error::CliError};
@@ -13,17 +13,56 @@ const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 /// The camera that the flags request: `--camera` or `--view`, else the file's first, else one that frames the whole scene.
 /// `--eye`, `--target` and `--fov-y` then move, rotate and zoom it. `aspect` is width / height.
 pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, CliError> {
-    choose_within(scene, &LazyCell::new(|| scene.bounds()), flags, aspect).map(|(camera, _)| camera)
+    choose_each(scene, std::slice::from_ref(flags), aspect).map(|(mut cameras, _)| cameras.swap_remove(0))
 }
 
 /// As [`choose`], for every view of a sequence. The flag is true if a camera was placed inside a closed interior by default.
 pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<(Vec<Camera>, bool), CliError> {
     // Computing the bounds visits every vertex, so do it once.
     let bounds = LazyCell::new(|| scene.bounds());
-    let chosen = views.iter().map(|flags| choose_within(scene, &bounds, flags, aspect));
-    let chosen = chosen.collect::<Result<Vec<_>, _>>()?;
-    let is_inside = chosen.iter().any(|(_, is_inside)| *is_inside);
-    Ok((chosen.into_iter().map(|(camera, _)| camera).collect(), is_inside))
+    let mut cameras = Vec::with_capacity(views.len());
+    let mut is_any_inside = false;
+    // So does framing: the frames of an orbit share it.
+    let mut last: Option<(ViewArgs, (Camera, bool))> = None;
+    for flags in views {
+        let still = ViewArgs { orbit_angle: 0.0, ..flags.clone() };
+        let (_, (camera, is_inside)) = match last.take() {
+            Some(chosen) if chosen.0 == still => last.insert(chosen),
+            _ => {
+                let chosen = choose_within(scene, &bounds, &still, aspect)?;
+                last.insert((still, chosen))
+            }
+        };
+        cameras.push(revolved(camera, &bounds, *is_inside, flags));
+        is_any_inside |= *is_inside;
+    }
+    Ok((cameras, is_any_inside))
+}
+
+/// The camera of an orbit at `flags.orbit_angle`; see `--orbit` for its axis.
+fn revolved<F: FnOnce() -> Bounds>(
+    camera: &Camera,
+    bounds: &LazyCell<Bounds, F>,
+    is_inside: bool,
+    flags: &ViewArgs,
+) -> Camera {
+    // The image without an orbit, to the bit.
+    if flags.orbit_angle == 0.0 {
+        return camera.clone();
+    }
+    let center = match flags.target {
+        Some(target) => target,
+        None if is_inside => camera.eye(),
+        // Without geometry: the point that is framed then.
+        None if bounds.is_empty() => Vec3::ZERO,
+        None => bounds.center(),
+    };
+    let rotation = Mat3A::from_rotation_y(flags.orbit_angle);
+    let mut revolved = camera.clone();
+    let pose = &mut revolved.world_from_camera;
+    pose.matrix3 = rotation * pose.matrix3;
+    pose.translation = (center + rotation * (camera.eye() - center)).into();
+    revolved
 }
 
 /// Note for a closed interior whose camera was placed by default.
@@ -46,9 +85,12 @@ pub(crate) fn follow(
         return Ok(chosen.clone());
     }
     let bounds = *bounds;
-    choose_within(scene, &LazyCell::new(move || bounds), flags, aspect).map(|(camera, _)| camera)
+    let bounds = LazyCell::new(move || bounds);
+    let (camera, is_inside) = choose_within(scene, &bounds, flags, aspect)?;
+    Ok(revolved(&camera, &bounds, is_inside, flags))
 }
 
+/// The camera of `flags` without their orbit, and whether it was placed inside a closed interior by default.
 fn choose_within<F: FnOnce() -> Bounds>(
     scene: &Scene,
     bounds: &LazyCell<Bounds, F>,
@@ -137,7 +179,7 @@ mod tests {
     }
 
     fn flags() -> ViewArgs {
-        ViewArgs { eye: None, target: None, fov_y: None, camera: None, view: None }
+        ViewArgs { eye: None, target: None, fov_y: None, camera: None, view: None, orbit_angle: 0.0 }
     }
 
     fn forward(camera: &Camera) -> Vec3 {
@@ -207,6 +249,55 @@ mod tests {
         let Projection::Perspective { near, .. } = both.projection else { panic!("{both:?}") };
         assert!(near < 5.0, "a moved camera does not keep a near plane that cuts into the scene");
         assert!(choose(&scene(), &ViewArgs { eye: Some(eye), target: Some(eye), ..flags() }, 1.0).is_err());
+    }
+
+    #[test]
+    fn an_orbit_starts_at_the_single_image_and_keeps_distance_and_height() {
+        let mut framed = lanternfish_scene::generate::demo("furnace").unwrap();
+        framed.cameras.clear();
+        framed.instances.iter_mut().for_each(|instance| {
+            instance.world_from_object =
+                Affine3A::from_translation(Vec3::new(7.0, 3.0, -2.0)) * instance.world_from_object;
+        });
+        let mut with_camera = framed.clone();
+        with_camera.cameras = scene().cameras;
+        let target = Vec3::new(8.0, 1.0, 2.0);
+        let aimed = ViewArgs { eye: Some(Vec3::new(4.0, 5.0, 6.0)), target: Some(target), ..flags() };
+        let middle = framed.bounds().center();
+        let top = ViewArgs { view: Some(Viewpoint::Top), ..flags() };
+        for (scene, still, center) in [
+            (&framed, &flags(), middle),
+            (&framed, &top, middle),
+            (&framed, &aimed, target),
+            (&with_camera, &flags(), middle),
+        ] {
+            let orbit = |i: u16| ViewArgs { orbit_angle: (f32::from(i) * 60.0).to_radians(), ..still.clone() };
+            let views: Vec<_> = (0..6).map(orbit).collect();
+            let (cameras, is_inside) = choose_each(scene, &views, 1.5).unwrap();
+            assert!(!is_inside);
+            assert_eq!(cameras[0], choose(scene, still, 1.5).unwrap());
+            // The last camera is as far from the first as any two neighbours are.
+            for (camera, next) in cameras.iter().zip(cameras.iter().cycle().skip(1)) {
+                assert_eq!((camera.validate(), camera.projection), (Ok(()), cameras[0].projection));
+                let turned = |v: Vec3| glam::Quat::from_rotation_y(60f32.to_radians()) * v;
+                let (expected, eye) = (center + turned(camera.eye() - center), next.eye());
+                assert!(eye.abs_diff_eq(expected, 1e-4), "{eye} is not at {expected}");
+                assert!(forward(next).abs_diff_eq(turned(forward(camera)), 1e-5));
+                assert!((eye.y - camera.eye().y).abs() < 1e-5);
+            }
+        }
+        // Counter-clockwise seen from above: from the front to the right.
+        let front = ViewArgs { view: Some(Viewpoint::Front), orbit_angle: 90f32.to_radians(), ..flags() };
+        assert!(forward(&choose(&framed, &front, 1.0).unwrap()).abs_diff_eq(Vec3::NEG_X, 1e-5));
+    }
+
+    #[test]
+    fn in_a_closed_interior_an_orbit_rotates_the_camera_where_it_is() {
+        let camera = Camera::look_at(Vec3::X, Vec3::ZERO, PERSPECTIVE);
+        let bounds = LazyCell::new(|| Bounds { min: Vec3::NEG_ONE, max: Vec3::splat(3.0) });
+        let half = ViewArgs { orbit_angle: 180f32.to_radians(), ..flags() };
+        let revolved = revolved(&camera, &bounds, true, &half);
+        assert!(revolved.eye() == Vec3::X && forward(&revolved).abs_diff_eq(Vec3::X, 1e-6));
     }
 
     #[test]

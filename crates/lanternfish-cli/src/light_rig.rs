@@ -1,12 +1,12 @@
 //! Adds light to dark scenes, and notes for the user.
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use lanternfish::{
     RenderedImage,
     settings::{Occlusion, Settings},
 };
 use lanternfish_scene::{
-    Camera, Scene,
+    Camera, LightKind, Scene,
     rig::{self, LightRig},
 };
 
@@ -30,41 +30,77 @@ impl Lighting {
     }
 }
 
+/// The lights of a rig that revolve with the camera of an orbit: the studio's environment and the sun. A lamp in a room stays.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct RevolvingLights {
+    has_studio: bool,
+    /// Index of the sun among the scene's lights, and its direction before the orbit.
+    sun: Option<(usize, Vec3)>,
+}
+
+impl RevolvingLights {
+    /// Adds a rig to the scene, for `camera`.
+    fn add(rig: LightRig, scene: &mut Scene, camera: &Camera, scale: f32) -> Self {
+        let (first, had_environment) = (scene.lights.len(), scene.environment.is_some());
+        rig.add(scene, camera, scale);
+        let mut added = scene.lights.iter().enumerate().skip(first);
+        let sun = added.find(|(_, light)| light.kind == LightKind::Directional);
+        Self {
+            has_studio: !had_environment && scene.environment.is_some(),
+            sun: sun.map(|(index, light)| (index, light.direction)),
+        }
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        !self.has_studio && self.sun.is_none()
+    }
+
+    /// Rotates them about +y to this angle of the camera's orbit, radians, counter-clockwise seen from above.
+    pub fn revolve(&self, scene: &mut Scene, angle: f32) {
+        if let Some(environment) = scene.environment.as_mut().filter(|_| self.has_studio) {
+            environment.rotation = angle;
+        }
+        if let Some((index, direction)) = self.sun {
+            scene.lights[index].direction = Mat3::from_rotation_y(angle) * direction;
+        }
+    }
+}
+
 /// Adds the rig of `--light-rig`. If nothing else lights the scene, it adds a rig around `camera` by default. `say` receives
-/// notes about an added rig, missing light or missing geometry.
+/// notes about an added rig, missing light or missing geometry. Returns what revolves with the camera of an orbit.
 pub(crate) fn light(
     scene: &mut Scene,
     flags: &LightArgs,
     camera: &Camera,
     lighting: Lighting,
     say: impl Fn(&str),
-) -> Result<(), CliError> {
-    add(scene, flags, camera)?;
+) -> Result<RevolvingLights, CliError> {
+    let requested = add(scene, flags, camera)?;
     if scene.bounds().is_empty() {
         say("the scene has no geometry: only its environment is visible");
-        return Ok(());
+        return Ok(requested);
     }
     if !lighting.is_seen || !rig::is_dark(scene) {
-        return Ok(());
+        return Ok(requested);
     }
     if flags.light_rig.is_some() || has_light(flags) {
         let towards = rig::sun(camera).direction;
         let sun = [towards.x, towards.y, towards.z].map(|x| format!("{x:.2}")).join(",");
         say(&format!("the scene has little or no light; try --light-rig studio, --sun {sun},3 or --lights rain:100"));
-        return Ok(());
+        return Ok(requested);
     }
-    match lighting.reaches_surfaces {
+    Ok(match lighting.reaches_surfaces {
         true => {
-            LightRig::Studio.add(scene, camera, flags.environment_scale);
             say("the scene has no light of its own: lit by the built-in studio (--light-rig studio|sun|none)");
+            RevolvingLights::add(LightRig::Studio, scene, camera, flags.environment_scale)
         }
         // The studio lights the scene through its environment.
         false => {
-            LightRig::Sun.add(scene, camera, 1.0);
             say("the scene has no light of its own: lit by a built-in sun (--light-rig studio|sun|none)");
+            RevolvingLights::add(LightRig::Sun, scene, camera, 1.0)
         }
-    }
-    Ok(())
+    })
 }
 
 /// Luminance below which surfaces are hardly visible, as a fraction of white at the image's exposure.
@@ -110,10 +146,14 @@ impl FillLight {
         Some(if is_between { Self::Sky(FAINT_SKY * white) } else { Self::Studio(DIM_STUDIO * white) })
     }
 
-    pub fn add(self, scene: &mut Scene, camera: &Camera) {
+    /// Adds it, and returns what revolves with the camera of an orbit.
+    pub fn add(self, scene: &mut Scene, camera: &Camera) -> RevolvingLights {
         match self {
-            Self::Sky(radiance) => scene.sky = radiance,
-            Self::Studio(scale) => LightRig::Studio.add(scene, camera, scale),
+            Self::Sky(radiance) => {
+                scene.sky = radiance;
+                RevolvingLights::default()
+            }
+            Self::Studio(scale) => RevolvingLights::add(LightRig::Studio, scene, camera, scale),
         }
     }
 
@@ -134,9 +174,9 @@ impl FillLight {
     }
 }
 
-/// Adds the rig of `--light-rig`, if given.
-pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<(), CliError> {
-    let Some(rig) = flags.light_rig else { return Ok(()) };
+/// Adds the rig of `--light-rig`, if given. Returns what revolves with the camera of an orbit.
+pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<RevolvingLights, CliError> {
+    let Some(rig) = flags.light_rig else { return Ok(RevolvingLights::default()) };
     let environment_flag = match (&flags.environment, flags.sky) {
         (Some(_), _) => Some("--environment"),
         (None, Some(_)) => Some("--sky"),
@@ -148,8 +188,7 @@ pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<(), 
             "choose one of them, or --light-rig sun, which keeps the environment",
         ));
     }
-    rig.add(scene, camera, flags.environment_scale);
-    Ok(())
+    Ok(RevolvingLights::add(rig, scene, camera, flags.environment_scale))
 }
 
 /// True if a flag adds light.
@@ -167,6 +206,39 @@ mod tests {
     use lanternfish_scene::{Projection, generate::demo};
 
     use super::*;
+
+    /// Seen from the camera, the studio and the sun are the same at every angle.
+    #[test]
+    fn rigs_revolve_with_the_camera_of_an_orbit() {
+        let projection = Projection::Perspective { fov_y: 0.8, near: 0.1 };
+        let eye = Vec3::new(1.0, 2.0, 5.0);
+        let camera = Camera::look_at(eye, Vec3::ZERO, projection);
+        let mut scene =
+            Scene { lights: vec![lanternfish_scene::Light::directional(Vec3::X, Vec3::ONE)], ..Scene::default() };
+        let studio = RevolvingLights::add(LightRig::Studio, &mut scene, &camera, 0.5);
+        let sun = RevolvingLights::add(LightRig::Sun, &mut scene, &camera, 1.0);
+        assert!(!studio.is_empty() && !sun.is_empty());
+        let still = scene.clone();
+        for angle in [2.0, 0.7, 0.0] {
+            studio.revolve(&mut scene, angle);
+            sun.revolve(&mut scene, angle);
+            let rotation = Mat3::from_rotation_y(angle);
+            let now = Camera::look_at(rotation * eye, Vec3::ZERO, projection);
+            let (environment, before) = (scene.environment.as_ref().unwrap(), still.environment.as_ref().unwrap());
+            let mut brightest = 0.0f32;
+            for i in 0..200 {
+                let i = i as f32;
+                let v = Vec3::new((1.3 * i).sin(), (0.7 * i).cos(), (0.31 * i).sin() + 0.1).normalize();
+                let [is, was] = [(environment, &now), (before, &camera)]
+                    .map(|(image, camera)| image.radiance(camera.world_from_camera.transform_vector3(v)));
+                assert!(is.abs_diff_eq(was, 1e-3), "{angle}: {is} instead of {was} towards {v}");
+                brightest = brightest.max(is.max_element());
+            }
+            assert!(brightest > 1.0, "no soft box was tested");
+            assert!(scene.lights[1].direction.abs_diff_eq(rig::sun(&now).direction, 1e-5));
+            assert_eq!(scene.lights[0], still.lights[0], "lights of the file stay");
+        }
+    }
 
     #[test]
     fn nearly_black_images_get_a_sky_in_streets_and_a_studio_around_objects() {

@@ -20,7 +20,7 @@ impl Motion {
     /// The motion that these flags and the scene define; `None` if nothing moves. If a time is requested without an animation,
     /// the file's first one plays.
     pub fn of(scene: &Scene, flags: &TrackArgs, rain: Option<Rain>) -> Result<Option<Self>, CliError> {
-        let has_time = flags.time.is_some() || flags.frames.is_some();
+        let has_time = flags.time.is_some() || flags.is_sequence();
         let animation = match &flags.animation {
             Some(wanted) => Some(named(scene, wanted)?),
             None => (has_time && !scene.motion.animations.is_empty()).then_some(0),

@@ -12,7 +12,7 @@ use lanternfish_scene::{Bounds, Light, Scene};
 
 pub use self::{
     area_light::{disk, rectangle},
-    range::{Frames, Span, fps, frames, samples, span},
+    range::{Frames, Span, fps, frames, orbit, samples, span},
 };
 
 /// Valid image widths and heights, pixels.

@@ -44,6 +44,17 @@ pub fn frames(text: &str) -> Result<Frames, String> {
     })
 }
 
+/// Parses the number of frames of a full revolution.
+pub fn orbit(text: &str) -> Result<u32, String> {
+    let frames = digits::<u32>(text).filter(|count| *count > 1 && FRAMES.contains(count));
+    frames.ok_or_else(|| {
+        let last = FRAMES.end();
+        format!(
+            "expected the number of frames of a full revolution, 2 to {last}, e.g. 48; a single image needs no --orbit"
+        )
+    })
+}
+
 /// Parses a frame range, `A-B`, or one frame, `A`.
 pub fn span(text: &str) -> Result<Span<u32>, String> {
     let (first, last) = (FRAMES.start(), FRAMES.end());
@@ -93,6 +104,10 @@ mod tests {
             assert!(span(bad).is_err(), "{bad}");
         }
         assert_eq!(samples("257-4294967296"), Ok(Span { first: 257, last: 1 << 32 }));
+        assert_eq!((orbit("2"), orbit("48")), (Ok(2), Ok(48)));
+        for bad in ["", "0", "1", "-4", "1-4", "1.5", "100000"] {
+            assert!(orbit(bad).unwrap_err().contains("2 to 99999"), "{bad}");
+        }
         assert!(samples("0-5").is_err() && samples("5-4294967297").is_err());
         assert_eq!((fps("24"), fps("29.97")), (Ok(24.0), Ok(29.97)));
         assert!(fps("0").is_err() && fps("-1").is_err() && fps("nan").is_err());

@@ -48,7 +48,7 @@ use crate::{
 pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<u8, CliError> {
     let mut shot = shot::resolve(&args.scene, said)?;
     let frames = shot.args.track.frames.take();
-    let is_track = frames.is_some();
+    let is_track = frames.is_some() || shot.args.track.orbit.is_some();
     if let Some(Frames::Span(_)) = frames {
         shot.args.track.time = Some(0.0);
     }

@@ -53,7 +53,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let planned = plan(shot)?;
     let output = &planned[0].output;
     let (settings, size) = (args.settings(), args.output.size);
-    let told = Told { is_sequence: args.track.frames.is_some(), args, all: planned.len() };
+    let told = Told { is_sequence: args.track.is_sequence(), args, all: planned.len() };
     let mut progress = Progress::start(args.run.quiet);
     let there = planned.iter().filter(|planned| planned.is_there).count();
     if there > 0 {
@@ -98,7 +98,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         progress.note(camera::INSIDE);
     }
     let lights = Lighting::of(&settings);
-    light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
+    let revolving = light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
     note_unused_light(&progress, &scene, &settings);
 
     let Opened { gpu, renderer } = opened.map_or_else(|| Opened::new(args, &settings, &mut progress), Ok)?;
@@ -112,7 +112,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let is_metered = renderings::are_metered(&settings, output);
     let is_lit = lights.is_seen && lights.reaches_surfaces;
     let may_have_fill_light = is_metered && is_lit && FillLight::is_allowed(&scene, &args.lights);
-    let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, may_have_fill_light);
+    let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, revolving, may_have_fill_light);
     let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
     let mut cameras_before = cameras_before.iter();
     if is_metered {

@@ -13,7 +13,7 @@ use crate::{
     camera,
     error::CliError,
     legend,
-    light_rig::FillLight,
+    light_rig::{FillLight, RevolvingLights},
     motion::Motion,
     output::Output,
     parse::Frames,
@@ -35,6 +35,9 @@ pub struct RenderedImages<'a> {
     bounds: Option<Bounds>,
     aspect: f32,
     scale: Option<Scale>,
+    /// The lights of a rig that follow the camera of an orbit, and the orbit's angle at which they are.
+    revolving: RevolvingLights,
+    orbit_angle: f32,
     may_have_fill_light: bool,
     /// The metered images, if they are also the next frame's.
     metered: Option<Drawn>,
@@ -59,19 +62,22 @@ pub fn are_metered(settings: &Settings, output: &Output) -> bool {
 }
 
 impl<'a> RenderedImages<'a> {
-    /// `scene` was just uploaded, in its state at 0 s. It is kept if something moves, or if it `may_have_fill_light`.
+    /// `scene` was just uploaded, in its state at 0 s. It is kept if something moves, also by an orbit, or if it
+    /// `may_have_fill_light`.
     pub fn new(
         args: &'a RenderArgs,
         renderer: Renderer,
         uploaded: GpuScene,
         scene: Scene,
         motion: Option<Motion>,
+        revolving: RevolvingLights,
         may_have_fill_light: bool,
     ) -> Self {
         let size = args.output.size;
         let aspect = size.width as f32 / size.height as f32;
+        let may_change = args.track.orbit.is_some() && !revolving.is_empty();
         let bounds = motion.is_some().then(|| scene.bounds());
-        let scene = Some(scene).filter(|_| motion.is_some() || may_have_fill_light);
+        let scene = Some(scene).filter(|_| motion.is_some() || may_change || may_have_fill_light);
         let scale = renderer.settings().debug_view.and_then(Scale::of);
         let (cost, exposure, metered) = (Report::default(), None, None);
         Self {
@@ -83,6 +89,8 @@ impl<'a> RenderedImages<'a> {
             bounds,
             aspect,
             scale,
+            revolving,
+            orbit_angle: 0.0,
             may_have_fill_light,
             metered,
             drawn_count: 0,
@@ -105,16 +113,18 @@ impl<'a> RenderedImages<'a> {
             && let Some(scene) = &mut self.scene
             && let Some(fill) = FillLight::of(&drawn.renderings[0], scene, camera)
         {
-            fill.add(scene, camera);
+            self.revolving = fill.add(scene, camera);
             self.renderer.update(&mut self.uploaded, scene)?;
             drawn = self.drawn(first, camera, progress)?;
             progress.note(&fill.note());
         }
         if let Some(ev) = drawn.renderings[0].exposure {
             self.renderer.set_exposure(Exposure::Ev(ev))?;
-            let all = match self.args.track.frames {
-                Some(Frames::Span(_)) => ", metered at 0 s",
-                Some(Frames::Count(count)) if count > 1 => ", metered in the first image",
+            let when = &self.args.track;
+            let all = match (when.frames, when.orbit) {
+                (_, Some(_)) => ", metered in frame 1",
+                (Some(Frames::Span(_)), None) => ", metered at 0 s",
+                (Some(Frames::Count(count)), None) if count > 1 => ", metered in the first image",
                 _ => "",
             };
             progress.note(&format!("shown at {ev:+} EV{all}; --exposure {ev} repeats it, larger is brighter"));
@@ -168,13 +178,24 @@ impl<'a> RenderedImages<'a> {
     /// to the previous one.
     fn drawn(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Drawn, CliError> {
         let mut camera = camera.clone();
-        if let (Some(motion), Some(scene), Some(bounds), Some(time)) =
-            (&self.motion, &mut self.scene, &self.bounds, frame.time)
-        {
-            motion.at_time(scene, time)?;
-            let (renderer, uploaded) = (&self.renderer, &mut self.uploaded);
-            progress.step("move", "Moving", || renderer.update(uploaded, scene))?;
-            camera = camera::follow(scene, bounds, &frame.view, self.aspect, &camera)?;
+        if let Some(scene) = &mut self.scene {
+            let moment = self.motion.as_ref().zip(frame.time);
+            let angle = frame.view.orbit_angle;
+            let is_revolved = angle != self.orbit_angle && !self.revolving.is_empty();
+            if let Some((motion, time)) = moment {
+                motion.at_time(scene, time)?;
+            }
+            if is_revolved {
+                self.revolving.revolve(scene, angle);
+                self.orbit_angle = angle;
+            }
+            if moment.is_some() || is_revolved {
+                let (renderer, uploaded) = (&self.renderer, &mut self.uploaded);
+                progress.step("move", "Moving", || renderer.update(uploaded, scene))?;
+            }
+            if let (Some(_), Some(bounds)) = (moment, &self.bounds) {
+                camera = camera::follow(scene, bounds, &frame.view, self.aspect, &camera)?;
+            }
         }
         let eyes = self.args.stereo.stereo.map(|eyes| stereo::cameras(eyes, &camera, self.aspect)).transpose()?;
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(&camera), |eyes| eyes);

@@ -145,9 +145,10 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
     let text = fs::read_to_string(path).map_err(|error| failed(&error, "a shot is text in UTF-8"))?;
     let read::File { scene, mut words, track } = read::file(path, &text, &keys)?;
 
-    // A time or frames on the command line replace both keys of the shot.
+    // A time or frames on the command line replace both keys of the shot. An orbit may have both.
     let chooses_when = |(id, _): &(String, OsString)| id == "time" || id == "frames";
-    if flags.iter().any(chooses_when) {
+    let is_orbit = words.iter().chain(&flags).any(|(id, _)| id == "orbit");
+    if !is_orbit && flags.iter().any(chooses_when) {
         words.retain(|word| !chooses_when(word));
     }
     // Likewise, camera flags on the command line replace the shot's other way of placing the camera.
@@ -198,7 +199,7 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
 }
 
 /// Flags of camera, time and output. A recording has its own camera and time.
-const OF_IMAGES: [&str; 17] = [
+const OF_IMAGES: [&str; 18] = [
     "adapter",
     "eye",
     "target",
@@ -207,6 +208,7 @@ const OF_IMAGES: [&str; 17] = [
     "view",
     "time",
     "frames",
+    "orbit",
     "fps",
     "output",
     "open",

@@ -25,13 +25,14 @@ use super::{
 use crate::{camera, error::CliError, parse, stereo};
 
 /// Flags of things that a window does not show. They are dropped.
-const LEFT_BEHIND: [&str; 13] = [
+const LEFT_BEHIND: [&str; 14] = [
     "output",
     "open",
     "quality",
     "stereo-layout",
     "time",
     "frames",
+    "orbit",
     "fps",
     "animation",
     "skip-existing",

@@ -250,6 +250,7 @@ fn shots_survive_a_round_trip() {
         ("scene = \"demo:atrium\"", ""),
         (TRACK, "--frames 7"),
         (TRACK, "--frames 5-9 --fps 12.5 --animation walk --skip-existing --progress openjd"),
+        ("scene = \"demo:atrium\"", "--orbit 12 --frames 3-5 --time 0.5"),
         (
             TRACK,
             "--time .5 --eye -.5,+1,1e30 --quiet --exposure -.5 --seed 4294967295 --aabb off --tile-size 8 --accumulate 16",
@@ -329,6 +330,44 @@ fn the_time_of_a_frame_is_its_number_over_the_rate() {
     assert_eq!(first("--time 1").time, Some(1.0));
     // After the track, rain continues to fall.
     assert_eq!(frames(TRACK, "--time 7 --lights rain:5")[0].time, Some(7.0));
+}
+
+#[test]
+fn an_orbit_is_a_sequence_of_its_own() {
+    let still = "scene = \"demo:atrium\"\n[track]\norbit = 8\nfps = 4";
+    let orbit = shot(still, "").unwrap();
+    let frames = orbit.frames();
+    assert_eq!(frames.iter().map(|frame| frame.number.unwrap()).collect::<Vec<_>>(), (1..=8).collect::<Vec<_>>());
+    for (i, frame) in frames.iter().enumerate() {
+        let degrees = frame.view.orbit_angle.to_degrees();
+        assert!((degrees - 45.0 * i as f32).abs() < 1e-3, "{degrees}");
+        assert_eq!(frame.time, Some(i as f32 / 4.0));
+    }
+    let same = |a: &ShotFrame, b: &ShotFrame| a.time == b.time && a.view == b.view;
+    // A part has the frames of the whole; further numbers repeat the revolution at later times.
+    let part = shot(still, "--frames 3-9").unwrap();
+    assert!(part.frames().len() == 7 && part.frames()[..6].iter().zip(&frames[2..]).all(|(a, b)| same(a, b)));
+    let ninth = &part.frames()[6];
+    assert_eq!((ninth.view.clone(), ninth.time), (frames[0].view.clone(), Some(2.0)));
+    // Light and exposure are those of the first frame, which is the image without an orbit.
+    assert!(same(&part.first(), &frames[0]) && frames[0].view == shot(still, "").unwrap().args.view);
+    assert!(same(&orbit.before(&frames[3]).unwrap(), &frames[2]));
+    assert_eq!(orbit.before(&frames[0]).unwrap().view, frames[7].view);
+    // A time holds the scene still, and a part keeps it.
+    let held = still.replace("fps = 4", "time = 1.5");
+    let part = shot(&held, "--frames 2-3").unwrap().frames();
+    assert!(part.len() == 2 && part.iter().all(|frame| frame.time == Some(1.5)));
+    assert_eq!(shot(&held, "--time 2").unwrap().frames()[5].time, Some(2.0));
+
+    for (text, flags, words) in [
+        (TRACK, "--orbit 8", ["both --orbit and a camera track", "remove keyframes from [track]"]),
+        (still, "--frames 4", ["--frames 4 with --orbit 8", "--frames 1-4"]),
+        ("scene = \"a.glb\"\n[track]\norbit = 1", "", ["shot.toml:3:9: orbit = 1", "2 to 99999"]),
+        ("scene = \"a.glb\"\n[track]\norbit = \"fast\"", "", ["shot.toml:3:9", "expected a number, N"]),
+    ] {
+        let error = shot(text, flags).unwrap_err();
+        assert!(words.iter().all(|word| error.contains(word)), "{words:?}: {error}");
+    }
 }
 
 #[test]

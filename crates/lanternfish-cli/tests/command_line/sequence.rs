@@ -260,6 +260,43 @@ fn gpu_scenes_without_a_track_have_frames() {
     assert!(read("rain.0001.exr") == read("then.exr"));
 }
 
+/// A pyramid with four equal sides, without light of its own.
+const PYRAMID: &str = "v -1 -0.2 -1\nv 1 -0.2 -1\nv 1 -0.2 1\nv -1 -0.2 1\nv 0 0.9 0\n\
+                       f 1 2 3 4\nf 2 1 5\nf 3 2 5\nf 4 3 5\nf 1 4 5\n";
+
+#[test]
+fn gpu_an_orbit_ends_before_its_first_image() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("pyramid.obj"), PYRAMID).unwrap();
+    fs::write(folder.path().join("turn.toml"), "scene = \"pyramid.obj\"\n[track]\norbit = 4\n").unwrap();
+    let render = |words: &str| run(folder.path(), &format!("render {words} --adapter cpu --size 48x32"));
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let (stdout, stderr) = render("turn.toml");
+    let frames = ["turn.0001.png", "turn.0002.png", "turn.0003.png", "turn.0004.png"];
+    assert_eq!(stdout.lines().collect::<Vec<_>>(), frames);
+    assert!(stderr.contains("metered in frame 1") && stderr.contains("built-in studio"), "{stderr}");
+    let decode = |name: &str| lanternfish_metrics::read_png(&folder.path().join(name)).unwrap();
+    render("pyramid.obj -o still.png");
+    assert!(decode("still.png") == decode(frames[0]), "frame 1 is the image without an orbit");
+    // Each frame shows the next of four equal sides, in the same light: the studio revolves with the camera.
+    let pixels = frames.map(|name| decode(name).pixels);
+    let sum = |pixels: &[[f32; 3]]| pixels.iter().flatten().sum::<f32>();
+    for frame in &pixels[1..] {
+        let difference: f32 = pixels[0].iter().flatten().zip(frame.iter().flatten()).map(|(a, b)| (a - b).abs()).sum();
+        assert!(difference < 0.02 * sum(&pixels[0]), "{difference} of {}", sum(&pixels[0]));
+    }
+    // A part is the same as the whole, to the bit, and a complete orbit is skipped.
+    render("turn.toml --frames 2-3 -o part.png");
+    assert!(read("part.0002.png") == read(frames[1]) && read("part.0003.png") == read(frames[2]));
+    let (_, stderr) = render("turn.toml --skip-existing");
+    assert!(stderr.contains("4 of 4 images exist and are complete"), "{stderr}");
+    assert_eq!(run(folder.path(), "frames turn.toml 1-4 --size 48x32").0, "4 of 4 frames are complete\n");
+    // Negative control: light that stays shows which side is which.
+    render("pyramid.obj --sun 1,-0.5,0.2,3 --orbit 2 --indirect none -o sun.png");
+    let [front, back] = ["sun.0001.png", "sun.0002.png"].map(|name| decode(name).pixels);
+    assert!((sum(&front) - sum(&back)).abs() > 0.05 * sum(&front), "{} and {}", sum(&front), sum(&back));
+}
+
 #[test]
 fn gpu_a_killed_chunk_is_completed() {
     let (complete, parts) = (walk(), walk());

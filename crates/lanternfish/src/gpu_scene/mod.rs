@@ -213,7 +213,7 @@ impl GpuScene {
             (NODES.to_owned(), node_count),
         ];
         if let Some(environment) = &environment {
-            counters.push(("scene/environment_bytes".to_owned(), environment.bytes));
+            counters.push((ENVIRONMENT_BYTES.to_owned(), environment.bytes));
         }
         Ok(Self {
             bounds: geometry.bounds(),
@@ -331,6 +331,8 @@ impl GpuScene {
 const LIGHTS: &str = "scene/lights";
 /// Name of the counter.
 const DRAWS: &str = "scene/draws";
+/// Name of the counter.
+const ENVIRONMENT_BYTES: &str = "scene/environment_bytes";
 /// Name of the counter.
 const NODES: &str = "scene/bvh_nodes";
 

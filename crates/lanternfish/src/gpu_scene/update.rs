@@ -1,7 +1,8 @@
 //! Updates a scene on the device.
 //!
 //! 1. `outline.rs` compares the data that are costly to upload with those of the last upload. If they differ (meshes, instances, textures,
-//!    kinds of materials, environment), the scene is uploaded again, except the images and the environment that are unchanged. Else:
+//!    kinds of materials), the scene is uploaded again, except the images and the environment that are unchanged. Another environment
+//!    replaces the last one. Else:
 //! 2. Lights, the background and materials are written; if the emission of triangles has changed, so is the tree over them.
 //! 3. If any instance or vertex has changed: writes the draw instances, and the vertices of deformed meshes; transforms the traced
 //!    triangles, in leaf order; refits the BVH, or builds the adapter's own structure again.
@@ -17,11 +18,11 @@ use std::{
 };
 
 use glam::{Affine3A, UVec4};
-use lanternfish_scene::Scene;
+use lanternfish_scene::{Environment, Scene};
 
 use self::outline::Outline;
 use super::{
-    DRAWS, GpuScene, LIGHTS, NODES, emissive,
+    DRAWS, ENVIRONMENT_BYTES, GpuScene, LIGHTS, NODES, emissive,
     geometry::{Geometry, mirrors, standing},
     has_area_lights, light_bounds, light_set,
     lobes::Lobes,
@@ -234,6 +235,12 @@ impl GpuScene {
     ) -> Result<(), RenderError> {
         validate(scene)?;
         let outline = Outline::of(scene);
+        if let (Some(_), Some(environment)) = (&self.environment, &scene.environment)
+            && !self.placed.outline.has_environment_of(&outline)
+        {
+            self.replace_environment(device, queue, environment)?;
+            self.placed.outline.take_environment_of(&outline);
+        }
         if self.placed.is_distrusted || outline != self.placed.outline {
             let unchanged = if self.placed.is_distrusted { Unchanged::default() } else { self.unchanged(&outline) };
             *self = Self::with(device, queue, scene, self.needs, unchanged)?;
@@ -320,6 +327,22 @@ impl GpuScene {
     pub(crate) fn distrust(&mut self) {
         self.placed.is_distrusted = true;
         self.placed.forget();
+    }
+
+    fn replace_environment(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        environment: &Environment,
+    ) -> Result<(), RenderError> {
+        let image = EnvironmentImage::new(device, queue, environment)?;
+        if self.environment_light.is_some() {
+            self.environment_light = Some(EnvironmentLight::new(device, queue, Some((environment, &image)))?);
+        }
+        let counter = self.counters.iter_mut().find(|(name, _)| name == ENVIRONMENT_BYTES);
+        counter.into_iter().for_each(|(_, bytes)| *bytes = image.bytes);
+        self.environment = Some(image);
+        Ok(())
     }
 
     /// The data that a scene of this outline can keep.

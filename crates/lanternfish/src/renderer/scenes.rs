@@ -36,14 +36,15 @@ impl Renderer {
     ///
     /// Updated in place: transforms of instances; positions, normals and tangents of vertices; all lights, also if their number changes;
     /// [`Scene::sky`]; the factors of materials: colour, metallic, roughness, normal scale, emission, index of refraction, specular, clear
-    /// coat, unlit. If no instance and no vertex has moved, the geometry is not touched. The BVH is refitted with the same topology, so
-    /// rays become slower if objects move far apart. ([`Self::move_instances`] builds a new tree then. `update` does not, so that the
-    /// frames of a sequence do not depend on their order.) The adapter's own structure is always rebuilt.
+    /// coat, unlit; the environment, if there was one and there is one. If no instance and no vertex has moved, the geometry is not
+    /// touched. The BVH is refitted with the same topology, so rays become slower if objects move far apart.
+    /// ([`Self::move_instances`] builds a new tree then. `update` does not, so that the frames of a sequence do not depend on their
+    /// order.) The adapter's own structure is always rebuilt.
     ///
-    /// After any other change (more, fewer or other meshes, instances, materials, textures; an alpha mode, a mask's alpha; the environment)
-    /// the scene is uploaded again with a new BVH, except for unchanged images and an unchanged environment. Images are compared by index,
-    /// size and texels. Above 1,024 texels, and for the environment, only 1,024 of the texels are compared, so a change of a few texels is
-    /// not detected. Names and cameras are ignored.
+    /// After any other change (more, fewer or other meshes, instances, materials, textures; an alpha mode, a mask's alpha; an environment
+    /// that appears or disappears) the scene is uploaded again with a new BVH, except for unchanged images and an unchanged environment.
+    /// Images are compared by index, size and texels. Above 1,024 texels, and for the environment, only 1,024 of the texels are compared,
+    /// so a change of a few texels is not detected. Names and cameras are ignored.
     ///
     /// The time is linear in the number of vertices of the scene. [`Self::move_instances`], [`Self::animate`], [`Self::set_light`] and
     /// [`Self::set_material`] read no vertices. If instances appear and disappear often, keep spare ones in the scene, scaled to zero

@@ -98,6 +98,11 @@ impl Outline {
     pub fn has_environment_of(&self, now: &Self) -> bool {
         self.environment == now.environment
     }
+
+    /// Notes that the device has the environment of `now`.
+    pub fn take_environment_of(&mut self, now: &Self) {
+        self.environment = now.environment;
+    }
 }
 
 /// Index of the material; numbers of vertices and of indices.

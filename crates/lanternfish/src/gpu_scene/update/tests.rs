@@ -4,7 +4,9 @@ mod anything;
 
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Frame, Gpu, Profiler, read_back, testing};
-use lanternfish_scene::{AlphaMode, Image, Light, Material, Sampler, Scene, Texture, TextureRef, generate};
+use lanternfish_scene::{
+    AlphaMode, Environment, Image, Light, Material, Sampler, Scene, Texture, TextureRef, generate,
+};
 
 use obvhs::cwbvh::node::CwBvhNode;
 
@@ -93,6 +95,32 @@ fn gpu_update_renders_like_a_fresh_upload() {
             assert_eq!(uploaded.bounds, now.bounds());
             last = updated;
         }
+    }
+}
+
+/// Another environment replaces the last one, and the scene keeps its BVH.
+#[test]
+fn gpu_an_environment_is_replaced_in_place() {
+    let Some(gpu) = testing::gpu("gpu_an_environment_is_replaced_in_place") else { return };
+    let mut scene = scene();
+    let pixels = (0..32).map(|i| Vec3::new(i as f32, 4.0, 32.0 - i as f32) / 16.0).collect();
+    scene.environment = Some(Environment { width: 8, height: 4, pixels, rotation: 0.0 });
+    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    for settings in [Settings { indirect: Indirect::from(few_rays()), ..direct.clone() }, direct] {
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let before = uploaded.triangle_order();
+        let last = shown(&mut renderer, &uploaded, &scene);
+        let mut now = scene.clone();
+        let environment = now.environment.as_mut().unwrap();
+        environment.rotation = 2.0;
+        (environment.width, environment.height) = (4, 8);
+        renderer.update(&mut uploaded, &now).unwrap();
+        assert_eq!(uploaded.triangle_order(), before, "the scene was uploaded again");
+        let fresh = renderer.upload(&now).unwrap();
+        let (updated, fresh) = (shown(&mut renderer, &uploaded, &now), shown(&mut renderer, &fresh, &now));
+        assert_eq!(differing(&updated, &fresh), 0);
+        assert!(differing(&updated, &last) > 100, "{}", differing(&updated, &last));
     }
 }
 
