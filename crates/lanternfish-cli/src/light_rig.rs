@@ -32,7 +32,7 @@ impl Lighting {
 
 /// The lights of a rig that revolve with the camera of an orbit: the studio's environment and the sun. A lamp in a room stays.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct RevolvingLights {
+pub struct RevolvingLights {
     has_studio: bool,
     /// Index of the sun among the scene's lights, and its direction before the orbit.
     sun: Option<(usize, Vec3)>,
