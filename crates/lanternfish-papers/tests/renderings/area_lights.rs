@@ -173,7 +173,8 @@ fn gpu_a_bounce_of_area_lights_is_the_path_tracers() {
         let lit = Scene { lights: scene.lights.iter().cloned().chain(dim).collect(), ..scene.clone() };
         let settings = Settings {
             accumulate: 16,
-            indirect: Indirect::from(Sampled::default().one_bounce()),
+            // Without filter, which blurs the light next to the panel.
+            indirect: Indirect::from(Sampled { filter_radius: 0, ..Sampled::default() }.one_bounce()),
             ..Settings::default()
         };
         let actual = accumulated(gpu, &lit, &camera, settings);
