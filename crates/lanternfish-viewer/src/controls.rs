@@ -22,7 +22,7 @@ pub struct Controls {
     /// Distance to the orbit centre along the view direction, m.
     pub reach: f32,
     /// Camera and orbit distance to which [`Self::go_home`] returns.
-    pub home: (Camera, f32),
+    home: (Camera, f32),
     /// The moves since they were last taken; `None` if moves are not recorded.
     pub moves: Option<Vec<Move>>,
 }

@@ -51,7 +51,9 @@ impl Recording {
     }
 
     fn start(&self) -> Controls {
-        Controls { speed: self.speed, reach: self.reach, ..Controls::new(self.first.clone(), 1.0) }
+        let mut controls = Controls::new(self.first.clone(), 1.0);
+        (controls.speed, controls.reach) = (self.speed, self.reach);
+        controls
     }
 }
 
