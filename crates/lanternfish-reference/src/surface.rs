@@ -195,7 +195,7 @@ fn reflector_of(
     // Without a change of index there are no refracting microfacets.
     let behind = match material.thickness > 0.0 && ior > 1.001 {
         true => Behind::Volume { eta: if front { ior } else { 1.0 / ior } },
-        false if is_thin_dielectric(material) => Behind::ThinDielectric,
+        false if material.is_thin_dielectric() => Behind::ThinDielectric,
         false => Behind::Thin,
     };
     Reflector {
@@ -207,17 +207,6 @@ fn reflector_of(
         transmission,
         behind,
     }
-}
-
-/// Maximum perceptual roughness of a thin surface that transmits light straight.
-const THIN_DIELECTRIC_ROUGHNESS: f32 = 0.03;
-
-/// True if the surface transmits light without scattering it.
-pub(crate) fn is_thin_dielectric(material: &Material) -> bool {
-    material.transmission > 0.0
-        && material.metallic < 1.0
-        && material.thickness == 0.0
-        && material.perceptual_roughness <= THIN_DIELECTRIC_ROUGHNESS
 }
 
 /// Transmittance of a thin dielectric at a hit.

@@ -15,7 +15,6 @@ use rayon::prelude::*;
 
 use crate::{
     random::unit_of,
-    surface::is_thin_dielectric,
     texture::{self, Encoding, Srgb},
 };
 
@@ -231,7 +230,7 @@ fn gather(scene: &Scene, instance_index: usize, lambert: bool) -> (Vec<Triangle>
     for (number, primitive) in scene.meshes[instance.mesh].primitives.iter().enumerate() {
         let material = &scene.materials[primitive.material];
         let kind = match material.alpha_mode {
-            _ if !lambert && is_thin_dielectric(material) => Kind::ThinDielectric,
+            _ if !lambert && material.is_thin_dielectric() => Kind::ThinDielectric,
             AlphaMode::Mask { .. } | AlphaMode::Blend => Kind::Alpha,
             AlphaMode::Opaque => Kind::Solid,
         };

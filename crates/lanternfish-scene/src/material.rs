@@ -94,6 +94,15 @@ impl Material {
         self.alpha_mode == AlphaMode::Blend || self.transmission > 0.0
     }
 
+    /// True if it transmits light without scattering or refracting it: thin-walled, and so smooth that no blur is visible.
+    pub fn is_thin_dielectric(&self) -> bool {
+        const MOST_ROUGHNESS: f32 = 0.03;
+        self.transmission > 0.0
+            && self.metallic < 1.0
+            && self.thickness == 0.0
+            && self.perceptual_roughness <= MOST_ROUGHNESS
+    }
+
     /// True if it has lobes beyond the metallic-roughness model: a clear coat, sheen, a grain or a film. Renderers may shade it by other
     /// code.
     pub fn is_layered(&self) -> bool {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{Affine3A, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{GpuError, gpu_struct, storage_buffer_of};
-use lanternfish_scene::{AlphaMode, Bounds, Primitive, Scene};
+use lanternfish_scene::{AlphaMode, Bounds, Material, Primitive, Scene};
 use rayon::prelude::*;
 use wgpu::util::DeviceExt;
 
@@ -54,6 +54,32 @@ pub enum DrawAlpha {
     Transparent,
 }
 
+/// What a transparent surface does to the image behind it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageBehind {
+    /// Nothing but to cover it by its alpha.
+    Covers,
+    /// Multiplies it: a smooth thin surface.
+    Tints,
+    /// Shows it blurred or displaced: a rough thin surface, or the boundary of a volume.
+    Refracts,
+}
+
+impl ImageBehind {
+    pub(super) fn of(material: &Material, shading: Shading) -> Self {
+        match shading == Shading::File && material.transmission > 0.0 {
+            false => Self::Covers,
+            true if material.is_thin_dielectric() => Self::Tints,
+            true => Self::Refracts,
+        }
+    }
+
+    /// True for a surface that transmits light.
+    pub fn is_seen_through(self) -> bool {
+        self != Self::Covers
+    }
+}
+
 /// Which faces are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Facing {
@@ -85,8 +111,8 @@ pub struct Draw {
     pub material: u32,
     /// Selects the passes that draw it.
     pub alpha: DrawAlpha,
-    /// Transparent, and tints the background.
-    pub transmits: bool,
+    /// What a transparent surface does to the image behind it.
+    pub behind: ImageBehind,
     /// The lobes of the material.
     pub lobes: Lobes,
     /// Which faces are drawn.
@@ -155,7 +181,7 @@ impl Geometry {
                 instances: 0..0,
                 material: primitive.material as u32,
                 alpha: alpha_of(&scene.materials[primitive.material]),
-                transmits: shading == Shading::File && scene.materials[primitive.material].transmission > 0.0,
+                behind: ImageBehind::of(&scene.materials[primitive.material], shading),
                 lobes: Lobes::of(&scene.materials[primitive.material], shading),
                 facing: Facing { side: None, mirrored: false },
                 bounds: Bounds::EMPTY,
@@ -202,10 +228,12 @@ impl Geometry {
         (changed.len() * size_of::<DrawInstance>()) as u64
     }
 
-    /// Sets the lobes of each draw's material, by the material's index and its lobes before.
-    pub(super) fn set_lobes(&mut self, lobes: impl Fn(usize, Lobes) -> Lobes) {
+    /// Sets how the draws of each material are drawn, by the material's index.
+    pub(super) fn set_materials<'a>(&mut self, shading: Shading, changed: impl Fn(usize) -> Option<&'a Material>) {
         for draw in self.templates.iter_mut().map(|template| &mut template.draw).chain(&mut self.draws) {
-            draw.lobes = lobes(draw.material as usize, draw.lobes);
+            if let Some(material) = changed(draw.material as usize) {
+                (draw.lobes, draw.behind) = (Lobes::of(material, shading), ImageBehind::of(material, shading));
+            }
         }
     }
 

@@ -67,10 +67,16 @@ gpu_struct! {
         iridescence_ior: f32,
         /// Thickness of the film, nm.
         iridescence_thickness: f32,
+        /// Index of refraction of the volume below the surface; 1: light passes straight.
+        ior: f32,
+        /// Thickness of the volume (`KHR_materials_volume`) where its back is not known, m; 0: the surface is thin.
+        thickness: f32,
         /// Unused.
         _pad0: f32,
+        /// Absorption coefficient of the volume, 1/m.
+        absorption: Vec3,
         /// Unused.
-        _pad1: Vec2,
+        _pad1: f32,
         /// sRGB.
         base_color_map: TextureSlot,
         /// Linear.
@@ -191,6 +197,17 @@ fn tinted_f0(material: &lanternfish_scene::Material) -> Vec3 {
     r * r * material.specular_color
 }
 
+/// Indices of refraction up to this one do not bend light, in the path tracer neither.
+const LEAST_IOR: f32 = 1.001;
+
+/// Absorption coefficient of a material's volume, 1/m; 0 for thin surfaces. What absorbs everything absorbs all but 1e-20 here.
+fn absorption(material: &lanternfish_scene::Material) -> Vec3 {
+    if material.thickness == 0.0 {
+        return Vec3::ZERO;
+    }
+    material.attenuation_color.map(|color| -color.max(1e-20).ln() / material.attenuation_distance)
+}
+
 /// All materials, one for each `stride` bytes.
 fn packed(scene: &Scene, shading: Shading, textures: &Textures, stride: usize) -> Vec<u8> {
     let mut packed = vec![0; stride * scene.materials.len().max(1)];
@@ -252,8 +269,11 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         iridescence: if file { material.iridescence } else { 0.0 },
         iridescence_ior: material.iridescence_ior,
         iridescence_thickness: material.iridescence_thickness,
+        ior: if material.thickness > 0.0 && material.ior > LEAST_IOR { material.ior } else { 1.0 },
+        thickness: material.thickness,
         _pad0: 0.0,
-        _pad1: Vec2::ZERO,
+        absorption: absorption(material),
+        _pad1: 0.0,
         base_color_map: slot(&material.base_color_texture, true),
         metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
         normal_map: slot(&material.normal_texture, false),

@@ -34,7 +34,7 @@ mod update;
 mod visible;
 
 pub use bvh::BvhTriangle;
-pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, Side};
+pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, ImageBehind, Side};
 pub use hits::{HitMaterial, HitTriangle};
 pub use lobes::Lobes;
 pub(crate) use lobes::Shading;
@@ -43,7 +43,7 @@ pub use moving::Sent;
 pub(crate) use needs::SceneRequirements;
 pub use parts::Parts;
 pub(crate) use previous::GeometryAt;
-pub use raster::{LAYERED, MASKED, PassState, SceneRaster, TEXTURES};
+pub use raster::{Faces, LAYERED, MASKED, PassState, SceneRaster, TEXTURES};
 pub use textures::automatic_anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;

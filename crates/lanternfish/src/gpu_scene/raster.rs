@@ -49,8 +49,19 @@ pub struct PassState {
     pub targets: Vec<wgpu::ColorTargetState>,
     /// Samples per pixel.
     pub samples: u32,
-    /// Draws back faces of single-sided materials too, as rays hit them.
-    pub draws_backs: bool,
+    /// The faces that are drawn.
+    pub faces: Faces,
+}
+
+/// The faces that a pass draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Faces {
+    /// Those that the material shows.
+    Shown,
+    /// Both sides of single-sided materials too, as rays hit them.
+    Both,
+    /// The backs alone, of every material.
+    Backs,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -151,10 +162,11 @@ impl SceneRaster {
             vertex_buffers: &buffers[..read],
             primitive: wgpu::PrimitiveState {
                 front_face: if key.facing.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
-                cull_mode: key.facing.side.filter(|_| !self.state.draws_backs).map(|side| match side {
-                    Side::Front => wgpu::Face::Back,
-                    Side::Back => wgpu::Face::Front,
-                }),
+                cull_mode: match (self.state.faces, key.facing.side) {
+                    (Faces::Both, _) | (Faces::Shown, None) => None,
+                    (Faces::Shown, Some(Side::Front)) => Some(wgpu::Face::Back),
+                    (Faces::Shown, Some(Side::Back)) | (Faces::Backs, _) => Some(wgpu::Face::Front),
+                },
                 ..Default::default()
             },
             depth: Some(self.state.depth.clone()),

@@ -24,9 +24,7 @@ use self::outline::Outline;
 use super::{
     DRAWS, ENVIRONMENT_BYTES, GpuScene, LIGHTS, NODES, emissive,
     geometry::{Geometry, mirrors, standing},
-    has_area_lights, light_bounds, light_set,
-    lobes::Lobes,
-    packed_lights,
+    has_area_lights, light_bounds, light_set, packed_lights,
     textures::Images,
     tlas::Tlas,
     tracing::{Part, Source, Tracing, pose},
@@ -250,7 +248,7 @@ impl GpuScene {
         self.update_lights(device, queue, scene)?;
         self.sky = scene.sky;
         self.materials.update(queue, scene, self.needs.shading, &self.textures);
-        self.geometry.set_lobes(|material, _| Lobes::of(&scene.materials[material], self.needs.shading));
+        self.geometry.set_materials(self.needs.shading, |material| scene.materials.get(material));
         if let Some(hits) = &self.hits {
             hits.update_materials(queue, scene, self.needs.shading);
         }

@@ -11,7 +11,7 @@ use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    gpu_scene::{Draw, GpuScene, Lobes, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
+    gpu_scene::{Draw, Faces, GpuScene, Lobes, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
     shaders::{Root, Shaders},
     texture::frame_target,
     view::ViewBuffer,
@@ -139,6 +139,13 @@ impl Prepass {
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
+    /// A prepass of back faces, with normals and one sample per pixel. It keeps the nearest.
+    pub(crate) fn of_backs() -> Self {
+        let state = PassState { faces: Faces::Backs, ..state(Writes::Surface, 1) };
+        let raster = SceneRaster::new("prepass/backs", DECLARED, "prepass/prepass", &[], false, state);
+        Self { raster, writes: Writes::Surface, samples: 1 }
+    }
+
     /// Draws all but the transparent surfaces of a view. `before` is the previous frame, which only a prepass [`Self::of_moving`] needs.
     pub(crate) fn record(
         &mut self,
@@ -175,6 +182,17 @@ impl Prepass {
         let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
         let coated: Vec<&Draw> = draws.solid.iter().copied().filter(|draw| draw.lobes == Lobes::Coated).collect();
         self.draw(frame, scene, &coated, &bindings, middle.size, None)
+    }
+
+    /// Draws the back faces of these draws. For a prepass [`Self::of_backs`].
+    pub(crate) fn record_backs(
+        &mut self,
+        frame: &mut Frame<'_>,
+        ViewContext { scene, buffer, view, .. }: &ViewContext<'_>,
+        draws: &[&Draw],
+    ) -> Result<Surface, RenderError> {
+        let bindings = buffer.bindings().with(&scene.bindings());
+        self.draw(frame, scene, draws, &bindings, view.size, None)
     }
 
     fn draw(
@@ -234,7 +252,7 @@ pub(crate) fn visible_fragments(samples: crate::settings::Samples) -> PassState 
         stencil: Default::default(),
         bias: Default::default(),
     };
-    PassState { depth, targets: Vec::new(), samples: samples.count(), draws_backs: false }
+    PassState { depth, targets: Vec::new(), samples: samples.count(), faces: Faces::Shown }
 }
 
 fn state(writes: Writes, samples: u32) -> PassState {
@@ -251,5 +269,5 @@ fn state(writes: Writes, samples: u32) -> PassState {
         Writes::Surface => vec![SURFACE_FORMAT.into()],
         Writes::Motion => vec![SURFACE_FORMAT.into(), MOTION_FORMAT.into()],
     };
-    PassState { depth, targets, samples, draws_backs: false }
+    PassState { depth, targets, samples, faces: Faces::Shown }
 }

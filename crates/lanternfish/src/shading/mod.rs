@@ -3,6 +3,7 @@
 mod arriving;
 mod demodulated;
 mod extra_surface;
+mod refraction;
 #[cfg(test)]
 mod tests;
 mod visibility_ratios;
@@ -14,7 +15,7 @@ use crate::{
     context::ViewContext,
     direct_light::{self, SAMPLED_LIGHTS, SHADOW_RAYS},
     error::RenderError,
-    gpu_scene::{Draw, LAYERED, PassState, SceneRaster, TEXTURES},
+    gpu_scene::{Draw, Faces, ImageBehind, LAYERED, PassState, SceneRaster, TEXTURES},
     indirect::INDIRECT,
     indirect::Indirect,
     light_culling::{LightCulling, LightLists},
@@ -26,6 +27,8 @@ use crate::{
     shadows::{SHADOW_HISTORY, SOFT, Visibility},
     texture::{RADIANCE_FORMAT, Radiance, frame_target},
 };
+
+use self::refraction::{Refraction, split_for_images};
 
 pub use self::arriving::Arriving;
 #[cfg(any(test, feature = "testing"))]
@@ -48,6 +51,8 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::by_settings("shading/demodulated"),
         Root::by_settings("shading/visibility_ratios"),
         Root::of("shading/dim", &[&[&[TRANSPARENT], &[TRANSPARENT, LAYERED]], TEXTURES]),
+        refraction::ROOTS[0],
+        refraction::ROOTS[1],
     ],
     &[],
 );
@@ -59,8 +64,10 @@ pub(crate) struct Forward {
     listed: LitPasses,
     /// Lit by a technique that samples direct light.
     sampled: LitPasses,
-    /// Multiplies the image by the transmittance of surfaces.
+    /// Multiplies the image by the transmittance of smooth thin surfaces.
     dim: SceneRaster,
+    /// Replaces the image by what is behind other transmitting surfaces.
+    refraction: Refraction,
     samples: u32,
 }
 
@@ -99,8 +106,8 @@ pub(crate) struct Shadowing<'a> {
 }
 
 impl Forward {
-    /// Compiles nothing; the first scene compiles the pipelines.
-    pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
+    /// Compiles nothing; the first scene compiles the pipelines. `has_environment`: true if scenes have light of the environment.
+    pub fn new(settings: &Settings, tracer: Option<Tracer>, has_environment: bool) -> Self {
         let depth = |compare| wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(false),
@@ -134,7 +141,7 @@ impl Forward {
         let lit = |is_sampled: bool| {
             let [opaque, transparent] = features(settings, tracer, is_sampled);
             let raster = |label, features: &[Feature], is_opaque, depth: &wgpu::DepthStencilState, target| {
-                let state = PassState { depth: depth.clone(), targets: vec![target], samples, draws_backs: false };
+                let state = PassState { depth: depth.clone(), targets: vec![target], samples, faces: Faces::Shown };
                 let raster = SceneRaster::new(label, DECLARED, "shading/forward", features, is_opaque, state);
                 let raster = raster.with_layers();
                 if is_sampled { raster } else { raster.lit_by_areas() }
@@ -144,20 +151,11 @@ impl Forward {
                 transparent: raster("shading/transparent", &transparent, false, &nearer, over.clone()),
             }
         };
-        Self {
-            listed: lit(false),
-            sampled: lit(true),
-            dim: SceneRaster::new(
-                "shading/transparent",
-                DECLARED,
-                "shading/dim",
-                &[TRANSPARENT],
-                false,
-                PassState { depth: nearer.clone(), targets: vec![multiplied], samples, draws_backs: false },
-            )
-            .with_layers(),
-            samples,
-        }
+        let through = PassState { depth: nearer.clone(), targets: vec![multiplied], samples, faces: Faces::Shown };
+        let refraction = Refraction::new(&through, has_environment);
+        let dim = SceneRaster::new("shading/transparent", DECLARED, "shading/dim", &[TRANSPARENT], false, through)
+            .with_layers();
+        Self { listed: lit(false), sampled: lit(true), dim, refraction, samples }
     }
 
     /// The target of one view's image.
@@ -211,13 +209,16 @@ impl Forward {
     pub fn record_transparent(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, draws, surface, .. }: &ViewContext<'_>,
+        view: &ViewContext<'_>,
         direct: DirectFrom<'_>,
         arriving: Option<&Arriving>,
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
-        let transmitting: Vec<&Draw> = draws.transparent.iter().copied().filter(|draw| draw.transmits).collect();
-        self.dim.prepare(frame.device, scene, &transmitting)?;
+        let ViewContext { scene, buffer, draws, surface, .. } = view;
+        let tinting = |draw: &&Draw| draw.behind == ImageBehind::Tints;
+        let tinting: Vec<&Draw> = draws.transparent.iter().copied().filter(tinting).collect();
+        self.dim.prepare(frame.device, scene, &tinting)?;
+        let seen = self.refraction.record(frame, view)?;
         let transparent = match direct {
             DirectFrom::Lists(_) => &mut self.listed.transparent,
             DirectFrom::Samples(_) => &mut self.sampled.transparent,
@@ -227,15 +228,27 @@ impl Forward {
         let bindings = buffer.bindings().with(&scene.bindings()).with(&direct_bindings);
         let arriving_bindings = arriving.map(Arriving::bindings);
         let bindings = arriving_bindings.iter().fold(bindings, |bindings, more| bindings.with(more));
-        let color = radiance.color(wgpu::LoadOp::Load);
-        frame.render("shading/transparent", &[Some(color)], Some(surface.read_depth()), |groups, pass| {
-            for run in draws.transparent.chunk_by(|a, b| !a.transmits && !b.transmits) {
-                if run[0].transmits {
-                    self.dim.draw(groups, pass, scene, &bindings, run);
-                }
-                transparent.draw(groups, pass, scene, &bindings, run);
+        let runs: Vec<&[&Draw]> =
+            draws.transparent.chunk_by(|a, b| !a.behind.is_seen_through() && !b.behind.is_seen_through()).collect();
+        let mut image = None;
+        for (needs_image, runs) in split_for_images(&runs) {
+            if needs_image {
+                image = Some(self.refraction.image(frame, view.view.size, radiance)?);
             }
-        });
+            let color = radiance.color(wgpu::LoadOp::Load);
+            frame.render("shading/transparent", &[Some(color)], Some(surface.read_depth()), |groups, pass| {
+                for run in runs {
+                    match (run[0].behind, &seen, &image) {
+                        (ImageBehind::Tints, ..) => self.dim.draw(groups, pass, scene, &bindings, run),
+                        (ImageBehind::Refracts, Some(seen), Some(image)) => {
+                            self.refraction.draw(groups, pass, view, (seen, image), run);
+                        }
+                        _ => {}
+                    }
+                    transparent.draw(groups, pass, scene, &bindings, run);
+                }
+            });
+        }
         Ok(())
     }
 }

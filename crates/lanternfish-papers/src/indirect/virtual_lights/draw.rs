@@ -4,7 +4,7 @@ use glam::{Affine3A, Mat3, UVec2, Vec3};
 use lanternfish::{
     RenderError,
     common::workgroups,
-    gpu_scene::{GpuScene, PassState, SceneRaster},
+    gpu_scene::{Faces, GpuScene, PassState, SceneRaster},
     prepass::DEPTH_FORMAT,
     texture::frame_target,
     view::View,
@@ -39,7 +39,7 @@ impl MapRaster {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        let state = PassState { depth, targets: vec![FORMAT.into()], samples: 1, draws_backs: true };
+        let state = PassState { depth, targets: vec![FORMAT.into()], samples: 1, faces: Faces::Both };
         let label = "indirect/virtual_lights/draw";
         let reconstruct = DECLARED.link("indirect/virtual_lights/reconstruct", &[])?;
         Ok(Self {

@@ -6,7 +6,7 @@ use lanternfish_gpu::GpuError;
 use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene};
 
 use super::{
-    super::{GpuScene, emissive, lobes::Lobes, moving::Sent},
+    super::{GpuScene, emissive, moving::Sent},
     next_number,
 };
 use crate::{error::RenderError, lights::Light};
@@ -93,8 +93,7 @@ impl GpuScene {
         if self.needs.parts.hits && shining != self.placed.shining[index] {
             return needs_update("emissive triangles are in a light tree");
         }
-        self.geometry
-            .set_lobes(|other, was| if other == index { Lobes::of(material, self.needs.shading) } else { was });
+        self.geometry.set_materials(self.needs.shading, |other| (other == index).then_some(material));
         let mut bytes = self.materials.set(queue, index, material, self.needs.shading, &self.textures);
         if let Some(hits) = &self.hits {
             bytes += hits.set_material(queue, index, material, self.needs.shading);

@@ -1,0 +1,135 @@
+//! Refraction against the path tracer and in uniform light.
+
+use glam::{UVec2, Vec3};
+use lanternfish_gpu::testing;
+use lanternfish_scene::{AlphaMode, Bounds, Camera, Material, Scene, generate::demo};
+
+use super::{MOST_IMAGES, split_for_images};
+use crate::{
+    gpu_scene::{Draw, DrawAlpha, Facing, ImageBehind, Lobes},
+    settings::{Samples, Settings, Tracer},
+    testing::{
+        image,
+        light::{image_of, looking, mean, off, sampled, settings, traced_of},
+        quad, scene_of,
+    },
+};
+
+const SIZE: UVec2 = UVec2::new(102, 48);
+
+/// Clear glass, rougher from sphere to sphere in each row; the second row is thin.
+fn glass(index: usize) -> Material {
+    Material {
+        metallic: 0.0,
+        perceptual_roughness: (index % 6) as f32 / 7.0,
+        transmission: 1.0,
+        thickness: if index < 6 { 1.0 } else { 0.0 },
+        alpha_mode: AlphaMode::Blend,
+        ..Material::default()
+    }
+}
+
+/// Two rows of spheres.
+fn spheres(material: impl Fn(usize) -> Material) -> (Scene, Camera) {
+    let mut scene = demo("furnace").unwrap();
+    scene.lights = Vec::new();
+    scene.materials.iter_mut().enumerate().for_each(|(i, slot)| *slot = material(i));
+    (scene, looking([0.0, 0.0, 4.2], [0.0, 0.0, 0.0]))
+}
+
+/// The two halves of an image.
+fn rows(pixels: &[Vec3]) -> [&[Vec3]; 2] {
+    let (top, bottom) = pixels.split_at(pixels.len() / 2);
+    [top, bottom]
+}
+
+/// Whatever its roughness, index and thickness, glass that absorbs nothing changes nothing where light comes equally from everywhere.
+#[test]
+fn gpu_clear_glass_is_invisible_in_uniform_light() {
+    let Some(gpu) = testing::gpu("gpu_clear_glass_is_invisible_in_uniform_light") else { return };
+    let (mut scene, camera) = spheres(glass);
+    scene.sky = Vec3::ONE;
+    let drawn = |samples| image_of(gpu, SIZE, Settings { samples, ..settings(sampled(Tracer::BVH)) }, &scene, &camera);
+    let one = drawn(Samples::One);
+    let [least, most] = [f32::min, f32::max].map(|of| one.iter().map(|p| p.x).reduce(of).unwrap());
+    // The specular part of rough glass scatters once.
+    assert!(least > 0.93 && most < 1.03, "{least} to {most}");
+    // At edges, reflections are those of another sample of the pixel.
+    let four = mean(&drawn(Samples::Four));
+    assert!((four / mean(&one) - 1.0).abs() < 0.01, "{four}, {}", mean(&one));
+}
+
+/// Spheres of glass under bands of light show what the path tracer's do, upside down.
+#[test]
+fn gpu_glass_agrees_with_the_path_tracer() {
+    let Some(gpu) = testing::gpu("gpu_glass_agrees_with_the_path_tracer") else { return };
+    let (mut scene, camera) = spheres(glass);
+    scene.sky = Vec3::ZERO;
+    // Brighter from below.
+    scene.environment = Some(image(256, 128, 0.0, |d| Vec3::splat(1.3 - 0.8 * d.y + 0.4 * (8.0 * d.x).sin())));
+    let (thin, _) = spheres(|i| Material { thickness: 0.0, perceptual_roughness: 0.0, ..glass(i) });
+    let thin = Scene { environment: scene.environment.clone(), sky: Vec3::ZERO, ..thin };
+    let drawn = |scene| image_of(gpu, SIZE, settings(sampled(Tracer::BVH)), scene, &camera);
+    let (actual, straight) = (drawn(&scene), drawn(&thin));
+    let truth = traced_of(SIZE, &scene, &camera, 8, 256);
+    for (row, ((actual, straight), truth)) in
+        rows(&actual).into_iter().zip(rows(&straight)).zip(rows(&truth)).enumerate()
+    {
+        let (energy, error, without) = (mean(actual) / mean(truth), off(actual, truth), off(straight, truth));
+        println!("row {row}: energy {energy:.4}, difference {error:.4}, as thin smooth glass {without:.4}");
+        assert!((energy - 1.0).abs() < 0.03, "row {row}: {energy}");
+        assert!(error < 0.05 && (row == 1 || error < 0.25 * without), "row {row}: {error}, {without}");
+    }
+}
+
+/// A slab of coloured glass absorbs by the length of the way through it, in the middle of an image without an environment too.
+#[test]
+fn gpu_a_slab_absorbs_by_distance() {
+    let Some(gpu) = testing::gpu("gpu_a_slab_absorbs_by_distance") else { return };
+    let lamp = Material { emissive: Vec3::ONE, base_color: Vec3::ZERO.extend(1.0), ..Material::default() };
+    let body =
+        Material { ior: 1.0, attenuation_color: Vec3::new(0.5, 0.25, 1.0), attenuation_distance: 1.0, ..glass(0) };
+    let slab = |front: f32, back: f32| {
+        vec![
+            quad(0, -3.0 * Vec3::Z, 20.0 * Vec3::X, 20.0 * Vec3::Y),
+            quad(1, front * Vec3::Z, 5.0 * Vec3::X, 5.0 * Vec3::Y),
+            quad(1, back * Vec3::Z, 5.0 * Vec3::Y, 5.0 * Vec3::X),
+        ]
+    };
+    let camera = looking([0.0, 0.0, 4.0], [0.0, 0.0, 0.0]);
+    for depth in [0.5, 2.0] {
+        let scene = scene_of(slab(1.0, 1.0 - depth), vec![lamp.clone(), body.clone()]);
+        let size = UVec2::new(9, 9);
+        let drawn = image_of(gpu, size, settings(sampled(Tracer::BVH)), &scene, &camera);
+        let expected = Vec3::new(0.5, 0.25, 1.0).powf(depth);
+        let actual = drawn[4 * 9 + 4];
+        assert!(actual.abs_diff_eq(expected, 0.01), "{depth} m: {actual}, not {expected}");
+    }
+}
+
+/// The nearest refracting draws have an image each; the farther ones share the first.
+#[test]
+fn the_nearest_draws_see_one_another() {
+    let draw = |behind| Draw {
+        indices: 0..0,
+        base_vertex: 0,
+        instances: 0..0,
+        material: 0,
+        alpha: DrawAlpha::Transparent,
+        behind,
+        lobes: Lobes::MetallicRoughness,
+        facing: Facing { side: None, mirrored: false },
+        bounds: Bounds::EMPTY,
+    };
+    let [covers, refracts] = [ImageBehind::Covers, ImageBehind::Refracts].map(draw);
+    let split = |draws: &[&Draw]| {
+        let runs: Vec<&[&Draw]> = draws.chunks(1).collect();
+        split_for_images(&runs).iter().map(|(needs_image, runs)| (*needs_image, runs.len())).collect::<Vec<_>>()
+    };
+    assert_eq!(split(&[&covers, &covers]), [(false, 2)]);
+    assert_eq!(split(&[&refracts, &covers]), [(true, 2)]);
+    assert_eq!(split(&[&covers, &refracts, &covers, &refracts]), [(false, 1), (true, 2), (true, 1)]);
+    let many = split(&vec![&refracts; MOST_IMAGES + 3]);
+    assert_eq!(many.len(), MOST_IMAGES);
+    assert_eq!(many[0], (true, 4));
+}
