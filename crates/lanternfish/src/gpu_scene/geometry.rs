@@ -66,6 +66,7 @@ pub enum ImageBehind {
 }
 
 impl ImageBehind {
+    /// Of a material's surfaces.
     pub(super) fn of(material: &Material, shading: Shading) -> Self {
         match shading == Shading::File && material.transmission > 0.0 {
             false => Self::Covers,

@@ -199,7 +199,8 @@ impl GpuScene {
         };
 
         let environment_and_image = scene.environment.as_ref().zip(environment.as_ref());
-        let needs_light = parts.environment_visibility || (parts.hits && environment_and_image.is_some());
+        let refracts = scene.materials.iter().any(|m| ImageBehind::of(m, shading) == ImageBehind::Refracts);
+        let needs_light = parts.environment_visibility || (parts.hits && environment_and_image.is_some()) || refracts;
         let environment_light = match unchanged.environment_light {
             None if needs_light => Some(EnvironmentLight::new(device, queue, environment_and_image)?),
             kept => kept,

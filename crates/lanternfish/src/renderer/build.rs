@@ -126,7 +126,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         nearest_transparent: finds_arriving.then(|| ExtraSurface::nearest_transparent(&settings, tracer)),
         coats: finds_arriving.then(|| ExtraSurface::coats(&settings, tracer)),
         visibility_ratios: VisibilityRatios::new(device, &settings)?,
-        forward: Forward::new(&settings, tracer, parts.environment_visibility),
+        forward: Forward::new(&settings, tracer),
         irradiance: DemodulatedLight::new(&settings, tracer),
         sky: Sky::new(),
         progressive: Progressive::new(device)?,

@@ -106,8 +106,8 @@ pub(crate) struct Shadowing<'a> {
 }
 
 impl Forward {
-    /// Compiles nothing; the first scene compiles the pipelines. `has_environment`: true if scenes have light of the environment.
-    pub fn new(settings: &Settings, tracer: Option<Tracer>, has_environment: bool) -> Self {
+    /// Compiles nothing; the first scene compiles the pipelines.
+    pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
         let depth = |compare| wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(false),
@@ -152,7 +152,7 @@ impl Forward {
             }
         };
         let through = PassState { depth: nearer.clone(), targets: vec![multiplied], samples, faces: Faces::Shown };
-        let refraction = Refraction::new(&through, has_environment);
+        let refraction = Refraction::new(&through);
         let dim = SceneRaster::new("shading/transparent", DECLARED, "shading/dim", &[TRANSPARENT], false, through)
             .with_layers();
         Self { listed: lit(false), sampled: lit(true), dim, refraction, samples }

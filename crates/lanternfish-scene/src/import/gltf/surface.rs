@@ -61,7 +61,6 @@ pub(super) fn apply(
         && let thickness = volume.thickness_factor.clamp(0.0, f32::MAX)
         && thickness > 0.0
     {
-        notes.add("refraction and absorption of KHR_materials_volume, whose materials are drawn as thin sheets");
         if volume.thickness_texture.is_some() {
             notes.add("textures of KHR_materials_volume");
         }

@@ -139,7 +139,8 @@ pub fn vertices(scene: &Scene) -> Vec<u64> {
     scene.meshes.iter().map(mesh).collect()
 }
 
-/// A material without the data that an update writes, its factors. The alpha factor of a mask is part of the traced masks, and stays.
+/// A material without the data that an update writes, its factors. The alpha factor of a mask is part of the traced masks, and stays. Of the
+/// roughness it stays whether light passes straight.
 fn fixed(material: &Material) -> Material {
     let usual = Material::default();
     let is_mask = matches!(material.alpha_mode, AlphaMode::Mask { .. });
@@ -147,7 +148,7 @@ fn fixed(material: &Material) -> Material {
         name: String::new(),
         base_color: if is_mask { Vec4::W * material.base_color.w } else { Vec4::ZERO },
         metallic: usual.metallic,
-        perceptual_roughness: usual.perceptual_roughness,
+        perceptual_roughness: if material.is_thin_dielectric() { 0.0 } else { usual.perceptual_roughness },
         normal_scale: usual.normal_scale,
         occlusion_strength: usual.occlusion_strength,
         emissive: usual.emissive,

@@ -236,6 +236,16 @@ fn gpu_set_light_renders_like_a_fresh_upload() {
     assert!(renderer.set_light(&mut uploaded, 99, &now.lights[7]).unwrap_err().to_string().contains("none is 99"));
 }
 
+/// Other passes draw glass that becomes rough, so its material is not updated in place.
+#[test]
+fn glass_that_becomes_rough_is_another_material() {
+    let smooth = Material { metallic: 0.0, perceptual_roughness: 0.0, transmission: 1.0, ..Material::default() };
+    let outline = Outline::of(&Scene { materials: vec![smooth.clone()], ..Scene::default() });
+    let is_updated = |material: Material| outline.has_kind_of(0, &material);
+    assert_eq!(is_updated(Material { perceptual_roughness: 0.2, ..smooth.clone() }), Some(false));
+    assert_eq!(is_updated(Material { perceptual_roughness: 0.01, ior: 1.8, ..smooth }), Some(true));
+}
+
 #[test]
 fn gpu_update_writes_material_factors() {
     let Some(gpu) = testing::gpu("gpu_update_writes_material_factors") else { return };

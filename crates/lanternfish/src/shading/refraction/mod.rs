@@ -5,7 +5,7 @@
 mod tests;
 
 use glam::UVec2;
-use lanternfish_gpu::{BindGroups, Bindings, Feature, Frame, RasterPipeline, RasterState};
+use lanternfish_gpu::{BindGroups, Bindings, Frame, RasterPipeline, RasterState};
 
 use super::{DECLARED, TRANSPARENT};
 use crate::{
@@ -17,14 +17,8 @@ use crate::{
     texture::{RADIANCE_FORMAT, Radiance, described},
 };
 
-/// Rays that meet nothing read the environment.
-const ENVIRONMENT_LEVELS: Feature = Feature::new("environment_levels");
-
 pub(super) const ROOTS: [Root; 2] = [
-    Root::of(
-        "shading/refraction/refract",
-        &[&[&[TRANSPARENT], &[TRANSPARENT, LAYERED]], &[&[], &[ENVIRONMENT_LEVELS]], TEXTURES],
-    ),
+    Root::of("shading/refraction/refract", &[&[&[TRANSPARENT], &[TRANSPARENT, LAYERED]], TEXTURES]),
     Root::new("shading/refraction/shrink"),
 ];
 
@@ -56,8 +50,8 @@ pub(super) struct Image {
 }
 
 impl Refraction {
-    /// Compiles nothing. `state`: that of a pass over transparent surfaces. `has_environment`: true if scenes have light of the environment.
-    pub fn new(state: &PassState, has_environment: bool) -> Self {
+    /// Compiles nothing. `state`: that of a pass over transparent surfaces.
+    pub fn new(state: &PassState) -> Self {
         let over = wgpu::BlendComponent {
             src_factor: wgpu::BlendFactor::SrcAlpha,
             dst_factor: wgpu::BlendFactor::OneMinusSrcAlpha,
@@ -73,10 +67,15 @@ impl Refraction {
             blend: Some(wgpu::BlendState { color: over, alpha: kept }),
             write_mask: wgpu::ColorWrites::ALL,
         };
-        let features = [&[TRANSPARENT][..], if has_environment { &[ENVIRONMENT_LEVELS] } else { &[] }].concat();
         let state = PassState { targets: vec![target], faces: Faces::Shown, ..state.clone() };
-        let raster =
-            SceneRaster::new("shading/transparent", DECLARED, "shading/refraction/refract", &features, false, state);
+        let raster = SceneRaster::new(
+            "shading/transparent",
+            DECLARED,
+            "shading/refraction/refract",
+            &[TRANSPARENT],
+            false,
+            state,
+        );
         Self { raster: raster.with_layers(), backs: Prepass::of_backs(), opaque: Prepass::new(false, 1), shrink: None }
     }
 

@@ -35,6 +35,7 @@ const CHANGES: [(&str, Change); 18] = [
     ("another texture", |s| s.materials[0].base_color_texture = Some(TextureRef::new(1))),
     ("sides", |s| s.materials.iter_mut().for_each(|material| material.double_sided ^= true)),
     ("transmission", |s| s.materials[0].transmission = 0.5),
+    ("a volume", |s| (s.materials[0].transmission, s.materials[0].thickness) = (0.5, 0.1)),
     ("alpha of a mask", |s| s.materials.iter_mut().for_each(|material| material.base_color.w *= 0.7)),
     ("another image", |s| s.images[1].rgba.fill(70)),
     ("mirrored", |s| s.instances[1].world_from_object.matrix3.x_axis *= -1.0),
