@@ -6,7 +6,7 @@ use super::*;
 
 type Change = fn(&mut Scene);
 
-const CHANGES: [(&str, Change); 18] = [
+const CHANGES: [(&str, Change); 19] = [
     ("an instance more", |s| {
         let world_from_object = Affine3A::from_translation(0.2 * Vec3::ONE) * s.instances[4].world_from_object;
         s.instances.push(Instance { world_from_object, ..s.instances[4].clone() });
