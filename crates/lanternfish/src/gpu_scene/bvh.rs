@@ -25,8 +25,8 @@ gpu_struct! {
         light_leaf: u32,
         /// Third corner.
         c: Vec3,
-        /// Unused.
-        _pad_c: u32,
+        /// 0: no opacity micromap; else its address in the masks and its level.
+        opacity: u32,
     }
 }
 
@@ -129,8 +129,8 @@ fn nodes(device: &wgpu::Device, tree: &[CwBvhNode]) -> Result<wgpu::Buffer, Rend
 
 fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhTriangle> {
     let pack = |triangle: &TracedTriangle| {
-        let [a, b, c] = triangle.corners;
-        BvhTriangle { a, record: triangle.source.record, b, c, ..BvhTriangle::default() }
+        let TracedTriangle { corners: [a, b, c], source } = *triangle;
+        BvhTriangle { a, record: source.record, b, light_leaf: 0, c, opacity: source.opacity }
     };
     let mut packed: Vec<BvhTriangle> = triangles.par_iter().map(pack).collect();
     light_leaves.iter().for_each(|(triangle, leaf)| packed[*triangle as usize].light_leaf = leaf + 1);
