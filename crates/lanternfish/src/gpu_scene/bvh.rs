@@ -1,6 +1,6 @@
 //! The compressed wide BVH: built on the CPU with all cores, traversed by `rays/bvh/walk.wesl`.
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 use lanternfish_gpu::{gpu_struct, storage_buffer_of};
 use lanternfish_scene::bvh::{self, Effort};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
@@ -51,11 +51,7 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     if tracing.triangles.is_empty() {
         return vec![CwBvhNode::default()];
     }
-    let bounds = |t: &TracedTriangle| {
-        let [a, b, c] = t.corners.map(Vec3A::from);
-        Aabb::new(a.min(b).min(c), a.max(b).max(c))
-    };
-    let boxes: Vec<Aabb> = tracing.triangles.par_iter().map(bounds).collect();
+    let boxes: Vec<Aabb> = tracing.triangles.par_iter().map(|triangle| tracing.bounds(triangle)).collect();
     let bvh = bvh::build(&boxes, Effort::High);
     tracing.reorder(&bvh.primitive_indices);
     bvh.nodes

@@ -101,6 +101,8 @@ pub struct Tracing {
     pub masks: Vec<u32>,
     /// Number of triangles with a record.
     pub record_count: usize,
+    /// For each opacity micromap, by its reference, the convex hull of what is not empty: weights of a triangle's second and third corner.
+    pub hulls: HashMap<u32, Vec<Vec2>>,
 }
 
 impl Tracing {
@@ -125,7 +127,7 @@ impl Tracing {
             records.extend(part_records);
         }
         let masks = pack_masks(scene, &mut records, mask_bytes);
-        Self { triangles, parts, masks, record_count: records.len() }
+        Self { triangles, parts, masks, record_count: records.len(), hulls: HashMap::new() }
     }
 
     /// Reorders the triangles, and the mask records with them.

@@ -5,15 +5,17 @@
 //!    texture's filter reads at any of its points. Every rounding error makes it unknown, so rays hit exactly what they would without maps.
 //! 3. A triangle that is solid everywhere loses its record, and one that is empty everywhere is removed. The others keep their record and
 //!    get their map's address. Rays read the texture only in unknown subtriangles (`gpu_scene/mask.wesl`).
+//! 4. The BVH is built over boxes around what is not empty: leaves fill a third of their cards.
 
 use std::collections::HashMap;
 
 use foldhash::fast::FixedState;
-use glam::DVec2;
+use glam::{DVec2, Vec2, Vec3A, Vec3Swizzles};
+use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use super::{
-    HEADER_WORDS, MaskHeader, MaskRecord, RECORD_WORDS, Tracing,
+    HEADER_WORDS, MaskHeader, MaskRecord, RECORD_WORDS, TracedTriangle, Tracing,
     footprint::{Mask, Opacity, subtriangles},
 };
 
@@ -33,12 +35,25 @@ const MAX_TEXELS: f64 = (1u64 << 28) as f64;
 /// Subtriangles per word of a map.
 const PER_WORD: usize = 16;
 
+/// Distance by which the box around what is not empty exceeds it, relative to the triangle's box: far above the error of a hit's barycentric
+/// coordinates.
+const PAD: f32 = 1.0 / 64.0;
+
 /// Opacity of a triangle.
 enum Decision {
     /// Solid or empty everywhere.
     Uniform(Opacity),
-    /// Level of its map, and the states of its subtriangles. None: the texture is read everywhere.
-    Mixed(Option<(u32, Vec<u32>)>),
+    /// None: the texture is read everywhere.
+    Mixed(Option<Map>),
+}
+
+/// An opacity micromap.
+struct Map {
+    level: u32,
+    /// States of the subtriangles.
+    words: Vec<u32>,
+    /// Convex hull of the subtriangles that are not empty: weights of the second and third corner.
+    hull: Vec<Vec2>,
 }
 
 impl Tracing {
@@ -60,11 +75,12 @@ impl Tracing {
         let mut words: Vec<u32> = vec![0; RECORD_WORDS * kept.len()];
         let mut references = vec![0; distinct.len()];
         for (reference, decision) in references.iter_mut().zip(&decisions) {
-            if let Decision::Mixed(Some((level, states))) = decision
+            if let Decision::Mixed(Some(Map { level, words: states, hull })) = decision
                 && words.len() < 1 << (u32::BITS - LEVEL_BITS)
             {
                 *reference = ((words.len() as u32) << LEVEL_BITS) | level;
                 words.extend(states);
+                self.hulls.insert(*reference, hull.clone());
             }
         }
 
@@ -95,6 +111,44 @@ impl Tracing {
             !matches!(decisions[map], Decision::Uniform(Opacity::Empty))
         });
     }
+
+    /// Box around all points of a triangle that rays may hit, world space, m.
+    pub fn bounds(&self, triangle: &TracedTriangle) -> Aabb {
+        let [a, b, c] = triangle.corners.map(Vec3A::from);
+        let all = Aabb::new(a.min(b).min(c), a.max(b).max(c));
+        let Some(hull) = self.hulls.get(&triangle.source.opacity) else { return all };
+        let mut bounds = Aabb::empty();
+        hull.iter().for_each(|p| _ = bounds.extend(a + p.x * (b - a) + p.y * (c - a)));
+        let rounding = 4.0 * f32::EPSILON * all.min.abs().max(all.max.abs());
+        let pad = PAD * all.diagonal() + rounding;
+        Aabb::new((bounds.min - pad).max(all.min), (bounds.max + pad).min(all.max))
+    }
+}
+
+/// Convex hull of the subtriangles that are not empty: weights of the second and third corner, counter-clockwise.
+fn hull(level: u32, states: &[Opacity]) -> Vec<Vec2> {
+    let occupied = subtriangles(level).zip(states).filter(|(_, state)| **state != Opacity::Empty);
+    let mut points: Vec<Vec2> = occupied.flat_map(|(corners, _)| corners.map(|w| w.as_vec3().yz())).collect();
+    points.sort_unstable_by(|a, b| (a.x, a.y).partial_cmp(&(b.x, b.y)).expect("multiples of the subtriangles' size"));
+    points.dedup();
+    let mut hull: Vec<Vec2> = Vec::new();
+    for pass in 0..2 {
+        let first = hull.len();
+        for point in &points {
+            while let [.., a, b] = hull[first..]
+                && (b - a).perp_dot(*point - a) <= 0.0
+            {
+                hull.pop();
+            }
+            hull.push(*point);
+        }
+        // The last point is the first of the other half.
+        hull.pop();
+        if pass == 0 {
+            points.reverse();
+        }
+    }
+    hull
 }
 
 /// The distinct records, and the index of each record among them.
@@ -143,7 +197,9 @@ fn decisions(words: &[u32], records: &[MaskRecord], space: u64) -> Vec<Decision>
         match states.iter().all(|state| *state == states[0]) {
             true if states[0] != Opacity::Unknown => Decision::Uniform(states[0]),
             true => Decision::Mixed(None),
-            false => Decision::Mixed(max_level.map(|_| (level, packed(&states)))),
+            false => {
+                Decision::Mixed(max_level.map(|_| Map { level, words: packed(&states), hull: hull(level, &states) }))
+            }
         }
     };
     records.par_iter().zip(&texels).map(decide).collect()

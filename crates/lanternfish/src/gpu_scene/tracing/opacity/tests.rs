@@ -141,6 +141,33 @@ fn faults_of_micromaps_are_noticed() {
     }
 }
 
+/// Points of subtriangles that are not empty lie in the box that the BVH is built over, by more than the error of a hit.
+#[test]
+fn boxes_hold_all_that_is_not_empty() {
+    let (mut outside, mut area, mut full_area) = (0, 0.0, 0.0);
+    for seed in 0..6 {
+        let mut tracing = Tracing::new(&scene(seed, 24), ANY);
+        tracing.decide_opacity(ANY);
+        let mut random = Random::new(seed + 2000);
+        for triangle in tracing.triangles.iter().filter(|triangle| triangle.source.opacity > 0) {
+            let queries: Vec<Query> = points(&mut random, 60)
+                .map(|p| Query { barycentrics: p, record: triangle.source.record, opacity: triangle.source.opacity })
+                .collect();
+            let bounds = tracing.bounds(triangle);
+            let [a, b, c] = triangle.corners.map(glam::Vec3A::from);
+            let states = compare(&library(), &tracing.masks, &queries);
+            for (query, _) in queries.iter().zip(states).filter(|(_, (state, ..))| *state != Opacity::Empty as u32) {
+                let p = a + query.barycentrics.x * (b - a) + query.barycentrics.y * (c - a);
+                outside += usize::from(p.cmplt(bounds.min - 1e-6).any() || p.cmpgt(bounds.max + 1e-6).any());
+            }
+            area += bounds.half_area();
+            full_area += Aabb::new(a.min(b).min(c), a.max(b).max(c)).half_area();
+        }
+    }
+    assert_eq!(outside, 0);
+    assert!(area < 0.95 * full_area, "{area} of {full_area}");
+}
+
 #[test]
 fn decided_triangles_lose_their_records_and_equal_ones_share_a_map() {
     // A disk of alpha 1. The first triangle lies within, the second outside; the other two, equal, intersect its edge.
