@@ -34,7 +34,7 @@ const CROWD: f64 = 1024.0;
 /// Build quality of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// Takes half the build time of [`Effort::High`].
+    /// Takes a tenth to a quarter less time than [`Effort::High`].
     Medium,
     /// Fewest traversal steps per ray.
     High,

@@ -61,7 +61,7 @@ impl<'a> Mask<'a> {
 
     /// The opacity between these points, barycentric coordinates.
     pub fn opacity(&self, record: &MaskRecord, corners: [DVec3; 3]) -> Opacity {
-        self.seen(record, corners).unwrap_or(Opacity::Unknown)
+        self.uniform(record, corners).unwrap_or(Opacity::Unknown)
     }
 
     /// Bounds of a texel's alpha, 0 to 255: from the first on, the surface is solid; up to the second, it is empty.
@@ -81,7 +81,8 @@ impl<'a> Mask<'a> {
         Some([solid_from, empty_to])
     }
 
-    fn seen(&self, record: &MaskRecord, corners: [DVec3; 3]) -> Option<Opacity> {
+    /// None: some points reach the cutoff and others do not, or rounding may decide it.
+    fn uniform(&self, record: &MaskRecord, corners: [DVec3; 3]) -> Option<Opacity> {
         let [solid_from, empty_to] = self.thresholds(record, corners)?;
         let size = self.header.size.as_dvec2();
         let of_record = coordinates(record);
