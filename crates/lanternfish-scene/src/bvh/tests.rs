@@ -107,7 +107,8 @@ fn trees_of_meshes_equal_those_of_the_library() {
         for (ours, theirs) in ours.nodes.iter().zip(&theirs.nodes) {
             assert_eq!((ours.first_index, ours.prim_count), (theirs.first_index, theirs.prim_count));
         }
-        let parameters = BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() };
+        let parameters =
+            BvhBuildParams { pre_split: false, reinsertion_batch_ratio: 0.05, ..BvhBuildParams::slow_build() };
         let wide = build_cwbvh(&boxes, parameters, &mut Duration::default());
         assert_eq!(build(&boxes, Effort::High).nodes.len(), wide.nodes.len());
     }

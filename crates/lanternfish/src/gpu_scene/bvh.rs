@@ -1,6 +1,6 @@
 //! The compressed wide BVH: built on the CPU with all cores, traversed by `rays/bvh/walk.wesl`.
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 use lanternfish_gpu::{gpu_struct, storage_buffer_of};
 use lanternfish_scene::bvh::{self, Effort};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
@@ -25,8 +25,8 @@ gpu_struct! {
         light_leaf: u32,
         /// Third corner.
         c: Vec3,
-        /// Unused.
-        _pad_c: u32,
+        /// 0: no opacity micromap; else its address in the masks and its level.
+        opacity: u32,
     }
 }
 
@@ -51,11 +51,7 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     if tracing.triangles.is_empty() {
         return vec![CwBvhNode::default()];
     }
-    let bounds = |t: &TracedTriangle| {
-        let [a, b, c] = t.corners.map(Vec3A::from);
-        Aabb::new(a.min(b).min(c), a.max(b).max(c))
-    };
-    let boxes: Vec<Aabb> = tracing.triangles.par_iter().map(bounds).collect();
+    let boxes: Vec<Aabb> = tracing.triangles.par_iter().map(|triangle| tracing.bounds(triangle)).collect();
     let bvh = bvh::build(&boxes, Effort::High);
     tracing.reorder(&bvh.primitive_indices);
     bvh.nodes
@@ -129,8 +125,8 @@ fn nodes(device: &wgpu::Device, tree: &[CwBvhNode]) -> Result<wgpu::Buffer, Rend
 
 fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhTriangle> {
     let pack = |triangle: &TracedTriangle| {
-        let [a, b, c] = triangle.corners;
-        BvhTriangle { a, record: triangle.source.record, b, c, ..BvhTriangle::default() }
+        let TracedTriangle { corners: [a, b, c], source } = *triangle;
+        BvhTriangle { a, record: source.record, b, light_leaf: 0, c, opacity: source.opacity }
     };
     let mut packed: Vec<BvhTriangle> = triangles.par_iter().map(pack).collect();
     light_leaves.iter().for_each(|(triangle, leaf)| packed[*triangle as usize].light_leaf = leaf + 1);

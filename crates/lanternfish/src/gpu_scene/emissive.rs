@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::{
     Shading,
     hits::normal_matrix_of,
+    mask_cutoff,
     tracing::{Part, Source, TracedTriangle},
 };
 use crate::lights::tree::EmissiveTriangle;
@@ -31,12 +32,13 @@ pub fn triangles(scene: &Scene, shading: Shading, parts: &[Part], traced: &[Trac
     let matrix_if_emissive = |part: &Part| {
         let material = &scene.materials[part.of(scene).1.material];
         let is_unlit = material.unlit && shading == Shading::File;
-        (material.emissive.max_element() > 0.0 && !is_unlit).then(|| normal_matrix_of(scene, part))
+        let is_masked = mask_cutoff(material).is_some();
+        (material.emissive.max_element() > 0.0 && !is_unlit && !is_masked).then(|| normal_matrix_of(scene, part))
     };
     let normal_matrices: Vec<Option<Mat3>> = parts.par_iter().map(matrix_if_emissive).collect();
     let emissive = |(triangle, traced): (usize, &TracedTriangle)| {
-        let Source { part, triangle: number, record } = traced.source;
-        let normal_matrix = normal_matrices[part as usize].filter(|_| record == 0)?;
+        let Source { part, triangle: number, .. } = traced.source;
+        let normal_matrix = normal_matrices[part as usize]?;
         let (_, primitive) = parts[part as usize].of(scene);
         let corners: [usize; 3] = std::array::from_fn(|i| primitive.indices[3 * number as usize + i] as usize);
         let material = &scene.materials[primitive.material];

@@ -178,6 +178,7 @@ impl GpuScene {
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let mut tracing = if parts.rays() { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
+        tracing.decide_opacity(mask_bytes);
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;

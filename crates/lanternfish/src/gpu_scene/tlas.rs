@@ -139,7 +139,9 @@ struct Lists {
 
 impl Lists {
     fn of<'s>(sources: impl Iterator<Item = &'s Source>) -> Self {
-        let (solid, masked): (Vec<_>, Vec<_>) = sources.zip(0u32..).partition(|(source, _)| source.record == 0);
+        let (solid, mut masked): (Vec<_>, Vec<_>) = sources.zip(0u32..).partition(|(source, _)| source.record == 0);
+        // The shader takes a masked triangle's index for that of its record; a reordering leaves the records where they are.
+        masked.sort_unstable_by_key(|(source, _)| source.record);
         let parts = [solid, masked].map(|part| part.into_iter().map(|(_, i)| i).collect::<Vec<u32>>());
         let first = parts.iter().find(|part| !part.is_empty()).map_or(0, |part| part.len() as u32);
         let numbers = std::iter::once(first).chain(parts.iter().flatten().copied()).collect();
@@ -153,6 +155,14 @@ mod tests {
     use lanternfish_gpu::{GpuError, checked, testing};
 
     use super::*;
+
+    #[test]
+    fn masked_triangles_have_the_order_of_their_records() {
+        let sources = [3, 0, 1, 0, 2].map(|record| Source { record, ..Source::default() });
+        let Lists { numbers, indices } = Lists::of(sources.iter());
+        assert_eq!(numbers, [2, 1, 3, 2, 4, 0]);
+        assert_eq!(indices[1], [6, 7, 8, 12, 13, 14, 0, 1, 2]);
+    }
 
     #[test]
     fn gpu_tlas_buffers_are_limited_by_the_largest_buffer_not_by_the_largest_binding() {

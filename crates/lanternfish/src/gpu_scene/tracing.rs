@@ -11,6 +11,9 @@ use rayon::prelude::*;
 
 use super::{mask_cutoff, mips};
 
+mod footprint;
+mod opacity;
+
 #[cfg(test)]
 mod tests;
 
@@ -32,6 +35,8 @@ pub struct Source {
     pub triangle: u32,
     /// 0: solid; else the index of its mask record plus one.
     pub record: u32,
+    /// 0: no opacity micromap; else its address in [`Tracing::masks`] and its level (`gpu_scene/mask.wesl`).
+    pub opacity: u32,
 }
 
 /// A primitive of an instance.
@@ -91,11 +96,13 @@ pub struct Tracing {
     pub triangles: Vec<TracedTriangle>,
     /// Parts to which [`Source`]s refer.
     pub parts: Vec<Part>,
-    /// Words: a [`MaskRecord`] for each masked triangle; a [`MaskHeader`] for each way of reading an image; the images' alpha, a byte a
+    /// Words: a [`MaskRecord`] for each masked triangle; opacity micromaps, after [`Tracing::decide_opacity`]; a [`MaskHeader`] for each way of reading an image; the images' alpha, a byte a
     /// texel, each aligned to a word.
     pub masks: Vec<u32>,
     /// Number of triangles with a record.
     pub record_count: usize,
+    /// For each opacity micromap, by its reference, the convex hull of what is not empty: weights of a triangle's second and third corner.
+    pub hulls: HashMap<u32, Vec<Vec2>>,
 }
 
 impl Tracing {
@@ -120,7 +127,7 @@ impl Tracing {
             records.extend(part_records);
         }
         let masks = pack_masks(scene, &mut records, mask_bytes);
-        Self { triangles, parts, masks, record_count: records.len() }
+        Self { triangles, parts, masks, record_count: records.len(), hulls: HashMap::new() }
     }
 
     /// Reorders the triangles, and the mask records with them.
@@ -214,7 +221,8 @@ fn gather(scene: &Scene, parts: &[Part], part: u32) -> (Vec<TracedTriangle>, Vec
             records.push(mask_record(primitive, material, *indices));
             record = records.len() as u32;
         }
-        triangles.push(TracedTriangle { corners, source: Source { part, triangle: triangle as u32, record } });
+        triangles
+            .push(TracedTriangle { corners, source: Source { part, triangle: triangle as u32, record, opacity: 0 } });
     }
     (triangles, records)
 }

@@ -38,7 +38,7 @@ fn scene() -> Scene {
 }
 
 /// More bytes than any test needs.
-const ANY: u64 = 1 << 20;
+pub(super) const ANY: u64 = 1 << 20;
 
 fn records(tracing: &Tracing) -> &[MaskRecord] {
     bytemuck::cast_slice(&tracing.masks[..RECORD_WORDS * tracing.record_count])
@@ -55,7 +55,7 @@ fn texels(tracing: &Tracing, header: MaskHeader) -> &[u8] {
 }
 
 /// One masked triangle for each of these: image, wrap, cutoff. Images are square, of these sizes, with random texels.
-fn masked_scene(sizes: &[u32], masks: &[(usize, Wrap, f32)]) -> Scene {
+pub(super) fn masked_scene(sizes: &[u32], masks: &[(usize, Wrap, f32)]) -> Scene {
     let mut random = crate::testing::Random::new(3);
     let mut scene = Scene::default();
     for size in sizes {

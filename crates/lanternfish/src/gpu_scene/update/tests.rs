@@ -1,6 +1,7 @@
 //! Updates against a fresh upload of the changed scene.
 
 mod anything;
+mod masks;
 
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Frame, Gpu, Profiler, read_back, testing};
