@@ -130,7 +130,7 @@ fn the_nearest_draws_see_one_another() {
     assert_eq!(split(&[&covers, &covers]), [(false, 2)]);
     assert_eq!(split(&[&refracts, &covers]), [(true, 2)]);
     assert_eq!(split(&[&covers, &refracts, &covers, &refracts]), [(false, 1), (true, 2), (true, 1)]);
-    let many = split(&vec![&refracts; MOST_IMAGES + 3]);
+    let many = split(&[&refracts; MOST_IMAGES + 3]);
     assert_eq!(many.len(), MOST_IMAGES);
     assert_eq!(many[0], (true, 4));
 }
