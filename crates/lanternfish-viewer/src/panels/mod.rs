@@ -1,5 +1,6 @@
-//! Panels around the image: settings, stereo, comparison, pixel, lights, overlays, pass times, memory, animation, keys.
+//! Panels around the image: settings, camera, stereo, comparison, pixel, lights, overlays, pass times, memory, animation, keys.
 
+mod camera;
 mod keys;
 mod lights;
 mod memory;
@@ -221,6 +222,7 @@ fn scrolled(name: &str) -> egui::ScrollArea {
 fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, requested: &mut Requested) {
     let unfold = state.unfold;
     let heading = |name: &'static str| egui::CollapsingHeader::new(name).open(unfold);
+    heading("Camera").show(ui, |ui| camera::show(ui, state, facts, requested));
     heading("Stereo").show(ui, |ui| stereo::show(ui, state));
     heading("Compare").show(ui, |ui| sides::show(ui, state, facts));
     heading("Pixel").show(ui, |ui| {

@@ -3,6 +3,7 @@
 use egui::Ui;
 use lanternfish::{
     Settings,
+    settings::Quality,
     technique::{Choice, Kind, ParameterInfo, Range},
 };
 
@@ -18,6 +19,7 @@ struct Value {
 pub fn show(ui: &mut Ui, state: &mut State) {
     let defaults = state.defaults.clone();
     let (settings, unfold) = (&mut state.settings, state.unfold);
+    quality(ui, settings);
     technique(ui, &mut settings.indirect, &defaults.indirect, &mut state.message, unfold);
     technique(ui, &mut settings.occlusion, &defaults.occlusion, &mut state.message, unfold);
     technique(ui, &mut settings.direct, &defaults.direct, &mut state.message, unfold);
@@ -34,6 +36,21 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if ui.button("Reset all").clicked() {
         *settings = defaults;
     }
+}
+
+/// Draws the presets of `--quality`: a click sets indirect light and samples per pixel.
+fn quality(ui: &mut Ui, settings: &mut Settings) {
+    ui.horizontal(|ui| {
+        ui.label("quality")
+            .on_hover_text("Preset of indirect light and samples per pixel, as --quality of the command line");
+        for quality in Quality::ALL {
+            let preset = Settings::of_quality(*quality);
+            let is_chosen = settings.indirect == preset.indirect && settings.samples == preset.samples;
+            if ui.selectable_label(is_chosen, quality.name()).on_hover_text(quality.words()).clicked() {
+                (settings.indirect, settings.samples) = (preset.indirect, preset.samples);
+            }
+        }
+    });
 }
 
 fn tell(message: &mut String, name: &str, done: Result<(), String>) {

@@ -1,5 +1,6 @@
 //! Tests of the panels without a window: each widget is present and changes the settings.
 
+mod camera;
 mod eyes;
 
 use egui::Key;

@@ -1,0 +1,44 @@
+//! The camera's section, and the presets of quality.
+
+use lanternfish::settings::Quality;
+use lanternfish_scene::{Camera, Projection};
+
+use super::*;
+
+#[test]
+fn a_camera_of_the_file_is_chosen_and_left_again() {
+    let mut harness = shown();
+    let first = harness.state().scene.cameras[0].clone();
+    let projection = Projection::Perspective { fov_y: 0.5, near: 0.1 };
+    let door = Camera { name: "door".to_owned(), ..Camera::look_at(glam::Vec3::X, glam::Vec3::Y, projection) };
+    harness.state_mut().scene.cameras.push(door.clone());
+    unfold(&mut harness, "Camera");
+    choose(&mut harness, "camera", "door");
+    assert_eq!(harness.state().state.controls.camera, door);
+    harness.get_by_label("First view (Home)").click();
+    harness.run();
+    assert_eq!(harness.state().state.controls.camera, first);
+}
+
+#[test]
+fn the_field_of_view_is_in_degrees() {
+    let mut harness = shown();
+    unfold(&mut harness, "Camera");
+    type_into(&mut harness, "field of view", "60");
+    let Projection::Perspective { fov_y, .. } = harness.state().state.controls.camera.projection else {
+        unreachable!()
+    };
+    assert!((fov_y.to_degrees() - 60.0).abs() < 1e-3, "{fov_y}");
+    assert!(harness.state().state.controls.camera != harness.state().scene.cameras[0]);
+}
+
+#[test]
+fn a_preset_of_quality_sets_indirect_light_and_samples() {
+    let mut harness = shown();
+    for quality in [Quality::Draft, Quality::Best, Quality::Good] {
+        harness.get_by_label(quality.name()).click();
+        harness.run();
+        let (settings, preset) = (&harness.state().state.settings, Settings::of_quality(quality));
+        assert!(settings.indirect == preset.indirect && settings.samples == preset.samples, "{quality}");
+    }
+}
