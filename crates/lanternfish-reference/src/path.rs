@@ -43,6 +43,8 @@ impl Tracer<'_> {
         let (mut depth, mut passes) = (1, 0);
         // Distance since the last surface that scattered, m: segments through thin dielectrics add up.
         let mut passed = 0.0;
+        // The channel of a path through a surface that disperses light.
+        let mut channel: Option<usize> = None;
         loop {
             let wo = -direction.as_dvec3();
             let hit = self.next_hit(origin, direction, last.is_none(), random);
@@ -54,7 +56,15 @@ impl Tracer<'_> {
                 });
                 return radiance + throughput * self.lights.sky.radiance(scene, -wo) * weight;
             };
-            let surface = Surface::new(&self.world, &hit, direction, self.settings.materials);
+            let mut surface = Surface::new(&self.world, &hit, direction, self.settings.materials);
+            if surface.channel_etas.is_some() {
+                let channel = *channel.get_or_insert_with(|| {
+                    let chosen = ((3.0 * random.unit()) as usize).min(2);
+                    throughput *= 3.0 * Vec3::AXES[chosen];
+                    chosen
+                });
+                surface.refract_channel(channel);
+            }
             if let Some(volume) = surface.volume {
                 throughput *= volume.powf(passed + hit.distance);
             }

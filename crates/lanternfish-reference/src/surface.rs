@@ -22,6 +22,8 @@ pub(crate) struct Surface {
     pub emissive: Vec3,
     /// `None` if the surface does not scatter (unlit).
     pub bsdf: Option<Bsdf>,
+    /// Of a boundary that disperses light: [`Behind::Volume`]'s `eta` for red, green and blue.
+    pub channel_etas: Option<[f64; 3]>,
     /// Transmittance per metre of the ray segment to this hit, if it was inside a volume.
     pub volume: Option<Vec3>,
 }
@@ -83,7 +85,7 @@ impl Surface {
             emissive = Vec3::ZERO;
         }
 
-        let mut surface = Self { p, normal, geometric_normal, emissive, bsdf: None, volume: None };
+        let mut surface = Self { p, normal, geometric_normal, emissive, bsdf: None, channel_etas: None, volume: None };
         let color = base_color.truncate().as_dvec3();
         match materials {
             Materials::Lambert => surface.bsdf = Some(Bsdf::Lambert(color)),
@@ -142,6 +144,12 @@ impl Surface {
                     true => Bsdf::MetallicRoughness(reflector),
                     false => Bsdf::Layered(layers, reflector),
                 });
+                if let Behind::Volume { .. } = reflector.behind
+                    && material.dispersion > 0.0
+                {
+                    let etas = material.channel_iors().map(f64::from);
+                    surface.channel_etas = Some(etas.map(|ior| if hit.front { ior } else { 1.0 / ior }));
+                }
                 if !hit.front && material.transmission > 0.0 && material.thickness > 0.0 {
                     let per_metre = 1.0 / material.attenuation_distance;
                     surface.volume = Some(material.attenuation_color.powf(per_metre));
@@ -216,6 +224,15 @@ pub(crate) fn thin_dielectric_transmittance(world: &World, hit: &Hit, direction:
 }
 
 impl Surface {
+    /// Refracts as light of one channel is.
+    pub fn refract_channel(&mut self, channel: usize) {
+        if let (Some(etas), Some(Bsdf::MetallicRoughness(reflector) | Bsdf::Layered(_, reflector))) =
+            (self.channel_etas, &mut self.bsdf)
+        {
+            reflector.behind = Behind::Volume { eta: etas[channel] };
+        }
+    }
+
     /// Transmittance per channel of light that passes straight through towards `wo`.
     pub fn passes_straight(&self, wo: DVec3) -> Vec3 {
         let (fraction, reflector) = match self.bsdf {

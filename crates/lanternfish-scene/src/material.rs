@@ -84,6 +84,8 @@ pub struct Material {
     /// Distance over which the volume's transmittance is [`Material::attenuation_color`], world space, m, > 0; infinite if
     /// the volume absorbs nothing.
     pub attenuation_distance: f32,
+    /// `KHR_materials_dispersion`: 20 over the Abbe number of the volume, not negative; 0: all colours are refracted alike.
+    pub dispersion: f32,
     /// `KHR_materials_unlit`: the base colour is the radiance.
     pub unlit: bool,
 }
@@ -101,6 +103,12 @@ impl Material {
             && self.metallic < 1.0
             && self.thickness == 0.0
             && self.perceptual_roughness <= MOST_ROUGHNESS
+    }
+
+    /// Index of refraction for red, green and blue light; `dispersion` is between red and blue.
+    pub fn channel_iors(&self) -> [f32; 3] {
+        let half_spread = (self.ior - 1.0) * 0.025 * self.dispersion;
+        [self.ior - half_spread, self.ior, self.ior + half_spread].map(|ior| ior.max(1.0))
     }
 
     /// True if it has lobes beyond the metallic-roughness model: a clear coat, sheen, a grain or a film. Renderers may shade it by other
@@ -181,6 +189,7 @@ impl Default for Material {
             thickness: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
+            dispersion: 0.0,
             unlit: false,
         }
     }

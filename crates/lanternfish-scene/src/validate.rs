@@ -255,6 +255,9 @@ impl Material {
         if !(self.thickness >= 0.0 && self.thickness.is_finite() && self.attenuation_distance > 0.0) {
             return Err("thickness is negative or not finite, or attenuation distance is not positive".to_owned());
         }
+        if !(self.dispersion >= 0.0 && self.dispersion.is_finite()) {
+            return Err(format!("dispersion {}, negative or not finite", self.dispersion));
+        }
         if !self.attenuation_color.to_array().into_iter().all(in_unit) {
             return Err(format!("attenuation colour {}, outside 0..=1", self.attenuation_color));
         }

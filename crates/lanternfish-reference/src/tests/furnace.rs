@@ -148,6 +148,7 @@ fn glass_transmits_all_light_that_it_does_not_reflect() {
         ("thin dielectric", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.0, 0.0, AlphaMode::Blend)),
         ("frosted sheet", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.2, 0.0, AlphaMode::Blend)),
         ("ball", sphere(0, 1.0, 96), glass(0.1, 1.0, AlphaMode::Blend)),
+        ("dispersing ball", sphere(0, 1.0, 96), Material { dispersion: 5.0, ..glass(0.1, 1.0, AlphaMode::Blend) }),
     ] {
         let scene = in_furnace(vec![primitive], vec![Material { double_sided: true, ..material }]);
         let (mean, error) = mean_and_error(&middle(&scene, Materials::File, 128));

@@ -31,13 +31,13 @@ use crate::{Scene, SceneError};
 /// * Textures as PNG, JPEG, WebP or KTX2 (Basis Universal), up to 16,384 pixels a side and 1 GiB of pixels each. Channels of 16
 ///   bits are reduced to 8. A missing or damaged image is a warning: surfaces lack its texture.
 /// * In full: `EXT_lights_area` (a draft), `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`,
-///   `KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_materials_clearcoat`, `KHR_materials_emissive_strength`,
-///   `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
+///   `KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_materials_clearcoat`, `KHR_materials_dispersion`,
+///   `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
 ///   `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`, `KHR_texture_basisu`,
 ///   `KHR_texture_transform`.
 /// * In part, with a warning about the rest: `KHR_materials_pbrSpecularGlossiness` without its texture;
-///   `KHR_materials_volume` into the material, without its texture; `KHR_materials_{anisotropy, iridescence, sheen}` with the
-///   means of their textures; `KHR_materials_dispersion` not at all.
+///   `KHR_materials_volume` without its texture; `KHR_materials_{anisotropy, iridescence, sheen}` with the means of their
+///   textures.
 /// * `KHR_materials_variants`: the materials of [`LoadOptions::variant`], else the default ones.
 /// * Any other extension is an error if the file requires it, and a warning if the file only uses it.
 /// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene has the file's rest

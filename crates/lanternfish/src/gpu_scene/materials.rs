@@ -75,8 +75,8 @@ gpu_struct! {
         _pad0: f32,
         /// Absorption coefficient of the volume, 1/m.
         absorption: Vec3,
-        /// Unused.
-        _pad1: f32,
+        /// Index of refraction for blue less that for green, which is `ior`.
+        dispersion: f32,
         /// sRGB.
         base_color_map: TextureSlot,
         /// Linear.
@@ -234,6 +234,7 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         }
         None => TextureSlot::default(),
     };
+    let iors = material.channel_iors();
     Material {
         base_color: material.base_color,
         emissive: material.emissive,
@@ -273,7 +274,7 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         thickness: material.thickness,
         _pad0: 0.0,
         absorption: absorption(material),
-        _pad1: 0.0,
+        dispersion: if material.thickness > 0.0 { iors[2] - iors[1] } else { 0.0 },
         base_color_map: slot(&material.base_color_texture, true),
         metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
         normal_map: slot(&material.normal_texture, false),

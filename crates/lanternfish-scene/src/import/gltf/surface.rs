@@ -69,8 +69,8 @@ pub(super) fn apply(
             volume.attenuation_color.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::ONE);
         material.attenuation_distance = volume.attenuation_distance.unwrap_or(f32::INFINITY).max(f32::MIN_POSITIVE);
     }
-    if extensions.dispersion.as_ref().is_some_and(|extension| extension.dispersion != 0.0) {
-        notes.add("KHR_materials_dispersion");
+    if let Some(extension) = &extensions.dispersion {
+        material.dispersion = extension.dispersion.clamp(0.0, f32::MAX);
     }
     Ok(())
 }

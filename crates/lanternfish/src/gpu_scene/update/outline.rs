@@ -165,6 +165,7 @@ fn fixed(material: &Material) -> Material {
         iridescence: usual.iridescence,
         iridescence_ior: usual.iridescence_ior,
         iridescence_thickness: usual.iridescence_thickness,
+        dispersion: usual.dispersion,
         unlit: usual.unlit,
         ..material.clone()
     }

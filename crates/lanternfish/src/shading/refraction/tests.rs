@@ -83,6 +83,33 @@ fn gpu_glass_agrees_with_the_path_tracer() {
     }
 }
 
+/// Red and blue light are refracted apart as far as in the path tracer: where the environment is brighter above than below, one half of a ball
+/// is red and the other is blue.
+#[test]
+fn gpu_dispersion_agrees_with_the_path_tracer() {
+    let Some(gpu) = testing::gpu("gpu_dispersion_agrees_with_the_path_tracer") else { return };
+    let ball = |dispersion| move |i| Material { dispersion, thickness: 1.0, perceptual_roughness: 0.1, ..glass(i) };
+    let environment = image(256, 128, 0.0, |d| Vec3::splat(1.3 - d.y));
+    let of = |dispersion: f32| {
+        let (scene, camera) = spheres(ball(dispersion));
+        (Scene { environment: Some(environment.clone()), sky: Vec3::ZERO, ..scene }, camera)
+    };
+    // The mean of red less blue, positive in the upper halves of the rows and negative in the lower.
+    let apart = |pixels: &[Vec3]| {
+        let signed = |(i, p): (usize, &Vec3)| f64::from(if (i / 102) % 24 < 12 { p.x - p.z } else { p.z - p.x });
+        pixels.iter().enumerate().map(signed).sum::<f64>() / pixels.len() as f64
+    };
+    let drawn = |dispersion| {
+        let (scene, camera) = of(dispersion);
+        apart(&image_of(gpu, SIZE, settings(sampled(Tracer::BVH)), &scene, &camera))
+    };
+    let (scene, camera) = of(8.0);
+    let (actual, without) = (drawn(8.0), drawn(0.0));
+    let truth = apart(&traced_of(SIZE, &scene, &camera, 8, 512));
+    println!("red less blue {actual:.5}, path tracer {truth:.5}, without dispersion {without:.5}");
+    assert!(without.abs() < 0.01 * truth.abs() && (actual / truth - 1.0).abs() < 0.2, "{actual}, {truth}, {without}");
+}
+
 /// A slab of coloured glass absorbs by the length of the way through it, in the middle of an image without an environment too.
 #[test]
 fn gpu_a_slab_absorbs_by_distance() {

@@ -82,11 +82,18 @@ fn volumes_are_read_and_clamped() {
 }
 
 #[test]
-fn unsupported_surface_properties_are_named() {
-    let file = with_material(json!({ "extensions": {
-        "KHR_materials_dispersion": { "dispersion": 1 },
-    } }));
-    assert_eq!(warnings(&file), ["folder/test.glb: left out: KHR_materials_dispersion (1)"]);
+fn dispersion_is_read() {
+    let read = |dispersion: f64| {
+        let extensions = json!({ "KHR_materials_dispersion": { "dispersion": dispersion } });
+        let file = with_material(json!({ "extensions": extensions }));
+        assert!(warnings(&file).is_empty());
+        file.scene().materials.remove(0).dispersion
+    };
+    assert_eq!([1.5, -2.0, 1e300].map(read), [1.5, 0.0, f32::MAX]);
+}
+
+#[test]
+fn extensions_without_effect_leave_nothing_out() {
     let file = with_material(json!({ "extensions": {
         "KHR_materials_clearcoat": {}, "KHR_materials_sheen": {}, "KHR_materials_volume": {},
         "KHR_materials_iridescence": {}, "KHR_materials_anisotropy": {}, "KHR_materials_dispersion": {},
