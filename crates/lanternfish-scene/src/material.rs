@@ -105,9 +105,10 @@ impl Material {
             && self.perceptual_roughness <= MOST_ROUGHNESS
     }
 
-    /// Index of refraction for red, green and blue light; `dispersion` is between red and blue.
+    /// Index of refraction for red, green and blue light, at least 1.
     pub fn channel_iors(&self) -> [f32; 3] {
-        let half_spread = (self.ior - 1.0) * 0.025 * self.dispersion;
+        let excess = (self.ior - 1.0).max(0.0);
+        let half_spread = (0.025 * self.dispersion).min(1.0) * excess;
         [self.ior - half_spread, self.ior, self.ior + half_spread].map(|ior| ior.max(1.0))
     }
 
