@@ -52,6 +52,10 @@ impl Reader<'_> {
             let table = value.get_ref();
             match name {
                 "scene" => scene = Some(self.scene(value)?),
+                "recording" => {
+                    let what = "this is a recording of a camera and not a shot";
+                    return Err(self.error(place.start, what, "`lanternfish replay` plays it"));
+                }
                 _ if !self.keys.iter().any(|key| key.table == name) => {
                     let tables = self.keys.iter().map(|key| key.table.as_str()).chain(["scene"]);
                     return Err(self.unknown(place.start, name, None, tables));

@@ -140,6 +140,7 @@ fn mistakes_have_a_line_and_a_column() {
         ("scene = \"a\"\nscene = \"b\"", &["shot.toml:2:1", "duplicate key"]),
         ("scene = \"a\"\n[output\n", &["shot.toml:2:8"]),
         ("scne = \"a\"", &["shot.toml:1:1: unknown key `scne`", "did you mean `scene`?"]),
+        ("recording = 1", &["shot.toml:1:1: this is a recording", "lanternfish replay"]),
         ("[ligths]", &["shot.toml:1:2: unknown key `ligths`", "`lights`"]),
         ("output = \"a.png\"", &["shot.toml:1:1: `output` is a table", "[output]"]),
         ("[look]\n  exposre = 1", &["shot.toml:2:3: unknown key `exposre` in [look]", "`exposure`"]),
