@@ -120,6 +120,8 @@ gpu_constants! {
     const COAT_MAPPED: u32 = 512;
     const COAT_ROUGHNESS_MAPPED: u32 = 1024;
     const COAT_NORMAL_MAPPED: u32 = 2048;
+    /// It is thin, and light from behind leaves it in other directions.
+    const SCATTERS_THROUGH: u32 = 4096;
 }
 
 /// Name of the uniform buffer with the material of a draw.
@@ -208,6 +210,11 @@ fn absorption(material: &lanternfish_scene::Material) -> Vec3 {
     material.attenuation_color.map(|color| -color.max(1e-20).ln() / material.attenuation_distance)
 }
 
+/// True for a thin surface that is too rough to transmit light straight.
+fn scatters_through(material: &lanternfish_scene::Material) -> bool {
+    material.transmission > 0.0 && material.thickness == 0.0 && !material.is_thin_dielectric()
+}
+
 /// All materials, one for each `stride` bytes.
 fn packed(scene: &Scene, shading: Shading, textures: &Textures, stride: usize) -> Vec<u8> {
     let mut packed = vec![0; stride * scene.materials.len().max(1)];
@@ -257,7 +264,8 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
             | flag(file && material.transmission_texture.is_some(), TRANSMISSION_MAPPED)
             | flag(file && material.clearcoat_texture.is_some(), COAT_MAPPED)
             | flag(file && material.clearcoat_roughness_texture.is_some(), COAT_ROUGHNESS_MAPPED)
-            | flag(file && material.clearcoat_normal_texture.is_some(), COAT_NORMAL_MAPPED),
+            | flag(file && material.clearcoat_normal_texture.is_some(), COAT_NORMAL_MAPPED)
+            | flag(file && scatters_through(material), SCATTERS_THROUGH),
         dielectric_f0: tinted_f0(material),
         dielectric_f90: material.specular,
         transmission: if file { material.transmission } else { 0.0 },

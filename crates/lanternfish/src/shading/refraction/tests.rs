@@ -1,8 +1,8 @@
 //! Refraction against the path tracer and in uniform light.
 
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec3, Vec4};
 use lanternfish_gpu::testing;
-use lanternfish_scene::{AlphaMode, Bounds, Camera, Material, Scene, generate::demo};
+use lanternfish_scene::{AlphaMode, Bounds, Camera, Light, Material, Scene, generate::demo};
 
 use super::{MOST_IMAGES, split_for_images};
 use crate::{
@@ -108,6 +108,20 @@ fn gpu_dispersion_agrees_with_the_path_tracer() {
     let truth = apart(&traced_of(SIZE, &scene, &camera, 8, 512));
     println!("red less blue {actual:.5}, path tracer {truth:.5}, without dispersion {without:.5}");
     assert!(without.abs() < 0.01 * truth.abs() && (actual / truth - 1.0).abs() < 0.2, "{actual}, {truth}, {without}");
+}
+
+/// A lamp behind a frosted sheet shines through it, towards where the path tracer says.
+#[test]
+fn gpu_lamps_shine_through_frosted_sheets() {
+    let Some(gpu) = testing::gpu("gpu_lamps_shine_through_frosted_sheets") else { return };
+    let sheet = Material { base_color: Vec4::new(0.9, 0.6, 0.3, 1.0), perceptual_roughness: 0.4, ..glass(6) };
+    let mut scene = scene_of(vec![quad(0, Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y)], vec![sheet]);
+    scene.lights = vec![Light::point(Vec3::new(0.3, 0.2, -1.0), Vec3::splat(2.0))];
+    let camera = looking([0.0, 0.0, 3.0], [0.0, 0.0, 0.0]);
+    let drawn = image_of(gpu, SIZE, settings(sampled(Tracer::BVH)), &scene, &camera);
+    let truth = traced_of(SIZE, &scene, &camera, 2, 16);
+    let (energy, error) = (mean(&drawn) / mean(&truth), off(&drawn, &truth));
+    assert!(mean(&truth) > 1e-3 && (energy - 1.0).abs() < 0.02 && error < 0.04, "{energy}, {error}");
 }
 
 /// A slab of coloured glass absorbs by the length of the way through it, in the middle of an image without an environment too.
