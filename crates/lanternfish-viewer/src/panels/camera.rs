@@ -40,7 +40,8 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, requested: &mut R
         }
         Projection::Orthographic { half_height, .. } => {
             let label = ui.label("half height").on_hover_text("Half the height of the parallel view");
-            let value = egui::DragValue::new(half_height).range(1e-4..=1e6).speed(0.01 * *half_height).suffix(" m");
+            let speed = 0.01 * *half_height;
+            let value = egui::DragValue::new(half_height).range(1e-4..=1e6).speed(speed).suffix(" m");
             ui.add(value).labelled_by(label.id);
         }
         Projection::Frustum { .. } => _ = ui.label("The view is off-axis"),
