@@ -32,7 +32,7 @@ impl Array {
     /// The elements, of `size` components each, of which there have to be `count`.
     pub fn elements(&self, size: usize, count: usize) -> Result<Elements<'_>> {
         let stride = self.size * self.component.size();
-        if (self.size, self.bytes.len()) != (size, count * stride) {
+        if (self.size, Some(self.bytes.len())) != (size, count.checked_mul(stride)) {
             let have = self.bytes.len() / stride.max(1);
             return Err(invalid(format!(
                 "{count} elements of {size} components stated, {have} of {} compressed",

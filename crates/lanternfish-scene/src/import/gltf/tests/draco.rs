@@ -163,7 +163,9 @@ fn an_uncompressed_fallback_is_preferred() {
 fn what_the_accessors_state_has_to_be_there() {
     let surface = surface();
     let bytes = compressed(&surface, 1);
-    for (accessor, count) in [(0, 7), (3, 3), (3, 100_000), (0, 100_000)] {
+    // The last one states as many bytes as there are, but for a multiple of 2^64.
+    let overflowing = surface.positions.len() as u64 / 3 + (1 << 62);
+    for (accessor, count) in [(0, 7), (3, 3), (3, 100_000), (0, 100_000), (1, overflowing)] {
         let mut file = file(&surface, &bytes);
         file.json["accessors"][accessor]["count"] = json!(count);
         assert_contains(&file.fault(), "compressed");
