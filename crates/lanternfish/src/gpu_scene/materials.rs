@@ -120,7 +120,7 @@ gpu_constants! {
     const COAT_MAPPED: u32 = 512;
     const COAT_ROUGHNESS_MAPPED: u32 = 1024;
     const COAT_NORMAL_MAPPED: u32 = 2048;
-    /// It is thin, and light from behind leaves it in other directions.
+    /// The surface is thin, and scatters the light that it transmits.
     const SCATTERS_THROUGH: u32 = 4096;
 }
 
@@ -199,10 +199,10 @@ fn tinted_f0(material: &lanternfish_scene::Material) -> Vec3 {
     r * r * material.specular_color
 }
 
-/// Indices of refraction up to this one do not bend light, in the path tracer neither.
+/// Indices of refraction up to this one do not refract light, as in the path tracer.
 const LEAST_IOR: f32 = 1.001;
 
-/// Absorption coefficient of a material's volume, 1/m; 0 for thin surfaces. What absorbs everything absorbs all but 1e-20 here.
+/// Absorption coefficient of a material's volume, 1/m; 0 for thin surfaces. A black attenuation colour transmits 1e-20.
 fn absorption(material: &lanternfish_scene::Material) -> Vec3 {
     if material.thickness == 0.0 {
         return Vec3::ZERO;
