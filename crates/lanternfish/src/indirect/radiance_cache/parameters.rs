@@ -95,10 +95,21 @@ gpu_struct! {
 gpu_struct! {
     /// An entry that gets another sample.
     pub struct ScheduledEntry {
-        /// The entry's slot.
+        /// The entry's slot. Top bit: rays of pixels have hit the entry since it was last scheduled.
         slot: u32,
         /// Sample number for the entry's sequences. Lower 16 bits: the entry's shift; upper 16 bits: number of earlier samples, modulo 2^16.
         sample: u32,
+    }
+}
+
+#[cfg(test)]
+impl ScheduledEntry {
+    /// The bit of `slot`.
+    pub const IS_HIT: u32 = 1 << 31;
+
+    /// The entry's slot.
+    pub fn of_slot(self) -> u32 {
+        self.slot & !Self::IS_HIT
     }
 }
 

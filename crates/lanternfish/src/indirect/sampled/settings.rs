@@ -52,8 +52,8 @@ pub struct Sampled {
     /// shaded because the cache is full. Memory per entry: about 300 bytes with one bounce, 660 with all, 1,000 with eight; after 128 frames, with
     /// a second table, 410, 1,100 and 1,800.
     pub cache_entries: u32,
-    /// Samples per entry of the radiance cache in an image's first frame, at least 1; down to a quarter for entries that pixels' rays do not hit. More:
-    /// less noise in an image of one frame, more complete bounces, slower.
+    /// Most samples per entry of the radiance cache in an image's first frame, at least 1: as many for entries that most rounds of pixels' rays hit, down
+    /// to an eighth for others. More: less noise in an image of one frame, more complete bounces, slower.
     pub cache_samples: u32,
 }
 
@@ -158,7 +158,7 @@ impl Technique for Sampled {
             "cache-samples",
             "N",
             Range::Count(1, MOST_SAMPLES),
-            "Samples per cache entry in an image's first frame. More: less noise, slower",
+            "Most samples per cache entry in an image's first frame. More: less noise, slower",
             |sampled| &mut sampled.cache_samples,
         ),
     ];

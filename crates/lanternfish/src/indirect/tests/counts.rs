@@ -120,25 +120,44 @@ fn gpu_first_frames_have_more_rays() {
 fn gpu_entries_with_long_history_get_fewer_samples() {
     let Some(gpu) = testing::gpu("gpu_entries_with_long_history_get_fewer_samples") else { return };
     let (hit_light, bounces) = (HitLight::Cached, Bounces::All);
-    let sampled_at_last = |cache_samples| {
-        let rays =
-            Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light, bounces, cache_samples, ..sampled(Tracer::BVH) };
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 2)).unwrap();
+    let sampled_at_last = |frames| {
+        let rays = Sampled { diffuse_rays: 32, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::BVH) };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
         let mut scene = closed_box(matt(0.5));
         scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
         let uploaded = renderer.upload(&scene).unwrap();
         let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-        let counters = renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap().report.counters;
-        counters.iter().find(|(name, _)| name == "radiance_cache/samples").unwrap().1 as f64
+        let counters = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().report.counters;
+        let count = |name| counters.iter().find(|(counter, _)| counter == name).expect(name).1 as f64;
+        count("radiance_cache/samples") / count("radiance_cache/entries")
     };
-    let all = sampled_at_last(16);
-    assert!(all > 1000.0, "{all}");
-    for (cache_samples, fraction) in [(24, 0.5), (32, 0.25), (48, 0.25)] {
-        let well_sampled = sampled_at_last(cache_samples);
-        println!("{cache_samples} samples: {well_sampled} of {all}");
-        assert!(
-            (well_sampled / all - fraction).abs() < 0.3 * fraction,
-            "{cache_samples} samples: {well_sampled} of {all}"
-        );
+    // After the first frame's 2 to 16 samples, all have 24 after 22 to 8 frames, and 32 after 16 more.
+    for (frames, fraction) in [(4, 1.0), (30, 0.5), (64, 0.25)] {
+        let samples = sampled_at_last(frames);
+        println!("frame {frames}: {samples} samples per entry");
+        assert!((samples / fraction - 1.0).abs() < 0.3, "frame {frames}: {samples} samples per entry");
     }
+}
+
+/// In a first frame, entries that many rays hit get more samples than others, up to the requested number.
+#[test]
+fn gpu_first_samples_follow_the_hits() {
+    let Some(gpu) = testing::gpu("gpu_first_samples_follow_the_hits") else { return };
+    let (hit_light, bounces) = (HitLight::Cached, Bounces::UpTo(1));
+    let mut scene = closed_box(matt(0.5));
+    scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
+    let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
+    let samples_per_entry = |diffuse_rays, size: UVec2| {
+        let rays = Sampled { diffuse_rays, first_rays: 1, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::BVH) };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(rays)).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let counters = renderer.render(&uploaded, &camera, size.x, size.y).unwrap().report.counters;
+        let count = |name| counters.iter().find(|(counter, _)| counter == name).expect(name).1 as f64;
+        count("radiance_cache/samples") / count("radiance_cache/entries")
+    };
+    let [few, many] = [16, 256].map(|side| samples_per_entry(16, UVec2::splat(side)));
+    println!("{few} samples of an entry that few rays hit, {many} where many do");
+    // Hardly any entry is hit twice.
+    assert!((2.0..4.0).contains(&few), "{few}");
+    assert!((12.0..=16.0).contains(&many), "{many}");
 }

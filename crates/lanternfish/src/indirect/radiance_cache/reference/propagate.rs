@@ -35,12 +35,12 @@ pub(in super::super) fn sweep_scheduled(
     list: &[ScheduledEntry],
     (of_sweep, most): (&CacheSweep, f32),
 ) {
-    list.iter().for_each(|entry| read_hits(table, entry.slot as usize, (of_sweep, most)));
+    list.iter().for_each(|entry| read_hits(table, entry.of_slot() as usize, (of_sweep, most)));
 }
 
 /// Copies the written level to the level that is read: `copy_back`.
 pub(in super::super) fn copy_back(table: &mut Table, list: &[ScheduledEntry], of_sweep: &CacheSweep) {
-    for slot in list.iter().map(|entry| entry.slot as usize) {
+    for slot in list.iter().map(|entry| entry.of_slot() as usize) {
         table.light[of_sweep.read_level as usize][slot] = table.light[of_sweep.written_level as usize][slot];
     }
 }

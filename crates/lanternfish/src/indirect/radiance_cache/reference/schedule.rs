@@ -23,19 +23,29 @@ pub(in super::super) fn is_voted_for(key: u32, update: u32, sample: u32, stride:
     is_in_stride(key, update ^ (step * sample), stride)
 }
 
-/// Least number of samples of an entry of this rank.
-fn fewest(rank: u32, parameters: &RadianceCacheParameters) -> u32 {
+/// Samples of an entry of rank 0 that no ray of pixels has hit since it was last scheduled.
+const FEWEST_WITHOUT_HITS: u32 = 2;
+
+/// Samples up to which an entry of this rank is scheduled in every update.
+fn fewest(rank: u32, is_hit: bool, parameters: &RadianceCacheParameters) -> u32 {
     match rank {
-        0 => parameters.fewest.max(1),
-        1 => (parameters.fewest / 2).max(1),
-        _ => (parameters.fewest / 4).max(1),
+        0 if !is_hit => parameters.fewest.min(FEWEST_WITHOUT_HITS),
+        0 => parameters.fewest,
+        1 => (parameters.fewest / 4).max(parameters.fewest.min(4) / 2).max(1),
+        _ => (parameters.fewest / 8).max(parameters.fewest.min(4) / 4).max(1),
     }
 }
 
 /// The number of an entry's next sample, with the shift of its sequences in the lower half.
-fn scheduled(table: &Table, slot: usize, samples: u32, parameters: &RadianceCacheParameters) -> ScheduledEntry {
+fn scheduled(
+    table: &Table,
+    (slot, is_hit): (usize, bool),
+    samples: u32,
+    parameters: &RadianceCacheParameters,
+) -> ScheduledEntry {
     let number = samples.wrapping_add(parameters.changes) % 65_536;
-    ScheduledEntry { slot: slot as u32, sample: table.keys[slot] / 65_536 + number * 65_536 }
+    let slot_and_bit = slot as u32 | if is_hit { ScheduledEntry::IS_HIT } else { 0 };
+    ScheduledEntry { slot: slot_and_bit, sample: table.keys[slot] / 65_536 + number * 65_536 }
 }
 
 /// The first list of an update, from all entries; also cuts histories: `choose`.
@@ -57,7 +67,8 @@ fn choose_one(
     let RadianceCacheParameters { most_fraction, most, .. } = *parameters;
     let CacheUpdate { update, fraction, remembered, ages, .. } = *of_update;
     let key = table.keys[slot];
-    if table.votes[slot] != 0 {
+    let is_hit = table.votes[slot] != 0;
+    if is_hit {
         table.requested[slot] = parameters.frame;
         table.votes[slot] = 0;
     } else if ages != 0 && is_in_stride(key, update, AGES) {
@@ -78,8 +89,8 @@ fn choose_one(
     let halved_rate = WELL_SAMPLED.iter().filter(|well| samples >= **well >> halvings).count() as u32;
     let stride = if fraction == 0 { 0 } else { (fraction << (rank + halved_rate)).min(most_fraction) };
     let is_in_own_stride = fraction != 0 && is_in_stride(key, update, fraction) && is_in_stride(key, update, stride);
-    let is_scheduled = is_requested && (samples < fewest(rank, parameters) || is_in_own_stride);
-    is_scheduled.then(|| scheduled(table, slot, samples, parameters))
+    let is_scheduled = is_requested && (samples < fewest(rank, is_hit, parameters) || is_in_own_stride);
+    is_scheduled.then(|| scheduled(table, (slot, is_hit), samples, parameters))
 }
 
 /// A further list of an update: entries of the previous list that still have too few samples, and new entries that these have hit: `choose_again`.
@@ -91,14 +102,14 @@ pub(in super::super) fn choose_again(
 ) -> Vec<ScheduledEntry> {
     let mut list = Vec::new();
     for (entry, sampled) in before.iter().zip(sampled) {
-        let slot = entry.slot as usize;
+        let (slot, is_hit) = (entry.of_slot() as usize, entry.slot != entry.of_slot());
         let samples = table.light[0][slot].w as u32;
-        if samples < fewest(vote::rank(table.samples[slot]), parameters) {
-            list.push(scheduled(table, slot, samples, parameters));
+        if samples < fewest(vote::rank(table.samples[slot]), is_hit, parameters) {
+            list.push(scheduled(table, (slot, is_hit), samples, parameters));
         }
         let hit = sampled.slot_hit as usize;
         if sampled.is_selected == 1 && table.light[0][hit].w == 0.0 {
-            list.push(scheduled(table, hit, 0, parameters));
+            list.push(scheduled(table, (hit, false), 0, parameters));
         }
     }
     list

@@ -138,7 +138,7 @@ fn compare_packed_slots(bench: &Bench) -> Compared {
     memory.set("entry_light", &table.light.concat());
     memory.bind(&["scheduled"], &scheduled_words(&list, 256));
     bench.run(&mut memory, "propagate", "pack_scheduled", workgroups(list.len() as u32));
-    rgbe::pack_slots(&mut table, list.iter().map(|entry| entry.slot as usize));
+    rgbe::pack_slots(&mut table, list.iter().map(|entry| entry.of_slot() as usize));
     same_tables(bench, &table_of(&memory, &table), &table)
 }
 

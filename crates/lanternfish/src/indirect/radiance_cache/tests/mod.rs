@@ -214,7 +214,7 @@ fn random_samples(random: &mut Random, table: &Table, list: &[ScheduledEntry]) -
         let hit = if random.unit() < 0.2 { u32::MAX } else { one_of(random, &taken) as u32 };
         let color = |random: &mut Random| 0.5 * (Vec3::ONE + random.point());
         samples.push(SampledEntry {
-            slot: entry.slot,
+            slot: entry.of_slot(),
             reflected: color(random),
             sent: color(random),
             reflectance: color(random),
@@ -233,7 +233,8 @@ fn random_list(random: &mut Random, table: &Table, fraction: f32) -> Vec<Schedul
     let mut list = Vec::new();
     for slot in taken {
         if random.unit() < fraction {
-            list.push(ScheduledEntry { slot: slot as u32, sample: word(random) });
+            let hit_bit = if random.unit() < 0.5 { ScheduledEntry::IS_HIT } else { 0 };
+            list.push(ScheduledEntry { slot: slot as u32 | hit_bit, sample: word(random) });
         }
     }
     list

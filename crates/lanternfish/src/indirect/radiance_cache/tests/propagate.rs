@@ -18,7 +18,7 @@ pub(super) fn compare(bench: &Bench) -> Compared {
         let mut table = random_table(&mut random, SLOTS, 70, &parameters);
         let mut list = random_list(&mut random, &table, 0.4);
         // The last entry has the largest number of samples.
-        list.sort_by_key(|entry| table.light[1][entry.slot as usize].w as u32);
+        list.sort_by_key(|entry| table.light[1][entry.of_slot() as usize].w as u32);
         let mut memory = memory_of(&table, &parameters);
         memory.bind(&["scheduled"], &scheduled_words(&list, SLOTS));
         let most = parameters.most;

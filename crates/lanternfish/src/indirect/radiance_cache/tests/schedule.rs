@@ -34,7 +34,7 @@ fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
 }
 
 fn sorted(mut list: Vec<ScheduledEntry>) -> Vec<[u32; 2]> {
-    list.sort_by_key(|entry| entry.slot);
+    list.sort_by_key(|entry| entry.of_slot());
     list.iter().map(|entry| [entry.slot, entry.sample]).collect()
 }
 
@@ -72,8 +72,8 @@ fn compare_lists(
     // After the first samples.
     for entry in &list {
         let level = parameters.bounce_levels.min(1) as usize;
-        table.light[level][entry.slot as usize].w += 1.0;
-        table.light[0][entry.slot as usize].w = table.light[level][entry.slot as usize].w;
+        table.light[level][entry.of_slot() as usize].w += 1.0;
+        table.light[0][entry.of_slot() as usize].w = table.light[level][entry.of_slot() as usize].w;
     }
     let mut samples = random_samples(&mut random, &table, &list);
     // Each entry has one winner.
