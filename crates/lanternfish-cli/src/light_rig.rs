@@ -122,10 +122,10 @@ pub(crate) enum FillLight {
 }
 
 impl FillLight {
-    /// True if a scene may get it: it has no environment, and no flag sets light.
-    pub fn is_allowed(scene: &Scene, flags: &LightArgs) -> bool {
+    /// True if a scene may lack it: it has no environment, and no rig is chosen.
+    pub fn may_lack(scene: &Scene, flags: &LightArgs) -> bool {
         let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
-        !has_environment && flags.light_rig.is_none() && !has_light(flags)
+        !has_environment && flags.light_rig.is_none()
     }
 
     /// The light that a scene needs in addition, seen by `camera` as `rendering`. `None` if enough is visible.
@@ -159,18 +159,29 @@ impl FillLight {
 
     /// What was added, and the flags that repeat it.
     pub fn note(self) -> String {
-        let (what, flags) = match self {
-            Self::Sky(radiance) => {
-                ("a faint sky was", format!("--sky {}", radiance.to_array().map(|x| x.to_string()).join(",")))
-            }
-            Self::Studio(scale) => {
-                ("the built-in studio was", format!("--light-rig studio --environment-scale {scale}"))
-            }
+        let what = match self {
+            Self::Sky(_) => "a faint sky was",
+            Self::Studio(_) => "the built-in studio was",
         };
+        let flags = self.flags();
         format!(
             "the scene's lights leave most of the image black, and it has no environment: {what} added ({flags} \
              repeats it, --light-rig none omits it)"
         )
+    }
+
+    /// What would help where flags set the light, which is kept as it is.
+    pub fn advice(self) -> String {
+        let flags = self.flags();
+        format!("these lights leave most of the image black, and there is no environment: {flags} adds light")
+    }
+
+    /// The flags that add it.
+    fn flags(self) -> String {
+        match self {
+            Self::Sky(radiance) => format!("--sky {}", radiance.to_array().map(|x| x.to_string()).join(",")),
+            Self::Studio(scale) => format!("--light-rig studio --environment-scale {scale}"),
+        }
     }
 }
 
@@ -192,7 +203,7 @@ pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<Revo
 }
 
 /// True if a flag adds light.
-fn has_light(flags: &LightArgs) -> bool {
+pub(crate) fn has_light(flags: &LightArgs) -> bool {
     [&flags.points, &flags.disks, &flags.rectangles].iter().any(|lights| !lights.is_empty())
         || flags.sun.is_some()
         || flags.environment.is_some()
@@ -261,6 +272,9 @@ mod tests {
         assert_eq!(of(7, &between), Some(FillLight::Sky(4.0 * FAINT_SKY)));
         assert_eq!(of(7, &outside), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
         assert_eq!((of(6, &between), of(6, &outside)), (None, None));
-        assert!(of(7, &outside).unwrap().note().contains("--light-rig studio --environment-scale 1.2"));
+        let studio = of(7, &outside).unwrap();
+        for text in [studio.note(), studio.advice()] {
+            assert!(text.contains("--light-rig studio --environment-scale 1.2"), "{text}");
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::{
     io::{self, Write},
+    sync::{Mutex, PoisonError},
     time::{Duration, Instant},
 };
 
@@ -28,7 +29,10 @@ impl ToldTo {
     }
 }
 
-/// The steps of a run. Silent with --quiet, or if standard error is not a terminal.
+/// Duration of a step from which on it is mentioned without a terminal.
+const LONG: Duration = Duration::from_secs(10);
+
+/// The steps of a run. Silent with --quiet; without a terminal only long steps are mentioned.
 pub struct Progress {
     line: ProgressBar,
     quiet: bool,
@@ -41,7 +45,8 @@ impl Progress {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let line = ProgressBar::with_draw_target(None, target);
         line.set_style(steps());
-        let default = if quiet { "error" } else { "warn" };
+        // A display without physical size is no concern of the user's.
+        let default = if quiet { "error" } else { "warn,winit=error" };
         let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
         tracing_subscriber::fmt()
             .with_env_filter(filter)
@@ -73,7 +78,13 @@ impl Progress {
         }
         self.line.disable_steady_tick();
         if result.is_ok() {
-            self.line.println(format!("  {doing:<32}{seconds:>8.2} s"));
+            let line = format!("  {doing:<32}{seconds:>8.2} s");
+            // Without a terminal only the long steps are listed.
+            match self.line.is_hidden() {
+                true if seconds >= LONG.as_secs_f64() => self.result(&line),
+                true => {}
+                false => self.line.println(line),
+            }
         }
         result
     }
@@ -99,7 +110,7 @@ impl Progress {
 
     /// Shows the line as a bar, for a step with known progress.
     pub(crate) fn bar(&self) -> Bar {
-        Bar { line: self.line.clone(), quiet: self.quiet }
+        Bar { line: self.line.clone(), quiet: self.quiet, next: Mutex::new((Instant::now() + LONG, LONG)) }
     }
 
     /// Removes the line, so that results can be printed, and returns the seconds of each step.
@@ -119,6 +130,8 @@ impl Drop for Progress {
 pub(crate) struct Bar {
     line: ProgressBar,
     quiet: bool,
+    /// Without a terminal: when the next line is due, and the time to the line after it, which doubles.
+    next: Mutex<(Instant, Duration)>,
 }
 
 impl Bar {
@@ -134,9 +147,17 @@ impl Bar {
         }
     }
 
-    /// Shows that `fraction` of the work is done, 0 to 1.
+    /// Shows that `fraction` of the work is done, 0 to 1. Without a terminal it prints a line now and then.
     pub fn show(&self, fraction: f64, text: String) {
         const LENGTH: u64 = 1000;
+        if self.line.is_hidden() {
+            let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
+            if !self.quiet && Instant::now() >= next.0 {
+                *next = (Instant::now() + next.1, 2 * next.1);
+                say(&format_args!("  {:>3.0} %  {text}", 100.0 * fraction));
+            }
+            return;
+        }
         let template = "{spinner:.cyan} [{bar:20}] {msg}";
         self.line.set_style(ProgressStyle::with_template(template).expect("a valid template").progress_chars("=> "));
         self.line.set_length(LENGTH);

@@ -1,10 +1,12 @@
 //! Records the commands of a frame, and times each dispatch and render pass under its label.
 
+mod commands;
 mod profiler;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-pub use self::profiler::{PassTime, Profiler};
+use self::commands::{Commands, Slices};
+pub use self::profiler::{PassProgress, PassTime, PassWatcher, Profiler};
 use crate::{
     BindGroups, Bindings, BufferPart, ComputeKernel, GpuError, Pool, buffer::with_mapped, compute::Workgroups,
     pool::Use,
@@ -23,62 +25,6 @@ pub struct Frame<'a> {
     profiler: &'a mut Profiler,
     pub(crate) pool: FramePool<'a>,
     number: u64,
-}
-
-/// Command encoder that a frame records into.
-#[derive(Debug)]
-enum Commands<'a> {
-    /// Its own encoder, which the frame submits.
-    Own(wgpu::CommandEncoder),
-    /// The caller's encoder, which the caller submits.
-    Callers(&'a mut wgpu::CommandEncoder),
-    /// An encoder for each pass, which the caller submits in order.
-    Slices(Slices<'a>),
-}
-
-/// Command buffers of a frame, cut between its passes.
-#[derive(Debug)]
-struct Slices<'a> {
-    current: wgpu::CommandEncoder,
-    /// True if `current` has a pass.
-    has_pass: bool,
-    done: &'a mut Vec<wgpu::CommandBuffer>,
-}
-
-impl Slices<'_> {
-    /// Begins a command buffer unless the current one has no pass yet.
-    fn cut(&mut self, device: &wgpu::Device) {
-        if std::mem::replace(&mut self.has_pass, true) {
-            self.end(slice(device));
-        }
-    }
-
-    /// Ends the current command buffer; `next` replaces it.
-    fn end(&mut self, next: wgpu::CommandEncoder) {
-        self.done.push(std::mem::replace(&mut self.current, next).finish());
-    }
-}
-
-impl std::ops::Deref for Commands<'_> {
-    type Target = wgpu::CommandEncoder;
-
-    fn deref(&self) -> &wgpu::CommandEncoder {
-        match self {
-            Self::Own(encoder) => encoder,
-            Self::Callers(encoder) => encoder,
-            Self::Slices(slices) => &slices.current,
-        }
-    }
-}
-
-impl std::ops::DerefMut for Commands<'_> {
-    fn deref_mut(&mut self) -> &mut wgpu::CommandEncoder {
-        match self {
-            Self::Own(encoder) => encoder,
-            Self::Callers(encoder) => encoder,
-            Self::Slices(slices) => &mut slices.current,
-        }
-    }
 }
 
 /// Source of a frame's buffers, textures and bind groups.
@@ -113,7 +59,7 @@ impl std::ops::DerefMut for FramePool<'_> {
 impl<'a> Frame<'a> {
     /// An empty frame that creates its own resources.
     pub fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, profiler: &'a mut Profiler) -> Self {
-        Self::with(device, queue, profiler, FramePool::Own(Box::new(Pool::new(device))), own_commands(device))
+        Self::with(device, queue, profiler, FramePool::Own(Box::new(Pool::new(device))), Commands::own(device))
     }
 
     /// An empty frame that reuses the resources of earlier frames of the pool. Earlier frames of the pool must not use them any more.
@@ -123,7 +69,7 @@ impl<'a> Frame<'a> {
         profiler: &'a mut Profiler,
         pool: &'a mut Pool,
     ) -> Self {
-        Self::with(device, queue, profiler, FramePool::Shared(pool), own_commands(device))
+        Self::with(device, queue, profiler, FramePool::Shared(pool), Commands::own(device))
     }
 
     /// Like [`Self::pooled`], but records into the caller's encoder. The caller must submit it before the next frame of the pool begins,
@@ -148,8 +94,8 @@ impl<'a> Frame<'a> {
         pool: &'a mut Pool,
         slices: &'a mut Vec<wgpu::CommandBuffer>,
     ) -> Self {
-        let slices = Slices { current: slice(device), has_pass: false, done: slices };
-        Self::with(device, queue, profiler, FramePool::Shared(pool), Commands::Slices(slices))
+        let slices = Commands::Slices(Slices::new(device, slices));
+        Self::with(device, queue, profiler, FramePool::Shared(pool), slices)
     }
 
     fn with(
@@ -242,16 +188,23 @@ impl<'a> Frame<'a> {
         self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::In(workgroups)));
     }
 
-    /// Begins a slice, if the frame is cut between its passes.
-    fn cut(&mut self) {
-        if let Commands::Slices(slices) = &mut self.encoder {
-            self.pass = None;
-            slices.cut(self.device);
+    /// Begins a command buffer for the pass of this label, if the frame is cut between its passes.
+    fn cut(&mut self, label: &str) {
+        match &mut self.encoder {
+            Commands::Slices(slices) => {
+                self.pass = None;
+                slices.cut(self.device);
+            }
+            Commands::Own(own) if self.profiler.watcher.is_some() => {
+                self.pass = None;
+                own.cut(self.device, label);
+            }
+            Commands::Own(_) | Commands::Callers(_) => {}
         }
     }
 
     fn compute(&mut self, kernel: &ComputeKernel, dispatch: impl FnOnce(&mut BindGroups, &mut wgpu::ComputePass<'_>)) {
-        self.cut();
+        self.cut(kernel.label());
         if self.profiler.is_shared_pass {
             let pass = self.pass.get_or_insert_with(|| {
                 self.profiler.compute_passes += 1;
@@ -283,7 +236,7 @@ impl<'a> Frame<'a> {
         draw: impl FnOnce(&mut BindGroups, &mut wgpu::RenderPass<'_>),
     ) {
         self.pass = None;
-        self.cut();
+        self.cut(label);
         let query = self.profiler.inner.begin_pass_query(label, &mut self.encoder);
         let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(label),
@@ -309,12 +262,11 @@ impl<'a> Frame<'a> {
         let copied = bytes.next_multiple_of(4);
         let staging = self.pool.buffer(Use::Read, "read_now", copied)?;
         self.encoder().copy_buffer_to_buffer(buffer, 0, &staging, 0, copied);
-        let fresh = own_commands(self.device);
         self.pass = None;
-        let recorded = std::mem::replace(&mut self.encoder, fresh);
+        let recorded = std::mem::replace(&mut self.encoder, Commands::own(self.device));
         let Commands::Own(recorded) = recorded else { unreachable!("checked above") };
         self.pool.submitting(self.queue);
-        self.queue.submit([recorded.finish()]);
+        recorded.submit(self.device, self.queue, self.profiler.watcher.as_mut());
         self.pool.waits += 1;
         let read = with_mapped(self.device, &staging, |data| bytemuck::pod_collect_to_vec(&data[..bytes as usize]));
         staging.unmap();
@@ -324,9 +276,9 @@ impl<'a> Frame<'a> {
     /// Submits the commands. Does not submit those that the caller submits (see [`Self::finish`]).
     pub fn submit(mut self) {
         self.close();
-        let Self { queue, encoder, profiler, mut pool, number, .. } = self;
-        if let Commands::Own(encoder) = encoder {
-            queue.submit([encoder.finish()]);
+        let Self { device, queue, encoder, profiler, mut pool, number, .. } = self;
+        if let Commands::Own(own) = encoder {
+            own.submit(device, queue, profiler.watcher.as_mut());
             submitted(number, profiler, &mut pool);
         }
     }
@@ -336,7 +288,7 @@ impl<'a> Frame<'a> {
         self.close();
         if let Commands::Slices(slices) = &mut self.encoder {
             // No command is recorded after the last one.
-            slices.end(slice(self.device));
+            slices.end(self.device);
         }
         self.number
     }
@@ -360,14 +312,6 @@ pub fn discarded(device: &wgpu::Device, queue: &wgpu::Queue, profiler: &mut Prof
     pool.capacity_policy.discarded();
     // The profiler still holds the frame's closed queries, which will never be resolved.
     profiler.renew(device, queue);
-}
-
-fn slice(device: &wgpu::Device) -> wgpu::CommandEncoder {
-    device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("slice") })
-}
-
-fn own_commands<'a>(device: &wgpu::Device) -> Commands<'a> {
-    Commands::Own(device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }))
 }
 
 #[cfg(all(test, feature = "testing"))]

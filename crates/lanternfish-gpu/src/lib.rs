@@ -43,7 +43,7 @@ pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_me
 pub use edited::{ShaderTexts, read_shader_texts, shader_files};
 pub use engine::{Compilations, Engine, KeptCompiled, Requested};
 pub use error::GpuError;
-pub use frame::{Frame, PassTime, Profiler, discarded, submitted};
+pub use frame::{Frame, PassProgress, PassTime, PassWatcher, Profiler, discarded, submitted};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
 pub use made::{Made, made};
 pub use pool::{BindGroups, Pool};

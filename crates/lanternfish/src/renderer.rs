@@ -17,7 +17,9 @@ use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
-use lanternfish_gpu::{Engine, Frame, Growth, PassTime, Pool, Profiler, discarded, read_back, read_texture};
+use lanternfish_gpu::{
+    Engine, Frame, Growth, PassTime, PassWatcher, Pool, Profiler, discarded, read_back, read_texture,
+};
 use lanternfish_limits::memory::Budget;
 use lanternfish_scene::Camera;
 
@@ -168,6 +170,12 @@ impl Renderer {
             None => Ok(Some(self.passes.output.exposure(&self.device, &self.queue)?)),
             Some(_) => Ok(None),
         }
+    }
+
+    /// Calls `watcher` before each pass of the frames of [`Self::render`] and its like runs: progress, where a frame takes seconds. The host
+    /// then waits for every pass, which costs time on a graphics card. Images do not change.
+    pub fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
+        self.profiler.watch(watcher);
     }
 
     /// The light culling passes, if they are of this type.

@@ -111,8 +111,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     }
     let is_metered = renderings::are_metered(&settings, output);
     let is_lit = lights.is_seen && lights.reaches_surfaces;
-    let may_have_fill_light = is_metered && is_lit && FillLight::is_allowed(&scene, &args.lights);
-    let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, revolving, may_have_fill_light);
+    let may_lack_light = is_metered && is_lit && FillLight::may_lack(&scene, &args.lights);
+    let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, revolving, may_lack_light);
     let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
     let mut cameras_before = cameras_before.iter();
     if is_metered {

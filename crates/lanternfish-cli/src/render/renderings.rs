@@ -1,10 +1,16 @@
 //! Renders frame after frame: moves the scene to its time, renders, writes.
 
+use std::sync::{
+    Arc,
+    atomic::{AtomicU32, Ordering::Relaxed},
+};
+
 use lanternfish::{
     GpuScene, RenderedImage, Renderer, Report,
     debug_views::Scale,
     settings::{Exposure, Settings},
 };
+use lanternfish_gpu::PassProgress;
 use lanternfish_scene::{Bounds, Camera, Scene};
 
 use super::{existing::EYES, metadata};
@@ -13,11 +19,11 @@ use crate::{
     camera,
     error::CliError,
     legend,
-    light_rig::{FillLight, RevolvingLights},
+    light_rig::{self, FillLight, RevolvingLights},
     motion::Motion,
     output::Output,
     parse::Frames,
-    progress::Progress,
+    progress::{Bar, Progress},
     report,
     shot::ShotFrame,
     stereo::{self, StereoLayout},
@@ -38,7 +44,7 @@ pub struct RenderedImages<'a> {
     /// The lights of a rig that follow the camera of an orbit, and the orbit's angle at which they are.
     revolving: RevolvingLights,
     orbit_angle: f32,
-    may_have_fill_light: bool,
+    may_lack_light: bool,
     /// The metered images, if they are also the next frame's.
     metered: Option<Drawn>,
     /// Number of frames rendered so far, each of one or two images.
@@ -56,6 +62,31 @@ struct Drawn {
     before: u32,
 }
 
+/// Progress of an image: its frames, and the passes of the frame that is rendered.
+struct ShownFrames {
+    bar: Bar,
+    all: u32,
+    done: AtomicU32,
+}
+
+impl ShownFrames {
+    fn new(bar: Bar, all: u32) -> Self {
+        Self { bar, all, done: AtomicU32::new(0) }
+    }
+
+    fn pass(&self, PassProgress { label, index, count }: PassProgress<'_>) {
+        let done = self.done.load(Relaxed);
+        let frame = if self.all > 1 { format!("frame {} of {}, ", done + 1, self.all) } else { String::new() };
+        let fraction = (f64::from(done) + index as f64 / count as f64) / f64::from(self.all);
+        self.bar.show(fraction, format!("Rendering: {frame}pass {} of {count}, {label}", index + 1));
+    }
+
+    fn done(&self, done: u32) {
+        self.done.store(done, Relaxed);
+        self.bar.show(f64::from(done) / f64::from(self.all), format!("Rendering: {done} of {} frames", self.all));
+    }
+}
+
 /// True if one image sets the exposure of all.
 pub fn are_metered(settings: &Settings, output: &Output) -> bool {
     settings.exposure == Exposure::Auto && settings.debug_view.is_none() && !output.is_radiance()
@@ -63,7 +94,7 @@ pub fn are_metered(settings: &Settings, output: &Output) -> bool {
 
 impl<'a> RenderedImages<'a> {
     /// `scene` was just uploaded, in its state at 0 s. It is kept if something moves, also by an orbit, or if it
-    /// `may_have_fill_light`.
+    /// `may_lack_light`.
     pub fn new(
         args: &'a RenderArgs,
         renderer: Renderer,
@@ -71,13 +102,13 @@ impl<'a> RenderedImages<'a> {
         scene: Scene,
         motion: Option<Motion>,
         revolving: RevolvingLights,
-        may_have_fill_light: bool,
+        may_lack_light: bool,
     ) -> Self {
         let size = args.output.size;
         let aspect = size.width as f32 / size.height as f32;
         let may_change = args.track.orbit.is_some() && !revolving.is_empty();
         let bounds = motion.is_some().then(|| scene.bounds());
-        let scene = Some(scene).filter(|_| motion.is_some() || may_change || may_have_fill_light);
+        let scene = Some(scene).filter(|_| motion.is_some() || may_change || may_lack_light);
         let scale = renderer.settings().debug_view.and_then(Scale::of);
         let (cost, exposure, metered) = (Report::default(), None, None);
         Self {
@@ -91,7 +122,7 @@ impl<'a> RenderedImages<'a> {
             scale,
             revolving,
             orbit_angle: 0.0,
-            may_have_fill_light,
+            may_lack_light,
             metered,
             drawn_count: 0,
             cost,
@@ -109,14 +140,18 @@ impl<'a> RenderedImages<'a> {
         progress: &mut Progress,
     ) -> Result<(), CliError> {
         let mut drawn = self.drawn(first, camera, progress)?;
-        if self.may_have_fill_light
+        if self.may_lack_light
             && let Some(scene) = &mut self.scene
             && let Some(fill) = FillLight::of(&drawn.renderings[0], scene, camera)
         {
-            self.revolving = fill.add(scene, camera);
-            self.renderer.update(&mut self.uploaded, scene)?;
-            drawn = self.drawn(first, camera, progress)?;
-            progress.note(&fill.note());
+            if light_rig::has_light(&self.args.lights) {
+                progress.note(&fill.advice());
+            } else {
+                self.revolving = fill.add(scene, camera);
+                self.renderer.update(&mut self.uploaded, scene)?;
+                drawn = self.drawn(first, camera, progress)?;
+                progress.note(&fill.note());
+            }
         }
         if let Some(ev) = drawn.renderings[0].exposure {
             self.renderer.set_exposure(Exposure::Ev(ev))?;
@@ -201,13 +236,15 @@ impl<'a> RenderedImages<'a> {
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(&camera), |eyes| eyes);
         let size = self.args.output.size;
         let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
-        let bar = progress.bar();
-        let all = self.renderer.settings().accumulate;
+        let shown = Arc::new(ShownFrames::new(progress.bar(), self.renderer.settings().accumulate));
+        if self.renderer.engine().device.adapter_info().device_type == wgpu::DeviceType::Cpu {
+            let shown = Arc::clone(&shown);
+            self.renderer.watch_passes(Some(Box::new(move |pass| shown.pass(pass))));
+        }
         let renderings = progress.step("render", "Rendering", || {
-            Ok::<_, CliError>(self.renderer.render_frames(&self.uploaded, &views, |done| {
-                bar.show(f64::from(done) / f64::from(all), format!("{done} of {all} frames"));
-            })?)
+            Ok::<_, CliError>(self.renderer.render_frames(&self.uploaded, &views, |done| shown.done(done))?)
         })?;
+        self.renderer.watch_passes(None);
         let before = self.drawn_count;
         self.drawn_count += 1;
         Ok(Drawn { renderings, before })

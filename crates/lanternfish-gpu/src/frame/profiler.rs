@@ -15,6 +15,20 @@ pub struct PassTime {
     pub ms: f64,
 }
 
+/// A pass of a frame that is about to run.
+#[derive(Clone, Copy, Debug)]
+pub struct PassProgress<'a> {
+    /// The pass's label, a path.
+    pub label: &'a str,
+    /// Its index in the frame, or in a part of the frame that ends where the host reads a result.
+    pub index: usize,
+    /// Number of passes of the frame, or of this part.
+    pub count: usize,
+}
+
+/// Called before each pass of a frame runs.
+pub type PassWatcher = Box<dyn FnMut(PassProgress<'_>) + Send + Sync>;
+
 /// Times passes if the device has timestamp queries, and does nothing otherwise.
 pub struct Profiler {
     pub(super) inner: GpuProfiler,
@@ -22,6 +36,7 @@ pub struct Profiler {
     /// True if dispatches may share a pass: each can be timed alone, or nothing is timed at all.
     pub(super) is_shared_pass: bool,
     pub(super) compute_passes: u64,
+    pub(super) watcher: Option<PassWatcher>,
     /// Frames whose times have not arrived yet.
     pending: VecDeque<u64>,
 }
@@ -49,13 +64,21 @@ impl Profiler {
             period: queue.get_timestamp_period(),
             is_shared_pass,
             compute_passes: 0,
+            watcher: None,
             pending: VecDeque::new(),
         }
     }
 
     /// Discards all frames whose times have not arrived yet.
     pub(super) fn renew(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
-        *self = Self { compute_passes: self.compute_passes, ..Self::new(device, queue) };
+        let watcher = self.watcher.take();
+        *self = Self { compute_passes: self.compute_passes, watcher, ..Self::new(device, queue) };
+    }
+
+    /// Calls `watcher` before each pass of the frames that submit their own commands. The host then waits for every pass, which costs time on a
+    /// graphics card.
+    pub fn watch(&mut self, watcher: Option<PassWatcher>) {
+        self.watcher = watcher;
     }
 
     /// Number of compute passes in all frames so far. Consecutive dispatches share a pass unless that prevents timing them.

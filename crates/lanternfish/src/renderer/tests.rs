@@ -5,7 +5,9 @@ mod later;
 mod motion;
 mod steady;
 
-use lanternfish_gpu::testing;
+use std::sync::{Arc, Mutex};
+
+use lanternfish_gpu::{PassProgress, PassWatcher, testing};
 use lanternfish_scene::generate::demo;
 
 use crate::{
@@ -37,6 +39,41 @@ fn gpu_a_frame_has_few_compute_passes() {
     assert!((1..=7).contains(&passes), "{passes}");
     // Each dispatch is still timed separately.
     assert!(!has_timestamps || times.len() > 40, "{times:?}");
+}
+
+/// Watched frames run pass by pass and are the same images.
+#[test]
+fn gpu_watched_passes_are_told_in_order_and_change_nothing() {
+    let Some(gpu) = testing::gpu("gpu_watched_passes_are_told_in_order_and_change_nothing") else { return };
+    let scene = demo("cornell").unwrap();
+    let image = |watcher: Option<PassWatcher>| {
+        let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        renderer.watch_passes(watcher);
+        renderer.render(&uploaded, &scene.cameras[0], 64, 48).unwrap()
+    };
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let watcher = {
+        let told = Arc::clone(&told);
+        Box::new(move |pass: PassProgress<'_>| {
+            told.lock().unwrap().push((pass.label.to_owned(), pass.index, pass.count));
+        })
+    };
+    let (watched, alone) = (image(Some(watcher)), image(None));
+    assert_eq!(watched.radiance, alone.radiance);
+    let told = told.lock().unwrap();
+    // Each submission counts its own passes from 0 on.
+    let mut next = 0;
+    for (label, index, count) in told.iter() {
+        assert!(*index == next && index < count, "{label}: {index} of {count}");
+        next = (index + 1) % count;
+    }
+    assert_eq!(next, 0, "the last pass was told");
+    let has = |label: &str| told.iter().any(|(told, ..)| told == label);
+    assert!(has("shading/forward") && has("output") && told.len() > 10, "{told:?}");
+    let timed: Vec<_> = watched.report.passes.iter().map(|pass| pass.name.as_str()).collect();
+    assert!(timed.iter().all(|name| has(name)), "{timed:?}");
 }
 
 /// A debug view skips passes that it does not show, and the renderer still reports the settings as given.
