@@ -9,7 +9,7 @@ use clap::{
 };
 
 /// Flags of other renderers and viewers, and what does the same here.
-const ELSEWHERE: [(&str, &str); 12] = [
+const ELSEWHERE: [(&str, &str); 15] = [
     ("--width", "--size WIDTHxHEIGHT sets both sides"),
     ("--height", "--size WIDTHxHEIGHT sets both sides"),
     ("--resolution", "--size WIDTHxHEIGHT sets the image's size"),
@@ -19,7 +19,10 @@ const ELSEWHERE: [(&str, &str); 12] = [
     ("--env", "--environment FILE.hdr|.exr lights the scene"),
     ("--gpu", "--adapter gpu takes a graphics card"),
     ("--device", "--adapter NAME chooses the adapter"),
-    ("--turntable", "a [track] of keyframes in a shot moves the camera: lanternfish shot FILE prints a shot"),
+    ("--turntable", "--orbit N renders N frames around the scene"),
+    ("--light", "--sun, --point and --environment add light; --light-rig studio|sun lights any scene"),
+    ("--output-size", "--size WIDTHxHEIGHT sets the image's size"),
+    ("--time-limit", "`lanternfish reference` traces until a --time-limit; --time is a moment of an animation"),
     ("--fov", "--fov-y DEGREES is the vertical field of view"),
     ("-v", "--timings prints the time of each pass; --version the version"),
 ];
@@ -31,10 +34,14 @@ pub(crate) fn explain(error: &mut Error) {
         _ => None,
     };
     let tips = match error.kind() {
-        ErrorKind::UnknownArgument if error.get(ContextKind::SuggestedArg).is_none() => {
+        ErrorKind::UnknownArgument => {
             let argument = argument(ContextKind::InvalidArg).unwrap_or_default();
             let known = ELSEWHERE.iter().find(|(flag, _)| *flag == argument).map(|(_, tip)| (*tip).to_owned());
-            known.into_iter().collect()
+            if known.is_none() && error.get(ContextKind::SuggestedArg).is_some() {
+                return;
+            }
+            error.remove(ContextKind::SuggestedArg);
+            known.into_iter().collect::<Vec<_>>()
         }
         ErrorKind::InvalidSubcommand => {
             let Some(file) = argument(ContextKind::InvalidSubcommand).filter(|name| is_file(name)) else { return };

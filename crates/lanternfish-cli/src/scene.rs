@@ -3,7 +3,7 @@
 use std::{
     ffi::{OsStr, OsString},
     fmt, fs,
-    path::Path,
+    path::{Path, PathBuf},
     sync::atomic::{AtomicBool, Ordering::Relaxed},
 };
 
@@ -11,7 +11,7 @@ use clap::builder::{OsStringValueParser, TryMapValueParser, TypedValueParser, Va
 use lanternfish_scene::{LoadOptions, Scene, memory};
 use serde::{Serialize, Serializer};
 
-use crate::{args::PartArgs, error::CliError};
+use crate::{args::PartArgs, error::CliError, output::has_ending};
 
 /// The name of a scene: a path, in any spelling that the system supports, or `demo:NAME`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,11 +84,46 @@ pub(crate) fn trust(confine: bool, memory_limit: Option<u64>) {
 ///
 /// Devices and pipes are refused: they may be endless, and reading them may never return.
 pub fn load_part(source: &SceneName, part: &PartArgs) -> Result<Scene, CliError> {
-    if source.demo().is_none() && fs::metadata(source.path()).is_ok_and(|m| !m.is_file()) {
-        return Err(CliError::new(format_args!("{source}: this is no file"), "name a .gltf, .glb or .obj file"));
+    if source.demo().is_none()
+        && let Ok(metadata) = fs::metadata(source.path())
+        && !metadata.is_file()
+    {
+        let what = if metadata.is_dir() { "this is a folder" } else { "this is no file" };
+        return Err(CliError::new(format_args!("{source}: {what}"), files_hint(source.path())));
     }
     let confine = CONFINES.load(Relaxed);
     let (scene, variant) = (part.scene_of_file.clone(), part.variant.clone());
     let options = LoadOptions { scene, variant, confine, ..LoadOptions::default() };
     Ok(lanternfish_scene::load_with(source.spelling(), &options)?)
+}
+
+/// A hint in place of a folder: the scenes in it, if there are a few.
+fn files_hint(folder: &Path) -> String {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_scene = |path: &PathBuf| ["gltf", "glb", "obj"].iter().any(|ending| has_ending(path, ending));
+    let mut scenes: Vec<_> = entries.filter(is_scene).take(FEW + 1).map(|path| path.display().to_string()).collect();
+    scenes.sort();
+    match scenes.len() {
+        1..=FEW => format!("it holds {}", scenes.join(", ")),
+        _ => "name a .gltf, .glb or .obj file".to_owned(),
+    }
+}
+
+/// Most scenes of a folder that a hint lists.
+const FEW: usize = 5;
+
+#[cfg(test)]
+#[test]
+fn a_folder_is_refused_with_the_scenes_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = || {
+        let part = PartArgs { scene_of_file: None, variant: None };
+        load_part(&SceneName::from(folder.path()), &part).unwrap_err().to_string()
+    };
+    assert!(error().contains("this is a folder") && error().contains("name a .gltf, .glb or .obj file"), "{}", error());
+    for name in ["b.GLB", "a.gltf", "a.bin"] {
+        fs::write(folder.path().join(name), "").unwrap();
+    }
+    let both = ["a.gltf", "b.GLB"].map(|name| folder.path().join(name).display().to_string()).join(", ");
+    assert!(error().ends_with(&format!("it holds {both}")), "{}", error());
 }

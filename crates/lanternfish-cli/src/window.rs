@@ -35,10 +35,12 @@ Examples:
   lanternfish view scene.glb --stereo parallel
   lanternfish view before.exr after.exr
 
-W A S D fly, dragging looks about; F1 shows all keys. V looks at the
-camera and its clusters from above. A file that is dropped on the window is opened. The window's size and
-position are stored in lanternfish/window.toml of the folder of settings (XDG_CONFIG_HOME, or ~/.config).
-Images (.exr, .png) are shown side by side, with a map and the mean of what differs.
+W A S D fly, dragging looks around, V shows the camera and its clusters from above, F1 lists all
+keys. A file that is dropped on the window is opened. `lanternfish render walk.toml --frames A-B`
+renders a recorded flight. Images (.exr, .png) are compared side by side.
+
+The window's size and position are stored in lanternfish/window.toml in the folder of settings
+(XDG_CONFIG_HOME, or ~/.config).
 ";
 
 /// Duration of a recorded step, seconds.

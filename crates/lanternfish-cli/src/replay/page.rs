@@ -56,8 +56,9 @@ pub(crate) fn summary(report: &Report) -> String {
 fn conditions(report: &Report) -> String {
     let Report { scene, width, height, lights, runs, adapter, driver, version, moments, .. } = report;
     let eyes = if report.eyes == 2 { "two eyes of " } else { "" };
+    let runs = if *runs == 1 { "1 run".to_owned() } else { format!("{runs} runs") };
     format!(
-        "{scene}, {} lights, {} frames of {eyes}{width} x {height}, {runs} runs. {adapter} on {driver}, Lanternfish {version}.",
+        "{scene}, {} lights, {} frames of {eyes}{width} x {height}, {runs}. {adapter} on {driver}, Lanternfish {version}.",
         grouped(*lights as u64),
         moments.len()
     )

@@ -106,7 +106,7 @@ fn something_that_is_no_scene() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.fbx"), "x").unwrap();
     run(folder.path(), &["render", "scene.fbx", "-o", "a.png"]).assert_refused(&["scene.fbx", ".glb"], &["scene.fbx"]);
-    run(folder.path(), &["render", "."]).assert_refused(&["no file"], &["scene.fbx"]);
+    run(folder.path(), &["render", "."]).assert_refused(&["this is a folder"], &["scene.fbx"]);
 }
 
 #[test]
