@@ -16,7 +16,7 @@ use clap::{ArgMatches, Args, Command, FromArgMatches, builder::NonEmptyStringVal
 use glam::Vec3;
 use lanternfish::settings::Settings;
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_scene::{Eyes, Viewpoint, generate::DEMOS};
+use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
 pub use self::{indirect::IndirectArgs, light::LightArgs, look::LookArgs, technique::TechniqueArgs, track::TrackArgs};
 use crate::{
@@ -219,6 +219,9 @@ pub struct ViewArgs {
     /// Angle about the axis of `--orbit`, radians, counter-clockwise seen from above; in [0, 2π).
     #[arg(skip)]
     pub orbit_angle: f32,
+    /// A recorded camera, in place of those of the file.
+    #[arg(skip)]
+    pub recorded: Option<Camera>,
 }
 
 /// Flags of stereo images.

@@ -80,7 +80,8 @@ pub(crate) fn follow(
     aspect: f32,
     chosen: &Camera,
 ) -> Result<Camera, CliError> {
-    let is_of_file = flags.camera.is_some() || (flags.view.is_none() && !scene.cameras.is_empty());
+    let is_of_file =
+        flags.camera.is_some() || (flags.view.is_none() && flags.recorded.is_none() && !scene.cameras.is_empty());
     if !is_of_file {
         return Ok(chosen.clone());
     }
@@ -100,6 +101,7 @@ fn choose_within<F: FnOnce() -> Bounds>(
     let fov_y = flags.fov_y.unwrap_or(FOV_Y);
     let is_placed = flags.eye.is_some() || flags.target.is_some();
     let (mut camera, is_inside) = match (&flags.camera, flags.view, scene.cameras.first()) {
+        _ if let Some(camera) = &flags.recorded => (camera.clone(), false),
         (Some(wanted), ..) => (named(scene, wanted)?.clone(), false),
         (None, Some(side), _) => (Camera::framing_scene(scene, Some(side), fov_y, aspect), false),
         (None, None, Some(camera)) => (camera.clone(), false),
@@ -179,7 +181,7 @@ mod tests {
     }
 
     fn flags() -> ViewArgs {
-        ViewArgs { eye: None, target: None, fov_y: None, camera: None, view: None, orbit_angle: 0.0 }
+        ViewArgs { eye: None, target: None, fov_y: None, camera: None, view: None, orbit_angle: 0.0, recorded: None }
     }
 
     fn forward(camera: &Camera) -> Vec3 {

@@ -1,4 +1,4 @@
-//! Recorded camera input as a file: `view --record` writes it, `replay` plays it.
+//! Recorded camera input as a file: `view --record` writes it; every command takes it as a shot, and `replay` times it.
 //!
 //! ```toml
 //! recording = 1
@@ -19,7 +19,7 @@
 //! place of a
 //! step repeats the previous step that many times. A camera is its projection and the columns of its world-from-camera matrix.
 
-use std::{fmt::Write as _, fs, path::Path};
+use std::{fmt::Write as _, path::Path};
 
 use glam::Affine3A;
 use lanternfish_scene::{Camera, Projection};
@@ -29,17 +29,12 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
-use crate::{
-    error::CliError,
-    output::{has_ending, write_text},
-    scene::SceneName,
-    shot::quoted,
-};
+use crate::{error::CliError, output::write_text, scene::SceneName, shot::quoted};
 
 /// Version of the format. Other versions are refused.
 const VERSION: i64 = 1;
-/// Limits: bytes of a file, and steps (ten hours).
-const MOST: (u64, usize) = (64 << 20, 2_160_000);
+/// Most steps: ten hours.
+const MOST_STEPS: usize = 2_160_000;
 
 /// A recording and its scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,7 +62,7 @@ impl Recorded {
         let Recording { first, speed, reach, step, steps } = &self.recording;
         let flags = self.flags.iter().map(|(name, value)| format!("[{}, {}]", quoted(name), quoted(value)));
         let mut text = format!(
-            "# Recorded camera input: `lanternfish replay` plays it.\n\nrecording = {VERSION}\nscene = {}\nflags = [{}]\n\
+            "# Recorded camera input: `lanternfish render` renders it, and `lanternfish replay` times it.\n\nrecording = {VERSION}\nscene = {}\nflags = [{}]\n\
              step = {step:?}\nspeed = {speed:?}\nreach = {reach:?}\nfirst = [{}]\nsteps = [\n",
             quoted(scene),
             flags.collect::<Vec<_>>().join(", "),
@@ -83,26 +78,15 @@ impl Recorded {
         text + "]\n"
     }
 
-    /// Reads a recording; `None` if the source is something else, such as a shot.
-    pub fn read(source: &SceneName) -> Result<Option<Self>, CliError> {
-        let path = source.path();
-        let is_file = source.demo().is_none() && has_ending(path, "toml");
-        let size = fs::metadata(path).ok().filter(|file| is_file && file.is_file() && file.len() <= MOST.0);
-        let Some(text) = size.and_then(|_| fs::read_to_string(path).ok()) else { return Ok(None) };
-        // Invalid TOML is reported by the shot reader, which states the position.
-        let Ok(table) = DeTable::parse(&text) else { return Ok(None) };
-        let reader = Reader { table: table.get_ref() };
-        if reader.get("recording").is_err() {
-            return Ok(None);
-        }
-        let recorded = reader.recorded();
-        recorded.map(Some).map_err(|what| {
-            CliError::new(
-                format_args!("{}: {what}", path.display()),
-                "`lanternfish view --record FILE` writes such files",
-            )
-        })
+    /// Reads a recording.
+    pub fn parse(table: &DeTable<'_>) -> Result<Self, String> {
+        Reader { table }.recorded()
     }
+}
+
+/// True if a TOML file is a recording, of any version.
+pub fn is_recording(table: &DeTable<'_>) -> bool {
+    table.iter().any(|(key, _)| key.get_ref() == "recording")
 }
 
 /// Formats one move as a list.
@@ -170,8 +154,8 @@ impl Reader<'_> {
                 None => list(value)?.iter().map(done).collect::<Result<_, _>>()?,
             };
             let times = usize::try_from(more.unwrap_or(1)).unwrap_or(0);
-            if times > MOST.1 - steps.len() {
-                return Err(format!("there are more than {} steps", MOST.1));
+            if times > MOST_STEPS - steps.len() {
+                return Err(format!("there are more than {} steps", MOST_STEPS));
             }
             steps.extend(std::iter::repeat_n(step, times));
         }
@@ -256,9 +240,15 @@ fn number(value: &Value<'_>) -> Result<f32, String> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use glam::Vec3;
 
     use super::*;
+
+    fn parse(text: &str) -> Result<Recorded, String> {
+        Recorded::parse(DeTable::parse(text).unwrap().get_ref())
+    }
 
     fn recorded() -> Recorded {
         let projection = Projection::Perspective { fov_y: 0.7, near: 0.049_999_997 };
@@ -286,26 +276,18 @@ mod tests {
         let path = folder.path().join("walk.toml");
         let written = recorded();
         written.write(&path).unwrap();
-        let read = Recorded::read(&SceneName::from(path.as_os_str())).unwrap().unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        let read = parse(&text).unwrap();
         assert_eq!(read, written);
         let bits = |camera: &Camera| camera.world_from_camera.to_cols_array().map(f32::to_bits);
         let (again, cameras) = (read.recording.cameras(), written.recording.cameras());
         assert!(again.len() == 306 && again.iter().zip(&cameras).all(|(again, camera)| bits(again) == bits(camera)));
         // Equal steps are written once.
-        assert!(fs::read_to_string(&path).unwrap().contains("\n    2,\n"));
+        assert!(text.contains("\n    2,\n"));
     }
 
     #[test]
-    fn broken_recordings_differ_from_other_files() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("walk.toml");
-        let read = |text: &str| {
-            fs::write(&path, text).unwrap();
-            Recorded::read(&SceneName::from(path.as_os_str())).map_err(|error| error.to_string())
-        };
-        assert_eq!(read("scene = \"demo:cornell\"\n"), Ok(None));
-        assert_eq!(read("no toml"), Ok(None));
-        assert_eq!(Recorded::read(&"demo:cornell".into()).unwrap(), None);
+    fn broken_recordings_are_refused_with_a_reason() {
         let valid = recorded().text("demo:cornell");
         for (from, to, expected) in [
             ("recording = 1", "recording = 2", "another version"),
@@ -319,8 +301,8 @@ mod tests {
             ("speed = 0.33333334", "speed = inf", "expected a number"),
         ] {
             assert!(valid.contains(from), "{from}");
-            let error = read(&valid.replacen(from, to, 1)).unwrap_err();
-            assert!(error.contains(expected) && error.contains("walk.toml"), "{error} for {to:?}");
+            let error = parse(&valid.replacen(from, to, 1)).unwrap_err();
+            assert!(error.contains(expected), "{error} for {to:?}");
         }
     }
 }

@@ -257,10 +257,14 @@ impl Viewer {
         self.viewport.is_busy() || self.comparison.is_busy()
     }
 
-    /// True if the view changes from frame to frame: playback, recording, or recent camera motion.
+    /// True if time goes on from frame to frame: in motion, and always while a recording counts steps.
     fn moves(&self) -> bool {
-        let plays = self.state.clip.as_ref().is_some_and(|clip| clip.is_playing);
-        plays || self.recorder.is_some() || self.moved.is_some()
+        self.is_in_motion() || self.recorder.is_some()
+    }
+
+    /// True if the view changes from frame to frame: playback, or recent camera motion.
+    fn is_in_motion(&self) -> bool {
+        self.state.clip.as_ref().is_some_and(|clip| clip.is_playing) || self.moved.is_some()
     }
 
     /// Polls the frames in flight and the threads. Returns true if the window shall be painted: B has changed, or a frame of A is done and no

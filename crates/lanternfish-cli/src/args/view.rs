@@ -24,7 +24,7 @@ pub struct OnlyWindowArgs {
     /// More images to compare, if the first file is an image (.exr, .png).
     #[arg(value_name = "IMAGE", index = 2)]
     pub renderings: Vec<PathBuf>,
-    /// Records the camera step by step, for `lanternfish replay`. The file is written when the window is closed.
+    /// Records the camera step by step, for `render` and `replay`. The file is written when the window is closed.
     #[arg(long, value_name = "TRACK.toml")]
     pub record: Option<PathBuf>,
     /// Renders with the shaders in this folder, the library's `src`, and reloads them when they are saved. A shader that does

@@ -29,11 +29,9 @@ use self::{measure::Player, plan::Plan, report::Report};
 use crate::{
     args::{RenderArgs, demos},
     error::{self, CliError},
-    motion::NOTHING_MOVES,
     output,
     parse::Frames,
     progress::Progress,
-    recording::Recorded,
     scene::SceneName,
     shot::{self, Shot},
 };
@@ -90,7 +88,8 @@ fn percent(text: &str) -> Result<f64, String> {
 pub(crate) struct SimulationArgs;
 
 /// Ids of flags of `render` that do not apply here.
-const OTHERS: [&str; 8] = ["scene", "output", "time", "skip_existing", "accumulate", "timings", "report", "progress"];
+const OTHERS: [&str; 9] =
+    ["scene", "output", "open", "time", "skip_existing", "accumulate", "timings", "report", "progress"];
 
 impl Args for SimulationArgs {
     fn augment_args(command: Command) -> Command {
@@ -156,19 +155,19 @@ fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<u8, CliError> {
 /// Times, seconds, and cameras of frames.
 type Cameras = Vec<(f32, Camera)>;
 
-/// The simulation: a shot, or a recording in the scene of a shot.
+/// The simulation: a shot, and the chosen steps if it is a recording.
 fn simulation(source: &SceneName, said: &ArgMatches) -> Result<(Shot, Option<Cameras>), CliError> {
-    let Some(recorded) = Recorded::read(source)? else { return Ok((shot::resolve(source, said)?, None)) };
-    let (shot, frames) = shot::of_recording(&recorded.scene, &recorded.flags, said)?;
-    let step = recorded.recording.step;
-    let cameras = recorded.recording.cameras().into_iter().enumerate();
-    let cameras = cameras.map(|(i, camera)| ((i as f64 * f64::from(step)) as f32, camera));
-    let (first, count) = match frames {
-        None => (0, usize::MAX),
-        Some(Frames::Count(count)) => (0, count as usize),
-        Some(Frames::Span(span)) => (span.first as usize, (span.last - span.first) as usize + 1),
-    };
-    Ok((shot, Some(cameras.skip(first).take(count).collect())))
+    let shot = shot::resolve(source, said)?;
+    let cameras = shot.recorded().map(|path| {
+        let (first, count) = match shot.args.track.frames {
+            None => (0, usize::MAX),
+            Some(Frames::Count(count)) => (0, count as usize),
+            Some(Frames::Span(span)) => (span.first as usize, (span.last - span.first) as usize + 1),
+        };
+        let cameras = path.cameras.iter().enumerate();
+        cameras.map(|(i, camera)| (path.time(i), camera.clone())).skip(first).take(count).collect()
+    });
+    Ok((shot, cameras))
 }
 
 /// Counts and times the frames of a shot, from the given cameras if any.
@@ -179,7 +178,7 @@ fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: us
     if plan.frames() == 1 {
         progress.note("a single frame is replayed; --frames sets how many, or which");
     } else if !plan.moves() {
-        progress.note(NOTHING_MOVES);
+        progress.note("nothing moves in these frames: their images are the same");
     }
     let choice = args.run.adapter.clone().unwrap_or_default();
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;

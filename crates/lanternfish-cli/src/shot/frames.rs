@@ -30,18 +30,18 @@ impl Shot {
         if when.time.is_some() && when.frames.is_some() {
             return Err(CliError::new("both --time and --frames", "give one: a single time or the sequence"));
         }
-        if self.track.is_none() && matches!(when.frames, Some(Frames::Count(_))) {
+        if self.path.is_none() && matches!(when.frames, Some(Frames::Count(_))) {
             return Err(CliError::new(
                 format!("--frames: {} has no camera track to divide into as many", self.args.scene),
                 "say which frames: --frames 1-48; or render a shot (.toml) that has a [track]; `lanternfish shot SCENE` writes \
                  one to fill in (--accumulate N averages N frames of one image)",
             ));
         }
-        match (&self.track, when.time) {
+        match (&self.path, when.time) {
             // Other motion may continue after the camera has stopped.
-            (Some(track), Some(time)) if !self.moves() && !(track.first()..=track.last()).contains(&time) => {
+            (Some(path), Some(time)) if !self.moves() && !(path.first()..=path.last()).contains(&time) => {
                 Err(CliError::new(
-                    format!("--time {time}: the camera track runs from {} to {} s", track.first(), track.last()),
+                    format!("--time {time}: the camera track runs from {} to {} s", path.first(), path.last()),
                     "choose a time within it",
                 ))
             }
@@ -51,7 +51,7 @@ impl Shot {
 
     /// Refuses what makes no sense with `--orbit`.
     fn check_orbit(&self, count: u32) -> Result<(), CliError> {
-        if self.track.is_some() {
+        if self.path.is_some() {
             let what = format!("{}: both --orbit and a camera track", self.args.scene);
             let hint = "each moves the camera: remove keyframes from [track], or leave --orbit (the key orbit) out";
             return Err(CliError::new(what, hint));
@@ -73,7 +73,7 @@ impl Shot {
     /// True if a time is requested but the camera stands still. If nothing in the scene moves either, the time has no effect.
     pub fn has_only_a_time(&self) -> bool {
         let when = &self.args.track;
-        self.track.is_none() && when.orbit.is_none() && (when.time.is_some() || when.frames.is_some())
+        self.path.is_none() && when.orbit.is_none() && (when.time.is_some() || when.frames.is_some())
     }
 
     /// The frames, by ascending number.
@@ -86,7 +86,7 @@ impl Shot {
             (_, Some(count)) => (1..=count).map(|i| self.on_orbit(i, count)).collect(),
             (None, None) => vec![self.at(None, self.time())],
             (Some(Frames::Count(count)), None) => {
-                let time = |index| self.track.as_ref().map(|track| track.moment(index, count));
+                let time = |index| self.path.as_ref().map(|path| path.moment(index, count));
                 (0..count).map(|index| self.at(Some(index + 1), time(index))).collect()
             }
             (Some(Frames::Span(span)), None) => {
@@ -113,8 +113,8 @@ impl Shot {
         if let (Some(count), Some(number)) = (self.args.track.orbit, frame.number) {
             return Some(self.after_steps(None, i64::from(number) - 2, count));
         }
-        let apart = match (self.args.track.frames, &self.track) {
-            (Some(Frames::Count(count)), Some(track)) => track.moment(1, count.max(2)) - track.first(),
+        let apart = match (self.args.track.frames, &self.path) {
+            (Some(Frames::Count(count)), Some(path)) => path.moment(1, count.max(2)) - path.first(),
             _ => 1.0 / self.args.track.fps,
         };
         frame.time.map(|time| self.at(None, Some(time - apart)))
@@ -129,7 +129,7 @@ impl Shot {
     fn time(&self) -> Option<f32> {
         let when = &self.args.track;
         let start = || when.animation.as_ref().map(|_| 0.0);
-        when.time.or_else(|| self.track.as_ref().map(|track| track.first())).or_else(start)
+        when.time.or_else(|| self.path.as_ref().map(|path| path.first())).or_else(start)
     }
 
     /// A frame of an orbit of `count` frames. Numbers beyond `count` repeat the revolution at later times.
@@ -148,17 +148,7 @@ impl Shot {
 
     fn at(&self, number: Option<u32>, time: Option<f32>) -> ShotFrame {
         let view = &self.args.view;
-        let Some((track, time_on_track)) = self.track.as_ref().zip(time) else {
-            return ShotFrame { number, time, view: view.clone() };
-        };
-        let moment = track.at(time_on_track);
-        let is_free = view.view.is_none();
-        let view = ViewArgs {
-            eye: view.eye.or(moment.eye.filter(|_| is_free)),
-            target: view.target.or(moment.target.filter(|_| is_free)),
-            fov_y: view.fov_y.or(moment.fov_y),
-            ..view.clone()
-        };
-        ShotFrame { number, time, view }
+        let on_path = self.path.as_ref().zip(time).map(|(path, time)| path.view(time, view));
+        ShotFrame { number, time, view: on_path.unwrap_or_else(|| view.clone()) }
     }
 }

@@ -1,4 +1,4 @@
-//! Shots: TOML files that define an image or a sequence completely.
+//! Shots: TOML files that define an image or a sequence completely. A recording of camera input is read as a shot.
 //!
 //! `lanternfish help shot` has an example.
 //!
@@ -7,6 +7,7 @@
 //! `keyframes` of `[track]`, have no flag. Paths are relative to the shot's folder. A flag on the command line overrides the
 //! shot's key; `--point`, `--disk` and `--rectangle` add to the shot's.
 
+mod camera_path;
 mod frames;
 mod keys;
 mod read;
@@ -25,15 +26,9 @@ use std::{
 
 use clap::{ArgMatches, parser::ValueSource};
 
-use crate::{
-    args::RenderArgs,
-    error::CliError,
-    output,
-    parse::{self, Frames},
-    scene::SceneName,
-};
+use crate::{args::RenderArgs, error::CliError, output, scene::SceneName};
+use camera_path::{CameraPath, RecordedPath};
 use keys::{Key, Kind};
-use track::Track;
 
 /// Text after the help of `shot`.
 pub(crate) const HELP: &str = r#"A shot is TOML. A key is the long name of a flag of `render`, in the table of the flag's heading:
@@ -62,18 +57,20 @@ Keyframes have a time in seconds, and some or all of eye, target and fov-y: the 
 Camera values in [view] or in a flag override the track. Between keyframes the camera moves
 "linear" or along a "catmull-rom" curve; before the first and after the last it is static. Without
 frames, time selects one image. frames = "1-48" with fps = 24 are frames by number, of any
-scene, with or without a track: see docs/sequences.md.
+scene, with or without a track: see docs/sequences.md. A recording of `view --record` is read like a
+shot.
 "#;
 
-/// Largest size of a shot, bytes. Larger files are not shots.
-const MOST_BYTES: u64 = 16 << 20;
+/// Largest size of a shot or a recording, bytes. Larger files are neither.
+const MOST_BYTES: u64 = 64 << 20;
 
 /// A scene and its settings.
 #[derive(Debug)]
 pub struct Shot {
     /// The shot's keys and the command line's flags.
     pub args: RenderArgs,
-    track: Option<Track>,
+    /// How the camera moves, if it does.
+    path: Option<CameraPath>,
     /// All given flags, the shot's first, in the command line's spelling.
     words: Vec<(String, OsString)>,
 }
@@ -84,57 +81,23 @@ pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, C
     let flags = said(matches);
     let shot = match is_shot(scene) {
         true => read(scene.path(), flags)?,
-        false => Shot { args: parsed(scene, &flags, &keys::keys()), track: None, words: flags },
+        false => Shot { args: parsed(scene, &flags, &keys::keys()), path: None, words: flags },
     };
     shot.check()?;
     Ok(shot)
 }
 
-/// The flags of a recording, overridden by a command's flags, and the frames that these select.
-pub(crate) fn of_recording(
-    scene: &SceneName,
-    recorded: &[(String, String)],
-    matches: &ArgMatches,
-) -> Result<(Shot, Option<Frames>), CliError> {
-    let keys = keys::keys();
-    let flags = said(matches);
-    let mut words = Vec::new();
-    for (name, value) in recorded {
-        let key = keys.iter().find(|other| other.is_called(name)).ok_or_else(|| {
-            let names = keys.iter().map(|key| key.name.as_str());
-            let nearest = keys::nearest(name, names);
-            CliError::new(
-                format_args!("the recording's flag {name:?}: there is none"),
-                format!("it may be {nearest:?}"),
-            )
-        })?;
-        let value = OsString::from(value);
-        if let Some((_, reason)) = key.refused(std::slice::from_ref(&value)) {
-            let what = format_args!("the recording's flag {name:?}: {reason}").to_string();
-            return Err(CliError::new(what, "correct the file, or record it again"));
-        }
-        words.push((key.id.clone(), value));
-    }
-    words.extend(flags);
-    let is_frames = |(id, _): &(String, OsString)| id == "frames";
-    let frames = words.iter().rfind(|word| is_frames(word)).and_then(|(_, value)| value.to_str());
-    let frames = frames.and_then(|value| parse::frames(value).ok());
-    words.retain(|word| !is_frames(word));
-    let args = parsed(scene, &words, &keys);
-    Ok((Shot { args, track: None, words }, frames))
-}
-
 /// A scene without flags.
 pub(crate) fn plain(scene: &SceneName) -> Shot {
-    Shot { args: parsed(scene, &[], &keys::keys()), track: None, words: Vec::new() }
+    Shot { args: parsed(scene, &[], &keys::keys()), path: None, words: Vec::new() }
 }
 
-/// True if a source is a shot, not a scene.
+/// True if a source is a shot or a recording, not a scene.
 pub fn is_shot(source: &SceneName) -> bool {
     source.demo().is_none() && output::has_ending(source.path(), "toml")
 }
 
-/// Reads a shot. `flags` (id and value) override its keys.
+/// Reads a shot, or a recording as a shot. `flags` (id and value) override its keys.
 pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliError> {
     let keys = keys::keys();
     let failed = |what: &dyn std::fmt::Display, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
@@ -143,7 +106,7 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
         return Err(failed(&"this is no shot", "name a scene, or a shot: a .toml file"));
     }
     let text = fs::read_to_string(path).map_err(|error| failed(&error, "a shot is text in UTF-8"))?;
-    let read::File { scene, mut words, track } = read::file(path, &text, &keys)?;
+    let read::File { scene, mut words, path: camera_path } = read::file(path, &text, &keys)?;
 
     // A time or frames on the command line replace both keys of the shot. An orbit may have both.
     let chooses_when = |(id, _): &(String, OsString)| id == "time" || id == "frames";
@@ -170,7 +133,7 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
     if args.run.report.as_ref().is_some_and(|report| output::same_file(report, path)) {
         return Err(failed(&"both the shot and --report", "give them different names"));
     }
-    Ok(Shot { args, track, words })
+    Ok(Shot { args, path: camera_path, words })
 }
 
 /// The given flags, in the order of help: id and value.
@@ -221,6 +184,14 @@ const OF_IMAGES: [&str; 18] = [
 ];
 
 impl Shot {
+    /// The recorded cameras, if this is a recording.
+    pub fn recorded(&self) -> Option<&RecordedPath> {
+        match &self.path {
+            Some(CameraPath::Recorded(path)) => Some(path),
+            _ => None,
+        }
+    }
+
     /// The names of all given flags.
     pub fn names(&self) -> Vec<String> {
         let name = |key: Key| self.words.iter().any(|(id, _)| *id == key.id).then_some(key.name);

@@ -12,10 +12,16 @@ use toml::{
 };
 
 use super::{
+    camera_path::{CameraPath, RecordedPath},
     keys::{Key, Kind, nearest},
     track::{Interpolation, Moment, Track},
 };
-use crate::{error::CliError, parse, scene::SceneName};
+use crate::{
+    error::CliError,
+    parse,
+    recording::{self, Recorded},
+    scene::SceneName,
+};
 
 /// The contents of a shot.
 #[derive(Debug)]
@@ -24,7 +30,7 @@ pub struct File {
     pub scene: SceneName,
     /// Its keys as flags: id and value, accepted by the flag's parser.
     pub words: Vec<(String, OsString)>,
-    pub track: Option<Track>,
+    pub path: Option<CameraPath>,
 }
 
 type Entry<'t> = (&'t str, Range<usize>, &'t Spanned<DeValue<'t>>);
@@ -46,16 +52,15 @@ impl Reader<'_> {
             let place = error.span().map_or(self.text.len(), |span| span.start);
             self.error(place, error.message(), "the file is TOML: name = value, and [table]")
         })?;
-        let mut file = File { scene: "".into(), words: Vec::new(), track: None };
+        if recording::is_recording(root.get_ref()) {
+            return self.recording(root.get_ref());
+        }
+        let mut file = File { scene: "".into(), words: Vec::new(), path: None };
         let mut scene = None;
         for (name, place, value) in entries(root.get_ref()) {
             let table = value.get_ref();
             match name {
                 "scene" => scene = Some(self.scene(value)?),
-                "recording" => {
-                    let what = "this is a recording of a camera and not a shot";
-                    return Err(self.error(place.start, what, "`lanternfish replay` plays it"));
-                }
                 _ if !self.keys.iter().any(|key| key.table == name) => {
                     let tables = self.keys.iter().map(|key| key.table.as_str()).chain(["scene"]);
                     return Err(self.unknown(place.start, name, None, tables));
@@ -74,6 +79,30 @@ impl Reader<'_> {
         }
         file.scene = scene.ok_or_else(|| self.error(0, "no scene", "start with scene = \"FILE\""))?;
         Ok(file)
+    }
+
+    /// A recording of camera input as a shot.
+    fn recording(&self, root: &DeTable<'_>) -> Result<File, CliError> {
+        let failed = |what: String, hint: String| CliError::new(format_args!("{}: {what}", self.path.display()), hint);
+        let Recorded { scene, flags, recording } = Recorded::parse(root)
+            .map_err(|what| failed(what, "`lanternfish view --record FILE` writes such files".to_owned()))?;
+        let mut words = Vec::new();
+        for (name, value) in flags {
+            let Some(key) = self.keys.iter().find(|key| key.is_called(&name)) else {
+                let nearest = nearest(&name, self.keys.iter().map(|key| key.name.as_str()));
+                return Err(failed(
+                    format!("the recording's flag {name:?}: there is none"),
+                    format!("it may be {nearest:?}"),
+                ));
+            };
+            let value = OsString::from(value);
+            if let Some((_, reason)) = key.refused(std::slice::from_ref(&value)) {
+                let what = format!("the recording's flag {name:?}: {reason}");
+                return Err(failed(what, "correct the file, or record it again".to_owned()));
+            }
+            words.push((key.id.clone(), value));
+        }
+        Ok(File { scene, words, path: Some(CameraPath::Recorded(RecordedPath::new(&recording))) })
     }
 
     fn scene(&self, value: &Spanned<DeValue<'_>>) -> Result<SceneName, CliError> {
@@ -107,7 +136,7 @@ impl Reader<'_> {
             }
         }
         if let Some(keyframes) = keyframes {
-            file.track = Some(Track { interpolation, keyframes });
+            file.path = Some(CameraPath::Keyframes(Track { interpolation, keyframes }));
         }
         Ok(())
     }

@@ -93,7 +93,7 @@ impl Opened {
         let is_camera = |name: &str| matches!(name, "eye" | "target" | "fov-y" | "view");
         let aspect = shown.size[0] as f32 / shown.size[1] as f32;
         let choose = |view| camera::choose(shown.scene, view, aspect);
-        let stands = self.shot.track.is_none() && choose(&self.shot.args.view)? == *shown.camera;
+        let stands = self.shot.path.is_none() && choose(&self.shot.args.view)? == *shown.camera;
         let name_of = |id: &str| keys.iter().find(|key| key.id == id).map_or("", |key| key.name.as_str());
         // Unchanged eyes keep their spelling.
         let are_other_eyes = self.shot.args.stereo.stereo != shown.eyes;
@@ -142,7 +142,7 @@ impl Opened {
         self.lights(shown, &mut say)?;
         words.sort_by_key(|(id, _)| keys.iter().position(|key| key.id == *id));
 
-        let shot = Shot { args: parsed(&self.shot.args.scene, &words, &keys), track: None, words };
+        let shot = Shot { args: parsed(&self.shot.args.scene, &words, &keys), path: None, words };
         let said = shot.args.settings();
         if said != *shown.settings {
             let what = differing(&said, shown.settings);

@@ -1,3 +1,5 @@
+mod recordings;
+
 use std::{collections::BTreeSet, fs};
 
 use clap::CommandFactory;
@@ -140,7 +142,7 @@ fn mistakes_have_a_line_and_a_column() {
         ("scene = \"a\"\nscene = \"b\"", &["shot.toml:2:1", "duplicate key"]),
         ("scene = \"a\"\n[output\n", &["shot.toml:2:8"]),
         ("scne = \"a\"", &["shot.toml:1:1: unknown key `scne`", "did you mean `scene`?"]),
-        ("recording = 1", &["shot.toml:1:1: this is a recording", "lanternfish replay"]),
+        ("recording = 1", &["shot.toml: `scene` is missing", "view --record"]),
         ("[ligths]", &["shot.toml:1:2: unknown key `ligths`", "`lights`"]),
         ("output = \"a.png\"", &["shot.toml:1:1: `output` is a table", "[output]"]),
         ("[look]\n  exposre = 1", &["shot.toml:2:3: unknown key `exposre` in [look]", "`exposure`"]),
@@ -270,7 +272,7 @@ fn shots_survive_a_round_trip() {
         assert!(first.lines().all(|line| line.chars().count() <= 120), "{first}");
         let again = self::shot(&first, "").unwrap();
         assert_eq!(format!("{:?}", again.args), format!("{:?}", shot.args));
-        assert_eq!(again.track.is_some(), shot.track.is_some());
+        assert_eq!(again.path.is_some(), shot.path.is_some());
         assert_eq!(format!("{:?}", again.views()), format!("{:?}", shot.views()));
         for key in keys() {
             assert!(first.contains(&format!("\n{} = ", key.name)) || first.contains(&format!("\n# {} = ", key.name)));

@@ -52,15 +52,6 @@ impl Track {
         self.keyframes[self.keyframes.len() - 1].time
     }
 
-    /// Time of frame `index` of `count`, seconds: the first frame is at the start of the track, the last at its end.
-    pub fn moment(&self, index: u32, count: u32) -> f32 {
-        if index + 1 == count && count > 1 {
-            return self.last();
-        }
-        let fraction = f64::from(index) / f64::from((count - 1).max(1));
-        (f64::from(self.first()) + fraction * (f64::from(self.last()) - f64::from(self.first()))) as f32
-    }
-
     /// The camera at a time, seconds. Before the start and after the end it is static.
     pub fn at(&self, time: f32) -> Moment {
         let (frames, last) = (&self.keyframes, self.keyframes.len() - 1);
@@ -152,13 +143,5 @@ mod tests {
         let parabola: Vec<_> = [0.0, 1.0, 2.0, 3.0].map(|t: f32| (t, t * t)).into();
         assert!((x(&track(Interpolation::CatmullRom, &parabola), 1.5) - 2.25).abs() < 1e-6);
         assert_eq!(x(&track(Interpolation::Linear, &parabola), 1.5), 2.5);
-    }
-
-    #[test]
-    fn frames_run_from_the_first_keyframe_to_the_last() {
-        let track = track(Interpolation::Linear, &[(1.0, 0.0), (3.0, 1.0)]);
-        assert_eq!([0, 1, 2].map(|i| track.moment(i, 3)), [1.0, 2.0, 3.0]);
-        assert_eq!(track.moment(0, 1), 1.0);
-        assert_eq!(track.moment(6, 7), 3.0);
     }
 }

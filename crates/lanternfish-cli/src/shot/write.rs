@@ -10,6 +10,7 @@ use lanternfish_scene::{Camera, Projection};
 
 use super::{
     Shot,
+    camera_path::CameraPath,
     keys::{Key, Kind, keys},
     track::{Interpolation, Track},
 };
@@ -42,6 +43,10 @@ const WIDTH: usize = 118;
 /// Prints the shot of the given arguments, one of which is `scene`. The scene is read, so that errors in it are reported now.
 pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
     let shot = super::resolve(scene, said)?;
+    if shot.recorded().is_some() {
+        let what = format_args!("{scene}: a recording has a camera for every step and no keyframes").to_string();
+        return Err(CliError::new(what, "`lanternfish render` renders it as it is, and flags override its own"));
+    }
     let (args, size) = (&shot.args, shot.args.output.size);
     let scene = scene::load_part(&args.scene, &args.part)?;
     let camera = camera::choose(&scene, &shot.views()[0], size.width as f32 / size.height as f32)?;
@@ -64,7 +69,10 @@ pub fn text(shot: &Shot, camera: Option<&Camera>) -> Result<String, CliError> {
             text += &format!("\n[{table}]\n");
             match table {
                 "view" => text += &camera.map(describe).unwrap_or_default(),
-                "track" => text += &shot.track.as_ref().map_or(TRACK.to_owned(), keyframes),
+                "track" => match &shot.path {
+                    Some(CameraPath::Keyframes(track)) => text += &keyframes(track),
+                    _ => text += TRACK,
+                },
                 _ => {}
             }
         }

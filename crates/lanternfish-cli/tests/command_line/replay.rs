@@ -4,6 +4,8 @@ use std::{fs, path::Path, process::Output};
 
 use serde_json::{Value, json};
 
+use lanternfish_metrics::read_png;
+
 use crate::support::{lanternfish, names};
 
 const SHOT: &str = r#"
@@ -156,6 +158,13 @@ fn gpu_a_recording_is_replayed() {
     let whole = report(folder.path(), "whole");
     assert_eq!(whole["moments"], json!([0.0, 0.1, 0.2, 0.3, 0.4]));
     assert_eq!((&whole["width"], &whole["source"]), (&json!(48), &json!("walk.toml")));
+    // It is rendered like a shot: numbered images, which differ because the camera and the rain move.
+    let words = ["render", "walk.toml", "--frames", "1-2", "--fps", "10", "--adapter", "cpu"];
+    let output = lanternfish(folder.path()).args(words).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let image = |name: &str| read_png(&folder.path().join(name)).unwrap();
+    let (first, second) = (image("walk.0001.png"), image("walk.0002.png"));
+    assert!((first.width, first.height) == (48, 27) && first.pixels != second.pixels);
     // A flag overrides the recording's.
     let rain = |report: &Value| report["lights"].as_u64().unwrap();
     let output = replay(folder.path(), &["--runs", "1", "--frames", "2-3", "-o", "part"]);

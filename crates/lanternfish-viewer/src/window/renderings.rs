@@ -49,7 +49,7 @@ impl Viewer {
         }
         let fraction = self
             .resolution_scaling
-            .scale(u64::from(self.viewport_size.x) * u64::from(self.viewport_size.y), self.moves());
+            .scale(u64::from(self.viewport_size.x) * u64::from(self.viewport_size.y), self.is_in_motion());
         let size = (self.viewport_size.as_vec2() * fraction).as_uvec2().max(UVec2::ONE);
         self.viewport.resize(size);
         if self.viewport.has_more(&self.state.controls.camera) {
