@@ -110,7 +110,7 @@ impl Progress {
 
     /// Shows the line as a bar, for a step with known progress.
     pub(crate) fn bar(&self) -> Bar {
-        Bar { line: self.line.clone(), quiet: self.quiet, next: Mutex::new((Instant::now() + LONG, LONG)) }
+        Bar { line: self.line.clone(), quiet: self.quiet, lines: Mutex::new(Lines::from(Instant::now())) }
     }
 
     /// Removes the line, so that results can be printed, and returns the seconds of each step.
@@ -130,8 +130,29 @@ impl Drop for Progress {
 pub(crate) struct Bar {
     line: ProgressBar,
     quiet: bool,
-    /// Without a terminal: when the next line is due, and the time to the line after it, which doubles.
-    next: Mutex<(Instant, Duration)>,
+    /// Lines in place of a terminal's.
+    lines: Mutex<Lines>,
+}
+
+/// When lines are printed without a terminal: after [`LONG`], and then each time after twice as long.
+struct Lines {
+    next: Instant,
+    pause: Duration,
+}
+
+impl Lines {
+    fn from(start: Instant) -> Self {
+        Self { next: start + LONG, pause: LONG }
+    }
+
+    /// True if a line is due, which is then printed.
+    fn take(&mut self, now: Instant) -> bool {
+        let is_due = now >= self.next;
+        if is_due {
+            (self.next, self.pause) = (now + self.pause, 2 * self.pause);
+        }
+        is_due
+    }
 }
 
 impl Bar {
@@ -151,18 +172,29 @@ impl Bar {
     pub fn show(&self, fraction: f64, text: String) {
         const LENGTH: u64 = 1000;
         if self.line.is_hidden() {
-            let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
-            if !self.quiet && Instant::now() >= next.0 {
-                *next = (Instant::now() + next.1, 2 * next.1);
-                say(&format_args!("  {:>3.0} %  {text}", 100.0 * fraction));
-            }
-            return;
+            return self.print(&format!("{:.0} %, {text}", 100.0 * fraction));
         }
         let template = "{spinner:.cyan} [{bar:20}] {msg}";
         self.line.set_style(ProgressStyle::with_template(template).expect("a valid template").progress_chars("=> "));
         self.line.set_length(LENGTH);
         self.line.set_position((fraction * LENGTH as f64) as u64);
         self.line.set_message(text);
+    }
+
+    /// Shows what is done, if nobody knows how much is left. Without a terminal it prints a line now and then.
+    pub fn tell(&self, text: String) {
+        match self.line.is_hidden() {
+            true => self.print(&text),
+            false => self.line.set_message(text),
+        }
+    }
+
+    /// Prints a line, if one is due.
+    fn print(&self, text: &str) {
+        let mut lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        if !self.quiet && lines.take(Instant::now()) {
+            say(&format_args!("  {text}"));
+        }
     }
 }
 
@@ -206,6 +238,15 @@ impl Write for AboveWriter<'_> {
 fn logged(line: &str) -> String {
     let (text, end) = line.strip_suffix('\n').map_or((line, ""), |text| (text, "\n"));
     printable(&text.replace('\n', "\\n")) + end
+}
+
+#[cfg(test)]
+#[test]
+fn lines_become_rarer() {
+    let start = Instant::now();
+    let mut lines = Lines::from(start);
+    let printed: Vec<u64> = (0..200).filter(|s| lines.take(start + Duration::from_secs(*s))).collect();
+    assert_eq!(printed, [10, 20, 40, 80, 160]);
 }
 
 #[cfg(test)]

@@ -76,9 +76,15 @@ impl ShownFrames {
 
     fn pass(&self, PassProgress { label, index, count }: PassProgress<'_>) {
         let done = self.done.load(Relaxed);
-        let frame = if self.all > 1 { format!("frame {} of {}, ", done + 1, self.all) } else { String::new() };
-        let fraction = (f64::from(done) + index as f64 / count as f64) / f64::from(self.all);
-        self.bar.show(fraction, format!("Rendering: {frame}pass {} of {count}, {label}", index + 1));
+        let pass = format!("pass {} of {count}, {label}", index + 1);
+        match self.all {
+            // A frame has several parts if the host reads a result, or if it starts over with larger lists.
+            1 => self.bar.tell(format!("Rendering: {pass}")),
+            all => {
+                let fraction = f64::from(done) / f64::from(all);
+                self.bar.show(fraction, format!("Rendering: frame {} of {all}, {pass}", done + 1));
+            }
+        }
     }
 
     fn done(&self, done: u32) {
