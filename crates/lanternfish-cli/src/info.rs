@@ -3,8 +3,9 @@
 use std::{fmt::Write as _, path::Path};
 
 use clap::Args;
+use glam::Vec3;
 use lanternfish_metrics::{read_exr_attributes, read_png_texts};
-use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene, printable_name, rig};
+use lanternfish_scene::{AlphaMode, LightKind, Material, Projection, Scene, printable_name, rig};
 
 use crate::{
     args::{PartArgs, demos},
@@ -93,6 +94,11 @@ fn describe(scene: &Scene) -> String {
         AlphaMode::Opaque | AlphaMode::Blend => "opaque",
     });
     lines.count("materials", scene.materials.len(), by_kind(modes, &["opaque", "mask", "blend"]));
+    let features: Vec<_> = scene.materials.iter().flat_map(features).collect();
+    if !features.is_empty() {
+        let counts = by_kind(features.iter().copied(), &FEATURES);
+        lines.add("  with", counts.trim_matches([' ', '(', ')']));
+    }
     if !scene.variants.is_empty() {
         lines.count("variants", scene.variants.len(), " of the materials");
     }
@@ -158,6 +164,34 @@ fn describe(scene: &Scene) -> String {
     lines.0
 }
 
+/// Features of materials beyond metallic-roughness, in the order of [`FEATURES`].
+fn features(material: &Material) -> impl Iterator<Item = &'static str> + use<> {
+    let has = [
+        material.clearcoat > 0.0,
+        material.sheen_color != Vec3::ZERO,
+        material.anisotropy != 0.0,
+        material.iridescence > 0.0,
+        material.transmission > 0.0,
+        material.thickness > 0.0,
+        material.dispersion > 0.0,
+        material.emissive != Vec3::ZERO,
+        material.unlit,
+    ];
+    FEATURES.into_iter().zip(has).filter_map(|(name, has)| has.then_some(name))
+}
+
+const FEATURES: [&str; 9] = [
+    "clear coat",
+    "sheen",
+    "anisotropy",
+    "iridescence",
+    "transmission",
+    "volume",
+    "dispersion",
+    "emission",
+    "unlit",
+];
+
 /// Counts per kind, ` (3 point, 1 spot)`; empty if there are none.
 fn by_kind<'k>(kinds: impl Iterator<Item = &'k str> + Clone, names: &[&str]) -> String {
     let counts: Vec<_> = names
@@ -198,9 +232,9 @@ fn adapters() -> Result<String, CliError> {
 
 #[cfg(test)]
 mod tests {
-    use glam::{Affine3A, Vec3};
+    use glam::Affine3A;
     use lanternfish_scene::{
-        Camera, Environment, Image, Instance, Light, Material, Mesh, Primitive, Texture,
+        Camera, Environment, Image, Instance, Light, Mesh, Primitive, Texture,
         motion::{Animation, Motion},
     };
 
@@ -220,7 +254,11 @@ mod tests {
             name: "court".to_owned(),
             meshes: vec![Mesh { name: String::new(), primitives: vec![primitive; 2] }],
             instances: (0..1000).map(|i| instance(i as f32)).collect(),
-            materials: vec![material(AlphaMode::Opaque), material(AlphaMode::Blend), material(AlphaMode::Opaque)],
+            materials: vec![
+                Material { clearcoat: 0.5, unlit: true, ..material(AlphaMode::Opaque) },
+                material(AlphaMode::Blend),
+                Material { clearcoat: 1.0, ..material(AlphaMode::Opaque) },
+            ],
             variants: vec!["red".to_owned(), "blue".to_owned()],
             textures: vec![Texture { image: 0, sampler: 0 }],
             images: vec![Image { name: String::new(), width: 1024, height: 512, rgba: vec![0; 2 << 20] }],
@@ -244,6 +282,7 @@ mod tests {
             "instances    1,000",
             "triangles    2 stored, 2,000 placed",
             "materials    3 (2 opaque, 1 blend)",
+            "  with       2 clear coat, 1 unlit",
             "variants     2 of the materials",
             "  1          blue",
             "textures     1",
