@@ -180,17 +180,8 @@ fn features(material: &Material) -> impl Iterator<Item = &'static str> + use<> {
     FEATURES.into_iter().zip(has).filter_map(|(name, has)| has.then_some(name))
 }
 
-const FEATURES: [&str; 9] = [
-    "clear coat",
-    "sheen",
-    "anisotropy",
-    "iridescence",
-    "transmission",
-    "volume",
-    "dispersion",
-    "emission",
-    "unlit",
-];
+const FEATURES: [&str; 9] =
+    ["clear coat", "sheen", "anisotropy", "iridescence", "transmission", "volume", "dispersion", "emission", "unlit"];
 
 /// Counts per kind, ` (3 point, 1 spot)`; empty if there are none.
 fn by_kind<'k>(kinds: impl Iterator<Item = &'k str> + Clone, names: &[&str]) -> String {
