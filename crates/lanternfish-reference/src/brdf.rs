@@ -34,6 +34,17 @@ pub struct Reflector {
     pub transmission: f64,
     /// The kind of transmission.
     pub behind: Behind,
+    /// Light that is scattered through to the other side.
+    pub through: ScattersThrough,
+}
+
+/// Diffuse transmission (`KHR_materials_diffuse_transmission`).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ScattersThrough {
+    /// Fraction of the light below the specular layer, and not otherwise transmitted, that is scattered to the other side.
+    pub fraction: f64,
+    /// Its albedo.
+    pub albedo: DVec3,
 }
 
 /// The grain of a surface (`KHR_materials_anisotropy`).
@@ -184,7 +195,15 @@ impl Reflector {
 
     /// The BSDF times |n·wi|, 1/sr.
     pub(crate) fn scatter(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
-        if n.dot(wi) > 0.0 { self.reflect_light(n, wi, wo) } else { self.transmit_light(n, wi, wo) }
+        match n.dot(wi) > 0.0 {
+            true => self.reflect_light(n, wi, wo),
+            false => self.transmit_light(n, wi, wo) + self.scatter_through(n, wi, wo),
+        }
+    }
+
+    /// The diffuse BTDF times |n·wi|, 1/sr, for light from behind.
+    fn scatter_through(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
+        self.lambertian(-n.dot(wi), n.dot(wo)) * self.through.albedo * self.through.fraction * -n.dot(wi)
     }
 
     /// The specular BRDF without the cosine, 1/sr.
@@ -212,10 +231,15 @@ impl Reflector {
     ///
     /// Under uniform illumination, a white surface scatters towards `wo` the light that the specular layer does not.
     pub fn diffuse(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
-        let [at_light, at_viewer] =
-            [n.dot(wi), n.dot(wo).max(LEAST_COSINE)].map(|cosine| self.lets_in(grazing_fraction(cosine, self.alpha())));
+        self.lambertian(n.dot(wi), n.dot(wo)) * self.albedo * (1.0 - self.through.fraction)
+    }
+
+    /// White diffuse light through the specular layer, 1/sr, at these cosines to the normal.
+    fn lambertian(&self, at_light: f64, at_viewer: f64) -> DVec3 {
+        let let_in =
+            [at_light, at_viewer.max(LEAST_COSINE)].map(|cosine| self.lets_in(grazing_fraction(cosine, self.alpha())));
         let mean = self.lets_in(mean_grazing_fraction(self.alpha())).max(DVec3::splat(1e-4));
-        at_light * at_viewer / mean * self.albedo * ((1.0 - self.transmission) / PI)
+        let_in[0] * let_in[1] / mean * ((1.0 - self.transmission) / PI)
     }
 
     /// The BRDF times n·wi, 1/sr; zero for light from behind.
@@ -249,22 +273,31 @@ impl Reflector {
             * (self.transmission * lobe * n_dot_l * v_dot_h * jacobian / (eta * eta))
     }
 
-    /// Sampling probabilities of the specular, the diffuse and the transmitting lobe.
-    fn chances(&self, n: DVec3, wo: DVec3) -> [f64; 3] {
+    /// Sampling probabilities of the specular, the diffuse and the transmitting lobe, and of that which scatters through.
+    fn chances(&self, n: DVec3, wo: DVec3) -> [f64; 4] {
         let fresnel = self.fresnel(n.dot(wo).max(LEAST_COSINE));
         // At least 0.1, because microfacets may transmit light that a plane would reflect: each contributing lobe needs a probability.
-        let lets_in = ((1.0 - fresnel).max(DVec3::splat(0.1)) * self.albedo).max_element();
+        let lets_in = |albedo: DVec3| ((1.0 - fresnel).max(DVec3::splat(0.1)) * albedo).max_element();
+        let stays = 1.0 - self.transmission;
         let passes = if self.behind == Behind::ThinDielectric { 0.0 } else { self.transmission };
-        let weights = [fresnel.max_element().max(0.1), lets_in * (1.0 - self.transmission), lets_in * passes];
+        let weights = [
+            fresnel.max_element().max(0.1),
+            lets_in(self.albedo * (1.0 - self.through.fraction)) * stays,
+            lets_in(self.albedo) * passes,
+            lets_in(self.through.albedo * self.through.fraction) * stays,
+        ];
         let sum: f64 = weights.iter().sum();
         weights.map(|w| w / sum)
     }
 
     pub(crate) fn choose(&self, n: DVec3, wo: DVec3, u: [f64; 3]) -> Option<DVec3> {
         let wo = towards_normal(n, wo);
-        let [specular, diffuse, _] = self.chances(n, wo);
+        let [specular, diffuse, transmitting, _] = self.chances(n, wo);
         if u[0] >= specular && u[0] < specular + diffuse {
             return Some(cosine_direction(n, u[1], u[2]));
+        }
+        if u[0] >= specular + diffuse + transmitting {
+            return Some(cosine_direction(-n, u[1], u[2]));
         }
         let h = Facets::of(self, n).sample(wo, u[1], u[2]);
         let mirrored = 2.0 * wo.dot(h) * h - wo;
@@ -280,22 +313,23 @@ impl Reflector {
 
     pub(crate) fn pdf(&self, n: DVec3, wi: DVec3, wo: DVec3) -> f64 {
         let wo = towards_normal(n, wo);
-        let [specular, diffuse, transmitting] = self.chances(n, wo);
+        let [specular, diffuse, transmitting, through] = self.chances(n, wo);
         let n_dot_l = n.dot(wi);
         let facet = |h: DVec3| Facets::of(self, n).pdf(wo, h);
         if n_dot_l > 0.0 {
             let h = half_vector(n, wi, wo);
             return specular * facet(h) / (4.0 * wo.dot(h).max(1e-12)) + diffuse * n_dot_l / PI;
         }
+        let scattered = through * -n_dot_l / PI;
         if transmitting == 0.0 {
-            return 0.0;
+            return scattered;
         }
         if let Behind::Volume { eta } = self.behind {
             let facets = refracting_half_vector(n, wi, wo, eta);
-            return facets.map_or(0.0, |(h, jacobian)| transmitting * facet(h) * jacobian);
+            return scattered + facets.map_or(0.0, |(h, jacobian)| transmitting * facet(h) * jacobian);
         }
         let h = half_vector(n, wi - 2.0 * n_dot_l * n, wo);
-        transmitting * facet(h) / (4.0 * wo.dot(h).max(1e-12))
+        scattered + transmitting * facet(h) / (4.0 * wo.dot(h).max(1e-12))
     }
 }
 

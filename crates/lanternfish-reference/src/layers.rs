@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-use crate::brdf::{Behind, LEAST_COSINE, Reflector, cosine_direction, grazing_fraction, half_vector};
+use crate::brdf::{Behind, LEAST_COSINE, Reflector, ScattersThrough, cosine_direction, grazing_fraction, half_vector};
 
 /// The layers over a reflector, from below.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -84,6 +84,7 @@ impl Coat {
             grain: None,
             transmission: 0.0,
             behind: Behind::Thin,
+            through: ScattersThrough::default(),
         }
     }
 

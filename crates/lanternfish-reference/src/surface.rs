@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3, Vec3A, Vec4};
 use lanternfish_scene::{Material, TextureRef, shading::Materials};
 
 use crate::{
-    brdf::{Behind, Bsdf, Grain, Reflector},
+    brdf::{Behind, Bsdf, Grain, Reflector, ScattersThrough},
     layers::{Coat, Layers, Sheen, ThinFilm},
     texture::{self, Encoding},
     world::{Hit, World},
@@ -109,6 +109,16 @@ impl Surface {
                 };
                 let mut reflector =
                     reflector_of(material, dielectric, color, metallic.into(), roughness.into(), hit.front);
+                if material.diffuse_transmission > 0.0 {
+                    let tint = material.diffuse_transmission_color_texture.as_ref();
+                    let tint = tint.map_or(Vec4::ONE, |reference| textured(reference, Encoding::Srgb));
+                    // As the shaders read it, whose layered variant has no place for this texture.
+                    let texture = material.diffuse_transmission_texture.filter(|_| !material.is_layered());
+                    let fraction = material.diffuse_transmission * linear(&texture).w;
+                    let albedo = (material.diffuse_transmission_color * tint.truncate()).as_dvec3();
+                    reflector.through =
+                        ScattersThrough { fraction: fraction.into(), albedo: (1.0 - f64::from(metallic)) * albedo };
+                }
                 if material.iridescence > 0.0 {
                     let film = ThinFilm {
                         ior: material.iridescence_ior.into(),
@@ -214,6 +224,7 @@ fn reflector_of(
         grain: None,
         transmission,
         behind,
+        through: ScattersThrough::default(),
     }
 }
 

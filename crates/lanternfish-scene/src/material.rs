@@ -50,6 +50,15 @@ pub struct Material {
     pub transmission: f32,
     /// Linear; red.
     pub transmission_texture: Option<TextureRef>,
+    /// Fraction of the light below the specular layer that the surface scatters through to its other side, not back, in 0..=1
+    /// (`KHR_materials_diffuse_transmission`). What [`Material::transmission`] lets pass is not scattered.
+    pub diffuse_transmission: f32,
+    /// Linear; alpha.
+    pub diffuse_transmission_texture: Option<TextureRef>,
+    /// Albedo of the light that is scattered through, linear, in 0..=1.
+    pub diffuse_transmission_color: Vec3,
+    /// sRGB-encoded RGB.
+    pub diffuse_transmission_color_texture: Option<TextureRef>,
     /// Strength of a clear coat of index 1.5 over the surface, in 0..=1 (`KHR_materials_clearcoat`).
     pub clearcoat: f32,
     /// Linear; red.
@@ -119,6 +128,11 @@ impl Material {
         !self.unlit && (has_lobe || self.anisotropy > 0.0 || self.iridescence > 0.0)
     }
 
+    /// True if it scatters light from behind towards the viewer. Transparent surfaces do not.
+    pub fn scatters_from_behind(&self) -> bool {
+        self.diffuse_transmission > 0.0 && self.metallic < 1.0 && !self.unlit && !self.is_transparent()
+    }
+
     /// True if it has a clear coat.
     pub fn is_coated(&self) -> bool {
         self.clearcoat > 0.0 && !self.unlit
@@ -132,7 +146,7 @@ impl Material {
     }
 
     /// All references to textures.
-    pub(crate) fn texture_slots(&mut self) -> [&mut Option<TextureRef>; 11] {
+    pub(crate) fn texture_slots(&mut self) -> [&mut Option<TextureRef>; 13] {
         [
             &mut self.base_color_texture,
             &mut self.metallic_roughness_texture,
@@ -142,6 +156,8 @@ impl Material {
             &mut self.specular_texture,
             &mut self.specular_color_texture,
             &mut self.transmission_texture,
+            &mut self.diffuse_transmission_texture,
+            &mut self.diffuse_transmission_color_texture,
             &mut self.clearcoat_texture,
             &mut self.clearcoat_roughness_texture,
             &mut self.clearcoat_normal_texture,
@@ -174,6 +190,10 @@ impl Default for Material {
             specular_color_texture: None,
             transmission: 0.0,
             transmission_texture: None,
+            diffuse_transmission: 0.0,
+            diffuse_transmission_texture: None,
+            diffuse_transmission_color: Vec3::ONE,
+            diffuse_transmission_color_texture: None,
             clearcoat: 0.0,
             clearcoat_texture: None,
             clearcoat_roughness: 0.0,

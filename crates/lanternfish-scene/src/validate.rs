@@ -219,6 +219,8 @@ impl Material {
             self.specular_texture,
             self.specular_color_texture,
             self.transmission_texture,
+            self.diffuse_transmission_texture,
+            self.diffuse_transmission_color_texture,
             self.clearcoat_texture,
             self.clearcoat_roughness_texture,
             self.clearcoat_normal_texture,
@@ -237,6 +239,11 @@ impl Material {
         }
         if !in_unit(self.specular) || !in_unit(self.transmission) {
             return Err("specular or transmission outside 0..=1".to_owned());
+        }
+        let scattered_through =
+            [self.diffuse_transmission].into_iter().chain(self.diffuse_transmission_color.to_array());
+        if !scattered_through.into_iter().all(in_unit) {
+            return Err("diffuse transmission or its colour outside 0..=1".to_owned());
         }
         let lobes = [self.clearcoat, self.clearcoat_roughness, self.sheen_roughness, self.anisotropy, self.iridescence];
         if !lobes.into_iter().chain(self.sheen_color.to_array()).all(in_unit) {

@@ -47,6 +47,8 @@ pub(crate) struct Passes {
     pub nearest_transparent: Option<ExtraSurface>,
     /// The clear coats of opaque surfaces, if there is indirect light.
     pub coats: Option<ExtraSurface>,
+    /// The other sides of opaque surfaces that scatter light through, if there is indirect light.
+    pub other_sides: Option<ExtraSurface>,
     /// Accumulates the visibility ratios of area lights, if there is a history.
     pub visibility_ratios: Option<VisibilityRatios>,
     pub forward: Forward,
@@ -181,6 +183,7 @@ impl Passes {
                 continue;
             }
             let (radiance, visibility) = self.shade(frame, view, lights.as_ref(), &arriving)?;
+            self.add_from_behind(frame, view, lights.as_ref(), &radiance)?;
             self.sky.record(frame, view, &radiance)?;
             let indirect_of_transparent = self.blend(frame, view, transparent_lights.as_ref(), &radiance)?;
             let Arriving { ambient_visibility, indirect, direct, .. } = arriving;

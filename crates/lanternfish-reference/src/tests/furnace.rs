@@ -6,7 +6,7 @@ use lanternfish_scene::{AlphaMode, Material, Primitive, Scene, shading::Material
 use super::{assert_mean, front, material, mean_and_error, quad, render, scene_of, sphere};
 use crate::{
     Film, Random, Settings,
-    brdf::{Behind, Bsdf, Grain, Reflector},
+    brdf::{Behind, Bsdf, Grain, Reflector, ScattersThrough},
     layers::{Coat, Layers, Sheen, ThinFilm},
 };
 
@@ -97,6 +97,35 @@ fn coated_surfaces_do_not_gain_energy() {
         let (mean, error) = mean_and_error(&render(&scene, &front(4.0, 0.99), 16, 128, Settings::default()));
         assert!((0.95..1.004).contains(&mean) && error < 4e-3, "{roughness} {metallic}: {mean} ± {error}");
     }
+}
+
+#[test]
+fn surfaces_that_scatter_light_through_conserve_energy() {
+    for fraction in [0.3, 1.0] {
+        let leaf = Material { diffuse_transmission: fraction, double_sided: true, ..material(Vec3::ONE, 0.0, 0.5) };
+        let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![leaf]);
+        let (mean, error) = mean_and_error(&render(&scene, &front(4.0, 0.99), 16, 128, Settings::default()));
+        assert!((0.975..1.004).contains(&mean) && error < 4e-3, "fraction {fraction}: {mean} ± {error}");
+    }
+}
+
+/// A sheet between a lamp and the viewer shows the lamp's irradiance times what it scatters through.
+#[test]
+fn a_sheet_is_lit_from_behind() {
+    let sheet = Material {
+        specular: 0.0,
+        diffuse_transmission: 0.5,
+        diffuse_transmission_color: Vec3::new(1.0, 0.5, 0.0),
+        double_sided: true,
+        ..material(Vec3::ONE, 0.0, 1.0)
+    };
+    let mut scene = scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y)], vec![sheet]);
+    scene.lights = vec![lanternfish_scene::Light::directional(Vec3::Z, Vec3::splat(8.0))];
+    let film = render(&scene, &front(4.0, 0.1), 8, 64, Settings::default());
+    let expected = 8.0 * 0.5 / std::f32::consts::PI * Vec3::new(1.0, 0.5, 0.0);
+    let pixels = film.mean();
+    let mean = pixels.iter().map(|pixel| Vec3::from(*pixel)).sum::<Vec3>() / pixels.len() as f32;
+    assert!(mean.abs_diff_eq(expected, 0.01), "{mean}, not {expected}");
 }
 
 #[test]
@@ -217,6 +246,7 @@ fn sampling_covers_all_light_that_the_bsdf_scatters() {
                     perceptual_roughness: roughness,
                     grain: None,
                     transmission,
+                    through: ScattersThrough::default(),
                     behind,
                 });
                 let Bsdf::MetallicRoughness(reflector) = bsdf else { unreachable!("constructed above") };
@@ -228,13 +258,15 @@ fn sampling_covers_all_light_that_the_bsdf_scatters() {
                 let grain = Grain::new(DVec3::new(0.6, 0.8, 0.0), roughness, 0.8);
                 let grainy =
                     Reflector { grain: Some(grain), perceptual_roughness: grain.mean_roughness(), ..reflector };
+                let through = ScattersThrough { fraction: 0.6, albedo: DVec3::splat(0.9) };
                 let bsdfs = [
                     bsdf,
+                    Bsdf::MetallicRoughness(Reflector { through, ..reflector }),
                     Bsdf::Layered(coated, reflector),
                     Bsdf::Layered(both, reflector),
                     Bsdf::MetallicRoughness(grainy),
                 ];
-                for bsdf in &bsdfs[..if behind == Behind::Thin { 4 } else { 2 }] {
+                for bsdf in &bsdfs[..if behind == Behind::Thin { 5 } else { 3 }] {
                     let wo = DVec3::new(angle.sin(), 0.0, angle.cos());
                     let (sampled, error) = sampled_albedo(bsdf, wo, 20_000);
                     let summed = summed_albedo(bsdf, wo);

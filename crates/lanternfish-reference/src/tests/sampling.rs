@@ -7,7 +7,7 @@ use lanternfish_scene::{Environment, Scene};
 
 use crate::{
     Random,
-    brdf::{Behind, Bsdf, Grain, Reflector, cosine_direction},
+    brdf::{Behind, Bsdf, Grain, Reflector, ScattersThrough, cosine_direction},
     layers::{Layers, Sheen},
     lights::Sky,
     statistics::chi_square,
@@ -92,16 +92,19 @@ fn every_lobe_is_sampled_with_its_density() {
                     grain: None,
                     transmission,
                     behind,
+                    through: ScattersThrough::default(),
                 };
                 let grain = Grain { along: n.any_orthonormal_vector(), alpha: [0.9, roughness * roughness] };
                 let grainy = Reflector { grain: Some(grain), ..reflector };
+                let through = ScattersThrough { fraction: 0.6, albedo: DVec3::new(0.9, 0.5, 0.2) };
                 let sheen = Some(Sheen { color: DVec3::splat(0.7), perceptual_roughness: 0.6 });
                 let bsdfs = [
                     Bsdf::MetallicRoughness(reflector),
+                    Bsdf::MetallicRoughness(Reflector { through, ..reflector }),
                     Bsdf::MetallicRoughness(grainy),
                     Bsdf::Layered(Layers { sheen, coat: None }, reflector),
                 ];
-                for bsdf in &bsdfs[..if behind == Behind::Thin { 3 } else { 1 }] {
+                for bsdf in &bsdfs[..if behind == Behind::Thin { 4 } else { 2 }] {
                     // `sample` returns `None` for samples without a contribution, so the density counts only where the BSDF is not zero.
                     let pdf =
                         |wi: DVec3| if bsdf.scatter(n, wi, wo) == DVec3::ZERO { 0.0 } else { bsdf.pdf(n, wi, wo) };
@@ -112,7 +115,7 @@ fn every_lobe_is_sampled_with_its_density() {
             }
         }
     }
-    assert_eq!(tested, 60);
+    assert_eq!(tested, 96);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::{Passes, Shaded};
 use crate::{
     context::ViewContext,
     error::RenderError,
+    gpu_scene::Draw,
     indirect::DemodulatedIrradiance,
     light_culling::LightLists,
     shading::{AccumulatedRatios, Arriving, DirectFrom, Shadowing, Sums},
@@ -143,6 +144,30 @@ impl Passes {
             go_on(self, frame, Some(&visibility))?;
         }
         Ok(())
+    }
+
+    /// Adds the light from behind that opaque surfaces scatter through.
+    pub(super) fn add_from_behind(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        lights: Option<&LightLists>,
+        radiance: &Radiance,
+    ) -> Result<(), RenderError> {
+        let draws: Vec<&Draw> = view.draws.solid.iter().copied().filter(|draw| draw.scatters_from_behind).collect();
+        if draws.is_empty() {
+            return Ok(());
+        }
+        let arriving = self.other_sides.as_mut().map(|sides| sides.record(frame, view)).transpose()?;
+        let parameters;
+        let direct = match lights {
+            Some(lights) => DirectFrom::Lists(lights),
+            None => {
+                parameters = self.parameters_of_samples(frame, view);
+                DirectFrom::Samples(&parameters)
+            }
+        };
+        self.forward.record_from_behind(frame, view, direct, arriving.as_ref(), radiance, &draws)
     }
 
     /// Blends transparent surfaces over the image; returns the indirect light at the nearest of them.

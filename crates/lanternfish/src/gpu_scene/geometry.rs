@@ -81,6 +81,10 @@ impl ImageBehind {
     }
 }
 
+fn scatters_from_behind(material: &Material, shading: Shading) -> bool {
+    shading == Shading::File && material.scatters_from_behind()
+}
+
 /// Which faces are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Facing {
@@ -116,6 +120,8 @@ pub struct Draw {
     pub behind: ImageBehind,
     /// The lobes of the material.
     pub lobes: Lobes,
+    /// True for an opaque surface that scatters light from behind towards the viewer.
+    pub scatters_from_behind: bool,
     /// Which faces are drawn.
     pub facing: Facing,
     /// Bounding box of all its instances, world space.
@@ -184,6 +190,7 @@ impl Geometry {
                 alpha: alpha_of(&scene.materials[primitive.material]),
                 behind: ImageBehind::of(&scene.materials[primitive.material], shading),
                 lobes: Lobes::of(&scene.materials[primitive.material], shading),
+                scatters_from_behind: scatters_from_behind(&scene.materials[primitive.material], shading),
                 facing: Facing { side: None, mirrored: false },
                 bounds: Bounds::EMPTY,
             };
@@ -234,6 +241,7 @@ impl Geometry {
         for draw in self.templates.iter_mut().map(|template| &mut template.draw).chain(&mut self.draws) {
             if let Some(material) = changed(draw.material as usize) {
                 (draw.lobes, draw.behind) = (Lobes::of(material, shading), ImageBehind::of(material, shading));
+                draw.scatters_from_behind = scatters_from_behind(material, shading);
             }
         }
     }

@@ -241,6 +241,10 @@ struct HitTextures {
     specular: f32,
     /// Mean of the texture, or one.
     specular_color: Vec3,
+    /// Mean of the texture, or one.
+    diffuse_transmission: f32,
+    /// Mean of the texture, over that of the base colour's layer, which multiplies it; or one.
+    diffuse_transmission_color: Vec3,
 }
 
 impl HitTextures {
@@ -264,6 +268,10 @@ impl HitTextures {
             .map_or(Vec3::ONE, |reference| mean(&scene.images[scene.textures[reference.texture].image], false));
         let [_, perceptual_roughness, metallic] = metallic_roughness.to_array();
         let image = |reference: TextureRef| &scene.images[scene.textures[reference.texture].image];
+        let of_layer = match base_color_layer {
+            NO_LAYER => Vec3::ONE,
+            _ => material.base_color_texture.map_or(Vec3::ONE, |r| mean(image(r), true)),
+        };
         Self {
             base_color_layer,
             base_color,
@@ -273,6 +281,11 @@ impl HitTextures {
             perceptual_roughness,
             specular: material.specular_texture.map_or(1.0, |reference| mean_alpha(image(reference))),
             specular_color: material.specular_color_texture.map_or(Vec3::ONE, |r| mean(image(r), true)),
+            diffuse_transmission: material.diffuse_transmission_texture.map_or(1.0, |r| mean_alpha(image(r))),
+            diffuse_transmission_color: material
+                .diffuse_transmission_color_texture
+                .map_or(Vec3::ONE, |r| mean(image(r), true))
+                / of_layer.max(Vec3::splat(0.01)),
         }
     }
 }
@@ -283,8 +296,16 @@ fn packed(scene: &Scene, read: &[HitTextures], shading: Shading) -> Vec<HitMater
 
 fn pack(material: &Material, read: &HitTextures, shading: Shading) -> HitMaterial {
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
+    let scattered = material.base_color.truncate() * read.base_color;
     HitMaterial {
-        base_color: material.base_color.truncate() * read.base_color,
+        // What is scattered through counts as reflected: rays find the light of one side.
+        base_color: match shading == Shading::File && material.scatters_from_behind() {
+            true => {
+                let through = (material.diffuse_transmission_color * read.diffuse_transmission_color).min(Vec3::ONE);
+                scattered.lerp(through, material.diffuse_transmission * read.diffuse_transmission)
+            }
+            false => scattered,
+        },
         base_color_layer: read.base_color_layer,
         emissive: material.emissive * read.emissive,
         emissive_layer: read.emissive_layer,

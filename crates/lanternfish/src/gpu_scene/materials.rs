@@ -71,12 +71,17 @@ gpu_struct! {
         ior: f32,
         /// Thickness of the volume (`KHR_materials_volume`) where its back is not known, m; 0: the surface is thin.
         thickness: f32,
-        /// Unused.
-        _pad0: f32,
+        /// Fraction of the light below the specular layer that is scattered through to the other side
+        /// (`KHR_materials_diffuse_transmission`).
+        diffuse_transmission: f32,
         /// Absorption coefficient of the volume, 1/m.
         absorption: Vec3,
         /// Index of refraction for blue less that for green, which is `ior`.
         dispersion: f32,
+        /// Albedo of the light that is scattered through.
+        diffuse_transmission_color: Vec3,
+        /// Unused.
+        _pad0: f32,
         /// sRGB.
         base_color_map: TextureSlot,
         /// Linear.
@@ -91,6 +96,10 @@ gpu_struct! {
         specular_color_map: TextureSlot,
         /// Linear.
         transmission_map: TextureSlot,
+        /// Linear.
+        diffuse_transmission_map: TextureSlot,
+        /// sRGB.
+        diffuse_transmission_color_map: TextureSlot,
         /// Linear.
         coat_map: TextureSlot,
         /// Linear.
@@ -122,6 +131,9 @@ gpu_constants! {
     const COAT_NORMAL_MAPPED: u32 = 2048;
     /// The surface is thin, and scatters the light that it transmits.
     const SCATTERS_THROUGH: u32 = 4096;
+    /// There is a map of each of these.
+    const DIFFUSE_TRANSMISSION_MAPPED: u32 = 8192;
+    const DIFFUSE_TRANSMISSION_COLOR_MAPPED: u32 = 16384;
 }
 
 /// Name of the uniform buffer with the material of a draw.
@@ -241,6 +253,7 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         }
         None => TextureSlot::default(),
     };
+    let scatters_from_behind = file && material.scatters_from_behind();
     let iors = material.channel_iors();
     Material {
         base_color: material.base_color,
@@ -265,7 +278,12 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
             | flag(file && material.clearcoat_texture.is_some(), COAT_MAPPED)
             | flag(file && material.clearcoat_roughness_texture.is_some(), COAT_ROUGHNESS_MAPPED)
             | flag(file && material.clearcoat_normal_texture.is_some(), COAT_NORMAL_MAPPED)
-            | flag(file && scatters_through(material), SCATTERS_THROUGH),
+            | flag(file && scatters_through(material), SCATTERS_THROUGH)
+            | flag(
+                scatters_from_behind && material.diffuse_transmission_texture.is_some(),
+                DIFFUSE_TRANSMISSION_MAPPED,
+            )
+            | flag(material.diffuse_transmission_color_texture.is_some(), DIFFUSE_TRANSMISSION_COLOR_MAPPED),
         dielectric_f0: tinted_f0(material),
         dielectric_f90: material.specular,
         transmission: if file { material.transmission } else { 0.0 },
@@ -280,9 +298,11 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         iridescence_thickness: material.iridescence_thickness,
         ior: if material.thickness > 0.0 && material.ior > LEAST_IOR { material.ior } else { 1.0 },
         thickness: material.thickness,
-        _pad0: 0.0,
+        diffuse_transmission: if scatters_from_behind { material.diffuse_transmission } else { 0.0 },
         absorption: absorption(material),
         dispersion: if material.thickness > 0.0 { iors[2] - iors[1] } else { 0.0 },
+        diffuse_transmission_color: material.diffuse_transmission_color,
+        _pad0: 0.0,
         base_color_map: slot(&material.base_color_texture, true),
         metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
         normal_map: slot(&material.normal_texture, false),
@@ -290,6 +310,8 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         specular_map: slot(&material.specular_texture, false),
         specular_color_map: slot(&material.specular_color_texture, true),
         transmission_map: slot(&material.transmission_texture, false),
+        diffuse_transmission_map: slot(&material.diffuse_transmission_texture, false),
+        diffuse_transmission_color_map: slot(&material.diffuse_transmission_color_texture, true),
         coat_map: slot(&material.clearcoat_texture, false),
         coat_roughness_map: slot(&material.clearcoat_roughness_texture, false),
         coat_normal_map: slot(&material.clearcoat_normal_texture, false),

@@ -26,6 +26,8 @@ const NAMES: [(&str, &str); MAPS] = [
     ("specular_texture", "specular_sampler"),
     ("specular_color_texture", "specular_color_sampler"),
     ("transmission_texture", "transmission_sampler"),
+    ("diffuse_transmission_texture", "diffuse_transmission_sampler"),
+    ("diffuse_transmission_color_texture", "diffuse_transmission_color_sampler"),
     ("coat_texture", "coat_sampler"),
     ("coat_roughness_texture", "coat_roughness_sampler"),
     ("coat_normal_texture", "coat_normal_sampler"),
@@ -34,7 +36,7 @@ const NAMES: [(&str, &str); MAPS] = [
 /// memory for each material that a pass binds, and a process has 65,530 mappings. Few passes of a frame draw a material again.
 const MOST_BOUND_MATERIALS: usize = 8192;
 /// Textures of a material that are shaded.
-const MAPS: usize = 10;
+const MAPS: usize = 12;
 
 /// Images on the device, by their index in the scene and whether they are read as sRGB: the view, and the size of all levels, bytes.
 pub(super) type Images = BTreeMap<(usize, bool), (wgpu::TextureView, u64)>;
@@ -70,6 +72,8 @@ fn references<'m>(material: &'m Material, shading: Shading) -> [(Option<&'m Text
         (of_file(&material.specular_texture), false),
         (of_file(&material.specular_color_texture), true),
         (of_file(&material.transmission_texture), false),
+        (of_file(&material.diffuse_transmission_texture), false),
+        (of_file(&material.diffuse_transmission_color_texture), true),
         (of_file(&material.clearcoat_texture), false),
         (of_file(&material.clearcoat_roughness_texture), false),
         (of_file(&material.clearcoat_normal_texture), false),

@@ -87,6 +87,11 @@ pub trait IndirectTechnique: AnyTechnique {
         self.for_transparent();
     }
 
+    /// Takes the parameters for the other sides of surfaces that scatter light through, which mirror none.
+    fn for_other_sides(&mut self) {
+        self.for_transparent();
+    }
+
     /// Compiles its passes. `tracer`: of shadow rays, if there are any.
     fn build(
         &self,

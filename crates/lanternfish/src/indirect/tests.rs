@@ -3,6 +3,7 @@ mod cached;
 mod coats;
 mod counts;
 mod emission;
+mod from_behind;
 mod history;
 mod lamps;
 mod lobes;

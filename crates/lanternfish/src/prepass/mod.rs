@@ -11,7 +11,7 @@ use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    gpu_scene::{Draw, Faces, GpuScene, Lobes, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
+    gpu_scene::{Draw, Faces, GpuScene, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
     shaders::{Root, Shaders},
     texture::frame_target,
     view::ViewBuffer,
@@ -33,12 +33,23 @@ pub const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Uint;
 const TRANSPARENT: Feature = Feature::new("transparent");
 /// The draws have clear coats: their normals and roughness are written.
 const COATS: Feature = Feature::new("coats");
+/// The draws scatter light from behind: the opposite normals are written.
+pub(crate) const FROM_BEHIND: Feature = Feature::new("from_behind");
 /// Pixels have several samples.
 pub(crate) const MULTISAMPLED: Feature = Feature::new("multisampled");
 
 /// Variants of the prepass with a surface target.
-const VARIANTS: &[&[Feature]] =
-    &[&[], &[MASKED], &[TRANSPARENT], &[COATS], &[COATS, MASKED], &[MOTION], &[MOTION, MASKED]];
+const VARIANTS: &[&[Feature]] = &[
+    &[],
+    &[MASKED],
+    &[TRANSPARENT],
+    &[COATS],
+    &[COATS, MASKED],
+    &[FROM_BEHIND],
+    &[FROM_BEHIND, MASKED],
+    &[MOTION],
+    &[MOTION, MASKED],
+];
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
@@ -139,6 +150,13 @@ impl Prepass {
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
+    /// A prepass of opaque surfaces that scatter light from behind, with the normals of their other sides and one sample per pixel.
+    pub(crate) fn of_other_sides() -> Self {
+        let state = state(Writes::Surface, 1);
+        let raster = SceneRaster::new("prepass/from_behind", DECLARED, "prepass/prepass", &[FROM_BEHIND], true, state);
+        Self { raster, writes: Writes::Surface, samples: 1 }
+    }
+
     /// A prepass of back faces, with normals and one sample per pixel. It keeps the nearest.
     pub(crate) fn of_backs() -> Self {
         let state = PassState { faces: Faces::Backs, ..state(Writes::Surface, 1) };
@@ -173,15 +191,16 @@ impl Prepass {
         self.draw(frame, scene, &draws.transparent, &bindings, middle.size, None)
     }
 
-    /// Draws the clear coats of the view's visible opaque surfaces. For a prepass [`Self::of_coats`].
-    pub(crate) fn record_coats(
+    /// Draws some of the view's visible opaque surfaces again. For a prepass [`Self::of_coats`] or [`Self::of_other_sides`].
+    pub(crate) fn record_some(
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
+        is_drawn: impl Fn(&Draw) -> bool,
     ) -> Result<Surface, RenderError> {
         let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
-        let coated: Vec<&Draw> = draws.solid.iter().copied().filter(|draw| draw.lobes == Lobes::Coated).collect();
-        self.draw(frame, scene, &coated, &bindings, middle.size, None)
+        let drawn: Vec<&Draw> = draws.solid.iter().copied().filter(|draw| is_drawn(draw)).collect();
+        self.draw(frame, scene, &drawn, &bindings, middle.size, None)
     }
 
     /// Draws the back faces of these draws. For a prepass [`Self::of_backs`].

@@ -125,6 +125,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         indirect: indirect::passes(device, &settings, tracer)?,
         nearest_transparent: finds_arriving.then(|| ExtraSurface::nearest_transparent(&settings, tracer)),
         coats: finds_arriving.then(|| ExtraSurface::coats(&settings, tracer)),
+        other_sides: finds_arriving.then(|| ExtraSurface::other_sides(&settings, tracer)),
         visibility_ratios: VisibilityRatios::new(device, &settings)?,
         forward: Forward::new(&settings, tracer),
         irradiance: DemodulatedLight::new(&settings, tracer),

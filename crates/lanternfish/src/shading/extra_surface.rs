@@ -1,5 +1,5 @@
-//! Light at a surface of every pixel beside the opaque one, computed by the same techniques: at the nearest transparent surface, or at the
-//! clear coat.
+//! Light at a surface of every pixel beside the opaque one, computed by the same techniques: at the nearest transparent surface, at the
+//! clear coat, or at the other side of a surface that scatters light through.
 //!
 //! Transparent surfaces behind the nearest one use the same light, so at the rim of a vase, where both walls mirror most, both mirror the
 //! same.
@@ -10,6 +10,7 @@ use super::Arriving;
 use crate::{
     context::ViewContext,
     error::RenderError,
+    gpu_scene::Lobes,
     indirect::{self, IndirectPasses},
     occlusion::{self, OcclusionPasses},
     prepass::Prepass,
@@ -31,6 +32,7 @@ pub(crate) struct ExtraSurface {
 enum Kind {
     NearestTransparent,
     Coat,
+    OtherSide,
 }
 
 #[derive(Debug)]
@@ -52,12 +54,18 @@ impl ExtraSurface {
         Self::new(Kind::Coat, settings, tracer)
     }
 
+    /// The other sides of opaque surfaces that scatter light through.
+    pub fn other_sides(settings: &Settings, tracer: Option<Tracer>) -> Self {
+        Self::new(Kind::OtherSide, settings, tracer)
+    }
+
     fn new(kind: Kind, settings: &Settings, tracer: Option<Tracer>) -> Self {
         let mut settings = Settings { history: History::Off, ..settings.clone() };
         if let Some(technique) = settings.indirect.technique_mut() {
             match kind {
                 Kind::NearestTransparent => technique.for_transparent(),
                 Kind::Coat => technique.for_coats(),
+                Kind::OtherSide => technique.for_other_sides(),
             }
         }
         Self { kind, settings, tracer, passes: None }
@@ -71,6 +79,7 @@ impl ExtraSurface {
                 prepass: match self.kind {
                     Kind::NearestTransparent => Prepass::of_transparent(),
                     Kind::Coat => Prepass::of_coats(),
+                    Kind::OtherSide => Prepass::of_other_sides(),
                 },
                 // Rays of indirect light may reach the environment themselves.
                 occlusion: match self.settings.indirect.sees_environment() {
@@ -82,7 +91,8 @@ impl ExtraSurface {
         };
         let surface = match self.kind {
             Kind::NearestTransparent => prepass.record_transparent(frame, view)?,
-            Kind::Coat => prepass.record_coats(frame, view)?,
+            Kind::Coat => prepass.record_some(frame, view, |draw| draw.lobes == Lobes::Coated)?,
+            Kind::OtherSide => prepass.record_some(frame, view, |draw| draw.scatters_from_behind)?,
         };
         let ambient_visibility = occlusion.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         let indirect = indirect.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;

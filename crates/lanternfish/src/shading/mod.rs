@@ -20,7 +20,7 @@ use crate::{
     indirect::Indirect,
     light_culling::{LightCulling, LightLists},
     occlusion,
-    prepass::{DEPTH_FORMAT, MULTISAMPLED},
+    prepass::{DEPTH_FORMAT, FROM_BEHIND, MULTISAMPLED},
     rays::Tracer,
     settings::{History, Settings},
     shaders::{Root, Shaders},
@@ -76,6 +76,8 @@ pub(crate) struct Forward {
 struct LitPasses {
     opaque: SceneRaster,
     transparent: SceneRaster,
+    /// Light from behind opaque surfaces, added to theirs.
+    from_behind: SceneRaster,
 }
 
 /// Direct light of a view's surfaces.
@@ -121,6 +123,11 @@ impl Forward {
             blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
             write_mask: wgpu::ColorWrites::ALL,
         };
+        let kept_alpha = wgpu::BlendComponent {
+            src_factor: wgpu::BlendFactor::Zero,
+            dst_factor: wgpu::BlendFactor::One,
+            operation: wgpu::BlendOperation::Add,
+        };
         let multiplied = wgpu::ColorTargetState {
             blend: Some(wgpu::BlendState {
                 color: wgpu::BlendComponent {
@@ -128,11 +135,18 @@ impl Forward {
                     dst_factor: wgpu::BlendFactor::Src,
                     operation: wgpu::BlendOperation::Add,
                 },
-                alpha: wgpu::BlendComponent {
-                    src_factor: wgpu::BlendFactor::Zero,
+                alpha: kept_alpha,
+            }),
+            ..over.clone()
+        };
+        let added = wgpu::ColorTargetState {
+            blend: Some(wgpu::BlendState {
+                color: wgpu::BlendComponent {
+                    src_factor: wgpu::BlendFactor::One,
                     dst_factor: wgpu::BlendFactor::One,
                     operation: wgpu::BlendOperation::Add,
                 },
+                alpha: kept_alpha,
             }),
             ..over.clone()
         };
@@ -140,6 +154,7 @@ impl Forward {
         let nearer = depth(wgpu::CompareFunction::GreaterEqual);
         let lit = |is_sampled: bool| {
             let [opaque, transparent] = features(settings, tracer, is_sampled);
+            let from_behind = [&transparent[..], &[FROM_BEHIND]].concat();
             let raster = |label, features: &[Feature], is_opaque, depth: &wgpu::DepthStencilState, target| {
                 let state = PassState { depth: depth.clone(), targets: vec![target], samples, faces: Faces::Shown };
                 let raster = SceneRaster::new(label, DECLARED, "shading/forward", features, is_opaque, state);
@@ -149,6 +164,7 @@ impl Forward {
             LitPasses {
                 opaque: raster("shading/forward", &opaque, true, &equal, RADIANCE_FORMAT.into()),
                 transparent: raster("shading/transparent", &transparent, false, &nearer, over.clone()),
+                from_behind: raster("shading/from_behind", &from_behind, false, &equal, added.clone()),
             }
         };
         let through = PassState { depth: nearer.clone(), targets: vec![multiplied], samples, faces: Faces::Shown };
@@ -200,6 +216,32 @@ impl Forward {
                 pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
             }
             opaque.draw(groups, pass, scene, &bindings, &draws.solid);
+        });
+        Ok(())
+    }
+
+    /// Adds the light from behind these opaque draws, with shadows of their own. `arriving` is the light at their other sides.
+    pub fn record_from_behind(
+        &mut self,
+        frame: &mut Frame<'_>,
+        ViewContext { scene, buffer, surface, .. }: &ViewContext<'_>,
+        direct: DirectFrom<'_>,
+        arriving: Option<&Arriving>,
+        radiance: &Radiance,
+        draws: &[&Draw],
+    ) -> Result<(), RenderError> {
+        let passes = match direct {
+            DirectFrom::Lists(_) => &mut self.listed,
+            DirectFrom::Samples(_) => &mut self.sampled,
+        };
+        passes.from_behind.prepare(frame.device, scene, draws)?;
+        let direct_bindings = direct.bindings();
+        let bindings = buffer.bindings().with(&scene.bindings()).with(&direct_bindings);
+        let arriving_bindings = arriving.map(Arriving::bindings);
+        let bindings = arriving_bindings.iter().fold(bindings, |bindings, more| bindings.with(more));
+        let color = radiance.color(wgpu::LoadOp::Load);
+        frame.render("shading/from_behind", &[Some(color)], Some(surface.read_depth()), |groups, pass| {
+            passes.from_behind.draw(groups, pass, scene, &bindings, draws);
         });
         Ok(())
     }

@@ -14,6 +14,7 @@ use crate::{
     debug_views,
     gpu_scene::{LAYERED, MASKED, TEXTURES},
     lights::AREA_LIGHTS,
+    prepass::FROM_BEHIND,
     settings::{Culling, DebugView, History, Indirect, RayCulling, RayRangeCulling, Samples, Settings, Tracer},
     shaders::{Package, Root, Shaders},
     shading, shadows,
@@ -75,13 +76,17 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
             let [opaque_sampled, transparent_sampled] = shading::features(settings, tracer, true);
             let (solid, blended) =
                 (&[&[][..], &[MASKED], &[LAYERED], &[MASKED, LAYERED]][..], &[&[][..], &[LAYERED]][..]);
-            for (features, draws) in [(opaque_sampled, solid), (transparent_sampled, blended)] {
+            let from_behind = |transparent: &Vec<Feature>| [&transparent[..], &[FROM_BEHIND]].concat();
+            let [behind, behind_sampled] = [&transparent, &transparent_sampled].map(from_behind);
+            for (features, draws) in
+                [(opaque_sampled, solid), (transparent_sampled, blended), (behind_sampled, blended)]
+            {
                 for draw in draws {
                     let added = TEXTURES.iter().map(|textures| [&features[..], draw, textures].concat());
                     requested.entry("shading/forward").or_default().extend(added);
                 }
             }
-            for (features, draws) in [(opaque, solid), (transparent, blended)] {
+            for (features, draws) in [(opaque, solid), (transparent, blended), (behind, blended)] {
                 let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
                 for [draw, textures] in drawn {
                     for lights in [&[][..], &[AREA_LIGHTS]] {

@@ -57,6 +57,20 @@ pub(super) fn apply(
             material.transmission = factor;
         }
     }
+    if let Some(through) = &extensions.diffuse_transmission
+        && let factor = through.diffuse_transmission_factor.clamp(0.0, 1.0)
+        && factor > 0.0
+    {
+        material.diffuse_transmission = factor;
+        material.diffuse_transmission_texture = texture(through.diffuse_transmission_texture.as_ref(), notes)?;
+        let color = through.diffuse_transmission_color_factor.map_or(Vec3::ONE, Vec3::from);
+        material.diffuse_transmission_color = color.clamp(Vec3::ZERO, Vec3::ONE);
+        material.diffuse_transmission_color_texture =
+            texture(through.diffuse_transmission_color_texture.as_ref(), notes)?;
+        if material.is_transparent() {
+            notes.add("diffuse transmission of transparent surfaces");
+        }
+    }
     if let Some(volume) = &extensions.volume
         && let thickness = volume.thickness_factor.clamp(0.0, f32::MAX)
         && thickness > 0.0

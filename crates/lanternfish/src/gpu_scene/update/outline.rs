@@ -155,6 +155,8 @@ fn fixed(material: &Material) -> Material {
         ior: usual.ior,
         specular: usual.specular,
         specular_color: usual.specular_color,
+        diffuse_transmission: usual.diffuse_transmission,
+        diffuse_transmission_color: usual.diffuse_transmission_color,
         clearcoat: usual.clearcoat,
         clearcoat_roughness: usual.clearcoat_roughness,
         clearcoat_normal_scale: usual.clearcoat_normal_scale,

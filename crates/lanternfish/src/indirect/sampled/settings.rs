@@ -199,6 +199,11 @@ impl IndirectTechnique for Sampled {
         (self.diffuse_rays, self.first_rays) = (1, 1);
     }
 
+    fn for_other_sides(&mut self) {
+        self.for_transparent();
+        self.glossy_rays = 0;
+    }
+
     fn build(
         &self,
         device: &wgpu::Device,

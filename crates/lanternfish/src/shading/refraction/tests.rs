@@ -160,6 +160,7 @@ fn the_nearest_draws_see_one_another() {
         alpha: DrawAlpha::Transparent,
         behind,
         lobes: Lobes::MetallicRoughness,
+        scatters_from_behind: false,
         facing: Facing { side: None, mirrored: false },
         bounds: Bounds::EMPTY,
     };

@@ -38,6 +38,8 @@ pub(in super::super) struct MaterialExtensions {
     pub anisotropy: Option<Anisotropy>,
     #[serde(rename = "KHR_materials_clearcoat")]
     pub clearcoat: Option<Clearcoat>,
+    #[serde(rename = "KHR_materials_diffuse_transmission")]
+    pub diffuse_transmission: Option<DiffuseTransmission>,
     #[serde(rename = "KHR_materials_dispersion")]
     pub dispersion: Option<Dispersion>,
     #[serde(rename = "KHR_materials_ior")]
@@ -72,6 +74,15 @@ pub(in super::super) struct Clearcoat {
     pub clearcoat_roughness_factor: f32,
     pub clearcoat_roughness_texture: Option<TextureInfo>,
     pub clearcoat_normal_texture: Option<NormalTexture>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(in super::super) struct DiffuseTransmission {
+    pub diffuse_transmission_factor: f32,
+    pub diffuse_transmission_texture: Option<TextureInfo>,
+    pub diffuse_transmission_color_factor: Option<[f32; 3]>,
+    pub diffuse_transmission_color_texture: Option<TextureInfo>,
 }
 
 #[derive(Default, Deserialize)]

@@ -118,6 +118,11 @@ impl IndirectTechnique for Probes {
         self.per_pixel.for_coats();
     }
 
+    fn for_other_sides(&mut self) {
+        self.is_per_pixel = true;
+        self.per_pixel.for_other_sides();
+    }
+
     fn build(
         &self,
         device: &wgpu::Device,

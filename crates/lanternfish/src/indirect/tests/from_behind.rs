@@ -1,0 +1,119 @@
+//! Light from behind surfaces that scatter it through (`KHR_materials_diffuse_transmission`).
+
+use glam::{UVec2, Vec3, Vec4};
+use lanternfish_gpu::testing;
+use lanternfish_scene::{AlphaMode, Camera, Image, Light, Material, Sampler, Scene, Texture, TextureRef};
+
+use crate::{
+    Settings,
+    settings::{Direct, Indirect, Samples, Tracer},
+    techniques::SampledLights,
+    testing::{
+        light::{SIZE, image_of, looking, matt, mean, off, sampled, settings, traced_of},
+        quad, scene_of,
+    },
+};
+
+const LARGE: UVec2 = UVec2::new(101, 51);
+
+fn leaf() -> Material {
+    Material {
+        base_color: Vec4::new(0.3, 0.6, 0.2, 1.0),
+        metallic: 0.0,
+        perceptual_roughness: 0.6,
+        double_sided: true,
+        diffuse_transmission: 0.6,
+        diffuse_transmission_color: Vec3::new(0.9, 0.7, 0.2),
+        ..Material::default()
+    }
+}
+
+/// Three sheets on a floor between a lamp and the viewer; the middle one has a sheen and a coat. A bar before the lamp shades a part of them.
+fn sheets() -> (Scene, Camera) {
+    let sheet =
+        |material, x: f32| quad(material, Vec3::new(x, 0.6, 0.0), 0.45 * Vec3::new(0.9, 0.0, 0.4), 0.6 * Vec3::Y);
+    let layered = Material { sheen_color: Vec3::splat(0.5), sheen_roughness: 0.5, clearcoat: 1.0, ..leaf() };
+    let mut scene = scene_of(
+        vec![
+            sheet(0, -1.0),
+            sheet(1, 0.0),
+            sheet(0, 1.0),
+            quad(2, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z),
+            quad(2, Vec3::new(0.0, 0.8, -0.8), 2.0 * Vec3::X, 0.05 * Vec3::Y),
+        ],
+        vec![leaf(), layered, matt(0.5)],
+    );
+    scene.lights = vec![
+        Light::point(Vec3::new(0.3, 0.9, -1.6), Vec3::new(9.0, 8.0, 7.0)),
+        Light::point(Vec3::new(0.0, 2.0, 1.5), Vec3::splat(0.5)),
+    ];
+    (scene, looking([0.0, 0.9, 3.0], [0.0, 0.6, 0.0]))
+}
+
+/// Direct light from behind is the path tracer's, from lists and from samples, with hard shadows.
+#[test]
+fn gpu_lights_behind_a_leaf_shine_through() {
+    let Some(gpu) = testing::gpu("gpu_lights_behind_a_leaf_shine_through") else { return };
+    let (scene, camera) = sheets();
+    let truth = traced_of(LARGE, &scene, &camera, 2, 64);
+    let listed = Settings { range_threshold: 1e-6, ..settings(sampled(Tracer::BVH)) };
+    let listed = Settings { indirect: Indirect::NONE, ..listed };
+    let drawn = Settings { direct: Direct::from(SampledLights::default()), ..listed.clone() };
+    // With one sample a pixel most of the difference is at edges of shadows.
+    let several = Settings { samples: Samples::Four, ..listed };
+    for (name, settings, most) in [("listed", several, 0.12), ("sampled", drawn, 0.25)] {
+        let found = image_of(gpu, LARGE, settings, &scene, &camera);
+        let (energy, apart) = (mean(&found) / mean(&truth), off(&found, &truth));
+        println!("{name}: energy {energy:.4}, off by {apart:.4}");
+        assert!((energy - 1.0).abs() < 0.02 && apart < most, "{name}: {energy}, {apart}");
+    }
+    // The check can fail: without light from behind most is missing.
+    let mut opaque = scene.clone();
+    opaque.materials.iter_mut().for_each(|material| material.diffuse_transmission_color = Vec3::ZERO);
+    let found = traced_of(LARGE, &opaque, &camera, 2, 16);
+    assert!(mean(&found) < 0.9 * mean(&truth), "{} {}", mean(&found), mean(&truth));
+}
+
+/// So is light of the sky and of other surfaces.
+#[test]
+fn gpu_the_sky_behind_a_leaf_shines_through() {
+    let Some(gpu) = testing::gpu("gpu_the_sky_behind_a_leaf_shines_through") else { return };
+    let (mut scene, camera) = sheets();
+    scene.lights.truncate(1);
+    scene.sky = Vec3::new(0.2, 0.3, 0.5);
+    let truth = traced_of(LARGE, &scene, &camera, 3, 256);
+    let found = image_of(gpu, LARGE, settings(sampled(Tracer::BVH)), &scene, &camera);
+    let (energy, apart) = (mean(&found) / mean(&truth), off(&found, &truth));
+    println!("energy {energy:.4}, off by {apart:.4}");
+    assert!((energy - 1.0).abs() < 0.02 && apart < 0.05, "{energy}, {apart}");
+}
+
+/// Textures say where and in which colour; masked-out parts show nothing.
+#[test]
+fn gpu_textures_of_diffuse_transmission_are_read() {
+    let Some(gpu) = testing::gpu("gpu_textures_of_diffuse_transmission_are_read") else { return };
+    let (_, camera) = sheets();
+    let rgba = |texels: [[u8; 4]; 4]| Image { name: String::new(), width: 2, height: 2, rgba: texels.concat() };
+    let textured = Material {
+        base_color_texture: Some(TextureRef::new(2)),
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        diffuse_transmission_texture: Some(TextureRef::new(0)),
+        diffuse_transmission_color_texture: Some(TextureRef::new(1)),
+        ..leaf()
+    };
+    let mut scene = scene_of(vec![quad(0, Vec3::new(0.0, 0.6, 0.0), 0.9 * Vec3::X, 0.5 * Vec3::Y)], vec![textured]);
+    scene.images = vec![
+        rgba([[0, 0, 0, 255], [0, 0, 0, 60], [0, 0, 0, 0], [0, 0, 0, 200]]),
+        rgba([[255, 255, 255, 0], [255, 60, 60, 0], [60, 255, 60, 0], [90, 90, 255, 0]]),
+        rgba([[255; 4], [255; 4], [255; 4], [255, 255, 255, 0]]),
+    ];
+    scene.samplers = vec![Sampler::default()];
+    scene.textures = (0..3).map(|image| Texture { image, sampler: 0 }).collect();
+    scene.lights = vec![Light::directional(Vec3::new(0.2, 0.1, 1.0), Vec3::splat(5.0))];
+    let truth = traced_of(SIZE, &scene, &camera, 2, 64);
+    let direct = Settings { indirect: Indirect::NONE, ..settings(sampled(Tracer::BVH)) };
+    let found = image_of(gpu, SIZE, direct, &scene, &camera);
+    let (energy, apart) = (mean(&found) / mean(&truth), off(&found, &truth));
+    println!("energy {energy:.4}, off by {apart:.4}");
+    assert!((energy - 1.0).abs() < 0.05 && apart < 0.15, "{energy}, {apart}");
+}
