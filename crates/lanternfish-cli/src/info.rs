@@ -172,6 +172,7 @@ fn features(material: &Material) -> impl Iterator<Item = &'static str> + use<> {
         material.anisotropy != 0.0,
         material.iridescence > 0.0,
         material.transmission > 0.0,
+        material.diffuse_transmission > 0.0,
         material.thickness > 0.0,
         material.dispersion > 0.0,
         material.emissive != Vec3::ZERO,
@@ -180,8 +181,18 @@ fn features(material: &Material) -> impl Iterator<Item = &'static str> + use<> {
     FEATURES.into_iter().zip(has).filter_map(|(name, has)| has.then_some(name))
 }
 
-const FEATURES: [&str; 9] =
-    ["clear coat", "sheen", "anisotropy", "iridescence", "transmission", "volume", "dispersion", "emission", "unlit"];
+const FEATURES: [&str; 10] = [
+    "clear coat",
+    "sheen",
+    "anisotropy",
+    "iridescence",
+    "transmission",
+    "diffuse transmission",
+    "volume",
+    "dispersion",
+    "emission",
+    "unlit",
+];
 
 /// Counts per kind, ` (3 point, 1 spot)`; empty if there are none.
 fn by_kind<'k>(kinds: impl Iterator<Item = &'k str> + Clone, names: &[&str]) -> String {

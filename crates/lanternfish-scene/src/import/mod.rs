@@ -31,8 +31,8 @@ use crate::{Scene, SceneError};
 /// * Textures as PNG, JPEG, WebP or KTX2 (Basis Universal), up to 16,384 pixels a side and 1 GiB of pixels each. Channels of 16
 ///   bits are reduced to 8. A missing or damaged image is a warning: surfaces lack its texture.
 /// * In full: `EXT_lights_area` (a draft), `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`,
-///   `KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_materials_clearcoat`, `KHR_materials_dispersion`,
-///   `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
+///   `KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_materials_clearcoat`, `KHR_materials_diffuse_transmission`,
+///   `KHR_materials_dispersion`, `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
 ///   `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`, `KHR_texture_basisu`,
 ///   `KHR_texture_transform`.
 /// * In part, with a warning about the rest: `KHR_materials_pbrSpecularGlossiness` without its texture;

@@ -116,6 +116,9 @@ fn of_material(material: &Material) -> Vec<(&'static str, String)> {
     if material.transmission > 0.0 {
         rows.push(("transmission", format!("{:.2}", material.transmission)));
     }
+    if material.diffuse_transmission > 0.0 {
+        rows.push(("diffuse transmission", format!("{:.2}", material.diffuse_transmission)));
+    }
     if material.clearcoat > 0.0 {
         rows.push(("clear coat", format!("{:.2}", material.clearcoat)));
     }

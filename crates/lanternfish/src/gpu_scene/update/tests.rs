@@ -256,10 +256,11 @@ fn gpu_update_writes_material_factors() {
     before.textures.push(Texture { image: 0, sampler: 0 });
     before.materials.iter_mut().for_each(|material| material.normal_texture = Some(TextureRef::new(0)));
     type Change = fn(&mut Material);
-    let changes: [(&str, Change); 9] = [
+    let changes: [(&str, Change); 10] = [
         ("base colour", |m| m.base_color = Vec3::new(0.1, 0.3, 0.9).extend(m.base_color.w)),
         ("emission", |m| m.emissive = Vec3::new(0.3, 0.2, 0.1)),
         ("metallic", |m| m.metallic = 1.0 - m.metallic),
+        ("diffuse transmission", |m| (m.metallic, m.diffuse_transmission) = (0.2, 0.5)),
         ("roughness", |m| m.perceptual_roughness = 0.2),
         ("specular", |m| (m.specular, m.ior) = (0.2, 1.8)),
         ("specular colour", |m| m.specular_color = Vec3::new(0.1, 1.0, 3.0)),

@@ -158,6 +158,29 @@ fn textures_of_coats_specular_layers_and_transmission_are_read() {
 }
 
 #[test]
+fn diffuse_transmission_is_read_and_clamped() {
+    let texture = |index: u32| json!({ "index": index });
+    let mut file = textured(json!([{ "source": 0 }, { "source": 1 }]));
+    file.json["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = 0.into();
+    file.json["materials"][0]["extensions"] = json!({ "KHR_materials_diffuse_transmission": {
+        "diffuseTransmissionFactor": 3, "diffuseTransmissionTexture": texture(0),
+        "diffuseTransmissionColorFactor": [0.5, 2, -1], "diffuseTransmissionColorTexture": texture(1),
+    } });
+    file.json["extensionsRequired"] = json!(["KHR_materials_diffuse_transmission"]);
+    assert!(warnings(&file).is_empty(), "{:?}", warnings(&file));
+    let read = file.scene().materials.remove(0);
+    assert_eq!((read.diffuse_transmission, read.diffuse_transmission_color), (1.0, Vec3::new(0.5, 1.0, 0.0)));
+    assert!(read.scatters_from_behind() && !read.is_transparent());
+    let index = |reference: Option<TextureRef>| reference.expect("it is read").texture;
+    assert_eq!(index(read.diffuse_transmission_texture), index(read.base_color_texture));
+    assert_ne!(index(read.diffuse_transmission_color_texture), index(read.base_color_texture));
+    // Behind a transparent surface the image is seen; what it scatters through is left out, with a note.
+    file.json["materials"][0]["alphaMode"] = "BLEND".into();
+    assert!(warnings(&file)[0].contains("diffuse transmission"), "{:?}", warnings(&file));
+    assert!(!file.scene().materials.remove(0).scatters_from_behind());
+}
+
+#[test]
 fn sheen_grain_and_film_are_read_with_the_means_of_their_textures() {
     let mut file = textured(json!([{ "source": 0 }, { "source": 1 }]));
     let extensions = |texture: Value| {

@@ -6,7 +6,7 @@ use super::*;
 
 type Change = fn(&mut Scene);
 
-const CHANGES: [(&str, Change); 20] = [
+const CHANGES: [(&str, Change); 19] = [
     ("an instance more", |s| {
         let world_from_object = Affine3A::from_translation(0.2 * Vec3::ONE) * s.instances[4].world_from_object;
         s.instances.push(Instance { world_from_object, ..s.instances[4].clone() });
@@ -35,9 +35,6 @@ const CHANGES: [(&str, Change); 20] = [
     ("another texture", |s| s.materials[0].base_color_texture = Some(TextureRef::new(1))),
     ("sides", |s| s.materials.iter_mut().for_each(|material| material.double_sided ^= true)),
     ("transmission", |s| s.materials[0].transmission = 0.5),
-    ("diffuse transmission", |s| {
-        (s.materials[1].metallic, s.materials[1].diffuse_transmission) = (0.0, 0.5);
-    }),
     ("a volume", |s| (s.materials[0].transmission, s.materials[0].thickness) = (0.5, 0.1)),
     ("alpha of a mask", |s| s.materials.iter_mut().for_each(|material| material.base_color.w *= 0.7)),
     ("another image", |s| s.images[1].rgba.fill(70)),
