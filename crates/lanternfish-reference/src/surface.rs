@@ -131,8 +131,8 @@ impl Surface {
                     let has_tangents = !primitive.tangents.is_empty();
                     let (t, handedness) = if has_tangents { tangent() } else { (Vec3A::ZERO, 1.0) };
                     let t = t.as_dvec3() - normal * normal.dot(t.as_dvec3());
-                    // Without tangents the direction is arbitrary.
-                    let t = t.try_normalize().unwrap_or_else(|| normal.any_orthonormal_vector());
+                    // Without tangents the direction is arbitrary, and that of the shaders.
+                    let t = t.try_normalize().unwrap_or_else(|| normal.any_orthonormal_pair().0);
                     let (sin, cos) = f64::from(material.anisotropy_rotation).sin_cos();
                     let along = cos * t + f64::from(handedness) * sin * normal.cross(t);
                     let grain = Grain::new(along, reflector.perceptual_roughness, material.anisotropy.into());
