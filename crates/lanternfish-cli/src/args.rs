@@ -53,7 +53,7 @@ Examples:
   How many lights each pixel evaluates:
     lanternfish render demo:atrium --lights rain:1000 --debug-view light-count -o lights.png
   All flags in a file, and a flag that overrides the file:
-    lanternfish shot scene.glb --sun 0.3,-1,-0.6,3 > shot.toml
+    lanternfish shot scene.glb --sun 0.3,-1,-0.6,3 -o shot.toml
     lanternfish render shot.toml --exposure 1
 
 Units: metres, degrees, candela, lux. +y is up.

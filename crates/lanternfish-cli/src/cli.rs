@@ -59,9 +59,10 @@ pub enum Command {
     View(Box<WindowArgs>),
     /// Prints a shot: a file that stores these flags of `render`, with every flag as a key.
     ///
-    /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder.
+    /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder. `-o NAME.toml` writes the
+    /// shot to a file of this folder; any other -o is the image's.
     #[command(after_help = shot::HELP, args_override_self = true)]
-    #[command(override_usage = "lanternfish shot [OPTIONS OF render] <SCENE>")]
+    #[command(override_usage = "lanternfish shot [OPTIONS OF render] [-o SHOT.toml] <SCENE>")]
     Shot(Box<ShotArgs>),
     /// Lists the complete, broken and missing frames of a sequence.
     ///

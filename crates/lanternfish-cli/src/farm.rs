@@ -96,7 +96,8 @@ fn below(folder: &Path, path: &Path) -> Result<String, CliError> {
     inner.ok_or_else(|| {
         CliError::new(
             format_args!("{}: not in the job's folder, {}", path.display(), base.display()),
-            "put the job into a folder that holds both the shot and its images: -o FOLDER/job.yaml",
+            "put the job into a folder that holds both the shot and its images (-o FOLDER/job.yaml); `lanternfish shot SCENE -o shot.toml` \
+             writes a shot that names a scene elsewhere",
         )
     })
 }

@@ -87,7 +87,7 @@ pub fn run(args: &FramesArgs, said: &ArgMatches) -> Result<u8, CliError> {
     text += &format!("{} of {} frames are complete", numbers.len() - faults.len(), numbers.len());
     let others: Vec<_> = faults.iter().map(|(number, ..)| *number).collect();
     if !others.is_empty() {
-        text += &format!("; not {}", spans(&others));
+        text += &format!("; still to do: {}", spans(&others));
     }
     output::print(&(text + "\n"))?;
     Ok(u8::from(!faults.is_empty()))

@@ -9,23 +9,29 @@ use clap::{
 };
 
 /// Flags of other renderers and viewers, and what does the same here.
-const ELSEWHERE: [(&str, &str); 15] = [
+const ELSEWHERE: [(&str, &str); 18] = [
     ("--width", "--size WIDTHxHEIGHT sets both sides"),
     ("--height", "--size WIDTHxHEIGHT sets both sides"),
     ("--resolution", "--size WIDTHxHEIGHT sets the image's size"),
     ("-s", "--size WIDTHxHEIGHT sets the image's size"),
-    ("--spp", "--accumulate N averages N frames; --spp is of `reference`"),
+    ("--spp", SAMPLES),
     ("--hdri", "--environment FILE.hdr|.exr lights the scene"),
     ("--env", "--environment FILE.hdr|.exr lights the scene"),
     ("--gpu", "--adapter gpu takes a graphics card"),
     ("--device", "--adapter NAME chooses the adapter"),
-    ("--turntable", "--orbit N renders N frames around the scene"),
+    ("--turntable", TURNTABLE),
+    ("--turn", TURNTABLE),
+    ("--orbit", "a shot holds it: `lanternfish shot SCENE --orbit N -o shot.toml`"),
+    ("--samples-per-pixel", SAMPLES),
     ("--light", "--sun, --point and --environment add light; --light-rig studio|sun lights any scene"),
     ("--output-size", "--size WIDTHxHEIGHT sets the image's size"),
     ("--time-limit", "`lanternfish reference` traces until a --time-limit; --time is a moment of an animation"),
     ("--fov", "--fov-y DEGREES is the vertical field of view"),
     ("-v", "--timings prints the time of each pass; --version the version"),
 ];
+
+const TURNTABLE: &str = "--orbit N renders N frames around the scene";
+const SAMPLES: &str = "--accumulate N averages N frames; --spp is of `reference`";
 
 /// Replaces clap's tip, to pass the argument as a value, by one that helps.
 pub(crate) fn explain(error: &mut Error) {
@@ -36,12 +42,28 @@ pub(crate) fn explain(error: &mut Error) {
     let tips = match error.kind() {
         ErrorKind::UnknownArgument => {
             let argument = argument(ContextKind::InvalidArg).unwrap_or_default();
-            let known = ELSEWHERE.iter().find(|(flag, _)| *flag == argument).map(|(_, tip)| (*tip).to_owned());
+            let known = ELSEWHERE.iter().find(|(flag, _)| *flag == argument).map(|(_, tip)| *tip);
+            let known = known.or_else(|| {
+                argument.parse::<f64>().is_ok().then_some("numbers of one flag are joined by commas: 1,2,3")
+            });
+            let known = known.map(str::to_owned);
             if known.is_none() && error.get(ContextKind::SuggestedArg).is_some() {
                 return;
             }
             error.remove(ContextKind::SuggestedArg);
             known.into_iter().collect::<Vec<_>>()
+        }
+        ErrorKind::InvalidSubcommand
+            if argument(ContextKind::InvalidSubcommand).is_some_and(|name| name == "turntable") =>
+        {
+            error.remove(ContextKind::SuggestedSubcommand);
+            vec!["`lanternfish render SCENE --orbit N` renders N frames around the scene".to_owned()]
+        }
+        ErrorKind::InvalidValue
+            if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--samples ")) =>
+        {
+            error.remove(ContextKind::SuggestedValue);
+            vec![format!("--samples is for edges; {SAMPLES}")]
         }
         ErrorKind::InvalidSubcommand => {
             let Some(file) = argument(ContextKind::InvalidSubcommand).filter(|name| is_file(name)) else { return };

@@ -110,7 +110,8 @@ impl Progress {
 
     /// Shows the line as a bar, for a step with known progress.
     pub(crate) fn bar(&self) -> Bar {
-        Bar { line: self.line.clone(), quiet: self.quiet, lines: Mutex::new(Lines::from(Instant::now())) }
+        let started = Instant::now();
+        Bar { line: self.line.clone(), quiet: self.quiet, started, lines: Mutex::new(Lines::from(started)) }
     }
 
     /// Removes the line, so that results can be printed, and returns the seconds of each step.
@@ -130,6 +131,7 @@ impl Drop for Progress {
 pub(crate) struct Bar {
     line: ProgressBar,
     quiet: bool,
+    started: Instant,
     /// Lines in place of a terminal's.
     lines: Mutex<Lines>,
 }
@@ -181,6 +183,12 @@ impl Bar {
         self.line.set_message(text);
     }
 
+    /// As [`Self::show`], with an estimate of the time that is left.
+    pub fn show_left(&self, fraction: f64, text: String) {
+        let left = left(fraction, self.started.elapsed().as_secs_f64());
+        self.show(fraction, left.map_or(text.clone(), |left| format!("{text}, about {} left", duration(left))));
+    }
+
     /// Shows what is done, if nobody knows how much is left. Without a terminal it prints a line now and then.
     pub fn tell(&self, text: String) {
         match self.line.is_hidden() {
@@ -201,6 +209,21 @@ impl Bar {
 impl Drop for Bar {
     fn drop(&mut self) {
         self.line.set_style(steps());
+    }
+}
+
+/// Estimate of the time that is left after this fraction of the work, seconds; `None`: it is too early to tell.
+fn left(fraction: f64, seconds: f64) -> Option<f64> {
+    (fraction > 0.0 && seconds >= LONG.as_secs_f64()).then(|| seconds * (1.0 - fraction) / fraction)
+}
+
+/// Formats seconds as hours, minutes and seconds.
+pub(crate) fn duration(seconds: f64) -> String {
+    let total = seconds.ceil() as u64;
+    match (total / 3600, total / 60 % 60, total % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m} min {s} s"),
+        (h, m, _) => format!("{h} h {m} min"),
     }
 }
 
@@ -247,6 +270,13 @@ fn lines_become_rarer() {
     let mut lines = Lines::from(start);
     let printed: Vec<u64> = (0..200).filter(|s| lines.take(start + Duration::from_secs(*s))).collect();
     assert_eq!(printed, [10, 20, 40, 80, 160]);
+}
+
+#[cfg(test)]
+#[test]
+fn what_is_left_follows_from_what_is_done() {
+    assert_eq!(left(0.25, 60.0).map(duration).as_deref(), Some("3 min 0 s"));
+    assert_eq!((left(0.25, 9.0), left(0.0, 60.0)), (None, None));
 }
 
 #[cfg(test)]

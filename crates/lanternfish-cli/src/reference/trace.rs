@@ -5,7 +5,11 @@ use std::time::{Duration, Instant};
 use lanternfish_reference::{Film, Tracer};
 use lanternfish_scene::Camera;
 
-use crate::{error::CliError, progress::Bar, signals};
+use crate::{
+    error::CliError,
+    progress::{Bar, duration},
+    signals,
+};
 
 /// Target duration of a pass, s, so that the progress line stays responsive.
 const PASS_SECONDS: f64 = 1.0;
@@ -189,15 +193,6 @@ pub fn metric(number: f64) -> String {
         2
     };
     format!("{scaled:.digits$}{name}")
-}
-
-fn duration(seconds: f64) -> String {
-    let total = seconds.ceil() as u64;
-    match (total / 3600, total / 60 % 60, total % 60) {
-        (0, 0, s) => format!("{s} s"),
-        (0, m, s) => format!("{m} min {s} s"),
-        (h, m, _) => format!("{h} h {m} min"),
-    }
 }
 
 #[cfg(test)]

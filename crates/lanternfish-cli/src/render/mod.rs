@@ -81,6 +81,9 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if settings.debug_view == Some(DebugView::Motion) && planned.iter().all(|planned| planned.before.is_none()) {
         progress.note("motion is relative to an earlier frame; --time SECONDS or --frames A-B sets the time");
     }
+    if scene.lights.is_empty() && matches!(settings.debug_view, Some(DebugView::LightCount | DebugView::RayCount)) {
+        progress.note("this view counts lights, and the scene has none: the studio and the sky are an environment");
+    }
     // Choosing a camera and light visits every placed triangle, so a large scene is refused before.
     let mut opened = None;
     if scene.triangle_counts().1 > LARGE {

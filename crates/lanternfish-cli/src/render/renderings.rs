@@ -89,7 +89,7 @@ impl ShownFrames {
 
     fn done(&self, done: u32) {
         self.done.store(done, Relaxed);
-        self.bar.show(f64::from(done) / f64::from(self.all), format!("Rendering: {done} of {} frames", self.all));
+        self.bar.show_left(f64::from(done) / f64::from(self.all), format!("Rendering: {done} of {} frames", self.all));
     }
 }
 

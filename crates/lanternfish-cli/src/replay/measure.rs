@@ -83,7 +83,7 @@ impl<'a> Player<'a> {
         let (bar, all) = (progress.bar(), self.plan.frames());
         progress.step("count", "Counting", || {
             let one = |frame: usize| {
-                bar.show(frame as f64 / all as f64, format!("frame {frame} of {all}"));
+                bar.show_left(frame as f64 / all as f64, format!("counting: frame {frame} of {all}"));
                 self.bring(frame)?;
                 let (cameras, size) = (self.plan.cameras(frame)?, self.plan.size);
                 let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
@@ -104,7 +104,7 @@ impl<'a> Player<'a> {
                 let cameras = self.plan.cameras(0)?;
                 self.renderer.ready(&self.uploaded, &self.requests(&cameras))?;
                 for frame in 0..frames {
-                    bar.show(
+                    bar.show_left(
                         (run * frames + frame) as f64 / (runs * frames) as f64,
                         format!("run {} of {runs}, frame {frame} of {frames}", run + 1),
                     );

@@ -39,6 +39,8 @@ use crate::{
 /// Text after the help of `replay`.
 pub(crate) const HELP: &str = "\
 Examples:
+  A first look, in half a minute without a graphics card:
+    lanternfish replay docs/tracks/atrium.toml --frames 8 --runs 1 --size 320x180
   Time and counters of every frame of a walk:
     lanternfish replay docs/tracks/sponza.toml --runs 7 -o before
   Check whether a change made a pass slower:
@@ -51,6 +53,9 @@ Examples:
 
 Exits with 0, with 1 if --compare finds a pass that became slower, and with 2 after an error.
 The last line of standard output is the page's path.";
+
+/// Number of frames that take long without a graphics card.
+const MANY_FRAMES: usize = 200;
 
 /// Exit code if a replay or a comparison fails.
 const FAILED: u8 = 2;
@@ -185,6 +190,14 @@ fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: us
     progress.warn(driver_warning(&gpu.device.adapter_info()));
     if !gpu.description.timestamps {
         progress.note("the adapter cannot time its passes: only host times are measured");
+    }
+    let rendered = plan.frames() * (runs + 1);
+    if gpu.description.kind == wgpu::DeviceType::Cpu && rendered > MANY_FRAMES {
+        progress.note(&format!(
+            "{} frames are rendered {} times, without a graphics card; for a first look: --frames 8 --runs 1 --size 320x180",
+            plan.frames(),
+            runs + 1
+        ));
     }
     let mut player = Player::new(&gpu, plan, &mut progress)?;
     let mut report = player.report(&shown(source.path(), source), args.scene.to_string(), runs, args.run.seed);

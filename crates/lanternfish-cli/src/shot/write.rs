@@ -3,6 +3,7 @@
 use std::{
     ffi::{OsStr, OsString},
     fmt::Write as _,
+    path::Path,
 };
 
 use clap::ArgMatches;
@@ -40,18 +41,31 @@ const TRACK: &str = "\
 /// Most columns of a comment.
 const WIDTH: usize = 118;
 
-/// Prints the shot of the given arguments, one of which is `scene`. The scene is read, so that errors in it are reported now.
+/// Prints the shot of the given arguments, one of which is `scene`, or writes it to the .toml file that they name as output. The scene is read, so that errors in it are reported now.
 pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
-    let shot = super::resolve(scene, said)?;
+    let mut shot = super::resolve(scene, said)?;
     if shot.recorded().is_some() {
         let what = format_args!("{scene}: a recording has a camera for every step and no keyframes").to_string();
         return Err(CliError::new(what, "`lanternfish render` renders it as it is, and flags override its own"));
+    }
+    let file = shot.args.output.output.clone().filter(|path| output::has_ending(path, "toml"));
+    if let Some(file) = &file {
+        if file.parent().is_some_and(|folder| !folder.as_os_str().is_empty()) {
+            let what =
+                format_args!("{}: a shot is written into this folder, to which its paths are relative", file.display());
+            return Err(CliError::new(what, "give a name without a folder"));
+        }
+        output::refuse_same(&[(file, "the shot")], &[(shot.args.scene.path(), "the scene")])?;
+        shot.words.retain(|(id, value)| id != "output" || !output::has_ending(Path::new(value), "toml"));
     }
     let (args, size) = (&shot.args, shot.args.output.size);
     let scene = scene::load_part(&args.scene, &args.part)?;
     let camera = camera::choose(&scene, &shot.views()[0], size.width as f32 / size.height as f32)?;
     let text = text(&shot, Some(&camera))?;
-    output::print(&text)
+    match file {
+        None => output::print(&text),
+        Some(file) => output::write_text(&file, &text).and_then(|()| output::print(&format!("{}\n", file.display()))),
+    }
 }
 
 /// The shot as TOML.

@@ -154,6 +154,10 @@ fn flags_and_forms_of_other_programs() {
         (&["render", "demo:cornell", "--width", "640"][..], "tip: --size WIDTHxHEIGHT sets both sides"),
         (&["render", "demo:cornell", "--spp", "64"], "--accumulate N"),
         (&["reference", "demo:cornell", "-s", "64"], "--size"),
+        (&["render", "demo:cornell", "--samples", "16"], "--accumulate N averages N frames"),
+        (&["render", "demo:cornell", "--eye", "1", "2", "3"], "joined by commas: 1,2,3"),
+        (&["turntable", "box.glb"], "`lanternfish render SCENE --orbit N`"),
+        (&["farm", "demo:cornell", "--orbit", "8"], "`lanternfish shot SCENE --orbit N -o shot.toml`"),
         (&["box.glb"], "`lanternfish view box.glb` opens a window"),
         (&["demo:cornell"], "`lanternfish render demo:cornell` writes an image"),
     ] {

@@ -322,7 +322,7 @@ fn gpu_a_killed_chunk_is_completed() {
     let said = String::from_utf8(verified.stdout).unwrap();
     assert_eq!(verified.status.code(), Some(1), "{said}");
     assert!(said.contains("broken   out/walk.0002.png: ") && said.contains("missing  out/walk.0012.png\n"), "{said}");
-    assert!(said.lines().last().unwrap().contains(" of 12 frames are complete; not 2, "), "{said}");
+    assert!(said.lines().last().unwrap().contains(" of 12 frames are complete; still to do: 2, "), "{said}");
 
     let (_, stderr) = run(parts.path(), "render walk.toml --fps 12 --frames 1-12 --skip-existing");
     assert!(stderr.contains("of 12 images exist and are complete"), "{stderr}");
@@ -342,7 +342,7 @@ fn missing_frames_are_listed() {
     };
     write_png(&folder.path().join("out/walk.0002.png"), 64, 36, ColorType::Rgb, &[7; 64 * 36 * 3]).unwrap();
     let (code, said) = frames("walk.toml 1-3");
-    assert_eq!((code, said.lines().last()), (Some(1), Some("1 of 3 frames are complete; not 1, 3")));
+    assert_eq!((code, said.lines().last()), (Some(1), Some("1 of 3 frames are complete; still to do: 1, 3")));
     assert_eq!(frames("walk.toml 2"), (Some(0), "1 of 1 frames are complete\n".to_owned()));
     // Flags override the shot's keys.
     let (code, said) = frames("walk.toml 2-2 --size 128x72");

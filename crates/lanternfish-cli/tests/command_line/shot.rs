@@ -52,6 +52,19 @@ fn gpu_a_written_shot_renders_the_same_image() {
     assert_ne!(pixels("other.exr"), pixels("flags.exr"));
 }
 
+/// A shot is written to a .toml file that is named as output; the image has its usual name then.
+#[test]
+fn a_shot_is_written_to_a_named_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = run(folder.path(), "shot demo:cornell --seed 3");
+    assert_eq!(run(folder.path(), "shot demo:cornell --seed 3 -o night.toml"), "night.toml\n");
+    assert_eq!(fs::read_to_string(folder.path().join("night.toml")).unwrap(), printed);
+    assert!(run(folder.path(), "shot demo:cornell -o night.png").contains("output = \"night.png\""));
+    fs::create_dir(folder.path().join("shots")).unwrap();
+    assert!(refused(folder.path(), "shot demo:cornell -o shots/night.toml").contains("without a folder"));
+    assert_eq!(names(&folder.path().join("shots")), [""; 0]);
+}
+
 const TRACK: &str = "scene = \"demo:cornell\"
 [output]
 output = \"walk.png\"
