@@ -63,8 +63,8 @@ gpu_struct! {
         perceptual_roughness: f32,
         /// Sum of `UNLIT`, `LAMBERT` of `material.wesl` and of [`EMITS_FROM_BACK`].
         flags: u32,
-        /// Unused.
-        _pad: u32,
+        /// Fraction of the scattered light that comes through from the other side (`KHR_materials_diffuse_transmission`).
+        through: f32,
     }
 }
 
@@ -296,16 +296,18 @@ fn packed(scene: &Scene, read: &[HitTextures], shading: Shading) -> Vec<HitMater
 
 fn pack(material: &Material, read: &HitTextures, shading: Shading) -> HitMaterial {
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
-    let scattered = material.base_color.truncate() * read.base_color;
+    let mut base_color = material.base_color.truncate() * read.base_color;
+    let mut through = 0.0;
+    if shading == Shading::File && material.scatters_from_behind() {
+        let color = (material.diffuse_transmission_color * read.diffuse_transmission_color).min(Vec3::ONE);
+        let fraction = material.diffuse_transmission * read.diffuse_transmission;
+        let weight = |color: Vec3| color.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        // All that is scattered, from both sides.
+        base_color = base_color.lerp(color, fraction);
+        through = fraction * weight(color) / weight(base_color).max(1e-6);
+    }
     HitMaterial {
-        // What is scattered through counts as reflected: rays find the light of one side.
-        base_color: match shading == Shading::File && material.scatters_from_behind() {
-            true => {
-                let through = (material.diffuse_transmission_color * read.diffuse_transmission_color).min(Vec3::ONE);
-                scattered.lerp(through, material.diffuse_transmission * read.diffuse_transmission)
-            }
-            false => scattered,
-        },
+        base_color,
         base_color_layer: read.base_color_layer,
         emissive: material.emissive * read.emissive,
         emissive_layer: read.emissive_layer,
@@ -316,7 +318,7 @@ fn pack(material: &Material, read: &HitTextures, shading: Shading) -> HitMateria
         flags: flag(shading == Shading::File && material.unlit, UNLIT)
             | flag(shading == Shading::Lambert, LAMBERT)
             | flag(material.double_sided, EMITS_FROM_BACK),
-        _pad: 0,
+        through,
     }
 }
 

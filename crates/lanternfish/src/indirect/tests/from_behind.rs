@@ -9,7 +9,7 @@ use crate::{
     settings::{Direct, Indirect, Samples, Tracer},
     techniques::SampledLights,
     testing::{
-        light::{SIZE, image_of, looking, matt, mean, off, sampled, settings, traced_of},
+        light::{SIZE, closed_box, image_of, looking, matt, mean, off, sampled, settings, traced_of},
         quad, scene_of,
     },
 };
@@ -116,4 +116,26 @@ fn gpu_textures_of_diffuse_transmission_are_read() {
     let (energy, apart) = (mean(&found) / mean(&truth), off(&found, &truth));
     println!("energy {energy:.4}, off by {apart:.4}");
     assert!((energy - 1.0).abs() < 0.05 && apart < 0.15, "{energy}, {apart}");
+}
+
+/// A shell that scatters all light through is as bright inside as the sky, but for what its albedo takes; the light of its other side is that of rays
+/// which hit it from inside.
+#[test]
+fn gpu_a_closed_shell_is_lit_through_its_walls() {
+    let Some(gpu) = testing::gpu("gpu_a_closed_shell_is_lit_through_its_walls") else { return };
+    let shell = Material {
+        diffuse_transmission: 1.0,
+        diffuse_transmission_color: Vec3::new(0.8, 0.6, 0.4),
+        specular: 0.0,
+        ..leaf()
+    };
+    let mut scene = closed_box(shell);
+    scene.sky = Vec3::ONE;
+    let camera = looking([2.0, 2.5, 3.0], [0.0, 0.0, 0.0]);
+    // A ray from inside meets the light that one wall lets through.
+    let truth = traced_of(SIZE, &scene, &camera, 3, 256);
+    let found = image_of(gpu, SIZE, settings(sampled(Tracer::BVH)), &scene, &camera);
+    let (energy, apart) = (mean(&found) / mean(&truth), off(&found, &truth));
+    println!("energy {energy:.4}, off by {apart:.4}");
+    assert!((energy - 1.0).abs() < 0.03 && apart < 0.06, "{energy}, {apart}");
 }
