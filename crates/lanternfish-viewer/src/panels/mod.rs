@@ -141,7 +141,7 @@ pub struct Facts<'a> {
     pub counters: &'a [(String, u64)],
     /// Device memory.
     pub memory: &'a Memory,
-    /// Time of a frame from recording to completion, ms.
+    /// Time of a frame from recording to completion, ms; 0 before the first.
     pub frame_ms: f64,
     /// Average time of panels and paint, ms; `None` before the first measurement.
     pub window_ms: Option<f64>,
@@ -202,15 +202,25 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
         });
         egui::Panel::bottom("below").show(ui, |ui| below(ui, state));
     }
-    egui::CentralPanel::default()
-        .frame(egui::Frame::NONE)
-        .show(ui, |ui| rendering::show(ui, state, facts, seconds, &mut requested));
+    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
+        rendering::show(ui, state, facts, seconds, &mut requested);
+        if facts.frame_ms == 0.0 {
+            preparing(ui);
+        }
+    });
     state.unfold = None;
     if state.shows_keys {
         let window = egui::Window::new("Keys").collapsible(false).vscroll(true).open(&mut state.shows_keys);
         window.show(ui.ctx(), keys::page);
     }
     requested
+}
+
+/// Says why the image is still black.
+fn preparing(ui: &mut Ui) {
+    let text = egui::RichText::new("Preparing the first image: shaders are compiled").color(egui::Color32::WHITE);
+    let at = egui::Rect::from_center_size(ui.max_rect().center(), egui::vec2(400.0, 40.0));
+    ui.put(at, egui::Label::new(text.heading()));
 }
 
 /// A scroll area for contents wider than their panel. A wider panel would resize the viewport and restart accumulation.

@@ -27,6 +27,7 @@ struct Shown {
     write: Option<Form>,
     passes: Vec<PassTime>,
     memory: Memory,
+    frame_ms: f64,
     state: State,
     requested: Requested,
 }
@@ -78,7 +79,7 @@ fn shown<'a>() -> Harness<'a, Shown> {
             passes: &shown.passes,
             counters: &[],
             memory: &shown.memory,
-            frame_ms: 12.0,
+            frame_ms: shown.frame_ms,
             window_ms: Some(3.0),
             textures: Textures::default(),
             progress_of_b: 17,
@@ -100,10 +101,20 @@ fn shown<'a>() -> Harness<'a, Shown> {
             write: None,
             passes: Vec::new(),
             memory: Memory::default(),
+            frame_ms: 12.0,
             state,
             requested: Requested::default(),
         },
     )
+}
+
+#[test]
+fn a_black_image_is_explained_until_the_first_frame() {
+    let mut harness = shown();
+    assert!(harness.query_by_label_contains("Preparing the first image").is_none());
+    harness.state_mut().frame_ms = 0.0;
+    harness.run();
+    harness.get_by_label_contains("Preparing the first image");
 }
 
 /// Opens a list and selects an entry.
