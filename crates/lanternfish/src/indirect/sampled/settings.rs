@@ -200,8 +200,10 @@ impl IndirectTechnique for Sampled {
     }
 
     fn for_other_sides(&mut self) {
+        // Light goes through a shell many times: as many bounces as elsewhere.
+        let (hit_light, bounces) = (self.hit_light, self.bounces);
         self.for_transparent();
-        self.glossy_rays = 0;
+        (self.glossy_rays, self.hit_light, self.bounces) = (0, hit_light, bounces);
     }
 
     fn build(
