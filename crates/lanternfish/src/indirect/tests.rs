@@ -7,6 +7,7 @@ mod from_behind;
 mod history;
 mod lamps;
 mod lobes;
+mod mirrors;
 mod new_entries;
 mod noise;
 mod probes;

@@ -32,6 +32,7 @@ use crate::{
     context::ViewContext,
     environment_light::ENVIRONMENT,
     error::RenderError,
+    gpu_scene::GpuScene,
     prepass::Surface,
     rays::{Structure, Tracer, every_tracer, exact_tracers},
     settings::Settings,
@@ -43,6 +44,9 @@ const GLOSSY_RAYS: Feature = Feature::new("glossy_rays");
 
 /// Rays start from screen probes (`probes/`) instead of pixels.
 pub(super) const PROBES: Feature = Feature::new("probes");
+
+/// Number of lights up to which a shaded hit weighs all of them, so that its choice adds little noise: `MOST_WEIGHED` of `hit_radiance.wesl`.
+const MOST_WEIGHED: u32 = 16;
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
@@ -103,6 +107,10 @@ gpu_struct! {
         most_roughness: f32,
         /// 1: diffuse rays, which are another grid's, do not count for the glossy lobe of these surfaces.
         lobes_apart: u32,
+        /// 1: hits of glossy rays are shaded. The radiance cache adds the light that they reflect from other surfaces.
+        shades_mirrored: u32,
+        /// Unused.
+        _pad: u32,
     }
 }
 
@@ -197,6 +205,11 @@ impl SampledLight {
             smoothing: Smoothing::new(device, settings.history)?,
         })
     }
+
+    /// True if hits of glossy rays are shaded, and the cache adds further bounces, if there are any. With many lights, their choice would be noise.
+    fn shades_mirrored(&self, scene: &GpuScene) -> bool {
+        scene.lights().capacity() <= MOST_WEIGHED && self.settings.bounces != Bounces::ONE
+    }
 }
 
 impl IndirectPasses for SampledLight {
@@ -237,6 +250,7 @@ impl IndirectPasses for SampledLight {
             glossy_blur: glossy_blur(settings.glossy_rays, frames),
             diffuse_density: diffuse_rays as f32,
             most_roughness: f32::MAX,
+            shades_mirrored: self.shades_mirrored(scene).into(),
             ..Default::default()
         };
         let layers = layers_target(frame, surface.size);
@@ -269,6 +283,12 @@ impl IndirectPasses for SampledLight {
 /// diffuse rays is odd, rays to emissive triangles skip points: there are half as many per frame, rounded up.)
 fn frames_before(random_index: u32, is_first: bool, first_rays: u32) -> u32 {
     random_index.wrapping_add(if is_first { 0 } else { first_rays - 1 })
+}
+
+#[cfg(test)]
+#[test]
+fn few_lights_are_those_of_the_shader() {
+    assert_eq!(crate::shaders::constant("indirect/hit_radiance", "MOST_WEIGHED") as u32, MOST_WEIGHED);
 }
 
 #[cfg(test)]

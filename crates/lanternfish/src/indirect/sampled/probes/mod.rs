@@ -197,6 +197,7 @@ impl ProbeLight {
             diffuse_density: self.settings.probe_rays as f32,
             most_roughness: if glossy_rays > 0 { LEAST_ROUGHNESS } else { 0.0 },
             lobes_apart: 1,
+            shades_mirrored: self.light.shades_mirrored(scene).into(),
             ..Default::default()
         };
         let grid = RayGrid {
