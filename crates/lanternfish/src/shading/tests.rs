@@ -161,6 +161,23 @@ fn gpu_sheen_grain_and_films_are_their_cpu_references() {
     }
 }
 
+/// In the surface target sheen has a few bits, whose mean over pixels and frames is right; they are no grain.
+#[test]
+fn gpu_stored_sheen_is_right_in_the_mean() {
+    let Some(gpu) = testing::gpu("gpu_stored_sheen_is_right_in_the_mean") else { return };
+    let mut random = Random::new(5);
+    for (roughness, share) in [(0.3, 0.1), (0.55, 0.5), (0.9, 1.0), (0.5, 0.0)] {
+        let queries: Vec<Vec4> = (0..4096).map(|_| Vec4::new(roughness, share, random.unit(), random.unit())).collect();
+        let stored = evaluate(gpu, "stored_sheen", &queries, 1);
+        assert!(stored.iter().all(|stored| stored.z == 0.0 && stored.max_element() <= 1.0));
+        let with: Vec<_> = stored.iter().filter(|stored| stored.y > 0.0).collect();
+        let mean_share = stored.iter().map(|stored| stored.y).sum::<f32>() / stored.len() as f32;
+        assert!((mean_share - share).abs() < 0.01, "{mean_share}, not {share}");
+        let mean_roughness = with.iter().map(|stored| stored.x).sum::<f32>() / with.len() as f32;
+        assert!(share == 0.0 || (mean_roughness - roughness).abs() < 0.01, "{mean_roughness}, not {roughness}");
+    }
+}
+
 /// The albedo of sheen, by which it dims the surface below, is that of its lobe.
 #[test]
 fn the_fit_of_the_albedo_of_sheen_is_close() {
