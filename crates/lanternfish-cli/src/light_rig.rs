@@ -34,6 +34,8 @@ impl Lighting {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RevolvingLights {
     has_studio: bool,
+    /// Exposure at which a white sheet in the studio is white, EV, if nothing else lights the scene.
+    exposure: Option<f32>,
     /// Index of the sun among the scene's lights, and its direction before the orbit.
     sun: Option<(usize, Vec3)>,
 }
@@ -42,13 +44,23 @@ impl RevolvingLights {
     /// Adds a rig to the scene, for `camera`.
     fn add(rig: LightRig, scene: &mut Scene, camera: &Camera, scale: f32) -> Self {
         let (first, had_environment) = (scene.lights.len(), scene.environment.is_some());
+        let was_dark = rig::is_dark(scene);
         rig.add(scene, camera, scale);
+        let has_studio = !had_environment && scene.environment.is_some();
+        // In a closed interior the studio has a lamp, too.
+        let is_alone = was_dark && scene.lights.is_empty();
         let mut added = scene.lights.iter().enumerate().skip(first);
         let sun = added.find(|(_, light)| light.kind == LightKind::Directional);
         Self {
-            has_studio: !had_environment && scene.environment.is_some(),
+            has_studio,
+            exposure: (has_studio && is_alone).then(|| scale.recip().log2()).filter(|ev| ev.is_finite()),
             sun: sun.map(|(index, light)| (index, light.direction)),
         }
+    }
+
+    /// The automatic exposure, EV, of a scene that the studio alone lights: white materials are white, whatever else is in the image.
+    pub fn exposure(&self) -> Option<f32> {
+        self.exposure
     }
 
     /// True if there are none.
@@ -226,7 +238,9 @@ mod tests {
         let camera = Camera::look_at(eye, Vec3::ZERO, projection);
         let mut scene =
             Scene { lights: vec![lanternfish_scene::Light::directional(Vec3::X, Vec3::ONE)], ..Scene::default() };
+        // The scene has a light of its own, and is metered.
         let studio = RevolvingLights::add(LightRig::Studio, &mut scene, &camera, 0.5);
+        assert_eq!(studio.exposure(), None);
         let sun = RevolvingLights::add(LightRig::Sun, &mut scene, &camera, 1.0);
         assert!(!studio.is_empty() && !sun.is_empty());
         let still = scene.clone();
@@ -249,6 +263,16 @@ mod tests {
             assert!(scene.lights[1].direction.abs_diff_eq(rig::sun(&now).direction, 1e-5));
             assert_eq!(scene.lights[0], still.lights[0], "lights of the file stay");
         }
+    }
+
+    #[test]
+    fn white_is_white_in_the_studio_alone() {
+        let mut scene = demo("furnace").unwrap();
+        (scene.lights, scene.sky) = (Vec::new(), Vec3::ZERO);
+        let camera = Camera::look_at(50.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.8, near: 0.1 });
+        let of = |rig, scale| RevolvingLights::add(rig, &mut scene.clone(), &camera, scale).exposure();
+        assert_eq!((of(LightRig::Studio, 1.0), of(LightRig::Studio, 4.0)), (Some(0.0), Some(-2.0)));
+        assert_eq!((of(LightRig::Sun, 1.0), of(LightRig::Studio, 0.0)), (None, None));
     }
 
     #[test]

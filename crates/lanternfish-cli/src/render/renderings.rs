@@ -145,6 +145,9 @@ impl<'a> RenderedImages<'a> {
         is_next: bool,
         progress: &mut Progress,
     ) -> Result<(), CliError> {
+        if let Some(ev) = self.revolving.exposure() {
+            self.renderer.set_exposure(Exposure::Ev(ev))?;
+        }
         let mut drawn = self.drawn(first, camera, progress)?;
         if self.may_lack_light
             && let Some(scene) = &mut self.scene
