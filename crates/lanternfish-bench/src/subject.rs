@@ -13,7 +13,7 @@ use lanternfish_cli::{
     scene::{self, SceneName},
     shot::{self, Shot},
 };
-use lanternfish_scene::{Camera, Scene};
+use lanternfish_scene::{Bounds, Camera, Scene};
 
 /// Flags of a view of a scene.
 #[derive(Debug, Args)]
@@ -59,7 +59,7 @@ impl Subject {
         let mut scene = load(&args.scene, &args.part, shot.as_ref(), keeps_transparent, progress)?;
         apply_lights(&mut scene, lights, seed)?;
         let Size { width, height } = args.size;
-        let (cameras, _) = camera::choose_each(&scene, &views, width as f32 / height as f32)?;
+        let (cameras, _) = camera::choose_each(&scene, &Bounds::EMPTY, &views, width as f32 / height as f32)?;
         light_rig::add(&mut scene, lights, &cameras[0])?;
         let mut look = Settings {
             shadows: Shadows::BVH,

@@ -13,11 +13,18 @@ const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 /// The camera that the flags request: `--camera` or `--view`, else the file's first, else one that frames the whole scene.
 /// `--eye`, `--target` and `--fov-y` then move, rotate and zoom it. `aspect` is width / height.
 pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, CliError> {
-    choose_each(scene, std::slice::from_ref(flags), aspect).map(|(mut cameras, _)| cameras.swap_remove(0))
+    choose_each(scene, &Bounds::EMPTY, std::slice::from_ref(flags), aspect)
+        .map(|(mut cameras, _)| cameras.swap_remove(0))
 }
 
-/// As [`choose`], for every view of a sequence. The flag is true if a camera was placed inside a closed interior by default.
-pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<(Vec<Camera>, bool), CliError> {
+/// As [`choose`], for every view of a sequence. A camera that frames the scene shows all of `reach`, through which it moves; empty: nothing moves.
+/// The flag is true if a camera was placed inside a closed interior by default.
+pub fn choose_each(
+    scene: &Scene,
+    reach: &Bounds,
+    views: &[ViewArgs],
+    aspect: f32,
+) -> Result<(Vec<Camera>, bool), CliError> {
     // Computing the bounds visits every vertex, so do it once.
     let bounds = LazyCell::new(|| scene.bounds());
     let mut cameras = Vec::with_capacity(views.len());
@@ -29,14 +36,30 @@ pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<(Ve
         let (_, (camera, is_inside)) = match last.take() {
             Some(chosen) if chosen.0 == still => last.insert(chosen),
             _ => {
-                let chosen = choose_within(scene, &bounds, &still, aspect)?;
-                last.insert((still, chosen))
+                let (mut camera, is_inside) = choose_within(scene, &bounds, &still, aspect)?;
+                if !is_inside && frames_all(scene, &still) && reaches_beyond(reach, &bounds) {
+                    camera = Camera::framing(reach, still.fov_y.unwrap_or(FOV_Y), aspect);
+                }
+                last.insert((still, (camera, is_inside)))
             }
         };
         cameras.push(revolved(camera, &bounds, *is_inside, flags));
         is_any_inside |= *is_inside;
     }
     Ok((cameras, is_any_inside))
+}
+
+/// True if these flags leave it to the program to frame the whole scene.
+fn frames_all(scene: &Scene, flags: &ViewArgs) -> bool {
+    let is_chosen = flags.camera.is_some() || flags.view.is_some() || flags.recorded.is_some();
+    let is_placed = flags.eye.is_some() || flags.target.is_some();
+    !is_chosen && !is_placed && scene.cameras.is_empty()
+}
+
+/// True if the box that moving parts reach is visibly larger than their box at 0 s.
+fn reaches_beyond(reach: &Bounds, bounds: &Bounds) -> bool {
+    let beyond = (bounds.min - reach.min).max(reach.max - bounds.max);
+    !reach.is_empty() && !bounds.is_empty() && beyond.max_element() > 0.02 * bounds.size().max_element()
 }
 
 /// The camera of an orbit at `flags.orbit_angle`; see `--orbit` for its axis.
@@ -161,7 +184,7 @@ fn named<'s>(scene: &'s Scene, wanted: &str) -> Result<&'s Camera, CliError> {
             return CliError::new(what, "the file has none; place one with --eye and --target");
         }
         let available: Vec<_> = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} {:?}", c.name)).collect();
-        CliError::new(what, format!("there are {}", available.join(", ")))
+        CliError::new(what, format!("choose one of these by its number or name: {}", available.join(", ")))
     })
 }
 
@@ -186,6 +209,28 @@ mod tests {
 
     fn forward(camera: &Camera) -> Vec3 {
         camera.world_from_camera.transform_vector3(Vec3::NEG_Z)
+    }
+
+    #[test]
+    fn framed_scenes_stay_in_the_image_while_they_move() {
+        let scene = Scene { cameras: Vec::new(), ..lanternfish_scene::generate::demo("furnace").unwrap() };
+        let bounds = scene.bounds();
+        let reach = Bounds { max: bounds.max + 4.0 * bounds.size().x * Vec3::X, ..bounds };
+        let of = |flags: ViewArgs, reach| choose_each(&scene, reach, &[flags], 1.5).unwrap().0.swap_remove(0);
+        let shows = |camera: &Camera, bounds: &Bounds| {
+            let camera_from_world = camera.world_from_camera.inverse();
+            let slope = (0.5 * FOV_Y).tan();
+            bounds.corners().iter().all(|corner| {
+                let p = camera_from_world.transform_point3(*corner);
+                p.z < 0.0 && p.x.abs() <= -1.5 * slope * p.z && p.y.abs() <= -slope * p.z
+            })
+        };
+        let (still, moving) = (of(flags(), &Bounds::EMPTY), of(flags(), &reach));
+        assert!(shows(&still, &bounds) && !shows(&still, &reach) && shows(&moving, &reach));
+        // Not what flags place, nor what hardly moves.
+        let placed = ViewArgs { eye: Some(20.0 * Vec3::Z), ..flags() };
+        assert_eq!(of(placed.clone(), &reach), of(placed, &Bounds::EMPTY));
+        assert_eq!(of(flags(), &bounds), still);
     }
 
     #[test]
@@ -275,7 +320,7 @@ mod tests {
         ] {
             let orbit = |i: u16| ViewArgs { orbit_angle: (f32::from(i) * 60.0).to_radians(), ..still.clone() };
             let views: Vec<_> = (0..6).map(orbit).collect();
-            let (cameras, is_inside) = choose_each(scene, &views, 1.5).unwrap();
+            let (cameras, is_inside) = choose_each(scene, &Bounds::EMPTY, &views, 1.5).unwrap();
             assert!(!is_inside);
             assert_eq!(cameras[0], choose(scene, still, 1.5).unwrap());
             // The last camera is as far from the first as any two neighbours are.

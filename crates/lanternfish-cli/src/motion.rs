@@ -1,12 +1,15 @@
 //! Moving parts of a scene other than the camera: light rain, and the animations of the file.
 
-use lanternfish_scene::{Scene, generate::Rain};
+use lanternfish_scene::{Bounds, Scene, generate::Rain};
 
 use crate::{args::TrackArgs, error::CliError};
 
 /// Note for a requested time in a scene without motion.
 pub const NOTHING_MOVES: &str =
     "neither the camera nor anything in the scene moves: the image is the same at every time";
+
+/// Moments of an animation, after its first, at which its bounds are found.
+const MOMENTS: u32 = 8;
 
 /// The moving parts of a scene.
 #[derive(Debug)]
@@ -41,6 +44,21 @@ impl Motion {
     /// Light rain without an animation.
     pub fn of_rain(rain: Rain) -> Self {
         Self { rain: Some(rain), animation: None }
+    }
+
+    /// The bounds of all that an animation moves through, by nine moments of it; empty without one. `scene` is in its state at 0 s, and is left so.
+    pub fn bounds(&self, scene: &mut Scene) -> Result<Bounds, CliError> {
+        let Some(animation) = self.animation else { return Ok(Bounds::EMPTY) };
+        let duration = scene.motion.animations[animation].duration();
+        let mut bounds = scene.bounds();
+        for moment in 1..=MOMENTS {
+            // A moment at which something goes too far is an error only if it is rendered.
+            if self.at_time(scene, duration * moment as f32 / MOMENTS as f32).is_ok() {
+                bounds.add_bounds(&scene.bounds());
+            }
+        }
+        self.at_time(scene, 0.0)?;
+        Ok(bounds)
     }
 
     /// Sets everything in `scene` to its state at `time`, s.
@@ -103,11 +121,33 @@ mod tests {
         scene.motion.animations = vec![Animation { name: "fly".to_owned(), channels: vec![channel] }];
         let motion = Motion { rain: None, animation: Some(0) };
         motion.at_time(&mut scene, 0.0).unwrap();
+        // Of nine moments the first is the only one within reach.
+        let at_start = scene.bounds();
+        assert_eq!(motion.bounds(&mut scene).unwrap(), at_start);
         let error = motion.at_time(&mut scene, 0.9).unwrap_err().to_string();
         for word in ["far: its animation 0 (fly)", "0.9 s", "instance 0", "m from the origin", "in the file", "--time"]
         {
             assert!(error.contains(word), "{word:?} is not in: {error}");
         }
+    }
+
+    #[test]
+    fn bounds_hold_all_moments_of_an_animation() {
+        let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
+        let sampler = Sampler {
+            interpolation: Interpolation::Linear,
+            times: vec![0.0, 1.0, 2.0],
+            values: vec![0.0, 0.0, 0.0, 8.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        };
+        let channel = Channel { node: 0, property: Property::Translation, sampler: sampler.into() };
+        scene.motion.nodes = vec![Node::default()];
+        scene.motion.instances = vec![Bound { index: 0, node: 0, node_from_object: Affine3A::IDENTITY }];
+        scene.motion.animations = vec![Animation { name: String::new(), channels: vec![channel] }];
+        let at_start = scene.bounds();
+        let bounds = Motion { rain: None, animation: Some(0) }.bounds(&mut scene).unwrap();
+        assert!(bounds.min == at_start.min && bounds.max.x > at_start.max.x + 3.0, "{bounds:?}");
+        assert_eq!(scene.bounds(), at_start);
+        assert!(Motion { rain: None, animation: None }.bounds(&mut scene).unwrap().is_empty());
     }
 
     #[test]

@@ -20,7 +20,7 @@ use lanternfish_reference::{
     Film, Settings, Tracer,
     settings::{Integrator, UNLIMITED},
 };
-use lanternfish_scene::{Camera, Scene};
+use lanternfish_scene::{Bounds, Camera, Scene};
 
 pub use self::{
     args::{HELP, ReferenceArgs},
@@ -90,13 +90,14 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     // Choosing a camera and light visits every placed triangle.
     Tracer::check_memory(&scene)?;
     let aspect = size.width as f32 / size.height as f32;
-    let (cameras, is_inside) = camera::choose_each(&scene, slice::from_ref(&frame.view), aspect)?;
+    let reach = motion.as_ref().map_or(Ok(Bounds::EMPTY), |motion| motion.bounds(&mut scene))?;
+    let (cameras, is_inside) = camera::choose_each(&scene, &reach, slice::from_ref(&frame.view), aspect)?;
     let mut camera = cameras[0].clone();
     if is_inside {
         progress.note(camera::INSIDE);
     }
     let lights = Lighting { is_seen: settings.integrator == Integrator::Path, reaches_surfaces: true };
-    light_rig::light(&mut scene, &flags.lights, &camera, lights, |note| progress.note(note))?;
+    let rig = light_rig::light(&mut scene, &flags.lights, &camera, lights, |note| progress.note(note))?;
     // As in `render`: choose cameras and light at 0 s, then move the scene to the frame's time.
     if let (Some(motion), Some(time)) = (motion, frame.time) {
         let bounds = scene.bounds();
@@ -134,6 +135,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     let LookArgs { exposure, tone_map, .. } = flags.look;
     let meters = target.is_png() && settings.integrator == Integrator::Path && exposure == Exposure::Auto;
     let coverage = if meters { tracer.coverage(camera, size.width as usize, size.height as usize) } else { Vec::new() };
+    let exposure = rig.exposure().filter(|_| meters).map_or(exposure, Exposure::Ev);
     let look = Look { integrator: settings.integrator, exposure, tone_map, coverage };
     signals::end_when_requested();
     let goal = goal(args);

@@ -20,7 +20,7 @@ use lanternfish::{
     settings::{DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::{Gpu, driver_warning};
-use lanternfish_scene::Scene;
+use lanternfish_scene::{Bounds, Scene};
 use rayon::prelude::*;
 
 pub use self::lights::{apply_lights, lit_scene};
@@ -96,7 +96,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let befores = planned.iter().filter_map(|planned| planned.before.as_ref());
     let frames = std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame)).chain(befores);
     let views: Vec<_> = frames.map(|frame| frame.view.clone()).collect();
-    let (cameras, is_inside) = camera::choose_each(&scene, &views, aspect)?;
+    let reach = motion.as_ref().map_or(Ok(Bounds::EMPTY), |motion| motion.bounds(&mut scene))?;
+    let (cameras, is_inside) = camera::choose_each(&scene, &reach, &views, aspect)?;
     if is_inside {
         progress.note(camera::INSIDE);
     }
