@@ -51,7 +51,7 @@ Examples:
   Linear radiance for further work:
     lanternfish render scene.glb -o scene.exr
   How many lights each pixel evaluates:
-    lanternfish render demo:atrium --lights rain:1000 --debug-view light-count -o lights.png
+    lanternfish render demo:atrium --lights rain:1000 --debug-view lights-per-pixel -o lights.png
   All flags in a file, and a flag that overrides the file:
     lanternfish shot scene.glb --sun 0.3,-1,-0.6,3 -o shot.toml
     lanternfish render shot.toml --exposure 1

@@ -61,7 +61,7 @@ impl From<SceneError> for CliError {
             SceneError::TooMuch { need, .. } => memory_hint(need),
             SceneError::Outside { .. } => "put the file into the scene's folder, or leave --confine out",
             SceneError::UnknownFormat { .. } => {
-                "export the scene as glTF 2.0 (.glb), which most modelling programs support"
+                "export the scene as glTF 2.0 (.glb), which most modelling programs support; --environment FILE.hdr|.exr lights a scene"
             }
             SceneError::UnknownEnvironmentFormat { .. } => {
                 "save it as Radiance (.hdr) or OpenEXR (.exr); a constant background is --sky"

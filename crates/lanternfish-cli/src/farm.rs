@@ -94,11 +94,15 @@ fn below(folder: &Path, path: &Path) -> Result<String, CliError> {
         inner.iter().map(|part| part.to_str()).collect::<Option<Vec<_>>>().map(|parts| parts.join("/"))
     });
     inner.ok_or_else(|| {
-        CliError::new(
-            format_args!("{}: not in the job's folder, {}", path.display(), base.display()),
-            "put the job into a folder that holds both the shot and its images (-o FOLDER/job.yaml); `lanternfish shot SCENE -o shot.toml` \
-             writes a shot that names a scene elsewhere",
-        )
+        let common = base.ancestors().find(|folder| path.starts_with(folder));
+        let remedy = match common.filter(|folder| folder.parent().is_some()) {
+            Some(common) => {
+                let job = common.join("job.yaml");
+                format!("write the job into a folder that holds both, -o {}, or copy the file", job.display())
+            }
+            None => "copy the file into it".to_owned(),
+        };
+        CliError::new(format_args!("{}: not in the job's folder, {}", path.display(), base.display()), remedy)
     })
 }
 

@@ -9,7 +9,7 @@ use clap::{
 };
 
 /// Flags of other renderers and viewers, and what does the same here.
-const ELSEWHERE: [(&str, &str); 18] = [
+const ELSEWHERE: [(&str, &str); 23] = [
     ("--width", "--size WIDTHxHEIGHT sets both sides"),
     ("--height", "--size WIDTHxHEIGHT sets both sides"),
     ("--resolution", "--size WIDTHxHEIGHT sets the image's size"),
@@ -27,9 +27,16 @@ const ELSEWHERE: [(&str, &str); 18] = [
     ("--output-size", "--size WIDTHxHEIGHT sets the image's size"),
     ("--time-limit", "`lanternfish reference` traces until a --time-limit; --time is a moment of an animation"),
     ("--fov", "--fov-y DEGREES is the vertical field of view"),
+    ("--size", IN_A_SHOT),
+    ("--camera", IN_A_SHOT),
+    ("--quality", IN_A_SHOT),
+    ("--accumulate", IN_A_SHOT),
+    ("--frames", "`lanternfish frames SHOT A-B` takes the range without a flag"),
     ("-v", "--timings prints the time of each pass; --version the version"),
 ];
 
+const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
+const IN_A_SHOT: &str = "a shot holds it: `lanternfish shot SCENE FLAGS -o shot.toml`, then name shot.toml";
 const TURNTABLE: &str = "--orbit N renders N frames around the scene";
 const SAMPLES: &str = "--accumulate N averages N frames; --spp is of `reference`";
 
@@ -46,6 +53,12 @@ pub(crate) fn explain(error: &mut Error) {
             let known = known.or_else(|| {
                 argument.parse::<f64>().is_ok().then_some("numbers of one flag are joined by commas: 1,2,3")
             });
+            let is_image = argument.ends_with(".png") || argument.ends_with(".exr");
+            let known = known.or(is_image.then_some("-o FILE names the image"));
+            // Before the command there are no flags but --help and --version.
+            let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
+            let known =
+                if usage.contains("COMMAND") && argument.starts_with("--") { Some(AFTER_COMMAND) } else { known };
             let known = known.map(str::to_owned);
             if known.is_none() && error.get(ContextKind::SuggestedArg).is_some() {
                 return;
@@ -64,6 +77,13 @@ pub(crate) fn explain(error: &mut Error) {
         {
             error.remove(ContextKind::SuggestedValue);
             vec![format!("--samples is for edges; {SAMPLES}")]
+        }
+        ErrorKind::InvalidValue
+            if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--indirect "))
+                && argument(ContextKind::InvalidValue).is_some_and(|name| name.starts_with("path")) =>
+        {
+            error.remove(ContextKind::SuggestedValue);
+            vec!["`lanternfish reference SCENE` is the path tracer".to_owned()]
         }
         ErrorKind::InvalidSubcommand => {
             let Some(file) = argument(ContextKind::InvalidSubcommand).filter(|name| is_file(name)) else { return };

@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum ViewerError {
     /// The system has no display, or none that is supported.
-    #[error("no window can be opened: {0}. Without a display, `lanternfish render` renders images")]
+    #[error("no window can be opened: {0}; without a display, `lanternfish render` renders images")]
     Display(String),
     /// The device, or the window's surface on it, failed.
     #[error(transparent)]

@@ -11,6 +11,7 @@ use std::{
 
 use winit::{
     application::ApplicationHandler,
+    error::EventLoopError,
     event::WindowEvent,
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop, OwnedDisplayHandle},
     window::WindowId,
@@ -52,10 +53,28 @@ pub trait Program: Sized {
 
 /// Opens a window, and returns when it is closed.
 pub fn run<T: Program>(start: T::Start) -> Result<(), ViewerError> {
-    let events = EventLoop::new().map_err(|error| ViewerError::Display(error.to_string()))?;
+    let no_display = |error: EventLoopError| ViewerError::Display(without_place(&error.to_string()).to_owned());
+    let events = EventLoop::new().map_err(no_display)?;
     let mut app = App::<T> { display: events.owned_display_handle(), start: Some(start), open: None, failed: None };
-    events.run_app(&mut app).map_err(|error| ViewerError::Display(error.to_string()))?;
+    events.run_app(&mut app).map_err(no_display)?;
     app.failed.map_or(Ok(()), Err)
+}
+
+/// An error of the system without the place in winit's source that found it: `os error at FILE.rs:LINE: TEXT`.
+fn without_place(error: &str) -> &str {
+    let place_and_text = error.strip_prefix("os error at ").and_then(|rest| rest.split_once(".rs:"));
+    place_and_text
+        .and_then(|(_, line_and_text)| line_and_text.split_once(": "))
+        .map_or(error, |(_, text)| text)
+        .trim_end_matches('.')
+}
+
+#[cfg(test)]
+#[test]
+fn errors_of_the_system_name_no_file_of_the_builder() {
+    let found = "os error at /home/someone/winit-0.30/src/platform_impl/linux/mod.rs:764: neither DISPLAY is set.";
+    assert_eq!(without_place(found), "neither DISPLAY is set");
+    assert_eq!(without_place("the event loop was created twice"), "the event loop was created twice");
 }
 
 /// The application, before and while its window is open.

@@ -117,6 +117,11 @@ pub fn line(ui: &mut Ui, viewport: Rect, fraction: &mut f32) {
     ui.painter().vline(x, viewport.y_range(), egui::Stroke::new(1.5, color));
     for (letter, side, align) in [("A", -8.0, egui::Align2::RIGHT_TOP), ("B", 8.0, egui::Align2::LEFT_TOP)] {
         let font = egui::FontId::proportional(16.0);
-        ui.painter().text(pos2(x + side, response.rect.top() + 6.0), align, letter, font, color);
+        let at = pos2(x + side, response.rect.top() + 6.0);
+        let letters = ui.painter().layout_no_wrap(letter.to_owned(), font, color);
+        let place = align.anchor_size(at, letters.size());
+        // Seen on white, too.
+        ui.painter().rect_filled(place.expand2(egui::vec2(4.0, 1.0)), 3.0, egui::Color32::from_black_alpha(160));
+        ui.painter().galley(place.min, letters, color);
     }
 }

@@ -157,7 +157,12 @@ fn flags_and_forms_of_other_programs() {
         (&["render", "demo:cornell", "--samples", "16"], "--accumulate N averages N frames"),
         (&["render", "demo:cornell", "--eye", "1", "2", "3"], "joined by commas: 1,2,3"),
         (&["turntable", "box.glb"], "`lanternfish render SCENE --orbit N`"),
+        (&["render", "demo:cornell", "--indirect", "path"], "`lanternfish reference SCENE` is the path tracer"),
         (&["farm", "demo:cornell", "--orbit", "8"], "`lanternfish shot SCENE --orbit N -o shot.toml`"),
+        (&["farm", "demo:cornell", "--frames", "1-4", "--size", "8x8"], "`lanternfish shot SCENE FLAGS -o shot.toml`"),
+        (&["frames", "shot.toml", "--frames", "1-4"], "`lanternfish frames SHOT A-B`"),
+        (&["render", "demo:cornell", "out.png"], "-o FILE names the image"),
+        (&["--size", "64x64", "render", "demo:cornell"], "flags go after the command"),
         (&["box.glb"], "`lanternfish view box.glb` opens a window"),
         (&["demo:cornell"], "`lanternfish render demo:cornell` writes an image"),
     ] {
@@ -211,7 +216,8 @@ fn unknown_values_and_flags() {
 #[test]
 fn cameras_that_are_not_there() {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path(), &["render", "demo:cornell", "--camera", "99"]).assert_refused(&["99", "there are 0"], &[]);
+    run(folder.path(), &["render", "demo:cornell", "--camera", "99"])
+        .assert_refused(&["99", "by its number or name: 0"], &[]);
     for (other, value) in [("--eye", "1,2,3"), ("--camera", "0"), ("--target", "0,0,0")] {
         run(folder.path(), &["render", "demo:cornell", "--view", "top", other, value])
             .assert_refused(&["--view", other, "cannot be used with"], &[]);

@@ -210,8 +210,9 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     });
     state.unfold = None;
     if state.shows_keys {
-        let window = egui::Window::new("Keys").collapsible(false).vscroll(true).open(&mut state.shows_keys);
-        window.show(ui.ctx(), keys::page);
+        // High enough for all of them, if there is room.
+        let window = egui::Window::new("Keys").collapsible(false).vscroll(true).default_height(640.0);
+        window.open(&mut state.shows_keys).show(ui.ctx(), keys::page);
     }
     requested
 }

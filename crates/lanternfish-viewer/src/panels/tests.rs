@@ -236,6 +236,10 @@ fn keys_fly_hide_the_panels_and_write_shots() {
     harness.key_press(Key::F1);
     harness.run();
     assert!(harness.state().state.shows_keys && harness.query_by_label("Look around").is_some());
+    // The list is seen to its end.
+    let of = |harness: &Harness<'_, Shown>, label: &str| harness.get_by_label(label).rect();
+    let (window, last) = (of(&harness, "Keys"), of(&harness, "This help; Escape closes it, or the window"));
+    assert!(window.contains_rect(last), "{window:?} {last:?}");
     harness.key_press(Key::Escape);
     harness.run();
     assert!(!harness.state().state.shows_keys && !harness.state().requested.close);
