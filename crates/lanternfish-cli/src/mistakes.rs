@@ -9,7 +9,7 @@ use clap::{
 };
 
 /// Flags of other renderers and viewers, and what does the same here.
-const ELSEWHERE: [(&str, &str); 23] = [
+const ELSEWHERE: [(&str, &str); 19] = [
     ("--width", "--size WIDTHxHEIGHT sets both sides"),
     ("--height", "--size WIDTHxHEIGHT sets both sides"),
     ("--resolution", "--size WIDTHxHEIGHT sets the image's size"),
@@ -27,10 +27,6 @@ const ELSEWHERE: [(&str, &str); 23] = [
     ("--output-size", "--size WIDTHxHEIGHT sets the image's size"),
     ("--time-limit", "`lanternfish reference` traces until a --time-limit; --time is a moment of an animation"),
     ("--fov", "--fov-y DEGREES is the vertical field of view"),
-    ("--size", IN_A_SHOT),
-    ("--camera", IN_A_SHOT),
-    ("--quality", IN_A_SHOT),
-    ("--accumulate", IN_A_SHOT),
     ("--frames", "`lanternfish frames SHOT A-B` takes the range without a flag"),
     ("-v", "--timings prints the time of each pass; --version the version"),
 ];
@@ -57,8 +53,11 @@ pub(crate) fn explain(error: &mut Error) {
             let known = known.or(is_image.then_some("-o FILE names the image"));
             // Before the command there are no flags but --help and --version.
             let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
-            let known =
-                if usage.contains("COMMAND") && argument.starts_with("--") { Some(AFTER_COMMAND) } else { known };
+            let known = match argument.starts_with("--") {
+                true if usage.contains("COMMAND") => Some(AFTER_COMMAND),
+                true if usage.contains(" farm ") => known.or(Some(IN_A_SHOT)),
+                _ => known,
+            };
             let known = known.map(str::to_owned);
             if known.is_none() && error.get(ContextKind::SuggestedArg).is_some() {
                 return;
