@@ -30,9 +30,9 @@ impl Lighting {
     }
 }
 
-/// The lights of a rig that revolve with the camera of an orbit: the studio's environment and the sun. A lamp in a room stays.
+/// What a rig adds to a scene. The studio's environment and the sun revolve with the camera of an orbit; a lamp in a room stays.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct RevolvingLights {
+pub struct AddedLights {
     has_studio: bool,
     /// Exposure at which a white sheet in the studio is white, EV, if nothing else lights the scene.
     exposure: Option<f32>,
@@ -40,7 +40,7 @@ pub struct RevolvingLights {
     sun: Option<(usize, Vec3)>,
 }
 
-impl RevolvingLights {
+impl AddedLights {
     /// Adds a rig to the scene, for `camera`.
     fn add(rig: LightRig, scene: &mut Scene, camera: &Camera, scale: f32) -> Self {
         let (first, had_environment) = (scene.lights.len(), scene.environment.is_some());
@@ -87,7 +87,7 @@ pub(crate) fn light(
     camera: &Camera,
     lighting: Lighting,
     say: impl Fn(&str),
-) -> Result<RevolvingLights, CliError> {
+) -> Result<AddedLights, CliError> {
     let requested = add(scene, flags, camera)?;
     if scene.bounds().is_empty() {
         say("the scene has no geometry: only its environment is visible");
@@ -105,12 +105,12 @@ pub(crate) fn light(
     Ok(match lighting.reaches_surfaces {
         true => {
             say("the scene has no light of its own: lit by the built-in studio (--light-rig studio|sun|none)");
-            RevolvingLights::add(LightRig::Studio, scene, camera, flags.environment_scale)
+            AddedLights::add(LightRig::Studio, scene, camera, flags.environment_scale)
         }
         // The studio lights the scene through its environment.
         false => {
             say("the scene has no light of its own: lit by a built-in sun (--light-rig studio|sun|none)");
-            RevolvingLights::add(LightRig::Sun, scene, camera, 1.0)
+            AddedLights::add(LightRig::Sun, scene, camera, 1.0)
         }
     })
 }
@@ -159,13 +159,13 @@ impl FillLight {
     }
 
     /// Adds it, and returns what revolves with the camera of an orbit.
-    pub fn add(self, scene: &mut Scene, camera: &Camera) -> RevolvingLights {
+    pub fn add(self, scene: &mut Scene, camera: &Camera) -> AddedLights {
         match self {
             Self::Sky(radiance) => {
                 scene.sky = radiance;
-                RevolvingLights::default()
+                AddedLights::default()
             }
-            Self::Studio(scale) => RevolvingLights::add(LightRig::Studio, scene, camera, scale),
+            Self::Studio(scale) => AddedLights::add(LightRig::Studio, scene, camera, scale),
         }
     }
 
@@ -198,8 +198,8 @@ impl FillLight {
 }
 
 /// Adds the rig of `--light-rig`, if given. Returns what revolves with the camera of an orbit.
-pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<RevolvingLights, CliError> {
-    let Some(rig) = flags.light_rig else { return Ok(RevolvingLights::default()) };
+pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<AddedLights, CliError> {
+    let Some(rig) = flags.light_rig else { return Ok(AddedLights::default()) };
     let environment_flag = match (&flags.environment, flags.sky) {
         (Some(_), _) => Some("--environment"),
         (None, Some(_)) => Some("--sky"),
@@ -211,7 +211,7 @@ pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<Revo
             "choose one of them, or --light-rig sun, which keeps the environment",
         ));
     }
-    Ok(RevolvingLights::add(rig, scene, camera, flags.environment_scale))
+    Ok(AddedLights::add(rig, scene, camera, flags.environment_scale))
 }
 
 /// True if a flag adds light.
@@ -239,9 +239,9 @@ mod tests {
         let mut scene =
             Scene { lights: vec![lanternfish_scene::Light::directional(Vec3::X, Vec3::ONE)], ..Scene::default() };
         // The scene has a light of its own, and is metered.
-        let studio = RevolvingLights::add(LightRig::Studio, &mut scene, &camera, 0.5);
+        let studio = AddedLights::add(LightRig::Studio, &mut scene, &camera, 0.5);
         assert_eq!(studio.exposure(), None);
-        let sun = RevolvingLights::add(LightRig::Sun, &mut scene, &camera, 1.0);
+        let sun = AddedLights::add(LightRig::Sun, &mut scene, &camera, 1.0);
         assert!(!studio.is_empty() && !sun.is_empty());
         let still = scene.clone();
         for angle in [2.0, 0.7, 0.0] {
@@ -270,7 +270,7 @@ mod tests {
         let mut scene = demo("furnace").unwrap();
         (scene.lights, scene.sky) = (Vec::new(), Vec3::ZERO);
         let camera = Camera::look_at(50.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.8, near: 0.1 });
-        let of = |rig, scale| RevolvingLights::add(rig, &mut scene.clone(), &camera, scale).exposure();
+        let of = |rig, scale| AddedLights::add(rig, &mut scene.clone(), &camera, scale).exposure();
         assert_eq!((of(LightRig::Studio, 1.0), of(LightRig::Studio, 4.0)), (Some(0.0), Some(-2.0)));
         assert_eq!((of(LightRig::Sun, 1.0), of(LightRig::Studio, 0.0)), (None, None));
     }

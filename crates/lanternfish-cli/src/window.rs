@@ -6,7 +6,7 @@ use std::{
     rc::Rc,
 };
 
-use lanternfish::settings::{History, Settings};
+use lanternfish::settings::{Exposure, History, Settings};
 use lanternfish_metrics::{ColorType, write_png};
 use lanternfish_scene::{Camera, Scene, generate::Rain};
 use lanternfish_viewer::{Form, Moment, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
@@ -57,7 +57,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     }
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
-    let (name, settings, size) = (args.scene.to_string(), in_window(&shot), args.output.size);
+    let (name, size) = (args.scene.to_string(), args.output.size);
     let eyes = args.stereo.stereo;
     let adapter = args.run.adapter.clone().unwrap_or_default();
     if let Some(folder) = &window.shaders {
@@ -66,7 +66,8 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     let record = window.record.as_deref();
     let record = record.map(|path| Ok::<_, CliError>((STEP, recorder(&shot, path)?))).transpose()?;
     let size_is_chosen = shot.names().iter().any(|name| name == "size");
-    let Loaded { scene, camera, by_rig, moment, rain } = loaded(&shot, &mut progress)?;
+    let Loaded { scene, camera, by_rig, exposure, moment, rain } = loaded(&shot, &mut progress)?;
+    let settings = in_window(&shot, exposure);
     progress.finish();
     // The opened scene. A file that is dropped on the window replaces it.
     let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig, rain.clone())));
@@ -140,6 +141,8 @@ struct Loaded {
     camera: Camera,
     /// Number of lights, at the end, that belong to a rig.
     by_rig: usize,
+    /// The automatic exposure, EV, if it is not metered.
+    exposure: Option<f32>,
     /// The animation and time to show.
     moment: Option<Moment>,
     /// The light rain.
@@ -156,14 +159,14 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     let camera = camera::choose(&scene, &first.view, size.width as f32 / size.height as f32)?;
     let lights = Lighting { is_seen: true, ..Lighting::of(&args.settings()) };
     let before = scene.lights.len();
-    light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;
+    let rig = light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;
     let by_rig = scene.lights.len() - before;
-    Ok(Loaded { scene, camera, by_rig, moment, rain })
+    Ok(Loaded { scene, camera, by_rig, exposure: rig.exposure(), moment, rain })
 }
 
 /// A shot's settings for interactive frames: with temporal accumulation and `direct auto`, unless the shot sets them, and with the multisampling of
-/// single frames, because frames are shown alone while the view moves.
-fn in_window(shot: &Shot) -> Settings {
+/// single frames, because frames are shown alone while the view moves. `exposure`: the automatic one, EV, if it is not metered.
+fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
     let samples = shot.args.settings_of(1).samples;
     let mut settings = Settings { samples, ..shot.args.settings() };
     if !shot.names().iter().any(|name| name == "history") {
@@ -171,6 +174,9 @@ fn in_window(shot: &Shot) -> Settings {
     }
     if !shot.names().iter().any(|name| name == "direct") {
         settings.direct = shot.args.technique.automatic_direct();
+    }
+    if let Some(ev) = exposure.filter(|_| settings.exposure == Exposure::Auto) {
+        settings.exposure = Exposure::Ev(ev);
     }
     settings
 }
@@ -180,11 +186,12 @@ fn dropped(path: &Path) -> Result<(shown::Opened, Opened), CliError> {
     let name = SceneName::from(path.as_os_str());
     let is_shot = shot::is_shot(&name);
     let shot = if is_shot { shot::read(path, Vec::new())? } else { shot::plain(&name) };
-    let (settings, eyes) = (is_shot.then(|| in_window(&shot)), shot.args.stereo.stereo);
-    let Loaded { scene, camera, by_rig, moment, rain } = loaded(&shot, &mut Progress::hidden())?;
+    let Loaded { scene, camera, by_rig, exposure, moment, rain } = loaded(&shot, &mut Progress::hidden())?;
+    let (settings, eyes) = (is_shot.then(|| in_window(&shot, exposure)), shot.args.stereo.stereo);
+    let exposure = (!is_shot).then(|| exposure.map_or(Exposure::Auto, Exposure::Ev));
     let name = shot.args.scene.to_string();
     let now = shown::Opened::new(shot, &scene, &camera, by_rig, rain.clone());
-    Ok((now, Opened { name, scene, camera, eyes, settings, moment, rain }))
+    Ok((now, Opened { name, scene, camera, eyes, settings, exposure, moment, rain }))
 }
 
 /// Writes the window's state as a shot in the current folder, under a free name, or as a command line for a shell.
@@ -246,6 +253,10 @@ mod tests {
         };
         std::fs::write(folder.path().join("plane.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
         assert_eq!(lit_by(""), (0, true));
+        // White is white in the studio; the next scene is metered again.
+        let exposure = |name: &str| dropped(&folder.path().join(name)).unwrap().1.exposure;
+        assert_eq!((exposure("plane.obj"), exposure("one.gltf")), (Some(Exposure::Ev(0.0)), Some(Exposure::Auto)));
+        assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().exposure, Exposure::Ev(0.0));
         assert_eq!(lit_by("[indirect]\nindirect = \"none\"\n"), (1, false));
         let missing = dropped(&folder.path().join("nothing.glb")).err().unwrap().to_string();
         assert!(missing.contains("nothing.glb"), "{missing}");

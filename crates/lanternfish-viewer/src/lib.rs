@@ -35,7 +35,7 @@ mod wipe;
 
 use std::path::{Path, PathBuf};
 
-use lanternfish::Settings;
+use lanternfish::{Settings, settings::Exposure};
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Camera, Eyes, Scene, generate::Rain};
 
@@ -146,6 +146,8 @@ pub struct Opened {
     pub eyes: Option<Eyes>,
     /// The render settings; `None` if the file specifies none, which leaves the current settings.
     pub settings: Option<Settings>,
+    /// The exposure of a scene, whose light is another than that of the last one; `None` leaves that of the settings.
+    pub exposure: Option<Exposure>,
     /// The animation time that is shown; `None` leaves everything as the file has it.
     pub moment: Option<Moment>,
     /// Light rain: lights that fall over time. The scene holds their state at 0 s.

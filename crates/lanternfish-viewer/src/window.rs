@@ -327,7 +327,7 @@ impl Viewer {
 
     fn open_file(&mut self, path: &Path) {
         let opened = (self.open)(path);
-        let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, moment, rain }| {
+        let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, exposure, moment, rain }| {
             let controls = Controls::new(camera, scene.bounds().size().length());
             let clip = player::clip_at(&scene, rain.is_some(), moment);
             self.comparison.release_scene();
@@ -335,6 +335,7 @@ impl Viewer {
                 self.viewport.set(&settings).map_err(|error| error.to_string())?;
                 (self.state.settings, self.state.defaults, self.state.written) = (settings.clone(), settings, None);
             }
+            self.state.settings.exposure = exposure.unwrap_or(self.state.settings.exposure);
             self.viewport.open(scene).map_err(|error| error.to_string())?;
             self.surface.window.set_title(&format!("{name} – Lanternfish"));
             (self.name, self.state.controls, self.state.clip) = (name, controls, clip);

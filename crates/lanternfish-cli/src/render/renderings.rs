@@ -19,7 +19,7 @@ use crate::{
     camera,
     error::CliError,
     legend,
-    light_rig::{self, FillLight, RevolvingLights},
+    light_rig::{self, AddedLights, FillLight},
     motion::Motion,
     output::Output,
     parse::Frames,
@@ -42,7 +42,7 @@ pub struct RenderedImages<'a> {
     aspect: f32,
     scale: Option<Scale>,
     /// The lights of a rig that follow the camera of an orbit, and the orbit's angle at which they are.
-    revolving: RevolvingLights,
+    revolving: AddedLights,
     orbit_angle: f32,
     may_lack_light: bool,
     /// The metered images, if they are also the next frame's.
@@ -107,7 +107,7 @@ impl<'a> RenderedImages<'a> {
         uploaded: GpuScene,
         scene: Scene,
         motion: Option<Motion>,
-        revolving: RevolvingLights,
+        revolving: AddedLights,
         may_lack_light: bool,
     ) -> Self {
         let size = args.output.size;
