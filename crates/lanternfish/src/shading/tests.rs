@@ -169,7 +169,7 @@ fn gpu_stored_sheen_is_right_in_the_mean() {
     for (roughness, share) in [(0.3, 0.1), (0.55, 0.5), (0.9, 1.0), (0.5, 0.0)] {
         let queries: Vec<Vec4> = (0..4096).map(|_| Vec4::new(roughness, share, random.unit(), random.unit())).collect();
         let stored = evaluate(gpu, "stored_sheen", &queries, 1);
-        assert!(stored.iter().all(|stored| stored.z == 0.0 && stored.max_element() <= 1.0));
+        assert!(stored.iter().all(|stored| stored.z == 0.0 && stored.w == 0.0 && stored.max_element() <= 1.0));
         let with: Vec<_> = stored.iter().filter(|stored| stored.y > 0.0).collect();
         let mean_share = stored.iter().map(|stored| stored.y).sum::<f32>() / stored.len() as f32;
         assert!((mean_share - share).abs() < 0.01, "{mean_share}, not {share}");
