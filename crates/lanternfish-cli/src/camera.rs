@@ -17,8 +17,8 @@ pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, Cl
         .map(|(mut cameras, _)| cameras.swap_remove(0))
 }
 
-/// As [`choose`], for every view of a sequence. A camera that frames the scene shows all of `reach`, through which it moves; empty: nothing moves.
-/// The flag is true if a camera was placed inside a closed interior by default.
+/// As [`choose`], for every view of a sequence. `reach` is the box through which the scene moves, empty if nothing moves: a camera that frames the
+/// scene shows all of it. The flag is true if a camera was placed inside a closed interior by default.
 pub fn choose_each(
     scene: &Scene,
     reach: &Bounds,
@@ -36,24 +36,14 @@ pub fn choose_each(
         let (_, (camera, is_inside)) = match last.take() {
             Some(chosen) if chosen.0 == still => last.insert(chosen),
             _ => {
-                let (mut camera, is_inside) = choose_within(scene, &bounds, &still, aspect)?;
-                if !is_inside && frames_all(scene, &still) && reaches_beyond(reach, &bounds) {
-                    camera = Camera::framing(reach, still.fov_y.unwrap_or(FOV_Y), aspect);
-                }
-                last.insert((still, (camera, is_inside)))
+                let chosen = choose_within(scene, &bounds, reach, &still, aspect)?;
+                last.insert((still, chosen))
             }
         };
         cameras.push(revolved(camera, &bounds, *is_inside, flags));
         is_any_inside |= *is_inside;
     }
     Ok((cameras, is_any_inside))
-}
-
-/// True if these flags leave it to the program to frame the whole scene.
-fn frames_all(scene: &Scene, flags: &ViewArgs) -> bool {
-    let is_chosen = flags.camera.is_some() || flags.view.is_some() || flags.recorded.is_some();
-    let is_placed = flags.eye.is_some() || flags.target.is_some();
-    !is_chosen && !is_placed && scene.cameras.is_empty()
 }
 
 /// True if the box that moving parts reach is visibly larger than their box at 0 s.
@@ -110,14 +100,15 @@ pub(crate) fn follow(
     }
     let bounds = *bounds;
     let bounds = LazyCell::new(move || bounds);
-    let (camera, is_inside) = choose_within(scene, &bounds, flags, aspect)?;
+    let (camera, is_inside) = choose_within(scene, &bounds, &Bounds::EMPTY, flags, aspect)?;
     Ok(revolved(&camera, &bounds, is_inside, flags))
 }
 
-/// The camera of `flags` without their orbit, and whether it was placed inside a closed interior by default.
+/// The camera of `flags` without their orbit, see [`choose_each`], and whether it was placed inside a closed interior by default.
 fn choose_within<F: FnOnce() -> Bounds>(
     scene: &Scene,
     bounds: &LazyCell<Bounds, F>,
+    reach: &Bounds,
     flags: &ViewArgs,
     aspect: f32,
 ) -> Result<(Camera, bool), CliError> {
@@ -130,7 +121,10 @@ fn choose_within<F: FnOnce() -> Bounds>(
         (None, None, Some(camera)) => (camera.clone(), false),
         // Only its orientation may have been kept.
         (None, None, None) if is_placed => (Camera::framing(bounds, fov_y, aspect), false),
-        (None, None, None) => Camera::overview(scene, flags.fov_y, aspect),
+        (None, None, None) => match Camera::overview(scene, flags.fov_y, aspect) {
+            (_, false) if reaches_beyond(reach, bounds) => (Camera::framing(reach, fov_y, aspect), false),
+            overview => overview,
+        },
     };
     let is_too_far = |eye: Vec3| eye.is_nan() || eye.abs().max_element() > Scene::FARTHEST;
     if let Some(eye) = flags.eye.filter(|eye| is_too_far(*eye)) {

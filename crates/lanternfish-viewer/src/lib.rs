@@ -146,7 +146,7 @@ pub struct Opened {
     pub eyes: Option<Eyes>,
     /// The render settings; `None` if the file specifies none, which leaves the current settings.
     pub settings: Option<Settings>,
-    /// The exposure of a scene, whose light is another than that of the last one; `None` leaves that of the settings.
+    /// The exposure that replaces the current one, since another scene has other light; `None` keeps that of the settings.
     pub exposure: Option<Exposure>,
     /// The animation time that is shown; `None` leaves everything as the file has it.
     pub moment: Option<Moment>,
