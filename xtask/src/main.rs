@@ -15,6 +15,7 @@ mod imports;
 mod links;
 mod program;
 mod quality;
+mod same;
 mod test;
 #[cfg(test)]
 mod words;
@@ -33,6 +34,9 @@ cargo xtask test [FILTER] [--quick | --full]
                            the slowest tests, and keeps every test's time in target/nextest/{default,quick}/junit.xml
 cargo xtask hardware       builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
                            `bash run.sh` there checks adapter, tests and frames within 9 minutes, `run.sh --help` says more
+cargo xtask same [COMMIT | --write]
+                           renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
+                           hash, or from that commit's image; --write stores the hashes
 cargo xtask check          sets up a compiler if there is none; format, lints and documentation
 
 What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one
@@ -50,6 +54,7 @@ fn main() -> ExitCode {
         "quality" => quality::run(words, may_install),
         "check" | "hardware" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
         "test" => test::run(&words, may_install),
+        "same" => same::run(&words, may_install),
         "check" => check::run(may_install),
         "hardware" => hardware::run(may_install),
         "help" | "--help" | "-h" => {
