@@ -134,7 +134,7 @@ fn faults_of_micromaps_are_noticed() {
     for (text, by) in [
         ("2u * column + select", "2u * column + 1u - select"),
         ("row * (2u * count - row)", "row * (2u * count - row - 1u)"),
-        ("let low = floor(p - 0.5)", "let low = floor(p + 1.5)"),
+        ("let low = floor(p)", "let low = floor(p + 2.0)"),
     ] {
         let [all, _, wrong] = counts(&edited_library(file, text, by), 3);
         assert!(wrong > 0, "{by}: none of {all} points differs");
