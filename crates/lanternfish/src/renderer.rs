@@ -18,7 +18,7 @@ use half::{
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
 use lanternfish_gpu::{
-    Engine, Frame, Growth, PassTime, PassWatcher, Pool, Profiler, discarded, read_back, read_texture,
+    Engine, Frame, Growth, PassTime, PassWatcher, Pool, Profiler, discarded, read_texture,
 };
 use lanternfish_limits::memory::Budget;
 use lanternfish_scene::Camera;
@@ -344,11 +344,8 @@ impl Renderer {
             counters.extend(counts.into_iter().map(|(name, count)| (name.to_owned(), count)));
         }
         if let Some(plan) = &shaded.visibility {
-            let (totals, bands) = plan.ray_totals();
-            let rays = read_back::<u32>(&self.device, &self.queue, totals, bands)?;
-            counters.push(("shadows/rays".to_owned(), rays.iter().map(|r| u64::from(*r)).sum()));
-            counters.push(("shadows/bands".to_owned(), bands as u64));
-            counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
+            let counts = plan.counters(&self.device, &self.queue)?;
+            counters.extend(counts.into_iter().map(|(name, count)| (name.to_owned(), count)));
         }
         let of_transparent = shaded.indirect_of_transparent.iter().flat_map(|irradiance| &irradiance.counters);
         let of_transparent = of_transparent.filter(|counters| counters.adds_up);

@@ -317,15 +317,9 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>, is_sampled: 
     opaque.push(culling);
     transparent.push(culling);
     if let Some(tracer) = tracer {
-        let tracing = tracer.exact().features(&settings.structure, true);
-        // Bits belong to the surface at a pixel's centre; other surfaces of a multisampled pixel trace their own rays.
         opaque.push(SHADOW_BITS);
-        if samples > 1 {
-            opaque.push(SHADOW_RAYS);
-            opaque.extend(&tracing);
-        }
         transparent.push(SHADOW_RAYS);
-        transparent.extend(tracing);
+        transparent.extend(tracer.exact().features(&settings.structure, true));
         opaque.extend((settings.history == History::On).then_some(SHADOW_HISTORY));
         if settings.casts_soft_shadows() {
             opaque.push(SOFT);

@@ -3,7 +3,7 @@
 use super::DECLARED;
 use lanternfish_gpu::ComputeKernel;
 
-use super::{MOST_RAYS, SOFT_LIGHT_BITS, features};
+use super::{MOST_RAYS, SOFT_LIGHT_BITS, ShadowFeatures, features};
 use crate::{
     error::RenderError,
     rays::{TracePass, Tracer},
@@ -15,6 +15,8 @@ use crate::{
 pub(super) struct Kernels {
     pub plan: ComputeKernel,
     pub trace: TracePass,
+    /// Traces the rays of edges, exactly. None if no image has edges.
+    pub trace_edges: Option<ComputeKernel>,
     /// Listed lights per word.
     pub lights_a_word: u32,
     /// Greatest number of words of a band whose rays can still be counted.
@@ -29,9 +31,10 @@ impl Kernels {
         tracer: Tracer,
         has_areas: bool,
     ) -> Result<Self, RenderError> {
-        let [plan, trace] = features(settings, tracer, has_areas)?;
+        let ShadowFeatures { plan, trace, trace_edges } = features(settings, tracer, has_areas)?;
         let plan = DECLARED.link("shadows/plan", &plan)?;
         let trace = DECLARED.link("shadows/trace", &trace)?;
+        let trace_edges = trace_edges.map(|features| DECLARED.link("shadows/trace_edges", &features)).transpose()?;
         let is_soft = settings.casts_soft_shadows();
         let lights_a_word = match (has_areas, is_soft) {
             (true, _) => 1,
@@ -42,6 +45,8 @@ impl Kernels {
         Ok(Self {
             plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
             trace: TracePass::new(tracer, ComputeKernel::new(device, &trace, "trace", "shadows/trace")),
+            trace_edges: trace_edges
+                .map(|shader| ComputeKernel::new(device, &shader, "trace_edges", "shadows/trace_edges")),
             lights_a_word,
             most_words: MOST_RAYS / u64::from(rays * lights_a_word),
         })

@@ -4,6 +4,7 @@
 //! scenes with area lights it is 32 bits, of which an area light uses one for each ray. The number of words follows the length of the
 //! lists. If the words of all pixels do not fit one buffer, the frame is rendered in bands of pixel rows; no light is left out.
 
+mod edges;
 mod kernels;
 #[cfg(test)]
 mod tests;
@@ -13,18 +14,22 @@ use std::ops::Range;
 use glam::UVec2;
 use lanternfish_gpu::{
     Bindings, BufferPart, Counted, Feature, Frame, Growth, SharedStruct, faulty_software, gpu_constants, gpu_struct,
-    primitives::Scan,
+    primitives::Scan, read_back,
 };
 
-use self::kernels::Kernels;
+use self::{
+    edges::{Edge, EdgePass, Edges},
+    kernels::Kernels,
+};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    gpu_scene::GpuScene,
+    gpu_scene::{GpuScene, MASKED, TEXTURES},
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
+    prepass::MULTISAMPLED,
     rays::Tracer,
-    settings::{DebugView, History, RayCulling, RayRangeCulling, Settings},
+    settings::{DebugView, History, RayCulling, RayRangeCulling, Samples, Settings},
     shaders::{Root, Shaders},
     texture::frame_target,
 };
@@ -42,10 +47,10 @@ gpu_struct! {
         capacity: u32,
         /// First row of blocks after the current band.
         end_row: u32,
+        /// Capacity of the list of edges; 0: there is none.
+        edge_capacity: u32,
         /// Unused.
-        _pad: u32,
-        /// Unused.
-        _pad2: UVec2,
+        _pad: UVec2,
     }
 }
 
@@ -64,13 +69,24 @@ const CULL_NAIVE: Feature = Feature::new("cull_naive");
 const CULL_IMPROVED: Feature = Feature::new("cull_improved");
 /// Ray culling by the surface's normals.
 const CULL_SURFACE: Feature = Feature::new("cull_surface");
+/// Ray culling by the triangle alone, exact.
+const CULL_TRIANGLE: Feature = Feature::new("cull_triangle");
+/// The pass finds the edges of a multisampled image.
+const EDGES_LISTED: Feature = Feature::new("edges_listed");
+/// The pass assigns words to the edges of a multisampled image.
+const EDGES_PLANNED: Feature = Feature::new("edges_planned");
 /// The rays of each pixel are counted.
 const RAY_COUNTS: Feature = Feature::new("ray_counts");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
-    &[Root::by_settings("shadows/plan"), Root::by_settings("shadows/trace")],
-    &[SharedStruct::of::<VisibilityGrid>()],
+    &[
+        Root::by_settings("shadows/plan"),
+        Root::by_settings("shadows/trace"),
+        Root::by_settings("shadows/trace_edges"),
+        Root::of("shadows/list_edges", &[&[&[EDGES_LISTED, MULTISAMPLED]], &[&[], &[MASKED]], TEXTURES]),
+    ],
+    &[SharedStruct::of::<VisibilityGrid>(), SharedStruct::of::<Edge>()],
 );
 
 gpu_constants! {
@@ -99,6 +115,8 @@ pub struct Shadows {
     /// Variants for scenes with area lights; compiled for the first such scene.
     area_kernels: Option<Kernels>,
     scan: Scan,
+    /// Finds the edges of multisampled images.
+    edges: EdgePass,
     /// Upper bound of the words of a band, in addition to the device's binding limit and the countable rays; a lower number gives more
     /// bands.
     pub(crate) word_limit: u64,
@@ -108,10 +126,12 @@ pub struct Shadows {
 #[derive(Debug)]
 pub struct VisibilityPlan {
     words: wgpu::Buffer,
+    /// Two words a band: rays of pixels, and all rays.
     ray_totals: wgpu::Buffer,
     ray_counts: Option<wgpu::TextureView>,
     grid: VisibilityGrid,
     bands: Vec<Range<u32>>,
+    edges: Edges,
 }
 
 /// The visibility bits of one band of pixel rows.
@@ -131,7 +151,11 @@ impl Visibility<'_> {
 
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().part("visibility_grid", &self.grid).buffer("visibility_words", &self.plan.words)
+        self.plan
+            .edges
+            .bindings()
+            .part("visibility_grid", &self.grid)
+            .buffer("visibility_words", &self.plan.words)
     }
 }
 
@@ -153,14 +177,17 @@ impl VisibilityPlan {
         self.ray_counts.as_ref()
     }
 
-    /// Number of rays traced for each band, u32, to be read after the frame: buffer and number of bands.
-    pub fn ray_totals(&self) -> (&wgpu::Buffer, usize) {
-        (&self.ray_totals, self.bands.len())
-    }
-
-    /// Size of one band's bits, bytes.
-    pub fn bytes(&self) -> u64 {
-        4 * u64::from(self.grid.capacity)
+    /// Counters by name, read after the frame.
+    pub fn counters(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<[(&'static str, u64); 5], RenderError> {
+        let totals: Vec<[u32; 2]> = read_back(device, queue, &self.ray_totals, self.bands.len())?;
+        let sum = |of: fn(&[u32; 2]) -> u32| totals.iter().map(|totals| u64::from(of(totals))).sum();
+        Ok([
+            ("shadows/rays", sum(|[_, all]| *all)),
+            ("shadows/edges", self.edges.count(device, queue)?),
+            ("shadows/edge_rays", sum(|[of_pixels, all]| all - of_pixels)),
+            ("shadows/bands", self.bands.len() as u64),
+            ("shadows/bits_bytes", 4 * u64::from(self.grid.capacity)),
+        ])
     }
 }
 
@@ -172,6 +199,7 @@ impl Shadows {
             kernels: Kernels::new(device, settings, tracer, false)?,
             area_kernels: None,
             scan: Scan::new(device, "shadows")?,
+            edges: EdgePass::new(settings.samples),
             settings: settings.clone(),
             tracer,
             word_limit: u64::MAX,
@@ -187,9 +215,10 @@ impl Shadows {
     pub fn plan(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, middle: surface, .. }: &ViewContext<'_>,
+        view: &ViewContext<'_>,
         lights: &LightLists,
     ) -> Result<VisibilityPlan, RenderError> {
+        let ViewContext { scene, buffer, middle: surface, .. } = view;
         let device = frame.device;
         if scene.has_area_lights && self.area_kernels.is_none() {
             self.area_kernels = Some(Kernels::new(device, &self.settings, self.tracer, true)?);
@@ -198,13 +227,15 @@ impl Shadows {
         check_row(columns, scene.lights.capacity.div_ceil(self.kernels(scene).lights_a_word))?;
         let rows = surface.size.y.div_ceil(BLOCK_EDGE);
         let blocks = columns * rows;
-        let mut grid = VisibilityGrid { columns, rows, ..VisibilityGrid::default() };
+        let edges = self.edges.record(frame, view)?;
+        let mut grid = VisibilityGrid { columns, rows, edge_capacity: edges.capacity, ..VisibilityGrid::default() };
         let starts = frame.zeroed("shadows/starts", 4 * (u64::from(blocks) + 1))?;
         let grid_buffer = frame.uniform(&grid);
         let bindings = buffer
             .bindings()
             .with(&surface.bindings())
             .with(&lights.bindings())
+            .with(&edges.bindings())
             .part("visibility_grid", &grid_buffer)
             .buffer("word_counts", &starts);
         frame.dispatch(&self.kernels(scene).plan, &bindings, [columns, rows, 1]);
@@ -250,10 +281,11 @@ impl Shadows {
         let ray_counts = counts_rays(&self.settings).then(counts);
         Ok(VisibilityPlan {
             words,
-            ray_totals: frame.scratch("shadows/ray_totals", 4 * bands.len() as u64)?,
+            ray_totals: frame.scratch("shadows/ray_totals", 8 * bands.len() as u64)?,
             ray_counts,
             grid,
             bands,
+            edges,
         })
     }
 
@@ -286,8 +318,15 @@ impl Shadows {
             let first_bits = FIRST_START + u64::from(plan.grid.columns * plan.grid.rows) + 1;
             frame.encoder().clear_buffer(&plan.words, 4 * first_bits, None);
         }
+        let count_rays = |frame: &mut Frame<'_>, word: u64| {
+            frame.encoder().copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 8 * index as u64 + 4 * word, 4);
+        };
         trace.dispatch(frame, view, &bindings, groups);
-        frame.encoder().copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 4 * index as u64, 4);
+        count_rays(frame, 0);
+        if let (Some(trace), Some(groups)) = (&self.kernels(scene).trace_edges, plan.edges.groups()) {
+            frame.dispatch(trace, &bindings, groups);
+        }
+        count_rays(frame, 1);
         visibility
     }
 }
@@ -297,14 +336,29 @@ fn counts_rays(settings: &Settings) -> bool {
     matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility))
 }
 
-/// Features of the shaders `plan` and `trace`, for scenes with or without area lights. An error if the tracer does not support the
-/// settings.
-pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> Result<[Vec<Feature>; 2], RenderError> {
+/// Features of the shaders of this folder.
+#[derive(Clone, Debug)]
+pub(crate) struct ShadowFeatures {
+    pub plan: Vec<Feature>,
+    pub trace: Vec<Feature>,
+    /// None if no image has edges.
+    pub trace_edges: Option<Vec<Feature>>,
+}
+
+/// Features for scenes with or without area lights. An error if the tracer does not support the settings.
+pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> Result<ShadowFeatures, RenderError> {
     let mut plan = vec![LightCulling::feature(&settings.culling)];
     plan.extend(settings.casts_soft_shadows().then_some(SOFT));
     plan.extend(has_areas.then_some(AREA_LIGHTS));
+    let has_history = settings.history == History::On && (has_areas || settings.casts_soft_shadows());
     let mut trace = plan.clone();
     trace.push(VISIBILITY_WRITTEN);
+    trace.extend(has_history.then_some(SHADOW_HISTORY));
+    let trace_edges = (settings.samples != Samples::One).then(|| {
+        let edges = [CULL_RANGE, CULL_TRIANGLE].into_iter().chain(tracer.exact().features(&settings.structure, false));
+        trace.iter().copied().chain(edges).collect()
+    });
+    plan.extend(trace_edges.is_some().then_some(EDGES_PLANNED));
     // Segments need no triangles.
     trace.extend(tracer.features(&settings.structure, false));
     if let Some(structure) = tracer.structure(&settings.structure).technique() {
@@ -323,9 +377,7 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> 
         RayCulling::Surface => Some(CULL_SURFACE),
     });
     trace.extend(counts_rays(settings).then_some(RAY_COUNTS));
-    let has_history = settings.history == History::On && (has_areas || settings.casts_soft_shadows());
-    trace.extend(has_history.then_some(SHADOW_HISTORY));
-    Ok([plan, trace])
+    Ok(ShadowFeatures { plan, trace, trace_edges })
 }
 
 /// An error if the words of one row of blocks exceed a u32, in which the device counts them.

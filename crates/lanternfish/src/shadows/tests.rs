@@ -35,8 +35,8 @@ fn gpu_one_band_or_many_give_the_same_image() {
     };
     for samples in [Samples::One, Samples::Four] {
         let one = rendering(samples, None, 0);
-        // Nine blocks of 64 pixels with up to three words each: one band holds one row of blocks.
-        let many = rendering(samples, Some(9 * 64 * 3), 0);
+        // Nine blocks of 64 pixels with up to three words each, and some edges: one band holds one row of blocks.
+        let many = rendering(samples, Some(9 * 64 * 4), 0);
         println!("{samples} samples: {} bands, {} rays", many.0, many.1);
         assert!(one.0 == 1 && many.0 >= 4, "{} and {} bands", one.0, many.0);
         assert!(one.1 == many.1 && one.2 == many.2, "bands change the image");

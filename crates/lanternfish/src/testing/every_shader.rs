@@ -101,9 +101,10 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
                     let features = shading::visibility_ratio_features(settings, has_areas);
                     requested.entry("shading/visibility_ratios").or_default().insert(features);
                 }
-                let Ok([plan, trace]) = shadows::features(settings, tracer, has_areas) else { continue };
-                requested.entry("shadows/plan").or_default().insert(plan);
-                requested.entry("shadows/trace").or_default().insert(trace);
+                let Ok(features) = shadows::features(settings, tracer, has_areas) else { continue };
+                requested.entry("shadows/plan").or_default().insert(features.plan);
+                requested.entry("shadows/trace").or_default().insert(features.trace);
+                requested.entry("shadows/trace_edges").or_default().extend(features.trace_edges);
             }
         }
     }
