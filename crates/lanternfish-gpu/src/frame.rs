@@ -156,6 +156,13 @@ impl<'a> Frame<'a> {
         self.pool.texture(self.device, wanted)
     }
 
+    /// Lets later requests of this frame return a texture of [`Self::texture`] again: no pass that is recorded from now on needs its content.
+    ///
+    /// Panics if the texture is not of this frame's pool.
+    pub fn release_texture(&mut self, view: &wgpu::TextureView) {
+        self.pool.textures.release(view);
+    }
+
     /// Counts memory of a new resource that the caller creates for this and later frames. Fails on a software adapter if the process may
     /// not allocate it, like every later request of the frame.
     pub fn take_memory(&mut self, label: &str, bytes: u64) -> Result<(), GpuError> {

@@ -144,3 +144,28 @@ fn gpu_uniforms_before_and_after_a_readback_do_not_overlap() {
         assert!(number == 0 || (made.buffers, made.bind_groups) == (2, 0), "{number}: {made:?}");
     }
 }
+
+#[test]
+fn gpu_released_textures_are_used_again_in_their_frame() {
+    let Some(gpu) = testing::gpu("gpu_released_textures_are_used_again_in_their_frame") else { return };
+    let mut frames = Frames::new(gpu);
+    let wanted = wgpu::TextureDescriptor {
+        label: Some("layers"),
+        size: wgpu::Extent3d { width: 4, height: 4, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    };
+    for _ in 0..2 {
+        let mut frame = frames.next();
+        let [first, second] = [frame.texture(&wanted), frame.texture(&wanted)];
+        frame.release_texture(&first);
+        let [again, third] = [frame.texture(&wanted), frame.texture(&wanted)];
+        assert!(again == first, "a released texture is not used again");
+        assert!(third != first && third != second, "a texture is used twice at a time");
+        frame.submit();
+    }
+}

@@ -13,6 +13,8 @@ struct Slot {
     view: wgpu::TextureView,
     /// The last frame that used it.
     last_frame: u64,
+    /// The rest of that frame does not need it.
+    is_released: bool,
 }
 
 #[derive(Debug, Default)]
@@ -32,15 +34,21 @@ impl Textures {
         let key = wanted.map_label_and_view_formats(|label| label.map(str::to_owned), |formats| formats.to_vec());
         let bytes = bytes_of(&key);
         let slots = self.slots.entry(key).or_default();
-        if let Some(slot) = slots.iter_mut().find(|slot| slot.last_frame < self.frame) {
+        if let Some(slot) = slots.iter_mut().find(|slot| slot.last_frame < self.frame || slot.is_released) {
             slot.last_frame = self.frame;
+            slot.is_released = false;
             return slot.view.clone();
         }
         // The frame fails before it runs ([`HostMemory::check`]), and until then a texture takes no memory.
         let _ = memory.take(wanted.label.unwrap_or_default(), bytes);
         let view = texture_of(device, wanted);
-        slots.push(Slot { view: view.clone(), last_frame: self.frame });
+        slots.push(Slot { view: view.clone(), last_frame: self.frame, is_released: false });
         view
+    }
+
+    pub fn release(&mut self, view: &wgpu::TextureView) {
+        let slot = self.slots.values_mut().flatten().find(|slot| slot.view == *view);
+        slot.expect("a texture of the pool").is_released = true;
     }
 
     pub fn begin(&mut self, frame: u64, oldest: u64) {
