@@ -8,11 +8,11 @@ use std::{
     cell::RefCell,
     collections::{BTreeSet, HashMap, HashSet},
     hash::{DefaultHasher, Hash, Hasher},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
 };
 
 use self::kept::Kept;
-use crate::{ComputeKernel, GpuError, LinkedShader, RasterPipeline, ShaderLibrary, ShaderTexts};
+use crate::{ComputeKernel, GpuError, LinkedShader, RasterPipeline, ShaderLibrary, ShaderTexts, vertex_grid};
 
 pub(crate) use self::kept::{Clones, Handed};
 
@@ -34,6 +34,7 @@ pub struct Engine {
     /// Its queue.
     pub queue: wgpu::Queue,
     compiled: Arc<Mutex<Compiled>>,
+    subpixel_bits: Arc<OnceLock<u32>>,
 }
 
 /// Numbers of shaders and pipelines that an engine has compiled so far, without cache hits.
@@ -126,7 +127,7 @@ impl Drop for Before {
 impl Engine {
     /// An engine with an empty cache.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
-        Self { device: device.clone(), queue: queue.clone(), compiled: Arc::default() }
+        Self { device: device.clone(), queue: queue.clone(), compiled: Arc::default(), subpixel_bits: Arc::default() }
     }
 
     /// Runs `work` in the calling thread. Shaders that it links, and pipelines that it compiles for this device, go through the cache.
@@ -140,6 +141,12 @@ impl Engine {
         let result = work();
         let requested = CURRENT.take().map(|(_, requested)| requested).unwrap_or_default();
         (result, requested)
+    }
+
+    /// Bits of the fraction of a vertex's position in the image, pixels, at least 4: the rasterizer snaps vertices to 2ⁿ points a pixel
+    /// along each axis. Vulkan states it; on other APIs the first call draws 16 pixels to measure it, and waits for the device.
+    pub fn subpixel_bits(&self) -> u32 {
+        *self.subpixel_bits.get_or_init(|| vertex_grid::subpixel_bits(&self.device, &self.queue))
     }
 
     /// Numbers of shaders and pipelines compiled so far.

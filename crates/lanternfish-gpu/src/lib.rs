@@ -30,6 +30,7 @@ mod reflect;
 mod shader;
 #[cfg(feature = "testing")]
 pub mod testing;
+mod vertex_grid;
 
 pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters};
 pub use bindings::{Bindings, BufferPart};
@@ -49,6 +50,7 @@ pub use made::{Made, made};
 pub use pool::{BindGroups, Pool};
 pub use raster::{RasterPipeline, RasterState};
 pub use shader::{Feature, LinkedShader, ShaderLibrary, ShaderSource};
+pub use vertex_grid::drawn_subpixel_bits;
 
 #[doc(hidden)]
 pub use bytemuck;

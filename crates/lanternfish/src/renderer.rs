@@ -55,6 +55,8 @@ pub struct Renderer {
     /// The scene requirements of the settings.
     needs: SceneRequirements,
     compiled: Compiled,
+    /// [`View::vertex_grid`] of its views.
+    pub(crate) vertex_grid: f32,
     pub(crate) profiler: Profiler,
     /// The transient pool of its frames. No call holds the lock after it returns.
     pub(crate) pool: Mutex<Pool>,
@@ -128,6 +130,7 @@ impl Renderer {
         let Built { effective, needs, passes, compiled } = build(engine, &settings)?;
         let (device, queue) = (engine.device.clone(), engine.queue.clone());
         let (profiler, pool) = (Profiler::new(&device, &queue), Mutex::new(Pool::new(&device)));
+        let vertex_grid = 0.5f32.powi(engine.subpixel_bits() as i32);
         let engine = engine.clone();
         Ok(Self {
             engine,
@@ -137,6 +140,7 @@ impl Renderer {
             effective,
             needs,
             compiled,
+            vertex_grid,
             profiler,
             pool,
             passes,
@@ -223,9 +227,14 @@ impl Renderer {
             // An environment image replaces the sky.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             let view = View::new(camera, UVec2::new(width, height), sky, &scene.bounds);
-            Ok(View { samples: self.effective.samples.count(), ..view })
+            Ok(self.completed(view))
         };
         views.iter().map(view).collect()
+    }
+
+    /// A view with the properties of settings and device.
+    fn completed(&self, view: View) -> View {
+        View { samples: self.effective.samples.count(), vertex_grid: self.vertex_grid, ..view }
     }
 
     /// Submits a frame.

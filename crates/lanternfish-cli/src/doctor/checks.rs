@@ -34,6 +34,7 @@ impl Plan {
     pub fn check(&self) -> Check {
         let scene = match self.kind {
             Kind::Sort => "a list",
+            Kind::VertexGrid => "a row of triangles",
             _ => self.scene.text(),
         };
         Check {
@@ -70,6 +71,7 @@ pub fn plans() -> Vec<Plan> {
     let direct = Settings::direct_light;
 
     add(Group::Primitives, "radix sort", Name::Cornell, true, Kind::Sort);
+    add(Group::Primitives, "vertex grid", Name::Cornell, true, Kind::VertexGrid);
     add(
         Group::Materials,
         "BRDF, one light",

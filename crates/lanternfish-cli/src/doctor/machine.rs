@@ -10,7 +10,7 @@ use lanternfish_papers::DeepImageSettings;
 use super::report::{Adapter, Technique};
 use crate::flags::as_flags;
 
-/// Describes an adapter, without its techniques.
+/// Describes an adapter, without its techniques and its vertex grid, which need an open device.
 pub fn describe(adapter: &AdapterDescription, info: Option<&wgpu::AdapterInfo>) -> Adapter {
     let named = [
         ("ray query", wgpu::Features::EXPERIMENTAL_RAY_QUERY),
@@ -34,6 +34,7 @@ pub fn describe(adapter: &AdapterDescription, info: Option<&wgpu::AdapterInfo>) 
         automatic_tracer: Tracer::automatic(adapter.kind, adapter.features).name().to_owned(),
         features: named.map(|(name, feature)| (name.to_owned(), adapter.features.contains(feature))).to_vec(),
         limits: limits.map(|(name, limit)| (name.to_owned(), limit)).to_vec(),
+        subpixel_bits: None,
         techniques: Vec::new(),
     }
 }

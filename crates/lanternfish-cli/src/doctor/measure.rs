@@ -10,7 +10,7 @@ use lanternfish::{
     settings::{Exposure, Materials},
 };
 use lanternfish_gpu::{
-    Engine, Frame, Gpu, GpuError, Profiler, is_lost, primitives::RadixSort, read_back, storage_buffer_of,
+    Engine, Frame, Gpu, GpuError, Profiler, drawn_subpixel_bits, is_lost, primitives::RadixSort, read_back, storage_buffer_of,
 };
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 use lanternfish_reference::{
@@ -30,6 +30,8 @@ use crate::error::CliError;
 pub enum Kind {
     /// Sorts keys on the device and on the host.
     Sort,
+    /// Measures the grid to which the rasterizer snaps vertices.
+    VertexGrid,
     /// Renders with two settings whose images must be identical to the bit.
     Same(Box<[Settings; 2]>),
     /// Renders and compares with the path tracer.
@@ -139,6 +141,7 @@ impl Bench {
         }
         match kind {
             Kind::Sort => self.sort(),
+            Kind::VertexGrid => self.vertex_grid(),
             Kind::Same(both) => {
                 let subject = &self.subjects[&scene];
                 let [a, b] = [self.rendering(subject, &both[0])?, self.rendering(subject, &both[1])?];
@@ -203,6 +206,12 @@ impl Bench {
             renderer.animate(&mut uploaded, &subject.scene, subject.moment)?;
         }
         render(&mut renderer, &uploaded, subject)
+    }
+
+    /// The grid by a draw, which must not be coarser than the one that rays are offset for.
+    fn vertex_grid(&self) -> Result<Vec<Figure>, Fault> {
+        let bits = drawn_subpixel_bits(&self.gpu.device, &self.gpu.queue)?.map_or(f64::NAN, f64::from);
+        Ok(vec![Figure::new("bits by a draw", bits, f64::from(self.engine.subpixel_bits()), 15.0)])
     }
 
     /// Sorts lists with lengths around a block's size, and one of a million keys.

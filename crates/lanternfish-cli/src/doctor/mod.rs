@@ -320,7 +320,8 @@ fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine) -> Report {
 /// Describes an open adapter and its techniques.
 fn described(gpu: &Gpu, engine: &Engine) -> Adapter {
     let adapter = machine::describe(&gpu.description, Some(&gpu.device.adapter_info()));
-    Adapter { techniques: machine::techniques(engine), ..adapter }
+    let subpixel_bits = Some(engine.subpixel_bits());
+    Adapter { subpixel_bits, techniques: machine::techniques(engine), ..adapter }
 }
 
 /// Describes an adapter that is not checked. It is open only while its techniques are listed.

@@ -23,6 +23,10 @@ pub fn to_markdown(report: &Report) -> String {
             ["command".to_owned(), format!("`{}`", report.command)],
             ["seconds".to_owned(), format!("{:.0}", report.seconds)],
             ["tracer `auto`".to_owned(), adapter.automatic_tracer.clone()],
+            [
+                "vertex grid".to_owned(),
+                adapter.subpixel_bits.map_or_else(|| "not stated".to_owned(), |bits| format!("{bits} bits")),
+            ],
         ],
     );
     let has = |has: bool| adapter.features.iter().filter(move |f| f.1 == has).map(|f| f.0.clone()).collect::<Vec<_>>();

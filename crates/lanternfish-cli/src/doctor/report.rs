@@ -57,6 +57,9 @@ pub struct Adapter {
     pub features: Vec<(String, bool)>,
     /// Limits on scenes and images, in bytes or as counts.
     pub limits: Vec<(String, u64)>,
+    /// The rasterizer snaps vertices to 2ⁿ points a pixel along each axis. None in reports of older versions.
+    #[serde(default)]
+    pub subpixel_bits: Option<u32>,
     /// All techniques and tracers, each with the reason why it cannot run, if any.
     pub techniques: Vec<Technique>,
 }
@@ -221,6 +224,9 @@ impl Report {
             line(&mut text, "  lacks", listed(&lacks));
             for (name, value) in &adapter.limits {
                 line(&mut text, &format!("  {name}"), value);
+            }
+            if let Some(bits) = adapter.subpixel_bits {
+                line(&mut text, "  vertex grid", format_args!("{bits} bits: {} points a pixel", 1u64 << bits));
             }
             line(&mut text, "  tracer auto", &adapter.automatic_tracer);
             let (can, cannot): (Vec<_>, Vec<_>) = adapter.techniques.iter().partition(|t| t.reason.is_none());

@@ -261,7 +261,7 @@ impl Renderer {
             let size = UVec2::from(request.size);
             let eye = Affine3A::from_mat4(world_from_view);
             let view = View::of_matrices(clip_from_view, eye, size, sky, &scene.bounds);
-            Ok(View { samples: self.effective.samples.count(), ..view })
+            Ok(self.completed(view))
         };
         views.iter().map(view).collect()
     }

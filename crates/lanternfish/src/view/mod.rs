@@ -44,10 +44,13 @@ gpu_struct! {
         forgetful_index: u32,
         /// Width of the area over which textures are filtered, pixels.
         texture_width: f32,
-        /// Unused.
-        _pad: u32,
+        /// Distance between the points to which the rasterizer snaps vertices, pixels.
+        vertex_grid: f32,
     }
 }
+
+/// [`View::vertex_grid`] of graphics cards. The renderer replaces it by the adapter's.
+const USUAL_VERTEX_GRID: f32 = 1.0 / 256.0;
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(&[], &[SharedStruct::of::<View>()]);
@@ -83,7 +86,7 @@ impl View {
             random_index: 0,
             forgetful_index: 0,
             texture_width: 1.0,
-            _pad: 0,
+            vertex_grid: USUAL_VERTEX_GRID,
         }
     }
 

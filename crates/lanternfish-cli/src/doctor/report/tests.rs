@@ -34,6 +34,7 @@ pub fn report(checks: Vec<Check>) -> Report {
             automatic_tracer: "bvh".to_owned(),
             features: vec![("ray query".to_owned(), false)],
             limits: vec![("buffer".to_owned(), 5)],
+            subpixel_bits: Some(8),
             techniques: vec![Technique { name: "shadows ray-query".to_owned(), reason: Some("no".to_owned()) }],
         }],
         chosen: 0,
