@@ -156,7 +156,7 @@ mod tests {
         let passes = [("deep_images/sort", 4.0), ("prepass", 1.0), ("shading/forward", 2.0)];
         let passes = passes.map(|(name, ms)| PassTime { name: name.to_owned(), ms });
         assert_eq!([frame_ms(&passes), ms_of(&passes, "deep_images/"), ms_of(&passes, "sky")], [3.0, 4.0, 0.0]);
-        let report = Report { passes: passes.into(), counters: vec![("rays".to_owned(), 7)] };
+        let report = Report { passes: passes.into(), counters: vec![("rays".to_owned(), 7)], ..Report::default() };
         assert_eq!([counter(&report, "rays"), counter(&report, "lights")], [7, 0]);
     }
 }

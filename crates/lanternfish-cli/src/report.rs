@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
-    Report,
+    FrameMemory, Report,
     settings::{Settings, Shadows},
     technique::{Choice, Kind},
 };
@@ -41,6 +41,7 @@ struct RunReport<'r> {
     passes: Vec<Pass<'r>>,
     /// Counters by name, exact on any machine.
     counters: BTreeMap<&'r str, u64>,
+    memory: Memory,
     /// Seconds of each step, and `total` from the start of the process.
     seconds: BTreeMap<&'static str, f64>,
     /// Peak memory of the process; `None` if the system does not report it.
@@ -50,7 +51,38 @@ struct RunReport<'r> {
 #[derive(Debug, Serialize)]
 struct Pass<'r> {
     name: &'r str,
-    ms: f64,
+    /// Milliseconds; `None` if the device has no timestamps.
+    ms: Option<f64>,
+    /// Number of dispatches; 0 for a render pass.
+    dispatches: u32,
+    /// Number of those whose number of workgroups the device reads.
+    indirect: u32,
+}
+
+/// The passes of a run, in order.
+fn passes(cost: &Report) -> impl Iterator<Item = Pass<'_>> {
+    let ms_of = |name: &str| cost.passes.iter().find(|pass| pass.name == name).map(|pass| pass.ms);
+    cost.commands.iter().map(move |pass| Pass {
+        name: &pass.name,
+        ms: ms_of(&pass.name),
+        dispatches: pass.dispatches,
+        indirect: pass.indirect,
+    })
+}
+
+/// Memory of the device after the last image.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Memory {
+    /// Buffers and textures that frames reuse, bytes.
+    frame_bytes: u64,
+    /// Everything, bytes; `None` if the API does not tell.
+    device_bytes: Option<u64>,
+}
+
+impl Memory {
+    fn of(memory: &FrameMemory) -> Self {
+        Self { frame_bytes: memory.bytes, device_bytes: memory.device_bytes }
+    }
 }
 
 /// The input of a report.
@@ -74,6 +106,8 @@ pub(crate) struct Run<'r> {
     pub seed: u32,
     /// Passes and counters.
     pub cost: &'r Report,
+    /// Memory of the device after the last image.
+    pub memory: &'r FrameMemory,
     /// Seconds of each step, and `total` from the start of the process.
     pub seconds: &'r [(&'static str, f64)],
 }
@@ -93,8 +127,9 @@ impl Run<'_> {
             frames: self.frames,
             exposure_ev: self.exposure,
             settings: settings_by_name(self.settings, self.seed),
-            passes: self.cost.passes.iter().map(|pass| Pass { name: &pass.name, ms: pass.ms }).collect(),
+            passes: passes(self.cost).collect(),
             counters: self.cost.counters.iter().map(|(name, value)| (name.as_str(), *value)).collect(),
+            memory: Memory::of(self.memory),
             seconds: self.seconds.iter().copied().collect(),
             peak_memory_bytes: peak_memory_bytes(),
         };
@@ -111,24 +146,8 @@ impl Run<'_> {
             "adapter  {}\ndriver   {}\nsize     {width}x{height}\n{exposure}\n{}",
             self.adapter.name,
             self.adapter.driver,
-            table(self.cost, self.seconds)
+            table(self.cost, Memory::of(self.memory), self.seconds)
         )
-    }
-}
-
-/// Adds the cost of another image.
-pub(crate) fn add(total: &mut Report, rendering: Report) {
-    for pass in rendering.passes {
-        match total.passes.iter_mut().find(|other| other.name == pass.name) {
-            Some(sum) => sum.ms += pass.ms,
-            None => total.passes.push(pass),
-        }
-    }
-    for (name, value) in rendering.counters {
-        match total.counters.iter_mut().find(|(other, _)| *other == name) {
-            Some((_, sum)) => *sum += value,
-            None => total.counters.push((name, value)),
-        }
     }
 }
 
@@ -186,19 +205,25 @@ fn add_technique<K: Kind + ?Sized>(names: &mut BTreeMap<&'static str, String>, c
     }
 }
 
-/// Passes, counters and steps as a table.
-fn table(Report { passes, counters }: &Report, seconds: &[(&'static str, f64)]) -> String {
-    let names = passes.iter().map(|p| p.name.as_str()).chain(counters.iter().map(|(name, _)| name.as_str()));
+/// Passes, counters, memory and steps as a table.
+fn table(cost: &Report, memory: Memory, seconds: &[(&'static str, f64)]) -> String {
+    let counters = &cost.counters;
+    let names = cost.commands.iter().map(|p| p.name.as_str()).chain(counters.iter().map(|(name, _)| name.as_str()));
     let width = names.map(|name| name.chars().count()).max().unwrap_or(0).max("counter".len());
     let mut text = String::new();
     // Writing to a String cannot fail.
     let mut line = |name: &str, value: String| writeln!(text, "{name:<width$}  {value:>14}").expect("String");
-    if !passes.is_empty() {
-        line("pass", "ms".to_owned());
-        for pass in passes {
-            line(&pass.name, format!("{:.3}", pass.ms));
-        }
-        line("all passes", format!("{:.3}", passes.iter().fold(0.0, |sum, pass| sum + pass.ms)));
+    if !cost.commands.is_empty() {
+        let row = |ms: Option<f64>, dispatches: u32, indirect: u32| {
+            let ms = ms.map(|ms| format!("{ms:.3}")).unwrap_or_default();
+            let shown = |count: u32| if count > 0 { count.to_string() } else { String::new() };
+            format!("{ms:>14}  {:>10}  {:>8}", shown(dispatches), shown(indirect))
+        };
+        line("pass", format!("{:>14}  {:>10}  {:>8}", "ms", "dispatches", "indirect"));
+        passes(cost).for_each(|pass| line(pass.name, row(pass.ms, pass.dispatches, pass.indirect)));
+        let ms = passes(cost).filter_map(|pass| pass.ms).reduce(|sum, ms| sum + ms);
+        let total = |of: fn(&Pass<'_>) -> u32| passes(cost).map(|pass| of(&pass)).sum();
+        line("all passes", row(ms, total(|pass| pass.dispatches), total(|pass| pass.indirect)));
         line("", String::new());
     }
     if !counters.is_empty() {
@@ -208,6 +233,11 @@ fn table(Report { passes, counters }: &Report, seconds: &[(&'static str, f64)]) 
         }
         line("", String::new());
     }
+    line("memory", "MiB".to_owned());
+    let mib = |bytes: u64| format!("{:.1}", bytes as f64 / f64::from(1 << 20));
+    line("frame", mib(memory.frame_bytes));
+    line("device", memory.device_bytes.map_or_else(|| "unknown".to_owned(), mib));
+    line("", String::new());
     line("step", "s".to_owned());
     for (name, seconds) in seconds {
         line(name, format!("{seconds:.2}"));
@@ -240,6 +270,8 @@ fn peak_in_status(status: &str) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
+    use lanternfish_gpu::PassCommands;
+
     use super::*;
 
     #[test]
@@ -260,15 +292,21 @@ mod tests {
     #[test]
     fn the_table_lists_passes_counters_and_steps() {
         let pass = |name: &str, ms| lanternfish_gpu::PassTime { name: name.to_owned(), ms };
+        let commands = |name: &str, dispatches, indirect| PassCommands { name: name.to_owned(), dispatches, indirect };
         let cost = Report {
             passes: vec![pass("prepass", 1.5), pass("shading/forward", 2.25)],
+            commands: vec![commands("prepass", 0, 0), commands("sort", 12, 3), commands("shading/forward", 0, 0)],
             counters: vec![("rays".to_owned(), 12345)],
         };
-        let table = table(&cost, &[("load", 0.5)]);
+        let memory = Memory { frame_bytes: 3 << 19, device_bytes: None };
+        let table = table(&cost, memory, &[("load", 0.5)]);
         for line in [
             "prepass                   1.500",
-            "all passes                3.750",
+            "sort                                     12         3",
+            "all passes                3.750          12         3",
             "rays                     12,345",
+            "frame                       1.5",
+            "device                  unknown",
             "load                       0.50",
         ] {
             assert!(table.lines().any(|l| l == line), "{line:?} is not in\n{table}");

@@ -124,8 +124,8 @@ mod tests {
             display: vec![[value; 4]; 4],
             exposure: Some(0.0),
             report: Report {
-                passes: Vec::new(),
                 counters: counters.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect(),
+                ..Report::default()
             },
         };
         let both = side_by_side(

@@ -72,8 +72,18 @@ pub fn adapters() -> Vec<AdapterDescription> {
     enumerate().iter().map(AdapterDescription::new).collect()
 }
 
+/// Flags of a wgpu instance for Lanternfish: wgpu's defaults, without the validation of indirect calls.
+///
+/// For this validation wgpu adds a dispatch and its barriers to each indirect dispatch, also in release builds. Lanternfish does not need it:
+/// its shaders limit the numbers of workgroups that they write. The environment variable `WGPU_VALIDATION_INDIRECT_CALL` turns it on, to
+/// measure it.
+pub fn instance_flags() -> wgpu::InstanceFlags {
+    wgpu::InstanceFlags::default().difference(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL).with_env()
+}
+
 fn enumerate() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.flags = instance_flags();
     descriptor.backends = wgpu::Backends::PRIMARY;
     sorted(&wgpu::Instance::new(descriptor))
 }

@@ -23,6 +23,8 @@ pub struct ComputeKernel {
     pipeline: wgpu::ComputePipeline,
     layouts: Layouts,
     workgroup_size: [u32; 3],
+    /// True if it uses `num_workgroups`, which Direct3D 12 sets to 0 in an indirect dispatch without validation.
+    pub(crate) uses_workgroup_count: bool,
     clones: Clones,
 }
 
@@ -52,7 +54,9 @@ impl ComputeKernel {
             cache: None,
         });
         let workgroup_size = shader.workgroup_size(entry);
-        Self { label: label.to_owned(), pipeline, layouts, workgroup_size, clones: Clones::default() }
+        let uses_workgroup_count = shader.uses_workgroup_count(entry);
+        let label = label.to_owned();
+        Self { label, pipeline, layouts, workgroup_size, uses_workgroup_count, clones: Clones::default() }
     }
 
     /// The label of the pass.
@@ -70,7 +74,7 @@ impl ComputeKernel {
         groups: &mut BindGroups,
         pass: &mut wgpu::ComputePass<'_>,
         bindings: &Bindings<'_>,
-        workgroups: Workgroups<'_>,
+        workgroups: &Workgroups<'_>,
     ) {
         pass.set_pipeline(&self.pipeline);
         for group in 0..self.layouts.groups.len() {
@@ -78,7 +82,7 @@ impl ComputeKernel {
             pass.set_bind_group(group as u32, &bind_group, &[]);
         }
         match workgroups {
-            Workgroups::Are([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+            &Workgroups::Are([x, y, z]) => pass.dispatch_workgroups(x, y, z),
             Workgroups::In(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
         }
     }

@@ -64,6 +64,8 @@ struct Compiled {
     rasters: Kept<RasterPipeline>,
     /// Edited shader texts by library number ([`ShaderLibrary::number`]).
     edited: HashMap<usize, Arc<ShaderTexts>>,
+    /// Runtime checks of shaders.
+    checks: wgpu::ShaderRuntimeChecks,
     count: Compilations,
 }
 
@@ -82,6 +84,7 @@ impl Default for Compiled {
             kernels: Kept::new(SPARE_KERNELS),
             rasters: Kept::new(SPARE_RASTERS),
             edited: HashMap::new(),
+            checks: wgpu::ShaderRuntimeChecks::checked(),
             count: Compilations::default(),
         }
     }
@@ -165,8 +168,8 @@ impl Engine {
     /// stay.
     pub fn forget(&self) {
         let mut compiled = self.compiled();
-        let (count, edited) = (compiled.count, std::mem::take(&mut compiled.edited));
-        *compiled = Compiled { count, edited, ..Compiled::default() };
+        let (count, checks, edited) = (compiled.count, compiled.checks, std::mem::take(&mut compiled.edited));
+        *compiled = Compiled { count, checks, edited, ..Compiled::default() };
     }
 
     /// Replaces files of a library by edited texts, and returns the previous edited texts. Shaders linked from now on use them; pipelines
@@ -178,6 +181,15 @@ impl Engine {
         compiled.edited.insert(number, Arc::new(texts)).unwrap_or_default()
     }
 
+    /// Sets the runtime checks that wgpu adds to shaders compiled from now on, to measure what they cost. The default is all of them.
+    ///
+    /// # Safety
+    ///
+    /// Without a check, every shader must do what the check enforces ([`wgpu::Device::create_shader_module_trusted`]).
+    pub unsafe fn set_runtime_checks(&self, checks: wgpu::ShaderRuntimeChecks) {
+        self.compiled().checks = checks;
+    }
+
     fn compiled(&self) -> MutexGuard<'_, Compiled> {
         self.compiled.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -186,6 +198,11 @@ impl Engine {
 /// The engine of the calling thread.
 fn current() -> Option<Engine> {
     CURRENT.with_borrow(|current| current.as_ref().map(|(engine, _)| engine.clone()))
+}
+
+/// The runtime checks of shaders that the calling thread compiles.
+pub(crate) fn runtime_checks() -> wgpu::ShaderRuntimeChecks {
+    current().map_or_else(wgpu::ShaderRuntimeChecks::checked, |engine| engine.compiled().checks)
 }
 
 /// The shader of this label: from the cache of the thread's engine, else from `link`, which receives the edited texts.

@@ -6,7 +6,7 @@ mod profiler;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use self::commands::{Commands, Slices};
-pub use self::profiler::{PassProgress, PassTime, PassWatcher, Profiler};
+pub use self::profiler::{PassCommands, PassProgress, PassTime, PassWatcher, Profiler};
 use crate::{
     BindGroups, Bindings, BufferPart, ComputeKernel, GpuError, Pool, buffer::with_mapped, compute::Workgroups,
     pool::Use,
@@ -107,6 +107,7 @@ impl<'a> Frame<'a> {
     ) -> Self {
         pool.begin(&mut encoder);
         pool.capacity_policy.begin(device, queue);
+        profiler.recorded.clear();
         static FRAMES: AtomicU64 = AtomicU64::new(0);
         let number = FRAMES.fetch_add(1, Ordering::Relaxed) + 1;
         Self { device, queue, encoder, pass: None, profiler, pool, number }
@@ -187,12 +188,14 @@ impl<'a> Frame<'a> {
 
     /// Adds a dispatch. It sees all earlier writes.
     pub fn dispatch(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: [u32; 3]) {
-        self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::Are(workgroups)));
+        self.compute(kernel, bindings, &Workgroups::Are(workgroups));
     }
 
-    /// Adds a dispatch whose number of workgroups, three u32, is read from a buffer with indirect usage ([`Self::indirect`]).
+    /// Adds a dispatch whose number of workgroups, three u32, is read from a buffer with indirect usage ([`Self::indirect`]). The numbers
+    /// must be within the device's limit, and the kernel must not use `num_workgroups` ([`crate::instance_flags`]).
     pub fn dispatch_indirect(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: &wgpu::Buffer) {
-        self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::In(workgroups)));
+        assert!(!kernel.uses_workgroup_count, "{}: `num_workgroups` in an indirect dispatch", kernel.label());
+        self.compute(kernel, bindings, &Workgroups::In(workgroups));
     }
 
     /// Begins a command buffer for the pass of this label, if the frame is cut between its passes.
@@ -210,8 +213,9 @@ impl<'a> Frame<'a> {
         }
     }
 
-    fn compute(&mut self, kernel: &ComputeKernel, dispatch: impl FnOnce(&mut BindGroups, &mut wgpu::ComputePass<'_>)) {
+    fn compute(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: &Workgroups<'_>) {
         self.cut(kernel.label());
+        self.profiler.count(kernel.label(), true, matches!(workgroups, Workgroups::In(_)));
         if self.profiler.is_shared_pass {
             let pass = self.pass.get_or_insert_with(|| {
                 self.profiler.compute_passes += 1;
@@ -219,7 +223,7 @@ impl<'a> Frame<'a> {
                 self.encoder.begin_compute_pass(&descriptor).forget_lifetime()
             });
             let query = self.profiler.inner.begin_query(kernel.label(), pass);
-            dispatch(&mut self.pool.bind_groups, pass);
+            kernel.dispatch(&mut self.pool.bind_groups, pass, bindings, workgroups);
             self.profiler.inner.end_query(pass, query);
             return;
         }
@@ -229,7 +233,7 @@ impl<'a> Frame<'a> {
             label: Some(kernel.label()),
             timestamp_writes: query.compute_pass_timestamp_writes(),
         });
-        dispatch(&mut self.pool.bind_groups, &mut pass);
+        kernel.dispatch(&mut self.pool.bind_groups, &mut pass, bindings, workgroups);
         drop(pass);
         self.profiler.inner.end_query(&mut *self.encoder, query);
     }
@@ -244,6 +248,7 @@ impl<'a> Frame<'a> {
     ) {
         self.pass = None;
         self.cut(label);
+        self.profiler.count(label, false, false);
         let query = self.profiler.inner.begin_pass_query(label, &mut self.encoder);
         let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(label),
@@ -350,7 +355,10 @@ mod tests {
             let buffer = storage_buffer_of(&device, "values", &values, none).unwrap();
             let mut frame = Frame::new(&device, &queue, &mut profiler);
             scan.record(&mut frame, &buffer, values.len() as u32).unwrap();
+            let number = frame.number();
             frame.submit();
+            let commands = profiler.commands_of(number);
+            assert_eq!(commands.iter().map(|pass| pass.dispatches).sum::<u32>(), 3, "{commands:?}");
             let starts = read_back::<u32>(&device, &queue, &buffer, values.len()).unwrap();
             assert!(starts.iter().zip(0..).all(|(start, i)| *start == 3 * i), "{required_features:?}");
             let (passes, times) = (profiler.compute_passes(), profiler.finished());

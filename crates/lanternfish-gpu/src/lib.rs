@@ -32,7 +32,7 @@ mod shader;
 pub mod testing;
 mod vertex_grid;
 
-pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters};
+pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters, instance_flags};
 pub use bindings::{Bindings, BufferPart};
 pub use buffer::{
     checked, indirect_buffer, is_lost, is_same_device, read_back, read_texture, storage_buffer, storage_buffer_of,
@@ -44,7 +44,7 @@ pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_me
 pub use edited::{ShaderTexts, read_shader_texts, shader_files};
 pub use engine::{Compilations, Engine, KeptCompiled, Requested};
 pub use error::GpuError;
-pub use frame::{Frame, PassProgress, PassTime, PassWatcher, Profiler, discarded, submitted};
+pub use frame::{Frame, PassCommands, PassProgress, PassTime, PassWatcher, Profiler, discarded, submitted};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
 pub use made::{Made, made};
 pub use pool::{BindGroups, Pool};

@@ -237,6 +237,12 @@ impl LinkedShader {
         self.module.entry_points[self.entry_index(entry)].workgroup_size
     }
 
+    /// True if a compute entry point reads the number of workgroups of its dispatch.
+    pub(crate) fn uses_workgroup_count(&self, entry: &str) -> bool {
+        let count = Some(naga::Binding::BuiltIn(naga::BuiltIn::NumWorkGroups));
+        self.module.entry_points[self.entry_index(entry)].function.arguments.iter().any(|input| input.binding == count)
+    }
+
     /// True if it has an entry point of this name.
     pub fn has_entry(&self, entry: &str) -> bool {
         self.module.entry_points.iter().any(|e| e.name == entry)
@@ -267,10 +273,12 @@ impl LinkedShader {
 
     /// Creates the wgpu shader module.
     pub(crate) fn create_module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
-        device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(&self.label),
             source: wgpu::ShaderSource::Naga(Cow::Owned(self.module.clone())),
-        })
+        };
+        // Safety: all checks, unless the caller of `Engine::set_runtime_checks` vouches for the shaders.
+        unsafe { device.create_shader_module_trusted(descriptor, engine::runtime_checks()) }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Instant};
 
 use egui::{TextureId, Ui, ViewportId};
-use lanternfish_gpu::{AdapterChoice, Gpu};
+use lanternfish_gpu::{AdapterChoice, Gpu, instance_flags};
 use winit::{
     event::WindowEvent,
     event_loop::{ActiveEventLoop, OwnedDisplayHandle},
@@ -41,6 +41,7 @@ pub fn open(
     let window = Arc::new(events.create_window(attributes).map_err(|error| display_error(&error))?);
     let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle(Box::new(display.clone()));
     descriptor.backends = wgpu::Backends::PRIMARY;
+    descriptor.flags = instance_flags();
     let instance = wgpu::Instance::new(descriptor);
     let surface = instance.create_surface(Arc::clone(&window)).map_err(|error| display_error(&error))?;
     let (gpu, adapter) = Gpu::open_for(&instance, &surface, adapter)?;

@@ -6,6 +6,7 @@ mod edit;
 mod flight;
 mod frames;
 mod motion;
+mod report;
 mod scenes;
 #[cfg(test)]
 mod tests;
@@ -17,9 +18,7 @@ use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
-use lanternfish_gpu::{
-    Engine, Frame, Growth, PassTime, PassWatcher, Pool, Profiler, discarded, read_texture,
-};
+use lanternfish_gpu::{Engine, Frame, Growth, PassWatcher, Pool, Profiler, discarded, read_texture};
 use lanternfish_limits::memory::Budget;
 use lanternfish_scene::Camera;
 
@@ -40,6 +39,7 @@ use crate::{
 pub use self::{
     change::Change,
     flight::{FrameId, FrameReport},
+    report::{FrameMemory, Report},
 };
 
 /// Renders scenes on the caller's device with one set of settings.
@@ -91,24 +91,6 @@ pub struct RenderedImage {
     pub exposure: Option<f32>,
     /// Time and counters of the image.
     pub report: Report,
-}
-
-/// Time and counters of an image.
-#[derive(Clone, Debug, Default)]
-pub struct Report {
-    /// Device time of each pass, in order, summed over all frames; empty if the device has no timestamp queries.
-    pub passes: Vec<PassTime>,
-    /// Exact counters by name; for averaged frames those of the last one.
-    pub counters: Vec<(String, u64)>,
-}
-
-/// Device memory that successive frames reuse.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct FrameMemory {
-    /// Size of buffers and textures, bytes.
-    pub bytes: u64,
-    /// Name and capacity, in elements, of every counted list.
-    pub lists: Vec<(&'static str, u64)>,
 }
 
 impl RenderedImage {
@@ -187,10 +169,11 @@ impl Renderer {
         self.passes.light_culling.passes()
     }
 
-    /// Device memory of its frames, without scenes, deep images, means of frames and histories.
+    /// Device memory of its frames.
     pub fn memory(&self) -> FrameMemory {
+        let device_bytes = self.device.generate_allocator_report().map(|report| report.total_allocated_bytes);
         let pool = self.pool.lock().unwrap_or_else(PoisonError::into_inner);
-        FrameMemory { bytes: pool.bytes(), lists: pool.capacities() }
+        FrameMemory { bytes: pool.bytes(), device_bytes, lists: pool.capacities() }
     }
 
     /// Renders a camera's view of a scene that this renderer uploaded, and waits for the result.
@@ -291,6 +274,7 @@ impl Renderer {
         let mut renderings = self.images_of(scene.counters(), views, results)?;
         if let Some(first) = renderings.first_mut() {
             first.report.passes = self.profiler.times_of(self.last_frame);
+            first.report.commands = self.profiler.commands_of(self.last_frame);
         }
         Ok(renderings)
     }
@@ -369,7 +353,7 @@ impl Renderer {
         let of_ambient_visibility =
             shaded.ambient_visibility.iter().flat_map(|ambient_visibility| &ambient_visibility.counters);
         counters.extend(of_ambient_visibility.map(|(name, count)| ((*name).to_owned(), *count)));
-        let report = Report { passes: Vec::new(), counters };
+        let report = Report { counters, ..Report::default() };
         Ok(RenderedImage { width: view.size.x, height: view.size.y, radiance, display, exposure, report })
     }
 }

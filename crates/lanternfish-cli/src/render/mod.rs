@@ -154,6 +154,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         settings: &settings,
         seed: args.run.seed,
         cost: &renderings.cost,
+        memory: &renderings.memory(),
         seconds: &seconds,
     };
     if let Some(path) = &args.run.report {

@@ -6,7 +6,7 @@ use std::sync::{
 };
 
 use lanternfish::{
-    GpuScene, RenderedImage, Renderer, Report,
+    FrameMemory, GpuScene, RenderedImage, Renderer, Report,
     debug_views::Scale,
     settings::{Exposure, Settings},
 };
@@ -24,7 +24,6 @@ use crate::{
     output::Output,
     parse::Frames,
     progress::{Bar, Progress},
-    report,
     shot::ShotFrame,
     stereo::{self, StereoLayout},
 };
@@ -177,6 +176,11 @@ impl<'a> RenderedImages<'a> {
         Ok(())
     }
 
+    /// Memory of the device after the last image.
+    pub fn memory(&self) -> FrameMemory {
+        self.renderer.memory()
+    }
+
     /// Renders a frame only for the history that it leaves to the next one.
     pub fn show(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<(), CliError> {
         self.drawn(frame, camera, progress).map(|_| ())
@@ -207,7 +211,7 @@ impl<'a> RenderedImages<'a> {
             Some(second) => stereo::side_by_side(first, second),
             None => first,
         };
-        report::add(&mut self.cost, rendering.report.clone());
+        self.cost.add(rendering.report.clone());
         let rendering = match &self.scale {
             Some(scale) => legend::below(rendering, scale),
             None => rendering,

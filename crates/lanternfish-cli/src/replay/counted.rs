@@ -107,7 +107,7 @@ mod tests {
             radiance: vec![[1.0; 4], [1.0, 1.0, value, 1.0]],
             display: vec![[9; 4]; 2],
             exposure: None,
-            report: Report { passes: Vec::new(), counters },
+            report: Report { counters, ..Report::default() },
         }
     }
 

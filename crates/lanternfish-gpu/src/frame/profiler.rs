@@ -15,6 +15,17 @@ pub struct PassTime {
     pub ms: f64,
 }
 
+/// The commands of all passes of one label in a frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PassCommands {
+    /// The label, a path.
+    pub name: String,
+    /// Number of dispatches; 0 for render passes.
+    pub dispatches: u32,
+    /// Number of those dispatches whose number of workgroups the device reads from a buffer.
+    pub indirect: u32,
+}
+
 /// A pass of a frame that is about to run.
 #[derive(Clone, Copy, Debug)]
 pub struct PassProgress<'a> {
@@ -39,6 +50,10 @@ pub struct Profiler {
     pub(super) watcher: Option<PassWatcher>,
     /// Frames whose times have not arrived yet.
     pending: VecDeque<u64>,
+    /// Commands of the frame that is being recorded, in the order of each label's first pass.
+    pub(super) recorded: Vec<PassCommands>,
+    /// Commands of submitted frames that nobody has asked for.
+    commands: VecDeque<(u64, Vec<PassCommands>)>,
 }
 
 impl std::fmt::Debug for Profiler {
@@ -66,6 +81,8 @@ impl Profiler {
             compute_passes: 0,
             watcher: None,
             pending: VecDeque::new(),
+            recorded: Vec::new(),
+            commands: VecDeque::new(),
         }
     }
 
@@ -104,8 +121,30 @@ impl Profiler {
         Vec::new()
     }
 
+    /// Commands of the submitted frame of this number, by label, whether or not the device can time them. Drops those of earlier frames.
+    pub fn commands_of(&mut self, frame: u64) -> Vec<PassCommands> {
+        while self.commands.front().is_some_and(|(number, _)| *number < frame) {
+            self.commands.pop_front();
+        }
+        self.commands.pop_front_if(|(number, _)| *number == frame).map(|(_, commands)| commands).unwrap_or_default()
+    }
+
+    /// Counts a pass: a render pass if it is no dispatch.
+    pub(super) fn count(&mut self, label: &str, is_dispatch: bool, is_indirect: bool) {
+        let index = self.recorded.iter().position(|pass| pass.name == label).unwrap_or_else(|| {
+            self.recorded.push(PassCommands { name: label.to_owned(), dispatches: 0, indirect: 0 });
+            self.recorded.len() - 1
+        });
+        self.recorded[index].dispatches += u32::from(is_dispatch);
+        self.recorded[index].indirect += u32::from(is_indirect);
+    }
+
     /// Notes that a frame was submitted.
     pub(super) fn submitted(&mut self, frame: u64) {
+        if self.commands.len() == MOST_IN_FLIGHT {
+            self.commands.pop_front();
+        }
+        self.commands.push_back((frame, std::mem::take(&mut self.recorded)));
         if self.pending.len() == MOST_IN_FLIGHT {
             // `end_frame` then drops the most recent pending frame.
             self.pending.pop_back();

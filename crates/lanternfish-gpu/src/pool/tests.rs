@@ -1,5 +1,18 @@
 use super::{KEPT_FRAMES, Pool};
-use crate::{Bindings, ComputeKernel, Frame, Gpu, Profiler, made, primitives::SHADERS, read_back, testing};
+use crate::{
+    Bindings, ComputeKernel, Frame, Gpu, PassCommands, Profiler, made, primitives::SHADERS, read_back, testing,
+};
+
+const TEXTURE: wgpu::TextureDescriptor<'_> = wgpu::TextureDescriptor {
+    label: Some("texture"),
+    size: wgpu::Extent3d { width: 4, height: 4, depth_or_array_layers: 1 },
+    mip_level_count: 1,
+    sample_count: 1,
+    dimension: wgpu::TextureDimension::D2,
+    format: wgpu::TextureFormat::R32Float,
+    usage: wgpu::TextureUsages::TEXTURE_BINDING,
+    view_formats: &[],
+};
 
 /// Frames of one pool.
 struct Frames<'g> {
@@ -79,23 +92,11 @@ fn gpu_released_buffers_are_used_again_in_their_frame() {
 fn gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them() {
     let Some(gpu) = testing::gpu("gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them") else { return };
     let mut frames = Frames::new(gpu);
-    let usage = wgpu::TextureUsages::TEXTURE_BINDING;
-    let size = wgpu::Extent3d { width: 4, height: 4, depth_or_array_layers: 1 };
-    let texture = wgpu::TextureDescriptor {
-        label: Some("texture"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::R32Float,
-        usage,
-        view_formats: &[],
-    };
     let mut evaluate = |bytes: u64| {
         let before = made();
         let mut frame = frames.next();
         let buffers = [(); 2].map(|()| frame.scratch("list", bytes).unwrap());
-        let textures = [(); 2].map(|()| frame.texture(&texture));
+        let textures = [(); 2].map(|()| frame.texture(&TEXTURE));
         frame.submit();
         assert!(buffers[0] != buffers[1] && textures[0] != textures[1]);
         (made() - before, frames.pool.bytes(), buffers)
@@ -149,23 +150,59 @@ fn gpu_uniforms_before_and_after_a_readback_do_not_overlap() {
 fn gpu_released_textures_are_used_again_in_their_frame() {
     let Some(gpu) = testing::gpu("gpu_released_textures_are_used_again_in_their_frame") else { return };
     let mut frames = Frames::new(gpu);
-    let wanted = wgpu::TextureDescriptor {
-        label: Some("layers"),
-        size: wgpu::Extent3d { width: 4, height: 4, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba16Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    };
     for _ in 0..2 {
         let mut frame = frames.next();
-        let [first, second] = [frame.texture(&wanted), frame.texture(&wanted)];
+        let [first, second] = [frame.texture(&TEXTURE), frame.texture(&TEXTURE)];
         frame.release_texture(&first);
-        let [again, third] = [frame.texture(&wanted), frame.texture(&wanted)];
+        let [again, third] = [frame.texture(&TEXTURE), frame.texture(&TEXTURE)];
         assert!(again == first, "a released texture is not used again");
         assert!(third != first && third != second, "a texture is used twice at a time");
         frame.submit();
     }
+}
+
+/// Commands are counted by label, also those before a readback; commands that are never submitted are not.
+#[test]
+fn gpu_commands_of_a_frame_are_counted_by_label() {
+    let Some(gpu) = testing::gpu("gpu_commands_of_a_frame_are_counted_by_label") else { return };
+    let mut frames = Frames::new(gpu);
+    let shader = SHADERS.link("primitives/scan/scan", &[]).unwrap();
+    let kernel = |label: &str| ComputeKernel::new(&gpu.device, &shader, "scan_blocks", label);
+    let kernels = ["first", "second"].map(kernel);
+    let record = |frame: &mut Frame<'_>, order: &[usize], is_indirect: bool| {
+        let [values, totals] = [(); 2].map(|()| frame.zeroed("values", 64).unwrap());
+        let (parameters, groups) = (frame.uniform(&[1, 1, 0, 0]), frame.indirect("groups").unwrap());
+        frame.encoder().clear_buffer(&groups, 0, None);
+        let bindings = Bindings::new().part("scan_parameters", &parameters).buffer("scan_values", &values);
+        let bindings = bindings.buffer("scan_totals", &totals);
+        for index in order {
+            match is_indirect {
+                true => frame.dispatch_indirect(&kernels[*index], &bindings, &groups),
+                false => frame.dispatch(&kernels[*index], &bindings, [1; 3]),
+            }
+        }
+        values
+    };
+    let mut frame = frames.next();
+    record(&mut frame, &[0, 0, 1], false);
+    drop(frame);
+    let mut frame = frames.next();
+    let values = record(&mut frame, &[1, 0, 1], false);
+    frame.read_now::<u32>(&values, 1).unwrap();
+    record(&mut frame, &[1, 1, 0], true);
+    let target = frame.texture(&wgpu::TextureDescriptor { usage: wgpu::TextureUsages::RENDER_ATTACHMENT, ..TEXTURE });
+    let color = wgpu::RenderPassColorAttachment {
+        view: &target,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations::default(),
+    };
+    frame.render("render", &[Some(color)], None, |_, _| ());
+    let number = frame.number();
+    frame.submit();
+    let of = |pass: PassCommands| (pass.name, pass.dispatches, pass.indirect);
+    let counted: Vec<_> = frames.profiler.commands_of(number).into_iter().map(of).collect();
+    let expected = [("second", 4, 2), ("first", 2, 1), ("render", 0, 0)];
+    assert_eq!(counted, expected.map(|(name, dispatches, indirect)| (name.to_owned(), dispatches, indirect)));
+    assert!(frames.profiler.commands_of(number).is_empty(), "they are taken once");
 }

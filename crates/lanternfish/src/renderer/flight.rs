@@ -3,7 +3,7 @@
 use std::{collections::VecDeque, iter};
 
 use glam::{Affine3A, UVec2, Vec3};
-use lanternfish_gpu::{Frame, GpuError, Growth, PassTime, is_lost};
+use lanternfish_gpu::{Frame, GpuError, Growth, PassCommands, PassTime, is_lost};
 
 use super::{RenderedImage, Renderer};
 use crate::{
@@ -32,6 +32,8 @@ pub struct FrameReport {
     pub is_lost: bool,
     /// Device time of each pass, in order; empty if the device has no timestamp queries.
     pub passes: Vec<PassTime>,
+    /// Dispatches of each pass, by label, in order. They are counted on any device.
+    pub commands: Vec<PassCommands>,
     /// Entries of its lists, by name. `deep_images/age`, if deep images are built in slices: the age of the oldest images, frames.
     pub counters: Vec<(String, u64)>,
     /// Lists whose capacity changed because of this frame's counts.
@@ -232,6 +234,7 @@ impl Renderer {
             is_complete: outcome.is_complete,
             is_lost,
             passes: if is_lost { Vec::new() } else { self.profiler.times_of(outcome.frame) },
+            commands: self.profiler.commands_of(outcome.frame),
             counters: counters.chain(age.map(|(name, age)| (name.to_owned(), age))).collect(),
             resized: outcome.resized,
         })

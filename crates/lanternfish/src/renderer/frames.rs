@@ -1,9 +1,9 @@
 //! Images that are the mean of several frames ([`crate::progressive`]).
 
-use lanternfish_gpu::{GpuError, PassTime, checked};
+use lanternfish_gpu::{GpuError, checked};
 use lanternfish_scene::Camera;
 
-use super::{RenderedImage, Renderer};
+use super::{RenderedImage, Renderer, Report};
 use crate::{
     context::FrameContext,
     error::RenderError,
@@ -40,15 +40,15 @@ impl Renderer {
                 return this.renderings(scene, &views, &results);
             }
             this.passes.progressive.reset();
-            let (mut results, mut times) = (Vec::new(), Vec::new());
+            let (mut results, mut cost) = (Vec::new(), Report::default());
             for count in 1..=this.effective.accumulate {
                 results = this.next_frame(scene, &views)?;
-                add_times(&mut times, this.finished()?);
+                cost.add(this.finished()?);
                 tell(count);
             }
             let mut renderings = this.renderings(scene, &views, &results)?;
             if let Some(first) = renderings.first_mut() {
-                first.report.passes = times;
+                (first.report.passes, first.report.commands) = (cost.passes, cost.commands);
             }
             Ok(renderings)
         })
@@ -114,20 +114,11 @@ impl Renderer {
         Ok(results)
     }
 
-    /// Waits for the last frame and returns its times.
-    fn finished(&mut self) -> Result<Vec<PassTime>, RenderError> {
+    /// Waits for the last frame and returns its cost, without counters.
+    fn finished(&mut self) -> Result<Report, RenderError> {
         let lost = |error| GpuError::ReadBack { what: "frame".to_owned(), source: Box::new(error) };
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
-        Ok(self.profiler.times_of(self.last_frame))
-    }
-}
-
-/// Adds the times of a frame to the total.
-fn add_times(total: &mut Vec<PassTime>, frame: Vec<PassTime>) {
-    for pass in frame {
-        match total.iter_mut().find(|entry| entry.name == pass.name) {
-            Some(entry) => entry.ms += pass.ms,
-            None => total.push(pass),
-        }
+        let (passes, commands) = (self.profiler.times_of(self.last_frame), self.profiler.commands_of(self.last_frame));
+        Ok(Report { passes, commands, ..Report::default() })
     }
 }
