@@ -1,9 +1,12 @@
 //! The compute passes of shadows, in the variants that scenes require.
 
-use super::DECLARED;
 use lanternfish_gpu::ComputeKernel;
 
-use super::{MOST_RAYS, SOFT_LIGHT_BITS, ShadowFeatures, features};
+use super::{
+    DECLARED, SOFT_LIGHT_BITS, ShadowFeatures,
+    bands::{MOST_RAYS, MOST_RAYS_OF_DISPATCH},
+    features,
+};
 use crate::{
     error::RenderError,
     rays::{TracePass, Tracer},
@@ -21,6 +24,8 @@ pub(super) struct Kernels {
     pub lights_a_word: u32,
     /// Greatest number of words of a band whose rays can still be counted.
     pub most_words: u64,
+    /// Greatest number of words of a dispatch, unless a single row of blocks has more.
+    pub most_words_of_dispatch: u64,
 }
 
 impl Kernels {
@@ -42,13 +47,15 @@ impl Kernels {
             (false, false) => 32,
         };
         let rays = if is_soft || has_areas { settings.shadow_rays } else { 1 };
+        let rays_a_word = u64::from(rays * lights_a_word);
         Ok(Self {
             plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
             trace: TracePass::new(tracer, ComputeKernel::new(device, &trace, "trace", "shadows/trace")),
             trace_edges: trace_edges
                 .map(|shader| ComputeKernel::new(device, &shader, "trace_edges", "shadows/trace_edges")),
             lights_a_word,
-            most_words: MOST_RAYS / u64::from(rays * lights_a_word),
+            most_words: MOST_RAYS / rays_a_word,
+            most_words_of_dispatch: MOST_RAYS_OF_DISPATCH / rays_a_word,
         })
     }
 }

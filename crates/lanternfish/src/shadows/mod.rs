@@ -4,6 +4,7 @@
 //! scenes with area lights it is 32 bits, of which an area light uses one for each ray. The number of words follows the length of the
 //! lists. If the words of all pixels do not fit one buffer, the frame is rendered in bands of pixel rows; no light is left out.
 
+mod bands;
 mod edges;
 mod kernels;
 #[cfg(test)]
@@ -18,6 +19,7 @@ use lanternfish_gpu::{
 };
 
 use self::{
+    bands::{bands, even_row_starts, row_starts, split},
     edges::{Edge, EdgePass, Edges},
     kernels::Kernels,
 };
@@ -47,10 +49,12 @@ gpu_struct! {
         capacity: u32,
         /// First row of blocks after the current band.
         end_row: u32,
+        /// First row of blocks of a dispatch of `trace` or `trace_edges`.
+        traced_row: u32,
+        /// First row of blocks after those of the dispatch.
+        traced_end: u32,
         /// Capacity of the list of edges; 0: there is none.
         edge_capacity: u32,
-        /// Unused.
-        _pad: UVec2,
     }
 }
 
@@ -101,8 +105,6 @@ const FIRST_START: u64 = 1;
 /// The list of visibility bits.
 const WORDS: &str = "shadows/words";
 
-/// Greatest number of rays of a band, however large the device's bindings: they are counted in a u32.
-const MOST_RAYS: u64 = 1 << 31;
 /// The setting in errors about tracers through deep images.
 const DEEP_SHADOWS: &str = "`shadows` through deep images";
 
@@ -120,6 +122,8 @@ pub struct Shadows {
     /// Upper bound of the words of a band, in addition to the device's binding limit and the countable rays; a lower number gives more
     /// bands.
     pub(crate) word_limit: u64,
+    /// Upper bound of the words of a dispatch, in addition to that of the kernels; a lower number gives more dispatches.
+    pub(crate) dispatch_limit: u64,
 }
 
 /// Division of a frame's visibility into bands.
@@ -131,6 +135,8 @@ pub struct VisibilityPlan {
     ray_counts: Option<wgpu::TextureView>,
     grid: VisibilityGrid,
     bands: Vec<Range<u32>>,
+    /// Rows of blocks of the dispatches of each band.
+    dispatches: Vec<Vec<Range<u32>>>,
     edges: Edges,
 }
 
@@ -203,6 +209,7 @@ impl Shadows {
             settings: settings.clone(),
             tracer,
             word_limit: u64::MAX,
+            dispatch_limit: u64::MAX,
         })
     }
 
@@ -245,13 +252,13 @@ impl Shadows {
         let binding_words = device.limits().max_storage_buffer_binding_size / 4;
         let limit = self.word_limit.min(self.kernels(scene).most_words).min(binding_words.saturating_sub(first_bits));
         let starts_of_blocks = (&starts, blocks as usize + 1);
-        let (bands, words) = match frame.growth() {
+        let (bands, words, row_starts) = match frame.growth() {
             Growth::Blocking => {
                 let row_starts = row_starts(&frame.read_now::<u32>(&starts, starts_of_blocks.1)?, columns as usize);
                 let bands = bands(&row_starts, limit)?;
                 let words_of = |b: &Range<u32>| row_starts[b.end as usize] - row_starts[b.start as usize];
                 let words = bands.iter().map(words_of).max().unwrap_or(0);
-                (bands, words)
+                (bands, words, row_starts)
             }
             // One band: the host would have to wait for the device to learn the number of bands.
             Growth::Deferred => {
@@ -267,9 +274,11 @@ impl Shadows {
                     let remedy = "use fewer lights, give them a shorter range, or render a smaller image";
                     return Err(RenderError::Overflow { list: WORDS, needed: capacity.elements, limit, remedy });
                 }
-                (std::iter::once(0..rows).collect(), capacity.capacity)
+                (std::iter::once(0..rows).collect(), capacity.capacity, even_row_starts(rows, capacity.elements))
             }
         };
+        let dispatch_limit = self.dispatch_limit.min(self.kernels(scene).most_words_of_dispatch);
+        let dispatches = bands.iter().map(|band| split(&row_starts, band.clone(), dispatch_limit)).collect();
         // Without lights there are no words; a buffer must not be empty.
         let capacity = first_bits + words.max(1);
         grid.capacity = capacity as u32;
@@ -285,6 +294,7 @@ impl Shadows {
             ray_counts,
             grid,
             bands,
+            dispatches,
             edges,
         })
     }
@@ -307,12 +317,11 @@ impl Shadows {
             .with(&scene.bindings())
             .with(&surface.bindings())
             .with(&lights.bindings())
-            .with(&visibility.bindings());
+            .buffer("visibility_words", &plan.words);
         if let Some(counts) = &plan.ray_counts {
             bindings = bindings.texture("ray_counts", counts);
         }
         frame.encoder().clear_buffer(&plan.words, 0, Some(4));
-        let groups = [plan.grid.columns, band.end - band.start, 1];
         if trace.runs_in_parts() {
             // Each chunk adds its bits.
             let first_bits = FIRST_START + u64::from(plan.grid.columns * plan.grid.rows) + 1;
@@ -321,10 +330,23 @@ impl Shadows {
         let count_rays = |frame: &mut Frame<'_>, word: u64| {
             frame.encoder().copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 8 * index as u64 + 4 * word, 4);
         };
-        trace.dispatch(frame, view, &bindings, groups);
+        let grids: Vec<_> = plan.dispatches[index]
+            .iter()
+            .map(|rows| {
+                let (first_row, end_row) = (band.start, band.end);
+                let (traced_row, traced_end) = (rows.start, rows.end);
+                (frame.uniform(&VisibilityGrid { first_row, end_row, traced_row, traced_end, ..plan.grid }), rows)
+            })
+            .collect();
+        for (grid, rows) in &grids {
+            let groups = [plan.grid.columns, rows.end - rows.start, 1];
+            trace.dispatch(frame, view, &bindings.clone().part("visibility_grid", grid), groups);
+        }
         count_rays(frame, 0);
         if let (Some(trace), Some(groups)) = (&self.kernels(scene).trace_edges, plan.edges.groups()) {
-            frame.dispatch(trace, &bindings, groups);
+            for (grid, _) in &grids {
+                frame.dispatch(trace, &bindings.clone().part("visibility_grid", grid), groups);
+            }
         }
         count_rays(frame, 1);
         visibility
@@ -411,39 +433,4 @@ pub(crate) fn check_driver(tracer: Tracer, adapter: &wgpu::AdapterInfo) -> Resul
     }
     let (driver, fault) = (adapter.driver_info.clone(), "crashes on it");
     Err(RenderError::Driver { setting: DEEP_SHADOWS, driver, fault, instead: "`shadows bvh`" })
-}
-
-/// Words before each row of blocks; the total is last. Undoes the overflow of the device's sums at 2³².
-fn row_starts(starts: &[u32], columns: usize) -> Vec<u64> {
-    let by_row: Vec<u32> = starts.iter().copied().step_by(columns).collect();
-    let words = by_row.windows(2).map(|pair| u64::from(pair[1].wrapping_sub(pair[0])));
-    let sums = words.scan(0, |sum, words| {
-        *sum += words;
-        Some(*sum)
-    });
-    std::iter::once(0).chain(sums).collect()
-}
-
-/// Divides rows into bands of at most `limit` words. `row_starts`: words before each row; the total is last.
-fn bands(row_starts: &[u64], limit: u64) -> Result<Vec<Range<u32>>, RenderError> {
-    let row_count = row_starts.len() as u32 - 1;
-    let mut bands = Vec::new();
-    let mut first = 0;
-    for row in 0..row_count {
-        let words = |from: u32| row_starts[row as usize + 1] - row_starts[from as usize];
-        if words(row) > limit {
-            return Err(RenderError::Overflow {
-                list: WORDS,
-                needed: words(row),
-                limit,
-                remedy: "give the lights a shorter range, use `culling tiled`, or render a narrower image",
-            });
-        }
-        if words(first) > limit {
-            bands.push(first..row);
-            first = row;
-        }
-    }
-    bands.push(first..row_count);
-    Ok(bands)
 }

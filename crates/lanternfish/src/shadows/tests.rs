@@ -7,7 +7,7 @@ mod visibility;
 
 use lanternfish_gpu::testing;
 
-use super::{BLOCK_EDGE, FIRST_START, bands, check_row, row_starts};
+use super::{BLOCK_EDGE, FIRST_START, bands, check_row, even_row_starts, row_starts, split};
 use crate::{
     Renderer, Settings,
     settings::{Samples, Shadows},
@@ -20,27 +20,37 @@ fn gpu_one_band_or_many_give_the_same_image() {
     let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     scene.lights.extend(lanternfish_scene::generate::light_rain(&scene.bounds(), 70, Some(1.0), 1, 0.0));
-    let rendering = |samples, word_limit: Option<u64>, seed: u32| {
+    let rendering = |samples, limits: [u64; 2], seed: u32| {
         let mut scene = scene.clone();
         scene.lights.truncate(scene.lights.len() - seed as usize);
         let settings = Settings { shadows: Shadows::BVH, samples, ..Settings::direct_light() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-        if let Some(limit) = word_limit {
-            renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
-        }
+        let shadows = renderer.passes.shadows.as_mut().expect("shadows are on");
+        [shadows.word_limit, shadows.dispatch_limit] = limits;
         let uploaded = renderer.upload(&scene).unwrap();
         let rendering = renderer.render(&uploaded, &camera, 72, 60).unwrap();
         let counter = |name: &str| rendering.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
-        (counter("shadows/bands").unwrap(), counter("shadows/rays").unwrap(), rendering.radiance)
+        let trace = rendering.report.commands.iter().find(|pass| pass.name == "shadows/trace").unwrap();
+        let counts = [counter("shadows/bands").unwrap(), u64::from(trace.dispatches)];
+        (counts, counter("shadows/rays").unwrap(), rendering.radiance)
     };
     for samples in [Samples::One, Samples::Four] {
-        let one = rendering(samples, None, 0);
-        // Nine blocks of 64 pixels with up to three words each, and some edges: one band holds one row of blocks.
-        let many = rendering(samples, Some(9 * 64 * 4), 0);
-        println!("{samples} samples: {} bands, {} rays", many.0, many.1);
-        assert!(one.0 == 1 && many.0 >= 4, "{} and {} bands", one.0, many.0);
-        assert!(one.1 == many.1 && one.2 == many.2, "bands change the image");
-        assert!(rendering(samples, None, 1).2 != one.2, "removing a light changes nothing");
+        let unlimited = u64::MAX;
+        let one = rendering(samples, [unlimited; 2], 0);
+        assert_eq!(one.0, [1, 1]);
+        // Nine blocks of 64 pixels with up to three words each, and some edges: one band, or one dispatch, holds one row of blocks.
+        let row = 9 * 64 * 4;
+        for (limits, is_expected) in [
+            ([row, unlimited], (|[bands, dispatches]| bands >= 4 && dispatches == bands) as fn([u64; 2]) -> bool),
+            ([unlimited, row], |[bands, dispatches]| bands == 1 && dispatches >= 4),
+            ([4 * row, 0], |[bands, dispatches]| bands <= 2 && dispatches == 8),
+        ] {
+            let many = rendering(samples, limits, 0);
+            println!("{samples} samples: {:?} bands and dispatches, {} rays", many.0, many.1);
+            assert!(is_expected(many.0), "{limits:?}: {:?}", many.0);
+            assert!(one.1 == many.1 && one.2 == many.2, "{limits:?} changes the image");
+        }
+        assert!(rendering(samples, [unlimited; 2], 1).2 != one.2, "removing a light changes nothing");
     }
 }
 
@@ -59,6 +69,16 @@ fn bands_cover_every_row_once_and_fit() {
     assert_eq!(bands(&starts, 26).unwrap(), std::slice::from_ref(&(0..6)));
     assert_eq!(bands(&[0, 0, 0], 0).unwrap(), std::slice::from_ref(&(0..2)));
     assert!(bands(&starts, 9).is_err());
+}
+
+#[test]
+fn dispatches_cover_every_row_of_their_band_once() {
+    let starts = [0, 4, 9, 9, 15, 16, 26];
+    assert_eq!(split(&starts, 1..5, 10), [1..3, 3..5]);
+    // A row with more than the limit stands alone.
+    assert_eq!(split(&starts, 0..6, 6), [0..1, 1..3, 3..4, 4..5, 5..6]);
+    assert_eq!(split(&even_row_starts(6, 60), 0..6, 20), [0..2, 2..4, 4..6]);
+    assert_eq!(even_row_starts(3, 10), [0, 3, 6, 10]);
 }
 
 #[test]
