@@ -5,7 +5,7 @@
 //! - `run.sh` and the scripts that it sources; see `run.sh --help`;
 //! - `lanternfish.tar.gz` and `lanternfish-bench.tar.gz`: the command line and the benches, built for release, without symbols;
 //! - `tests.tar.gz`: the test programs that need an adapter, as built by `cargo xtask test`, without symbols;
-//! - `shared.tar.gz`: scenes and a shot, in the layout of `LANTERNFISH_SHARED`;
+//! - `shared.tar.gz`: scenes, a shot and a track, in the layout of `LANTERNFISH_SHARED`;
 //! - `lib.tar.gz`: libraries that `run.sh` provides to a machine that lacks them.
 
 mod libraries;
@@ -41,6 +41,9 @@ const SCENES: [&str; 2] = ["assets/sponza/Sponza.glb", "assets/candela-city/cand
 /// A shot, below `docs`, and the start of its scene's path there and in the kit, where `shots` lies beside `assets`.
 const SHOT: (&str, &str, &str) = ("shots/sponza-ten.toml", "\"../../../shared/", "\"../");
 
+/// A track, below `docs`, and the lines that the kit leaves out: a walk chooses its technique.
+const TRACK: (&str, [&str; 2]) = ("tracks/atrium.toml", ["shadows = \"none\"\n", "indirect = \"none\"\n"]);
+
 /// Builds, and packs the kit.
 pub fn run(may_install: bool) -> Result<(), String> {
     programs::check_strip()?;
@@ -66,6 +69,7 @@ pub fn run(may_install: bool) -> Result<(), String> {
         programs::strip(&program.find(&tests)?, &contents.join("tests").join(program.name))?;
     }
     copy_scenes(&contents.join("shared"))?;
+    copy_track(&contents.join("shared"))?;
     if let Err(what) = libraries::gather(&scratch, &contents.join("lib")) {
         eprintln!("==> Left out: libraries ({what})");
     }
@@ -121,6 +125,22 @@ fn copy_scenes(shared: &Path) -> Result<(), String> {
     }
     fs::create_dir_all(to.parent().expect("a file lies in a folder"))
         .and_then(|()| fs::write(&to, text.replace(start, start_in_kit)))
+        .map_err(|error| format!("{}: {error}", to.display()))
+}
+
+/// Copies the track, without its technique.
+fn copy_track(shared: &Path) -> Result<(), String> {
+    let (track, lines) = TRACK;
+    let (from, to) = (workspace().join("docs").join(track), shared.join(track));
+    let mut text = fs::read_to_string(&from).map_err(|error| format!("{}: {error}", from.display()))?;
+    for line in lines {
+        if text.matches(line).count() != 1 {
+            return Err(format!("{}: no single line {line:?}", from.display()));
+        }
+        text = text.replace(line, "");
+    }
+    fs::create_dir_all(to.parent().expect("a file lies in a folder"))
+        .and_then(|()| fs::write(&to, text))
         .map_err(|error| format!("{}: {error}", to.display()))
 }
 

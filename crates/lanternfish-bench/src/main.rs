@@ -22,6 +22,7 @@ mod table;
 mod technique;
 mod virtual_lights;
 mod walked;
+mod walks;
 
 use std::process::ExitCode;
 
@@ -153,6 +154,12 @@ enum Bench {
     /// Runs the other benches, each as a process of its own, and writes papers.html, papers.json and papers.md. A bench that fails is
     /// listed with its reason, and the rest goes on.
     Papers(papers::PapersArgs),
+    /// A walk in real time with every technique that a window may use: what a frame costs, pass by pass.
+    ///
+    /// Frames are recorded as a program with a window records them, one after the other. Each walk has the time of its passes and of the
+    /// host, the idle time between them, dispatches, rays and memory. The first walk is repeated at the end: the page says if the machine
+    /// was not steady. Files are written after each walk.
+    Walks(walks::WalksArgs),
     /// Prints this, or the help of a bench.
     Help(HelpArgs),
 }
@@ -179,6 +186,7 @@ fn run(bench: &Bench) -> Result<(), CliError> {
         Bench::Attenuation(args) => attenuation::run(args),
         Bench::Quality(args) => quality::run(args),
         Bench::Papers(args) => papers::run(args),
+        Bench::Walks(args) => walks::run(args),
         Bench::Help(args) => help::run::<Cli>(args),
     }
 }

@@ -18,6 +18,15 @@ fn the_shot_has_the_path_of_its_scene_in_the_kit() {
     assert!(text.replace(start, start_in_kit).lines().any(|line| line == scene), "{text}");
 }
 
+#[test]
+fn the_track_is_there_without_its_technique() {
+    let folder = env::temp_dir().join(format!("lanternfish-track-{}", std::process::id()));
+    let copied = copy_track(&folder).map(|()| fs::read_to_string(folder.join(TRACK.0)));
+    let _ = fs::remove_dir_all(&folder);
+    let text = copied.expect("the track has both lines").expect("it is written");
+    assert!(text.contains("[[track.keyframes]]") && TRACK.1.iter().all(|line| !text.contains(line)), "{text}");
+}
+
 /// Tests the scripts with fake programs.
 #[cfg(target_os = "linux")]
 mod on_a_machine {
@@ -58,7 +67,13 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
                 "#!/bin/sh\ncase $1 in\n--version) echo fake ;;\ninfo) printf '{adapters}' ;;\n*) echo \"$@\" ;;\nesac\n"
             );
             let test_program = TEST_PROGRAM.replace("SECOND", second);
-            let bench = "#!/bin/sh\necho \"$@\"\n".to_owned();
+            // It writes its page and its data, and then takes as long as SLOW_S says.
+            let bench =
+                "#!/bin/sh\nwhile [ $# -gt 0 ]; do [ \"$1\" = -o ] && folder=$2; words=\"$words $1\"; shift; done\n\
+                         echo$words | tee $folder/report.md\n\
+                         echo \"{\\\"validates\\\": \\\"$WGPU_VALIDATION_INDIRECT_CALL\\\"}\" >$folder/report.json\n\
+                         sleep ${SLOW_S:-0}\n"
+                    .to_owned();
             let programs =
                 [("lanternfish", command_line), ("lanternfish-bench", bench), ("tests/program", test_program)];
             for (name, text) in programs {
@@ -123,6 +138,48 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
         let left = fs::read_dir(&kit.0).expect("it is there").filter_map(Result::ok);
         let left: Vec<_> = left.map(|entry| entry.file_name()).filter(|name| name != "out" && name != "kit").collect();
         assert_eq!(left, ["contents"], "the temporary folder is removed");
+    }
+
+    #[test]
+    fn walks_are_measured_with_and_without_validation() {
+        let kit = Kit::new("walks", SOFTWARE, "true");
+        let output = kit.run(&["walks", "--allow-software"], &[]);
+        assert_eq!(output.status.code(), Some(0), "{}{}", text(&output.stdout), text(&output.stderr));
+        let [plain, validated] = ["walks.md", "walks-validated.md"].map(|name| kit.read(name));
+        assert!(
+            plain.contains("walks ")
+                && plain.contains("tracks/atrium.toml --size 96x54")
+                && plain.contains("--seconds 1")
+        );
+        assert!(!plain.contains("--only") && validated.contains("--only draft, direct all"), "{plain}{validated}");
+        assert!(kit.read("walks.json").contains(r#""validates": """#));
+        assert!(kit.read("walks-validated.json").contains(r#""validates": "1""#));
+    }
+
+    #[test]
+    fn a_part_beyond_its_deadline_is_ended_and_keeps_its_rows() {
+        let kit = Kit::new("slow-walks", SOFTWARE, "true");
+        let output = kit.run(&["walks", "ab", "--allow-software"], &[("WALKS_S", "2"), ("SLOW_S", "60")]);
+        let said = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(kit.read("walks.md").contains("atrium.toml") && kit.read("walks.json").contains("validates"), "{said}");
+        let line = said.lines().find(|line| line.starts_with("walks ")).unwrap_or_else(|| panic!("{said}"));
+        assert!(line.contains("FAILED: deadline"), "{line}");
+        assert!(
+            said.lines().any(|line| line.starts_with("ab ") && line.contains("passed")),
+            "the next part runs: {said}"
+        );
+        assert!(kit.read("ab.txt").starts_with("doctor --only ab --adapter cpu --seconds "));
+    }
+
+    #[test]
+    fn tests_are_the_last_part() {
+        let kit = Kit::new("order", SOFTWARE, "true");
+        let said = text(&kit.run(&["--allow-software"], &[]).stdout);
+        let parts =
+            said.lines().filter_map(|line| line.strip_prefix("==> ")?.split_once(", up to ")).map(|(part, _)| part);
+        let parts: Vec<_> = parts.filter(|part| !part.contains(' ')).collect();
+        assert_eq!(parts, ["walks", "ab", "doctor", "frames", "tests"], "{said}");
     }
 
     #[test]

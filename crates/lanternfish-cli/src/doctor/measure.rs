@@ -1,6 +1,7 @@
 //! Runs one check: renders an image, compares it with its reference, and applies limits.
 
 use std::{
+    cell::OnceCell,
     collections::{HashMap, hash_map::Entry},
     path::{Path, PathBuf},
 };
@@ -19,9 +20,11 @@ use lanternfish_reference::{
 };
 
 use super::{
+    ab,
     checks::Plan,
     report::Figure,
     scenes::{Name, Subject, changed},
+    speed::Extent,
 };
 use crate::error::CliError;
 
@@ -113,11 +116,13 @@ pub struct Bench {
     references: HashMap<(Name, Reference), RgbImage>,
     /// Folder for images and their references.
     images: Option<PathBuf>,
+    /// Rays for variants of the traversal.
+    rays: OnceCell<ab::Subject>,
 }
 
 impl Bench {
     pub fn new(gpu: Gpu, engine: Engine, images: Option<PathBuf>) -> Self {
-        Self { gpu, engine, subjects: HashMap::new(), references: HashMap::new(), images }
+        Self { gpu, engine, subjects: HashMap::new(), references: HashMap::new(), images, rays: OnceCell::new() }
     }
 
     /// The measured values of a check, or the reason why this adapter cannot run it.
@@ -127,6 +132,14 @@ impl Bench {
             Err(Fault::Cannot(reason)) => Ok(Err(reason)),
             Err(Fault::Broken(error)) => Err(error),
         }
+    }
+
+    /// Rays for variants of the traversal.
+    pub fn subject(&self, extent: &Extent) -> Result<&ab::Subject, CliError> {
+        if self.rays.get().is_none() {
+            let _ = self.rays.set(ab::Subject::new(self, extent)?);
+        }
+        Ok(self.rays.get().expect("just set"))
     }
 
     /// True if the device is lost.

@@ -1,6 +1,8 @@
 //! `lanternfish doctor`: describes the machine, checks images and measures speed.
 
+mod ab;
 mod checks;
+mod date;
 mod figure;
 mod machine;
 mod measure;
@@ -11,11 +13,12 @@ mod speed;
 mod supervise;
 #[cfg(test)]
 mod tests;
+mod timing;
 
 use std::{
     fs,
     path::{Path, PathBuf},
-    time::{Instant, SystemTime, UNIX_EPOCH},
+    time::{Instant, SystemTime},
 };
 
 use clap::{Args, ValueEnum};
@@ -24,9 +27,10 @@ use lanternfish_gpu::{AdapterChoice, AdapterDescription, Engine, Gpu, adapters, 
 
 use self::{
     checks::{Plan, plans},
+    date::date,
     measure::Bench,
     report::{Adapter, Check, FORMAT, Figure, Report, Technique, Verdict},
-    speed::Extent,
+    speed::{Extent, Measured},
 };
 use crate::{
     args::adapter,
@@ -71,11 +75,14 @@ pub struct DoctorArgs {
     /// Checks the shaders in this folder, the library's `src`, instead of the built-in ones.
     #[arg(long, value_name = "FOLDER")]
     pub shaders: Option<PathBuf>,
+    /// Leaves out measurements that would not end within this time, seconds. The repeated first rows of tables are still measured.
+    #[arg(long, value_name = "SECONDS", hide_short_help = true)]
+    pub seconds: Option<f64>,
     /// Version of the sources to state in the report.
     #[arg(long, value_name = "TEXT", hide_short_help = true)]
     pub commit: Option<String>,
     /// Prints an existing report of --json, and checks nothing.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["adapter", "quick", "json", "size", "only", "filter", "images", "shaders", "commit"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["adapter", "quick", "json", "size", "only", "filter", "images", "shaders", "seconds", "commit"])]
     pub read: Option<PathBuf>,
     /// With --read: prints the report as a Markdown page.
     #[arg(long, requires = "read")]
@@ -89,6 +96,8 @@ pub enum Part {
     Checks,
     /// Speed
     Speed,
+    /// Variants of ray traversal; only if named
+    Ab,
 }
 
 pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
@@ -159,6 +168,9 @@ enum Step {
     Time(speed::Step),
 }
 
+/// The reason for measurements beyond `--seconds`.
+const NO_TIME: &str = "no time left";
+
 /// The steps that no process has begun. Marks the last begun step as failed: its process did not finish it.
 fn remaining<'s>(report: &mut Report, steps: &'s [Step]) -> &'s [Step] {
     let begun = report.begun.min(steps.len());
@@ -189,7 +201,7 @@ impl<'a> Doctor<'a> {
     fn examine(&mut self, args: &DoctorArgs) -> Result<u8, CliError> {
         let is_filtered = args.filter.is_some();
         let wants = |part| match args.only.is_empty() {
-            true => !is_filtered || part == Part::Checks,
+            true => part == Part::Checks || part == Part::Speed && !is_filtered,
             false => args.only.contains(&part),
         };
         let plans = plans().into_iter().filter(|plan| plan.is_quick || !args.quick);
@@ -201,18 +213,30 @@ impl<'a> Doctor<'a> {
         let adapter_steps = steps.len();
         steps.extend(plans.map(Step::Check).filter(|_| wants(Part::Checks)));
         steps.extend(extent.steps().into_iter().map(Step::Time).filter(|_| wants(Part::Speed)));
+        steps.extend(extent.variant_steps().into_iter().map(Step::Time).filter(|_| wants(Part::Ab)));
         self.steps = steps.len();
         if steps.len() == adapter_steps {
             return Err(CliError::new("no check has such a group, name or scene", "`lanternfish doctor` lists them"));
         }
+        let mut longest = 0.0_f64;
         for step in remaining(&mut self.report, &steps) {
+            if let (Some(most), Step::Time(timed)) = (args.seconds, step)
+                && !timed.is_in_time(self.seconds(), longest, most)
+            {
+                self.report.begun += 1;
+                self.report.not_timed.push((timed.name(), NO_TIME.to_owned()));
+                continue;
+            }
+            let began = self.seconds();
             match step {
                 Step::Adapter(number) => self.adapter(*number)?,
                 Step::Check(plan) => self.check(plan)?,
-                Step::Time(step) => self.time(&extent, *step)?,
+                Step::Time(step) => self.time(&extent, step)?,
             }
+            // A killed run keeps the rows so far.
+            self.write()?;
+            longest = longest.max(self.seconds() - began);
             if self.bench.is_lost() {
-                self.write()?;
                 return Ok(supervise::LOST);
             }
         }
@@ -250,13 +274,17 @@ impl<'a> Doctor<'a> {
         Ok(())
     }
 
-    fn time(&mut self, extent: &Extent, step: speed::Step) -> Result<(), CliError> {
+    fn time(&mut self, extent: &Extent, step: &speed::Step) -> Result<(), CliError> {
         self.tell(format!("timing: {}", step.name()))?;
-        let Report { rates, frames, not_timed, .. } = &mut self.report;
-        if let Err(error) = step.measure(&self.bench, extent, rates, frames)
-            && !self.bench.is_lost()
-        {
-            not_timed.push((step.name(), error.what()));
+        match step.measure(&self.bench, extent, &self.report) {
+            Ok(Measured { rates, frames, walk_counts, repeats }) => {
+                self.report.rates.extend(rates);
+                self.report.frames.extend(frames);
+                self.report.repeats.extend(repeats);
+                self.report.walk_counts.extend(walk_counts);
+            }
+            Err(error) if !self.bench.is_lost() => self.report.not_timed.push((step.name(), error.what())),
+            Err(_) => {}
         }
         Ok(())
     }
@@ -269,8 +297,13 @@ impl<'a> Doctor<'a> {
         self.write()
     }
 
+    /// Duration of the run so far, seconds.
+    fn seconds(&self) -> f64 {
+        self.seconds_before + self.started.elapsed().as_secs_f64()
+    }
+
     fn write(&mut self) -> Result<(), CliError> {
-        self.report.seconds = self.seconds_before + self.started.elapsed().as_secs_f64();
+        self.report.seconds = self.seconds();
         write_text(self.file, &self.report.to_json())
     }
 }
@@ -314,6 +347,8 @@ fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine) -> Report {
         rates: Vec::new(),
         frames: Vec::new(),
         not_timed: Vec::new(),
+        repeats: Vec::new(),
+        walk_counts: Vec::new(),
     }
 }
 
@@ -350,36 +385,4 @@ fn command(args: &DoctorArgs) -> String {
     words.extend(args.filter.as_ref().map(|text| format!("--filter {text:?}")));
     words.extend(args.shaders.as_ref().map(|_| "--shaders FOLDER".to_owned()));
     words.join(" ")
-}
-
-/// The date of a time, UTC: 2026-01-31.
-fn date(time: SystemTime) -> String {
-    let days = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400) as i64;
-    // Converts days to year, month and day of the proleptic Gregorian calendar; years begin in March here.
-    let shifted = days + 719_468;
-    let (era, of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let shifted_month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * shifted_month + 2) / 5 + 1;
-    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
-    let year = year_of_era + 400 * era + i64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}")
-}
-
-#[cfg(test)]
-mod calendar {
-    use std::time::Duration;
-
-    use super::*;
-
-    #[test]
-    fn days_are_those_of_the_calendar() {
-        let of = |seconds| date(UNIX_EPOCH + Duration::from_secs(seconds));
-        assert_eq!(of(0), "1970-01-01");
-        assert_eq!(of(951_782_400), "2000-02-29");
-        assert_eq!(of(951_868_800), "2000-03-01");
-        assert_eq!(of(1_798_761_599), "2026-12-31");
-        assert_eq!(of(1_798_761_600), "2027-01-01");
-    }
 }

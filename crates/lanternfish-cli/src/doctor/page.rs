@@ -3,6 +3,10 @@
 use std::fmt::Write as _;
 
 use super::report::{Check, Report, Timed, Verdict, WATCHDOG_MS, figure};
+use crate::{
+    pass_costs::{PassCost, columns, dispatches},
+    warm::NO_CLOCKS,
+};
 
 pub fn to_markdown(report: &Report) -> String {
     let mut text = String::new();
@@ -29,6 +33,17 @@ pub fn to_markdown(report: &Report) -> String {
             ],
         ],
     );
+    let clocks: Vec<_> = report.clocks().collect();
+    if !report.repeats.is_empty() {
+        let clocks = if clocks.is_empty() { NO_CLOCKS.to_owned() } else { clocks.join(" → ") };
+        let _ = writeln!(
+            text,
+            "\nClocks, row by row: {clocks}.\n\nThe first row of each table, measured again at its end:\n"
+        );
+        for repeat in &report.repeats {
+            let _ = writeln!(text, "- {}", repeat.text());
+        }
+    }
     let has = |has: bool| adapter.features.iter().filter(move |f| f.1 == has).map(|f| f.0.clone()).collect::<Vec<_>>();
     let _ = writeln!(text, "\nFeatures: {}. Missing: {}.", in_words(&has(true)), in_words(&has(false)));
     for technique in adapter.techniques.iter().filter(|technique| technique.reason.is_some()) {
@@ -41,9 +56,16 @@ pub fn to_markdown(report: &Report) -> String {
         text += "\n## Rates\n\n";
         let rows = report.rates.iter().map(|r| {
             let spread = format!("{:.3} to {:.3}", r.least, r.most);
-            [r.name.clone(), format!("{:.3} {}", r.median, r.unit), spread, r.runs.to_string()]
+            let mark = if r.differs_from(&report.rates) { " **other results**" } else { "" };
+            [format!("{}{mark}", r.name), format!("{:.3} {}", r.median, r.unit), spread, r.runs.to_string()]
         });
         table(&mut text, &["what", "median", "least to most", "runs"], &rows.collect::<Vec<_>>());
+    }
+    if !report.walk_counts.is_empty() {
+        text += "\n## Traversal\n\n";
+        for count in &report.walk_counts {
+            let _ = writeln!(text, "- {}", count.text());
+        }
     }
     if !report.frames.is_empty() {
         frames(&mut text, report);
@@ -113,9 +135,25 @@ fn frames(text: &mut String, report: &Report) {
         let mut passes = frame.passes.clone();
         passes.sort_by(|a, b| b.1.total_cmp(&a.1));
         let fraction = |ms: f64| format!("{:.1} %", 100.0 * ms / frame.median_ms.max(1e-9));
-        let rows: Vec<_> =
-            passes.iter().take(10).map(|(name, ms)| [format!("`{name}`"), format!("{ms:.3}"), fraction(*ms)]).collect();
-        table(text, &["pass", "ms", "fraction"], &rows);
+        let rows = passes.iter().take(10).map(|(name, ms)| [format!("`{name}`"), format!("{ms:.3}"), fraction(*ms)]);
+        if frame.costs.is_empty() {
+            table(text, &["pass", "ms", "fraction"], &rows.collect::<Vec<_>>());
+            continue;
+        }
+        let cost_of = |name: &str| frame.costs.iter().find(|cost: &&PassCost| cost.name == name);
+        let with_costs = rows.zip(&passes).map(|([name, ms, fraction], (label, time))| {
+            let [dispatched, rays, rate] = columns(cost_of(label), *time);
+            [name, ms, fraction, dispatched, rays, rate]
+        });
+        let mut rows: Vec<_> = with_costs.collect();
+        let mut sum = |what: &str, ms: f64, dispatched: String| {
+            let (none, ms_text) = (String::new(), format!("{ms:.3}"));
+            rows.push([what.to_owned(), ms_text, fraction(ms), dispatched, none.clone(), none]);
+        };
+        sum("all passes", passes.iter().map(|(_, ms)| ms).sum(), dispatches(frame.costs.iter()));
+        sum("idle: the host's frame, image read back, without its passes", frame.idle_ms(), String::new());
+        table(text, &["pass", "ms", "fraction", "dispatches", "rays", "Mrays/s"], &rows);
+        let _ = writeln!(text, "\n{}.", frame.extent());
     }
 }
 

@@ -1,8 +1,14 @@
 //! The report of `lanternfish doctor`, as JSON and as a table.
 
+mod rows;
+
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
+
+pub use self::rows::{Rate, Timed};
+use super::ab::WalkCount;
+use crate::{repeat::Repeat, warm::NO_CLOCKS};
 
 /// Version of the JSON format, increased when a field changes its meaning.
 pub const FORMAT: u32 = 1;
@@ -39,6 +45,12 @@ pub struct Report {
     pub frames: Vec<Timed>,
     /// Steps that could not be timed: name and reason.
     pub not_timed: Vec<(String, String)>,
+    /// The first rows of tables, measured again at the end.
+    #[serde(default)]
+    pub repeats: Vec<Repeat>,
+    /// Nodes, triangles and active lanes of rays, by list.
+    #[serde(default)]
+    pub walk_counts: Vec<WalkCount>,
 }
 
 /// An adapter of the machine.
@@ -155,42 +167,6 @@ impl Figure {
     }
 }
 
-/// A measured rate.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct Rate {
-    pub name: String,
-    /// Unit: `Mrays/s`, `Mkeys/s`.
-    pub unit: String,
-    pub median: f64,
-    pub least: f64,
-    pub most: f64,
-    pub runs: usize,
-}
-
-/// Times of a frame.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct Timed {
-    pub name: String,
-    pub width: u32,
-    pub height: u32,
-    pub lights: usize,
-    pub runs: usize,
-    /// Milliseconds on the device, all passes: median, least and most of the runs. Host time if `is_wall`.
-    pub median_ms: f64,
-    pub least_ms: f64,
-    pub most_ms: f64,
-    /// True if the device has no timestamps and the host's clock was read.
-    pub is_wall: bool,
-    /// Median of each pass, ms, in order.
-    pub passes: Vec<(String, f64)>,
-    /// Single commands of all runs that took longer than [`WATCHDOG_MS`], the longest of each pass: pass, ms.
-    pub over_watchdog: Vec<(String, f64)>,
-    /// Counters of the last run, such as rays.
-    pub counters: Vec<(String, u64)>,
-    /// Why there are no times.
-    pub reason: Option<String>,
-}
-
 impl Report {
     pub fn failures(&self) -> impl Iterator<Item = &Check> {
         self.checks.iter().filter(|check| check.verdict == Verdict::Failed)
@@ -264,6 +240,13 @@ impl Report {
         text
     }
 
+    /// The clocks of all rows, without repetitions.
+    pub fn clocks(&self) -> impl Iterator<Item = &str> {
+        let all = self.rates.iter().map(|rate| &rate.clocks).chain(self.frames.iter().map(|frame| &frame.clocks));
+        let mut last = "";
+        all.flatten().map(String::as_str).filter(move |clocks| std::mem::replace(&mut last, clocks) != *clocks)
+    }
+
     fn count(&self, verdict: Verdict) -> usize {
         self.checks.iter().filter(|check| check.verdict == verdict).count()
     }
@@ -286,8 +269,14 @@ impl Report {
         for rate in &self.rates {
             let _ = writeln!(
                 text,
-                "  {:<48}{:>10.3} {} ({:.3} to {:.3}, {} runs)",
-                rate.name, rate.median, rate.unit, rate.least, rate.most, rate.runs
+                "  {:<48}{:>10.3} {} ({:.3} to {:.3}, {} runs){}",
+                rate.name,
+                rate.median,
+                rate.unit,
+                rate.least,
+                rate.most,
+                rate.runs,
+                if rate.differs_from(&self.rates) { " OTHER RESULTS" } else { "" }
             );
         }
         for frame in &self.frames {
@@ -309,10 +298,22 @@ impl Report {
                 frame.runs,
                 slowest.join(", ")
             );
+            if !frame.costs.is_empty() {
+                let _ = writeln!(text, "  {:<48}{}", "", frame.extent());
+            }
         }
         for (what, why) in &self.not_timed {
             let _ = writeln!(text, "  {what:<48}left out: {why}");
         }
+        for count in &self.walk_counts {
+            let _ = writeln!(text, "  {}", count.text());
+        }
+        for repeat in &self.repeats {
+            let _ = writeln!(text, "  measured again: {}", repeat.text());
+        }
+        let clocks: Vec<_> = self.clocks().collect();
+        let clocks = if clocks.is_empty() { NO_CLOCKS.to_owned() } else { clocks.join(" | ") };
+        let _ = writeln!(text, "  clocks: {clocks}");
         for (frame, pass, ms) in self.slow_passes() {
             let _ = writeln!(
                 text,

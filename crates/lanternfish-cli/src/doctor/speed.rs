@@ -8,9 +8,7 @@ use lanternfish::{
     rays::{RayTracer, Structure, TracedRay, TracedStructure},
     settings::{Quality, Shadows, Tracer},
 };
-use lanternfish_gpu::{
-    Frame, PassTime, Profiler, faulty_software, primitives::RadixSort, read_back, storage_buffer_of,
-};
+use lanternfish_gpu::{Frame, Profiler, primitives::RadixSort, read_back, storage_buffer_of};
 use lanternfish_papers::{
     DeepImageSettings,
     deep_images::{DeepImageBuilder, DeepImages},
@@ -22,16 +20,12 @@ use lanternfish_scene::{
 };
 
 use super::{
+    ab::{self, VARIANTS, WalkCount},
     measure::{Bench, keys},
-    report::{Rate, Timed, WATCHDOG_MS},
+    report::{Rate, Report, Timed},
+    timing::{Run, Runs, frame, of_runs, rate, repeated, sound, timed},
 };
-use crate::error::CliError;
-
-/// Most and least measured runs, after one warm-up run, and the time after which no further run starts, s. After twice that
-/// time, fewer runs than the least suffice.
-const MOST_RUNS: usize = 7;
-const LEAST_RUNS: usize = 3;
-const SECONDS: f64 = 2.0;
+use crate::{error::CliError, repeat::Repeat};
 
 /// The measurements and their sizes.
 #[derive(Clone, Debug)]
@@ -61,7 +55,8 @@ impl Extent {
         Self {
             sizes,
             lights: if is_quick { vec![1000] } else { vec![10, 1000, 10_000, 100_000] },
-            rays: if is_software { 1 << 16 } else { 1 << 20 },
+            // Fewer rays end before a card has raised its clocks, and count how the device starts and drains.
+            rays: if is_software { 1 << 16 } else { 1 << 22 },
             sorted_keys: if is_software { 1 << 18 } else { 1 << 22 },
             qualities: if is_quick { Vec::new() } else { vec![Quality::Draft, Quality::Good] },
             has_deep_images: !is_quick,
@@ -69,38 +64,84 @@ impl Extent {
         }
     }
 
+    /// Comparisons of variants of the traversal, in order: what decides first.
+    pub fn variant_steps(&self) -> Vec<Step> {
+        let in_frames = (0..VARIANTS.len()).filter(|index| VARIANTS[*index].is_for_frames);
+        let mut steps: Vec<_> = (0..VARIANTS.len()).map(|index| Step::Variant { index, lists: usize::MAX }).collect();
+        steps.insert(1, Step::WalkCounts);
+        steps.extend(in_frames.map(Step::VariantInFrames));
+        steps.push(Step::Again(Table::Rates, Box::new(Step::Variant { index: 0, lists: 1 })));
+        steps
+    }
+
     /// The measurements, in order.
     pub fn steps(&self) -> Vec<Step> {
-        let mut steps = vec![Step::Sort];
         let tracers = Tracer::all()
             .into_iter()
             .filter(|tracer| tracer.is_exact() || (self.has_deep_images && uses_deep_images(*tracer)));
-        steps.extend(tracers.map(Step::Trace));
+        // The first row of each table is measured again at its end.
+        let mut steps: Vec<Step> = tracers.map(Step::Trace).collect();
+        steps.push(Step::Sort);
+        steps.extend(steps.first().map(|first| Step::Again(Table::Rates, Box::new(first.clone()))));
+        let rate_steps = steps.len();
         for size in self.sizes.iter().copied() {
             steps.extend(self.lights.iter().map(|lights| Step::DirectLight { size, lights: *lights }));
             let size = if self.is_software { size.map(|edge| edge.div_ceil(2)) } else { size };
             steps.extend(self.qualities.iter().map(|quality| Step::AllLight { size, quality: *quality }));
         }
         steps.extend(self.has_deep_images.then_some(Step::DeepImages));
+        steps.extend(steps.get(rate_steps).map(|first| Step::Again(Table::Frames, Box::new(first.clone()))));
         steps
     }
 }
 
 /// One measurement.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Step {
     Sort,
     Trace(Tracer),
-    DirectLight { size: [u32; 2], lights: u32 },
-    AllLight { size: [u32; 2], quality: Quality },
+    DirectLight {
+        size: [u32; 2],
+        lights: u32,
+    },
+    AllLight {
+        size: [u32; 2],
+        quality: Quality,
+    },
     DeepImages,
+    /// A variant of the traversal by index, with the first so many lists of rays, and in frames.
+    Variant {
+        index: usize,
+        lists: usize,
+    },
+    VariantInFrames(usize),
+    /// Nodes, triangles and active lanes of a ray.
+    WalkCounts,
+    /// The step of a table's first row, whose row is compared.
+    Again(Table, Box<Step>),
+}
+
+/// A table of the report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Table {
+    Rates,
+    Frames,
+}
+
+/// The measured rows.
+#[derive(Debug, Default)]
+pub struct Measured {
+    pub rates: Vec<Rate>,
+    pub frames: Vec<Timed>,
+    pub walk_counts: Vec<WalkCount>,
+    pub repeats: Vec<Repeat>,
 }
 
 /// Light count of frames with all light.
 const LIGHTS: u32 = 1000;
 
 impl Step {
-    pub fn name(self) -> String {
+    pub fn name(&self) -> String {
         match self {
             Self::Sort => "sorting".to_owned(),
             Self::Trace(tracer) => format!("tracing lists of rays, {tracer}"),
@@ -109,35 +150,70 @@ impl Step {
             }
             Self::AllLight { size: [width, height], quality } => format!("all light, {quality}, {width} x {height}"),
             Self::DeepImages => "building deep images".to_owned(),
+            Self::Variant { index, .. } => format!("rays: {}", VARIANTS[*index].name),
+            Self::VariantInFrames(index) => format!("frames: {}", VARIANTS[*index].name),
+            Self::WalkCounts => "nodes a ray".to_owned(),
+            Self::Again(_, first) => format!("{} again", first.name()),
         }
     }
 
-    /// Runs the measurement. Returns an error if it cannot run at all; the row of a failed frame holds the reason.
-    pub fn measure(
-        self,
-        bench: &Bench,
-        extent: &Extent,
-        rates: &mut Vec<Rate>,
-        frames: &mut Vec<Timed>,
-    ) -> Result<(), CliError> {
+    /// True if it ends in time after so many seconds of at `most`, if it and the repetition after it take as long as the `longest` before
+    /// them. Repetitions are always in time.
+    pub fn is_in_time(&self, seconds: f64, longest: f64, most: f64) -> bool {
+        matches!(self, Self::Again(..)) || seconds + 2.0 * longest <= most
+    }
+
+    /// Runs the measurement. `before`: the report with the rows before it. Returns an error if it cannot run at all; the row of a failed
+    /// frame holds the reason.
+    pub fn measure(&self, bench: &Bench, extent: &Extent, before: &Report) -> Result<Measured, CliError> {
+        let mut measured = Measured::default();
+        let Measured { rates, frames, .. } = &mut measured;
         match self {
             Self::Sort => rates.push(sort(bench, extent)?),
-            Self::Trace(tracer) => bench.engine.within(|| trace(bench, extent, tracer, &demo("atrium")?, rates))?,
+            Self::Trace(tracer) => bench.engine.within(|| trace(bench, extent, *tracer, &demo("atrium")?, rates))?,
             Self::DirectLight { size, lights } => {
-                frames.push(frame(bench, "direct light", &atrium(lights)?, size, Settings::direct_light()));
+                frames.push(frame(
+                    bench,
+                    &bench.engine,
+                    "direct light",
+                    &atrium(*lights)?,
+                    *size,
+                    Settings::direct_light(),
+                ));
             }
             Self::AllLight { size, quality } => {
                 let name = format!("all light, {quality}");
-                frames.push(frame(bench, &name, &atrium(LIGHTS)?, size, Settings::of_quality(quality)));
+                frames.push(frame(
+                    bench,
+                    &bench.engine,
+                    &name,
+                    &atrium(LIGHTS)?,
+                    *size,
+                    Settings::of_quality(*quality),
+                ));
             }
             Self::DeepImages => frames.push(deep_images(bench, &demo("atrium")?)),
+            Self::Variant { index, lists } => {
+                ab::trace(bench, extent, bench.subject(extent)?, &VARIANTS[*index], *lists, rates)?;
+            }
+            Self::VariantInFrames(index) => ab::in_frames(bench, extent, &VARIANTS[*index], rates)?,
+            Self::WalkCounts => measured.walk_counts = ab::count(bench, bench.subject(extent)?)?,
+            Self::Again(table, first) => {
+                let again = first.measure(bench, extent, before)?;
+                let (firsts, lasts) = match table {
+                    Table::Rates => (before.rates.first().map(row_of_rate), again.rates.first().map(row_of_rate)),
+                    Table::Frames => (before.frames.first().map(row_of_frame), again.frames.first().map(row_of_frame)),
+                };
+                let pair = firsts.zip(lasts).filter(|(first, last)| first.0 == last.0);
+                measured.repeats.extend(pair.map(|((name, first), (_, last))| Repeat::new(name, first, last)));
+            }
         }
-        Ok(())
+        Ok(measured)
     }
 }
 
 /// The atrium with `lights` lights: its own first, then light rain.
-fn atrium(lights: u32) -> Result<Scene, CliError> {
+pub(super) fn atrium(lights: u32) -> Result<Scene, CliError> {
     let mut scene = demo("atrium")?;
     let rain = (lights as usize).saturating_sub(scene.lights.len()) as u32;
     scene.lights.extend(light_rain(&scene.bounds(), rain, None, 0, 0.0));
@@ -145,52 +221,13 @@ fn atrium(lights: u32) -> Result<Scene, CliError> {
     Ok(scene)
 }
 
-/// Repeats a run within the time limit. Returns the results without the first, which compiles shaders.
-fn repeated<T>(mut run: impl FnMut() -> Result<T, CliError>) -> Result<Vec<T>, CliError> {
-    run()?;
-    let started = Instant::now();
-    let mut all = Vec::new();
-    while all.len() < LEAST_RUNS || (all.len() < MOST_RUNS && started.elapsed().as_secs_f64() < SECONDS) {
-        all.push(run()?);
-        // One result is enough for a run this slow.
-        if started.elapsed().as_secs_f64() > 2.0 * SECONDS {
-            break;
-        }
-    }
-    Ok(all)
+fn row_of_rate(rate: &Rate) -> (String, f64) {
+    (rate.name.clone(), rate.median)
 }
 
-/// Median, least and most.
-fn spread(values: impl IntoIterator<Item = f64>) -> [f64; 3] {
-    let mut sorted: Vec<f64> = values.into_iter().collect();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len() - 1;
-    [0.5 * (sorted[last / 2] + sorted[sorted.len() / 2]), sorted[0], sorted[last]]
-}
-
-/// Millions per second, from runs of `count` items in these milliseconds.
-fn rate(name: String, unit: &str, count: usize, ms: &[f64]) -> Rate {
-    let [median, least, most] = spread(ms.iter().map(|ms| count as f64 / ms.max(1e-6) / 1e3));
-    Rate { name, unit: unit.to_owned(), median, least, most, runs: ms.len() }
-}
-
-/// Submits the frame that `record` fills and waits for it. Returns its time in milliseconds, from device timestamps or else
-/// from the host's clock.
-fn timed<R>(
-    bench: &Bench,
-    profiler: &mut Profiler,
-    record: impl FnOnce(&mut Frame<'_>) -> Result<R, CliError>,
-) -> Result<(f64, R), CliError> {
-    let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
-    let mut frame = Frame::new(device, queue, profiler);
-    let result = record(&mut frame)?;
-    let started = Instant::now();
-    frame.submit();
-    let lost = |error| CliError::new(format_args!("the device does not respond: {error}"), "");
-    device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
-    let wall = 1e3 * started.elapsed().as_secs_f64();
-    let passes: f64 = sound(bench, profiler.finished()).iter().map(|pass| pass.ms).sum();
-    Ok((if passes > 0.0 { passes } else { wall }, result))
+fn row_of_frame(frame: &Timed) -> (String, f64) {
+    let Timed { name, lights, width, height, .. } = frame;
+    (format!("{name}, {lights} lights, {width} x {height}"), frame.median_ms)
 }
 
 fn sort(bench: &Bench, extent: &Extent) -> Result<Rate, CliError> {
@@ -199,14 +236,14 @@ fn sort(bench: &Bench, extent: &Extent) -> Result<Rate, CliError> {
     let mut profiler = Profiler::new(device, queue);
     let pairs = keys(extent.sorted_keys);
     let [keys, values] = [0, 1].map(|i| pairs.iter().map(|pair| [pair.0, pair.1][i]).collect::<Vec<u32>>());
-    let ms = repeated(|| {
+    let ms = repeated(bench, || {
         let upload = |list: &[u32]| storage_buffer_of(device, "doctor/sort", list, wgpu::BufferUsages::empty());
         let (keys, values) = (upload(&keys)?, upload(&values)?);
         let (ms, ()) =
             timed(bench, &mut profiler, |frame| Ok(sort.record(frame, &keys, &values, extent.sorted_keys, 32)?))?;
         Ok(ms)
     })?;
-    Ok(rate(format!("sort, {} pairs of 32 bits", extent.sorted_keys), "Mkeys/s", pairs.len(), &ms))
+    Ok(rate(format!("sort, {} pairs of 32 bits", extent.sorted_keys), "Mkeys/s", pairs.len(), ms))
 }
 
 /// True if the tracer needs ray lists with directions of deep images.
@@ -215,7 +252,7 @@ fn uses_deep_images(tracer: Tracer) -> bool {
 }
 
 /// Coherent rays from the camera through neighbouring pixels, and random rays from all over the scene.
-fn lists(
+pub(super) fn lists(
     scene: &Scene,
     camera: &Camera,
     images: Option<&DeepImages>,
@@ -270,7 +307,7 @@ fn trace(
     let count = if extent.is_software && through == Tracer::RAY_QUERY { extent.rays / 8 } else { extent.rays };
     for (order, rays) in lists(scene, &camera, images.as_ref(), count) {
         let list = tracer.upload(device, &rays)?;
-        let ms = repeated(|| {
+        let ms = repeated(bench, || {
             let (ms, _) = timed(bench, &mut profiler, |frame| {
                 Ok(tracer.record(
                     frame,
@@ -283,7 +320,7 @@ fn trace(
             })?;
             Ok(ms)
         })?;
-        rates.push(rate(format!("{through}, {order} rays, closest hit"), "Mrays/s", count as usize, &ms));
+        rates.push(rate(format!("{through}, {order} rays, closest hit"), "Mrays/s", count as usize, ms));
     }
     Ok(())
 }
@@ -305,39 +342,16 @@ fn built(bench: &Bench, profiler: &mut Profiler, scene: &GpuScene) -> Result<Dee
     Ok(images)
 }
 
-/// The times of passes; empty if the driver's timestamps are wrong (Mesa 22.3: a thousand times too short).
-fn sound(bench: &Bench, passes: Vec<PassTime>) -> Vec<PassTime> {
-    if faulty_software(&bench.gpu.device.adapter_info()) { Vec::new() } else { passes }
-}
-
-/// Times of a frame, or the reason why there are none.
-fn frame(bench: &Bench, name: &str, scene: &Scene, [width, height]: [u32; 2], settings: Settings) -> Timed {
-    let camera = scene.default_camera(width as f32 / height as f32);
-    let mut counters = Vec::new();
-    let runs = || -> Result<Vec<(f64, Vec<PassTime>)>, CliError> {
-        let mut renderer = Renderer::with_engine(&bench.engine, settings)?;
-        let uploaded = renderer.upload(scene)?;
-        repeated(|| {
-            let started = Instant::now();
-            let rendering = renderer.render(&uploaded, &camera, width, height)?;
-            let wall = 1e3 * started.elapsed().as_secs_f64();
-            counters = rendering.report.counters;
-            Ok((wall, sound(bench, rendering.report.passes)))
-        })
-    };
-    of_runs(name, [width, height], scene.lights.len(), runs(), counters)
-}
-
 /// Times of building deep images with the default directions, 64 x 64 texels each.
 fn deep_images(bench: &Bench, scene: &Scene) -> Timed {
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
-    let runs = || -> Result<Vec<(f64, Vec<PassTime>)>, CliError> {
+    let runs = || -> Result<Runs<Run>, CliError> {
         let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
         let uploaded = Renderer::with_engine(&bench.engine, settings)?.upload(scene)?;
         let mut profiler = Profiler::new(device, queue);
         let images = DeepImageSettings { resolution: RESOLUTION, ..DeepImageSettings::default() };
         let mut builder = bench.engine.within(|| DeepImageBuilder::new(device, images))?;
-        repeated(|| {
+        repeated(bench, || {
             let started = Instant::now();
             let mut frame = Frame::new(device, queue, &mut profiler);
             let made = builder.record(&mut frame, &uploaded)?;
@@ -346,79 +360,7 @@ fn deep_images(bench: &Bench, scene: &Scene) -> Timed {
             Ok((1e3 * started.elapsed().as_secs_f64(), sound(bench, profiler.finished())))
         })
     };
-    of_runs("building deep images", [RESOLUTION, RESOLUTION], scene.lights.len(), runs(), Vec::new())
-}
-
-fn of_runs(
-    name: &str,
-    [width, height]: [u32; 2],
-    lights: usize,
-    runs: Result<Vec<(f64, Vec<PassTime>)>, CliError>,
-    counters: Vec<(String, u64)>,
-) -> Timed {
-    let mut timed = Timed {
-        name: name.to_owned(),
-        width,
-        height,
-        lights,
-        runs: 0,
-        median_ms: 0.0,
-        least_ms: 0.0,
-        most_ms: 0.0,
-        is_wall: false,
-        passes: Vec::new(),
-        over_watchdog: Vec::new(),
-        counters,
-        reason: None,
-    };
-    let runs = match runs {
-        Ok(runs) => runs,
-        Err(error) => return Timed { reason: Some(error.what()), ..timed },
-    };
-    timed.runs = runs.len();
-    timed.is_wall = runs.iter().all(|(_, passes)| passes.is_empty());
-    let total = |(wall, passes): &(f64, Vec<PassTime>)| match passes.is_empty() {
-        true => *wall,
-        false => passes.iter().map(|pass| pass.ms).sum(),
-    };
-    [timed.median_ms, timed.least_ms, timed.most_ms] = spread(runs.iter().map(total));
-    timed.over_watchdog = over_watchdog(runs.iter().flat_map(|(_, passes)| passes));
-    timed.passes = pass_medians(&runs.iter().map(|(_, passes)| by_name(passes)).collect::<Vec<_>>());
-    timed
-}
-
-/// The passes of a run. Passes of one name are summed.
-fn by_name(passes: &[PassTime]) -> Vec<(String, f64)> {
-    let mut all: Vec<(String, f64)> = Vec::new();
-    for pass in passes {
-        match all.iter_mut().find(|(name, _)| *name == pass.name) {
-            Some((_, ms)) => *ms += pass.ms,
-            None => all.push((pass.name.clone(), pass.ms)),
-        }
-    }
-    all
-}
-
-/// The longest command over [`WATCHDOG_MS`] of each pass.
-fn over_watchdog<'p>(commands: impl Iterator<Item = &'p PassTime>) -> Vec<(String, f64)> {
-    let mut longest: Vec<(String, f64)> = Vec::new();
-    for command in commands.filter(|command| command.ms > WATCHDOG_MS) {
-        match longest.iter_mut().find(|(name, _)| *name == command.name) {
-            Some((_, ms)) => *ms = ms.max(command.ms),
-            None => longest.push((command.name.clone(), command.ms)),
-        }
-    }
-    longest
-}
-
-/// The median over all runs, for each pass of the last run.
-fn pass_medians(runs: &[Vec<(String, f64)>]) -> Vec<(String, f64)> {
-    let Some(last) = runs.last() else { return Vec::new() };
-    let median = |name: &String| {
-        let of_runs = runs.iter().filter_map(|run| Some(run.iter().find(|(other, _)| other == name)?.1));
-        (name.clone(), spread(of_runs)[0])
-    };
-    last.iter().map(|(name, _)| median(name)).collect()
+    of_runs("building deep images", [RESOLUTION, RESOLUTION], scene.lights.len(), runs())
 }
 
 #[cfg(test)]
@@ -426,29 +368,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn medians_are_taken_per_pass() {
-        let pass = |name: &str, ms| PassTime { name: name.to_owned(), ms };
-        let runs = [[1.0, 9.0], [5.0, 1.0], [2.0, 4.0]]
-            .map(|[a, b]| by_name(&[pass("trace", a), pass("shade", b), pass("trace", 1.0)]));
-        assert_eq!(pass_medians(&runs), [("trace".to_owned(), 3.0), ("shade".to_owned(), 4.0)]);
-        assert_eq!(spread([3.0, 1.0, 2.0]), [2.0, 1.0, 3.0]);
-        assert_eq!(spread([3.0, 1.0, 2.0, 9.0]), [2.5, 1.0, 9.0]);
+    fn measurements_beyond_the_deadline_are_left_out_except_repetitions() {
+        let steps = Extent::new(true, true, None).variant_steps();
+        let at = |seconds| steps.iter().filter(|step| step.is_in_time(seconds, 10.0, 100.0)).count();
+        assert_eq!((at(0.0), at(80.0), at(80.1)), (steps.len(), steps.len(), 1));
+        assert!(matches!(steps.last(), Some(Step::Again(..))) && steps[0].name() == "rays: as it is");
     }
 
     #[test]
-    fn the_watchdog_limit_applies_to_single_commands() {
-        let pass = |name: &str, ms| PassTime { name: name.to_owned(), ms };
-        let commands = [pass("relax", 1500.0), pass("relax", 1500.0), pass("trace", 2100.0), pass("trace", 2500.0)];
-        assert_eq!(over_watchdog(commands.iter()), [("trace".to_owned(), 2500.0)]);
-    }
-
-    #[test]
-    fn slow_runs_stop_early_and_fast_ones_repeat() {
-        let mut count = 0;
-        let fast = repeated(|| {
-            count += 1;
-            Ok(count)
-        });
-        assert_eq!(fast.unwrap_or_default(), (2..=MOST_RUNS + 1).collect::<Vec<_>>(), "the first does not count");
+    fn each_table_ends_with_its_first_row() {
+        for (is_software, is_quick) in [(true, true), (true, false), (false, true), (false, false)] {
+            let steps = Extent::new(is_software, is_quick, None).steps();
+            let names: Vec<_> = steps.iter().map(Step::name).collect();
+            let again: Vec<_> = steps.iter().enumerate().filter(|(_, step)| matches!(step, Step::Again(..))).collect();
+            let [(end_of_rates, of_rates), (end, of_frames)] = again[..] else { panic!("{names:?}") };
+            assert_eq!(of_rates.name(), format!("{} again", names[0]));
+            assert_eq!((of_frames.name(), end), (format!("{} again", names[end_of_rates + 1]), steps.len() - 1));
+        }
+        assert!(Extent::new(false, false, None).rays >= 1 << 22 && Extent::new(true, false, None).rays < 1 << 20);
     }
 }

@@ -7,11 +7,11 @@
 use std::{collections::BTreeMap, time::Instant};
 
 use lanternfish::{Change, FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest};
-use lanternfish_gpu::Gpu;
+use lanternfish_gpu::{Gpu, PassCommands};
 use lanternfish_scene::{Camera, Eyes};
 
 use super::{category::Category, counted::Counted, plan::Plan, report::Report, series::Series};
-use crate::{error::CliError, parse::Size, progress::Progress, report::settings_by_name};
+use crate::{error::CliError, parse::Size, pass_costs::pass_costs, progress::Progress, report::settings_by_name, warm};
 
 /// Most submissions of a frame until its lists fit.
 const TRIES: usize = 32;
@@ -31,6 +31,10 @@ pub struct Times {
     pub passes: Vec<Series>,
     /// Host times.
     pub host: Vec<Series>,
+    /// Dispatches of each pass in the last frame.
+    pub commands: Vec<PassCommands>,
+    /// The device's clocks before each run, if a program tells them.
+    pub clocks: Vec<String>,
 }
 
 impl<'a> Player<'a> {
@@ -50,6 +54,11 @@ impl<'a> Player<'a> {
             self.uploaded = self.renderer.upload(&self.plan.scene)?;
         }
         Ok(())
+    }
+
+    /// Replays only the first so many frames.
+    pub fn limit(&mut self, most: usize) {
+        self.plan.limit(most);
     }
 
     /// A report of the plan, before anything is counted or timed.
@@ -73,9 +82,24 @@ impl<'a> Player<'a> {
             moments: plan.moments(),
             passes: Vec::new(),
             host: Vec::new(),
+            clocks: Vec::new(),
+            costs: Vec::new(),
+            memory: None,
             estimates: BTreeMap::new(),
             frames: Vec::new(),
         }
+    }
+
+    /// Counts and times every frame.
+    pub fn measure(&mut self, report: &mut Report, progress: &mut Progress) -> Result<(), CliError> {
+        report.frames = self.count(progress)?;
+        let times = self.time(report.runs, progress)?;
+        (report.passes, report.host, report.clocks) = (times.passes, times.host, times.clocks);
+        report.costs = pass_costs(&times.commands, |name| report.mean_count(name));
+        let memory = self.renderer.memory();
+        report.memory = Some((memory.bytes, memory.device_bytes));
+        report.estimate();
+        Ok(())
     }
 
     /// Counts every frame.
@@ -94,7 +118,7 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// Times every frame in `runs` equal runs, after one warm-up frame.
+    /// Times every frame in `runs` equal runs, each after a warm-up with the first frame.
     pub fn time(&mut self, runs: usize, progress: &mut Progress) -> Result<Times, CliError> {
         let (bar, frames) = (progress.bar(), self.plan.frames());
         progress.step("time", "Timing", || {
@@ -102,7 +126,7 @@ impl<'a> Player<'a> {
             for run in 0..runs {
                 self.bring(0)?;
                 let cameras = self.plan.cameras(0)?;
-                self.renderer.ready(&self.uploaded, &self.requests(&cameras))?;
+                times.clocks.extend(self.warm_up(&cameras)?);
                 for frame in 0..frames {
                     bar.show_left(
                         (run * frames + frame) as f64 / (runs * frames) as f64,
@@ -114,6 +138,13 @@ impl<'a> Player<'a> {
             times.passes.iter_mut().chain(&mut times.host).for_each(|series| series.fill(runs, frames));
             Ok(times)
         })
+    }
+
+    /// Renders these views until the device is warm.
+    fn warm_up(&mut self, cameras: &[Camera]) -> Result<Option<String>, CliError> {
+        let requests = self.requests(cameras);
+        let (gpu, renderer, uploaded) = (self.gpu, &mut self.renderer, &self.uploaded);
+        warm::up(gpu, || Ok(renderer.ready(uploaded, &requests)?))
     }
 
     /// Moves the scene to a frame's time.
@@ -155,6 +186,7 @@ impl<'a> Player<'a> {
                 continue;
             }
             times.add(run, frame, frames, &report, [updated, recorded, total]);
+            times.commands = report.commands;
             return Ok(());
         }
         Err(CliError::new(

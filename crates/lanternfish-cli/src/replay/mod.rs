@@ -201,11 +201,8 @@ fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: us
     }
     let mut player = Player::new(&gpu, plan, &mut progress)?;
     let mut report = player.report(&shown(source.path(), source), args.scene.to_string(), runs, args.run.seed);
-    report.frames = player.count(&mut progress)?;
-    let times = player.time(runs, &mut progress)?;
+    player.measure(&mut report, &mut progress)?;
     progress.finish();
-    (report.passes, report.host) = (times.passes, times.host);
-    report.estimate();
     Ok(report)
 }
 

@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 
 use super::{category::Category, report::ALL_PASSES, report::Report, series::Estimate, series::median_ranks};
 use crate::{
+    pass_costs::{columns, dispatches},
     plot::{Area, Axis, Curve, curves, escaped, heat_map, stacked},
     report::grouped,
+    warm::NO_CLOCKS,
 };
 
 const STYLE: &str = "body{font-family:sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem;color:#222}\
@@ -50,7 +52,20 @@ pub(crate) fn summary(report: &Report) -> String {
     for (name, estimate) in all {
         writeln!(text, "{name}: {} ms per frame", formatted(estimate)).expect("String");
     }
-    text
+    if let Some(idle) = report.idle_ms() {
+        writeln!(text, "idle: {idle:.3} ms per frame").expect("String");
+    }
+    text + &extent(report)
+}
+
+/// Dispatches and memory, or nothing for an old report.
+fn extent(report: &Report) -> String {
+    let Some((frame, device)) = report.memory else { return String::new() };
+    let mib = |bytes: u64| format!("{:.0} MiB", bytes as f64 / f64::from(1 << 20));
+    let (dispatches, device) = (dispatches(report.costs.iter()), device.map_or_else(|| "unknown".to_owned(), mib));
+    let clocks = if report.clocks.is_empty() { NO_CLOCKS.to_owned() } else { report.clocks.join(" → ") };
+    let memory = format!("memory of frames {}, of the device {device}", mib(frame));
+    format!("{dispatches} dispatches in the last frame; {memory}; clocks run by run: {clocks}\n")
 }
 
 fn conditions(report: &Report) -> String {
@@ -165,18 +180,24 @@ fn count_plots(report: &Report) -> Vec<String> {
 
 /// The expected result of another replay, pass by pass.
 fn table(report: &Report) -> String {
-    let mut text =
-        "<table><tr><th>pass</th><th>category</th><th>ms per frame</th><th>19 of 20 replays</th></tr>\n".to_owned();
+    let mut text = "<table><tr><th>pass</th><th>category</th><th>ms per frame</th><th>19 of 20 replays</th>\
+                    <th>dispatches</th><th>rays</th><th>Mrays/s</th></tr>\n"
+        .to_owned();
     let all = report.all_passes();
     for series in report.passes.iter().chain(&all).chain(&report.host) {
         let Some(Estimate { ms, interval }) = report.estimates.get(&series.name) else { continue };
         let interval = interval.map(|[low, high]| format!("{low:.3} to {high:.3}")).unwrap_or_default();
         let category = if series.name == ALL_PASSES { "" } else { series.category.name() };
         let name = escaped(&series.name);
-        writeln!(text, "<tr><td>{name}</td><td>{category}</td><td>{ms:.3}</td><td>{interval}</td></tr>")
+        let [dispatched, rays, rate] = columns(report.costs.iter().find(|cost| cost.name == series.name), *ms);
+        let costs = format!("<td>{dispatched}</td><td>{rays}</td><td>{rate}</td>");
+        writeln!(text, "<tr><td>{name}</td><td>{category}</td><td>{ms:.3}</td><td>{interval}</td>{costs}</tr>")
             .expect("String");
     }
-    text + "</table>"
+    if let Some(idle) = report.idle_ms() {
+        writeln!(text, "<tr><td>idle: host/frame without passes</td><td></td><td>{idle:.3}</td></tr>").expect("String");
+    }
+    format!("{text}</table>\n<p>{}</p>", escaped(&extent(report)))
 }
 
 #[cfg(test)]
@@ -194,7 +215,9 @@ mod tests {
         }
         assert!(page.contains("a&lt;b&gt;.toml") && page.contains("slower &lt;1&gt;") && !page.contains("NaN"));
         assert_eq!((page.matches("<svg").count(), page.matches("</svg>").count()), (8, 8));
-        for word in ["shading/forward", "Visible clusters", "Lighting operations"] {
+        let cost = "<td>3 (1 indirect)</td><td>2,000</td><td>";
+        let memory = "3 (1 indirect) dispatches in the last frame; memory of frames 3 MiB, of the device 5 MiB; clocks run by run: 1980 MHz";
+        for word in ["shading/forward", "Visible clusters", "Lighting operations", cost, memory] {
             assert!(page.contains(word), "{word}");
         }
         assert!(page.contains("75.0 %"), "three runs hold the median at 75 %");

@@ -53,6 +53,8 @@ pub struct Plan {
     motion: Option<Motion>,
     bounds: Bounds,
     steps: Vec<Step>,
+    /// Number of frames that are replayed.
+    most: usize,
 }
 
 impl Plan {
@@ -80,7 +82,7 @@ impl Plan {
         };
         light_rig::light(&mut scene, &args.lights, &steps[0].camera, lights, |note| progress.note(note))?;
         let bounds = scene.bounds();
-        Ok(Self { scene, settings, size, motion, bounds, eyes: args.stereo.stereo, steps })
+        Ok(Self { scene, settings, size, motion, bounds, eyes: args.stereo.stereo, most: steps.len(), steps })
     }
 
     /// Leaves light rain as the only light and the only motion. About the same number of lights reaches each point, whatever
@@ -92,7 +94,12 @@ impl Plan {
 
     /// Number of frames.
     pub fn frames(&self) -> usize {
-        self.steps.len()
+        self.most.min(self.steps.len())
+    }
+
+    /// Limits the frames to the first so many.
+    pub fn limit(&mut self, most: usize) {
+        self.most = most.max(1);
     }
 
     /// True if a frame may differ from the previous one.
@@ -107,7 +114,7 @@ impl Plan {
 
     /// Time of each frame, seconds; 0 if not set.
     pub fn moments(&self) -> Vec<f32> {
-        self.steps.iter().map(|step| step.time.unwrap_or(0.0)).collect()
+        self.steps[..self.frames()].iter().map(|step| step.time.unwrap_or(0.0)).collect()
     }
 
     /// Moves the scene to a frame's time. Returns true if anything may have changed.

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 use serde::{Deserialize, Serialize};
 
 use super::{category::Category, counted::Counted, series::Estimate, series::Series};
-use crate::error::CliError;
+use crate::{error::CliError, pass_costs::PassCost};
 
 /// The results of a replay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,6 +39,15 @@ pub struct Report {
     /// Host times: `host/update` (updating moved objects), `host/record` (recording a frame) and `host/frame` (from then until
     /// the device has finished).
     pub host: Vec<Series>,
+    /// The device's clocks before each run, if a program tells them.
+    #[serde(default)]
+    pub clocks: Vec<String>,
+    /// Dispatches of each pass in the last frame, in order, and mean numbers of rays. Empty in old reports.
+    #[serde(default)]
+    pub costs: Vec<PassCost>,
+    /// Memory after the last frame, bytes: of the buffers and textures that frames reuse, and of everything on the device, if the API tells it.
+    #[serde(default)]
+    pub memory: Option<(u64, Option<u64>)>,
     /// Expected times of another replay, by the names of [`Self::passes`] and [`Self::host`], and `all passes`.
     pub estimates: BTreeMap<String, Estimate>,
     /// Counters by frame, from a run that was not timed.
@@ -59,6 +68,17 @@ impl Report {
             }
         }
         (!sum.samples.is_empty()).then_some(sum)
+    }
+
+    /// The mean of a counter over all frames; `None` if no frame has it.
+    pub fn mean_count(&self, name: &str) -> Option<u64> {
+        let counts: Vec<_> = self.frames.iter().filter_map(|frame| frame.counters.get(name)).collect();
+        (!counts.is_empty()).then(|| counts.iter().copied().sum::<u64>() / self.frames.len() as u64)
+    }
+
+    /// Time of the host's frame in which no pass runs, ms a frame; `None` without timestamps.
+    pub fn idle_ms(&self) -> Option<f64> {
+        Some(self.estimates.get("host/frame")?.ms - self.estimates.get(ALL_PASSES)?.ms)
     }
 
     /// Computes the estimates.
@@ -175,6 +195,9 @@ pub(super) mod tests {
             moments: (0..frames).map(|i| i as f32 / 24.0).collect(),
             passes: vec![series("prepass", prepass), series("shading/forward", shading)],
             host: Vec::new(),
+            clocks: vec!["1980 MHz".to_owned()],
+            costs: vec![PassCost { name: "prepass".to_owned(), dispatches: 3, indirect: 1, rays: Some(2000) }],
+            memory: Some((3 << 20, Some(5 << 20))),
             estimates: BTreeMap::new(),
             frames: (0..frames as u64).map(counted).collect(),
         };
@@ -202,6 +225,16 @@ pub(super) mod tests {
         short.passes[1].samples[1].pop();
         fs::write(&path, short.to_json()).unwrap();
         assert!(Report::read(&path).unwrap_err().to_string().contains("missing"));
+    }
+
+    #[test]
+    fn counts_are_means_and_idle_time_is_the_rest() {
+        let mut report = report(vec![vec![1.0, 2.0]; 2], vec![vec![3.0, 4.0]; 2]);
+        assert_eq!((report.mean_count("light_culling/light_tests"), report.mean_count("no")), (Some(3), None));
+        assert_eq!(report.idle_ms(), None);
+        report.host = vec![Series { samples: vec![vec![6.0, 7.0]; 2], ..Series::new("host/frame", Category::Host) }];
+        report.estimate();
+        assert!((report.idle_ms().unwrap() - 1.5).abs() < 1e-9, "{:?}", report.idle_ms());
     }
 
     #[test]

@@ -16,6 +16,11 @@ gpu_constants! {
 
 /// Workgroups along x, y and z of a pass over a list with this many invocations: rows of 1,024.
 pub fn workgroups(invocations: u32) -> [u32; 3] {
-    let groups = invocations.div_ceil(WORKGROUP);
+    workgroups_of(invocations, WORKGROUP)
+}
+
+/// The same for workgroups of another size.
+pub fn workgroups_of(invocations: u32, size: u32) -> [u32; 3] {
+    let groups = invocations.div_ceil(size);
     [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]
 }

@@ -5,7 +5,7 @@ use glam::Vec3;
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, gpu_struct, storage_buffer, storage_buffer_of};
 
 use super::{TracedStructure, Tracer};
-use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene};
+use crate::{common::workgroups_of, error::RenderError, gpu_scene::GpuScene};
 
 gpu_struct! {
     /// A ray.
@@ -37,10 +37,15 @@ pub struct RayTracer {
 }
 
 impl RayTracer {
-    /// Compiles the passes.
+    /// Compiles the passes of all tracers.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+        Self::of(device, &Tracer::all())
+    }
+
+    /// Compiles the passes of these tracers, as far as the device supports them.
+    pub fn of(device: &wgpu::Device, tracers: &[Tracer]) -> Result<Self, RenderError> {
         let mut kernels = Vec::new();
-        for tracer in Tracer::all().into_iter().filter(|tracer| tracer.is_supported(device)) {
+        for tracer in tracers.iter().filter(|tracer| tracer.is_supported(device)) {
             // Distances need no triangles.
             for features in tracer.every_features(false) {
                 let shader = DECLARED.link("rays/list", &features)?;
@@ -83,7 +88,9 @@ impl RayTracer {
         let distances = storage_buffer(frame.device, "rays/distances", 4 * u64::from(count))?;
         let scene_bindings = scene.bindings();
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);
-        let mut dispatch = |bindings: &Bindings<'_>| frame.dispatch(kernel, bindings, workgroups(count));
+        // Edited shaders may have groups of another size.
+        let groups = workgroups_of(count, kernel.workgroup_size()[0]);
+        let mut dispatch = |bindings: &Bindings<'_>| frame.dispatch(kernel, bindings, groups);
         match structure {
             Some(structure) => structure.for_each_part(&bindings, &mut dispatch),
             None => dispatch(&bindings),

@@ -1,4 +1,4 @@
-# The parts that call the command line: doctor, frames, direct, papers. Sourced by run.sh.
+# The parts that call the command line: walks, ab, doctor, frames, direct, papers. Sourced by run.sh.
 # shellcheck shell=bash
 # shellcheck disable=SC2034,SC2154 # run.sh sets and reads variables of this file.
 
@@ -103,11 +103,41 @@ bench() {
     fi
     # What there is by the deadline.
     [[ -f $work/$name/$page ]] && cp -- "$work/$name/$page" "$out/$result"
+    [[ -f $work/$name/report.json ]] && cp -- "$work/$name/report.json" "$out/$name.json"
     if ! tar -czf "$out/$name.tar.gz" -C "$work" "$name"; then
         outcome=$(joined ${outcome:+"$outcome"} 'tar failed')
         status=1
     fi
     return "$((status != 0))"
+}
+
+# What a frame of a walk costs, without and with wgpu's validation of indirect calls.
+part_walks() {
+    local track=$work/shared/tracks/atrium.toml flags=(--size 1920x1080 --frames 24 --runs 3) words failed=0
+    [[ $adapter == cpu ]] && flags=(--size 96x54 --frames 4 --runs 1)
+    # The second run needs a quarter of the time.
+    flags+=(--seconds "$(seconds_left $((WALKS_S * 3 / 4)))")
+    bench walks report.md walks.md walks "$track" "${flags[@]}" || failed=1
+    words=$outcome outcome=
+    WGPU_VALIDATION_INDIRECT_CALL=1 bench walks-validated report.md walks-validated.md walks "$track" "${flags[@]}" \
+        --only 'draft, direct all' || failed=1
+    outcome=$(joined ${words:+"$words"} ${outcome:+"$outcome"})
+    return "$failed"
+}
+
+# Variants of ray traversal.
+part_ab() {
+    local status commit=()
+    [[ -s $here/commit ]] && commit=(--commit "$(<"$here/commit")")
+    before_deadline "$program" doctor --only ab --adapter "$adapter" --seconds "$(seconds_left $((AB_S * 9 / 10)))" \
+        ${commit[@]+"${commit[@]}"} --json "$out/ab.json" >"$out/ab.txt" 2>&1
+    status=$?
+    # Also of a run that did not end.
+    [[ -f $out/ab.json ]] && timeout 10 "$program" doctor --read "$out/ab.json" --page >"$out/ab.md" 2>>"$out/ab.txt" </dev/null
+    ((status == 0)) && return
+    outcome=$(status_words "$status")
+    tail -n 15 "$out/ab.txt"
+    return 1
 }
 
 # Prices, errors and motion of direct light.

@@ -8,18 +8,22 @@ usage() {
     cat <<'END'
 run.sh [--allow-software] [--out FOLDER] [PART...]
 
-Parts; without any: doctor, tests and frames.
+Parts; without any: walks, ab, doctor, frames and tests, in this order.
+  walks    what a frame of a walk costs         walks.md walks.json walks.tar.gz, and the same of walks-validated:
+                                                with wgpu's validation of indirect calls
+  ab       variants of ray traversal            ab.md ab.json
   doctor   lanternfish doctor                   doctor.txt doctor.json
-  tests    every test that needs an adapter     tests.txt
   frames   three images with their timings      atrium.png sponza.png city.png frames.json
+  tests    every test that needs an adapter     tests.txt
   direct   prices and errors of direct light    direct.md direct.tar.gz
   papers   the tables of the five papers        papers.html papers.tar.gz
 
 --allow-software   runs on a software adapter if there is no other
 --out FOLDER       folder of the results; without it, hardware-results in the current folder
 
-Variables, in seconds: TOTAL_S (540, and DIRECT_S and PAPERS_S more with these parts) for everything, DOCTOR_S (100),
-TESTS_S (300), FRAMES_S (120), DIRECT_S (400), PAPERS_S (3000), TEST_S (60) for one test. The page of papers is written after each of its parts.
+Variables, in seconds: TOTAL_S (540, and DIRECT_S and PAPERS_S more with these parts) for everything, WALKS_S (150),
+AB_S (120), DOCTOR_S (100), FRAMES_S (60), TESTS_S (300, as far as TOTAL_S allows), DIRECT_S (400), PAPERS_S (3000),
+TEST_S (60) for one test. Pages of walks, ab and papers, and doctor.json, are written after each of their rows or parts.
 JOBS: tests at a time; without it, the number of processors, at most 8.
 
 Exit status: 0 all parts passed, 1 a part failed, 2 wrong usage, 3 no graphics card found, 4 the kit cannot run here.
@@ -27,9 +31,11 @@ END
 }
 
 SECONDS=0
+WALKS_S=${WALKS_S:-150}
+AB_S=${AB_S:-120}
 DOCTOR_S=${DOCTOR_S:-100}
+FRAMES_S=${FRAMES_S:-60}
 TESTS_S=${TESTS_S:-300}
-FRAMES_S=${FRAMES_S:-120}
 DIRECT_S=${DIRECT_S:-400}
 PAPERS_S=${PAPERS_S:-3000}
 TEST_S=${TEST_S:-60}
@@ -58,7 +64,7 @@ while (($# > 0)); do
             usage
             exit 0
             ;;
-        doctor | tests | frames | direct | papers) parts+=("$1") ;;
+        walks | ab | doctor | frames | tests | direct | papers) parts+=("$1") ;;
         *)
             usage >&2
             fail 2 "unknown word '$1'"
@@ -66,7 +72,7 @@ while (($# > 0)); do
     esac
     shift
 done
-((${#parts[@]} > 0)) || parts=(doctor tests frames)
+((${#parts[@]} > 0)) || parts=(walks ab doctor frames tests)
 default_s=540
 [[ " ${parts[*]} " == *' direct '* ]] && ((default_s += DIRECT_S))
 [[ " ${parts[*]} " == *' papers '* ]] && ((default_s += PAPERS_S))
@@ -76,7 +82,8 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd) || exit 4
 mkdir -p -- "$out" || fail 4 'cannot create the folder for results'
 out=$(cd -- "$out" && pwd) || fail 4 'cannot enter the folder for results'
 # Results of an earlier run must not be mistaken for those of this one.
-for name in doctor.txt doctor.json tests.txt frames.json atrium.png sponza.png city.png direct.md direct.tar.gz papers.html papers.tar.gz; do
+for name in {walks,walks-validated,direct,papers}.{md,html,json,tar.gz} ab.md ab.json ab.txt doctor.txt doctor.json tests.txt \
+    frames.json atrium.png sponza.png city.png; do
     rm -f -- "$out/$name"
 done
 work=$(mktemp -d "${TMPDIR:-/tmp}/lanternfish.XXXXXX") || fail 4 'cannot create a temporary folder'

@@ -1,4 +1,5 @@
 use super::*;
+use crate::pass_costs::PassCost;
 
 fn check(group: Group, verdict: Verdict) -> Check {
     Check {
@@ -52,10 +53,16 @@ pub fn report(checks: Vec<Check>) -> Report {
             is_wall: false,
             passes: vec![("shadows/trace".to_owned(), 2400.0), ("prepass".to_owned(), 100.0)],
             over_watchdog: vec![("shadows/trace".to_owned(), 2400.0)],
+            wall_ms: 2600.0,
+            costs: vec![PassCost { name: "shadows/trace".to_owned(), dispatches: 3, indirect: 1, rays: Some(4800) }],
+            memory: Some((3 << 20, None)),
+            clocks: Some("1980 MHz".to_owned()),
             counters: Vec::new(),
             reason: None,
         }],
         not_timed: Vec::new(),
+        walk_counts: Vec::new(),
+        repeats: vec![Repeat::new("direct light".to_owned(), 2500.0, 2640.0)],
     }
 }
 
@@ -100,4 +107,44 @@ fn an_incomplete_report_names_the_step_in_progress() {
 fn nan_is_outside_all_limits() {
     assert!(!Figure::new("energy", f64::NAN, 0.0, f64::INFINITY).passes());
     assert!(Figure::new("energy", 1.0, 1.0, 1.0).passes());
+}
+
+#[test]
+fn a_first_row_that_is_not_repeated_is_flagged() {
+    let mut report = report(Vec::new());
+    let text = "measured again: direct light: 2500.00 first, 2640.00 last, +5.6 % NOT STEADY";
+    assert!(report.to_table().contains(text), "{}", report.to_table());
+    assert!(report.to_json().contains("\"is_steady\": false"));
+    report.repeats[0].last = 2510.0;
+    report.repeats = vec![Repeat::new("direct light".to_owned(), 2500.0, 2510.0)];
+    assert!(!report.to_table().contains("NOT STEADY"));
+}
+
+#[test]
+fn the_table_has_dispatches_memory_and_clocks() {
+    let table = report(Vec::new()).to_table();
+    for text in ["3 (1 indirect) dispatches, memory of frames 3 MiB, of the device unknown", "clocks: 1980 MHz\n"] {
+        assert!(table.contains(text), "{text}: {table}");
+    }
+}
+
+#[test]
+fn rates_with_other_results_are_marked() {
+    let rate = |name: &str, result: Option<&str>| Rate {
+        name: name.to_owned(),
+        unit: "Mrays/s".to_owned(),
+        median: 1.0,
+        least: 1.0,
+        most: 1.0,
+        runs: 3,
+        clocks: None,
+        result: result.map(str::to_owned),
+    };
+    let mut report = report(Vec::new());
+    let rows = [("a: base", "1"), ("b: base", "2"), ("a: other", "1"), ("b: other", "3")];
+    report.rates = rows.map(|(name, result)| rate(name, Some(result))).into();
+    report.rates.push(rate("sort", None));
+    let marked: Vec<_> = report.rates.iter().map(|rate| rate.differs_from(&report.rates)).collect();
+    assert_eq!(marked, [false, false, false, true, false]);
+    assert_eq!(report.to_table().matches("OTHER RESULTS").count(), 1);
 }

@@ -1,0 +1,264 @@
+//! `lanternfish-bench walks`: what a frame of a walk costs with every technique that a window may use.
+
+use std::time::Instant;
+
+use clap::Args;
+use lanternfish::{
+    Settings,
+    settings::{History, Indirect, Quality, Samples, Shadows},
+    techniques::SampledLights,
+};
+use lanternfish_cli::{
+    error::CliError,
+    output::write_text,
+    parse::{self, Frames, Size},
+    pass_costs::{columns, dispatches},
+    progress::Progress,
+    repeat::Repeat,
+    replay::{
+        measure::Player,
+        plan::Plan,
+        report::{ALL_PASSES, Report},
+    },
+    scene::SceneName,
+};
+
+use crate::{
+    document::{Document, LeftOut},
+    run::{Run, RunArgs},
+    subject,
+    table::Row,
+};
+
+/// Flags of `walks`.
+#[derive(Debug, Args)]
+pub struct WalksArgs {
+    /// A shot (.toml) with a [track].
+    #[arg(default_value = "docs/tracks/atrium.toml")]
+    scene: SceneName,
+    #[command(flatten)]
+    run: RunArgs,
+    /// Size of the frames.
+    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse::size)]
+    size: Size,
+    /// Number of frames of a walk; those of `good` are a quarter of it.
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    frames: u32,
+    /// Measures only walks whose name contains this text. Repeatable.
+    #[arg(long, value_name = "TEXT")]
+    only: Vec<String>,
+    /// Leaves out walks that would not end within this time, seconds. The repeated first walk is still measured.
+    #[arg(long, value_name = "SECONDS")]
+    seconds: Option<f64>,
+}
+
+/// A walk.
+struct Walk {
+    name: &'static str,
+    settings: Settings,
+    /// Fraction of the frames, as a divisor: frames of `good` take long.
+    divisor: u32,
+}
+
+/// Passes of a walk on the page.
+const MOST_PASSES: usize = 15;
+
+/// All walks, with what the shot says of exposure and materials.
+fn walks(look: &Settings) -> Vec<Walk> {
+    let common = |settings: Settings| Settings {
+        shadows: Shadows::Auto,
+        exposure: look.exposure,
+        materials: look.materials,
+        ..settings
+    };
+    let sampled = |settings: Settings| Settings { direct: SampledLights::default().into(), ..settings };
+    let direct = || common(Settings { indirect: Indirect::NONE, ..Settings::direct_light() });
+    let draft = || common(Settings { history: History::On, ..Settings::of_quality(Quality::Draft) });
+    let good = |samples| common(Settings { samples, ..Settings::of_quality(Quality::Good) });
+    let walk = |name, settings, divisor| Walk { name, settings, divisor };
+    vec![
+        walk("direct all", direct(), 1),
+        walk("direct sampled", sampled(direct()), 1),
+        walk("draft, direct all", draft(), 1),
+        walk("draft, direct sampled", sampled(draft()), 1),
+        walk("good, 1 sample", good(Samples::One), 4),
+        walk("good, 4 samples", good(Samples::Four), 4),
+    ]
+}
+
+/// True if a walk ends in time after so many seconds of at `most`, if it and the repetition after it take as long as the `longest`.
+fn is_in_time(seconds: f64, longest: f64, most: Option<f64>) -> bool {
+    most.is_none_or(|most| seconds + 2.0 * longest <= most)
+}
+
+/// Measures and writes the report.
+pub fn run(args: &WalksArgs) -> Result<(), CliError> {
+    let started = Instant::now();
+    let mut progress = Progress::start(false);
+    let hint = "name a shot (.toml) with a [track]";
+    let mut shot = subject::shot_of(&args.scene)?.ok_or_else(|| CliError::new("walks need a shot", hint))?;
+    shot.args.track.frames = Some(Frames::Count(args.frames));
+    shot.args.output.size = args.size;
+    let run = Run::start(&args.run, "walks")?;
+    let mut plan = Plan::of(&shot, None, &mut progress)?;
+    let is_wanted = |walk: &Walk| args.only.is_empty() || args.only.iter().any(|only| walk.name.contains(only));
+    let wanted: Vec<_> = walks(&plan.settings).into_iter().filter(is_wanted).collect();
+    let first = wanted.first().ok_or_else(|| CliError::new("no walk has such a name", "leave out --only"))?;
+    plan.settings = first.settings.clone();
+    let mut player = Player::new(&run.gpu, plan, &mut progress)?;
+    let mut results = Results { of: args, run: &run, walks: Vec::new(), left_out: Vec::new(), repeat: None };
+    let mut longest = 0.0_f64;
+    for walk in &wanted {
+        let began = started.elapsed().as_secs_f64();
+        if !is_in_time(began, longest, args.seconds) {
+            let reason = "no time left".to_owned();
+            results.left_out.push(LeftOut { what: walk.name.to_owned(), reason });
+            continue;
+        }
+        let measured = measured(&mut player, walk, args, &mut progress);
+        match measured {
+            Ok(report) => results.walks.push((walk.name, report)),
+            Err(error) => results.left_out.push(LeftOut { what: walk.name.to_owned(), reason: error.to_string() }),
+        }
+        results.write()?;
+        longest = longest.max(started.elapsed().as_secs_f64() - began);
+    }
+    let again = measured(&mut player, first, args, &mut progress)?;
+    if let Some((name, report)) = results.walks.first().filter(|(name, _)| *name == first.name) {
+        results.repeat = Some(Repeat::new((*name).to_owned(), ms_of(report), ms_of(&again)));
+    }
+    results.write()?;
+    results.document().write(&run.folder)
+}
+
+fn measured(
+    player: &mut Player<'_>,
+    walk: &Walk,
+    args: &WalksArgs,
+    progress: &mut Progress,
+) -> Result<Report, CliError> {
+    player.limit((args.frames / walk.divisor) as usize);
+    player.set(&walk.settings, None, args.size)?;
+    let mut report = player.report(walk.name, args.scene.to_string(), args.run.runs as usize, 0);
+    player.measure(&mut report, progress)?;
+    Ok(report)
+}
+
+/// Expected time of a frame, ms: of its passes, or of the host on a device without timestamps.
+fn ms_of(report: &Report) -> f64 {
+    let estimates = &report.estimates;
+    estimates.get(ALL_PASSES).or_else(|| estimates.get("host/frame")).map_or(f64::NAN, |estimate| estimate.ms)
+}
+
+/// The walks so far.
+struct Results<'r> {
+    of: &'r WalksArgs,
+    run: &'r Run,
+    walks: Vec<(&'static str, Report)>,
+    left_out: Vec<LeftOut>,
+    repeat: Option<Repeat>,
+}
+
+impl Results<'_> {
+    /// Writes what there is.
+    fn write(&self) -> Result<(), CliError> {
+        let document = self.document();
+        document.write_json(&self.run.folder)?;
+        write_text(&self.run.folder.join("report.md"), &document.to_markdown())
+    }
+
+    fn document(&self) -> Document {
+        let WalksArgs { scene, size, frames, .. } = self.of;
+        let Size { width, height } = *size;
+        let mut page = Document::of_scene("Walks", scene, &self.run.gpu, self.run.runs);
+        let has_validation = lanternfish_gpu::instance_flags().contains(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+        page.facts(Row::default().data("width", width).data("height", height).data("frames", frames));
+        page.facts(Row::default().data("validates_indirect_calls", has_validation));
+        let lights = self.walks.first().map_or(0, |(_, report)| report.lights);
+        let validation = if has_validation { "validates indirect calls" } else { "does not validate indirect calls" };
+        page.introduction(
+            &format!("{scene}, {width} × {height}, {lights} lights, {frames} frames; wgpu {validation}"),
+            "mean over frames of the geometric mean over runs, each run after 1.5 s of warm-up on a graphics card",
+        );
+        let text = "Idle is the host's frame without its passes. Dispatches are those of the last frame.";
+        page.section("A frame of each walk", text, "walks", self.walks.iter().map(row).collect());
+        if let Some(repeat) = &self.repeat {
+            page.paragraph(format!("The first walk, measured again at the end: {}.", repeat.text()));
+            page.keep_data("repeat", repeat);
+        }
+        for (name, report) in &self.walks {
+            page.heading(name);
+            let clocks = report.clocks.join(" → ");
+            if !clocks.is_empty() {
+                page.paragraph(format!("Clocks, run by run: {clocks}."));
+            }
+            page.show(passes(report).into_iter().take(MOST_PASSES));
+        }
+        let all =
+            |(name, report): &(&'static str, Report)| Row::default().data("name", name).data("passes", passes(report));
+        page.keep("passes", self.walks.iter().map(all).collect());
+        page.left_out(&self.left_out);
+        page
+    }
+}
+
+/// The row of a walk.
+fn row((name, report): &(&'static str, Report)) -> Row {
+    let ms = |name: &str| report.estimates.get(name).map_or(f64::NAN, |estimate| estimate.ms);
+    let (frame, device) = report.memory.unwrap_or_default();
+    let mib = |bytes: u64| (bytes as f64 / f64::from(1 << 20)).round();
+    let all: u32 = report.costs.iter().map(|cost| cost.dispatches).sum();
+    let indirect: u32 = report.costs.iter().map(|cost| cost.indirect).sum();
+    Row::default()
+        .text("name", "walk", name)
+        .fixed("passes_ms", "passes, ms", 2, ms(ALL_PASSES))
+        .fixed("host_ms", "host, ms", 2, ms("host/frame"))
+        .fixed("record_ms", "record, ms", 2, ms("host/record"))
+        .fixed("idle_ms", "idle, ms", 2, report.idle_ms().unwrap_or(f64::NAN))
+        .number("dispatches", "dispatches", all)
+        .said_as(dispatches(report.costs.iter()))
+        .data("indirect", indirect)
+        .number("frame_mib", "frames, MiB", mib(frame))
+        .optional("device_mib", "device, MiB", device.map(mib))
+        .data("clocks", &report.clocks)
+}
+
+/// The rows of a walk's passes, the longest first.
+fn passes(report: &Report) -> Vec<Row> {
+    let ms = |name: &str| report.estimates.get(name).map_or(0.0, |estimate| estimate.ms);
+    let mut costs: Vec<_> = report.costs.iter().map(|cost| (cost, ms(&cost.name))).collect();
+    costs.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let row = |(cost, ms): (&lanternfish_cli::pass_costs::PassCost, f64)| {
+        let [dispatched, rays, rate] = columns(Some(cost), ms);
+        Row::default()
+            .text("name", "pass", &cost.name)
+            .fixed("ms", "ms", 3, ms)
+            .number("dispatches", "dispatches", cost.dispatches)
+            .said_as(dispatched)
+            .data("indirect", cost.indirect)
+            .number("rays", "rays", cost.rays.unwrap_or(0))
+            .said_as(rays)
+            .shown("Mrays/s", rate)
+    };
+    costs.into_iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_technique_of_a_window_is_walked() {
+        let walks = walks(&Settings::default());
+        let is_sampled = |walk: &&Walk| walk.settings.direct.is::<SampledLights>();
+        assert_eq!((walks.len(), walks.iter().filter(is_sampled).count()), (6, 2));
+        assert!(walks[0].settings.indirect == Indirect::NONE && walks[2].settings.indirect != Indirect::NONE);
+        assert_eq!(walks.iter().filter(|walk| walk.settings.samples == Samples::Four).count(), 1, "only good has them");
+    }
+
+    #[test]
+    fn walks_beyond_the_deadline_are_left_out() {
+        assert!(is_in_time(1e6, 1e6, None) && is_in_time(10.0, 20.0, Some(50.0)));
+        assert!(!is_in_time(10.1, 20.0, Some(50.0)));
+    }
+}
