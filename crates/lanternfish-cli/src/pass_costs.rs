@@ -18,8 +18,9 @@ pub struct PassCost {
 
 /// Passes that trace rays, and the counter of their rays. Entries of the radiance cache trace two rays a sample: one for light and one
 /// for a hit.
-pub const RAYS: [(&str, &str); 6] = [
+pub const RAYS: [(&str, &str); 7] = [
     ("shadows/trace", "shadows/rays"),
+    ("shadows/trace_edges", "shadows/edge_rays"),
     ("direct_light/trace", "shadows/rays"),
     ("indirect/trace", "indirect/rays"),
     ("indirect/emitters", "indirect/emitter_rays"),

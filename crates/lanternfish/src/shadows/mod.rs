@@ -12,7 +12,6 @@ mod tests;
 
 use std::ops::Range;
 
-use glam::UVec2;
 use lanternfish_gpu::{
     Bindings, BufferPart, Counted, Feature, Frame, Growth, SharedStruct, faulty_software, gpu_constants, gpu_struct,
     primitives::Scan, read_back,
