@@ -12,8 +12,8 @@ use crate::{
 pub(crate) enum Workgroups<'a> {
     /// Known to the host: along x, y and z.
     Are([u32; 3]),
-    /// In the first three words of a buffer, read by the device when it starts the dispatch.
-    In(&'a wgpu::Buffer),
+    /// In three words of a buffer at this offset, read by the device when it starts the dispatch.
+    In(&'a wgpu::Buffer, u64),
 }
 
 /// One entry point of a compute shader, ready to run.
@@ -83,7 +83,7 @@ impl ComputeKernel {
         }
         match workgroups {
             &Workgroups::Are([x, y, z]) => pass.dispatch_workgroups(x, y, z),
-            Workgroups::In(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
+            &Workgroups::In(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
         }
     }
 }

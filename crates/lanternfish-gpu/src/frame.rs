@@ -124,20 +124,14 @@ impl<'a> Frame<'a> {
         self.pool.buffer(Use::Scratch, label, bytes)
     }
 
-    /// Lets later requests of this frame return a buffer of [`Self::scratch`] or [`Self::indirect`] again: no pass that is recorded from now
-    /// on needs its content.
+    /// Lets later requests of this frame return a buffer of [`Self::scratch`] again: no pass that is recorded from now on needs its content.
     pub fn release(&mut self, buffer: &wgpu::Buffer) {
         self.pool.buffers.release(buffer);
     }
 
-    /// Like [`Self::scratch`], but filled with zeros at first.
+    /// Like [`Self::scratch`], but filled with zeros at first, and also usable by [`Self::dispatch_indirect`].
     pub fn zeroed(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.pool.buffer(Use::Zeroed, label, bytes)
-    }
-
-    /// A storage buffer of at least three u32 with undefined content, usable by [`Self::dispatch_indirect`].
-    pub fn indirect(&mut self, label: &str) -> Result<wgpu::Buffer, GpuError> {
-        self.pool.buffer(Use::Indirect, label, 16)
     }
 
     /// A storage buffer that starts with this content when the commands run. It may be longer than the content.
@@ -191,11 +185,18 @@ impl<'a> Frame<'a> {
         self.compute(kernel, bindings, &Workgroups::Are(workgroups));
     }
 
-    /// Adds a dispatch whose number of workgroups, three u32, is read from a buffer with indirect usage ([`Self::indirect`]). The numbers
-    /// must be within the device's limit, and the kernel must not use `num_workgroups` ([`crate::instance_flags`]).
-    pub fn dispatch_indirect(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: &wgpu::Buffer) {
+    /// Adds a dispatch whose number of workgroups, three u32, is read from a buffer with indirect usage ([`Self::zeroed`]), at `offset` bytes.
+    /// The dispatch may read this buffer, but not write it. The numbers must be within the device's limit, and the kernel must not use
+    /// `num_workgroups` ([`crate::instance_flags`]).
+    pub fn dispatch_indirect(
+        &mut self,
+        kernel: &ComputeKernel,
+        bindings: &Bindings<'_>,
+        workgroups: &wgpu::Buffer,
+        offset: u64,
+    ) {
         assert!(!kernel.uses_workgroup_count, "{}: `num_workgroups` in an indirect dispatch", kernel.label());
-        self.compute(kernel, bindings, &Workgroups::In(workgroups));
+        self.compute(kernel, bindings, &Workgroups::In(workgroups, offset));
     }
 
     /// Begins a command buffer for the pass of this label, if the frame is cut between its passes.
@@ -215,7 +216,7 @@ impl<'a> Frame<'a> {
 
     fn compute(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: &Workgroups<'_>) {
         self.cut(kernel.label());
-        self.profiler.count(kernel.label(), true, matches!(workgroups, Workgroups::In(_)));
+        self.profiler.count(kernel.label(), true, matches!(workgroups, Workgroups::In(..)));
         if self.profiler.is_shared_pass {
             let pass = self.pass.get_or_insert_with(|| {
                 self.profiler.compute_passes += 1;

@@ -12,10 +12,8 @@ pub(crate) enum Use {
     Scratch,
     /// Storage that the host writes before any command of the frame runs.
     Uploaded,
-    /// Storage that is zeroed at first.
+    /// Storage that is zeroed at first, also for arguments of indirect dispatches.
     Zeroed,
-    /// Storage with undefined content at first, for arguments of indirect dispatches and draws.
-    Indirect,
     /// Readback by the host.
     Read,
 }
@@ -23,8 +21,8 @@ pub(crate) enum Use {
 impl Use {
     fn usages(self) -> wgpu::BufferUsages {
         match self {
-            Self::Scratch | Self::Uploaded | Self::Zeroed => STORAGE,
-            Self::Indirect => STORAGE | wgpu::BufferUsages::INDIRECT,
+            Self::Scratch | Self::Uploaded => STORAGE,
+            Self::Zeroed => STORAGE | wgpu::BufferUsages::INDIRECT,
             Self::Read => wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         }
     }
@@ -113,9 +111,8 @@ impl Buffers {
 
     /// Lets later requests of the frame have this buffer, which is neither zeroed nor read back.
     pub fn release(&mut self, buffer: &wgpu::Buffer) {
-        let slots = self.slots.values_mut().flatten();
-        let mut undefined = slots.filter(|slot| matches!(slot.used_for, Use::Scratch | Use::Indirect));
-        if let Some(slot) = undefined.find(|slot| slot.buffer == *buffer) {
+        let mut slots = self.slots.values_mut().flatten();
+        if let Some(slot) = slots.find(|slot| slot.used_for == Use::Scratch && slot.buffer == *buffer) {
             slot.is_released = true;
         }
     }

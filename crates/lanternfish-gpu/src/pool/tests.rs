@@ -177,7 +177,7 @@ fn gpu_commands_of_a_frame_are_counted_by_label() {
         let bindings = bindings.buffer("scan_totals", &totals);
         for index in order {
             match is_indirect {
-                true => frame.dispatch_indirect(&kernels[*index], &bindings, &groups),
+                true => frame.dispatch_indirect(&kernels[*index], &bindings, &groups, 0),
                 false => frame.dispatch(&kernels[*index], &bindings, [1; 3]),
             }
         }

@@ -25,15 +25,17 @@ impl TracePass {
         self.for_each_part(view, bindings, &mut |bindings| frame.dispatch(&self.kernel, bindings, groups));
     }
 
-    /// Adds the pass to a frame; a buffer holds the workgroup counts.
+    /// Adds the pass to a frame; a buffer holds the workgroup counts at `offset` bytes.
     pub fn dispatch_indirect(
         &self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         bindings: &Bindings<'_>,
         groups: &wgpu::Buffer,
+        offset: u64,
     ) {
-        self.for_each_part(view, bindings, &mut |bindings| frame.dispatch_indirect(&self.kernel, bindings, groups));
+        let mut dispatch = |bindings: &Bindings<'_>| frame.dispatch_indirect(&self.kernel, bindings, groups, offset);
+        self.for_each_part(view, bindings, &mut dispatch);
     }
 
     /// True if the pass may run several times. Buffers that it adds to must then be cleared before.

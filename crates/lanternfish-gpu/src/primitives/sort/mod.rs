@@ -8,6 +8,10 @@ const BLOCK: u32 = 128;
 /// Number of values of a digit; the shader's `DIGITS`.
 const DIGITS: u32 = 16;
 const DIGIT_BITS: u32 = 4;
+/// Pairs up to which one workgroup sorts them.
+const FEW: u32 = 4096;
+/// `DIGIT_BITS` of `sort_few.wesl`.
+const DIGIT_BITS_OF_FEW: u32 = 3;
 
 gpu_struct! {
     /// Parameters of a pass, which sorts by one digit.
@@ -21,10 +25,21 @@ gpu_struct! {
     }
 }
 
-/// Stable, deterministic radix sort of pairs of a u32 key and a u32 value by key. Each pass sorts by 4 bits, with one invocation per block
-/// of 128 pairs. Suited to tens of thousands of pairs and more.
+gpu_struct! {
+    /// Parameters of the sort of few pairs.
+    struct SortFewParameters {
+        /// Number of pairs.
+        count: u32,
+        /// Number of digits, which is even.
+        passes: u32,
+    }
+}
+
+/// Stable, deterministic radix sort of pairs of a u32 key and a u32 value by key. One workgroup sorts up to 4,096 pairs in one dispatch. More
+/// pairs are sorted by 4 bits in each pass, with one invocation per block of 128 pairs.
 #[derive(Debug)]
 pub struct RadixSort {
+    few: ComputeKernel,
     count_digits: ComputeKernel,
     scatter: ComputeKernel,
     scan: Scan,
@@ -36,7 +51,9 @@ impl RadixSort {
     pub fn new(device: &wgpu::Device, label: &str) -> Result<Self, GpuError> {
         let shader = super::SHADERS.link("primitives/sort/sort", &[])?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("{label}/{entry}"));
+        let few = super::SHADERS.link("primitives/sort/sort_few", &[])?;
         Ok(Self {
+            few: ComputeKernel::new(device, &few, "sort_few", &format!("{label}/few")),
             count_digits: kernel("count_digits"),
             scatter: kernel("scatter"),
             scan: Scan::new(device, label)?,
@@ -61,6 +78,18 @@ impl RadixSort {
         let mut buffer = |name: &str, length: u64| frame.scratch(&format!("{}/{name}", self.label), 4 * length);
         let length = u64::from(count);
         let (other_keys, other_values) = (buffer("keys", length)?, buffer("values", length)?);
+        if count <= FEW {
+            let passes = bits.div_ceil(DIGIT_BITS_OF_FEW).next_multiple_of(2);
+            let parameters = frame.uniform(&SortFewParameters { count, passes });
+            let bindings = Bindings::new()
+                .part("sort_few_parameters", &parameters)
+                .buffer("sorted_keys", keys)
+                .buffer("sorted_values", values)
+                .buffer("other_keys", &other_keys)
+                .buffer("other_values", &other_values);
+            frame.dispatch(&self.few, &bindings, [1; 3]);
+            return Ok(());
+        }
         let starts = buffer("digit_places", u64::from(DIGITS) * u64::from(blocks))?;
         // An even number of passes leaves the result in the caller's buffers.
         let passes = bits.div_ceil(DIGIT_BITS).next_multiple_of(2);
@@ -97,6 +126,8 @@ mod tests {
     fn parameters_have_the_shaders_layout() {
         let shader = crate::primitives::SHADERS.link("primitives/sort/sort", &[]).unwrap();
         check_layout::<SortParameters>(&shader).unwrap();
+        let few = crate::primitives::SHADERS.link("primitives/sort/sort_few", &[]).unwrap();
+        check_layout::<SortFewParameters>(&few).unwrap();
     }
 
     #[test]
@@ -111,7 +142,13 @@ mod tests {
             (127, 4, 0xf),
             (128, 8, 0xff),
             (129, 12, 0xfff),
+            (255, 30, u32::MAX >> 2),
+            (257, 32, u32::MAX),
+            (1_000, 2, 0x3),
+            (4_095, 32, u32::MAX),
             // Many equal keys: the order of the values shows whether the sort is stable.
+            (4_096, 30, 0x7),
+            (4_097, 30, 0x7),
             (5_000, 30, 0x7),
             (64 * 128 + 1, 30, u32::MAX >> 2),
             (150_000, 32, u32::MAX),

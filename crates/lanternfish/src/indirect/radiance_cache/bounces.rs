@@ -48,20 +48,23 @@ impl Bounces {
             Self::UpTo(bounces) => (1..bounces)
                 .map(|k| CacheSweep { read_level: k, written_level: (k + 1) % bounces, step: k - 1, turn: ALL_ENTRIES })
                 .collect(),
-            Self::All => {
-                let there = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: 0 };
-                let back = CacheSweep { read_level: 2, written_level: 0, step: 0, turn: 1 };
-                [there, back].repeat(sweeps as usize)
-            }
+            Self::All => (0..2 * sweeps).map(|sweep| there_and_back(sweep, sweep % 2)).collect(),
         }
     }
 
-    /// The same for some of the entries, while the others do not change. With all bounces, the written level is copied back after each sweep.
+    /// The same for some of the entries, while the others do not change.
     pub(super) fn steps_of_some(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(_) => self.steps(1),
-            Self::All => vec![ALL_READ; sweeps as usize],
+            Self::All => (0..sweeps).map(|sweep| there_and_back(sweep, ALL_ENTRIES)).collect(),
         }
+    }
+
+    /// After these sweeps: the level with the total, and where it is copied. With all bounces both totals are equal then; else it is the same level.
+    pub(super) fn copy_after(self, sweeps: &[CacheSweep]) -> CacheSweep {
+        let total = sweeps.last().map_or(0, |sweep| sweep.written_level);
+        let written_level = if self == Self::All { 2 - total } else { total };
+        CacheSweep { read_level: total, written_level, ..CacheSweep::default() }
     }
 
     /// Number of means of earlier hits per entry: one per level that is read, or one for all bounces together.
@@ -78,8 +81,11 @@ gpu_constants! {
     const ALL_ENTRIES: u32 = 2;
 }
 
-/// The sweep over some of the entries, with all bounces.
-const ALL_READ: CacheSweep = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: ALL_ENTRIES };
+/// A sweep with all bounces, from one total to the other.
+fn there_and_back(sweep: u32, turn: u32) -> CacheSweep {
+    let read_level = 2 * (sweep % 2);
+    CacheSweep { read_level, written_level: 2 - read_level, step: 0, turn }
+}
 
 impl fmt::Display for Bounces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -147,12 +153,14 @@ mod tests {
     #[test]
     fn sweeps_chain_levels_to_the_total() {
         for bounces in (1..=Bounces::MOST).map(Bounces::UpTo).chain([Bounces::All]) {
-            for sweeps in [1, 3] {
-                let steps = bounces.steps(sweeps);
-                assert!(
-                    steps.windows(2).all(|pair| pair[0].written_level == pair[1].read_level),
-                    "{bounces}: {steps:?}"
-                );
+            for sweeps in [1, 2, 3] {
+                let (steps, of_some) = (bounces.steps(sweeps), bounces.steps_of_some(sweeps));
+                for steps in [&steps, &of_some] {
+                    assert!(
+                        steps.windows(2).all(|pair| pair[0].written_level == pair[1].read_level),
+                        "{bounces}: {steps:?}"
+                    );
+                }
                 assert!(
                     steps
                         .iter()
@@ -162,17 +170,18 @@ mod tests {
                 assert!(steps.iter().all(|step| step.written_level != 1 && step.step < bounces.earlier_steps()));
                 assert_eq!(steps.last().map_or(0, |step| step.written_level), 0, "{bounces}");
                 assert_eq!(steps.first().map_or(0, |step| step.read_level), bounces.first_level(), "{bounces}");
-                let of_some = bounces.steps_of_some(sweeps);
+                let copy = bounces.copy_after(&of_some);
+                assert_eq!(copy.read_level, of_some.last().map_or(0, |step| step.written_level));
                 match bounces {
                     Bounces::UpTo(n) => {
-                        assert_eq!(of_some, steps);
+                        assert_eq!((&of_some, copy.written_level), (&steps, 0));
                         assert_eq!(steps.len(), n as usize - 1);
                         assert!(steps.iter().all(|step| step.turn == ALL_ENTRIES));
                     }
                     // Both halves have the same number of sweeps.
                     Bounces::All => {
-                        // The written level is copied back to the level that is read.
-                        assert_eq!(of_some, vec![ALL_READ; sweeps as usize]);
+                        assert_eq!((of_some.len(), copy.read_level + copy.written_level), (sweeps as usize, 2));
+                        assert!(of_some.iter().all(|step| step.turn == ALL_ENTRIES));
                         let taken = |turn| steps.iter().filter(|step| step.turn == turn).count();
                         assert_eq!([0, 1, ALL_ENTRIES].map(taken), [sweeps as usize, sweeps as usize, 0]);
                     }

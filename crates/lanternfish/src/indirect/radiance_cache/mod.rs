@@ -4,7 +4,7 @@
 //!    sampled next (`vote.wesl`).
 //! 2. Update: new entries and a fraction of the others, or all for some frames after a change, get another sample (`schedule.wesl`). The light of one
 //!    light source, with a shadow ray, is added to a mean (`light.wesl`, `shadow.wesl`, `accumulate.wesl`). With more than one bounce, a further ray
-//!    is traced and its hit is appended to the entry's hit list (`trace.wesl`, `intersect.wesl`, `accumulate.wesl`).
+//!    is traced and its hit is appended to the entry's hit list (`trace.wesl`, `rays.wesl`, `intersect.wesl`).
 //! 3. Propagation, with more than one bounce: entries read the outgoing radiance of the entries in their hit lists (`propagate.wesl`).
 //! 4. Passes that trace rays read the entries' outgoing radiance. If nothing has changed for long, they do so at lookup, for all entries with samples
 //!    (`rgbe.wesl`).
@@ -59,6 +59,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::of("indirect/radiance_cache/light", &[&[&[EVENLY_SENT], &[EVENLY_SENT, ENVIRONMENT]]]),
         Root::computed("indirect/radiance_cache/shadow", rays::exact_tracers),
         Root::computed("indirect/radiance_cache/trace", || rays::every_tracer(true)),
+        Root::computed("indirect/radiance_cache/rays", rays::exact_tracers),
         Root::new("indirect/radiance_cache/intersect"),
         Root::new("indirect/radiance_cache/accumulate"),
         Root::new("indirect/radiance_cache/propagate"),
@@ -93,6 +94,8 @@ const REMEMBERED: f32 = 3.0;
 const ALL: f32 = f32::MAX;
 /// History length after a single change: the history is discarded.
 const NONE: f32 = 0.0;
+/// Size of `ScheduledEntries` of `bindings.wesl` before its entries, bytes.
+const LIST_HEADER_BYTES: u64 = 32;
 /// Frames after which an entry that is not requested is evicted. Rays vote for an entry in every eighth frame, with at most one vote per pixel.
 const KEPT: u32 = 128;
 
@@ -123,23 +126,29 @@ pub(crate) struct RadianceCache {
 
 #[derive(Debug)]
 struct Kernels {
-    clear: ComputeKernel,
     choose: ComputeKernel,
     choose_again: ComputeKernel,
-    measure: ComputeKernel,
     light: ComputeKernel,
     light_environment: ComputeKernel,
-    shadow: ComputeKernel,
-    trace: TracePass,
+    rays: Rays,
     intersect: ComputeKernel,
-    scatter: ComputeKernel,
     store_hits: ComputeKernel,
     accumulate: ComputeKernel,
     propagate: ComputeKernel,
     propagate_scheduled: ComputeKernel,
-    copy_back: ComputeKernel,
     pack: ComputeKernel,
     pack_scheduled: ComputeKernel,
+}
+
+/// The passes that trace the rays of scheduled entries.
+#[derive(Debug)]
+enum Rays {
+    /// Shadow rays alone.
+    Shadow(ComputeKernel),
+    /// Shadow rays, and rays towards other entries, through one tracer.
+    Both(ComputeKernel),
+    /// The same through two tracers.
+    Each(ComputeKernel, TracePass),
 }
 
 /// Parameters of the cache.
@@ -173,8 +182,10 @@ pub(crate) struct CacheOfFrame {
     uniforms: [BufferPart; 2],
     slots: Slots,
     planes: wgpu::Buffer,
-    /// Buffers of an update: the scheduled entries, the previously scheduled ones, their samples, and the workgroups for all of them.
-    scratch: [wgpu::Buffer; 4],
+    /// The scheduled entries and the previously scheduled ones, which take turns; the next list to be built, the second one, is empty.
+    lists: [wgpu::Buffer; 2],
+    /// Samples of scheduled entries.
+    sampled: wgpu::Buffer,
     /// Counters of the cache.
     pub counters: Counters,
 }
@@ -253,22 +264,26 @@ impl RadianceCache {
             let shader = DECLARED.link(&format!("indirect/radiance_cache/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))
         };
+        let of_shadows = exact.features(structure, true);
+        let rays = match bounces.needs_rays() {
+            false => Rays::Shadow(kernel("shadow", &of_shadows, "shadow")?),
+            true if tracer == exact => Rays::Both(kernel("rays", &of_shadows, "rays")?),
+            true => Rays::Each(
+                kernel("shadow", &of_shadows, "shadow")?,
+                TracePass::new(tracer, kernel("trace", &tracer.features(structure, true), "trace")?),
+            ),
+        };
         let kernels = Kernels {
-            clear: kernel("schedule", &[], "clear")?,
             choose: kernel("schedule", &[], "choose")?,
             choose_again: kernel("schedule", &[], "choose_again")?,
-            measure: kernel("schedule", &[], "measure")?,
             light: kernel("light", &[EVENLY_SENT], "light")?,
             light_environment: kernel("light", &[EVENLY_SENT, ENVIRONMENT], "light")?,
-            shadow: kernel("shadow", &exact.features(structure, true), "shadow")?,
-            trace: TracePass::new(tracer, kernel("trace", &tracer.features(structure, true), "trace")?),
+            rays,
             intersect: kernel("intersect", &[], "intersect")?,
-            scatter: kernel("intersect", &[], "scatter")?,
-            store_hits: kernel("accumulate", &[], "store_hits")?,
+            store_hits: kernel("intersect", &[], "store_hits")?,
             accumulate: kernel("accumulate", &[], "accumulate")?,
             propagate: kernel("propagate", &[], "propagate")?,
             propagate_scheduled: kernel("propagate", &[], "propagate_scheduled")?,
-            copy_back: kernel("propagate", &[], "copy_back")?,
             pack: kernel("propagate", &[], "pack")?,
             pack_scheduled: kernel("propagate", &[], "pack_scheduled")?,
         };
@@ -372,16 +387,14 @@ impl RadianceCache {
         let was_packed = std::mem::replace(&mut table.is_packed, is_accumulated);
         if is_accumulated && !was_packed {
             let bindings = table.slots.bindings().part("radiance_cache", &uniforms[0]);
-            frame.dispatch(&self.kernels.pack, &bindings, workgroups(self.slots));
+            self.kernels.pack(frame, self.bounces, self.slots, bindings);
         }
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
         let bytes = size_of::<SampledEntry>() as u64 * u64::from(self.slots);
-        let bytes_scheduled = 4 + size_of::<ScheduledEntry>() as u64 * u64::from(self.slots);
-        let scratch = [
-            frame.scratch("radiance_cache/scheduled", bytes_scheduled)?,
-            frame.scratch("radiance_cache/scheduled_before", bytes_scheduled)?,
-            frame.scratch("radiance_cache/sampled", bytes)?,
-            frame.indirect("radiance_cache/workgroups")?,
+        let bytes_scheduled = LIST_HEADER_BYTES + size_of::<ScheduledEntry>() as u64 * u64::from(self.slots);
+        let lists = [
+            frame.zeroed("radiance_cache/scheduled", bytes_scheduled)?,
+            frame.zeroed("radiance_cache/scheduled", bytes_scheduled)?,
         ];
         Ok(CacheOfFrame {
             uniforms,
@@ -393,7 +406,8 @@ impl RadianceCache {
             readers: Readers::of(is_new, is_first_view.then_some(change)),
             slots: table.slots.clone(),
             planes: self.planes.of(frame, scene)?,
-            scratch,
+            lists,
+            sampled: frame.scratch("radiance_cache/sampled", bytes)?,
             counters,
         })
     }

@@ -142,7 +142,7 @@ gpu_struct! {
         slot_hit: u32,
         /// Rank of the sampled entry: `vote.wesl`.
         rank: u32,
-        /// 1: this sample won the votes for the entry at the hit, and sets its sample position.
-        is_selected: u32,
+        /// Priority of this sample's vote for the entry at the hit; 0: it has none, or it has lost. The winner sets the entry's sample position.
+        vote: u32,
     }
 }

@@ -1,8 +1,8 @@
 //! Propagation of radiance between entries (`propagate.wesl`).
 
-use lanternfish_gpu::Frame;
+use lanternfish_gpu::{Bindings, Frame};
 
-use super::{Bounces, CacheOfFrame, RadianceCache, table::Change};
+use super::{Bounces, CacheOfFrame, Kernels, RadianceCache, table::Change};
 use crate::common::workgroups;
 
 /// Red-black propagation sweeps per half of the entries, with all bounces: in a frame in which all entries are new.
@@ -84,25 +84,36 @@ impl RadianceCache {
             let bindings = cache.frame_bindings().part("cache_sweep", &uniform);
             frame.dispatch(&self.kernels.propagate, &bindings, workgroups(self.slots));
         }
+        if self.bounces == Bounces::All {
+            self.kernels.pack(frame, self.bounces, self.slots, cache.frame_bindings());
+        }
     }
 
-    /// Propagates radiance to the entries that have got another sample, if [`Readers::include_sampled`]. `is_first`: it was the first sample of the
-    /// update. `scheduled`: the list of these entries; `workgroups_scheduled`: the workgroups for it.
+    /// Propagates radiance to the entries that have got another sample, and packs it. `is_first`: it was the first sample of the update; `scheduled`:
+    /// the list of these entries.
     pub(super) fn propagate_scheduled(
         &self,
         frame: &mut Frame<'_>,
         cache: &CacheOfFrame,
         is_first: bool,
         scheduled: &wgpu::Buffer,
-        workgroups_scheduled: &wgpu::Buffer,
     ) {
-        for sweep in self.bounces.steps_of_some(if is_first { 1 } else { SWEEPS_OF_FEW }) {
-            let uniform = frame.uniform(&sweep);
+        let sweeps = self.bounces.steps_of_some(if is_first { 1 } else { SWEEPS_OF_FEW });
+        let copy = self.bounces.copy_after(&sweeps);
+        let sweeps = sweeps.iter().map(|sweep| (&self.kernels.propagate_scheduled, sweep));
+        for (kernel, sweep) in sweeps.chain([(&self.kernels.pack_scheduled, &copy)]) {
+            let uniform = frame.uniform(sweep);
             let bindings = cache.frame_bindings().part("cache_sweep", &uniform).buffer("scheduled", scheduled);
-            frame.dispatch_indirect(&self.kernels.propagate_scheduled, &bindings, workgroups_scheduled);
-            if self.bounces == Bounces::All {
-                frame.dispatch_indirect(&self.kernels.copy_back, &bindings, workgroups_scheduled);
-            }
+            frame.dispatch_indirect(kernel, &bindings, scheduled, 0);
         }
+    }
+}
+
+impl Kernels {
+    /// Packs the radiance of all entries; with all bounces, both of their totals are equal afterwards. `bindings`: the table, and the parameters of the
+    /// frame.
+    pub(super) fn pack(&self, frame: &mut Frame<'_>, bounces: Bounces, slots: u32, bindings: Bindings<'_>) {
+        let uniform = frame.uniform(&bounces.copy_after(&[]));
+        frame.dispatch(&self.pack, &bindings.part("cache_sweep", &uniform), workgroups(slots));
     }
 }

@@ -24,15 +24,19 @@ const MOST_BYTES: u64 = 96 << 20;
 /// Size of `SampleHits` of `sample_hits.wesl` before its list, bytes.
 const HITS_HEADER_BYTES: u64 = 24;
 
+/// Offsets of the workgroups of passes in `SampleDispatches` of `sample_hits.wesl`, bytes.
+const INSERT: u64 = 0;
+const GATHER: u64 = 12;
+pub(super) const SHADE: u64 = 24;
+pub(super) const SHADOW: u64 = 36;
+
 /// The passes that look up and read the entries that rays hit.
 #[derive(Debug)]
 pub(super) struct EntryPasses {
     find: ComputeKernel,
     find_and_add: ComputeKernel,
-    before_insert: ComputeKernel,
     insert: ComputeKernel,
     scatter: ComputeKernel,
-    before_shade: ComputeKernel,
     gather: ComputeKernel,
     gather_missing: ComputeKernel,
 }
@@ -42,17 +46,14 @@ impl EntryPasses {
     pub fn new(device: &wgpu::Device, of_rays: &[Feature], folder: &str) -> Result<Self, RenderError> {
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/sampled/{file}"), features)?;
-            let label = entry.strip_prefix("before_").map_or(entry, |_| "prepare");
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("{folder}/entries/{label}")))
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("{folder}/entries/{entry}")))
         };
         let of_probes: Vec<Feature> = of_rays.iter().copied().filter(|feature| *feature == PROBES).collect();
         Ok(Self {
             find: kernel("find_entries", of_rays, "find")?,
             find_and_add: kernel("find_entries", of_rays, "find_and_add")?,
-            before_insert: kernel("prepare_dispatches", &of_probes, "before_insert")?,
             insert: kernel("insert_entries", &of_probes, "insert")?,
             scatter: kernel("insert_entries", &of_probes, "scatter")?,
-            before_shade: kernel("prepare_dispatches", &of_probes, "before_shade")?,
             gather: kernel("gather_entries", of_rays, "gather")?,
             gather_missing: kernel("gather_entries", of_rays, "gather_missing")?,
         })
@@ -75,12 +76,8 @@ impl EntryPasses {
         };
         let slots = frame.scratch("indirect/entries/slots", 4 * pixels * u64::from(together))?;
         let hits = frame.scratch("indirect/entries/ends", HITS_HEADER_BYTES + 8 * pixels)?;
+        let dispatches = frame.zeroed("indirect/entries/dispatches", 48)?;
         frame.encoder().clear_buffer(&hits, 0, Some(HITS_HEADER_BYTES));
-        let dispatches = [
-            frame.indirect("indirect/entries/insert_workgroups")?,
-            frame.indirect("indirect/entries/shade_workgroups")?,
-            frame.indirect("indirect/entries/shadow_workgroups")?,
-        ];
         let fraction = of_frame.fraction();
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
         Ok(FrameEntries {
@@ -154,8 +151,8 @@ pub(super) struct FrameEntries<'a> {
     slots: wgpu::Buffer,
     /// Outcome of all rays, and the list of missing entries: `sample_hits.wesl`.
     hits: wgpu::Buffer,
-    /// Workgroups of the passes that process the remaining rays: insert, shade, shadow.
-    dispatches: [wgpu::Buffer; 3],
+    /// Workgroups of the passes that process the remaining rays: `SampleDispatches` of `sample_hits.wesl`.
+    pub dispatches: wgpu::Buffer,
     /// Sample indices whose hits are gathered together.
     together: u32,
     sample_count: u32,
@@ -169,7 +166,6 @@ impl FrameEntries<'_> {
     pub fn release(&self, frame: &mut Frame<'_>) {
         frame.release(&self.slots);
         frame.release(&self.hits);
-        self.dispatches.iter().for_each(|dispatch| frame.release(dispatch));
     }
 
     /// True if all entries are new.
@@ -207,31 +203,20 @@ impl FrameEntries<'_> {
         self.is_first() || of_sample.round == of_sample.traced_first
     }
 
-    /// Workgroups of the shading and the shadow pass for rays without an entry.
-    pub fn left_over(&self) -> [&wgpu::Buffer; 2] {
-        let [_, shade, shadow] = &self.dispatches;
-        [shade, shadow]
-    }
-
     /// Looks up the entries that the rays of some sample indices hit. In an unchanged scene, adds the radiance of entries with samples to the pixels' sums.
     /// `rays`: bindings of the first sample index, the hits, the sums and the counters.
     pub fn find(&mut self, frame: &mut Frame<'_>, rays: &Bindings<'_>) {
         let of_frame = self.of_frame.bindings();
-        let [insert, shade, shadow] = &self.dispatches;
         let finding = rays
             .clone()
             .with(&of_frame)
             .buffer("ray_slots", &self.slots)
             .buffer("sample_hits", &self.hits)
-            .buffer("insert_dispatch", insert)
-            .buffer("shade_dispatch", shade)
-            .buffer("shadow_dispatch", shadow);
+            .buffer("sample_dispatches", &self.dispatches);
         let find = if self.of_frame.is_accumulated() { &self.passes.find_and_add } else { &self.passes.find };
         frame.dispatch(find, &finding, workgroups_in_rows(self.size));
-        frame.dispatch(&self.passes.before_insert, &finding, [1; 3]);
-        frame.dispatch_indirect(&self.passes.insert, &finding, insert);
+        frame.dispatch_indirect(&self.passes.insert, &finding, &self.dispatches, INSERT);
         frame.dispatch(&self.passes.scatter, &finding, workgroups(self.of_frame.slots()));
-        frame.dispatch(&self.passes.before_shade, &finding, [1; 3]);
     }
 
     /// In a frame in which all entries are new: takes a fraction of their samples after this sample index, whose rays have voted. The samples of an entry
@@ -275,9 +260,7 @@ impl FrameEntries<'_> {
         let gathering =
             summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.hits);
         if self.of_frame.is_accumulated() {
-            // As many as were inserted into the table.
-            let [missing, ..] = &self.dispatches;
-            frame.dispatch_indirect(&self.passes.gather_missing, &gathering, missing);
+            frame.dispatch_indirect(&self.passes.gather_missing, &gathering, &self.dispatches, GATHER);
         } else {
             frame.dispatch(&self.passes.gather, &gathering, workgroups_in_rows(self.size));
         }

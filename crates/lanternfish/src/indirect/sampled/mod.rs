@@ -57,7 +57,6 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::computed("indirect/sampled/emitters", exact_tracers),
         Root::of("indirect/sampled/find_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]]]),
         Root::of("indirect/sampled/insert_entries", &[&[&[], &[PROBES]]]),
-        Root::of("indirect/sampled/prepare_dispatches", &[&[&[], &[PROBES]]]),
         Root::of("indirect/sampled/gather_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]]]),
     ],
     &[
@@ -115,7 +114,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Parameters of the passes of one sample index: one ray from each pixel.
+    /// Parameters of the passes of one sample index, or of some from it on: one ray from each pixel.
     pub struct SampleSlots {
         /// Sample index of the ray among those of a pixel: diffuse ones first, then glossy ones.
         round: u32,
@@ -129,6 +128,8 @@ gpu_struct! {
         first_sample: u32,
         /// End (exclusive) of these.
         sample_of_hit: u32,
+        /// End (exclusive) of the sample indices whose hits are shaded together, from `round` on.
+        shaded_end: u32,
     }
 }
 

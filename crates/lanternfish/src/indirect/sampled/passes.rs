@@ -5,7 +5,7 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, faulty_software, 
 
 use super::{
     DECLARED, GLOSSY_RAYS, HitLight, SampleSlots, Sampled, SampledParameters,
-    entries::{CachedFrame, EntryPasses},
+    entries::{CachedFrame, EntryPasses, SHADE, SHADOW},
     sample_order,
     targets::Targets,
 };
@@ -42,6 +42,9 @@ pub(in crate::indirect) struct RayPasses {
     shade: ComputeKernel,
     shade_environment: ComputeKernel,
     shadow: ComputeKernel,
+    /// Hits that are looked up together are shaded together. Then only hits for which the cache is full have shadow rays: their light is added after
+    /// that of emissive triangles and the environment, not in turn.
+    shades_many: bool,
     emitters: Option<ComputeKernel>,
     entries: Option<EntryPasses>,
 }
@@ -70,6 +73,7 @@ impl RayPasses {
             shade: kernel("shade", &[])?,
             shade_environment: kernel("shade", &[ENVIRONMENT])?,
             shadow: kernel("shadow", &exact)?,
+            shades_many: !is_of_pixels,
             emitters: if is_of_pixels { Some(kernel("emitters", &exact)?) } else { None },
             entries: match sampled.hit_light {
                 HitLight::Shaded => None,
@@ -94,7 +98,7 @@ impl RayPasses {
             }
             _ => None,
         };
-        let targets = Targets::new(frame, grid.size, grid.sample_count)?;
+        let targets = Targets::new(frame, grid.size, grid.sample_count, self.shades_many)?;
         let [width, height, _] = self.shade.workgroup_size();
         let workgroups = [grid.size.x.div_ceil(width), grid.size.y.div_ceil(height), 1];
         let surfaces = buffer.bindings().with(&surface.bindings()).buffer("sample_order", &self.sample_order);
@@ -109,6 +113,8 @@ impl RayPasses {
 
         // First of the sample indices whose hits are in the buffer.
         let mut traced_first = None;
+        // End of those whose hits are shaded.
+        let mut shaded_end = 0;
         let mut sample_index = 0;
         while sample_index < grid.sample_count {
             // Also if the frame starts over.
@@ -125,8 +131,12 @@ impl RayPasses {
                 traced_end: traced.end,
                 first_sample: of_entries.start,
                 sample_of_hit: of_entries.end,
+                shaded_end: sample_index + 1,
             };
             of_sample.found_end = entries.as_ref().map_or(0, |entries| entries.found_end(&of_sample));
+            if self.shades_many {
+                of_sample.shaded_end = (sample_index + targets.shaded_together).min(of_sample.found_end);
+            }
             let uniform = frame.uniform(&of_sample);
             let sample_bindings = frame_bindings.clone().part("sample_slots", &uniform);
             let tracing = sample_bindings.clone().buffer("sampled_hits", &targets.hits);
@@ -150,9 +160,11 @@ impl RayPasses {
                     if entries.looks_up(&of_sample) {
                         entries.find(frame, &summing.clone().buffer("sampled_hits", &targets.hits));
                     }
-                    let [shade_workgroups, shadow_workgroups] = entries.left_over();
-                    frame.dispatch_indirect(shade, &shading, shade_workgroups);
-                    frame.dispatch_indirect(&self.shadow, &light_bindings, shadow_workgroups);
+                    if sample_index >= shaded_end {
+                        shaded_end = of_sample.shaded_end;
+                        frame.dispatch_indirect(shade, &shading, &entries.dispatches, SHADE);
+                        frame.dispatch_indirect(&self.shadow, &light_bindings, &entries.dispatches, SHADOW);
+                    }
                     entries.sample(frame, view_context, sample_index);
                 }
             }
@@ -169,7 +181,7 @@ impl RayPasses {
                 && entries.starts_over(frame, view_context, sample_index - 1)?
             {
                 frame.encoder().clear_buffer(targets.counters.buffer(), 0, None);
-                sample_index = 0;
+                (sample_index, shaded_end) = (0, 0);
             }
         }
         frame.release(&targets.hits);

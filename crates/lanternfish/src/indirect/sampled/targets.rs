@@ -61,19 +61,25 @@ pub(super) struct Targets {
     together: u32,
     /// Hits of their rays.
     pub hits: wgpu::Buffer,
+    /// Number of sample indices whose hits are shaded together.
+    pub shaded_together: u32,
     pub light_rays: wgpu::Buffer,
     pub counters: Counters,
 }
 
 impl Targets {
-    pub fn new(frame: &mut Frame<'_>, size: UVec2, sample_count: u32) -> Result<Self, RenderError> {
-        let count = u64::from(size.x) * u64::from(size.y);
+    /// `shades_many`: the hits of many sample indices are shaded together.
+    pub fn new(frame: &mut Frame<'_>, size: UVec2, sample_count: u32, shades_many: bool) -> Result<Self, RenderError> {
+        let light_ray_bytes = size_of::<LightRay>() as u64 * u64::from(size.x) * u64::from(size.y);
         let bytes = size_of::<SampledHit>() as u64 * u64::from(place_count(size));
         let together = traced_together(frame.device, size, sample_count);
+        let most_shaded = if shades_many { (MOST_BYTES / light_ray_bytes.max(1)).clamp(1, together.into()) } else { 1 };
+        let shaded_together = in_parts(together, most_shaded as u32);
         Ok(Self {
             together,
+            shaded_together,
             hits: frame.scratch("indirect/hits", bytes * u64::from(together))?,
-            light_rays: frame.scratch("indirect/light_rays", size_of::<LightRay>() as u64 * count)?,
+            light_rays: frame.scratch("indirect/light_rays", light_ray_bytes * u64::from(shaded_together))?,
             counters: Counters::new(frame, "indirect/ray_counters", sample_count, COUNTERS)?,
         })
     }

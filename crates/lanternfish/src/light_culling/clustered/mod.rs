@@ -94,7 +94,6 @@ pub struct ClusteredCulling {
     pub(super) settings: Clustered,
     mark: ComputeKernel,
     mark_drawn: SceneRaster,
-    flag: ComputeKernel,
     compact: ComputeKernel,
     count: ComputeKernel,
     write: ComputeKernel,
@@ -126,7 +125,6 @@ impl ClusteredCulling {
                 false,
                 visible_fragments(samples),
             ),
-            flag: ComputeKernel::new(device, &compact, "flag", &label("flag")),
             compact: ComputeKernel::new(device, &compact, "compact", &label("compact")),
             count: ComputeKernel::new(device, &assign, "count", &label("count")),
             write: ComputeKernel::new(device, &assign, "write", &label("write")),
@@ -200,19 +198,15 @@ impl ClusteredCulling {
         for (view, grid) in views.iter().zip(&uploaded) {
             self.mark(frame, view, grid, &fragments)?;
         }
-        let indices_of_visible = frame.zeroed("light_culling/places", 4 * (u64::from(clusters) + 1))?;
-        let visible = frame.scratch("light_culling/visible", 4 * (u64::from(clusters) + 1))?;
-        let workgroups = frame.indirect("light_culling/workgroups")?;
+        let visible = frame.zeroed("light_culling/visible", 4 * (u64::from(clusters) + 1))?;
+        let workgroups = frame.zeroed("light_culling/workgroups", 16)?;
         let grid = &uploaded[0];
         let all = [WIDTH.min(clusters.div_ceil(64)), clusters.div_ceil(64 * WIDTH), 1];
         let bindings = lanternfish_gpu::Bindings::new()
             .part("cluster_grid", grid)
             .buffer("cluster_fragments", &fragments)
-            .buffer("visible_places", &indices_of_visible)
             .buffer("visible_clusters", &visible)
             .buffer("visible_dispatch", &workgroups);
-        frame.dispatch(&self.flag, &bindings, all);
-        self.scan.record(frame, &indices_of_visible, clusters + 1)?;
         frame.dispatch(&self.compact, &bindings, all);
 
         // Assign lights: count, scan, write. A list that is too small grows before it is written.
@@ -227,7 +221,7 @@ impl ClusteredCulling {
             .buffer("light_tests", &tests);
         let no_list = frame.scratch("light_culling/no_list", 4)?;
         let bindings = shared.clone().part("cluster_grid", grid).buffer("listed_lights", &no_list);
-        frame.dispatch_indirect(&self.count, &bindings, &workgroups);
+        frame.dispatch_indirect(&self.count, &bindings, &workgroups, 0);
         let total = self.scan.record(frame, &cells, clusters + 1)?;
         // Results for the host, in one read: total, visible clusters, tests in two words.
         let host_words = frame.scratch("light_culling/known", 16)?;
@@ -252,12 +246,12 @@ impl ClusteredCulling {
             grids.iter().map(|grid| frame.uniform(&ClusterGrid { capacity: capacity.capacity as u32, ..*grid }));
         let uploaded: Vec<BufferPart> = uploaded.collect();
         let bindings = shared.part("cluster_grid", &uploaded[0]).buffer("listed_lights", &indices);
-        frame.dispatch_indirect(&self.write, &bindings, &workgroups);
+        frame.dispatch_indirect(&self.write, &bindings, &workgroups, 0);
 
         let counts = vec![
             ("light_culling/clusters", clusters.into()),
             ("light_culling/visible_clusters", visible_count.into()),
-            ("light_culling/cluster_bytes", 16 * u64::from(clusters) + 4 * capacity.capacity + lights.bytes),
+            ("light_culling/cluster_bytes", 12 * u64::from(clusters) + 4 * capacity.capacity + lights.bytes),
         ];
         let tests = u64::from(tests[0]) | u64::from(tests[1]) << 32;
         let lists = |(i, grid): (usize, BufferPart)| LightLists {

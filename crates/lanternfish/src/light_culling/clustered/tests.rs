@@ -1,8 +1,7 @@
 use super::DECLARED;
 use glam::UVec3;
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Frame, Profiler, primitives::Scan, read_back, storage_buffer, storage_buffer_of, testing,
-    uniform_buffer_of,
+    Bindings, ComputeKernel, Frame, Profiler, read_back, storage_buffer, storage_buffer_of, testing, uniform_buffer_of,
 };
 
 use super::{ClusterGrid, WIDTH};
@@ -24,30 +23,26 @@ fn gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched() {
     let most = gpu.device.limits().max_compute_workgroups_per_dimension;
     assert!(clusters > 64 * most, "{clusters} clusters are too few to show it");
     let shader = DECLARED.link("light_culling/clustered/compact", &[]).unwrap();
-    let [flag, compact] =
-        ["flag", "compact"].map(|entry| ComputeKernel::new(&gpu.device, &shader, entry, &format!("test/{entry}")));
-    let scan = Scan::new(&gpu.device, "test").unwrap();
-    let list = |label| storage_buffer(&gpu.device, label, 4 * (u64::from(clusters) + 1)).unwrap();
+    let compact = ComputeKernel::new(&gpu.device, &shader, "compact", "test/compact");
     let none = wgpu::BufferUsages::empty();
     let fragments = storage_buffer_of(&gpu.device, "fragments", &vec![1u32; clusters as usize], none).unwrap();
-    let (indices, visible) = (list("places"), list("visible"));
+    let visible = storage_buffer(&gpu.device, "visible", 4 * (u64::from(clusters) + 1)).unwrap();
     let dispatch = lanternfish_gpu::indirect_buffer(&gpu.device, "dispatch");
     let grid = uniform_buffer_of(&gpu.device, "grid", &ClusterGrid { dimensions, ..Default::default() });
     let bindings = Bindings::new()
         .buffer("cluster_grid", &grid)
         .buffer("cluster_fragments", &fragments)
-        .buffer("visible_places", &indices)
         .buffer("visible_clusters", &visible)
         .buffer("visible_dispatch", &dispatch);
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let all = [WIDTH, clusters.div_ceil(64 * WIDTH), 1];
-    frame.dispatch(&flag, &bindings, all);
-    scan.record(&mut frame, &indices, clusters + 1).unwrap();
-    frame.dispatch(&compact, &bindings, all);
+    frame.dispatch(&compact, &bindings, [WIDTH, clusters.div_ceil(64 * WIDTH), 1]);
     frame.submit();
     let dispatched = read_back::<u32>(&gpu.device, &gpu.queue, &dispatch, 3).unwrap();
-    assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &visible, 1).unwrap(), [clusters]);
+    let mut listed = read_back::<u32>(&gpu.device, &gpu.queue, &visible, 1 + clusters as usize).unwrap();
+    assert_eq!(listed[0], clusters);
+    listed[1..].sort_unstable();
+    assert!(listed[1..].iter().copied().eq(0..clusters), "each cluster is in the list once");
     println!("{clusters} clusters: {dispatched:?} workgroups");
     assert!(dispatched.iter().all(|count| *count <= most), "{dispatched:?}");
     assert!(64 * dispatched.iter().product::<u32>() >= clusters, "{dispatched:?}");

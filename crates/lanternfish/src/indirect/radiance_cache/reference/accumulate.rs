@@ -20,6 +20,11 @@ fn weight(samples: f32, most: f32) -> f32 {
     1.0 / (samples.min(most) + 1.0)
 }
 
+/// Levels that hold the total: two with all bounces.
+pub(in super::super) fn totals(parameters: &RadianceCacheParameters) -> &'static [usize] {
+    if parameters.bounce_levels == 2 && parameters.first_level == 0 { &[0, 2] } else { &[0] }
+}
+
 /// Adds each sample to its entry's mean: `accumulate`.
 pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledEntry], parameters: &RadianceCacheParameters) {
     for sampled in sampled {
@@ -44,7 +49,9 @@ pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledEntry], 
             continue;
         }
         let all = if is_new { mean } else { table.light[0][slot].truncate() };
-        table.light[0][slot] = all.extend(before.w + 1.0);
+        for total in totals(parameters) {
+            table.light[*total][slot] = all.extend(before.w + 1.0);
+        }
     }
 }
 
@@ -66,7 +73,7 @@ pub(in super::super) fn unpack_reflectance(bits: u32) -> Vec3 {
 }
 
 /// Inserts each sample's hit at the head of its entry's hit list; the radiance of the last hit of a full list goes into the mean of earlier hits:
-/// `store_hits`.
+/// `append_hit`.
 pub(in super::super) fn append_hits(table: &mut Table, sampled: &[SampledEntry], parameters: &RadianceCacheParameters) {
     for sampled in sampled {
         let slot = sampled.slot as usize;

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::{
     LISTED, Table,
     accumulate::{earlier_count, outgoing, unpack_reflectance},
+    rgbe,
 };
 use crate::indirect::radiance_cache::parameters::{CacheSweep, ScheduledEntry};
 
@@ -38,10 +39,12 @@ pub(in super::super) fn sweep_scheduled(
     list.iter().for_each(|entry| read_hits(table, entry.of_slot() as usize, (of_sweep, most)));
 }
 
-/// Copies the written level to the level that is read: `copy_back`.
-pub(in super::super) fn copy_back(table: &mut Table, list: &[ScheduledEntry], of_sweep: &CacheSweep) {
-    for slot in list.iter().map(|entry| entry.of_slot() as usize) {
-        table.light[of_sweep.read_level as usize][slot] = table.light[of_sweep.written_level as usize][slot];
+/// Copies the total of these entries from one level to another, and packs it: `pack`, `pack_scheduled`.
+pub(in super::super) fn pack(table: &mut Table, slots: impl IntoIterator<Item = usize>, copy: &CacheSweep) {
+    for slot in slots {
+        let light = table.light[copy.read_level as usize][slot];
+        table.light[copy.written_level as usize][slot] = light;
+        table.rgbe[slot] = if light.w > 0.0 { rgbe::pack(light.truncate()) } else { 0 };
     }
 }
 

@@ -2,8 +2,6 @@
 
 use glam::Vec3;
 
-use super::Table;
-
 /// Least and largest exponent of packed radiance, in the bits of a float.
 const EXPONENTS: [u32; 2] = [8, 254];
 
@@ -24,12 +22,4 @@ pub(in super::super) fn pack(radiance: Vec3) -> u32 {
 pub(in super::super) fn unpack(bits: u32) -> Vec3 {
     let [r, g, b, exponent] = bits.to_le_bytes();
     Vec3::new(r.into(), g.into(), b.into()) * power(u32::from(exponent).max(EXPONENTS[0]) - 7)
-}
-
-/// Packs the total outgoing radiance of these entries: `pack`, `pack_scheduled`.
-pub(in super::super) fn pack_slots(table: &mut Table, slots: impl IntoIterator<Item = usize>) {
-    for slot in slots {
-        let light = table.light[0][slot];
-        table.rgbe[slot] = if light.w > 0.0 { pack(light.truncate()) } else { 0 };
-    }
 }

@@ -1,6 +1,6 @@
 //! Scheduling: the entries that get another sample in an update.
 
-use super::{Table, vote};
+use super::{Table, accumulate::totals, vote};
 use crate::indirect::radiance_cache::{
     CacheUpdate, RadianceCacheParameters,
     parameters::{SampledEntry, ScheduledEntry},
@@ -80,8 +80,10 @@ fn choose_one(
     if has_changed {
         // The history is cut, or reset.
         let cut = if is_requested { remembered } else { 0.0 };
-        let levels = if parameters.bounce_levels == 0 { 1 } else { 2 };
-        table.light[..levels].iter_mut().for_each(|light| light[slot].w = light[slot].w.min(cut));
+        let direct = (parameters.bounce_levels > 0).then_some(&1);
+        for level in totals(parameters).iter().chain(direct) {
+            table.light[*level][slot].w = table.light[*level][slot].w.min(cut);
+        }
     }
     let samples = table.light[0][slot].w as u32;
     let rank = vote::rank(table.samples[slot]);
@@ -108,15 +110,16 @@ pub(in super::super) fn choose_again(
             list.push(scheduled(table, (slot, is_hit), samples, parameters));
         }
         let hit = sampled.slot_hit as usize;
-        if sampled.is_selected == 1 && table.light[0][hit].w == 0.0 {
+        if sampled.vote != 0 && table.light[0][hit].w == 0.0 {
             list.push(scheduled(table, (hit, false), 0, parameters));
         }
     }
     list
 }
 
-/// Workgroups along x, y and z for a list of this length.
-pub(in super::super) fn workgroups(count: u32) -> [u32; 3] {
-    let groups = count.div_ceil(64);
-    [groups.min(1024), groups.div_ceil(1024), 1]
+/// Workgroups along x, y and z for a list of this length, at least one; and those for two rays of each entry.
+pub(in super::super) fn workgroups(count: u32) -> [u32; 6] {
+    let groups = count.max(1).div_ceil(64);
+    let [x, y] = [groups.min(1024), groups.div_ceil(1024)];
+    [x, y, 1, x, y, 2]
 }

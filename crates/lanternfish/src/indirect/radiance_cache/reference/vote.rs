@@ -120,21 +120,21 @@ pub(in super::super) fn intersect(
             Some(slot) => {
                 let own = priority(table.keys[sampled.slot as usize], update);
                 table.votes[slot as usize] = table.votes[slot as usize].max(own);
+                sampled.vote = own;
             }
         }
     }
     lost
 }
 
-/// The winners set the sample position of the entry that they hit, unless that would raise the entry's rank: `scatter`.
-pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledEntry], planes: &[TrianglePlane], update: u32) {
-    for sampled in sampled.iter_mut().filter(|sampled| sampled.slot_hit != NO_SLOT) {
+/// The winners set the sample position of the entry that they hit, unless that would raise the entry's rank: `store_hits`.
+pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledEntry], planes: &[TrianglePlane]) {
+    for sampled in sampled.iter_mut().filter(|sampled| sampled.vote != 0) {
         let slot = sampled.slot_hit as usize;
-        let own = priority(table.keys[sampled.slot as usize], update);
-        if own == 0 || table.votes[slot] != own {
+        if table.votes[slot] != sampled.vote {
+            sampled.vote = 0;
             continue;
         }
-        sampled.is_selected = 1;
         let next = (sampled.rank + 1).min(LAST_RANK);
         if next <= rank(table.samples[slot]) {
             table.samples[slot] = with_rank(face(sampled, planes).2, next);

@@ -1,7 +1,7 @@
 //! Accumulation of samples in their entries.
 
 use super::*;
-use crate::indirect::radiance_cache::reference::accumulate;
+use crate::indirect::radiance_cache::{planes::TrianglePlane, reference::accumulate};
 
 const SLOTS: u32 = 256;
 
@@ -20,7 +20,7 @@ pub(super) fn compare(bench: &Bench) -> Compared {
     for (cache, parameters) in caches().iter().enumerate() {
         let mut random = Random::new(71 + cache as u64);
         let mut table = random_table(&mut random, SLOTS, 150, parameters);
-        for _ in 0..4 {
+        for update in 0..4 {
             let list = random_list(&mut random, &table, 0.5);
             let mut samples = random_samples(&mut random, &table, &list);
             // NaN, and numbers that are too large.
@@ -29,12 +29,21 @@ pub(super) fn compare(bench: &Bench) -> Compared {
             let mut memory = memory_of(&table, parameters);
             memory.bind(&["scheduled"], &scheduled_words(&list, SLOTS));
             memory.bind(&["sampled_entries"], &samples);
+            memory.bind(&["triangle_planes"], &[TrianglePlane::default(); 16]);
+            memory.bind(&["list_to_empty"], &[7u32; LIST_HEADER + 1]);
+            memory.set("entry_counters", &[77u32, 1000, 3, 4]);
+            memory.set("cache_update", &[CacheUpdate { counts: u32::from(update % 2 == 0), ..UPDATE }]);
             if parameters.bounce_levels > 0 {
-                bench.run(&mut memory, "accumulate", "store_hits", workgroups(list.len() as u32));
+                bench.run(&mut memory, "intersect", "store_hits", workgroups(list.len() as u32));
                 accumulate::append_hits(&mut table, &samples, parameters);
             }
             bench.run(&mut memory, "accumulate", "accumulate", workgroups(list.len() as u32));
             accumulate::accumulate(&mut table, &samples, parameters);
+            let mut emptied = [0; LIST_HEADER + 1];
+            emptied[LIST_HEADER] = 7;
+            same("word of the other list", &memory.get::<u32>("list_to_empty"), &emptied)?;
+            let taken = if update % 2 == 0 { TAKEN } else { 77 };
+            same("counter", &memory.get("entry_counters"), &[taken, 1000 + list.len() as u32, 3, 4])?;
             let mut actual = table_of(&memory, &table);
             if bench.is_gpu() {
                 // The rounding of roots, and of means before packing, depends on the device.

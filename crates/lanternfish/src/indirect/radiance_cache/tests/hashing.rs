@@ -4,7 +4,7 @@ use super::*;
 use crate::indirect::radiance_cache::reference::{
     accumulate::{pack_reflectance, unpack_reflectance},
     hashing::{entry_at, level, to_middle},
-    rgbe,
+    propagate, rgbe,
 };
 
 /// A point, a normal, and the jitter of the point.
@@ -131,14 +131,14 @@ fn compare_packed_slots(bench: &Bench) -> Compared {
     let mut memory = memory_of(&table, &parameters);
     bench.run(&mut memory, "propagate", "pack", workgroups(256));
     let taken: Vec<usize> = table.taken().collect();
-    rgbe::pack_slots(&mut table, taken);
+    propagate::pack(&mut table, taken, &CacheSweep::default());
     same_tables(bench, &table_of(&memory, &table), &table)?;
     let list = random_list(&mut random, &table, 0.3);
     table.light[0].iter_mut().for_each(|light| *light *= Vec4::new(3.0, 5.0, 0.5, 1.0));
     memory.set("entry_light", &table.light.concat());
     memory.bind(&["scheduled"], &scheduled_words(&list, 256));
     bench.run(&mut memory, "propagate", "pack_scheduled", workgroups(list.len() as u32));
-    rgbe::pack_slots(&mut table, list.iter().map(|entry| entry.of_slot() as usize));
+    propagate::pack(&mut table, list.iter().map(|entry| entry.of_slot() as usize), &CacheSweep::default());
     same_tables(bench, &table_of(&memory, &table), &table)
 }
 

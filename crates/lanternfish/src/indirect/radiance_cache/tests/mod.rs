@@ -220,7 +220,7 @@ fn random_samples(random: &mut Random, table: &Table, list: &[ScheduledEntry]) -
             reflectance: color(random),
             triangle: if hit == u32::MAX && random.unit() < 0.5 { u32::MAX } else { below(random, 16) },
             slot_hit: hit,
-            is_selected: u32::from(hit != u32::MAX && random.unit() < 0.5),
+            vote: u32::from(hit != u32::MAX && random.unit() < 0.5),
             ..Default::default()
         });
     }
@@ -240,16 +240,22 @@ fn random_list(random: &mut Random, table: &Table, fraction: f32) -> Vec<Schedul
     list
 }
 
-/// A list as passes read it: its length, and capacity for as many entries as the table has slots.
+/// Words of a list before its entries: the workgroups for it, its length, and the number of entries of the table.
+const LIST_HEADER: usize = super::LIST_HEADER_BYTES as usize / 4;
+
+/// A list as passes read it: with capacity for as many entries as the table has slots.
 fn scheduled_words(list: &[ScheduledEntry], slots: u32) -> Vec<u32> {
-    let mut words = vec![list.len() as u32];
+    let mut words = vec![0, 0, 0, 0, 0, 0, list.len() as u32, TAKEN];
     words.extend(list.iter().flat_map(|entry| [entry.slot, entry.sample]));
-    words.resize(1 + 2 * slots as usize, 0);
+    words.resize(LIST_HEADER + 2 * slots as usize, 0);
     words
 }
 
+/// Number of the table's entries in such a list.
+const TAKEN: u32 = 55;
+
 fn list_of(words: &[u32]) -> Vec<ScheduledEntry> {
-    let pairs = words[1..].chunks_exact(2).take(words[0] as usize);
+    let pairs = words[LIST_HEADER..].chunks_exact(2).take(words[6] as usize);
     pairs.map(|pair| ScheduledEntry { slot: pair[0], sample: pair[1] }).collect()
 }
 

@@ -33,12 +33,12 @@ pub(super) fn compare(bench: &Bench) -> Compared {
             bench.run(&mut memory, "propagate", "propagate_scheduled", workgroups(list.len() as u32));
             propagate::sweep_scheduled(&mut table, &list, (&sweep, most));
             same_tables(bench, &table_of(&memory, &table), &table)?;
-            if bounces == Bounces::All {
-                bench.run(&mut memory, "propagate", "copy_back", workgroups(list.len() as u32));
-                propagate::copy_back(&mut table, &list, &sweep);
-            }
-            same_tables(bench, &table_of(&memory, &table), &table)?;
         }
+        let copy = bounces.copy_after(&bounces.steps_of_some(1));
+        memory.set("cache_sweep", &[copy]);
+        bench.run(&mut memory, "propagate", "pack_scheduled", workgroups(list.len() as u32));
+        propagate::pack(&mut table, list.iter().map(|entry| entry.of_slot() as usize), &copy);
+        same_tables(bench, &table_of(&memory, &table), &table)?;
     }
     Ok(())
 }

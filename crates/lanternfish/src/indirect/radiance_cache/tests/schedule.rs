@@ -49,25 +49,22 @@ fn compare_lists(
     let entries = table.taken().count() as u32;
     let mut memory = memory_of(&table, parameters);
     memory.set("cache_update", &[*update]);
-    memory.set("entry_counters", &[77u32, 1000, 0, 0]);
-    memory.bind(&["found_scheduled"], &scheduled_words(&[ScheduledEntry::default(); 9], SLOTS));
+    let empty = vec![0u32; LIST_HEADER + 2 * SLOTS as usize];
+    memory.bind(&["found_scheduled"], &empty);
     memory.bind(&["scheduled"], &scheduled_words(&[], SLOTS));
-    memory.bind(&["scheduled_dispatch"], &[9u32; 3]);
     memory.bind(&["sampled_entries"], &vec![SampledEntry::default(); SLOTS as usize]);
-    bench.run(&mut memory, "schedule", "clear", [1; 3]);
     bench.run(&mut memory, "schedule", "choose", workgroups(SLOTS));
-    bench.run(&mut memory, "schedule", "measure", [1; 3]);
     let list = schedule::choose(&mut table, parameters, update);
-    let actual = list_of(&memory.get("found_scheduled"));
+    let words: Vec<u32> = memory.get("found_scheduled");
+    let actual = list_of(&words);
     if bench.is_in_order() {
         same("entry of the list", &actual, &list)?;
     }
     same("scheduled entry", &sorted(actual), &sorted(list.clone()))?;
     same_tables(bench, &table_of(&memory, &table), &table)?;
     let count = list.len() as u32;
-    same("workgroups along", &memory.get("scheduled_dispatch"), &schedule::workgroups(count))?;
-    let counted = if update.counts == 1 { entries } else { 77 };
-    same("counter", &memory.get("entry_counters"), &[counted, 1000 + count, 0, 0])?;
+    same("workgroups along", &words[..6], &schedule::workgroups(count))?;
+    same("number of entries", &words[6..8], &[count, if update.counts == 1 { entries } else { 0 }])?;
 
     // After the first samples.
     for entry in &list {
@@ -78,15 +75,17 @@ fn compare_lists(
     let mut samples = random_samples(&mut random, &table, &list);
     // Each entry has one winner.
     let mut is_winner = std::collections::BTreeSet::new();
-    samples.iter_mut().for_each(|sample| sample.is_selected &= u32::from(is_winner.insert(sample.slot_hit)));
+    samples.iter_mut().for_each(|sample| sample.vote &= u32::from(is_winner.insert(sample.slot_hit)));
     memory.set("entry_light", &table.light.concat());
     memory.set("scheduled", &scheduled_words(&list, SLOTS));
     samples.resize(SLOTS as usize, SampledEntry::default());
     memory.set("sampled_entries", &samples);
-    bench.run(&mut memory, "schedule", "clear", [1; 3]);
-    bench.run(&mut memory, "schedule", "choose_again", workgroups(count));
+    memory.set("found_scheduled", &empty);
+    bench.run(&mut memory, "schedule", "choose_again", workgroups(count.max(1)));
     let again = schedule::choose_again(&table, &list, &samples, parameters);
-    same("entry that is scheduled again", &sorted(list_of(&memory.get("found_scheduled"))), &sorted(again))
+    let words: Vec<u32> = memory.get("found_scheduled");
+    same("workgroups along", &words[..6], &schedule::workgroups(again.len() as u32))?;
+    same("entry that is scheduled again", &sorted(list_of(&words)), &sorted(again))
 }
 
 pub(super) fn compare(bench: &Bench) -> Compared {
@@ -94,14 +93,29 @@ pub(super) fn compare(bench: &Bench) -> Compared {
     compare_lengths(bench)
 }
 
-/// Lists around the lengths of workgroups and of rows of them.
+/// Lists around the lengths of workgroups and of rows of them, which grow by one entry.
 fn compare_lengths(bench: &Bench) -> Compared {
-    for count in [0, 1, 63, 64, 65, 65_535, 65_536, 65_537, 131_073] {
-        let mut memory = memory_of(&Table::new(64, 1, 0), &parameters(64));
-        memory.bind(&["found_scheduled"], &[count, 0, 0]);
-        memory.bind(&["scheduled_dispatch"], &[9u32; 3]);
-        bench.run(&mut memory, "schedule", "measure", [1; 3]);
-        same(&format!("workgroups of {count} along"), &memory.get("scheduled_dispatch"), &schedule::workgroups(count))?;
+    // A list that stays empty has a workgroup, too.
+    let mut memory = memory_of(&Table::new(64, 3, 1), &parameters(64));
+    memory.bind(&["scheduled"], &scheduled_words(&[], 64));
+    for entry in ["choose", "choose_again"] {
+        memory.bind(&["found_scheduled"], &[0u32; LIST_HEADER + 1]);
+        bench.run(&mut memory, "schedule", entry, workgroups(64));
+        same("workgroups along", &memory.get::<u32>("found_scheduled")[..6], &schedule::workgroups(0))?;
+    }
+    for count in [0, 1, 63, 64, 65, 65_472, 65_535, 65_536, 65_537, 131_073] {
+        let (mut random, parameters) = (Random::new(63), RadianceCacheParameters { fewest: 128, ..parameters(64) });
+        let mut table = random_table(&mut random, 64, 1, &parameters);
+        let slot = table.taken().next().expect("it has one entry");
+        (table.votes[slot], table.light[0][slot].w) = (1, 0.0);
+        let mut memory = memory_of(&table, &parameters);
+        let mut words = vec![0; LIST_HEADER + 2 * (count as usize + 1)];
+        words[..6].copy_from_slice(&schedule::workgroups(count));
+        words[6] = count;
+        memory.bind(&["found_scheduled"], &words);
+        bench.run(&mut memory, "schedule", "choose", workgroups(64));
+        let words: Vec<u32> = memory.get("found_scheduled");
+        same(&format!("workgroups of {count} and one along"), &words[..6], &schedule::workgroups(count + 1))?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use super::*;
 use crate::indirect::{
     radiance_cache::{
         planes::TrianglePlane,
-        reference::{schedule, vote},
+        reference::{accumulate, schedule, vote},
     },
     sampled::SampleSlots,
 };
@@ -93,7 +93,7 @@ fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledE
         sample.distance = below(random, 64) as f32 / 16.0;
         sample.hit_direction = normal(i / 3);
         sample.rank = below(random, 8);
-        (sample.slot_hit, sample.is_selected) = (u32::MAX, 0);
+        (sample.slot_hit, sample.vote) = (u32::MAX, 0);
         // Few positions, so that some entries have many voters.
         if i % 2 == 0 {
             (sample.p_world, sample.distance) = (Vec3::new(0.125, 0.125, 0.25 * (i % 6) as f32), 1.0);
@@ -125,17 +125,18 @@ fn compare_hits(bench: &Bench) -> Compared {
             continue;
         }
         same("counter", &memory.get::<u32>("entry_counters"), &[0, 0, lost, 0])?;
-        bench.run(&mut memory, "intersect", "scatter", workgroups(list.len() as u32));
-        vote::select(&mut table, &mut samples, &planes, UPDATE.update);
+        bench.run(&mut memory, "intersect", "store_hits", workgroups(list.len() as u32));
+        accumulate::append_hits(&mut table, &samples, &parameters);
+        vote::select(&mut table, &mut samples, &planes);
         let actual = table_of(&memory, &table);
         same_tables(bench, &actual, &table)?;
         let hit = |table: &Table, sample: &SampledEntry| {
-            (table.keys.get(sample.slot_hit as usize).copied(), sample.is_selected, sample.rank, sample.triangle)
+            (table.keys.get(sample.slot_hit as usize).copied(), sample.vote, sample.rank, sample.triangle)
         };
         let read: Vec<SampledEntry> = memory.get("sampled_entries");
         let read: Vec<_> = read.iter().map(|sample| hit(&actual, sample)).collect();
         same("hit", &read, &samples.iter().map(|sample| hit(&table, sample)).collect::<Vec<_>>())?;
-        assert!(samples.iter().filter(|sample| sample.is_selected == 1).count() > 10);
+        assert!(samples.iter().filter(|sample| sample.vote != 0).count() > 10);
     }
     Ok(())
 }
