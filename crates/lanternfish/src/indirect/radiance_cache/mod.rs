@@ -39,7 +39,6 @@ use self::{
 };
 use super::{Counters, history::RESET_FRAMES};
 use crate::{
-    common::workgroups,
     context::ViewContext,
     environment_light::ENVIRONMENT,
     error::RenderError,

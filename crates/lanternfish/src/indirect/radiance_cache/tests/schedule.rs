@@ -98,6 +98,7 @@ fn compare_lengths(bench: &Bench) -> Compared {
     // A list that stays empty has a workgroup, too.
     let mut memory = memory_of(&Table::new(64, 3, 1), &parameters(64));
     memory.bind(&["scheduled"], &scheduled_words(&[], 64));
+    memory.bind(&["sampled_entries"], &[SampledEntry::default()]);
     for entry in ["choose", "choose_again"] {
         memory.bind(&["found_scheduled"], &[0u32; LIST_HEADER + 1]);
         bench.run(&mut memory, "schedule", entry, workgroups(64));
