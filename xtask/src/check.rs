@@ -2,7 +2,7 @@
 
 use crate::{
     command::{cargo, run as step},
-    compiler,
+    compiler, shader_stats,
 };
 
 /// Checks format, lints and documentation, with warnings as errors. Lints run the build scripts, which need a C++ compiler.
@@ -10,5 +10,6 @@ pub fn run(may_install: bool) -> Result<(), String> {
     compiler::ensure(may_install)?;
     step(&mut cargo(["fmt", "--all", "--check"]))?;
     step(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
-    step(cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+    step(cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
+    shader_stats::check()
 }

@@ -16,6 +16,7 @@ mod links;
 mod program;
 mod quality;
 mod same;
+mod shader_stats;
 mod test;
 #[cfg(test)]
 mod words;
@@ -37,7 +38,11 @@ cargo xtask hardware       builds, and packs a kit into target/hardware for a ba
 cargo xtask same [COMMIT | --write]
                            renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
                            hash, or from that commit's image; --write stores the hashes
-cargo xtask check          sets up a compiler if there is none; format, lints and documentation
+cargo xtask shader-stats [TEXT | --write]
+                           what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
+                           that differ from docs/measured/shader-stats-*; --write stores the new ones; with TEXT, prints the
+                           variants whose names contain it
+cargo xtask check          sets up a compiler if there is none; format, lints, documentation, and the hot passes of shader-stats
 
 What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one
 is installed, as root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
@@ -53,6 +58,7 @@ fn main() -> ExitCode {
         "demo" => demo::run(words, may_install),
         "quality" => quality::run(words, may_install),
         "check" | "hardware" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
+        "shader-stats" => shader_stats::run(&words),
         "test" => test::run(&words, may_install),
         "same" => same::run(&words, may_install),
         "check" => check::run(may_install),
