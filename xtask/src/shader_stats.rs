@@ -14,7 +14,7 @@ mod tool;
 use figures::{Card, Change};
 use hot::HOT;
 use stored::Stored;
-use tool::Tool;
+use tool::{Tool, Wanted};
 
 /// The cards that RADV compiles for: RDNA 2 and RDNA 3.
 const CARDS: [&str; 2] = ["navi21", "navi31"];
@@ -29,13 +29,13 @@ pub fn run(words: &[String]) -> Result<(), String> {
     };
     let tool = Tool::ready()?.map_err(|reason| format!("shader-stats: {reason}"))?;
     if let Some(text) = text {
-        let shaders = tool::link(&["--containing".to_owned(), text.clone()])?;
+        let shaders = tool::link(&Wanted::Containing(text.clone()))?;
         for card in CARDS {
             println!("{}", page::variants(card, &tool.compile(card, &shaders)?));
         }
         return Ok(());
     }
-    let shaders = tool::link(&[])?;
+    let shaders = tool::link(&Wanted::Usual)?;
     let new = Stored::of(&tool.mesa, |card| Card::of(&tool.compile(card, &shaders)?, HOT))?;
     match Stored::read(&tool.mesa)? {
         Some(stored) => {
@@ -61,7 +61,7 @@ pub fn check() -> Result<(), String> {
     let Some(stored) = Stored::read(&tool.mesa)? else {
         return left_out(format!("no figures of Mesa {} are stored", tool.mesa));
     };
-    let shaders = tool::link(&HOT.iter().map(|hot| hot.shader()).collect::<Vec<_>>())?;
+    let shaders = tool::link(&Wanted::Named(HOT.iter().map(|hot| hot.shader()).collect()))?;
     let new = Stored::of(&tool.mesa, |card| Card::of(&tool.compile(card, &shaders)?, HOT))?;
     verdict(&new.changes(&stored, Card::hot_changes))
 }

@@ -1,12 +1,12 @@
 //! Writes linked shaders as WGSL, for `cargo xtask shader-stats`.
 //!
 //! ```text
-//! cargo run --package lanternfish-papers --example link_shaders FOLDER [NAME… | --containing TEXT]
+//! cargo run --package lanternfish-papers --example link_shaders FOLDER [- | --containing TEXT]
 //! ```
 //!
 //! The first line of a text is `// ` and the shader's name: its file and its sorted features, `shadows/trace+culling_tiled+soft+…`. Written are:
 //!
-//! - the named shaders, or
+//! - with `-`, the shaders whose names standard input has, one a line, or
 //! - every variant whose name contains TEXT, or
 //! - without either, every file in its usual variants ([`is_usual`]).
 //!
@@ -42,7 +42,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let names: Vec<String> = match wanted {
         [] => declared.iter().filter(|name| is_usual(name, &declared)).cloned().collect(),
         [flag, text] if flag == "--containing" => declared.iter().filter(|name| name.contains(text)).cloned().collect(),
-        names => names.iter().map(|name| sorted(name)).collect::<BTreeSet<_>>().into_iter().collect(),
+        [all] if all == "-" => {
+            let names = std::io::stdin().lines().map(|name| Ok(sorted(&name?)));
+            names.collect::<std::io::Result<BTreeSet<_>>>()?.into_iter().collect()
+        }
+        _ => return Err(format!("{wanted:?}: neither - nor --containing TEXT").into()),
     };
     if let Some(missing) = names.iter().find(|name| !declared.contains(*name)) {
         return Err(format!("no variant {missing}; the most similar: {}", nearest(missing, &declared)).into());

@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::figures::Compiled;
-use crate::command::{cargo, run, run_for_output, workspace};
+use crate::command::{cargo, run, run_for_output, run_with_input, workspace};
 
 /// Where Vulkan's loader finds manifests of drivers on Linux.
 const MANIFESTS: [&str; 3] = ["/etc/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/usr/share/vulkan/icd.d"];
@@ -56,18 +56,33 @@ impl Tool {
     }
 }
 
-/// Links the shaders whose names are given, or every declared variant if `names` is empty. Returns their folder.
+/// The shaders to link.
+pub enum Wanted {
+    /// Every file in its usual variants.
+    Usual,
+    /// Every variant whose name contains this.
+    Containing(String),
+    /// Those of these names.
+    Named(Vec<String>),
+}
+
+/// Links shaders. Returns their folder.
 ///
 /// The example is built as `cargo xtask test` builds it, so nothing is compiled twice.
-pub fn link(names: &[String]) -> Result<PathBuf, String> {
+pub fn link(wanted: &Wanted) -> Result<PathBuf, String> {
     let shaders = folder("shaders");
     if shaders.exists() {
         fs::remove_dir_all(&shaders).map_err(|error| format!("{}: {error}", shaders.display()))?;
     }
     run(&mut cargo(["build", "--quiet", "--workspace", "--example", "link_shaders"]))?;
     let here = env::current_exe().map_err(|error| format!("path of this program: {error}"))?;
-    let example = here.with_file_name("examples").join("link_shaders");
-    run_for_output(Command::new(example).arg(&shaders).args(names))?;
+    let mut example = Command::new(here.with_file_name("examples").join("link_shaders"));
+    example.arg(&shaders);
+    match wanted {
+        Wanted::Usual => run(&mut example),
+        Wanted::Containing(text) => run(example.args(["--containing", text])),
+        Wanted::Named(names) => run_with_input(example.arg("-"), &names.join("\n")),
+    }?;
     Ok(shaders)
 }
 
