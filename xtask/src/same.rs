@@ -76,7 +76,8 @@ fn built(commit: &str) -> Result<PathBuf, String> {
 impl List {
     fn parse(text: &str) -> Result<Self, String> {
         let mut lines = text.lines();
-        let driver = lines.next().and_then(|line| line.strip_prefix("driver ")).ok_or("no line starts with \"driver \"")?;
+        let driver =
+            lines.next().and_then(|line| line.strip_prefix("driver ")).ok_or("no line starts with \"driver \"")?;
         let image = |line: &str| {
             let [name, hash, flags] = line.splitn(3, ' ').collect::<Vec<_>>().try_into().ok()?;
             Some(Image { name: name.to_owned(), hash: hash.to_owned(), flags: flags.to_owned() })
@@ -108,7 +109,9 @@ impl List {
                 println!("{} images are equal to {what} to the bit ({})", self.images.len(), self.driver);
                 Ok(())
             }
-            ref names => Err(format!("{} of {} images differ from {what}: {}", names.len(), self.images.len(), names.join(", "))),
+            ref names => {
+                Err(format!("{} of {} images differ from {what}: {}", names.len(), self.images.len(), names.join(", ")))
+            }
         }
     }
 
@@ -128,8 +131,11 @@ impl std::fmt::Display for List {
 
 /// Name and driver of the first adapter that `lanternfish info --adapters` lists.
 fn driver(adapters: &str) -> Result<String, String> {
-    let value = |name: &str| adapters.lines().find_map(|line| Some(line.trim_start().strip_prefix(name)?.trim().to_owned()));
-    Option::zip(value("adapter "), value("driver ")).map(|(name, driver)| format!("{name}, {driver}")).ok_or("no adapter".to_owned())
+    let value =
+        |name: &str| adapters.lines().find_map(|line| Some(line.trim_start().strip_prefix(name)?.trim().to_owned()));
+    Option::zip(value("adapter "), value("driver "))
+        .map(|(name, driver)| format!("{name}, {driver}"))
+        .ok_or("no adapter".to_owned())
 }
 
 /// Hash (FNV-1a) of the pixels of all images of a folder, in the order of their names.

@@ -11,7 +11,8 @@ use lanternfish::{
     settings::{Exposure, Materials},
 };
 use lanternfish_gpu::{
-    Engine, Frame, Gpu, GpuError, Profiler, drawn_subpixel_bits, is_lost, primitives::RadixSort, read_back, storage_buffer_of,
+    Engine, Frame, Gpu, GpuError, Profiler, drawn_subpixel_bits, is_lost, primitives::RadixSort, read_back,
+    storage_buffer_of,
 };
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 use lanternfish_reference::{

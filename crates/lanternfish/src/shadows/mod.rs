@@ -156,11 +156,7 @@ impl Visibility<'_> {
 
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        self.plan
-            .edges
-            .bindings()
-            .part("visibility_grid", &self.grid)
-            .buffer("visibility_words", &self.plan.words)
+        self.plan.edges.bindings().part("visibility_grid", &self.grid).buffer("visibility_words", &self.plan.words)
     }
 }
 
@@ -183,7 +179,11 @@ impl VisibilityPlan {
     }
 
     /// Counters by name, read after the frame.
-    pub fn counters(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<[(&'static str, u64); 5], RenderError> {
+    pub fn counters(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<[(&'static str, u64); 5], RenderError> {
         let totals: Vec<[u32; 2]> = read_back(device, queue, &self.ray_totals, self.bands.len())?;
         let sum = |of: fn(&[u32; 2]) -> u32| totals.iter().map(|totals| u64::from(of(totals))).sum();
         Ok([
