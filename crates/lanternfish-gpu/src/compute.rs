@@ -81,9 +81,9 @@ impl ComputeKernel {
             let bind_group = bindings.bind_group(groups, &self.label, &self.layouts, group);
             pass.set_bind_group(group as u32, &bind_group, &[]);
         }
-        match workgroups {
-            &Workgroups::Are([x, y, z]) => pass.dispatch_workgroups(x, y, z),
-            &Workgroups::In(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
+        match *workgroups {
+            Workgroups::Are([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+            Workgroups::In(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, offset),
         }
     }
 }

@@ -171,7 +171,7 @@ fn gpu_commands_of_a_frame_are_counted_by_label() {
     let kernels = ["first", "second"].map(kernel);
     let record = |frame: &mut Frame<'_>, order: &[usize], is_indirect: bool| {
         let [values, totals] = [(); 2].map(|()| frame.zeroed("values", 64).unwrap());
-        let (parameters, groups) = (frame.uniform(&[1, 1, 0, 0]), frame.indirect("groups").unwrap());
+        let (parameters, groups) = (frame.uniform(&[1, 1, 0, 0]), frame.zeroed("groups", 16).unwrap());
         frame.encoder().clear_buffer(&groups, 0, None);
         let bindings = Bindings::new().part("scan_parameters", &parameters).buffer("scan_values", &values);
         let bindings = bindings.buffer("scan_totals", &totals);

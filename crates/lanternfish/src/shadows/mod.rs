@@ -316,6 +316,7 @@ impl Shadows {
             .with(&scene.bindings())
             .with(&surface.bindings())
             .with(&lights.bindings())
+            .with(&plan.edges.bindings())
             .buffer("visibility_words", &plan.words);
         if let Some(counts) = &plan.ray_counts {
             bindings = bindings.texture("ray_counts", counts);

@@ -319,6 +319,7 @@ impl Smoothing {
         let (requested_frames, clamped_frames) = (0.0, 0.0);
         let mix = Mix { surface, motion, found: &found, mixed: &mixed, requested_frames, clamped_frames };
         histories.record(frame, view, &mix)?;
+        frame.release_texture(&found);
         Ok(mixed)
     }
 
@@ -396,6 +397,7 @@ impl Smoothing {
             smooth(frame, &self.filter, axis, [current, next]);
             std::mem::swap(&mut current, &mut next);
         }
+        frame.release_texture(next);
         Ok(current.clone())
     }
 }
