@@ -33,7 +33,7 @@ use crate::{
 /// Flags of `walks`.
 #[derive(Debug, Args)]
 pub struct WalksArgs {
-    /// A shot (.toml) with a [track].
+    /// A shot (.toml) with a table `track`.
     #[arg(default_value = "docs/tracks/atrium.toml")]
     scene: SceneName,
     #[command(flatten)]

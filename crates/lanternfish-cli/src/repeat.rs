@@ -11,7 +11,7 @@ pub struct Repeat {
     pub first: f64,
     /// The last one, in the same unit.
     pub last: f64,
-    /// False if they differ by more than [`MOST_APART`]: clocks or other work changed during the run, and rows do not compare.
+    /// False if they differ by more than `MOST_APART`: clocks or other work changed during the run, and rows do not compare.
     pub is_steady: bool,
 }
 
