@@ -18,14 +18,13 @@ pub struct PassCost {
 
 /// Passes that trace rays, and the counter of their rays. Entries of the radiance cache trace two rays a sample: one for light and one
 /// for a hit.
-pub const RAYS: [(&str, &str); 7] = [
-    ("shadows/trace", "shadows/rays"),
-    ("shadows/trace_edges", "shadows/edge_rays"),
-    ("direct_light/trace", "shadows/rays"),
-    ("indirect/trace", "indirect/rays"),
-    ("indirect/emitters", "indirect/emitter_rays"),
-    ("radiance_cache/shadow", "radiance_cache/samples"),
-    ("radiance_cache/trace", "radiance_cache/samples"),
+pub const RAYS: [(&str, &str, u64); 6] = [
+    ("shadows/trace", "shadows/rays", 1),
+    ("shadows/trace_edges", "shadows/edge_rays", 1),
+    ("direct_light/trace", "shadows/rays", 1),
+    ("indirect/trace", "indirect/rays", 1),
+    ("indirect/emitters", "indirect/emitter_rays", 1),
+    ("radiance_cache/rays", "radiance_cache/samples", 2),
 ];
 
 /// A pass whose rays the counter of `indirect/trace` holds too: in a frame with both, neither has a count of its own.
@@ -38,8 +37,8 @@ pub fn pass_costs(commands: &[PassCommands], counter: impl Fn(&str) -> Option<u6
         name: pass.name.clone(),
         dispatches: pass.dispatches,
         indirect: pass.indirect,
-        rays: (RAYS.iter().find(|(name, _)| *name == pass.name && !is_shared(name)))
-            .and_then(|(_, name)| counter(name)),
+        rays: (RAYS.iter().find(|(name, ..)| *name == pass.name && !is_shared(name)))
+            .and_then(|(_, name, rays)| Some(rays * counter(name)?)),
     };
     commands.iter().map(cost).collect()
 }
@@ -103,7 +102,7 @@ mod tests {
             let costs = pass_costs(&report.commands, counter);
             found.extend(costs.into_iter().filter(|cost| cost.rays.is_some_and(|rays| rays > 0)).map(|cost| cost.name));
         }
-        for (pass, _) in RAYS {
+        for (pass, ..) in RAYS {
             assert!(found.iter().any(|name| name == pass), "{pass} is not in {found:?}");
         }
     }

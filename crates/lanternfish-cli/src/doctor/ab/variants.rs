@@ -74,7 +74,7 @@ pub const VARIANTS: [Variant; 11] = [
                 "const NODE_VECTORS = 5u;",
                 "const NODE_VECTORS = 5u;\nvar<private> lane: u32;\nvar<workgroup> stacks: array<array<vec2u, 64>, 32>;",
             ),
-            (WALK, "    var stack: array<vec2u, STACK_SIZE>;\n", ""),
+            (WALK, "var<private> stack: array<vec2u, STACK_SIZE>;\n", ""),
             (WALK, "nodes = stack[depth];", "nodes = stacks[depth][lane];"),
             (WALK, "stack[depth] = vec2u(nodes.x, rest);", "stacks[depth][lane] = vec2u(nodes.x, rest);"),
             (
