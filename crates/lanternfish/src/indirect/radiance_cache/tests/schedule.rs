@@ -100,7 +100,7 @@ fn compare_lengths(bench: &Bench) -> Compared {
     memory.bind(&["scheduled"], &scheduled_words(&[], 64));
     memory.bind(&["sampled_entries"], &[SampledEntry::default()]);
     for entry in ["choose", "choose_again"] {
-        memory.bind(&["found_scheduled"], &[0u32; LIST_HEADER + 1]);
+        memory.bind(&["found_scheduled"], &[0u32; LIST_HEADER + 2]);
         bench.run(&mut memory, "schedule", entry, workgroups(64));
         same("workgroups along", &memory.get::<u32>("found_scheduled")[..6], &schedule::workgroups(0))?;
     }
