@@ -1,6 +1,6 @@
 //! Transient buffers that frames reuse.
 
-use std::collections::HashMap;
+use std::{cmp::Reverse, collections::HashMap};
 
 use super::HostMemory;
 use crate::{GpuError, buffer::STORAGE, made};
@@ -87,9 +87,10 @@ impl Buffers {
             self.slots.insert(label.to_owned(), Vec::new());
         }
         let slots = self.slots.get_mut(label).expect("inserted above if it was missing");
-        // The smallest one, and the first of equal size: the same requests in the same order get the same buffers.
+        // One of the last frame, so that a list whose length varies keeps the buffer that is long enough for each of them. Among those the
+        // smallest one, and the first of equal size: the same requests in the same order get the same buffers.
         let fitting = slots.iter_mut().filter(|slot| slot.fits(used_for, bytes, self.frame));
-        if let Some(slot) = fitting.min_by_key(|slot| slot.buffer.size()) {
+        if let Some(slot) = fitting.min_by_key(|slot| (Reverse(slot.last_frame), slot.buffer.size())) {
             slot.last_frame = self.frame;
             slot.is_released = false;
             slot.is_written = true;

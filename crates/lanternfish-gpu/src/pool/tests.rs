@@ -117,6 +117,25 @@ fn gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them() {
     assert!(*after.last().unwrap() == both - (bytes - 2 * 64), "{after:?} of {both}");
 }
 
+/// A list whose length varies keeps the buffer that is long enough for every length, however rare that is.
+#[test]
+fn gpu_lists_of_varying_length_keep_one_buffer() {
+    let Some(gpu) = testing::gpu("gpu_lists_of_varying_length_keep_one_buffer") else { return };
+    let mut frames = Frames::new(gpu);
+    let mut evaluate = |bytes: u64| {
+        let before = made();
+        let mut frame = frames.next();
+        frame.scratch("list", bytes).unwrap();
+        frame.submit();
+        (made() - before).buffers
+    };
+    let long_and_short = |number: u64| if number.is_multiple_of(2 * KEPT_FRAMES) { 7712 } else { 7648 };
+    assert_eq!((evaluate(7648), evaluate(7712)), (1, 1));
+    for number in 1..5 * KEPT_FRAMES {
+        assert_eq!(evaluate(long_and_short(number)), 0, "{number}");
+    }
+}
+
 #[test]
 fn gpu_uniforms_before_and_after_a_readback_do_not_overlap() {
     let Some(gpu) = testing::gpu("gpu_uniforms_before_and_after_a_readback_do_not_overlap") else { return };

@@ -36,7 +36,8 @@ fn gpu_a_frame_has_few_compute_passes() {
     if has_timestamps && !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES) {
         return testing::left_out(test, "this device cannot time dispatches that share a pass");
     }
-    assert!((1..=7).contains(&passes), "{passes}");
+    // Draws and reads of counts end a pass.
+    assert!((1..=9).contains(&passes), "{passes}");
     // Each dispatch is still timed separately.
     assert!(!has_timestamps || times.len() > 40, "{times:?}");
 }

@@ -10,7 +10,7 @@ use crate::{GpuScene, Renderer, Settings, context::FrameContext};
 /// A camera that moves along a small circle with a period of eight frames.
 pub fn camera(scene: &Scene, frame: u32) -> Camera {
     let camera = &scene.cameras[0];
-    let (sin, cos) = (std::f32::consts::TAU * frame as f32 / 8.0).sin_cos();
+    let (sin, cos) = (std::f32::consts::TAU * (frame % 8) as f32 / 8.0).sin_cos();
     let step = Affine3A::from_translation(0.01 * Vec3::new(sin, cos, 0.0));
     Camera { world_from_camera: camera.world_from_camera * step, ..camera.clone() }
 }

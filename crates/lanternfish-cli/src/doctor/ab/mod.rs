@@ -258,8 +258,16 @@ mod tests {
         let expected = traced(&AS_SHIPPED, rays);
         assert!(expected.iter().filter(|t| **t > 0.0).count() > rays.len() / 2, "most rays hit something");
         for variant in VARIANTS.iter().filter(|variant| variant.tracer == Tracer::BVH) {
-            // The atrium has no masks.
-            assert!(traced(variant, rays) == expected, "{}: other hits", variant.name);
+            let found = traced(variant, rays);
+            let hits = found.iter().zip(&expected);
+            if variant.name == "without masks" {
+                // Masked leaves stop these rays.
+                assert!(hits.clone().all(|(t, expected)| *expected < 0.0 || t <= expected));
+                assert!(hits.filter(|(t, expected)| t == expected).count() > rays.len() * 9 / 10);
+                continue;
+            }
+            let others: Vec<_> = hits.enumerate().filter(|(_, (t, expected))| t != expected).take(5).collect();
+            assert!(others.is_empty(), "{}: other hits: {others:?}", variant.name);
         }
         let wrong = [("rays/bvh/walk", "const GRID_CELLS = 255.0;", "const GRID_CELLS = -1e9;")];
         let wrong = Variant { edits: Box::leak(Box::new(wrong)), ..AS_SHIPPED };
