@@ -5,7 +5,7 @@ use std::time::Instant;
 use clap::Args;
 use lanternfish::{
     Settings,
-    settings::{History, Indirect, Quality, Samples, Shadows},
+    settings::{History, Indirect, Preset, Samples, Shadows},
     techniques::SampledLights,
 };
 use lanternfish_cli::{
@@ -73,14 +73,15 @@ fn walks(look: &Settings) -> Vec<Walk> {
     };
     let sampled = |settings: Settings| Settings { direct: SampledLights::default().into(), ..settings };
     let direct = || common(Settings { indirect: Indirect::NONE, ..Settings::direct_light() });
-    let draft = || common(Settings { history: History::On, ..Settings::of_quality(Quality::Draft) });
-    let good = |samples| common(Settings { samples, ..Settings::of_quality(Quality::Good) });
+    let draft = || common(Settings { history: History::On, ..Settings::of_preset(Preset::Draft) });
+    let good = |samples| common(Settings { samples, ..Settings::of_preset(Preset::Good) });
     let walk = |name, settings, divisor| Walk { name, settings, divisor };
     vec![
         walk("direct all", direct(), 1),
         walk("direct sampled", sampled(direct()), 1),
         walk("draft, direct all", draft(), 1),
         walk("draft, direct sampled", sampled(draft()), 1),
+        walk("realtime", common(Settings::of_preset(Preset::Realtime)), 1),
         walk("good, 1 sample", good(Samples::One), 4),
         walk("good, 4 samples", good(Samples::Four), 4),
     ]

@@ -292,15 +292,17 @@ impl RenderArgs {
     /// The same for an image that averages `frames` frames, instead of the count of `--accumulate`.
     pub fn settings_of(&self, frames: u32) -> Settings {
         let technique = &self.technique;
+        let preset = Settings::of_preset(self.indirect.quality);
         Settings {
-            direct: technique.direct(),
+            direct: technique.direct(&preset.direct),
             culling: technique.culling(),
             shadows: technique.shadows,
             ray_culling: technique.ray_culling,
             ray_range_culling: technique.ray_range_culling,
             light_radius: self.lights.light_radius,
             shadow_rays: technique.shadow_rays,
-            history: technique.history,
+            history: technique.history.unwrap_or(preset.history),
+            antialiasing: technique.antialiasing.unwrap_or(preset.antialiasing),
             occlusion: self.indirect.occlusion(),
             attenuation: self.lights.attenuation,
             attenuation_near_radius: self.lights.attenuation_near_radius,

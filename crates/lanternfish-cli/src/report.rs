@@ -160,6 +160,7 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
         ("light-radius", settings.light_radius.to_string()),
         ("shadow-rays", settings.shadow_rays.to_string()),
         ("history", settings.history.to_string()),
+        ("antialiasing", settings.antialiasing.to_string()),
         ("attenuation", settings.attenuation.to_string()),
         ("attenuation-near-radius", settings.attenuation_near_radius.to_string()),
         ("attenuation-coefficients", settings.attenuation_coefficients.to_string()),

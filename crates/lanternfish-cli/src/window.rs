@@ -172,7 +172,7 @@ fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
     if !shot.names().iter().any(|name| name == "history") {
         settings.history = History::On;
     }
-    if !shot.names().iter().any(|name| name == "direct") {
+    if settings.direct.is_none() && !shot.names().iter().any(|name| name == "direct") {
         settings.direct = shot.args.technique.automatic_direct();
     }
     if let Some(ev) = exposure.filter(|_| settings.exposure == Exposure::Auto) {

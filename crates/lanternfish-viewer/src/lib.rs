@@ -21,7 +21,6 @@ mod player;
 mod record;
 mod renderings;
 mod repaint_limiter;
-mod resolution_scaling;
 mod slice_scheduler;
 mod source_tree;
 mod stereo;

@@ -11,7 +11,7 @@ use std::{
 };
 
 use glam::UVec2;
-use lanternfish::RenderError;
+use lanternfish::{RenderError, ResolutionScaling};
 use lanternfish_gpu::Gpu;
 use lanternfish_scene::generate::Rain;
 use winit::{
@@ -31,7 +31,6 @@ use crate::{
     player,
     record::Recorder,
     repaint_limiter::RepaintLimiter,
-    resolution_scaling::ResolutionScaling,
     slice_scheduler::SliceScheduler,
     source_tree::{self, SourceTree},
     stereo::Stereo,
@@ -41,6 +40,8 @@ use crate::{
     wipe::Wipe,
 };
 
+/// Longest time of a frame while the view moves, ms. Above, its resolution is reduced.
+const BUDGET: f64 = 60.0;
 /// Rest time of the camera before the image is drawn at full resolution.
 const REST: Duration = Duration::from_millis(250);
 /// Shortest and longest period of device polls while no event arrives.
@@ -158,7 +159,7 @@ impl Program for Viewer {
             viewport,
             comparison: Comparison::default(),
             name,
-            resolution_scaling: ResolutionScaling::default(),
+            resolution_scaling: ResolutionScaling::new(BUDGET),
             slice_scheduler: SliceScheduler::default(),
             probe_result: None,
             viewport_size,

@@ -6,6 +6,7 @@ use glam::Quat;
 use lanternfish_gpu::Frame;
 
 use crate::{
+    antialiasing::{self, TemporalAntialiasing},
     context::{FrameContext, ViewContext},
     debug_views::DebugViews,
     direct_light::{DirectLight, DirectPasses},
@@ -56,6 +57,8 @@ pub(crate) struct Passes {
     pub irradiance: DemodulatedLight,
     pub sky: Sky,
     pub progressive: Progressive,
+    /// Antialiasing of frames that belong to no mean, if it is temporal.
+    pub antialiasing: Option<TemporalAntialiasing>,
     pub output: Output,
     pub debug_views: Option<DebugViews>,
     pub present: Present,
@@ -77,6 +80,8 @@ pub(crate) struct Shaded {
     pub indirect_light: Option<wgpu::TextureView>,
     /// Mean radiance of this frame and the frames before it, if frames are averaged.
     pub mean: Option<wgpu::TextureView>,
+    /// The radiance with temporal antialiasing, if there is any.
+    pub antialiased: Option<wgpu::TextureView>,
     pub visibility: Option<VisibilityPlan>,
     pub ambient_visibility: Option<AmbientVisibility>,
     pub indirect: Option<DemodulatedIrradiance>,
@@ -95,6 +100,7 @@ impl Shaded {
             radiance,
             indirect_light: None,
             mean: None,
+            antialiased: None,
             visibility: None,
             ambient_visibility: None,
             indirect: None,
@@ -106,7 +112,12 @@ impl Shaded {
 
     /// Linear radiance, nits.
     fn rendering(&self) -> &wgpu::TextureView {
-        self.mean.as_ref().unwrap_or(&self.radiance.target)
+        self.mean.as_ref().unwrap_or(self.single())
+    }
+
+    /// Linear radiance of this frame, nits.
+    pub(crate) fn single(&self) -> &wgpu::TextureView {
+        self.antialiased.as_ref().unwrap_or(&self.radiance.target)
     }
 }
 
@@ -131,6 +142,9 @@ impl Passes {
         self.light_culling.forget();
         self.forget_shown();
         self.progressive.forget();
+        if let Some(antialiasing) = &mut self.antialiasing {
+            antialiasing.forget();
+        }
         self.present.forget();
     }
 
@@ -204,6 +218,18 @@ impl Passes {
                 shaded.mean = Some(self.progressive.record(frame, view, &shaded.radiance, slot)?);
             }
         }
+        if let Some(antialiasing) = &mut self.antialiasing {
+            // The frames of a mean are antialiased by it, and leave no history.
+            if context.is_averaged {
+                antialiasing.forget();
+            }
+            let smoothed = |slot: &usize| !context.is_averaged && !context.is_summed(*slot);
+            for slot in (0..views.len()).filter(smoothed) {
+                let radiance = &results[slot].radiance;
+                let image = antialiasing.record(frame, &views[slot], radiance)?;
+                results[slot].antialiased = Some(image);
+            }
+        }
         // One exposure for all views: a stereo pair needs equal brightness.
         let is_shown = |slot| !matches!(context.target(slot), Some((_, Target::Radiance(_) | Target::Sums { .. })));
         let shown = results.iter().enumerate().filter(|(slot, _)| is_shown(*slot));
@@ -237,6 +263,9 @@ impl Passes {
         if let Some(before) = &before {
             view.random_index = before.frames();
             view.forgetful_index = if before.has_just_changed() { view.frame_index } else { view.random_index };
+            if self.antialiasing.is_some() && !is_averaged {
+                view.shift(antialiasing::jitter(&view, before.frames()));
+            }
         }
         let buffer = view.record(frame);
         let draws = scene.visible_draws(&view);

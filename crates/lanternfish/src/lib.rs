@@ -46,8 +46,9 @@
 //! A folder holds the host code and the shaders of a technique. Techniques of a kind share one trait ([`technique`]); a program may add its own.
 //!
 //! ```text
-//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ occlusion ─▶ shadows ─▶ shading ─▶ sky ─▶ progressive ─▶ output
-//!                                                                                 └▶ debug_views
+//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ occlusion ─▶ shadows ─▶ shading ─▶ sky ─┬▶ progressive ─┬▶ output
+//!                                                                                  └▶ antialiasing ┘
+//!                                                                                  └▶ debug_views
 //! ```
 //!
 //! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (disks, rectangles, emission, sky, images);
@@ -64,6 +65,7 @@ struct Readme;
 #[doc = include_str!("../../../docs/guide/6-in-your-program.md")]
 struct Guide;
 
+pub mod antialiasing;
 pub mod common;
 mod context;
 pub mod debug_views;
@@ -83,6 +85,7 @@ pub mod progressive;
 pub mod rays;
 mod renderer;
 mod request;
+mod resolution_scaling;
 pub mod settings;
 pub mod shaders;
 pub mod shading;
@@ -101,4 +104,5 @@ pub use gpu_scene::{GpuScene, Sent};
 pub use lanternfish_gpu::Engine;
 pub use renderer::{Change, FrameId, FrameMemory, FrameReport, RenderedImage, Renderer, Report};
 pub use request::{SurfaceSource, Target, ViewRequest};
+pub use resolution_scaling::ResolutionScaling;
 pub use settings::Settings;

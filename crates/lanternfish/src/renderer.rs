@@ -315,7 +315,7 @@ impl Renderer {
         let radiance = match &shaded.mean {
             Some(mean) => read_texture(&self.device, &self.queue, mean.texture())?,
             None => {
-                let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, shaded.radiance.target.texture())?;
+                let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, shaded.single().texture())?;
                 let mut radiance = vec![[0.0; 4]; halves.len()];
                 halves.as_flattened().reinterpret_cast::<f16>().convert_to_f32_slice(radiance.as_flattened_mut());
                 radiance

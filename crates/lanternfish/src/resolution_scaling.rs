@@ -1,10 +1,5 @@
-//! Resolution scaling: reduced while the camera moves and a frame would exceed its time budget. At rest it rises to full resolution, in steps
-//! if a frame takes long.
-//!
-//! Times are passed in; the module reads no clock.
+//! The resolution of frames that fit a time budget.
 
-/// Frame time budget while the camera moves, ms.
-const BUDGET: f64 = 60.0;
 /// Time of a frame at full resolution up to which it follows the last frame in motion immediately, ms. Above, the sides are doubled frame by
 /// frame, so that a better image appears soon, and the camera can move again without a wait for a long frame.
 const WITHOUT_STEPS: f64 = 300.0;
@@ -15,9 +10,14 @@ const MIN: f32 = 0.2;
 /// Number of steps of the scale from 0 to 1. Steps avoid reallocation of lists and textures in each frame.
 const STEPS: f32 = 10.0;
 
-/// Estimates the frame time per pixel.
-#[derive(Clone, Copy, Debug, Default)]
+/// Scale of the sides of a window's frames, from the times of the frames before them: reduced while the view moves and a frame of full
+/// resolution would exceed the time budget. At rest it rises to full resolution, in steps if a frame takes long.
+///
+/// The caller passes times, e.g. the sum of [`crate::FrameReport::passes`]; no clock is read.
+#[derive(Clone, Copy, Debug)]
 pub struct ResolutionScaling {
+    /// Time of a frame while the view moves, ms.
+    budget: f64,
     /// Moving average of the frame time, ms per million pixels; `None` before the first frame.
     ms_per_megapixel: Option<f64>,
     /// Number of pixels of the last frame.
@@ -25,6 +25,11 @@ pub struct ResolutionScaling {
 }
 
 impl ResolutionScaling {
+    /// `budget`: the longest time of a frame while the view moves, ms.
+    pub fn new(budget: f64) -> Self {
+        Self { budget, ms_per_megapixel: None, last: 0 }
+    }
+
     /// Adds a measurement: a frame of `pixels` took `ms`.
     pub fn took(&mut self, pixels: u64, ms: f64) {
         self.last = pixels;
@@ -33,12 +38,12 @@ impl ResolutionScaling {
         self.ms_per_megapixel = Some(self.ms_per_megapixel.map_or(now, |before| 0.5 * (before + now)));
     }
 
-    /// Scale of the sides of an image whose full resolution is `pixels`, [`MIN`] to 1; at rest 1 after at most a few frames.
+    /// Scale of the sides of an image whose full resolution has `pixels` pixels, 0.2 to 1, in tenths; at rest 1 after at most a few frames.
     pub fn scale(&self, pixels: u64, is_moving: bool) -> f32 {
         let Some(cost) = self.ms_per_megapixel else { return INITIAL };
         let full_ms = cost * pixels as f64 * 1e-6;
         let fraction = match is_moving {
-            true => (BUDGET / full_ms).sqrt() as f32,
+            true => (self.budget / full_ms).sqrt() as f32,
             false if full_ms <= WITHOUT_STEPS => return 1.0,
             // The last frame's sides are rounded down to pixels, so twice its scale may lie just below a step.
             false => 2.0 * (self.last as f64 / pixels as f64).sqrt() as f32 + 0.5 / STEPS,
@@ -53,7 +58,7 @@ mod tests {
 
     #[test]
     fn resolution_fits_the_budget_in_motion_and_is_full_at_rest() {
-        let mut resolution_scaling = ResolutionScaling::default();
+        let mut resolution_scaling = ResolutionScaling::new(60.0);
         assert_eq!(resolution_scaling.scale(1_000_000, true), INITIAL);
         resolution_scaling.took(1_000_000, 600.0);
         // A tenth of the pixels fits the budget: a scale of 0.316, rounded down to a step.
@@ -68,7 +73,7 @@ mod tests {
 
     #[test]
     fn a_slow_image_at_rest_rises_to_full_resolution_in_steps() {
-        let mut resolution_scaling = ResolutionScaling::default();
+        let mut resolution_scaling = ResolutionScaling::new(60.0);
         let full = [380_u64, 515];
         let mut scales = Vec::new();
         while scales.last() != Some(&1.0) && scales.len() < 9 {

@@ -9,6 +9,7 @@ pub use lanternfish_scene::shading::{Attenuation, Coefficients, Materials};
 use lanternfish_scene::shading::{Falloff, NEAR_RADIUS};
 use lanternfish_scene::{named_enum, named_type_impls};
 
+pub use self::presets::Preset;
 use crate::lights::LightSettings;
 pub use crate::{
     direct_light::Direct,
@@ -18,7 +19,7 @@ pub use crate::{
     rays::{Structure, Tracer, TracerChoice},
 };
 
-/// Rendering settings. `Default` is the recommended configuration: all light, at [`Quality::Good`].
+/// Rendering settings. `Default` is the recommended configuration: all light, at [`Preset::Good`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Direct light technique.
@@ -70,6 +71,8 @@ pub struct Settings {
     pub indirect: Indirect,
     /// Temporal accumulation of indirect light, area-light shadows and ambient visibility.
     pub history: History,
+    /// Antialiasing over the frames of a moving view.
+    pub antialiasing: Antialiasing,
     /// Samples per pixel at triangle edges (MSAA). Every surface in a pixel is shaded once, at a point that it covers. Debug views use one
     /// sample. For a mean of 8 frames or more, one sample is better: the frames smooth edges, and four samples widen them by 3/8 pixel.
     pub samples: Samples,
@@ -104,6 +107,7 @@ impl Settings {
             anisotropy: Anisotropy::Auto,
             indirect: Indirect::NONE,
             history: History::Off,
+            antialiasing: Antialiasing::None,
             samples: Samples::One,
             accumulate: 1,
         }
@@ -245,6 +249,19 @@ named_enum! {
         /// Values of earlier frames are reprojected along motion vectors and averaged. Consecutive frames of a view then depend on each other;
         /// the first one does not.
         On = "on": "Reprojects and averages values of earlier frames",
+    }
+}
+
+named_enum! {
+    /// Antialiasing over frames. Frames of a mean ([`Settings::accumulate`]) need none.
+    #[derive(Default)]
+    Antialiasing {
+        /// Every frame shows the surfaces at the centres of its pixels, or at its [`Samples`].
+        #[default]
+        None = "none": "Edges are as smooth as the samples per pixel",
+        /// Each frame shows other points of the pixels, and is mixed with the frames before it, reprojected along motion vectors
+        /// ([`crate::antialiasing`]). Consecutive frames of a view then depend on each other; the first one does not.
+        Temporal = "temporal": "Jitters frames and mixes them along motion: smooth edges and less noise, a little blur",
     }
 }
 

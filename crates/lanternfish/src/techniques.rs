@@ -144,6 +144,7 @@ const FOLDERS: &[Shaders] = &[
     crate::shading::DECLARED,
     crate::sky::DECLARED,
     crate::progressive::DECLARED,
+    crate::antialiasing::DECLARED,
     crate::output::DECLARED,
     crate::debug_views::DECLARED,
 ];

@@ -71,6 +71,8 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         exposure: _,
         tone_map: _,
         debug_view: _,
+        // Antialiasing of frames of a moving view; the rows are single images.
+        antialiasing: _,
     } = default;
     for other in cullings().into_iter().filter(|other| other != culling) {
         let settings = Settings { culling: other.clone(), ..default.clone() };

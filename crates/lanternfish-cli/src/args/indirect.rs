@@ -4,7 +4,7 @@ use clap::Args;
 use lanternfish::{
     indirect::IndirectTechnique,
     occlusion::OcclusionTechnique,
-    settings::{Indirect, Occlusion, Quality, Samples, Settings},
+    settings::{Indirect, Occlusion, Preset, Samples, Settings},
 };
 use lanternfish_papers::{DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DirectionSet};
 
@@ -22,9 +22,10 @@ pub struct IndirectArgs {
     indirect: TechniqueFlag<dyn IndirectTechnique>,
     /// Quality preset.
     ///
-    /// Sets the flags below that are not given, and with draft --indirect probes.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Quality>(), default_value_t = Quality::default())]
-    pub quality: Quality,
+    /// Sets the flags below that are not given, and with draft --indirect probes; with realtime also --direct sampled,
+    /// --history on and --antialiasing temporal.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Preset>(), default_value_t = Preset::default())]
+    pub quality: Preset,
     #[command(flatten)]
     indirect_parameters: ParameterFlags<dyn IndirectTechnique>,
     #[command(flatten)]
@@ -70,9 +71,11 @@ pub struct IndirectArgs {
 impl IndirectArgs {
     /// The library's setting.
     pub fn indirect(&self) -> Indirect {
-        let preset = Indirect::preset(self.quality);
-        let chosen =
-            if self.indirect.is_given { self.indirect.choice.clone().of_quality(self.quality) } else { preset };
+        let quality = self.quality.quality();
+        let chosen = match self.indirect.is_given {
+            true => self.indirect.choice.clone().of_quality(quality),
+            false => Indirect::preset(quality),
+        };
         self.indirect_parameters.turned(chosen)
     }
 
@@ -82,7 +85,7 @@ impl IndirectArgs {
         match self.indirect.choice.is_none() {
             _ if frames >= SMOOTH_FRAMES => Samples::One,
             true => Settings::direct_light().samples,
-            false => self.quality.samples(),
+            false => self.quality.quality().samples(),
         }
     }
 
@@ -96,7 +99,7 @@ impl IndirectArgs {
         let usual = DeepImageSettings::default();
         let spent = match self.indirect.choice.is_none() {
             true => usual.resolution,
-            false => DeepImageSettings::of_quality(self.quality).resolution,
+            false => DeepImageSettings::of_quality(self.quality.quality()).resolution,
         };
         let resolution = self.deep_resolution.unwrap_or(spent);
         DeepImageSettings {

@@ -5,7 +5,9 @@ use lanternfish::{
     direct_light::DirectTechnique,
     direct_light::auto::AutoLights,
     light_culling::CullingTechnique,
-    settings::{Culling, Direct, History, RayCulling, RayRangeCulling, Samples, Settings, Shadows, TextureBinding},
+    settings::{
+        Antialiasing, Culling, Direct, History, RayCulling, RayRangeCulling, Samples, Settings, Shadows, TextureBinding,
+    },
 };
 
 use super::parameters::{ParameterFlags, TechniqueFlag};
@@ -41,10 +43,14 @@ pub struct TechniqueArgs {
     /// Temporal accumulation of indirect light and area-light shadows.
     ///
     /// On: less noise while the camera moves, and changes of light show with a delay. The first image, and its mean, are the
-    /// same with either. In a window: on.
+    /// same with either. Without it: off, but on in a window and with --quality realtime.
     #[arg(long, value_name = "ON|OFF", value_parser = choice::<History>(), hide_short_help = true)]
-    #[arg(default_value_t = Settings::default().history)]
-    pub history: History,
+    pub history: Option<History>,
+    /// Antialiasing over the frames of a moving view.
+    ///
+    /// The first image is the same with either. Without it: none, but temporal with --quality realtime.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Antialiasing>(), hide_short_help = true)]
+    pub antialiasing: Option<Antialiasing>,
     #[command(flatten)]
     culling: TechniqueFlag<dyn CullingTechnique>,
     #[command(flatten)]
@@ -69,9 +75,9 @@ pub struct TechniqueArgs {
 }
 
 impl TechniqueArgs {
-    /// The technique of direct light that these flags choose.
-    pub fn direct(&self) -> Direct {
-        self.direct_parameters.turned(self.direct.choice.clone())
+    /// The technique of direct light that these flags choose. `usual`: without them.
+    pub fn direct(&self, usual: &Direct) -> Direct {
+        self.direct_parameters.turned(if self.direct.is_given { &self.direct.choice } else { usual }.clone())
     }
 
     /// The technique that follows the number of lights, with the parameters of these flags.

@@ -1,8 +1,9 @@
 use clap::{CommandFactory, Parser};
 use lanternfish::{
     settings::{
-        Anisotropy, Attenuation, Culling, DebugView, Direct, Exposure, History, Indirect, Materials, Occlusion,
-        Quality, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
+        Anisotropy, Antialiasing, Attenuation, Culling, DebugView, Direct, Exposure, History, Indirect, Materials,
+        Occlusion, Preset, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer,
+        TracerChoice,
     },
     techniques::{
         Assignment, ClusterShape, ClusterTest, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution,
@@ -32,14 +33,22 @@ fn the_flags_are_consistent() {
 
 #[test]
 fn without_flags_the_settings_are_the_librarys_defaults() {
-    let structure = DeepImageSettings::of_quality(Quality::default()).chosen();
+    let structure = DeepImageSettings::of_quality(Preset::default().quality()).chosen();
     assert_eq!(parsed(&[]).unwrap().settings(), Settings { structure, ..Settings::default() });
     assert_eq!(parsed(&["--indirect", "none"]).unwrap().settings(), Settings::direct_light());
-    for quality in Quality::ALL {
-        let flags = ["--quality", quality.name()];
-        let structure = DeepImageSettings::of_quality(*quality).chosen();
-        assert_eq!(parsed(&flags).unwrap().settings(), Settings { structure, ..Settings::of_quality(*quality) });
+    for preset in Preset::ALL {
+        let flags = ["--quality", preset.name()];
+        let structure = DeepImageSettings::of_quality(preset.quality()).chosen();
+        assert_eq!(parsed(&flags).unwrap().settings(), Settings { structure, ..Settings::of_preset(*preset) });
     }
+    // A flag wins over the preset.
+    let words = ["--quality=realtime", "--history=off", "--antialiasing=none", "--direct=all", "--light-samples=2"];
+    let draft = parsed(&["--quality=draft"]).unwrap().settings();
+    assert_eq!(parsed(&words).unwrap().settings(), draft);
+    let Some(direct) = parsed(&[words[0], words[4]]).unwrap().settings().direct.get::<SampledLights>().copied() else {
+        panic!("realtime samples direct light")
+    };
+    assert_eq!(direct.rays, LightRays::Two);
 }
 
 #[test]
@@ -49,7 +58,7 @@ fn every_flag_reaches_its_setting() {
                  --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
                  --deep-directions cube:2 --deep-slices 8 --deep-builder per_direction --deep-sort blocks --deep-merge 0.5 \
-                 --deep-search linear_steps --history on --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
+                 --deep-search linear_steps --history on --antialiasing temporal --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
                  --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
@@ -89,6 +98,7 @@ fn every_flag_reaches_its_setting() {
         light_radius: 0.2,
         shadow_rays: 7,
         history: History::On,
+        antialiasing: Antialiasing::Temporal,
         indirect: Indirect::from(Sampled {
             diffuse_rays: 3,
             glossy_rays: 0,

@@ -6,7 +6,7 @@ use glam::Vec3;
 use lanternfish::{
     GpuScene, Renderer, Settings,
     rays::{RayTracer, Structure, TracedRay, TracedStructure},
-    settings::{Quality, Shadows, Tracer},
+    settings::{Preset, Shadows, Tracer},
 };
 use lanternfish_gpu::{Frame, Profiler, primitives::RadixSort, read_back, storage_buffer_of};
 use lanternfish_papers::{
@@ -38,7 +38,7 @@ pub struct Extent {
     /// Rays per list.
     pub rays: u32,
     pub sorted_keys: u32,
-    pub qualities: Vec<Quality>,
+    pub presets: Vec<Preset>,
     /// True if deep images are built and traced.
     pub has_deep_images: bool,
     pub is_software: bool,
@@ -58,7 +58,7 @@ impl Extent {
             // Fewer rays end before a card has raised its clocks, and count how the device starts and drains.
             rays: if is_software { 1 << 16 } else { 1 << 22 },
             sorted_keys: if is_software { 1 << 18 } else { 1 << 22 },
-            qualities: if is_quick { Vec::new() } else { vec![Quality::Draft, Quality::Good] },
+            presets: if is_quick { Vec::new() } else { vec![Preset::Draft, Preset::Good] },
             has_deep_images: !is_quick,
             is_software,
         }
@@ -87,7 +87,7 @@ impl Extent {
         for size in self.sizes.iter().copied() {
             steps.extend(self.lights.iter().map(|lights| Step::DirectLight { size, lights: *lights }));
             let size = if self.is_software { size.map(|edge| edge.div_ceil(2)) } else { size };
-            steps.extend(self.qualities.iter().map(|quality| Step::AllLight { size, quality: *quality }));
+            steps.extend(self.presets.iter().map(|preset| Step::AllLight { size, preset: *preset }));
         }
         steps.extend(self.has_deep_images.then_some(Step::DeepImages));
         steps.extend(steps.get(rate_steps).map(|first| Step::Again(Table::Frames, Box::new(first.clone()))));
@@ -106,7 +106,7 @@ pub enum Step {
     },
     AllLight {
         size: [u32; 2],
-        quality: Quality,
+        preset: Preset,
     },
     DeepImages,
     /// A variant of the traversal by index, with the first so many lists of rays, and in frames.
@@ -148,7 +148,7 @@ impl Step {
             Self::DirectLight { size: [width, height], lights } => {
                 format!("direct light, {lights} lights, {width} x {height}")
             }
-            Self::AllLight { size: [width, height], quality } => format!("all light, {quality}, {width} x {height}"),
+            Self::AllLight { size: [width, height], preset } => format!("all light, {preset}, {width} x {height}"),
             Self::DeepImages => "building deep images".to_owned(),
             Self::Variant { index, .. } => format!("rays: {}", VARIANTS[*index].name),
             Self::VariantInFrames(index) => format!("frames: {}", VARIANTS[*index].name),
@@ -181,16 +181,9 @@ impl Step {
                     Settings::direct_light(),
                 ));
             }
-            Self::AllLight { size, quality } => {
-                let name = format!("all light, {quality}");
-                frames.push(frame(
-                    bench,
-                    &bench.engine,
-                    &name,
-                    &atrium(LIGHTS)?,
-                    *size,
-                    Settings::of_quality(*quality),
-                ));
+            Self::AllLight { size, preset } => {
+                let name = format!("all light, {preset}");
+                frames.push(frame(bench, &bench.engine, &name, &atrium(LIGHTS)?, *size, Settings::of_preset(*preset)));
             }
             Self::DeepImages => frames.push(deep_images(bench, &demo("atrium")?)),
             Self::Variant { index, lists } => {

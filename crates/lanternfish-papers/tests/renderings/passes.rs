@@ -4,7 +4,7 @@ use std::{collections::HashSet, env, fs, path::Path};
 
 use lanternfish::{
     Settings,
-    settings::{Culling, History, Indirect, Occlusion, Samples, Shadows},
+    settings::{Culling, History, Indirect, Occlusion, Preset, Samples, Shadows},
     techniques::{Probes, Sampled, SampledLights, Tiled},
 };
 use lanternfish_gpu::{Gpu, testing};
@@ -30,6 +30,7 @@ fn sections() -> Vec<(&'static str, Settings)> {
             "Sampled direct light, with history",
             Settings { direct: SampledLights::default().into(), history: History::On, ..direct() },
         ),
+        ("The preset for moving views", Settings { shadows: Shadows::BVH, ..Settings::of_preset(Preset::Realtime) }),
         ("Four samples per pixel", Settings { samples: Samples::Four, ..direct() }),
         ("Mean of two frames", Settings { accumulate: 2, ..direct() }),
         ("Indirect light: rays and radiance cache (default)", indirect(Sampled::default().into())),

@@ -3,7 +3,7 @@
 use egui::Ui;
 use lanternfish::{
     Settings,
-    settings::Quality,
+    settings::Preset,
     technique::{Choice, Kind, ParameterInfo, Range},
 };
 
@@ -19,7 +19,7 @@ struct Value {
 pub fn show(ui: &mut Ui, state: &mut State) {
     let defaults = state.defaults.clone();
     let (settings, unfold) = (&mut state.settings, state.unfold);
-    quality(ui, settings);
+    presets(ui, settings, &defaults);
     technique(ui, &mut settings.indirect, &defaults.indirect, &mut state.message, unfold);
     technique(ui, &mut settings.occlusion, &defaults.occlusion, &mut state.message, unfold);
     technique(ui, &mut settings.direct, &defaults.direct, &mut state.message, unfold);
@@ -38,16 +38,19 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// Draws the presets of `--quality`: a click sets indirect light and samples per pixel.
-fn quality(ui: &mut Ui, settings: &mut Settings) {
+/// Draws the presets of `--quality`: a click sets indirect light and antialiasing, and for moving views the history and sampled direct light.
+/// The window's own choice of direct light and its history belong to the other presets.
+fn presets(ui: &mut Ui, settings: &mut Settings, defaults: &Settings) {
     ui.horizontal(|ui| {
-        ui.label("quality")
-            .on_hover_text("Preset of indirect light and samples per pixel, as --quality of the command line");
-        for quality in Quality::ALL {
-            let preset = Settings::of_quality(*quality);
-            let is_chosen = settings.indirect == preset.indirect && settings.samples == preset.samples;
-            if ui.selectable_label(is_chosen, quality.name()).on_hover_text(quality.words()).clicked() {
-                (settings.indirect, settings.samples) = (preset.indirect, preset.samples);
+        ui.label("quality").on_hover_text("Presets, as --quality of the command line");
+        for preset in Preset::ALL {
+            let Settings { direct, history, antialiasing, indirect, samples, .. } = Settings::of_preset(*preset);
+            let is_of_window = direct.is_none();
+            let direct = if is_of_window { defaults.direct.clone() } else { direct };
+            let history = if is_of_window { defaults.history } else { history };
+            let set = Settings { direct, history, antialiasing, indirect, samples, ..settings.clone() };
+            if ui.selectable_label(*settings == set, preset.name()).on_hover_text(preset.words()).clicked() {
+                *settings = set;
             }
         }
     });

@@ -5,6 +5,7 @@ use lanternfish_gpu::{Engine, Gpu, GpuError, Requested, checked};
 
 use super::flight::check_lost;
 use crate::{
+    antialiasing::TemporalAntialiasing,
     debug_views::DebugViews,
     direct_light::Direct,
     error::RenderError,
@@ -20,8 +21,8 @@ use crate::{
     progressive::Progressive,
     rays::{Structure, Tracer},
     settings::{
-        Anisotropy, DebugView, Exposure, Materials, Samples, Settings, Shadows as ShadowSetting, TextureBinding,
-        ToneMap,
+        Anisotropy, Antialiasing, DebugView, Exposure, Materials, Samples, Settings, Shadows as ShadowSetting,
+        TextureBinding, ToneMap,
     },
     shading::{self, DemodulatedLight, ExtraSurface, Forward, VisibilityRatios},
     shadows::{self, Shadows},
@@ -78,6 +79,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         // Views of G-buffer data show the surface at each pixel's centre. They need no light unless the view shows light.
         settings.samples = Samples::One;
         settings.direct = Direct::NONE;
+        settings.antialiasing = Antialiasing::None;
         if view != DebugView::Indirect {
             settings.indirect = Indirect::NONE;
         }
@@ -101,7 +103,8 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
     let needs_normals =
         tracer.is_some() || settings.direct.is_some() || settings.debug_view.is_some() || finds_arriving;
-    let needs_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
+    let is_temporal = settings.antialiasing == Antialiasing::Temporal;
+    let needs_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history() || is_temporal;
     // Per-pixel estimates use the surface at the pixel's centre.
     let one_sample = needs_normals && settings.samples != Samples::One;
     let direct = settings.direct.technique();
@@ -131,6 +134,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         irradiance: DemodulatedLight::new(&settings, tracer),
         sky: Sky::new(),
         progressive: Progressive::new(device)?,
+        antialiasing: is_temporal.then(|| TemporalAntialiasing::new(device)).transpose()?,
         output: Output::new(device, settings.tone_map, settings.exposure)?,
         debug_views: DebugViews::new(device, &settings)?,
         present: Present::default(),

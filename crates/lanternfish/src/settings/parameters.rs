@@ -42,6 +42,14 @@ impl Settings {
             |s: &mut Self| &mut s.history,
         )
         .with_default(),
+        Parameter::new(
+            "antialiasing",
+            "NAME",
+            Range::Names,
+            "Antialiasing over frames. Temporal: smooth edges while the view moves, a little blur.",
+            |s: &mut Self| &mut s.antialiasing,
+        )
+        .with_default(),
         Parameter::new("ray-culling", "NAME", Range::Names, "Which shadow rays are skipped because the surface faces away.", |s: &mut Self| &mut s.ray_culling)
         .with_default(),
         Parameter::new("ray-range-culling", "ON|OFF", Range::Names, "Whether shadow rays from beyond a light's range are skipped.", |s: &mut Self| {

@@ -1,18 +1,60 @@
 //! Settings that the renderer recommends.
 
-use super::Settings;
-use crate::indirect::{Indirect, Quality};
+use lanternfish_scene::named_enum;
+
+use super::{Antialiasing, History, Settings};
+use crate::{
+    indirect::{Indirect, Quality},
+    techniques::SampledLights,
+};
+
+named_enum! {
+    /// Complete settings for a purpose: `lanternfish render --quality`.
+    #[derive(Default)]
+    Preset {
+        /// Single images that are seen soon.
+        Draft = "draft": "Screen probes: about one ray per pixel, through the BVH",
+        /// Single images: the default.
+        #[default]
+        Good = "good": "8 diffuse and 4 glossy rays per pixel, 16 and 4 in an image's first frame, through the BVH",
+        /// Single images with little noise.
+        Best = "best": "64 diffuse and 16 glossy rays per pixel, through the BVH, and 128 samples per cache entry",
+        /// Frames of a moving view: sampled direct light, screen probes, accumulation over frames, temporal antialiasing. Its first frame is a
+        /// noisy draft.
+        Realtime = "realtime": "For moving views: draft, 4 shadow rays per pixel, history, temporal antialiasing",
+    }
+}
+
+impl Preset {
+    /// The effort of its indirect light.
+    pub const fn quality(self) -> Quality {
+        match self {
+            Self::Draft | Self::Realtime => Quality::Draft,
+            Self::Good => Quality::Good,
+            Self::Best => Quality::Best,
+        }
+    }
+}
 
 impl Default for Settings {
     fn default() -> Self {
-        Self::of_quality(Quality::default())
+        Self::of_preset(Preset::default())
     }
 }
 
 impl Settings {
-    /// The recommended settings at this level of effort for indirect light and edges: `lanternfish render --quality`. `Settings::default()`
-    /// equals [`Quality::Good`].
-    pub fn of_quality(quality: Quality) -> Self {
-        Self { indirect: Indirect::preset(quality), samples: quality.samples(), ..Self::direct_light() }
+    /// The settings of a preset. `Settings::default()` is [`Preset::Good`].
+    pub fn of_preset(preset: Preset) -> Self {
+        let quality = preset.quality();
+        let still = Self { indirect: Indirect::preset(quality), samples: quality.samples(), ..Self::direct_light() };
+        match preset {
+            Preset::Draft | Preset::Good | Preset::Best => still,
+            Preset::Realtime => Self {
+                direct: SampledLights::default().into(),
+                history: History::On,
+                antialiasing: Antialiasing::Temporal,
+                ..still
+            },
+        }
     }
 }

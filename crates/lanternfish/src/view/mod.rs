@@ -110,12 +110,12 @@ impl View {
     }
 
     /// Edge of the square from which points of a pixel are chosen, pixels.
-    fn jitter_extent(&self) -> f32 {
+    pub(crate) fn jitter_extent(&self) -> f32 {
         if self.samples > 1 { 0.5 } else { 1.0 }
     }
 
     /// Shifts the image, pixels, x right and y down.
-    fn shift(&mut self, pixels: Vec2) {
+    pub(crate) fn shift(&mut self, pixels: Vec2) {
         // Pixels to NDC, where y is up. In perspective w = -z, so a shift in NDC is a change of the z column.
         let shift = pixels * Vec2::new(2.0, -2.0) / self.size.as_vec2();
         let (column, sign) = match self.orthographic == 1 {

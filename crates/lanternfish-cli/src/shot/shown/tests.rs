@@ -3,7 +3,7 @@ use std::fs;
 use clap::Parser as _;
 use glam::{Mat3A, Vec3A};
 use lanternfish::{
-    settings::{Culling, DebugView, Exposure, Indirect, Occlusion, Quality, Samples, Shadows, TextureBinding, ToneMap},
+    settings::{Culling, DebugView, Exposure, Indirect, Occlusion, Preset, Samples, Shadows, TextureBinding, ToneMap},
     techniques::{Clustered, TileSize, Tiled},
 };
 use lanternfish_papers::{DeepImageSettings, DeepStore, DirectionSet, Hbao, RasterGrid};
@@ -59,7 +59,7 @@ fn many_settings() -> Vec<Settings> {
             ..Settings::default()
         },
     ];
-    all.extend(Quality::ALL.iter().map(|quality| Settings::of_quality(*quality)));
+    all.extend(Preset::ALL.iter().map(|preset| Settings::of_preset(*preset)));
     all.extend(Indirect::all().into_iter().map(|indirect| Settings { indirect, ..Settings::default() }));
     all.extend(Occlusion::all().into_iter().map(|occlusion| Settings { occlusion, ..Settings::direct_light() }));
     let images =

@@ -1,6 +1,6 @@
-//! The camera's section, and the presets of quality.
+//! The camera's section, and the presets.
 
-use lanternfish::settings::Quality;
+use lanternfish::settings::Preset;
 use lanternfish_scene::{Camera, Projection};
 
 use super::*;
@@ -33,12 +33,20 @@ fn the_field_of_view_is_in_degrees() {
 }
 
 #[test]
-fn a_preset_of_quality_sets_indirect_light_and_samples() {
+fn a_preset_sets_what_it_names_and_nothing_else() {
     let mut harness = shown();
-    for quality in [Quality::Draft, Quality::Best, Quality::Good] {
-        harness.get_by_label(quality.name()).click();
+    let plain = harness.state().state.settings.clone();
+    for preset in [Preset::Draft, Preset::Realtime, Preset::Best, Preset::Good] {
+        harness.get_by_label(preset.name()).click();
         harness.run();
-        let (settings, preset) = (&harness.state().state.settings, Settings::of_quality(quality));
-        assert!(settings.indirect == preset.indirect && settings.samples == preset.samples, "{quality}");
+        let expected = Settings::of_preset(preset);
+        let Settings { indirect, samples, antialiasing, .. } = expected.clone();
+        // The other presets leave direct light and history to the window.
+        let of_window = Settings { indirect, samples, antialiasing, ..plain.clone() };
+        let expected = match preset {
+            Preset::Realtime => Settings { direct: expected.direct, history: expected.history, ..of_window },
+            _ => of_window,
+        };
+        assert_eq!(harness.state().state.settings, expected, "{preset}");
     }
 }

@@ -3,7 +3,7 @@
 use lanternfish_scene::rig;
 
 use super::*;
-use crate::{settings::Quality, techniques::HitLight};
+use crate::{settings::Preset, techniques::HitLight};
 
 /// Errors of pixels at a distance of 32 pixels, the period of the squares that share a net of shifts, are not correlated; nor are those at the periods of
 /// smaller squares.
@@ -265,11 +265,11 @@ fn gpu_means_of_drafts_have_no_specks() {
     let scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     let size = UVec2::splat(96);
-    let of = |quality, accumulate| {
-        image_of(gpu, size, Settings { accumulate, ..Settings::of_quality(quality) }, &scene, &camera)
+    let of = |preset, accumulate| {
+        image_of(gpu, size, Settings { accumulate, ..Settings::of_preset(preset) }, &scene, &camera)
     };
-    let truth = of(Quality::Good, 64);
-    let [one, many] = [1, 8].map(|frames| specks(&of(Quality::Draft, frames), &truth, size));
+    let truth = of(Preset::Good, 64);
+    let [one, many] = [1, 8].map(|frames| specks(&of(Preset::Draft, frames), &truth, size));
     println!("specks: {one:.4} of the pixels after one frame, {many:.4} after 8");
     assert!(many < one, "{many} after 8 frames, {one} after one");
     let dotted: Vec<Vec3> = truth.iter().enumerate().map(|(i, v)| if i % 97 == 0 { 2.0 * *v } else { *v }).collect();

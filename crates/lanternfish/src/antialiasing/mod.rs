@@ -1,0 +1,152 @@
+//! Temporal antialiasing: the mean of jittered frames along surfaces, while the view and the scene move.
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::HashMap;
+
+use glam::{UVec2, Vec2};
+use lanternfish_gpu::{Feature, Frame, RasterPipeline, RasterState, SharedStruct, gpu_struct};
+
+use crate::{
+    context::ViewContext,
+    error::RenderError,
+    output::cover,
+    prepass::{KEPT_FRAMES, ViewKey},
+    shaders::{Root, Shaders},
+    texture::{RADIANCE_FORMAT, Radiance, target},
+    view::{View, jitter_of_frame},
+};
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[Root::of("antialiasing/resolve", &[&[&[], &[DEFERRED]]])],
+    &[SharedStruct::of::<AntialiasingParameters>()],
+);
+
+/// Deferred readback: an incomplete frame leaves the history unchanged.
+const DEFERRED: Feature = Feature::new("later");
+
+gpu_struct! {
+    /// Parameters of the pass.
+    pub struct AntialiasingParameters {
+        /// Subpixel jitter of this frame, pixels, x right and y down.
+        jitter: Vec2,
+        /// Weight of this frame.
+        share: f32,
+        /// 1: there is a history of this view.
+        is_known: u32,
+    }
+}
+
+/// Least weight of a frame. Lower: smoother edges and less noise; ghosts and blur last longer.
+const LEAST_SHARE: f32 = 0.1;
+/// Number of different points of a pixel. More: smoother edges at rest, and edges that are seen to move where the history is short.
+const POINTS: u32 = 16;
+/// Bytes of a pixel in both textures of a view.
+const BYTES_PER_PIXEL: u64 = 2 * 8;
+const LABEL: &str = "antialiasing";
+
+/// The pass, and the history of each view.
+#[derive(Debug)]
+pub struct TemporalAntialiasing {
+    pipeline: RasterPipeline,
+    /// Compiled for the first frame with deferred readback.
+    later: Option<RasterPipeline>,
+    sampler: wgpu::Sampler,
+    views: HashMap<ViewKey, Kept>,
+}
+
+/// The texture that a frame writes and shows, and the one that it reads. They swap each frame.
+#[derive(Debug)]
+struct Kept {
+    now: wgpu::TextureView,
+    before: wgpu::TextureView,
+    last_frame: u64,
+}
+
+/// Subpixel jitter of a view after this number of known earlier frames, pixels, x right and y down. The first frame has none.
+pub(crate) fn jitter(view: &View, frames: u32) -> Vec2 {
+    let point = if frames == 0 { Vec2::ZERO } else { jitter_of_frame(1 + (frames - 1) % POINTS) };
+    view.jitter_extent() * point
+}
+
+impl TemporalAntialiasing {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some(LABEL),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        Ok(Self { pipeline: pipeline(device, &[])?, later: None, sampler, views: HashMap::new() })
+    }
+
+    /// Discards the history of all views.
+    pub fn forget(&mut self) {
+        self.views.clear();
+    }
+
+    /// Returns the antialiased radiance of a view's frame, which also is the history of the next one: linear, nits; alpha is the coverage of
+    /// surfaces. The view is shifted by its [`jitter`].
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        ViewContext { view, buffer, key, middle, .. }: &ViewContext<'_>,
+        radiance: &Radiance,
+    ) -> Result<wgpu::TextureView, RenderError> {
+        let Some(motion) = &middle.motion else { unreachable!("the settings request motion") };
+        let number = frame.number();
+        self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
+        let size = view.size;
+        if self.views.get(key).is_none_or(|kept| size_of_view(&kept.now) != size) {
+            frame.take_memory(LABEL, BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y))?;
+        }
+        let new = |frame: &Frame<'_>| target(frame.device, LABEL, size, RADIANCE_FORMAT, wgpu::TextureUsages::COPY_SRC);
+        let kept =
+            self.views.entry(*key).or_insert_with(|| Kept { now: new(frame), before: new(frame), last_frame: 0 });
+        let is_known = motion.before.is_some() && kept.last_frame != 0;
+        kept.last_frame = number;
+        std::mem::swap(&mut kept.now, &mut kept.before);
+        // An image of another size is a history too.
+        if size_of_view(&kept.now) != size {
+            kept.now = new(frame);
+        }
+        let frames = view.random_index;
+        let parameters = frame.uniform(&AntialiasingParameters {
+            jitter: jitter(view, frames),
+            share: (1.0 / (frames as f32 + 1.0)).max(LEAST_SHARE),
+            is_known: u32::from(is_known),
+        });
+        let bindings = buffer
+            .bindings()
+            .with(&middle.bindings())
+            .part("antialiasing", &parameters)
+            .texture("radiance_texture", &radiance.target)
+            .texture("kept_radiance", &kept.before)
+            .sampler("history_sampler", &self.sampler);
+        match frame.whole() {
+            None => cover(frame, &self.pipeline, LABEL, &bindings, &kept.now),
+            Some(capacity_policy) => {
+                let later = match &mut self.later {
+                    Some(later) => later,
+                    none => none.insert(pipeline(frame.device, &[DEFERRED])?),
+                };
+                cover(frame, later, LABEL, &bindings.buffer("capacity_policy", &capacity_policy), &kept.now);
+            }
+        }
+        Ok(kept.now.clone())
+    }
+}
+
+fn size_of_view(view: &wgpu::TextureView) -> UVec2 {
+    let texture = view.texture();
+    UVec2::new(texture.width(), texture.height())
+}
+
+fn pipeline(device: &wgpu::Device, features: &[Feature]) -> Result<RasterPipeline, RenderError> {
+    let shader = DECLARED.link("antialiasing/resolve", features)?;
+    let state = RasterState { targets: &[Some(RADIANCE_FORMAT.into())], ..Default::default() };
+    Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))
+}

@@ -1,0 +1,144 @@
+use glam::{Affine3A, Vec3};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_scene::{Camera, Material, Scene};
+
+use crate::{
+    Renderer, Settings,
+    settings::{Antialiasing, History, Preset, Samples, Shadows},
+    testing::{looking, quad, scene_of},
+};
+
+const SIZE: (u32, u32) = (64, 48);
+/// Frames after which the mean of frames has settled.
+const SETTLED: u32 = 24;
+
+fn settings(antialiasing: Antialiasing) -> Settings {
+    Settings { antialiasing, shadows: Shadows::None, ..Settings::direct_light() }
+}
+
+/// A dark wall with a bright, tilted board before it, both of them emissive: frames have no noise.
+fn board() -> Scene {
+    let shining = |radiance| Material { emissive: Vec3::splat(radiance), double_sided: true, ..Material::default() };
+    let wall = quad(0, Vec3::new(0.0, 0.0, -1.0), 4.0 * Vec3::X, 3.0 * Vec3::Y);
+    let tilted = quad(1, Vec3::ZERO, Vec3::new(0.5, 0.13, 0.0), Vec3::new(-0.09, 0.4, 0.0));
+    let mut scene = scene_of(vec![wall], vec![shining(0.1), shining(1.0)]);
+    let board = scene_of(vec![tilted], Vec::new());
+    scene.meshes.extend(board.meshes);
+    let instance = lanternfish_scene::Instance { mesh: 1, ..scene.instances[0].clone() };
+    scene.instances.push(instance);
+    scene
+}
+
+fn camera() -> Camera {
+    looking([0.0, 0.0, 2.0], [0.0, 0.0, 0.0])
+}
+
+/// Luminance of the pixels of the last of `count` frames. `pose` gives scene and camera of each.
+fn last(gpu: &Gpu, settings: Settings, count: u32, pose: impl Fn(u32) -> (Scene, Camera)) -> Vec<f32> {
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let mut uploaded = renderer.upload(&pose(0).0).unwrap();
+    let mut radiance = Vec::new();
+    for frame in 0..count {
+        let (scene, camera) = pose(frame);
+        renderer.update(&mut uploaded, &scene).unwrap();
+        radiance = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap().radiance;
+    }
+    radiance.iter().map(|texel| texel[1]).collect()
+}
+
+/// Root mean square difference of two images.
+fn error(image: &[f32], truth: &[f32]) -> f32 {
+    let sum: f32 = image.iter().zip(truth).map(|(a, b)| (a - b) * (a - b)).sum();
+    (sum / image.len() as f32).sqrt()
+}
+
+/// Two hundred and fifty-six points of each pixel.
+fn truth(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Vec<f32> {
+    let settings = Settings { accumulate: 256, ..settings(Antialiasing::None) };
+    last(gpu, settings, 1, |_| (scene.clone(), camera.clone()))
+}
+
+#[test]
+fn gpu_the_first_frame_is_that_without_antialiasing_to_the_bit() {
+    let Some(gpu) = testing::gpu("gpu_the_first_frame_is_that_without_antialiasing_to_the_bit") else { return };
+    let of = |antialiasing, count| last(gpu, settings(antialiasing), count, |_| (board(), camera()));
+    let bits = |image: Vec<f32>| image.into_iter().map(f32::to_bits).collect::<Vec<_>>();
+    let plain = bits(of(Antialiasing::None, 1));
+    assert!(bits(of(Antialiasing::Temporal, 1)) == plain);
+    // Check that the test can fail: the second frame has other points.
+    assert!(bits(of(Antialiasing::Temporal, 2)) != plain);
+    assert!(bits(of(Antialiasing::None, 2)) == plain);
+}
+
+#[test]
+fn gpu_edges_at_rest_are_as_smooth_as_with_four_samples() {
+    let Some(gpu) = testing::gpu("gpu_edges_at_rest_are_as_smooth_as_with_four_samples") else { return };
+    let (scene, camera) = (board(), camera());
+    let truth = truth(gpu, &scene, &camera);
+    let of = |settings, count| error(&last(gpu, settings, count, |_| (scene.clone(), camera.clone())), &truth);
+    let plain = of(settings(Antialiasing::None), 1);
+    let multisampled = of(Settings { samples: Samples::Four, ..settings(Antialiasing::None) }, 1);
+    let temporal = of(settings(Antialiasing::Temporal), SETTLED);
+    println!("error without {plain:.4}, with four samples {multisampled:.4}, temporal {temporal:.4}");
+    assert!(temporal < multisampled && multisampled < plain, "{temporal} {multisampled} {plain}");
+}
+
+/// A view that moves by three quarters of a pixel a frame.
+#[test]
+fn gpu_edges_of_a_moving_view_are_smoother_than_without() {
+    let Some(gpu) = testing::gpu("gpu_edges_of_a_moving_view_are_smoother_than_without") else { return };
+    let scene = board();
+    let moved = |frame: u32| {
+        let step = Vec3::new(0.013, 0.007, 0.0) * frame as f32;
+        looking((Vec3::new(-0.2, 0.0, 2.0) + step).into(), (Vec3::new(-0.2, 0.0, 0.0) + step).into())
+    };
+    let truth = truth(gpu, &scene, &moved(SETTLED - 1));
+    let of = |antialiasing| {
+        error(&last(gpu, settings(antialiasing), SETTLED, |frame| (scene.clone(), moved(frame))), &truth)
+    };
+    let (plain, temporal) = (of(Antialiasing::None), of(Antialiasing::Temporal));
+    println!("error without {plain:.4}, temporal {temporal:.4}");
+    assert!(temporal < 0.7 * plain, "{temporal} {plain}");
+}
+
+/// A board that moves by three pixels a frame: pixels that it has left show the wall, as without a history.
+#[test]
+fn gpu_what_moves_leaves_no_ghost() {
+    let Some(gpu) = testing::gpu("gpu_what_moves_leaves_no_ghost") else { return };
+    let pose = |frame: u32| {
+        let mut scene = board();
+        let x = -0.9 + 0.055 * frame as f32;
+        scene.instances[1].world_from_object = Affine3A::from_translation(Vec3::new(x, 0.0, 0.0));
+        (scene, camera())
+    };
+    let after = 20;
+    let truth = truth(gpu, &pose(after - 1).0, &camera());
+    let image = last(gpu, settings(Antialiasing::Temporal), after, pose);
+    let [width, height] = [SIZE.0 as usize, SIZE.1 as usize];
+    // Pixels in whose neighbourhood nothing but the wall is visible.
+    let is_wall = |x: usize, y: usize| {
+        let around = (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| y * width + x));
+        around.into_iter().all(|i| (truth[i] - 0.1).abs() < 1e-3)
+    };
+    let inner = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y)));
+    let walls: Vec<usize> = inner.filter(|(x, y)| is_wall(*x, *y)).map(|(x, y)| y * width + x).collect();
+    let worst = walls.iter().map(|i| (image[*i] - 0.1).abs()).fold(0.0, f32::max);
+    println!("{} pixels of the wall, off by at most {worst:.5}", walls.len());
+    assert!(walls.len() > 500 && worst < 0.004, "{worst}");
+    // Check that the test can fail: the frame before.
+    let before = self::truth(gpu, &pose(after - 2).0, &camera());
+    assert!(walls.iter().any(|i| (before[*i] - 0.1).abs() > 0.1));
+}
+
+/// All that the preset for moving views names is on, and the other presets are as they were.
+#[test]
+fn presets_are_complete() {
+    let realtime = Settings::of_preset(Preset::Realtime);
+    assert!(realtime.direct.is_some() && realtime.indirect.is_some());
+    assert_eq!((realtime.history, realtime.antialiasing), (History::On, Antialiasing::Temporal));
+    for preset in [Preset::Draft, Preset::Good, Preset::Best] {
+        let settings = Settings::of_preset(preset);
+        let Settings { indirect, samples, .. } = settings.clone();
+        assert_eq!(settings, Settings { indirect, samples, ..Settings::direct_light() });
+    }
+}
