@@ -2,7 +2,7 @@
 //!
 //! 1. Resolve: upsamples the irradiance of the sampled pixels to the image ([`IndirectResolution`]).
 //! 2. Firefly clamp: removes the excess of a pixel over its neighbourhood ([`IndirectClamp`]) and estimates the noise (`firefly_clamp.wesl`). The
-//!    excess is redistributed over the pixels around (`redistribution.wesl`).
+//!    excess is redistributed over the pixels around (`collect.wesl`, `redistribution.wesl`).
 //! 3. Temporal accumulation, if there is a history ([`History`]).
 //! 4. Edge-stopping filter, along x and along y (`filter.wesl`).
 
@@ -32,6 +32,7 @@ use crate::{
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
         Root::new("indirect/smoothing/firefly_clamp"),
+        Root::new("indirect/smoothing/collect"),
         Root::new("indirect/smoothing/redistribution"),
         Root::new("indirect/smoothing/filter"),
     ],
@@ -230,7 +231,7 @@ impl Smoothing {
         };
         Ok(Self {
             firefly_clamp: kernel("firefly_clamp", "firefly_clamp", "firefly_clamp")?,
-            collect: kernel("redistribution", "collect", "collect")?,
+            collect: kernel("collect", "collect", "collect")?,
             redistribution: kernel("redistribution", "redistribution", "redistribution")?,
             add: kernel("redistribution", "add", "add")?,
             resolve: kernel("filter", "resolve", "resolve")?,
