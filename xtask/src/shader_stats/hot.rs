@@ -131,7 +131,7 @@ pub const HOT: &[Hot] = &[
     hot("radiance_cache/light", "indirect/radiance_cache/light", "light", &["evenly_sent"]),
     hot("radiance_cache/light: environment", "indirect/radiance_cache/light", "light", &["evenly_sent", "environment"]),
     hot("indirect/firefly_clamp", "indirect/smoothing/firefly_clamp", "firefly_clamp", &[]),
-    hot("indirect/collect", "indirect/smoothing/redistribution", "collect", &[]),
+    hot("indirect/collect", "indirect/smoothing/collect", "collect", &[]),
     hot("indirect/redistribution", "indirect/smoothing/redistribution", "redistribution", &[]),
     hot("indirect/resolve", "indirect/smoothing/filter", "resolve", &[]),
     hot("indirect/filter", "indirect/smoothing/filter", "filter_axis", &[]),

@@ -19,7 +19,7 @@ use crate::{
         Counters,
         history::HistoryReset,
         layers_target,
-        smoothing::{Smoothed, Smoothing},
+        smoothing::{DEVIATIONS, Smoothed, Smoothing},
     },
     prepass::Surface,
     rays::{self, TracePass, Tracer},
@@ -219,7 +219,7 @@ impl SampledPasses {
             technique,
             frames: settings.accumulate,
             trace: TracePass::new(tracer.unwrap_or(Tracer::BVH).exact(), trace),
-            smoothing: Smoothing::labelled(device, history, RESET_WINDOW, "direct_light")?,
+            smoothing: Smoothing::labelled(device, history, RESET_WINDOW, "direct_light", &[DEVIATIONS])?,
         })
     }
 
@@ -283,7 +283,7 @@ impl DirectPasses for SampledPasses {
             Denoise::Off => found,
             Denoise::On => {
                 let frames = self.frames.max(view.view.frame_index.saturating_add(1));
-                let smoothed = Smoothed::new(FILTER_RADIUS, true, frames).with_deviations();
+                let smoothed = Smoothed::new(FILTER_RADIUS, true, frames);
                 self.smoothing.record_layers(frame, view, surface, &smoothed, found)?
             }
         };

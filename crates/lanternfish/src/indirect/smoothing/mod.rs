@@ -2,14 +2,14 @@
 //!
 //! 1. Resolve: upsamples the irradiance of the sampled pixels to the image ([`IndirectResolution`]).
 //! 2. Firefly clamp: removes the excess of a pixel over its neighbourhood ([`IndirectClamp`]) and estimates the noise (`firefly_clamp.wesl`). The
-//!    excess is redistributed over the pixels around (`redistribution.wesl`).
+//!    excess is redistributed over the pixels around (`collect.wesl`, `redistribution.wesl`).
 //! 3. Temporal accumulation, if there is a history ([`History`]).
 //! 4. Edge-stopping filter, along x and along y (`filter.wesl`).
 
 mod pixel_irradiance;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_constants, gpu_struct};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_constants, gpu_struct};
 use lanternfish_scene::named_enum;
 
 #[cfg(test)]
@@ -28,10 +28,15 @@ use crate::{
     technique::{ParameterInfo, Range},
 };
 
+/// The alphas of the layers hold the standard deviations of the pixels' estimates (layers 0 and 2, luminance), and the luminances of light without noise
+/// that is added later (layers 1 and 3). The filter is then as wide as the deviations ask for, and keeps edges of light that are no noise.
+pub(crate) const DEVIATIONS: Feature = Feature::new("deviations");
+
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
-        Root::new("indirect/smoothing/firefly_clamp"),
+        Root::of("indirect/smoothing/firefly_clamp", &[&[&[], &[DEVIATIONS]]]),
+        Root::new("indirect/smoothing/collect"),
         Root::new("indirect/smoothing/redistribution"),
         Root::new("indirect/smoothing/filter"),
     ],
@@ -51,20 +56,12 @@ gpu_struct! {
         clamp_frames: f32,
         /// Radius of the energy redistribution, tiles of `redistribution.wesl`.
         redistribution: u32,
-        /// 1: the alphas of the layers hold the standard deviations of the pixels' estimates.
-        has_deviations: u32,
         /// Pixels of the image per pixel of the layers, along an edge: 1 or 2.
         layer_scale: u32,
         /// First row of sampled pixels whose rays' sums are in the buffer.
         first_row: u32,
         /// Number of these rows.
         row_count: u32,
-        /// Unused.
-        _pad1: u32,
-        /// Unused.
-        _pad2: u32,
-        /// Unused.
-        _pad3: u32,
     }
 }
 
@@ -182,20 +179,10 @@ impl Smoothed {
             axis: 0,
             clamp_frames,
             redistribution,
-            has_deviations: 0,
             layer_scale: 1,
             first_row: 0,
             row_count: 0,
-            _pad1: 0,
-            _pad2: 0,
-            _pad3: 0,
         })
-    }
-
-    /// The same for layers whose alphas hold the standard deviations of the pixels' estimates (layers 0 and 2, luminance), and the luminances of light
-    /// without noise that is added later (layers 1 and 3). The filter is as wide as the deviations ask for, and keeps edges of light that are no noise.
-    pub fn with_deviations(self) -> Self {
-        Self(SmoothingParameters { has_deviations: 1, ..self.0 })
     }
 }
 
@@ -214,27 +201,29 @@ pub struct Smoothing {
 impl Smoothing {
     /// Compiles the passes for indirect light.
     pub fn new(device: &wgpu::Device, history: History) -> Result<Self, RenderError> {
-        Self::labelled(device, history, RESET_WINDOW, "indirect")
+        Self::labelled(device, history, RESET_WINDOW, "indirect", &[])
     }
 
-    /// Compiles the passes. `reset`: what a change of the scene does to the history; `folder`: the first part of the labels.
+    /// Compiles the passes. `reset`: what a change of the scene does to the history; `folder`: the first part of the labels; `features`: none, or
+    /// [`DEVIATIONS`].
     pub(crate) fn labelled(
         device: &wgpu::Device,
         history: History,
         reset: HistoryReset,
         folder: &str,
+        features: &[Feature],
     ) -> Result<Self, RenderError> {
-        let kernel = |file: &str, entry: &str, label: &str| {
-            let shader = DECLARED.link(&format!("indirect/smoothing/{file}"), &[])?;
+        let kernel = |file: &str, features: &[Feature], entry: &str, label: &str| {
+            let shader = DECLARED.link(&format!("indirect/smoothing/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("{folder}/{label}")))
         };
         Ok(Self {
-            firefly_clamp: kernel("firefly_clamp", "firefly_clamp", "firefly_clamp")?,
-            collect: kernel("redistribution", "collect", "collect")?,
-            redistribution: kernel("redistribution", "redistribution", "redistribution")?,
-            add: kernel("redistribution", "add", "add")?,
-            resolve: kernel("filter", "resolve", "resolve")?,
-            filter: kernel("filter", "filter_axis", "filter")?,
+            firefly_clamp: kernel("firefly_clamp", features, "firefly_clamp", "firefly_clamp")?,
+            collect: kernel("collect", &[], "collect", "collect")?,
+            redistribution: kernel("redistribution", &[], "redistribution", "redistribution")?,
+            add: kernel("redistribution", &[], "add", "add")?,
+            resolve: kernel("filter", &[], "resolve", "resolve")?,
+            filter: kernel("filter", &[], "filter_axis", "filter")?,
             histories: match history {
                 History::Off => None,
                 History::On => Some(Histories::new(device, reset, folder)?),
@@ -273,7 +262,7 @@ impl Smoothing {
         let resolving = surfaces.with(&irradiance.bindings()).buffer("finished_irradiance", &irradiance.irradiance);
         let rows = irradiance.parameters.scale * irradiance.size.y;
         let size = UVec2::new(irradiance.rendering.x, rows.min(irradiance.rendering.y));
-        frame.dispatch(&self.resolve, &resolving.texture("filtered", layers), self.groups(size));
+        frame.dispatch(&self.resolve, &resolving.texture("filtered", layers), groups(&self.resolve, size));
         frame.release(&irradiance.irradiance);
     }
 
@@ -296,11 +285,11 @@ impl Smoothing {
         let uniform = frame.uniform(&small);
         let resolving =
             surfaces.clone().part("smoothing", &uniform).buffer("finished_irradiance", &irradiance.irradiance);
-        frame.dispatch(&self.resolve, &resolving.texture("filtered", &current), self.groups(size));
+        frame.dispatch(&self.resolve, &resolving.texture("filtered", &current), groups(&self.resolve, size));
         for (kernel, axis) in [(&self.firefly_clamp, 0), (&self.filter, 0), (&self.filter, 1)] {
             let uniform = frame.uniform(&SmoothingParameters { axis, ..small });
             let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_irradiance", &current);
-            frame.dispatch(kernel, &smoothing.texture("filtered", &next), self.groups(size));
+            frame.dispatch(kernel, &smoothing.texture("filtered", &next), groups(kernel, size));
             std::mem::swap(&mut current, &mut next);
         }
         current
@@ -323,12 +312,6 @@ impl Smoothing {
         Ok(mixed)
     }
 
-    /// Workgroups of the passes over an image of this size.
-    fn groups(&self, rendering: UVec2) -> [u32; 3] {
-        let [width, height, _] = self.filter.workgroup_size();
-        [rendering.x.div_ceil(width), rendering.y.div_ceil(height), 1]
-    }
-
     /// Records the passes for layers of one frame, whose alphas `layers.wesl` describes.
     pub(crate) fn record_layers(
         &mut self,
@@ -347,13 +330,11 @@ impl Smoothing {
         }
         let rendering = surface.size;
         let layers = [found, layers_target(frame, rendering)];
-        let [width, height, _] = self.filter.workgroup_size();
-        let pixels = [rendering.x.div_ceil(width), rendering.y.div_ceil(height), 1];
         let [mut current, mut next] = [&layers[0], &layers[1]];
         let smooth = |frame: &mut Frame<'_>, kernel: &ComputeKernel, axis, [from, to]: [&wgpu::TextureView; 2]| {
             let uniform = frame.uniform(&SmoothingParameters { axis, ..parameters });
             let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_irradiance", from);
-            frame.dispatch(kernel, &smoothing.texture("filtered", to), pixels);
+            frame.dispatch(kernel, &smoothing.texture("filtered", to), groups(kernel, rendering));
         };
         let is_filtered = parameters.radius > 0;
         if is_filtered || parameters.clamp_frames > 0.0 || accumulated.is_some() {
@@ -383,7 +364,7 @@ impl Smoothing {
                     .part("smoothing", &uniform)
                     .texture("filtered_irradiance", current)
                     .buffer("redistribute_light", &buffers[1]);
-                frame.dispatch(&self.add, &adding.texture("filtered", next), pixels);
+                frame.dispatch(&self.add, &adding.texture("filtered", next), groups(&self.add, rendering));
                 std::mem::swap(&mut current, &mut next);
             }
         }
@@ -400,4 +381,10 @@ impl Smoothing {
         frame.release_texture(next);
         Ok(current.clone())
     }
+}
+
+/// Workgroups of a pass over an image of this size.
+fn groups(kernel: &ComputeKernel, size: UVec2) -> [u32; 3] {
+    let [width, height, _] = kernel.workgroup_size();
+    [size.x.div_ceil(width), size.y.div_ceil(height), 1]
 }
