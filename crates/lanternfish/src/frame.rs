@@ -259,7 +259,7 @@ impl Passes {
         let rotation = rotation_of(&view, is_averaged);
         let is_summed = context.is_summed(slot);
         let before = self.shown.as_mut().filter(|_| !is_summed);
-        let before = before.map(|shown| shown.follow(frame, scene, &view, key));
+        let before = before.map(|shown| shown.follow(frame, scene, &view, key)).transpose()?;
         if let Some(before) = &before {
             view.random_index = before.frames();
             view.forgetful_index = if before.has_just_changed() { view.frame_index } else { view.random_index };

@@ -64,6 +64,12 @@ pub(crate) fn frame_layers(
     frame.texture(&wgpu::TextureDescriptor { size, usage, ..flat })
 }
 
+/// The size of a view of a texture's first level, pixels.
+pub(crate) fn size_of_view(view: &wgpu::TextureView) -> UVec2 {
+    let texture = view.texture();
+    UVec2::new(texture.width(), texture.height())
+}
+
 /// The descriptor of a render target.
 pub(crate) fn described(
     label: &str,

@@ -5,7 +5,7 @@ mod tests;
 
 use std::collections::HashMap;
 
-use glam::{UVec2, Vec2};
+use glam::Vec2;
 use lanternfish_gpu::{Feature, Frame, RasterPipeline, RasterState, SharedStruct, gpu_struct};
 
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
     output::cover,
     prepass::{KEPT_FRAMES, ViewKey},
     shaders::{Root, Shaders},
-    texture::{RADIANCE_FORMAT, Radiance, target},
+    texture::{RADIANCE_FORMAT, Radiance, size_of_view, target},
     view::{View, jitter_of_frame},
 };
 
@@ -138,11 +138,6 @@ impl TemporalAntialiasing {
         }
         Ok(kept.now.clone())
     }
-}
-
-fn size_of_view(view: &wgpu::TextureView) -> UVec2 {
-    let texture = view.texture();
-    UVec2::new(texture.width(), texture.height())
 }
 
 fn pipeline(device: &wgpu::Device, features: &[Feature]) -> Result<RasterPipeline, RenderError> {

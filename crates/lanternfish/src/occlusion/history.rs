@@ -64,15 +64,15 @@ impl OcclusionPasses for AccumulatedOcclusion {
         let ambient_visibility = self.passes.record(frame, view, surface)?;
         // Without motion, as for surfaces and irradiance that the caller provides, there is no history.
         let Some(motion) = &surface.motion else { return Ok(ambient_visibility) };
-        let [estimate, mixed] = std::array::from_fn(|_| layers_target(frame, surface.size));
+        let estimate = layers_target(frame, surface.size);
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let bindings = view.buffer.bindings();
         let bindings = bindings.texture("occlusion_texture", &ambient_visibility.texture);
         let gathering =
             bindings.clone().texture("found_environment_irradiance", &ambient_visibility.environment_irradiance);
         frame.dispatch(&self.gather, &gathering.texture("filtered", &estimate), groups);
-        let mix = Mix { surface, motion, found: &estimate, mixed: &mixed, requested_frames: 0.0, clamped_frames: 0.0 };
-        self.histories.record(frame, view, &mix)?;
+        let mix = Mix { surface, motion, found: &estimate, requested_frames: 0.0, clamped_frames: 0.0 };
+        let mixed = self.histories.record(frame, view, &mix)?;
         let target = ambient_visibility_target(frame, surface.size);
         let environment_irradiance = irradiance_target(frame, surface.size);
         let spreading = bindings

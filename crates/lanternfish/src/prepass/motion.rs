@@ -2,11 +2,13 @@
 
 use std::collections::HashMap;
 
-use glam::Mat4;
-use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame, gpu_struct};
+use glam::{Mat4, UVec2};
+use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame, gpu_struct, texture_of};
 
 use crate::{
+    error::RenderError,
     gpu_scene::{GeometryAt, GpuScene},
+    texture::{described, size_of_view},
     view::View,
 };
 
@@ -41,11 +43,23 @@ pub(crate) enum ViewKey {
 /// Number of frames that a view is stored while no frame contains it.
 pub(crate) const KEPT_FRAMES: u64 = 64;
 
+/// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where there is no surface.
+const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+
 /// The last views of a renderer's frames. The previous frame is the last one recorded with the view, complete or not.
 #[derive(Debug, Default)]
 pub(crate) struct ShownViews {
     shown: HashMap<ViewKey, Shown>,
     frame: u64,
+    keeps_places: bool,
+}
+
+/// Position and normal of the surface at each pixel, of this frame and of the frame before. Every pass that accumulates over frames writes those of
+/// this frame.
+#[derive(Clone, Debug)]
+pub(crate) struct Places {
+    now: wgpu::TextureView,
+    before: wgpu::TextureView,
 }
 
 #[derive(Debug)]
@@ -62,6 +76,7 @@ struct Shown {
     frames: u32,
     /// Number of those since the scene changed.
     since_change: u32,
+    places: Option<Places>,
 }
 
 /// The previous frame of one view.
@@ -70,6 +85,7 @@ pub(crate) struct FrameBefore<'s> {
     views: BufferPart,
     geometry: GeometryAt<'s>,
     history: Option<Before>,
+    places: Option<Places>,
     frames: u32,
 }
 
@@ -82,6 +98,8 @@ pub(crate) struct Before {
     pub has_moved: bool,
     /// Number of frames since the scene changed; 0 if this frame is the first after a change.
     pub since_change: u32,
+    /// Number of known frames of the view before this frame, at least 1.
+    pub frames: u32,
 }
 
 /// The motion of a view's surfaces.
@@ -91,10 +109,17 @@ pub struct Motion {
     pub target: wgpu::TextureView,
     /// The previous frame; none if the view is new or shows another scene.
     pub(crate) before: Option<Before>,
+    /// The places of surfaces, if anything is accumulated.
+    pub(crate) places: Option<Places>,
     views: BufferPart,
 }
 
 impl ShownViews {
+    /// `keeps_places`: whether anything is accumulated along surfaces.
+    pub fn new(keeps_places: bool) -> Self {
+        Self { keeps_places, ..Self::default() }
+    }
+
     /// Begins a frame.
     pub fn begin(&mut self) {
         self.frame += 1;
@@ -115,12 +140,14 @@ impl ShownViews {
         scene: &'s GpuScene,
         view: &View,
         key: ViewKey,
-    ) -> FrameBefore<'s> {
+    ) -> Result<FrameBefore<'s>, RenderError> {
         let frame_index = view.frame_index;
         let view = view.centered();
         let (generation, revision) = (scene.generation(), scene.revision());
         scene.note_shown();
-        let before = self.shown.remove(&key);
+        let mut before = self.shown.remove(&key);
+        let places = before.as_mut().and_then(|before| before.places.take());
+        let places = self.keeps_places.then(|| Places::next(frame, places, view.size)).transpose()?;
         let history = before.and_then(|before| Some((scene.geometry_at(before.generation)?, before)));
         let (previous, geometry, before, frames) = match history {
             None => (view, scene.geometry_now(), None, 0),
@@ -129,20 +156,47 @@ impl ShownViews {
                 let since_change = if has_changed { 0 } else { shown.since_change.saturating_add(1) };
                 // A mean continues if the view is identical to the last bit.
                 let has_moved = frame_index == 0 && !is_where(&view, &shown.view);
-                let before = Before { rested: shown.frame_index, has_moved, since_change };
-                (shown.view, geometry, Some(before), shown.frames.saturating_add(1))
+                let frames = shown.frames.saturating_add(1);
+                let before = Before { rested: shown.frame_index, has_moved, since_change, frames };
+                (shown.view, geometry, Some(before), frames)
             }
         };
         let since_change = before.map_or(u32::MAX, |before| before.since_change);
         let last_frame = self.frame;
-        let shown = Shown { view, generation, revision, last_frame, frame_index, frames, since_change };
+        let kept = places.clone();
+        let shown = Shown { view, generation, revision, last_frame, frame_index, frames, since_change, places: kept };
         self.shown.insert(key, shown);
         let views = ViewMotion {
             clip_from_view: view.clip_from_view,
             previous_clip_from_view: previous.clip_from_view,
             previous_view_from_world: previous.view_from_world,
         };
-        FrameBefore { views: frame.uniform(&views), geometry, history: before, frames }
+        Ok(FrameBefore { views: frame.uniform(&views), geometry, history: before, places, frames })
+    }
+}
+
+impl Places {
+    /// The places of the next frame of a view.
+    fn next(frame: &mut Frame<'_>, last: Option<Self>, size: UVec2) -> Result<Self, RenderError> {
+        let fitting = last
+            .as_ref()
+            .map_or(0, |last| [&last.now, &last.before].iter().filter(|places| size_of_view(places) == size).count());
+        frame.take_memory("history/places", 16 * (2 - fitting as u64) * u64::from(size.x) * u64::from(size.y))?;
+        let device = frame.device;
+        let flat = described("history/places", size, PLACES_FORMAT, wgpu::TextureUsages::empty(), 1);
+        let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+        let new = || texture_of(device, &wgpu::TextureDescriptor { usage, ..flat.clone() });
+        Ok(match last {
+            None => Self { now: new(), before: new() },
+            Some(Self { now: before, before: now }) => {
+                Self { now: if size_of_view(&now) == size { now } else { new() }, before }
+            }
+        })
+    }
+
+    /// Bindings under the names that the shaders use.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new().texture("kept_places", &self.before).texture("places_to_keep", &self.now)
     }
 }
 
@@ -175,7 +229,7 @@ impl FrameBefore<'_> {
 
     /// The motion texture with its previous frame.
     pub fn found(&self, target: wgpu::TextureView) -> Motion {
-        Motion { target, before: self.history, views: self.views.clone() }
+        Motion { target, before: self.history, places: self.places.clone(), views: self.views.clone() }
     }
 }
 

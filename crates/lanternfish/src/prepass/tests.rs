@@ -82,7 +82,7 @@ impl<'g> Harness<'g> {
         let count = (SIZE.x * SIZE.y) as usize;
         let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
         shown.begin();
-        let before = shown.follow(&mut frame, scene, view, ViewKey::Slot(0));
+        let before = shown.follow(&mut frame, scene, view, ViewKey::Slot(0)).unwrap();
         let buffer = view.upload(&gpu.device);
         let draws = scene.visible_draws(view);
         let surface = prepass.record(&mut frame, scene, &draws, &buffer, SIZE, Some(&before)).unwrap();

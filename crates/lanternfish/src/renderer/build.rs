@@ -116,7 +116,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
             false => Prepass::new(needs_normals, settings.samples.count()),
             true => Prepass::of_moving(),
         },
-        shown: needs_motion.then(ShownViews::default),
+        shown: needs_motion.then(|| ShownViews::new(settings.keeps_history())),
         one_sample: one_sample.then(|| match needs_motion {
             false => Prepass::new(true, 1),
             true => Prepass::of_moving(),

@@ -124,11 +124,9 @@ impl VisibilityRatios {
         let Some(motion) = &view.middle.motion else {
             return Ok(AccumulatedRatios { accumulated: estimate.clone(), estimate });
         };
-        let accumulated = self.target(frame, view.middle.size);
         let surface = &view.middle;
-        let mix =
-            Mix { surface, motion, found: &estimate, mixed: &accumulated, requested_frames: 0.0, clamped_frames: 0.0 };
-        self.histories.record(frame, view, &mix)?;
+        let mix = Mix { surface, motion, found: &estimate, requested_frames: 0.0, clamped_frames: 0.0 };
+        let accumulated = self.histories.record(frame, view, &mix)?;
         Ok(AccumulatedRatios { estimate, accumulated })
     }
 }

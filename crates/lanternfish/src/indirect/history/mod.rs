@@ -3,15 +3,15 @@
 use std::collections::HashMap;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, texture_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, texture_of};
 
-use super::LAYERS;
+use super::{LAYERS, layers_target};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    prepass::{KEPT_FRAMES, Motion, Surface, ViewKey},
+    prepass::{Before, KEPT_FRAMES, Motion, Surface, ViewKey},
     shaders::{Root, Shaders},
-    texture::described,
+    texture::{described, size_of_view},
     view::View,
 };
 
@@ -66,8 +66,6 @@ const MOST: f32 = 32.0;
 /// cache gets a sample per frame.
 pub(super) const RESET_FRAMES: u32 = 8;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where there is no surface.
-const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
 /// Effect of any change of the scene on the history of pixels.
 #[derive(Clone, Copy, Debug)]
@@ -94,19 +92,14 @@ pub(crate) struct Histories {
     views: HashMap<ViewKey, Kept>,
 }
 
-/// History of a view. The two buffers swap roles each frame: `now` is written and `before` is read.
+/// History of a view: the layers that a frame writes and those that it reads. They swap each frame.
 #[derive(Debug)]
 struct Kept {
-    now: HistoryTextures,
-    before: HistoryTextures,
+    now: wgpu::TextureView,
+    before: wgpu::TextureView,
     last_frame: u64,
-}
-
-#[derive(Debug)]
-struct HistoryTextures {
-    layers: wgpu::TextureView,
-    places: wgpu::TextureView,
-    size: UVec2,
+    /// Number of known frames of the view before the last one that was accumulated.
+    frames: u32,
 }
 
 /// Longest possible history of a pixel of this view, frames, with the current one.
@@ -123,8 +116,6 @@ pub(crate) struct Mix<'a> {
     pub motion: &'a Motion,
     /// Irradiance estimate of this frame.
     pub found: &'a wgpu::TextureView,
-    /// Target: the accumulated irradiance.
-    pub mixed: &'a wgpu::TextureView,
     /// Frames over which the image is to be averaged; 0: one.
     pub requested_frames: f32,
     /// Frames of the mean for which the firefly clamp was applied; 0: no clamp.
@@ -144,33 +135,41 @@ impl Histories {
         self.views.clear();
     }
 
-    /// Accumulates the estimate of a view with its history, into `mixed`. Pixels whose history is shorter than `clamped_frames` are clamped again
-    /// for their own length.
+    /// Accumulates the estimate of a view with its history, and returns the layers of the result, which later passes of the frame read. Pixels
+    /// whose history is shorter than `clamped_frames` are clamped again for their own length.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { view, buffer, key, .. }: &ViewContext<'_>,
-        &Mix { surface, motion, found: estimate, mixed, requested_frames, clamped_frames }: &Mix<'_>,
-    ) -> Result<(), RenderError> {
+        &Mix { surface, motion, found: estimate, requested_frames, clamped_frames }: &Mix<'_>,
+    ) -> Result<wgpu::TextureView, RenderError> {
+        let Some(places) = &motion.places else { unreachable!("the settings request a history") };
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
         let size = surface.size;
-        if self.views.get(key).is_none_or(|kept| kept.now.size != size) {
-            frame
-                .take_memory("history", 2 * HistoryTextures::BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y))?;
+        if self.views.get(key).is_none_or(|kept| size_of_view(&kept.now) != size) {
+            frame.take_memory("history", 2 * BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y))?;
         }
-        let new = |frame: &Frame<'_>| HistoryTextures::new(frame.device, size);
-        let kept =
-            self.views.entry(*key).or_insert_with(|| Kept { now: new(frame), before: new(frame), last_frame: 0 });
-        let is_first = kept.last_frame == 0;
-        kept.last_frame = number;
+        let new = |frame: &Frame<'_>| layers(frame.device, size);
+        let kept = self.views.entry(*key).or_insert_with(|| Kept {
+            now: new(frame),
+            before: new(frame),
+            last_frame: 0,
+            frames: 0,
+        });
+        // The places are those of the frame before; the layers must be, too.
+        let is_of_frame_before = |before: &Before| kept.last_frame != 0 && kept.frames + 1 == before.frames;
+        let before = motion.before.filter(is_of_frame_before);
+        (kept.last_frame, kept.frames) = (number, motion.before.map_or(0, |before| before.frames));
         std::mem::swap(&mut kept.now, &mut kept.before);
-        if kept.now.size != size {
+        if size_of_view(&kept.now) != size {
             kept.now = new(frame);
         }
-        let before = motion.before.filter(|_| !is_first);
+        // In a mean of frames the result is not the history.
+        let mixed = (view.frame_index > 0).then(|| layers_target(frame, size));
+        let unwritten = layers_target(frame, UVec2::ONE);
         let uniform = frame.uniform(&HistoryParameters {
-            size_before: kept.before.size,
+            size_before: size_of_view(&kept.before),
             is_known: u32::from(before.is_some()),
             mean_frames: view.frame_index as f32,
             rested: before.map_or(0, |before| before.rested) as f32,
@@ -185,8 +184,12 @@ impl Histories {
             ..Default::default()
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
-        let bindings =
-            bindings.with(&kept.bindings()).texture("filtered_irradiance", estimate).texture("filtered", mixed);
+        let bindings = bindings
+            .with(&places.bindings())
+            .texture("kept_irradiance", &kept.before)
+            .texture("irradiance_to_keep", &kept.now)
+            .texture("filtered_irradiance", estimate)
+            .texture("filtered", mixed.as_ref().unwrap_or(&unwritten));
         let [width, height, _] = self.mix.workgroup_size();
         let groups = [size.x.div_ceil(width), size.y.div_ceil(height), 1];
         match frame.whole() {
@@ -199,7 +202,7 @@ impl Histories {
                 frame.dispatch(mix, &bindings.buffer("capacity_policy", &capacity_policy), groups);
             }
         }
-        Ok(())
+        Ok(mixed.unwrap_or_else(|| kept.now.clone()))
     }
 }
 
@@ -208,31 +211,12 @@ fn kernel(device: &wgpu::Device, features: &[Feature], label: &str) -> Result<Co
     Ok(ComputeKernel::new(device, &shader, "mix_history", label))
 }
 
-impl Kept {
-    fn bindings(&self) -> Bindings<'_> {
-        Bindings::new()
-            .texture("kept_irradiance", &self.before.layers)
-            .texture("kept_places", &self.before.places)
-            .texture("irradiance_to_keep", &self.now.layers)
-            .texture("places_to_keep", &self.now.places)
-    }
-}
+/// Bytes of a pixel in the layers of a frame.
+const BYTES_PER_PIXEL: u64 = 8 * LAYERS as u64;
 
-impl HistoryTextures {
-    /// Four halves in each layer, and the place.
-    const BYTES_PER_PIXEL: u64 = 8 * LAYERS as u64 + 16;
-
-    fn new(device: &wgpu::Device, size: UVec2) -> Self {
-        let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
-        let texture = |label, format, layers| {
-            let flat = described(label, size, format, wgpu::TextureUsages::empty(), 1);
-            let size = wgpu::Extent3d { depth_or_array_layers: layers, ..flat.size };
-            texture_of(device, &wgpu::TextureDescriptor { size, usage, ..flat })
-        };
-        Self {
-            layers: texture("history/irradiance", KEPT_FORMAT, LAYERS),
-            places: texture("history/places", PLACES_FORMAT, 1),
-            size,
-        }
-    }
+fn layers(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+    let flat = described("history/irradiance", size, KEPT_FORMAT, wgpu::TextureUsages::empty(), 1);
+    let size = wgpu::Extent3d { depth_or_array_layers: LAYERS, ..flat.size };
+    texture_of(device, &wgpu::TextureDescriptor { size, usage, ..flat })
 }

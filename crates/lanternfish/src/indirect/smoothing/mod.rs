@@ -304,10 +304,8 @@ impl Smoothing {
         found: wgpu::TextureView,
     ) -> Result<wgpu::TextureView, RenderError> {
         let Some((histories, motion)) = self.histories.as_mut().zip(surface.motion.as_ref()) else { return Ok(found) };
-        let mixed = layers_target(frame, surface.size);
-        let (requested_frames, clamped_frames) = (0.0, 0.0);
-        let mix = Mix { surface, motion, found: &found, mixed: &mixed, requested_frames, clamped_frames };
-        histories.record(frame, view, &mix)?;
+        let mix = Mix { surface, motion, found: &found, requested_frames: 0.0, clamped_frames: 0.0 };
+        let mixed = histories.record(frame, view, &mix)?;
         frame.release_texture(&found);
         Ok(mixed)
     }
@@ -368,18 +366,22 @@ impl Smoothing {
                 std::mem::swap(&mut current, &mut next);
             }
         }
+        let mut mixed = None;
         if let Some((histories, motion)) = accumulated {
             let clamped_frames = parameters.clamp_frames;
-            let mix = Mix { surface, motion, found: current, mixed: next, requested_frames, clamped_frames };
-            histories.record(frame, view, &mix)?;
-            std::mem::swap(&mut current, &mut next);
+            let mix = Mix { surface, motion, found: current, requested_frames, clamped_frames };
+            mixed = Some(histories.record(frame, view, &mix)?);
         }
-        for axis in [0, 1].into_iter().filter(|_| is_filtered) {
-            smooth(frame, &self.filter, axis, [current, next]);
-            std::mem::swap(&mut current, &mut next);
+        if is_filtered {
+            smooth(frame, &self.filter, 0, [mixed.as_ref().unwrap_or(current), next]);
+            smooth(frame, &self.filter, 1, [next, current]);
+            mixed = None;
         }
         frame.release_texture(next);
-        Ok(current.clone())
+        if mixed.is_some() {
+            frame.release_texture(current);
+        }
+        Ok(mixed.unwrap_or_else(|| current.clone()))
     }
 }
 
