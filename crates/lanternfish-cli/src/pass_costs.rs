@@ -18,13 +18,15 @@ pub struct PassCost {
 
 /// Passes that trace rays, and the counter of their rays. Entries of the radiance cache trace two rays a sample: one for light and one
 /// for a hit.
-pub const RAYS: [(&str, &str, u64); 6] = [
+pub const RAYS: [(&str, &str, u64); 8] = [
     ("shadows/trace", "shadows/rays", 1),
     ("shadows/trace_edges", "shadows/edge_rays", 1),
     ("direct_light/trace", "shadows/rays", 1),
     ("indirect/trace", "indirect/rays", 1),
     ("indirect/emitters", "indirect/emitter_rays", 1),
     ("radiance_cache/rays", "radiance_cache/samples", 2),
+    ("radiance_cache/shadow", "radiance_cache/samples", 1),
+    ("radiance_cache/trace", "radiance_cache/samples", 1),
 ];
 
 /// A pass whose rays the counter of `indirect/trace` holds too: in a frame with both, neither has a count of its own.

@@ -260,7 +260,8 @@ impl Passes {
         let is_summed = context.is_summed(slot);
         let before = self.shown.as_mut().filter(|_| !is_summed);
         let before = before.map(|shown| shown.follow(frame, scene, &view, key)).transpose()?;
-        if let Some(before) = &before {
+        // Without a history, a mean depends on no earlier image.
+        if let Some(before) = before.as_ref().filter(|before| !is_averaged || before.keeps_history()) {
             view.random_index = before.frames();
             view.forgetful_index = if before.has_just_changed() { view.frame_index } else { view.random_index };
             if self.antialiasing.is_some() && !is_averaged {

@@ -1,7 +1,7 @@
 //! Render targets.
 
 use glam::UVec2;
-use lanternfish_gpu::{Frame, texture_of};
+use lanternfish_gpu::{Frame, GpuError, texture_of};
 
 /// Format of linear radiance, nits. Half floats: the widest format that every adapter can blend.
 pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -68,6 +68,33 @@ pub(crate) fn frame_layers(
 pub(crate) fn size_of_view(view: &wgpu::TextureView) -> UVec2 {
     let texture = view.texture();
     UVec2::new(texture.width(), texture.height())
+}
+
+/// The texture that a frame writes and the one that the frame before wrote. They swap each frame.
+#[derive(Clone, Debug)]
+pub(crate) struct PingPong {
+    pub now: wgpu::TextureView,
+    pub before: wgpu::TextureView,
+}
+
+impl PingPong {
+    /// The pair of the next frame. `new` creates what is missing, or what is to be written and has another size; `bytes` are those of one texture.
+    pub fn next(
+        last: Option<Self>,
+        frame: &mut Frame<'_>,
+        size: UVec2,
+        (label, bytes): (&str, u64),
+        new: impl Fn(&wgpu::Device) -> wgpu::TextureView,
+    ) -> Result<Self, GpuError> {
+        let mut create = || {
+            frame.take_memory(label, bytes)?;
+            Ok::<_, GpuError>(new(frame.device))
+        };
+        let Some(Self { now: before, before: now }) = last else {
+            return Ok(Self { now: create()?, before: create()? });
+        };
+        Ok(Self { now: if size_of_view(&now) == size { now } else { create()? }, before })
+    }
 }
 
 /// The descriptor of a render target.

@@ -48,7 +48,8 @@ pub struct TechniqueArgs {
     pub history: Option<History>,
     /// Antialiasing over the frames of a moving view.
     ///
-    /// The first image is the same with either. Without it: none, but temporal with --quality realtime.
+    /// The first image is the same with either; later ones depend on those before. Without it: none, but temporal with
+    /// --quality realtime.
     #[arg(long, value_name = "NAME", value_parser = choice::<Antialiasing>(), hide_short_help = true)]
     pub antialiasing: Option<Antialiasing>,
     #[command(flatten)]

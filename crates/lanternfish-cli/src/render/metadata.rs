@@ -1,6 +1,6 @@
 //! Texts in an image's file that say how it was made. They name no date, path or machine: the same command gives the same bytes.
 
-use lanternfish::settings::{History, Settings};
+use lanternfish::settings::{Antialiasing, History, Settings};
 
 /// The program and its version. PNG reserves the name.
 pub const SOFTWARE: &str = "Software";
@@ -17,7 +17,8 @@ pub const SEED: &str = "lanternfish.seed";
 
 /// The texts of an image by name. `before` counts the images that this run rendered before it.
 pub fn texts(settings: &Settings, seed: u32, before: u32) -> Vec<(&'static str, String)> {
-    let history_frames = if settings.history == History::On { before } else { 0 };
+    let is_antialiased = settings.antialiasing == Antialiasing::Temporal && settings.accumulate == 1;
+    let history_frames = if settings.history == History::On || is_antialiased { before } else { 0 };
     vec![
         (SOFTWARE, concat!("lanternfish ", env!("CARGO_PKG_VERSION")).to_owned()),
         (INDIRECT, settings.indirect.name().to_owned()),

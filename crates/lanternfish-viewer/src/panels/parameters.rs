@@ -3,6 +3,7 @@
 use egui::Ui;
 use lanternfish::{
     Settings,
+    direct_light::auto::AutoLights,
     settings::Preset,
     technique::{Choice, Kind, ParameterInfo, Range},
 };
@@ -19,7 +20,7 @@ struct Value {
 pub fn show(ui: &mut Ui, state: &mut State) {
     let defaults = state.defaults.clone();
     let (settings, unfold) = (&mut state.settings, state.unfold);
-    presets(ui, settings, &defaults);
+    presets(ui, settings);
     technique(ui, &mut settings.indirect, &defaults.indirect, &mut state.message, unfold);
     technique(ui, &mut settings.occlusion, &defaults.occlusion, &mut state.message, unfold);
     technique(ui, &mut settings.direct, &defaults.direct, &mut state.message, unfold);
@@ -38,17 +39,20 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// Draws the presets of `--quality`: a click sets indirect light and antialiasing, and for moving views the history and sampled direct light.
-/// The window's own choice of direct light and its history belong to the other presets.
-fn presets(ui: &mut Ui, settings: &mut Settings, defaults: &Settings) {
+/// Draws the presets of `--quality`: a click sets indirect light and antialiasing; for moving views, the history and sampled direct light. The other
+/// presets leave both to the window, whose direct light follows the number of lights.
+fn presets(ui: &mut Ui, settings: &mut Settings) {
     ui.horizontal(|ui| {
         ui.label("quality").on_hover_text("Presets, as --quality of the command line");
+        let realtime = Settings::of_preset(Preset::Realtime);
         for preset in Preset::ALL {
-            let Settings { direct, history, antialiasing, indirect, samples, .. } = Settings::of_preset(*preset);
-            let is_of_window = direct.is_none();
-            let direct = if is_of_window { defaults.direct.clone() } else { direct };
-            let history = if is_of_window { defaults.history } else { history };
-            let set = Settings { direct, history, antialiasing, indirect, samples, ..settings.clone() };
+            let Settings { antialiasing, indirect, samples, .. } = Settings::of_preset(*preset);
+            let mut set = Settings { antialiasing, indirect, samples, ..settings.clone() };
+            if *preset == Preset::Realtime {
+                (set.direct, set.history) = (realtime.direct.clone(), realtime.history);
+            } else if set.direct == realtime.direct {
+                set.direct = AutoLights::default().into();
+            }
             if ui.selectable_label(*settings == set, preset.name()).on_hover_text(preset.words()).clicked() {
                 *settings = set;
             }

@@ -14,7 +14,7 @@ use crate::{
     output::cover,
     prepass::{KEPT_FRAMES, ViewKey},
     shaders::{Root, Shaders},
-    texture::{RADIANCE_FORMAT, Radiance, size_of_view, target},
+    texture::{PingPong, RADIANCE_FORMAT, Radiance, target},
     view::{View, jitter_of_frame},
 };
 
@@ -33,18 +33,18 @@ gpu_struct! {
         /// Subpixel jitter of this frame, pixels, x right and y down.
         jitter: Vec2,
         /// Weight of this frame.
-        share: f32,
+        weight: f32,
         /// 1: there is a history of this view.
-        is_known: u32,
+        has_history: u32,
     }
 }
 
 /// Least weight of a frame. Lower: smoother edges and less noise; ghosts and blur last longer.
-const LEAST_SHARE: f32 = 0.1;
-/// Number of different points of a pixel. More: smoother edges at rest, and edges that are seen to move where the history is short.
+const LEAST_WEIGHT: f32 = 0.1;
+/// Number of different points of a pixel. More: smoother edges at rest, and edges that tremble where the history is short.
 const POINTS: u32 = 16;
-/// Bytes of a pixel in both textures of a view.
-const BYTES_PER_PIXEL: u64 = 2 * 8;
+/// Bytes of a pixel in one of a view's two textures.
+const BYTES_PER_PIXEL: u64 = 8;
 const LABEL: &str = "antialiasing";
 
 /// The pass, and the history of each view.
@@ -57,12 +57,13 @@ pub struct TemporalAntialiasing {
     views: HashMap<ViewKey, Kept>,
 }
 
-/// The texture that a frame writes and shows, and the one that it reads. They swap each frame.
+/// The history of a view.
 #[derive(Debug)]
 struct Kept {
-    now: wgpu::TextureView,
-    before: wgpu::TextureView,
+    radiance: PingPong,
     last_frame: u64,
+    /// Number of frames in it, with the last one.
+    frames: u32,
 }
 
 /// Subpixel jitter of a view after this number of known earlier frames, pixels, x right and y down. The first frame has none.
@@ -100,43 +101,37 @@ impl TemporalAntialiasing {
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
         let size = view.size;
-        if self.views.get(key).is_none_or(|kept| size_of_view(&kept.now) != size) {
-            frame.take_memory(LABEL, BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y))?;
-        }
-        let new = |frame: &Frame<'_>| target(frame.device, LABEL, size, RADIANCE_FORMAT, wgpu::TextureUsages::COPY_SRC);
-        let kept =
-            self.views.entry(*key).or_insert_with(|| Kept { now: new(frame), before: new(frame), last_frame: 0 });
-        let is_known = motion.before.is_some() && kept.last_frame != 0;
-        kept.last_frame = number;
-        std::mem::swap(&mut kept.now, &mut kept.before);
-        // An image of another size is a history too.
-        if size_of_view(&kept.now) != size {
-            kept.now = new(frame);
-        }
-        let frames = view.random_index;
+        let new = |device: &wgpu::Device| target(device, LABEL, size, RADIANCE_FORMAT, wgpu::TextureUsages::COPY_SRC);
+        let last = self.views.remove(key);
+        // The history of a view that is new or shows another scene is of other surfaces.
+        let frames = last.as_ref().filter(|_| motion.before.is_some()).map_or(0, |last| last.frames);
+        let bytes = BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y);
+        let radiances = PingPong::next(last.map(|last| last.radiance), frame, size, (LABEL, bytes), new)?;
+        let kept = Kept { radiance: radiances.clone(), last_frame: number, frames: frames.saturating_add(1) };
+        self.views.insert(*key, kept);
         let parameters = frame.uniform(&AntialiasingParameters {
-            jitter: jitter(view, frames),
-            share: (1.0 / (frames as f32 + 1.0)).max(LEAST_SHARE),
-            is_known: u32::from(is_known),
+            jitter: jitter(view, view.random_index),
+            weight: (1.0 / (frames as f32 + 1.0)).max(LEAST_WEIGHT),
+            has_history: u32::from(frames > 0),
         });
         let bindings = buffer
             .bindings()
             .with(&middle.bindings())
             .part("antialiasing", &parameters)
             .texture("radiance_texture", &radiance.target)
-            .texture("kept_radiance", &kept.before)
+            .texture("history_texture", &radiances.before)
             .sampler("history_sampler", &self.sampler);
         match frame.whole() {
-            None => cover(frame, &self.pipeline, LABEL, &bindings, &kept.now),
+            None => cover(frame, &self.pipeline, LABEL, &bindings, &radiances.now),
             Some(capacity_policy) => {
                 let later = match &mut self.later {
                     Some(later) => later,
                     none => none.insert(pipeline(frame.device, &[DEFERRED])?),
                 };
-                cover(frame, later, LABEL, &bindings.buffer("capacity_policy", &capacity_policy), &kept.now);
+                cover(frame, later, LABEL, &bindings.buffer("capacity_policy", &capacity_policy), &radiances.now);
             }
         }
-        Ok(kept.now.clone())
+        Ok(radiances.now)
     }
 }
 

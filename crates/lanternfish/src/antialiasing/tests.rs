@@ -3,8 +3,8 @@ use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{Camera, Material, Scene};
 
 use crate::{
-    Renderer, Settings,
-    settings::{Antialiasing, History, Preset, Samples, Shadows},
+    Renderer, Settings, Target, ViewRequest,
+    settings::{Antialiasing, Samples, Shadows},
     testing::{looking, quad, scene_of},
 };
 
@@ -47,13 +47,13 @@ fn last(gpu: &Gpu, settings: Settings, count: u32, pose: impl Fn(u32) -> (Scene,
 }
 
 /// Root mean square difference of two images.
-fn error(image: &[f32], truth: &[f32]) -> f32 {
-    let sum: f32 = image.iter().zip(truth).map(|(a, b)| (a - b) * (a - b)).sum();
+fn error(image: &[f32], reference: &[f32]) -> f32 {
+    let sum: f32 = image.iter().zip(reference).map(|(a, b)| (a - b) * (a - b)).sum();
     (sum / image.len() as f32).sqrt()
 }
 
 /// Two hundred and fifty-six points of each pixel.
-fn truth(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Vec<f32> {
+fn reference(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Vec<f32> {
     let settings = Settings { accumulate: 256, ..settings(Antialiasing::None) };
     last(gpu, settings, 1, |_| (scene.clone(), camera.clone()))
 }
@@ -74,8 +74,8 @@ fn gpu_the_first_frame_is_that_without_antialiasing_to_the_bit() {
 fn gpu_edges_at_rest_are_as_smooth_as_with_four_samples() {
     let Some(gpu) = testing::gpu("gpu_edges_at_rest_are_as_smooth_as_with_four_samples") else { return };
     let (scene, camera) = (board(), camera());
-    let truth = truth(gpu, &scene, &camera);
-    let of = |settings, count| error(&last(gpu, settings, count, |_| (scene.clone(), camera.clone())), &truth);
+    let reference = reference(gpu, &scene, &camera);
+    let of = |settings, count| error(&last(gpu, settings, count, |_| (scene.clone(), camera.clone())), &reference);
     let plain = of(settings(Antialiasing::None), 1);
     let multisampled = of(Settings { samples: Samples::Four, ..settings(Antialiasing::None) }, 1);
     let temporal = of(settings(Antialiasing::Temporal), SETTLED);
@@ -92,9 +92,9 @@ fn gpu_edges_of_a_moving_view_are_smoother_than_without() {
         let step = Vec3::new(0.013, 0.007, 0.0) * frame as f32;
         looking((Vec3::new(-0.2, 0.0, 2.0) + step).into(), (Vec3::new(-0.2, 0.0, 0.0) + step).into())
     };
-    let truth = truth(gpu, &scene, &moved(SETTLED - 1));
+    let reference = reference(gpu, &scene, &moved(SETTLED - 1));
     let of = |antialiasing| {
-        error(&last(gpu, settings(antialiasing), SETTLED, |frame| (scene.clone(), moved(frame))), &truth)
+        error(&last(gpu, settings(antialiasing), SETTLED, |frame| (scene.clone(), moved(frame))), &reference)
     };
     let (plain, temporal) = (of(Antialiasing::None), of(Antialiasing::Temporal));
     println!("error without {plain:.4}, temporal {temporal:.4}");
@@ -112,13 +112,13 @@ fn gpu_what_moves_leaves_no_ghost() {
         (scene, camera())
     };
     let after = 20;
-    let truth = truth(gpu, &pose(after - 1).0, &camera());
+    let reference = reference(gpu, &pose(after - 1).0, &camera());
     let image = last(gpu, settings(Antialiasing::Temporal), after, pose);
     let [width, height] = [SIZE.0 as usize, SIZE.1 as usize];
     // Pixels in whose neighbourhood nothing but the wall is visible.
     let is_wall = |x: usize, y: usize| {
         let around = (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| y * width + x));
-        around.into_iter().all(|i| (truth[i] - 0.1).abs() < 1e-3)
+        around.into_iter().all(|i| (reference[i] - 0.1).abs() < 1e-3)
     };
     let inner = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y)));
     let walls: Vec<usize> = inner.filter(|(x, y)| is_wall(*x, *y)).map(|(x, y)| y * width + x).collect();
@@ -126,19 +126,76 @@ fn gpu_what_moves_leaves_no_ghost() {
     println!("{} pixels of the wall, off by at most {worst:.5}", walls.len());
     assert!(walls.len() > 500 && worst < 0.004, "{worst}");
     // Check that the test can fail: the frame before.
-    let before = self::truth(gpu, &pose(after - 2).0, &camera());
+    let before = self::reference(gpu, &pose(after - 2).0, &camera());
     assert!(walls.iter().any(|i| (before[*i] - 0.1).abs() > 0.1));
 }
 
-/// All that the preset for moving views names is on, and the other presets are as they were.
+/// Alpha is the coverage of the surfaces of this frame, also behind a board that moves before nothing.
 #[test]
-fn presets_are_complete() {
-    let realtime = Settings::of_preset(Preset::Realtime);
-    assert!(realtime.direct.is_some() && realtime.indirect.is_some());
-    assert_eq!((realtime.history, realtime.antialiasing), (History::On, Antialiasing::Temporal));
-    for preset in [Preset::Draft, Preset::Good, Preset::Best] {
-        let settings = Settings::of_preset(preset);
-        let Settings { indirect, samples, .. } = settings.clone();
-        assert_eq!(settings, Settings { indirect, samples, ..Settings::direct_light() });
-    }
+fn gpu_coverage_does_not_trail() {
+    let Some(gpu) = testing::gpu("gpu_coverage_does_not_trail") else { return };
+    let texels = |antialiasing| {
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(antialiasing)).unwrap();
+        let mut scene = board();
+        scene.instances.remove(0);
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let mut texels = Vec::new();
+        for frame in 0..20 {
+            let x = -0.9 + 0.055 * frame as f32;
+            scene.instances[0].world_from_object = Affine3A::from_translation(Vec3::new(x, 0.0, 0.0));
+            renderer.update(&mut uploaded, &scene).unwrap();
+            texels = renderer.render(&uploaded, &camera(), SIZE.0, SIZE.1).unwrap().radiance;
+        }
+        texels
+    };
+    let [plain, temporal] = [Antialiasing::None, Antialiasing::Temporal].map(texels);
+    assert!(temporal.iter().all(|texel| (0.0..=1.0).contains(&texel[3])));
+    // A pixel beside the board may be covered in part. A trail of three pixels a frame would be longer.
+    let width = SIZE.0 as usize;
+    let is_beside = |i: usize| {
+        let offsets = [0, 1, width, width + 1, width - 1];
+        let around = offsets.iter().flat_map(|offset| [i.checked_sub(*offset), Some(i + offset)]).flatten();
+        around.into_iter().any(|i| plain.get(i).is_some_and(|texel| texel[3] > 0.0))
+    };
+    let covered: Vec<usize> = (0..temporal.len()).filter(|i| temporal[*i][3] > 0.0).collect();
+    assert!(covered.len() > 100 && covered.iter().all(|i| is_beside(*i)));
+    // Check that the test can fail: most of the image is neither.
+    assert!((0..temporal.len()).filter(|i| is_beside(*i)).count() < temporal.len() / 2);
+    let is_bright_alone = |texel: &[f32; 4]| texel[1] > texel[3] + 0.15;
+    assert!(!temporal.iter().any(is_bright_alone), "radiance without coverage");
+}
+
+/// A program that records frames: a moving view is antialiased although it asks for means, the mean begins at rest, and frames that are incomplete
+/// leave no black history.
+#[test]
+fn gpu_recorded_frames_are_antialiased_while_they_move() {
+    let Some(gpu) = testing::gpu("gpu_recorded_frames_are_antialiased_while_they_move") else { return };
+    let scene = board();
+    let record = |antialiasing, moves: bool| {
+        let settings = Settings { accumulate: 2, ..settings(antialiasing) };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let mut image = Vec::new();
+        for frame in 0..SETTLED {
+            let step = if moves { Vec3::new(0.013, 0.007, 0.0) * frame as f32 } else { Vec3::ZERO };
+            let camera = looking((Vec3::new(-0.2, 0.0, 2.0) + step).into(), (Vec3::new(-0.2, 0.0, 0.0) + step).into());
+            let view = ViewRequest::of_camera(1, &camera, SIZE.into(), Target::Own);
+            let mut commands = gpu.device.create_command_encoder(&Default::default());
+            let id = renderer.record(&mut commands, &uploaded, &[view]).unwrap();
+            gpu.queue.submit([commands.finish()]);
+            renderer.submitted(id);
+            image = renderer.read(id).unwrap().remove(0).radiance.iter().map(|texel| texel[1]).collect();
+            while renderer.poll().is_some() {}
+        }
+        image
+    };
+    let step = Vec3::new(0.013, 0.007, 0.0) * (SETTLED - 1) as f32;
+    let last = looking((Vec3::new(-0.2, 0.0, 2.0) + step).into(), (Vec3::new(-0.2, 0.0, 0.0) + step).into());
+    let reference = reference(gpu, &scene, &last);
+    let [plain, temporal] = [Antialiasing::None, Antialiasing::Temporal].map(|a| error(&record(a, true), &reference));
+    println!("error without {plain:.4}, temporal {temporal:.4}");
+    assert!(temporal < 0.7 * plain, "{temporal} {plain}");
+    // At rest both are means, of one frame more or less.
+    let [plain, temporal] = [Antialiasing::None, Antialiasing::Temporal].map(|a| record(a, false));
+    assert!(error(&plain, &temporal) < 0.01);
 }

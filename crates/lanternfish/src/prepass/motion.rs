@@ -8,7 +8,7 @@ use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame, gpu_struct, texture_
 use crate::{
     error::RenderError,
     gpu_scene::{GeometryAt, GpuScene},
-    texture::{described, size_of_view},
+    texture::{PingPong, described},
     view::View,
 };
 
@@ -54,14 +54,6 @@ pub(crate) struct ShownViews {
     keeps_places: bool,
 }
 
-/// Position and normal of the surface at each pixel, of this frame and of the frame before. Every pass that accumulates over frames writes those of
-/// this frame.
-#[derive(Clone, Debug)]
-pub(crate) struct Places {
-    now: wgpu::TextureView,
-    before: wgpu::TextureView,
-}
-
 #[derive(Debug)]
 struct Shown {
     view: View,
@@ -76,7 +68,7 @@ struct Shown {
     frames: u32,
     /// Number of those since the scene changed.
     since_change: u32,
-    places: Option<Places>,
+    places: Option<PingPong>,
 }
 
 /// The previous frame of one view.
@@ -85,7 +77,7 @@ pub(crate) struct FrameBefore<'s> {
     views: BufferPart,
     geometry: GeometryAt<'s>,
     history: Option<Before>,
-    places: Option<Places>,
+    places: Option<PingPong>,
     frames: u32,
 }
 
@@ -109,8 +101,8 @@ pub struct Motion {
     pub target: wgpu::TextureView,
     /// The previous frame; none if the view is new or shows another scene.
     pub(crate) before: Option<Before>,
-    /// The places of surfaces, if anything is accumulated.
-    pub(crate) places: Option<Places>,
+    /// Position and normal of the surface at each pixel, if anything is accumulated. Every pass that accumulates writes those of this frame.
+    pub(crate) places: Option<PingPong>,
     views: BufferPart,
 }
 
@@ -147,7 +139,7 @@ impl ShownViews {
         scene.note_shown();
         let mut before = self.shown.remove(&key);
         let places = before.as_mut().and_then(|before| before.places.take());
-        let places = self.keeps_places.then(|| Places::next(frame, places, view.size)).transpose()?;
+        let places = self.keeps_places.then(|| next_places(frame, places, view.size)).transpose()?;
         let history = before.and_then(|before| Some((scene.geometry_at(before.generation)?, before)));
         let (previous, geometry, before, frames) = match history {
             None => (view, scene.geometry_now(), None, 0),
@@ -175,29 +167,13 @@ impl ShownViews {
     }
 }
 
-impl Places {
-    /// The places of the next frame of a view.
-    fn next(frame: &mut Frame<'_>, last: Option<Self>, size: UVec2) -> Result<Self, RenderError> {
-        let fitting = last
-            .as_ref()
-            .map_or(0, |last| [&last.now, &last.before].iter().filter(|places| size_of_view(places) == size).count());
-        frame.take_memory("history/places", 16 * (2 - fitting as u64) * u64::from(size.x) * u64::from(size.y))?;
-        let device = frame.device;
-        let flat = described("history/places", size, PLACES_FORMAT, wgpu::TextureUsages::empty(), 1);
-        let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
-        let new = || texture_of(device, &wgpu::TextureDescriptor { usage, ..flat.clone() });
-        Ok(match last {
-            None => Self { now: new(), before: new() },
-            Some(Self { now: before, before: now }) => {
-                Self { now: if size_of_view(&now) == size { now } else { new() }, before }
-            }
-        })
-    }
-
-    /// Bindings under the names that the shaders use.
-    pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("kept_places", &self.before).texture("places_to_keep", &self.now)
-    }
+/// The places of the next frame of a view.
+fn next_places(frame: &mut Frame<'_>, last: Option<PingPong>, size: UVec2) -> Result<PingPong, RenderError> {
+    let label = "history/places";
+    let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+    let flat = described(label, size, PLACES_FORMAT, wgpu::TextureUsages::empty(), 1);
+    let new = |device: &wgpu::Device| texture_of(device, &wgpu::TextureDescriptor { usage, ..flat.clone() });
+    Ok(PingPong::next(last, frame, size, (label, 16 * u64::from(size.x) * u64::from(size.y)), new)?)
 }
 
 /// True if a view is where another was, but for the last bits that shifts of frames of a mean leave.
@@ -215,6 +191,11 @@ impl FrameBefore<'_> {
     /// True if the scene has changed since then.
     pub fn has_just_changed(&self) -> bool {
         self.history.is_some_and(|before| before.since_change == 0)
+    }
+
+    /// True if anything is accumulated over frames.
+    pub fn keeps_history(&self) -> bool {
+        self.places.is_some()
     }
 
     /// Number of known earlier frames of the view.

@@ -49,6 +49,8 @@ pub(super) struct Flight {
     last: Option<Last>,
     /// Outcomes of the caller's frames that arrived while another operation waited.
     outcomes: VecDeque<FrameReport>,
+    /// The scene's revision and the views of the last frame, with temporal antialiasing.
+    shown: Option<(u64, Vec<View>)>,
     /// Age of the oldest deep images at each frame in flight, frames.
     ages: VecDeque<(FrameId, (&'static str, u64))>,
 }
@@ -138,7 +140,7 @@ impl Renderer {
     /// images are rebuilt and means restart.
     ///
     /// If [`crate::Settings::accumulate`] is above 1, each frame is added to the mean of the frames before it, as long as views and scene
-    /// do not change.
+    /// do not change. With temporal antialiasing, the first frame after a change belongs to no mean.
     pub fn record(
         &mut self,
         commands: &mut wgpu::CommandEncoder,
@@ -170,7 +172,12 @@ impl Renderer {
         let requested = self.requested(scene, views)?;
         self.use_growth(Growth::Deferred)?;
         self.checked_work(|this| {
-            let is_averaged = this.effective.accumulate > 1;
+            // A moving view has temporal antialiasing; its mean begins when it rests.
+            let rests = this.passes.antialiasing.is_none() || {
+                let now = Some((scene.revision(), requested.clone()));
+                std::mem::replace(&mut this.flight.shown, now.clone()) == now
+            };
+            let is_averaged = this.effective.accumulate > 1 && rests;
             let index = if is_averaged { this.passes.progressive.begin(scene, &requested) } else { 0 };
             let moved: Vec<View> = requested.iter().map(|view| view.of_frame(index)).collect();
             let context = FrameContext { scene, views: &moved, is_averaged, requests: views };

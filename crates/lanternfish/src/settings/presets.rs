@@ -58,3 +58,17 @@ impl Settings {
         }
     }
 }
+
+/// All that the preset for moving views names is on, and the other presets differ from direct light in what they name.
+#[cfg(test)]
+#[test]
+fn presets_are_complete() {
+    let realtime = Settings::of_preset(Preset::Realtime);
+    assert!(realtime.direct.is_some() && realtime.indirect.is_some());
+    assert_eq!((realtime.history, realtime.antialiasing), (History::On, Antialiasing::Temporal));
+    for preset in [Preset::Draft, Preset::Good, Preset::Best] {
+        let settings = Settings::of_preset(preset);
+        let Settings { indirect, samples, .. } = settings.clone();
+        assert_eq!(settings, Settings { indirect, samples, ..Settings::direct_light() });
+    }
+}

@@ -1,6 +1,6 @@
 //! The camera's section, and the presets.
 
-use lanternfish::settings::Preset;
+use lanternfish::{direct_light::auto::AutoLights, settings::Preset};
 use lanternfish_scene::{Camera, Projection};
 
 use super::*;
@@ -35,18 +35,21 @@ fn the_field_of_view_is_in_degrees() {
 #[test]
 fn a_preset_sets_what_it_names_and_nothing_else() {
     let mut harness = shown();
-    let plain = harness.state().state.settings.clone();
+    let mut expected = harness.state().state.settings.clone();
+    expected.shadow_rays = 7;
+    harness.state_mut().state.settings.shadow_rays = 7;
     for preset in [Preset::Draft, Preset::Realtime, Preset::Best, Preset::Good] {
         harness.get_by_label(preset.name()).click();
         harness.run();
-        let expected = Settings::of_preset(preset);
-        let Settings { indirect, samples, antialiasing, .. } = expected.clone();
-        // The other presets leave direct light and history to the window.
-        let of_window = Settings { indirect, samples, antialiasing, ..plain.clone() };
-        let expected = match preset {
-            Preset::Realtime => Settings { direct: expected.direct, history: expected.history, ..of_window },
-            _ => of_window,
-        };
+        let of_preset = Settings::of_preset(preset);
+        // After realtime, direct light is the window's own choice again; the history stays.
+        match preset {
+            Preset::Realtime => (expected.direct, expected.history) = (of_preset.direct, of_preset.history),
+            Preset::Best => expected.direct = AutoLights::default().into(),
+            Preset::Draft | Preset::Good => {}
+        }
+        let Settings { indirect, samples, antialiasing, .. } = of_preset;
+        expected = Settings { indirect, samples, antialiasing, ..expected };
         assert_eq!(harness.state().state.settings, expected, "{preset}");
     }
 }

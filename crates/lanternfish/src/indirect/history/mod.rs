@@ -9,9 +9,9 @@ use super::{LAYERS, layers_target};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    prepass::{Before, KEPT_FRAMES, Motion, Surface, ViewKey},
+    prepass::{KEPT_FRAMES, Motion, Surface, ViewKey},
     shaders::{Root, Shaders},
-    texture::{described, size_of_view},
+    texture::{PingPong, described, size_of_view},
     view::View,
 };
 
@@ -92,11 +92,10 @@ pub(crate) struct Histories {
     views: HashMap<ViewKey, Kept>,
 }
 
-/// History of a view: the layers that a frame writes and those that it reads. They swap each frame.
+/// History of a view.
 #[derive(Debug)]
 struct Kept {
-    now: wgpu::TextureView,
-    before: wgpu::TextureView,
+    layers: PingPong,
     last_frame: u64,
     /// Number of known frames of the view before the last one that was accumulated.
     frames: u32,
@@ -135,8 +134,9 @@ impl Histories {
         self.views.clear();
     }
 
-    /// Accumulates the estimate of a view with its history, and returns the layers of the result, which later passes of the frame read. Pixels
-    /// whose history is shorter than `clamped_frames` are clamped again for their own length.
+    /// Accumulates the estimate of a view with its history, and returns the layers of the result for later passes of the frame: outside a mean of
+    /// frames those of the history, which is not the pool's. Their alphas hold noise (layers 0 and 2) and history lengths. Pixels whose history is
+    /// shorter than `clamped_frames` are clamped again for their own length.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -147,29 +147,20 @@ impl Histories {
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
         let size = surface.size;
-        if self.views.get(key).is_none_or(|kept| size_of_view(&kept.now) != size) {
-            frame.take_memory("history", 2 * BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y))?;
-        }
-        let new = |frame: &Frame<'_>| layers(frame.device, size);
-        let kept = self.views.entry(*key).or_insert_with(|| Kept {
-            now: new(frame),
-            before: new(frame),
-            last_frame: 0,
-            frames: 0,
-        });
+        let last = self.views.remove(key);
         // The places are those of the frame before; the layers must be, too.
-        let is_of_frame_before = |before: &Before| kept.last_frame != 0 && kept.frames + 1 == before.frames;
-        let before = motion.before.filter(is_of_frame_before);
-        (kept.last_frame, kept.frames) = (number, motion.before.map_or(0, |before| before.frames));
-        std::mem::swap(&mut kept.now, &mut kept.before);
-        if size_of_view(&kept.now) != size {
-            kept.now = new(frame);
-        }
-        // In a mean of frames the result is not the history.
-        let mixed = (view.frame_index > 0).then(|| layers_target(frame, size));
-        let unwritten = layers_target(frame, UVec2::ONE);
+        let last_frames = last.as_ref().map(|last| last.frames);
+        let before = motion.before.filter(|before| last_frames.is_some_and(|frames| frames + 1 == before.frames));
+        let bytes = BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y);
+        let new = |device: &wgpu::Device| layers(device, size);
+        let layers = PingPong::next(last.map(|last| last.layers), frame, size, ("history", bytes), new)?;
+        let frames = motion.before.map_or(0, |before| before.frames);
+        self.views.insert(*key, Kept { layers: layers.clone(), last_frame: number, frames });
+        // Outside a mean of frames the history is the result, and nothing is written to `mixed`.
+        let is_of_mean = view.frame_index > 0;
+        let mixed = layers_target(frame, if is_of_mean { size } else { UVec2::ONE });
         let uniform = frame.uniform(&HistoryParameters {
-            size_before: size_of_view(&kept.before),
+            size_before: size_of_view(&layers.before),
             is_known: u32::from(before.is_some()),
             mean_frames: view.frame_index as f32,
             rested: before.map_or(0, |before| before.rested) as f32,
@@ -185,11 +176,12 @@ impl Histories {
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
         let bindings = bindings
-            .with(&places.bindings())
-            .texture("kept_irradiance", &kept.before)
-            .texture("irradiance_to_keep", &kept.now)
+            .texture("kept_places", &places.before)
+            .texture("places_to_keep", &places.now)
+            .texture("kept_irradiance", &layers.before)
+            .texture("irradiance_to_keep", &layers.now)
             .texture("filtered_irradiance", estimate)
-            .texture("filtered", mixed.as_ref().unwrap_or(&unwritten));
+            .texture("filtered", &mixed);
         let [width, height, _] = self.mix.workgroup_size();
         let groups = [size.x.div_ceil(width), size.y.div_ceil(height), 1];
         match frame.whole() {
@@ -202,7 +194,7 @@ impl Histories {
                 frame.dispatch(mix, &bindings.buffer("capacity_policy", &capacity_policy), groups);
             }
         }
-        Ok(mixed.unwrap_or_else(|| kept.now.clone()))
+        Ok(if is_of_mean { mixed } else { layers.now })
     }
 }
 

@@ -6,7 +6,7 @@ use lanternfish_scene::generate::{demo, light_rain};
 use crate::{
     Renderer, Settings,
     context::FrameContext,
-    settings::{Culling, Exposure, History, Samples, Shadows},
+    settings::{Antialiasing, Culling, Exposure, History, Samples, Shadows},
     techniques::{Sampled, SampledLights, Tiled},
     testing::steady::{Frames, camera, check_steady},
 };
@@ -44,6 +44,12 @@ fn gpu_a_repeated_frame_allocates_nothing() {
         ),
         ("sampled direct light", false, Growth::Blocking, sampled()),
         ("sampled direct light that does not wait", true, Growth::Deferred, sampled()),
+        (
+            "temporal antialiasing that does not wait",
+            false,
+            Growth::Deferred,
+            Settings { antialiasing: Antialiasing::Temporal, ..sampled() },
+        ),
         ("indirect light", false, Growth::Blocking, bvh(rays())),
         ("indirect light, a mean of frames", true, Growth::Blocking, bvh(rays())),
         ("a mean of frames that do not wait", true, Growth::Deferred, bvh(Settings::direct_light())),

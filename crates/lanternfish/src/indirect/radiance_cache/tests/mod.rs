@@ -18,11 +18,18 @@ use lanternfish_gpu::{
 };
 
 use super::{
-    CacheUpdate, RadianceCacheParameters,
+    CacheUpdate, RadianceCacheParameters, SHARES_DISPATCH_IN_TESTS,
     parameters::{CacheSweep, EntrySample, Link, SampledEntry, ScheduledEntry},
     reference::{Entry, LISTED, Table, vote::with_rank},
 };
-use crate::{common::workgroups, testing::Random, view::View};
+use crate::{
+    Renderer, Settings,
+    common::workgroups,
+    settings::{Indirect, Shadows, Tracer},
+    techniques::Sampled,
+    testing::Random,
+    view::View,
+};
 
 /// Result of a comparison; an error describes the first difference.
 type Compared = Result<(), String>;
@@ -372,4 +379,28 @@ fn same_tables(bench: &Bench, actual: &Table, expected: &Table) -> Compared {
         }
     }
     Ok(())
+}
+
+/// Graphics cards trace both rays of an entry in one dispatch, and software adapters in two. Images are the same to the bit.
+#[test]
+fn gpu_rays_in_one_dispatch_are_those_in_two() {
+    let Some(gpu) = testing::gpu("gpu_rays_in_one_dispatch_are_those_in_two") else { return };
+    let scene = lanternfish_scene::generate::demo("cornell").unwrap();
+    let [two, one] = [false, true].map(|shares| {
+        SHARES_DISPATCH_IN_TESTS.set(Some(shares));
+        let settings = Settings { indirect: few_rays(Tracer::BVH), shadows: Shadows::BVH, ..Settings::direct_light() };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let image = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
+        SHARES_DISPATCH_IN_TESTS.set(None);
+        let labels: Vec<_> = image.report.passes.iter().map(|pass| pass.name.to_string()).collect();
+        assert_eq!(labels.iter().any(|label| label == "radiance_cache/rays"), shares, "{labels:?}");
+        image.radiance
+    });
+    assert!(one == two && one.iter().any(|texel| texel[1] > 0.1));
+}
+
+/// Few rays of every bounce, through this tracer.
+fn few_rays(tracer: Tracer) -> Indirect {
+    Sampled { diffuse_rays: 2, glossy_rays: 1, cache_samples: 4, tracer: tracer.into(), ..Sampled::default() }.into()
 }
