@@ -265,7 +265,7 @@ impl Passes {
             view.random_index = before.frames();
             view.forgetful_index = if before.has_just_changed() { view.frame_index } else { view.random_index };
             if self.antialiasing.is_some() && !is_averaged {
-                view.shift(antialiasing::jitter(&view, before.frames()));
+                antialiasing::jitter(&mut view, before.frames());
             }
         }
         let buffer = view.record(frame);

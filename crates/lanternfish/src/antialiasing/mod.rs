@@ -43,6 +43,8 @@ gpu_struct! {
 const LEAST_WEIGHT: f32 = 0.1;
 /// Number of different points of a pixel. More: smoother edges at rest, and edges that tremble where the history is short.
 const POINTS: u32 = 16;
+/// Width of the area over which textures are filtered, pixels: the points filter them again. Less: sharper, more flicker.
+const TEXTURE_WIDTH: f32 = 0.5;
 /// Bytes of a pixel in one of a view's two textures.
 const BYTES_PER_PIXEL: u64 = 8;
 const LABEL: &str = "antialiasing";
@@ -66,8 +68,16 @@ struct Kept {
     frames: u32,
 }
 
+/// Shifts a view by the subpixel jitter of a frame, and narrows the filter of its textures. `frames`: number of its known earlier frames.
+pub(crate) fn jitter(view: &mut View, frames: u32) {
+    if frames > 0 {
+        view.shift(jitter_of(view, frames));
+        view.texture_width = TEXTURE_WIDTH;
+    }
+}
+
 /// Subpixel jitter of a view after this number of known earlier frames, pixels, x right and y down. The first frame has none.
-pub(crate) fn jitter(view: &View, frames: u32) -> Vec2 {
+fn jitter_of(view: &View, frames: u32) -> Vec2 {
     let point = if frames == 0 { Vec2::ZERO } else { jitter_of_frame(1 + (frames - 1) % POINTS) };
     view.jitter_extent() * point
 }
@@ -110,7 +120,7 @@ impl TemporalAntialiasing {
         let kept = Kept { radiance: radiances.clone(), last_frame: number, frames: frames.saturating_add(1) };
         self.views.insert(*key, kept);
         let parameters = frame.uniform(&AntialiasingParameters {
-            jitter: jitter(view, view.random_index),
+            jitter: jitter_of(view, view.random_index),
             weight: (1.0 / (frames as f32 + 1.0)).max(LEAST_WEIGHT),
             has_history: u32::from(frames > 0),
         });
