@@ -100,7 +100,7 @@ impl TemporalAntialiasing {
     }
 
     /// Returns the antialiased radiance of a view's frame, which also is the history of the next one: linear, nits; alpha is the coverage of
-    /// surfaces. The view is shifted by its [`jitter`].
+    /// surfaces. The view is jittered.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
