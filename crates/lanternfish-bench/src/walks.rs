@@ -252,7 +252,7 @@ mod tests {
     fn every_technique_of_a_window_is_walked() {
         let walks = walks(&Settings::default());
         let is_sampled = |walk: &&Walk| walk.settings.direct.is::<SampledLights>();
-        assert_eq!((walks.len(), walks.iter().filter(is_sampled).count()), (6, 2));
+        assert_eq!((walks.len(), walks.iter().filter(is_sampled).count()), (7, 3));
         assert!(walks[0].settings.indirect == Indirect::NONE && walks[2].settings.indirect != Indirect::NONE);
         assert_eq!(walks.iter().filter(|walk| walk.settings.samples == Samples::Four).count(), 1, "only good has them");
     }

@@ -104,7 +104,12 @@ mod tests {
             let costs = pass_costs(&report.commands, counter);
             found.extend(costs.into_iter().filter(|cost| cost.rays.is_some_and(|rays| rays > 0)).map(|cost| cost.name));
         }
-        for (pass, ..) in RAYS {
+        // Graphics cards trace both rays of an entry in one dispatch, software adapters in two.
+        let is_software = gpu.description.kind == wgpu::DeviceType::Cpu;
+        let others = ["radiance_cache/shadow", "radiance_cache/trace"];
+        let is_elsewhere =
+            |pass: &str| if is_software { pass == "radiance_cache/rays" } else { others.contains(&pass) };
+        for (pass, ..) in RAYS.into_iter().filter(|(pass, ..)| !is_elsewhere(pass)) {
             assert!(found.iter().any(|name| name == pass), "{pass} is not in {found:?}");
         }
     }

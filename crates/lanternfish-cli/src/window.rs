@@ -164,7 +164,7 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     Ok(Loaded { scene, camera, by_rig, exposure: rig.exposure(), moment, rain })
 }
 
-/// A shot's settings for interactive frames: with temporal accumulation and `direct auto`, unless the shot sets them, and with the multisampling of
+/// A shot's settings for interactive frames: with temporal accumulation and `direct auto`, unless the shot or its preset sets them, and with the multisampling of
 /// single frames, because frames are shown alone while the view moves. `exposure`: the automatic one, EV, if it is not metered.
 fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
     let samples = shot.args.settings_of(1).samples;

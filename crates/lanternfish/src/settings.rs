@@ -9,7 +9,6 @@ pub use lanternfish_scene::shading::{Attenuation, Coefficients, Materials};
 use lanternfish_scene::shading::{Falloff, NEAR_RADIUS};
 use lanternfish_scene::{named_enum, named_type_impls};
 
-pub use self::presets::Preset;
 use crate::lights::LightSettings;
 pub use crate::{
     direct_light::Direct,
@@ -18,6 +17,7 @@ pub use crate::{
     occlusion::Occlusion,
     rays::{Structure, Tracer, TracerChoice},
 };
+pub use presets::Preset;
 
 /// Rendering settings. `Default` is the recommended configuration: all light, at [`Preset::Good`].
 #[derive(Clone, Debug, PartialEq)]

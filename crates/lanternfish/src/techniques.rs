@@ -1,14 +1,5 @@
 //! The list of all techniques of this crate, and the help text of each kind.
 
-use crate::{
-    direct_light::DirectTechnique,
-    indirect::{Indirect, IndirectTechnique, Quality},
-    light_culling::CullingTechnique,
-    occlusion::OcclusionTechnique,
-    rays::{OwnTracers, Tracer},
-    shaders::Shaders,
-    technique::{AnyTechnique, Choice, Kind, Registry},
-};
 pub use crate::{
     direct_light::auto::AutoLights,
     direct_light::sampled::{Denoise, LightChoice, LightRays, SampledLights},
@@ -22,6 +13,15 @@ pub use crate::{
         clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
         tiled::Tiled,
     },
+};
+use crate::{
+    direct_light::{Direct, DirectTechnique},
+    indirect::{Indirect, IndirectTechnique, Quality},
+    light_culling::CullingTechnique,
+    occlusion::OcclusionTechnique,
+    rays::{OwnTracers, Tracer},
+    shaders::Shaders,
+    technique::{AnyTechnique, Choice, Kind, Registry},
 };
 
 impl Kind for dyn CullingTechnique {
@@ -44,8 +44,10 @@ impl Kind for dyn CullingTechnique {
 
 impl Kind for dyn DirectTechnique {
     const FLAG: &'static str = "direct";
-    const HELP: &'static str = "Direct light: which lights get shadow rays.";
+    const HELP: &'static str =
+        "Direct light: which lights get shadow rays.\n\nDefault: all, or sampled with `quality realtime`.";
     const IS_EVERYDAY: bool = false;
+    const HAS_ONE_DEFAULT: bool = false;
     const NONE_NAME: &'static str = "all";
     const NONE_SUMMARY: &'static str = "A shadow ray to every listed light of a pixel: the baseline";
 
@@ -57,6 +59,13 @@ impl Kind for dyn DirectTechnique {
         static REGISTRY: Registry<dyn DirectTechnique> =
             Registry::new(|| vec![SampledLights::default().into(), AutoLights::default().into()]);
         &REGISTRY
+    }
+}
+
+impl Direct {
+    /// A fixed number of shadow rays a pixel, for any number of lights.
+    pub fn sampled() -> Self {
+        SampledLights::default().into()
     }
 }
 

@@ -20,7 +20,7 @@ const SMOOTH_FRAMES: u32 = 32;
 pub struct IndirectArgs {
     #[command(flatten)]
     indirect: TechniqueFlag<dyn IndirectTechnique>,
-    /// Quality preset.
+    /// Preset.
     ///
     /// Sets the flags below that are not given, and with draft --indirect probes; with realtime also --direct sampled,
     /// --history on and --antialiasing temporal.

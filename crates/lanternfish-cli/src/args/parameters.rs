@@ -2,9 +2,7 @@
 
 use std::marker::PhantomData;
 
-use clap::{
-    Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, parser::ValueSource, value_parser,
-};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser};
 use lanternfish::technique::{Choice, Kind, ParameterInfo, Range};
 
 use crate::{choices::names, flags::as_flags, parse};
@@ -42,8 +40,7 @@ impl<K: Kind + ?Sized> FromArgMatches for TechniqueFlag<K> {
         let name = matches.get_one::<String>(K::FLAG);
         let choice =
             name.map_or_else(K::usual, |name| Choice::named(name).expect("clap lets only known names through"));
-        let is_given = name.is_some() && matches.value_source(K::FLAG) != Some(ValueSource::DefaultValue);
-        Ok(Self { choice, is_given })
+        Ok(Self { choice, is_given: name.is_some() })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -2,11 +2,8 @@
 
 use lanternfish_scene::named_enum;
 
-use super::{Antialiasing, History, Settings};
-use crate::{
-    indirect::{Indirect, Quality},
-    techniques::SampledLights,
-};
+use super::{Antialiasing, Direct, History, Settings};
+use crate::indirect::{Indirect, Quality};
 
 named_enum! {
     /// Complete settings for a purpose: `lanternfish render --quality`.
@@ -49,12 +46,9 @@ impl Settings {
         let still = Self { indirect: Indirect::preset(quality), samples: quality.samples(), ..Self::direct_light() };
         match preset {
             Preset::Draft | Preset::Good | Preset::Best => still,
-            Preset::Realtime => Self {
-                direct: SampledLights::default().into(),
-                history: History::On,
-                antialiasing: Antialiasing::Temporal,
-                ..still
-            },
+            Preset::Realtime => {
+                Self { direct: Direct::sampled(), history: History::On, antialiasing: Antialiasing::Temporal, ..still }
+            }
         }
     }
 }
