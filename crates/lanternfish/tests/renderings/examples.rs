@@ -51,7 +51,6 @@ fn gpu_ten_frames_of_a_window_are_reported(gpu: &Gpu) {
 /// The program's image equals Lanternfish's image of the same scene, except for 16-bit normals and positions reconstructed from depth.
 #[gpu_test]
 fn gpu_demodulated_light_equals_the_light_of_the_image(gpu: &Gpu) {
-    let test = "gpu_demodulated_light_equals_the_light_of_the_image";
     let settings = bvh(own_g_buffer::settings());
     let actual = own_g_buffer::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let [width, height] = own_g_buffer::SIZE;

@@ -20,7 +20,6 @@ fn shown(rendering: RenderedImage) -> (Vec<[f32; 4]>, Vec<[u8; 4]>, Option<f32>)
 
 #[gpu_test]
 fn gpu_a_renderer_with_changed_settings_equals_a_new_one(gpu: &Gpu) {
-    let test = "gpu_a_renderer_with_changed_settings_equals_a_new_one";
     let scene = demo("cornell").unwrap();
     let camera = &scene.cameras[0];
     let engine = Engine::new(&gpu.device, &gpu.queue);

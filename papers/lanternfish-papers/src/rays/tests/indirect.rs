@@ -13,7 +13,7 @@ use lanternfish_scene::{Environment, Light, Material, Scene, generate::demo};
 use crate::{
     ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, WITHIN_TEXEL,
     testing::{
-        apart, gpu,
+        self, apart,
         light::{
             LARGE, SIZE, closed_box, cornell, floor, image_of, looking, matt, mean, off, rendering, sampled, settings,
             traced, traced_of,
