@@ -21,7 +21,7 @@ use std::{
 
 use crate::{
     command::{cargo, commit, run as step, workspace},
-    compiler, test,
+    test,
 };
 
 /// Largest total size of a kit, bytes.
@@ -45,9 +45,8 @@ const SHOT: (&str, &str, &str) = ("shots/sponza-ten.toml", "\"../../../shared/",
 const TRACK: (&str, [&str; 2]) = ("tracks/atrium.toml", ["shadows = \"none\"\n", "indirect = \"none\"\n"]);
 
 /// Builds, and packs the kit.
-pub fn run(may_install: bool) -> Result<(), String> {
+pub fn run() -> Result<(), String> {
     programs::check_strip()?;
-    compiler::ensure(may_install)?;
     let packages = ["--package", "lanternfish-cli", "--package", "lanternfish-bench"];
     let release = programs::build(&mut cargo(["build", "--release"].iter().chain(&packages)))?;
     let tests = programs::build(cargo(test::TARGETS).arg("--no-run"))?;

@@ -6,7 +6,6 @@ mod check;
 #[cfg(test)]
 mod citations;
 mod command;
-mod compiler;
 mod demo;
 mod driver;
 mod hardware;
@@ -43,10 +42,10 @@ cargo xtask shader-stats [TEXT | --write]
                            what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
                            that differ from docs/measured/shader-stats-*; --write stores the new ones; with TEXT, prints the
                            variants whose names contain it
-cargo xtask check          sets up a compiler if there is none; lines by folder, format, lints, documentation, and the hot passes of shader-stats
+cargo xtask check          lines by folder, format, lints, documentation, and the hot passes of shader-stats
 
-What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one
-is installed, as root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
+What is missing may be a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one is
+installed, as root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
 ";
 
 fn main() -> ExitCode {
@@ -62,8 +61,8 @@ fn main() -> ExitCode {
         "shader-stats" => shader_stats::run(&words),
         "test" => test::run(&words, may_install),
         "same" => same::run(&words, may_install),
-        "check" => check::run(may_install),
-        "hardware" => hardware::run(may_install),
+        "check" => check::run(),
+        "hardware" => hardware::run(),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             Ok(())

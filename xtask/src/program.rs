@@ -8,7 +8,6 @@ use std::{
 
 use crate::{
     command::{self, cargo, workspace},
-    compiler,
     driver::{Driver, Purpose},
     hardware::programs,
 };
@@ -48,7 +47,6 @@ fn ready<T>(
     lanternfish: fn(&T, &[&str]) -> Command,
     may_install: bool,
 ) -> Result<T, String> {
-    compiler::ensure(may_install)?;
     let mut driver = Driver::new(Purpose::RenderedImages, may_install);
     driver.before_build()?;
     let built = build()?;

@@ -19,7 +19,6 @@ use std::{
 
 use crate::{
     command::{cargo, run as step, run_for_output, succeeds},
-    compiler,
     driver::{Driver, Purpose},
 };
 
@@ -40,7 +39,6 @@ const NO_ADAPTER: &str = "none-for-quick-tests";
 pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
     let selection = Selection::parse(words)?;
     let started = Instant::now();
-    compiler::ensure(may_install)?;
     let mut driver = (!selection.is_quick).then(|| Driver::new(Purpose::Tests, may_install));
     if let Some(driver) = &mut driver {
         driver.before_build()?;

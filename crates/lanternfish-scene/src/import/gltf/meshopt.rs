@@ -1,6 +1,10 @@
 //! `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`: compressed buffer views.
 
 use lanternfish_limits::memory::Budget;
+use meshoptimizer::{
+    decode_filter_color, decode_filter_exp, decode_filter_oct, decode_filter_quat, decode_index_buffer,
+    decode_index_sequence, decode_vertex_buffer,
+};
 
 use super::fault::{Result, invalid};
 use super::schema::CompressedView;
@@ -24,20 +28,26 @@ pub(super) fn decode(view: &CompressedView, compressed: &[u8], budget: &Budget) 
     }
     budget.take(length as u64, || "a compressed bufferView needs".to_owned())?;
     let mut words = vec![0u32; length.div_ceil(4)];
-    let (to, from) = (words.as_mut_ptr().cast::<std::ffi::c_void>(), compressed.as_ptr());
-    // SAFETY: `to` is valid for `count * stride` bytes, and the decoders write no more. `from` is valid for the length that
-    // is passed, and the decoders check their reads. `is_sound` checks the preconditions on count and stride.
-    let code = unsafe {
-        match view.mode.as_str() {
-            "ATTRIBUTES" => ::meshopt::ffi::meshopt_decodeVertexBuffer(to, count, stride, from, compressed.len()),
-            "TRIANGLES" => ::meshopt::ffi::meshopt_decodeIndexBuffer(to, count, stride, from, compressed.len()),
-            _ => ::meshopt::ffi::meshopt_decodeIndexSequence(to, count, stride, from, compressed.len()),
+    let to = &mut bytemuck::cast_slice_mut(&mut words)[..length];
+    let decoded = match (view.mode.as_str(), stride) {
+        ("ATTRIBUTES", _) => decode_vertex_buffer(to, count, stride, compressed, compressed.len()),
+        ("TRIANGLES", 2) => {
+            decode_index_buffer::<u16>(bytemuck::cast_slice_mut(to), count, compressed, compressed.len())
         }
+        ("TRIANGLES", _) => {
+            decode_index_buffer::<u32>(bytemuck::cast_slice_mut(to), count, compressed, compressed.len())
+        }
+        (_, 2) => decode_index_sequence::<u16>(bytemuck::cast_slice_mut(to), count, compressed, compressed.len()),
+        _ => decode_index_sequence::<u32>(bytemuck::cast_slice_mut(to), count, compressed, compressed.len()),
     };
-    if code != 0 {
-        return Err(invalid(format!("its {} compressed bytes are damaged", compressed.len())));
-    }
-    unfilter(view, &mut words);
+    let unfiltered = decoded.and_then(|()| match view.filter.as_str() {
+        "OCTAHEDRAL" => decode_filter_oct(to, count, stride),
+        "COLOR" => decode_filter_color(to, count, stride),
+        "QUATERNION" => decode_filter_quat(to, count, stride),
+        "EXPONENTIAL" => decode_filter_exp(to, count, stride),
+        _ => Ok(()),
+    });
+    unfiltered.map_err(|_| invalid(format!("its {} compressed bytes are damaged", compressed.len())))?;
     Ok(words)
 }
 
@@ -58,17 +68,4 @@ fn is_sound(view: &CompressedView) -> bool {
         _ => false,
     };
     mode && filter && (view.filter == "NONE" || view.mode == "ATTRIBUTES")
-}
-
-/// Reverts the filter that was applied to the elements before compression.
-fn unfilter(view: &CompressedView, words: &mut [u32]) {
-    match (view.filter.as_str(), view.byte_stride) {
-        ("OCTAHEDRAL", 4) => ::meshopt::decode_filter_oct::<i8>(bytemuck::cast_slice_mut(words)),
-        ("OCTAHEDRAL", _) => ::meshopt::decode_filter_oct::<i16>(bytemuck::cast_slice_mut(words)),
-        ("COLOR", 4) => ::meshopt::decode_filter_color::<u8>(bytemuck::cast_slice_mut(words)),
-        ("COLOR", _) => ::meshopt::decode_filter_color::<u16>(bytemuck::cast_slice_mut(words)),
-        ("QUATERNION", _) => ::meshopt::decode_filter_quat(bytemuck::cast_slice_mut(words)),
-        ("EXPONENTIAL", _) => ::meshopt::decode_filter_exp::<1>(bytemuck::cast_slice_mut(words)),
-        _ => {}
-    }
 }

@@ -1,9 +1,12 @@
 //! `EXT_meshopt_compression` and `EXT_mesh_gpu_instancing`.
 
+mod codec;
+
 use glam::{Quat, Vec3};
-use meshopt::{EncodeExpMode, encode_filter_exp, encode_filter_oct, encode_filter_quat};
+use meshoptimizer::{EncodeExpMode, encode_filter_exp, encode_filter_oct, encode_filter_quat};
 use serde_json::{Value, json};
 
+use self::codec::{indices_encoded, sequence_encoded, vertices_encoded};
 use super::{F32, File, I8, I16, TRIANGLE, U16, U32, assert_contains, load_within};
 
 /// A compressed view of `count` elements, over a fallback buffer without content.
@@ -48,16 +51,12 @@ fn compressed_triangles_round_trip() {
     let positions = corners();
     for (mode, component) in [("TRIANGLES", U16), ("TRIANGLES", U32), ("INDICES", U16), ("INDICES", U32)] {
         let mut file = File::with_primitive(|file| {
-            let bytes = meshopt::encode_vertex_buffer(&positions).expect("encoded");
+            let bytes = vertices_encoded(&positions);
             let view = compressed(file, "ATTRIBUTES", None, 12, 3, &bytes);
             let indices = [0, 1, 2];
-            let bytes = if mode == "TRIANGLES" {
-                meshopt::encode_index_buffer(&indices, 3)
-            } else {
-                meshopt::encode_index_sequence(&indices, 3)
-            };
+            let bytes = if mode == "TRIANGLES" { indices_encoded(&indices, 3) } else { sequence_encoded(&indices, 3) };
             let stride = if component == U16 { 2 } else { 4 };
-            let index_view = compressed(file, mode, None, stride, 3, &bytes.expect("encoded"));
+            let index_view = compressed(file, mode, None, stride, 3, &bytes);
             let index_accessor = accessor(file, index_view, "SCALAR", component, 3);
             json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) }, "indices": index_accessor })
         });
@@ -75,7 +74,7 @@ fn compressed_triangles_round_trip() {
 fn views_of_equal_compressed_bytes_are_decoded_once() {
     let positions: Vec<[f32; 3]> = corners().iter().copied().cycle().take(99_999).collect();
     let mut file = File::with_primitive(|file| {
-        let bytes = meshopt::encode_vertex_buffer(&positions).expect("encoded");
+        let bytes = vertices_encoded(&positions);
         let view = compressed(file, "ATTRIBUTES", None, 12, 99_999, &bytes);
         json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) } })
     });
@@ -98,15 +97,28 @@ fn filters_are_undone() {
     let padded: Vec<_> = normals.iter().map(|n| n.extend(0.0).to_array()).collect();
     for bits in [8, 16] {
         let mut file = File::with_primitive(|file| {
-            let bytes = meshopt::encode_vertex_buffer(&encode_filter_exp(&positions, 15, EncodeExpMode::Separate));
-            let view = compressed(file, "ATTRIBUTES", Some("EXPONENTIAL"), 12, 3, &bytes.expect("encoded"));
+            let mut filtered = [0; 36];
+            encode_filter_exp(&mut filtered, 3, 12, 15, positions.as_flattened(), EncodeExpMode::Separate)
+                .expect("encoded");
+            let view = compressed(
+                file,
+                "ATTRIBUTES",
+                Some("EXPONENTIAL"),
+                12,
+                3,
+                &vertices_encoded(filtered.as_chunks::<12>().0),
+            );
             let position = accessor(file, view, "VEC3", F32, 3);
             let normal = if bits == 8 {
-                let bytes = meshopt::encode_vertex_buffer(&encode_filter_oct::<i8>(&padded, 8)).expect("encoded");
+                let mut filtered = [0; 12];
+                encode_filter_oct(&mut filtered, 3, 4, 8, padded.as_flattened()).expect("encoded");
+                let bytes = vertices_encoded(filtered.as_chunks::<4>().0);
                 let view = compressed(file, "ATTRIBUTES", Some("OCTAHEDRAL"), 4, 3, &bytes);
                 accessor(file, view, "VEC3", I8, 3)
             } else {
-                let bytes = meshopt::encode_vertex_buffer(&encode_filter_oct::<i16>(&padded, 12)).expect("encoded");
+                let mut filtered = [0; 24];
+                encode_filter_oct(&mut filtered, 3, 8, 12, padded.as_flattened()).expect("encoded");
+                let bytes = vertices_encoded(filtered.as_chunks::<8>().0);
                 let view = compressed(file, "ATTRIBUTES", Some("OCTAHEDRAL"), 8, 3, &bytes);
                 accessor(file, view, "VEC3", I16, 3)
             };
@@ -160,7 +172,9 @@ fn instances_are_placed_relative_to_their_node() {
 fn rotations_of_instances_may_be_compressed_quaternions() {
     let rotation = Quat::from_xyzw(0.1, -0.5, 0.3, 0.8).normalize();
     let mut file = instanced(|file| {
-        let bytes = meshopt::encode_vertex_buffer(&encode_filter_quat(&[rotation.to_array()], 16)).expect("encoded");
+        let mut filtered = [0; 8];
+        encode_filter_quat(&mut filtered, 1, 8, 16, &rotation.to_array()).expect("encoded");
+        let bytes = vertices_encoded(&[filtered]);
         let view = compressed(file, "ATTRIBUTES", Some("QUATERNION"), 8, 1, &bytes);
         let accessor = accessor(file, view, "VEC4", I16, 1);
         file.json["accessors"][accessor]["normalized"] = json!(true);
@@ -192,7 +206,7 @@ fn invalid_instances_are_refused() {
 
 #[test]
 fn damaged_compression_is_refused() {
-    let encoded = meshopt::encode_vertex_buffer(&corners()).expect("encoded");
+    let encoded = vertices_encoded(&corners());
     let build = |bytes: &[u8], change: &dyn Fn(&mut Value)| {
         let mut file = File::with_primitive(|file| {
             let view = compressed(file, "ATTRIBUTES", None, 12, 3, bytes);
@@ -239,7 +253,7 @@ fn damaged_compression_is_refused() {
 #[test]
 fn bytes_of_a_fallback_are_not_read() {
     let mut file = File::with_primitive(|file| {
-        let bytes = meshopt::encode_vertex_buffer(&corners()).expect("encoded");
+        let bytes = vertices_encoded(&corners());
         let view = compressed(file, "ATTRIBUTES", None, 12, 3, &bytes);
         json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) } })
     });
