@@ -1,12 +1,14 @@
 //! `cargo xtask check`: all checks other than tests.
 
 use crate::{
+    budgets,
     command::{cargo, run as step},
     compiler, shader_stats,
 };
 
-/// Checks format, lints and documentation, with warnings as errors. Lints run the build scripts, which need a C++ compiler.
+/// Checks budgets of lines, then format, lints and documentation, with warnings as errors. Lints run the build scripts, which need a C++ compiler.
 pub fn run(may_install: bool) -> Result<(), String> {
+    budgets::check()?;
     compiler::ensure(may_install)?;
     step(&mut cargo(["fmt", "--all", "--check"]))?;
     step(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;

@@ -36,7 +36,9 @@ fn every_cited_source_is_listed() {
     let entries = list.lines().filter_map(|line| line.strip_prefix('@')?.split_once('{')?.1.strip_suffix(','));
     let listed: BTreeSet<&str> = entries.collect();
     let mut citations = BTreeSet::new();
-    gather(&workspace().join("crates"), &mut citations);
+    for folder in ["crates", "papers"] {
+        gather(&workspace().join(folder), &mut citations);
+    }
     assert!(citations.len() > 30, "{} citations", citations.len());
     let missing: Vec<_> = citations.iter().filter(|(key, _)| !listed.contains(key.as_str())).collect();
     assert!(missing.is_empty(), "not in docs/references.bib: {missing:?}");

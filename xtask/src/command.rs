@@ -12,6 +12,13 @@ pub fn workspace() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the workspace")
 }
 
+/// The folders of the workspace's crates.
+#[cfg(test)]
+pub fn packages() -> Vec<PathBuf> {
+    let folders = ["crates", "papers"].map(|folder| std::fs::read_dir(workspace().join(folder)).expect("it is there"));
+    folders.into_iter().flatten().map(|entry| entry.expect("it can be read").path()).collect()
+}
+
 /// The cargo that runs this task, in the workspace's folder.
 pub fn cargo<S: AsRef<OsStr>>(words: impl IntoIterator<Item = S>) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));

@@ -199,16 +199,11 @@ fn outside(imports: &Imports, techniques: &[&str]) -> Vec<String> {
     imports_from_outside
 }
 
-fn source(name: &str) -> std::path::PathBuf {
-    crate::command::workspace().join("crates").join(name).join("src")
-}
-
 #[test]
 fn no_crate_has_a_large_cycle_of_files() {
-    let crates = fs::read_dir(crate::command::workspace().join("crates")).unwrap().filter_map(Result::ok);
     let mut files = 0;
-    for name in crates.map(|entry| entry.file_name().to_string_lossy().into_owned()) {
-        let imports = imports(&source(&name));
+    for package in crate::command::packages() {
+        let (name, imports) = (package.display(), imports(&package.join("src")));
         files += imports.len();
         let largest = cycles(&imports).into_iter().next().unwrap_or_default();
         assert!(largest.len() <= LARGEST_CYCLE, "{name}: {} files import each other: {largest:?}", largest.len());
@@ -218,7 +213,7 @@ fn no_crate_has_a_large_cycle_of_files() {
 
 #[test]
 fn only_the_registration_imports_techniques() {
-    let imports = imports(&source("lanternfish"));
+    let imports = imports(&crate::command::workspace().join("crates/lanternfish/src"));
     for folder in TECHNIQUES {
         assert!(imports.keys().any(|(_, module)| module.starts_with(folder)), "there is no {folder}");
     }

@@ -1,6 +1,7 @@
 //! Development tasks, for a machine that only has Rust.
 
 mod apt;
+mod budgets;
 mod check;
 #[cfg(test)]
 mod citations;
@@ -42,7 +43,7 @@ cargo xtask shader-stats [TEXT | --write]
                            what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
                            that differ from docs/measured/shader-stats-*; --write stores the new ones; with TEXT, prints the
                            variants whose names contain it
-cargo xtask check          sets up a compiler if there is none; format, lints, documentation, and the hot passes of shader-stats
+cargo xtask check          sets up a compiler if there is none; lines by folder, format, lints, documentation, and the hot passes of shader-stats
 
 What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one
 is installed, as root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.

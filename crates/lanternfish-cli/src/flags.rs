@@ -89,7 +89,7 @@ mod tests {
         let render = root.find_subcommand("render").unwrap();
         let flags: Vec<&str> = render.get_arguments().filter_map(|flag| flag.get_long()).collect();
         let mut files = Vec::new();
-        for folder in ["../lanternfish/src", "../lanternfish-papers/src"] {
+        for folder in ["../lanternfish/src", "../../papers/lanternfish-papers/src"] {
             sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut files);
         }
         let mut named = 0;

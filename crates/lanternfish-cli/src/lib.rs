@@ -1,5 +1,9 @@
 //! The command line of Lanternfish: the program `lanternfish`, and the code that `lanternfish-bench` shares with it.
 
+#[cfg(test)]
+#[macro_use]
+extern crate lanternfish_gpu_test;
+
 pub mod args;
 pub mod camera;
 pub mod choices;

@@ -90,9 +90,8 @@ mod tests {
     }
 
     /// A pass or a counter that has another name now would lose its rays.
-    #[test]
-    fn gpu_every_pass_with_rays_has_its_counter() {
-        let Some(gpu) = testing::gpu("gpu_every_pass_with_rays_has_its_counter") else { return };
+    #[gpu_test]
+    fn gpu_every_pass_with_rays_has_its_counter(gpu: &Gpu) {
         let scene = demo("cornell").unwrap();
         let sampled = Settings { direct: SampledLights::default().into(), ..Settings::direct_light() };
         let mut found = Vec::new();

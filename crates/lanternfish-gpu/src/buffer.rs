@@ -211,9 +211,8 @@ mod tests {
     use super::*;
     use crate::{AdapterChoice, Gpu, testing};
 
-    #[test]
-    fn gpu_devices_are_distinguished_even_when_lost() {
-        let Some(gpu) = testing::gpu("gpu_devices_are_distinguished_even_when_lost") else { return };
+    #[gpu_test]
+    fn gpu_devices_are_distinguished_even_when_lost(gpu: &Gpu) {
         // A device of another instance. The first device of every instance has the same number.
         let other = Gpu::open(&AdapterChoice::Auto).unwrap();
         assert!(

@@ -333,9 +333,8 @@ mod tests {
     use crate::{primitives::Scan, read_back, storage_buffer_of, testing};
 
     /// With and without timestamps inside passes, a dispatch sees all earlier writes; and either all dispatches are timed or none.
-    #[test]
-    fn gpu_dispatches_share_a_pass_unless_that_prevents_timing() {
-        let Some(gpu) = testing::gpu("gpu_dispatches_share_a_pass_unless_that_prevents_timing") else { return };
+    #[gpu_test]
+    fn gpu_dispatches_share_a_pass_unless_that_prevents_timing(gpu: &Gpu) {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
         let adapter = adapters.iter().find(|adapter| adapter.get_info().name == gpu.description.name);

@@ -8,6 +8,10 @@
 //! - [`Frame`]: records the commands of a frame and times each pass. Its transient resources come from a [`Pool`].
 //! - [`primitives`]: prefix sums and sorting.
 
+#[cfg(test)]
+#[macro_use]
+extern crate lanternfish_gpu_test;
+
 // `gpu_struct!` expands to paths that name this crate, and this crate uses it too.
 extern crate self as lanternfish_gpu;
 

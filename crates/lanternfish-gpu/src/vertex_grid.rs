@@ -80,9 +80,8 @@ mod tests {
     use super::*;
     use crate::testing;
 
-    #[test]
-    fn gpu_a_draw_finds_the_grid_that_the_adapter_states() {
-        let Some(gpu) = testing::gpu("gpu_a_draw_finds_the_grid_that_the_adapter_states") else { return };
+    #[gpu_test]
+    fn gpu_a_draw_finds_the_grid_that_the_adapter_states(gpu: &Gpu) {
         let drawn_by = |library: &ShaderLibrary| drawn(&gpu.device, &gpu.queue, library).unwrap();
         let found = drawn_by(&SHADERS).expect("the last pixel is covered");
         let stated = stated(&gpu.device);

@@ -7,6 +7,10 @@
 //!
 //! `renderings/` is the viewer of image files. `events.rs` is the event loop of both windows.
 
+#[cfg(test)]
+#[macro_use]
+extern crate lanternfish_gpu_test;
+
 mod background;
 mod cloud;
 mod clusters;

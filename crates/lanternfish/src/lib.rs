@@ -55,6 +55,10 @@
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit,
 //! unless the radiance cache is full (`Sampled::cache_entries`).
 
+#[cfg(test)]
+#[macro_use]
+extern crate lanternfish_gpu_test;
+
 /// The code in the README compiles.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]

@@ -2,6 +2,9 @@
 //!
 //! Every test that needs an adapter is named `gpu_…`.
 
+#[macro_use]
+extern crate lanternfish_gpu_test;
+
 #[path = "renderings/conformance.rs"]
 mod conformance;
 #[path = "renderings/examples.rs"]

@@ -1,5 +1,8 @@
 //! A technique from outside is chosen, rendered, listed and read like the library's own.
 
+#[macro_use]
+extern crate lanternfish_gpu_test;
+
 use std::{
     fs,
     path::Path,
@@ -15,9 +18,8 @@ use lanternfish_hemisphere::{Hemisphere, HemisphereParameters};
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
 
 /// A white wall that fills the view is as bright as the mix of sky and ground by its normal.
-#[test]
-fn gpu_a_wall_is_as_bright_as_its_normal_says() {
-    let Some(gpu) = testing::gpu("gpu_a_wall_is_as_bright_as_its_normal_says") else { return };
+#[gpu_test]
+fn gpu_a_wall_is_as_bright_as_its_normal_says(gpu: &Gpu) {
     let hemisphere = Hemisphere { sky: 2.0, ground: 0.5 };
     let settings = Settings { indirect: hemisphere.into(), materials: Materials::Lambert, ..Settings::direct_light() };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();

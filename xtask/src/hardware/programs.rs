@@ -89,7 +89,7 @@ mod tests {
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-cli/Cargo.toml","target":{"kind":["bin"],"name":"lanternfish"},"profile":{"test":true},"executable":"/t/lanternfish-2"}
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-cli/Cargo.toml","target":{"kind":["bin"],"name":"lanternfish"},"profile":{"test":false},"executable":"/t/lanternfish"}
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-cli/Cargo.toml","target":{"kind":["lib"],"name":"lanternfish_cli"},"profile":{"test":false},"executable":null}
-{"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-bench/Cargo.toml","target":{"kind":["bin"],"name":"lanternfish-bench"},"profile":{"test":false},"executable":"/t/lanternfish-bench"}
+{"reason":"compiler-artifact","manifest_path":"/w/papers/lanternfish-bench/Cargo.toml","target":{"kind":["bin"],"name":"lanternfish-bench"},"profile":{"test":false},"executable":"/t/lanternfish-bench"}
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["test"],"name":"other"},"profile":{"test":true},"executable":"/t/other-3"}
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["test"],"name":"renderings"},"profile":{"test":true},"executable":"/t/renderings-4"}
 not JSON

@@ -198,8 +198,8 @@ mod tests {
     /// Otherwise libtest would skip more tests than nextest.
     #[test]
     fn no_module_below_a_root_has_the_prefix_of_adapter_tests() {
-        for package in std::fs::read_dir(workspace().join("crates")).unwrap() {
-            let root = package.unwrap().path().join("src");
+        for package in crate::command::packages() {
+            let root = package.join("src");
             let mut folders: Vec<_> = std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path()).collect();
             folders.retain(|path| path.is_dir());
             while let Some(folder) = folders.pop() {

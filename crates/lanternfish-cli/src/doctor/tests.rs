@@ -26,9 +26,8 @@ fn faults(gpu: &Gpu, plan: &Plan, edited: Option<(&str, &str, &str)>) -> Vec<Str
 }
 
 /// The check of each kind of technique detects a wrong constant in it, and passes without the fault.
-#[test]
-fn gpu_each_kind_of_check_detects_a_wrong_constant() {
-    let Some(gpu) = testing::gpu("gpu_each_kind_of_check_detects_a_wrong_constant") else { return };
+#[gpu_test]
+fn gpu_each_kind_of_check_detects_a_wrong_constant(gpu: &Gpu) {
     let edits = [
         (Group::Materials, "BRDF", ("materials/brdf", "return k * k / PI;", "return k * k / 3.0;")),
         (

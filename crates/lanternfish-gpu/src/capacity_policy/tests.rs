@@ -40,9 +40,8 @@ impl<'g> Frames<'g> {
     }
 }
 
-#[test]
-fn gpu_blocking_readback_always_gives_enough_capacity() {
-    let Some(gpu) = testing::gpu("gpu_blocking_readback_always_gives_enough_capacity") else { return };
+#[gpu_test]
+fn gpu_blocking_readback_always_gives_enough_capacity(gpu: &Gpu) {
     let mut frames = Frames::new(gpu, Growth::Blocking);
     for (elements, capacities) in [([3, 4], [10, 10]), ([50, 20], [50, 50]), ([7, 60], [50, 60]), ([0, 0], [60, 60])] {
         let (lists, is_complete) = frames.next(elements);
@@ -56,9 +55,8 @@ fn gpu_blocking_readback_always_gives_enough_capacity() {
     assert_eq!((lists[1].capacity, lists[1].elements), (60, 1 << 21));
 }
 
-#[test]
-fn gpu_deferred_readback_reports_overflow() {
-    let Some(gpu) = testing::gpu("gpu_deferred_readback_reports_overflow") else { return };
+#[gpu_test]
+fn gpu_deferred_readback_reports_overflow(gpu: &Gpu) {
     let mut frames = Frames::new(gpu, Growth::Deferred);
     let (lists, is_complete) = frames.next([3, 4]);
     let least = lists[0].capacity;
@@ -85,9 +83,8 @@ fn gpu_deferred_readback_reports_overflow() {
 }
 
 /// Totals beyond 32 bits saturate with deferred readback, and wrap with blocking readback.
-#[test]
-fn gpu_totals_saturate_with_deferred_readback() {
-    let Some(gpu) = testing::gpu("gpu_totals_saturate_with_deferred_readback") else { return };
+#[gpu_test]
+fn gpu_totals_saturate_with_deferred_readback(gpu: &Gpu) {
     let scan = Scan::new(&gpu.device, "test").unwrap();
     let values: Vec<u32> = (0..5000).map(|i| if i % 1000 == 999 { 1 << 30 } else { i }).collect();
     for growth in [Growth::Blocking, Growth::Deferred] {

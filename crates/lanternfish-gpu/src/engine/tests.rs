@@ -1,9 +1,8 @@
 use super::*;
 use crate::{primitives::Scan, testing};
 
-#[test]
-fn gpu_an_engine_compiles_each_pipeline_once() {
-    let Some(gpu) = testing::gpu("gpu_an_engine_compiles_each_pipeline_once") else { return };
+#[gpu_test]
+fn gpu_an_engine_compiles_each_pipeline_once(gpu: &Gpu) {
     let engine = Engine::new(&gpu.device, &gpu.queue);
     let scan = |label| Scan::new(&gpu.device, label).unwrap();
     let (_, requested) = engine.requested_within(|| scan("test"));
@@ -24,9 +23,8 @@ fn gpu_an_engine_compiles_each_pipeline_once() {
 }
 
 /// A pipeline in use is never dropped; an unused one is dropped after enough others were used.
-#[test]
-fn gpu_an_engine_drops_the_least_recently_used_pipelines() {
-    let Some(gpu) = testing::gpu("gpu_an_engine_drops_the_least_recently_used_pipelines") else { return };
+#[gpu_test]
+fn gpu_an_engine_drops_the_least_recently_used_pipelines(gpu: &Gpu) {
     let engine = Engine::new(&gpu.device, &gpu.queue);
     let scan = |label: &str| engine.within(|| Scan::new(&gpu.device, label).unwrap());
     let compiles = |label: &str| {
@@ -56,9 +54,8 @@ fn gpu_an_engine_drops_the_least_recently_used_pipelines() {
 }
 
 /// A shader is dropped with the last of its pipelines.
-#[test]
-fn gpu_an_engine_drops_shaders_without_pipelines() {
-    let Some(gpu) = testing::gpu("gpu_an_engine_drops_shaders_without_pipelines") else { return };
+#[gpu_test]
+fn gpu_an_engine_drops_shaders_without_pipelines(gpu: &Gpu) {
     let engine = Engine::new(&gpu.device, &gpu.queue);
     engine.within(|| crate::primitives::RadixSort::new(&gpu.device, "sort").unwrap());
     let of_sort = engine.kept().shaders;

@@ -41,9 +41,8 @@ fn write(frame: &mut Frame<'_>, buffer: &wgpu::Buffer) {
     frame.encoder().copy_buffer_to_buffer(&seven, 0, buffer, 0, 4);
 }
 
-#[test]
-fn gpu_zeroed_buffers_are_zero_in_every_frame() {
-    let Some(gpu) = testing::gpu("gpu_zeroed_buffers_are_zero_in_every_frame") else { return };
+#[gpu_test]
+fn gpu_zeroed_buffers_are_zero_in_every_frame(gpu: &Gpu) {
     let mut frames = Frames::new(gpu);
     let mut buffers = Vec::new();
     for number in 0..3 {
@@ -69,9 +68,8 @@ fn gpu_zeroed_buffers_are_zero_in_every_frame() {
     assert_eq!(frames.read(&buffers[0][1]), 7);
 }
 
-#[test]
-fn gpu_released_buffers_are_used_again_in_their_frame() {
-    let Some(gpu) = testing::gpu("gpu_released_buffers_are_used_again_in_their_frame") else { return };
+#[gpu_test]
+fn gpu_released_buffers_are_used_again_in_their_frame(gpu: &Gpu) {
     let mut frames = Frames::new(gpu);
     for number in 0..2 {
         let mut frame = frames.next();
@@ -88,9 +86,8 @@ fn gpu_released_buffers_are_used_again_in_their_frame() {
     }
 }
 
-#[test]
-fn gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them() {
-    let Some(gpu) = testing::gpu("gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them") else { return };
+#[gpu_test]
+fn gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them(gpu: &Gpu) {
     let mut frames = Frames::new(gpu);
     let mut evaluate = |bytes: u64| {
         let before = made();
@@ -118,9 +115,8 @@ fn gpu_requests_of_a_frame_do_not_alias_and_the_next_frame_reuses_them() {
 }
 
 /// A list whose length varies keeps the buffer that is long enough for every length, however rare that is.
-#[test]
-fn gpu_lists_of_varying_length_keep_one_buffer() {
-    let Some(gpu) = testing::gpu("gpu_lists_of_varying_length_keep_one_buffer") else { return };
+#[gpu_test]
+fn gpu_lists_of_varying_length_keep_one_buffer(gpu: &Gpu) {
     let mut frames = Frames::new(gpu);
     let mut evaluate = |bytes: u64| {
         let before = made();
@@ -136,9 +132,8 @@ fn gpu_lists_of_varying_length_keep_one_buffer() {
     }
 }
 
-#[test]
-fn gpu_uniforms_before_and_after_a_readback_do_not_overlap() {
-    let Some(gpu) = testing::gpu("gpu_uniforms_before_and_after_a_readback_do_not_overlap") else { return };
+#[gpu_test]
+fn gpu_uniforms_before_and_after_a_readback_do_not_overlap(gpu: &Gpu) {
     let mut frames = Frames::new(gpu);
     // A scan with its parameters in a uniform. With a count of 0 it leaves the value unchanged.
     let shader = SHADERS.link("primitives/scan/scan", &[]).unwrap();
@@ -165,9 +160,8 @@ fn gpu_uniforms_before_and_after_a_readback_do_not_overlap() {
     }
 }
 
-#[test]
-fn gpu_released_textures_are_used_again_in_their_frame() {
-    let Some(gpu) = testing::gpu("gpu_released_textures_are_used_again_in_their_frame") else { return };
+#[gpu_test]
+fn gpu_released_textures_are_used_again_in_their_frame(gpu: &Gpu) {
     let mut frames = Frames::new(gpu);
     for _ in 0..2 {
         let mut frame = frames.next();
@@ -181,9 +175,8 @@ fn gpu_released_textures_are_used_again_in_their_frame() {
 }
 
 /// Commands are counted by label, also those before a readback; commands that are never submitted are not.
-#[test]
-fn gpu_commands_of_a_frame_are_counted_by_label() {
-    let Some(gpu) = testing::gpu("gpu_commands_of_a_frame_are_counted_by_label") else { return };
+#[gpu_test]
+fn gpu_commands_of_a_frame_are_counted_by_label(gpu: &Gpu) {
     let mut frames = Frames::new(gpu);
     let shader = SHADERS.link("primitives/scan/scan", &[]).unwrap();
     let kernel = |label: &str| ComputeKernel::new(&gpu.device, &shader, "scan_blocks", label);

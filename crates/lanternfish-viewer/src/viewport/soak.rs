@@ -114,10 +114,9 @@ fn is_refusal(error: &RenderError) -> bool {
     !matches!(error, RenderError::Gpu(what) if !matches!(what, GpuError::TooLarge { .. }))
 }
 
-#[test]
-fn gpu_settings_change_at_random() {
+#[gpu_test]
+fn gpu_settings_change_at_random(gpu: &Gpu) {
     lanternfish_papers::register();
-    let Some(gpu) = testing::gpu("gpu_settings_change_at_random") else { return };
     let frames = std::env::var(FRAMES_FROM).ok().and_then(|count| count.parse().ok()).unwrap_or(FRAMES);
     let gpu = own(gpu);
     let scene = demo("cornell").unwrap();

@@ -56,10 +56,9 @@ fn kinds() -> Vec<Settings> {
     ]
 }
 
-#[test]
-fn gpu_repeated_settings_do_not_increase_memory() {
+#[gpu_test]
+fn gpu_repeated_settings_do_not_increase_memory(gpu: &Gpu) {
     lanternfish_papers::register();
-    let Some(gpu) = testing::gpu("gpu_repeated_settings_do_not_increase_memory") else { return };
     let scene = demo("cornell").unwrap();
     let camera = scene.default_camera(1.5);
     let mut viewport = Viewport::new(own(gpu), scene, &kinds()[0]).unwrap();

@@ -35,9 +35,8 @@ fn cornell(gpu: &Gpu, settings: &Settings) -> Viewport {
 }
 
 /// Changed lights, one by one or all at once, give the same image as a scene with these lights. Rejected lights change nothing.
-#[test]
-fn gpu_changed_lights_equal_those_of_a_new_scene() {
-    let Some(gpu) = testing::gpu("gpu_changed_lights_equal_those_of_a_new_scene") else { return };
+#[gpu_test]
+fn gpu_changed_lights_equal_those_of_a_new_scene(gpu: &Gpu) {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let indirect = Settings { indirect: Indirect::from(Quality::Draft.sampled().one_bounce()), ..settings.clone() };
     for settings in [settings, indirect] {
@@ -81,9 +80,8 @@ fn gpu_changed_lights_equal_those_of_a_new_scene() {
 }
 
 /// Two viewports of a scene: each renders the same image as alone, and the second follows changes of the scene.
-#[test]
-fn gpu_a_second_viewport_renders_independently() {
-    let Some(gpu) = testing::gpu("gpu_a_second_viewport_renders_independently") else { return };
+#[gpu_test]
+fn gpu_a_second_viewport_renders_independently(gpu: &Gpu) {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let unshadowed = Settings { shadows: Shadows::None, ..settings.clone() };
     let mut a = cornell(gpu, &settings);
@@ -109,9 +107,8 @@ fn gpu_a_second_viewport_renders_independently() {
     assert!(Arc::ptr_eq(&a.scene, &b.scene) && b.pixels().unwrap() == alone.pixels().unwrap());
 }
 
-#[test]
-fn gpu_an_image_follows_sizes_settings_and_scenes() {
-    let Some(gpu) = testing::gpu("gpu_an_image_follows_sizes_settings_and_scenes") else { return };
+#[gpu_test]
+fn gpu_an_image_follows_sizes_settings_and_scenes(gpu: &Gpu) {
     let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
     let (scene, hall) = (demo("cornell").unwrap(), demo("hall").unwrap());
     let camera = scene.default_camera(1.5);
@@ -145,9 +142,8 @@ fn gpu_an_image_follows_sizes_settings_and_scenes() {
 }
 
 /// The surface at each pixel lies in a visible cluster, and the bird's-eye view shows all visible clusters.
-#[test]
-fn gpu_visible_clusters_contain_the_visible_surfaces() {
-    let Some(gpu) = testing::gpu("gpu_visible_clusters_contain_the_visible_surfaces") else { return };
+#[gpu_test]
+fn gpu_visible_clusters_contain_the_visible_surfaces(gpu: &Gpu) {
     let mut viewport = cornell(gpu, &Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
     let camera = viewport.scene.default_camera(1.5);
     assert!(!viewport.shows(&camera));
@@ -172,9 +168,8 @@ fn gpu_visible_clusters_contain_the_visible_surfaces() {
 }
 
 /// Stereo images of one frame equal those of each eye alone, with shared and with separate light lists.
-#[test]
-fn gpu_stereo_images_equal_single_eye_images() {
-    let Some(gpu) = testing::gpu("gpu_stereo_images_equal_single_eye_images") else { return };
+#[gpu_test]
+fn gpu_stereo_images_equal_single_eye_images(gpu: &Gpu) {
     let base = Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(1.0), ..Settings::direct_light() };
     for grouping in [Grouping::Individual, Grouping::Enclosed] {
         let culling = Culling::from(Clustered { grouping, ..Clustered::default() });
@@ -202,9 +197,8 @@ fn gpu_stereo_images_equal_single_eye_images() {
 }
 
 /// The tile of each pixel lists all lights that reach its surface. The lists of all tiles add up to the counter.
-#[test]
-fn gpu_tiles_list_the_lights_of_their_pixels() {
-    let Some(gpu) = testing::gpu("gpu_tiles_list_the_lights_of_their_pixels") else { return };
+#[gpu_test]
+fn gpu_tiles_list_the_lights_of_their_pixels(gpu: &Gpu) {
     let culling = Culling::from(Tiled::default());
     let mut viewport = cornell(gpu, &Settings { culling, shadows: Shadows::BVH, ..Settings::direct_light() });
     let (camera, middle) = (viewport.scene.default_camera(1.5), viewport.scene.bounds().center());

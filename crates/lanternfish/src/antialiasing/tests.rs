@@ -58,9 +58,8 @@ fn reference(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Vec<f32> {
     last(gpu, settings, 1, |_| (scene.clone(), camera.clone()))
 }
 
-#[test]
-fn gpu_the_first_frame_is_that_without_antialiasing_to_the_bit() {
-    let Some(gpu) = testing::gpu("gpu_the_first_frame_is_that_without_antialiasing_to_the_bit") else { return };
+#[gpu_test]
+fn gpu_the_first_frame_is_that_without_antialiasing_to_the_bit(gpu: &Gpu) {
     let of = |antialiasing, count| last(gpu, settings(antialiasing), count, |_| (board(), camera()));
     let bits = |image: Vec<f32>| image.into_iter().map(f32::to_bits).collect::<Vec<_>>();
     let plain = bits(of(Antialiasing::None, 1));
@@ -70,9 +69,8 @@ fn gpu_the_first_frame_is_that_without_antialiasing_to_the_bit() {
     assert!(bits(of(Antialiasing::None, 2)) == plain);
 }
 
-#[test]
-fn gpu_edges_at_rest_are_as_smooth_as_with_four_samples() {
-    let Some(gpu) = testing::gpu("gpu_edges_at_rest_are_as_smooth_as_with_four_samples") else { return };
+#[gpu_test]
+fn gpu_edges_at_rest_are_as_smooth_as_with_four_samples(gpu: &Gpu) {
     let (scene, camera) = (board(), camera());
     let reference = reference(gpu, &scene, &camera);
     let of = |settings, count| error(&last(gpu, settings, count, |_| (scene.clone(), camera.clone())), &reference);
@@ -84,9 +82,8 @@ fn gpu_edges_at_rest_are_as_smooth_as_with_four_samples() {
 }
 
 /// A view that moves by three quarters of a pixel a frame.
-#[test]
-fn gpu_edges_of_a_moving_view_are_smoother_than_without() {
-    let Some(gpu) = testing::gpu("gpu_edges_of_a_moving_view_are_smoother_than_without") else { return };
+#[gpu_test]
+fn gpu_edges_of_a_moving_view_are_smoother_than_without(gpu: &Gpu) {
     let scene = board();
     let moved = |frame: u32| {
         let step = Vec3::new(0.013, 0.007, 0.0) * frame as f32;
@@ -102,9 +99,8 @@ fn gpu_edges_of_a_moving_view_are_smoother_than_without() {
 }
 
 /// A board that moves by three pixels a frame: pixels that it has left show the wall, as without a history.
-#[test]
-fn gpu_what_moves_leaves_no_ghost() {
-    let Some(gpu) = testing::gpu("gpu_what_moves_leaves_no_ghost") else { return };
+#[gpu_test]
+fn gpu_what_moves_leaves_no_ghost(gpu: &Gpu) {
     let pose = |frame: u32| {
         let mut scene = board();
         let x = -0.9 + 0.055 * frame as f32;
@@ -131,9 +127,8 @@ fn gpu_what_moves_leaves_no_ghost() {
 }
 
 /// Alpha is the coverage of the surfaces of this frame, also behind a board that moves before nothing.
-#[test]
-fn gpu_coverage_does_not_trail() {
-    let Some(gpu) = testing::gpu("gpu_coverage_does_not_trail") else { return };
+#[gpu_test]
+fn gpu_coverage_does_not_trail(gpu: &Gpu) {
     let texels = |antialiasing| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(antialiasing)).unwrap();
         let mut scene = board();
@@ -168,9 +163,8 @@ fn gpu_coverage_does_not_trail() {
 
 /// A program that records frames: a moving view is antialiased although it asks for means, the mean begins at rest, and frames that are incomplete
 /// leave no black history.
-#[test]
-fn gpu_recorded_frames_are_antialiased_while_they_move() {
-    let Some(gpu) = testing::gpu("gpu_recorded_frames_are_antialiased_while_they_move") else { return };
+#[gpu_test]
+fn gpu_recorded_frames_are_antialiased_while_they_move(gpu: &Gpu) {
     let scene = board();
     let record = |antialiasing, moves: bool| {
         let settings = Settings { accumulate: 2, ..settings(antialiasing) };

@@ -76,9 +76,8 @@ mod tests {
         assert!(!looks_random(chi_square((0..COUNT).map(|i| ((i % 256) as f32 / 256.0, (i / 256) as f32 / 256.0)))));
     }
 
-    #[test]
-    fn gpu_random_numbers_are_the_hosts_bit_for_bit() {
-        let Some(gpu) = testing::gpu("gpu_random_numbers_are_the_hosts_bit_for_bit") else { return };
+    #[gpu_test]
+    fn gpu_random_numbers_are_the_hosts_bit_for_bit(gpu: &Gpu) {
         let extremes = [0, 1, 2, 255, 65_535, 65_536, 0x7fff_ffff, 0x8000_0000, u32::MAX];
         let mut queries: Vec<UVec4> =
             extremes.iter().flat_map(|x| extremes.map(|y| UVec4::new(*x, y, x ^ y, *x))).collect();

@@ -6,9 +6,8 @@ use lanternfish_gpu::testing;
 use crate::testing::evaluate;
 
 /// The dispatch visits every tile of an image once, whatever the image's size, and successive tiles are neighbours.
-#[test]
-fn gpu_strips_of_tiles_cover_the_image() {
-    let Some(gpu) = testing::gpu("gpu_strips_of_tiles_cover_the_image") else { return };
+#[gpu_test]
+fn gpu_strips_of_tiles_cover_the_image(gpu: &Gpu) {
     for (width, height) in [(1, 1), (8, 3), (7, 5), (9, 4), (16, 1), (30, 17), (3, 40)] {
         let workgroups = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
         let query = |[x, y]: [u32; 2]| Vec4::new(x as f32, y as f32, width as f32, height as f32);

@@ -47,9 +47,8 @@ fn views_of_clusters_need_clusters() {
 }
 
 /// Every pixel of a view filled with one surface has the colour that the scale gives for the surface's value.
-#[test]
-fn gpu_colours_are_those_of_the_scale() {
-    let Some(gpu) = testing::gpu("gpu_colours_are_those_of_the_scale") else { return };
+#[gpu_test]
+fn gpu_colours_are_those_of_the_scale(gpu: &Gpu) {
     let camera = |distance: f32| {
         let projection = Projection::Orthographic { half_height: 1.0, near: 0.01, far: 1000.0 };
         Camera::look_at(Vec3::new(0.0, 0.0, distance), Vec3::ZERO, projection)
@@ -254,9 +253,8 @@ fn cases() -> Vec<(Scene, Vec<Camera>)> {
     cases
 }
 
-#[test]
-fn gpu_no_surface_misses_its_cluster() {
-    let Some(gpu) = testing::gpu("gpu_no_surface_misses_its_cluster") else { return };
+#[gpu_test]
+fn gpu_no_surface_misses_its_cluster(gpu: &Gpu) {
     let mut total = 0;
     for shape in SHAPES {
         let mut harness = Harness::new(gpu, shape);
@@ -272,9 +270,8 @@ fn gpu_no_surface_misses_its_cluster() {
     assert!(total > 900_000, "the cases cover too little: {total} fragments");
 }
 
-#[test]
-fn gpu_no_transparent_surface_misses_its_cluster() {
-    let Some(gpu) = testing::gpu("gpu_no_transparent_surface_misses_its_cluster") else { return };
+#[gpu_test]
+fn gpu_no_transparent_surface_misses_its_cluster(gpu: &Gpu) {
     let mut random = Random::new(12);
     let (mut total, mut missed) = (0, 0);
     for shape in SHAPES {
@@ -293,9 +290,8 @@ fn gpu_no_transparent_surface_misses_its_cluster() {
     assert!(total > 100_000 && missed > 1000, "{total} fragments, {missed} missed");
 }
 
-#[test]
-fn gpu_the_view_detects_clusters_marked_from_a_shifted_camera() {
-    let Some(gpu) = testing::gpu("gpu_the_view_detects_clusters_marked_from_a_shifted_camera") else { return };
+#[gpu_test]
+fn gpu_the_view_detects_clusters_marked_from_a_shifted_camera(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
     for shape in SHAPES {
         let camera = scene.cameras[0].clone();

@@ -35,9 +35,8 @@ fn greatest_distance(actual: &[Vec3], queries: &[Vec4], expected: impl Fn(Vec3) 
     off.fold(0.0, f32::max)
 }
 
-#[test]
-fn gpu_smooth_surfaces_mirror_the_image() {
-    let Some(gpu) = testing::gpu("gpu_smooth_surfaces_mirror_the_image") else { return };
+#[gpu_test]
+fn gpu_smooth_surfaces_mirror_the_image(gpu: &Gpu) {
     let environment = image(512, 256, 0.7, |d| Vec3::new(1.0 + d.x, 2.0 + d.y * d.z, 1.5 + (3.0 * d.x).sin()));
     let queries = directions(2000, 0.0);
     let actual = mirrored(gpu, &environment, &queries);
@@ -49,9 +48,8 @@ fn gpu_smooth_surfaces_mirror_the_image() {
     assert!(greatest_distance(&actual, &queries, |direction| rotated.radiance(direction)) > 0.05);
 }
 
-#[test]
-fn gpu_rougher_levels_blur_and_keep_the_energy() {
-    let Some(gpu) = testing::gpu("gpu_rougher_levels_blur_and_keep_the_energy") else { return };
+#[gpu_test]
+fn gpu_rougher_levels_blur_and_keep_the_energy(gpu: &Gpu) {
     let even = image(64, 32, 0.0, |_| Vec3::new(0.5, 3.0, 20.0));
     for roughness in [0.0, 0.1, 0.25, 0.5, 0.8, 1.0] {
         let queries = directions(500, roughness);

@@ -40,9 +40,8 @@ fn everything(gpu: &Gpu) -> Renderer {
 
 type Change = fn(&mut Scene);
 
-#[test]
-fn gpu_a_scene_that_is_not_valid_is_refused_by_the_name_of_its_fault() {
-    let Some(gpu) = testing::gpu("gpu_a_scene_that_is_not_valid_is_refused_by_the_name_of_its_fault") else { return };
+#[gpu_test]
+fn gpu_a_scene_that_is_not_valid_is_refused_by_the_name_of_its_fault(gpu: &Gpu) {
     let damages: [(&str, Change); 30] = [
         ("index 7 of 4 vertices", |s| s.meshes[0].primitives[0].indices[2] = 7),
         ("index 4294967295 of 4", |s| s.meshes[0].primitives[0].indices[0] = u32::MAX),
@@ -99,9 +98,8 @@ fn gpu_a_scene_that_is_not_valid_is_refused_by_the_name_of_its_fault() {
     assert!(shown(&mut renderer, &uploaded) == before, "a refused update left something behind");
 }
 
-#[test]
-fn gpu_odd_scenes_that_are_valid_render() {
-    let Some(gpu) = testing::gpu("gpu_odd_scenes_that_are_valid_render") else { return };
+#[gpu_test]
+fn gpu_odd_scenes_that_are_valid_render(gpu: &Gpu) {
     let oddities: [(&str, Change); 14] = [
         ("nothing", |s| *s = Scene::default()),
         ("no instances", |s| s.instances.clear()),
@@ -134,9 +132,8 @@ fn gpu_odd_scenes_that_are_valid_render() {
 }
 
 /// Materials without textures differ in numbers alone. A software adapter ended the process at 65,530 materials.
-#[test]
-fn gpu_materials_with_equal_textures_share_a_bind_group() {
-    let Some(gpu) = testing::gpu("gpu_materials_with_equal_textures_share_a_bind_group") else { return };
+#[gpu_test]
+fn gpu_materials_with_equal_textures_share_a_bind_group(gpu: &Gpu) {
     let settings =
         Settings { shadows: Shadows::None, textures: TextureBinding::PerMaterial, ..Settings::direct_light() };
     let engine = testing::engine(gpu);
@@ -160,9 +157,8 @@ fn gpu_materials_with_equal_textures_share_a_bind_group() {
     }
 }
 
-#[test]
-fn gpu_cameras_without_a_view_are_refused() {
-    let Some(gpu) = testing::gpu("gpu_cameras_without_a_view_are_refused") else { return };
+#[gpu_test]
+fn gpu_cameras_without_a_view_are_refused(gpu: &Gpu) {
     let mut renderer = everything(gpu);
     let uploaded = renderer.upload(&scene()).unwrap();
     let sound = &scene().cameras[0];

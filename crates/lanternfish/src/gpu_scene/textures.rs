@@ -317,10 +317,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn gpu_an_image_larger_than_textures_can_be_is_refused_by_its_pixels() {
-        let test = "gpu_an_image_larger_than_textures_can_be_is_refused_by_its_pixels";
-        let Some(gpu) = testing::gpu(test) else { return };
+    #[gpu_test]
+    fn gpu_an_image_larger_than_textures_can_be_is_refused_by_its_pixels(gpu: &Gpu) {
         let limit = gpu.device.limits().max_texture_dimension_2d;
         let upload = |width: u32, height: u32| {
             let rgba = vec![255; 4 * width as usize * height as usize];

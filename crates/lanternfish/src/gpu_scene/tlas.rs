@@ -164,10 +164,9 @@ mod tests {
         assert_eq!(indices[1], [6, 7, 8, 12, 13, 14, 0, 1, 2]);
     }
 
-    #[test]
-    fn gpu_tlas_buffers_are_limited_by_the_largest_buffer_not_by_the_largest_binding() {
+    #[gpu_test]
+    fn gpu_tlas_buffers_are_limited_by_the_largest_buffer_not_by_the_largest_binding(gpu: &Gpu) {
         let test = "gpu_tlas_buffers_are_limited_by_the_largest_buffer_not_by_the_largest_binding";
-        let Some(gpu) = testing::gpu(test) else { return };
         if !gpu.description.ray_query {
             return testing::left_out(test, "this adapter has no ray query");
         }

@@ -40,9 +40,8 @@ fn tracers(gpu: &Gpu) -> impl Iterator<Item = Tracer> {
     Tracer::all().into_iter().filter(move |tracer| *tracer != Tracer::RAY_QUERY || has_ray_query)
 }
 
-#[test]
-fn gpu_environment_lights_an_open_floor() {
-    let Some(gpu) = testing::gpu("gpu_environment_lights_an_open_floor") else { return };
+#[gpu_test]
+fn gpu_environment_lights_an_open_floor(gpu: &Gpu) {
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let sky = Vec3::new(1.0, 2.0, 4.0);
     let white = Environment { width: 4, height: 2, pixels: vec![sky; 8], rotation: 0.0 };
@@ -61,9 +60,8 @@ fn gpu_environment_lights_an_open_floor() {
 }
 
 /// Few rays estimate a small sun without missing it or all hitting it: each reads the environment prefiltered over the solid angle that it represents.
-#[test]
-fn gpu_few_rays_estimate_a_small_sun() {
-    let Some(gpu) = testing::gpu("gpu_few_rays_estimate_a_small_sun") else { return };
+#[gpu_test]
+fn gpu_few_rays_estimate_a_small_sun(gpu: &Gpu) {
     let (width, height, row) = (64, 32, 8);
     let mut pixels = vec![Vec3::ZERO; width * height];
     pixels[row * width + 20] = Vec3::splat(1000.0);
@@ -83,9 +81,8 @@ fn gpu_few_rays_estimate_a_small_sun() {
 }
 
 /// The radiance of a mirror is its reflectance times that of the reflected surface.
-#[test]
-fn gpu_mirror_reflects_emission_above_it() {
-    let Some(gpu) = testing::gpu("gpu_mirror_reflects_emission_above_it") else { return };
+#[gpu_test]
+fn gpu_mirror_reflects_emission_above_it(gpu: &Gpu) {
     let mirror = Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(0.8) };
     let lamp = Material { emissive: Vec3::new(3.0, 2.0, 1.0), ..matt(0.0) };
     let floor = quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z);
@@ -103,9 +100,8 @@ fn gpu_mirror_reflects_emission_above_it() {
 }
 
 /// A closed, uniformly emissive box: every surface receives the same radiance from all directions.
-#[test]
-fn gpu_emissive_box_has_one_bounce() {
-    let Some(gpu) = testing::gpu("gpu_emissive_box_has_one_bounce") else { return };
+#[gpu_test]
+fn gpu_emissive_box_has_one_bounce(gpu: &Gpu) {
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in tracers(gpu) {
@@ -118,9 +114,8 @@ fn gpu_emissive_box_has_one_bounce() {
 }
 
 /// Ground truth: paths of up to three segments through exact triangles. The limits are about a quarter above the measured values.
-#[test]
-fn gpu_one_bounce_matches_path_tracer() {
-    let Some(gpu) = testing::gpu("gpu_one_bounce_matches_path_tracer") else { return };
+#[gpu_test]
+fn gpu_one_bounce_matches_path_tracer(gpu: &Gpu) {
     let scene = cornell();
     let camera = scene.cameras[0].clone();
     let (direct, one_bounce) = (traced_of(LARGE, &scene, &camera, 2, 192), traced_of(LARGE, &scene, &camera, 3, 192));
@@ -150,9 +145,8 @@ fn gpu_one_bounce_matches_path_tracer() {
 }
 
 /// Ray hits also reflect the light of the environment, a constant or an image, with and without a lamp: as much as paths of up to three segments.
-#[test]
-fn gpu_environment_lights_hits() {
-    let Some(gpu) = testing::gpu("gpu_environment_lights_hits") else { return };
+#[gpu_test]
+fn gpu_environment_lights_hits(gpu: &Gpu) {
     // A box without a lid.
     let mut scene = closed_box(matt(0.7));
     scene.meshes[0].primitives.remove(3);
@@ -195,9 +189,8 @@ fn gpu_environment_lights_hits() {
 }
 
 /// A small emissive panel and a dark floor: irradiance falls with the square of the distance.
-#[test]
-fn gpu_moved_emitters_light_from_their_new_position() {
-    let Some(gpu) = testing::gpu("gpu_moved_emitters_light_from_their_new_position") else { return };
+#[gpu_test]
+fn gpu_moved_emitters_light_from_their_new_position(gpu: &Gpu) {
     let lamp = Material { emissive: Vec3::splat(50.0), ..matt(0.0) };
     let floor = quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z);
     let panel = quad(1, Vec3::Y, 0.5 * Vec3::X, 0.5 * Vec3::Z);
@@ -225,9 +218,8 @@ fn gpu_moved_emitters_light_from_their_new_position() {
 }
 
 /// Only few of thousands of lights reach a hit: light sampling selects these.
-#[test]
-fn gpu_many_short_range_lights_match_path_tracer() {
-    let Some(gpu) = testing::gpu("gpu_many_short_range_lights_match_path_tracer") else { return };
+#[gpu_test]
+fn gpu_many_short_range_lights_match_path_tracer(gpu: &Gpu) {
     let mut scene = closed_box(matt(0.6));
     let mut random = Random::new(4);
     for _ in 0..3000 {
@@ -264,9 +256,8 @@ fn gpu_many_short_range_lights_match_path_tracer() {
 }
 
 /// With one surface in a pixel, further samples do not change it; with two, each has its own light.
-#[test]
-fn gpu_samples_have_the_light_of_their_surfaces() {
-    let Some(gpu) = testing::gpu("gpu_samples_have_the_light_of_their_surfaces") else { return };
+#[gpu_test]
+fn gpu_samples_have_the_light_of_their_surfaces(gpu: &Gpu) {
     // A white floor under a white sky, and a black lid over a part of it, whose underside is invisible.
     let floor = quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z);
     let lid = quad(1, Vec3::new(-2.0, 0.5, 0.0), 2.0 * Vec3::X, -4.0 * Vec3::Z);
@@ -298,9 +289,8 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
     }
 }
 
-#[test]
-fn gpu_invalid_combinations_are_refused() {
-    let Some(gpu) = testing::gpu("gpu_invalid_combinations_are_refused") else { return };
+#[gpu_test]
+fn gpu_invalid_combinations_are_refused(gpu: &Gpu) {
     let refused = |settings| match Renderer::with_engine(&testing::engine(gpu), settings) {
         Err(RenderError::Together { needed, .. }) => needed,
         other => panic!("{other:?}"),

@@ -36,28 +36,24 @@ fn all() -> Vec<Case> {
     tiled().into_iter().chain(clustered()).collect()
 }
 
-#[test]
-fn gpu_culling_loses_no_light() {
-    let Some(gpu) = testing::gpu("gpu_culling_loses_no_light") else { return };
+#[gpu_test]
+fn gpu_culling_loses_no_light(gpu: &Gpu) {
     check_loses_no_light(gpu, &all());
 }
 
-#[test]
-fn gpu_the_culling_test_sees_a_tenth_of_range_missing() {
-    let Some(gpu) = testing::gpu("gpu_the_culling_test_sees_a_tenth_of_range_missing") else { return };
+#[gpu_test]
+fn gpu_the_culling_test_sees_a_tenth_of_range_missing(gpu: &Gpu) {
     check_sees_a_tenth_of_range_missing(gpu, &all());
 }
 
-#[test]
-fn gpu_lights_beyond_the_devices_count_are_in_no_list() {
-    let Some(gpu) = testing::gpu("gpu_lights_beyond_the_devices_count_are_in_no_list") else { return };
+#[gpu_test]
+fn gpu_lights_beyond_the_devices_count_are_in_no_list(gpu: &Gpu) {
     check_counted_sets(gpu, &[all(), vec![(Culling::NONE, Some(1))]].concat());
 }
 
 /// Smaller tiles and the box test give shorter lists.
-#[test]
-fn gpu_smaller_tiles_and_the_box_test_list_less() {
-    let Some(gpu) = testing::gpu("gpu_smaller_tiles_and_the_box_test_list_less") else { return };
+#[gpu_test]
+fn gpu_smaller_tiles_and_the_box_test_list_less(gpu: &Gpu) {
     let (totals, needed) = listed(gpu, &tiled());
     println!("listed with 8 px, 8 px and boxes, 16 px, …: {totals:?}; needed {needed}");
     assert!(totals.windows(3).all(|t| t[0] < t[2]), "{totals:?}");

@@ -39,9 +39,8 @@ fn the_functions_end_at_the_range_and_approach_the_physical_one() {
     }
 }
 
-#[test]
-fn gpu_attenuation_is_the_theses() {
-    let Some(gpu) = testing::gpu("gpu_attenuation_is_the_theses") else { return };
+#[gpu_test]
+fn gpu_attenuation_is_the_theses(gpu: &Gpu) {
     let mut arguments = Vec::new();
     for function in Attenuation::ALL.iter().copied() {
         for range in [0.5f32, 1.0, 7.5, 300.0] {
@@ -102,9 +101,8 @@ fn with_parameters() -> Settings {
 }
 
 /// Lights of all kinds against the path tracer (`lanternfish_reference::incidence`), at positions in and out of reach.
-#[test]
-fn gpu_incidence_is_the_path_tracers() {
-    let Some(gpu) = testing::gpu("gpu_incidence_is_the_path_tracers") else { return };
+#[gpu_test]
+fn gpu_incidence_is_the_path_tracers(gpu: &Gpu) {
     let mut random = Random::new(5);
     let (mut lights, mut packed, mut queries, mut expected) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for i in 0..4096 {
@@ -149,9 +147,8 @@ fn gpu_incidence_is_the_path_tracers() {
     assert!(lit > 1500, "{lit} lit");
 }
 
-#[test]
-fn gpu_a_lambert_quad_shines_as_the_functions_say() {
-    let Some(gpu) = testing::gpu("gpu_a_lambert_quad_shines_as_the_functions_say") else { return };
+#[gpu_test]
+fn gpu_a_lambert_quad_shines_as_the_functions_say(gpu: &Gpu) {
     let white = Material::default();
     let mut scene = scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y)], vec![white]);
     let camera =

@@ -109,9 +109,8 @@ fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
     output.exposure(&gpu.device, &gpu.queue).unwrap()
 }
 
-#[test]
-fn gpu_the_meter_is_its_cpu_reference() {
-    let Some(gpu) = testing::gpu("gpu_the_meter_is_its_cpu_reference") else { return };
+#[gpu_test]
+fn gpu_the_meter_is_its_cpu_reference(gpu: &Gpu) {
     let rendering = |size: UVec2, middle: f32, seed| {
         let mut pixels = interior(middle, seed);
         pixels.resize((size.x * size.y) as usize, [f32::INFINITY, 0.0, 0.0, 1.0]);
@@ -137,9 +136,8 @@ fn gpu_the_meter_is_its_cpu_reference() {
     assert_ne!(metered(gpu, &[left]), both);
 }
 
-#[test]
-fn gpu_views_share_an_exposure_and_means_continue_at_another() {
-    let Some(gpu) = testing::gpu("gpu_views_share_an_exposure_and_means_continue_at_another") else { return };
+#[gpu_test]
+fn gpu_views_share_an_exposure_and_means_continue_at_another(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
     let new = |exposure| {
         Renderer::with_engine(&testing::engine(gpu), Settings { exposure, ..Settings::direct_light() }).unwrap()
@@ -177,9 +175,8 @@ fn gpu_views_share_an_exposure_and_means_continue_at_another() {
     assert_eq!((frames(&third), third.exposure), (Some(3), Some(Exposure::Auto.of(third.radiance.iter().copied()))));
 }
 
-#[test]
-fn gpu_a_non_finite_exposure_is_rejected() {
-    let Some(gpu) = testing::gpu("gpu_a_non_finite_exposure_is_rejected") else { return };
+#[gpu_test]
+fn gpu_a_non_finite_exposure_is_rejected(gpu: &Gpu) {
     let new =
         |exposure| Renderer::with_engine(&testing::engine(gpu), Settings { exposure, ..Settings::direct_light() });
     let mut renderer = new(Exposure::Ev(1.0)).unwrap();

@@ -281,9 +281,8 @@ fn view_of(camera: &Camera, scene: &Scene) -> View {
     View::new(camera, SIZE, Vec3::ZERO, &scene.bounds())
 }
 
-#[test]
-fn gpu_motion_equals_the_cpu_reference() {
-    let Some(gpu) = testing::gpu("gpu_motion_equals_the_cpu_reference") else { return };
+#[gpu_test]
+fn gpu_motion_equals_the_cpu_reference(gpu: &Gpu) {
     let mut harness = Harness::new(gpu);
     let mut scene = scene();
     let mut uploaded = harness.renderer.upload(&scene).unwrap();
@@ -365,9 +364,8 @@ fn check_reprojection(name: &str, frames: &Frames<'_>, through: &View, actual: &
 }
 
 /// A point that was behind the viewer has the motion of a point outside the image. An orthographic view has motion too.
-#[test]
-fn gpu_motion_from_behind_and_of_orthographic_views() {
-    let Some(gpu) = testing::gpu("gpu_motion_from_behind_and_of_orthographic_views") else { return };
+#[gpu_test]
+fn gpu_motion_from_behind_and_of_orthographic_views(gpu: &Gpu) {
     let mut harness = Harness::new(gpu);
     let scene = scene();
     let uploaded = harness.renderer.upload(&scene).unwrap();

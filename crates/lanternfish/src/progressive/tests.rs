@@ -63,9 +63,8 @@ fn off_by(rendering: &RenderedImage, singles: &[RenderedImage]) -> f64 {
     off.fold(0.0, f64::max)
 }
 
-#[test]
-fn gpu_the_mean_is_that_of_its_frames() {
-    let Some(gpu) = testing::gpu("gpu_the_mean_is_that_of_its_frames") else { return };
+#[gpu_test]
+fn gpu_the_mean_is_that_of_its_frames(gpu: &Gpu) {
     const COUNT: u32 = 9;
     let scene = cornell();
     let views = view(&scene.cameras[0]);
@@ -114,9 +113,8 @@ fn gpu_the_mean_is_that_of_its_frames() {
 }
 
 /// Every pass of a jittered frame matches a camera with a shifted window.
-#[test]
-fn gpu_a_jittered_frame_is_that_of_a_shifted_window() {
-    let Some(gpu) = testing::gpu("gpu_a_jittered_frame_is_that_of_a_shifted_window") else { return };
+#[gpu_test]
+fn gpu_a_jittered_frame_is_that_of_a_shifted_window(gpu: &Gpu) {
     let scene = cornell();
     let mut renderer = renderer(gpu, 1);
     let uploaded = renderer.upload(&scene).unwrap();
@@ -145,9 +143,8 @@ fn gpu_a_jittered_frame_is_that_of_a_shifted_window() {
     assert!(counts.0 < 15 && counts.1 > 300, "of {} pixels: {counts:?}", frame.radiance.len());
 }
 
-#[test]
-fn gpu_a_mean_starts_again_when_anything_changes() {
-    let Some(gpu) = testing::gpu("gpu_a_mean_starts_again_when_anything_changes") else { return };
+#[gpu_test]
+fn gpu_a_mean_starts_again_when_anything_changes(gpu: &Gpu) {
     let mut scene = cornell();
     let camera = scene.cameras[0].clone();
     let mut renderer = renderer(gpu, 1);
@@ -203,9 +200,8 @@ fn covered(fine: &RenderedImage, scale: u32) -> Vec<f32> {
     (0..edge * edge).map(|i| pixel(i % edge, i / edge)).collect()
 }
 
-#[test]
-fn gpu_edges_converge_to_the_coverage_of_the_pixel() {
-    let Some(gpu) = testing::gpu("gpu_edges_converge_to_the_coverage_of_the_pixel") else { return };
+#[gpu_test]
+fn gpu_edges_converge_to_the_coverage_of_the_pixel(gpu: &Gpu) {
     const EDGE: u32 = 48;
     const FINE: u32 = 32;
     let (scene, camera) = square();
@@ -262,9 +258,8 @@ fn checks() -> (Scene, Camera) {
 /// Textures of a mean are not blurred over the pixel twice. The errors of means of 1, 4, 16 and 64 frames are 0.043, 0.027, 0.025 and
 /// 0.0094 on Mesa's software adapter. With a mip level per frame and anisotropic filters of a pixel's length, the error after 64 frames was
 /// 0.036, the same as after 16.
-#[test]
-fn gpu_textures_converge_to_what_the_pixel_covers() {
-    let Some(gpu) = testing::gpu("gpu_textures_converge_to_what_the_pixel_covers") else { return };
+#[gpu_test]
+fn gpu_textures_converge_to_what_the_pixel_covers(gpu: &Gpu) {
     const EDGE: u32 = 48;
     const FINE: u32 = 16;
     let (scene, camera) = checks();
@@ -291,9 +286,8 @@ fn gpu_textures_converge_to_what_the_pixel_covers() {
 
 /// Two, four and eight frames are no worse than half as many: at edges, in textures and in a whole scene, with direct light alone and with
 /// indirect light. The points of a pixel come in pairs about its centre, so that the mean of two is not shifted.
-#[test]
-fn gpu_more_frames_are_never_worse() {
-    let Some(gpu) = testing::gpu("gpu_more_frames_are_never_worse") else { return };
+#[gpu_test]
+fn gpu_more_frames_are_never_worse(gpu: &Gpu) {
     let framed = |scene: Scene| (scene.clone(), scene.cameras[0].clone());
     // Values above the last one, of lamps and highlights, count as that.
     for (name, (scene, camera), size, settings, most) in [
@@ -321,9 +315,8 @@ fn gpu_more_frames_are_never_worse() {
     }
 }
 
-#[test]
-fn gpu_views_and_samples_are_averaged_separately() {
-    let Some(gpu) = testing::gpu("gpu_views_and_samples_are_averaged_separately") else { return };
+#[gpu_test]
+fn gpu_views_and_samples_are_averaged_separately(gpu: &Gpu) {
     let scene = cornell();
     let eyes = StereoRig::parallel(&scene.cameras[0], 1.0, 0.1).unwrap().cameras(&scene.cameras[0], 0.05);
     for samples in [Samples::One, Samples::Four] {
@@ -349,9 +342,8 @@ fn gpu_views_and_samples_are_averaged_separately() {
     }
 }
 
-#[test]
-fn gpu_settings_without_a_mean_are_rejected() {
-    let Some(gpu) = testing::gpu("gpu_settings_without_a_mean_are_rejected") else { return };
+#[gpu_test]
+fn gpu_settings_without_a_mean_are_rejected(gpu: &Gpu) {
     let refused = |accumulate, debug_view| {
         let settings = Settings { accumulate, debug_view, ..Settings::direct_light() };
         Renderer::with_engine(&testing::engine(gpu), settings).map(|_| ()).map_err(|error| error.to_string())

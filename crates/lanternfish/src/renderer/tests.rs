@@ -16,10 +16,9 @@ use crate::{
 };
 
 /// Successive dispatches share a compute pass: a frame of the default settings has few passes for any number of rays per pixel.
-#[test]
-fn gpu_a_frame_has_few_compute_passes() {
+#[gpu_test]
+fn gpu_a_frame_has_few_compute_passes(gpu: &Gpu) {
     let test = "gpu_a_frame_has_few_compute_passes";
-    let Some(gpu) = testing::gpu(test) else { return };
     let scene = demo("cornell").unwrap();
     let settings = Settings { shadows: Shadows::BVH, ..Settings::default() };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
@@ -43,9 +42,8 @@ fn gpu_a_frame_has_few_compute_passes() {
 }
 
 /// Watched frames run pass by pass and are the same images.
-#[test]
-fn gpu_watched_passes_are_told_in_order_and_change_nothing() {
-    let Some(gpu) = testing::gpu("gpu_watched_passes_are_told_in_order_and_change_nothing") else { return };
+#[gpu_test]
+fn gpu_watched_passes_are_told_in_order_and_change_nothing(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let image = |watcher: Option<PassWatcher>| {
         let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
@@ -78,9 +76,8 @@ fn gpu_watched_passes_are_told_in_order_and_change_nothing() {
 }
 
 /// A debug view skips passes that it does not show, and the renderer still reports the settings as given.
-#[test]
-fn gpu_settings_come_back_as_they_were_given() {
-    let Some(gpu) = testing::gpu("gpu_settings_come_back_as_they_were_given") else { return };
+#[gpu_test]
+fn gpu_settings_come_back_as_they_were_given(gpu: &Gpu) {
     for view in [DebugView::BaseColor, DebugView::Normal] {
         let given = Settings { debug_view: Some(view), ..Settings::default() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), given.clone()).unwrap();

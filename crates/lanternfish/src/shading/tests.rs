@@ -57,9 +57,8 @@ fn at(angle: f64) -> DVec3 {
     DVec3::new(angle.sin(), 0.0, angle.cos())
 }
 
-#[test]
-fn gpu_brdf_is_its_cpu_reference() {
-    let Some(gpu) = testing::gpu("gpu_brdf_is_its_cpu_reference") else { return };
+#[gpu_test]
+fn gpu_brdf_is_its_cpu_reference(gpu: &Gpu) {
     let mut random = Random::new(11);
     let mut queries = Vec::new();
     let mut surfaces = Vec::new();
@@ -90,9 +89,8 @@ fn gpu_brdf_is_its_cpu_reference() {
     println!("largest relative difference {worst:.1e}");
 }
 
-#[test]
-fn gpu_coats_are_their_cpu_references() {
-    let Some(gpu) = testing::gpu("gpu_coats_are_their_cpu_references") else { return };
+#[gpu_test]
+fn gpu_coats_are_their_cpu_references(gpu: &Gpu) {
     let mut random = Random::new(13);
     let (mut queries, mut expected) = (Vec::new(), Vec::new());
     for _ in 0..2048 {
@@ -111,9 +109,8 @@ fn gpu_coats_are_their_cpu_references() {
     }
 }
 
-#[test]
-fn gpu_sheen_grain_and_films_are_their_cpu_references() {
-    let Some(gpu) = testing::gpu("gpu_sheen_grain_and_films_are_their_cpu_references") else { return };
+#[gpu_test]
+fn gpu_sheen_grain_and_films_are_their_cpu_references(gpu: &Gpu) {
     let mut random = Random::new(17);
     let upper = |v: Vec3| if v.z < 0.0 { -v } else { v };
     let (mut of_sheen, mut of_grain, mut of_film) = (Vec::new(), Vec::new(), Vec::new());
@@ -162,9 +159,8 @@ fn gpu_sheen_grain_and_films_are_their_cpu_references() {
 }
 
 /// In the surface target sheen has a few bits, whose mean over pixels and frames is right; they are no grain.
-#[test]
-fn gpu_stored_sheen_is_right_in_the_mean() {
-    let Some(gpu) = testing::gpu("gpu_stored_sheen_is_right_in_the_mean") else { return };
+#[gpu_test]
+fn gpu_stored_sheen_is_right_in_the_mean(gpu: &Gpu) {
     let mut random = Random::new(5);
     for (roughness, share) in [(0.3, 0.1), (0.55, 0.5), (0.9, 1.0), (0.5, 0.0)] {
         let queries: Vec<Vec4> = (0..4096).map(|_| Vec4::new(roughness, share, random.unit(), random.unit())).collect();
@@ -200,9 +196,8 @@ fn the_fit_of_the_albedo_of_sheen_is_close() {
 }
 
 /// A texture of a uniform colour equals the same values as factors, in the renderer and in the path tracer.
-#[test]
-fn gpu_textures_of_layers_scale_their_factors() {
-    let Some(gpu) = testing::gpu("gpu_textures_of_layers_scale_their_factors") else { return };
+#[gpu_test]
+fn gpu_textures_of_layers_scale_their_factors(gpu: &Gpu) {
     let texel = [51, 102, 153, 204];
     let tint = Vec3::from([0, 1, 2].map(|c| linear_from_srgb(texel[c])));
     let base_color = Vec4::new(0.3, 0.3, 0.3, 1.0);
@@ -313,9 +308,8 @@ fn the_fit_of_the_specular_layer_is_close() {
 }
 
 /// The total reflected light of a surface equals the integral of its BRDF: uniform light, sampled by cosine-weighted rays.
-#[test]
-fn gpu_total_reflectances_are_integrals() {
-    let Some(gpu) = testing::gpu("gpu_total_reflectances_are_integrals") else { return };
+#[gpu_test]
+fn gpu_total_reflectances_are_integrals(gpu: &Gpu) {
     let cosines: Vec<f64> = (0..16).map(|i| ((f64::from(i) + 0.5) / 16.0).sqrt()).collect();
     for (base_color, metallic) in [(DVec3::new(0.68, 0.3, 0.0), 0.0), (DVec3::new(0.9, 0.5, 0.2), 1.0)] {
         for roughness in &ROUGHNESSES[1..] {

@@ -14,9 +14,8 @@ use crate::{
     shaders::constant,
 };
 
-#[test]
-fn gpu_one_band_or_many_give_the_same_image() {
-    let Some(gpu) = testing::gpu("gpu_one_band_or_many_give_the_same_image") else { return };
+#[gpu_test]
+fn gpu_one_band_or_many_give_the_same_image(gpu: &Gpu) {
     let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     scene.lights.extend(lanternfish_scene::generate::light_rain(&scene.bounds(), 70, Some(1.0), 1, 0.0));

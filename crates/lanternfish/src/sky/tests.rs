@@ -4,9 +4,8 @@ use lanternfish_scene::Environment;
 
 use crate::testing::{Random, evaluate};
 
-#[test]
-fn gpu_directions_lie_where_the_scene_says() {
-    let Some(gpu) = testing::gpu("gpu_directions_lie_where_the_scene_says") else { return };
+#[gpu_test]
+fn gpu_directions_lie_where_the_scene_says(gpu: &Gpu) {
     let mut random = Random::new(1);
     let axes = [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
     let near_poles = [1e-3f32, 1e-5, 1e-12].into_iter().flat_map(|x| [Vec3::new(x, 1.0, -x), Vec3::new(-x, -1.0, x)]);

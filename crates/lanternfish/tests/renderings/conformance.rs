@@ -21,10 +21,9 @@ fn verdicts(table: &Path) -> BTreeMap<String, bool> {
         .collect()
 }
 
-#[test]
-fn gpu_conformance_files_render() {
+#[gpu_test]
+fn gpu_conformance_files_render(gpu: &Gpu) {
     let test = "gpu_conformance_files_render";
-    let Some(gpu) = testing::gpu(test) else { return };
     let Some(table) = testing::shared(test, "assets/conformance/VALIDATOR.tsv") else { return };
     let folder = table.parent().expect("it lies in the suite's folder");
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();

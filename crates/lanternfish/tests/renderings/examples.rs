@@ -23,9 +23,8 @@ fn bvh(settings: Settings) -> Settings {
     Settings { shadows: Shadows::BVH, ..settings }
 }
 
-#[test]
-fn gpu_a_texture_of_the_programs_shows_the_image_to_the_bit() {
-    let Some(gpu) = testing::gpu("gpu_a_texture_of_the_programs_shows_the_image_to_the_bit") else { return };
+#[gpu_test]
+fn gpu_a_texture_of_the_programs_shows_the_image_to_the_bit(gpu: &Gpu) {
     // The radiance cache would change the images of later frames.
     let indirect = Indirect::from(Sampled::default().one_bounce());
     let settings = bvh(Settings { indirect, ..Settings::default() });
@@ -40,9 +39,8 @@ fn gpu_a_texture_of_the_programs_shows_the_image_to_the_bit() {
     assert!(actual != other.display);
 }
 
-#[test]
-fn gpu_ten_frames_of_a_window_are_reported() {
-    let Some(gpu) = testing::gpu("gpu_ten_frames_of_a_window_are_reported") else { return };
+#[gpu_test]
+fn gpu_ten_frames_of_a_window_are_reported(gpu: &Gpu) {
     let reports = in_flight::frames(&gpu.device, &gpu.queue, bvh(Settings::direct_light()), 10).unwrap();
     assert_eq!(reports.len(), 10);
     assert!(reports.is_sorted_by_key(|report| report.frame));
@@ -51,10 +49,8 @@ fn gpu_ten_frames_of_a_window_are_reported() {
 }
 
 /// The program's image equals Lanternfish's image of the same scene, except for 16-bit normals and positions reconstructed from depth.
-#[test]
-fn gpu_demodulated_light_equals_the_light_of_the_image() {
-    let test = "gpu_demodulated_light_equals_the_light_of_the_image";
-    let Some(gpu) = testing::gpu(test) else { return };
+#[gpu_test]
+fn gpu_demodulated_light_equals_the_light_of_the_image(gpu: &Gpu) {
     let settings = bvh(own_g_buffer::settings());
     let actual = own_g_buffer::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let [width, height] = own_g_buffer::SIZE;

@@ -80,10 +80,9 @@ fn report(name: &str, error: &RelativeError, within: f32) {
     );
 }
 
-#[test]
-fn gpu_cornell_direct_light_is_the_reference() {
+#[gpu_test]
+fn gpu_cornell_direct_light_is_the_reference(gpu: &Gpu) {
     let name = "gpu_cornell_direct_light_is_the_reference";
-    let Some(gpu) = testing::gpu(name) else { return };
     let Some(reference) = Reference::load(name, "references", "cornell-point-direct") else { return };
     let error = reference.compare(gpu, 8, 1.0);
     report("cornell-point-direct", &error, 0.02);
@@ -96,10 +95,9 @@ fn gpu_cornell_direct_light_is_the_reference() {
     assert!(brighter.median() > 0.005 && brighter.energy_ratio() > 1.005, "does not detect 1 % of light");
 }
 
-#[test]
-fn gpu_sponza_direct_light_is_the_reference() {
+#[gpu_test]
+fn gpu_sponza_direct_light_is_the_reference(gpu: &Gpu) {
     let name = "gpu_sponza_direct_light_is_the_reference";
-    let Some(gpu) = testing::gpu(name) else { return };
     if left_out_on_old_software(name, gpu, "without anisotropic filtering textures are blurred, median error 5.3 %") {
         return;
     }

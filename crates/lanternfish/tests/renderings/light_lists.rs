@@ -21,9 +21,8 @@ fn atrium_in_rain() -> (Scene, Camera) {
 }
 
 /// Each shaded fragment is counted once, whatever else needs the clusters of the pixels' centres.
-#[test]
-fn gpu_clusters_count_every_shaded_fragment_once() {
-    let Some(gpu) = testing::gpu("gpu_clusters_count_every_shaded_fragment_once") else { return };
+#[gpu_test]
+fn gpu_clusters_count_every_shaded_fragment_once(gpu: &Gpu) {
     // Large triangles, some behind others: triangles smaller than a pixel would be a fragment each.
     let scene = generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
@@ -58,9 +57,8 @@ fn gpu_clusters_count_every_shaded_fragment_once() {
 }
 
 /// Tiles end at the nearest and farthest surface with several samples per pixel too, and the image is that of all lights.
-#[test]
-fn gpu_tiles_of_several_samples_end_at_their_surfaces() {
-    let Some(gpu) = testing::gpu("gpu_tiles_of_several_samples_end_at_their_surfaces") else { return };
+#[gpu_test]
+fn gpu_tiles_of_several_samples_end_at_their_surfaces(gpu: &Gpu) {
     let (scene, camera) = atrium_in_rain();
     let lit = |samples, shadows, culling| {
         let settings = Settings { samples, shadows, culling, ..Settings::direct_light() };

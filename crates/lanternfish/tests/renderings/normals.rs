@@ -50,9 +50,8 @@ struct Case {
     improved: Range<f32>,
 }
 
-#[test]
-fn gpu_normals_from_depth_are_close_to_the_geometry() {
-    let Some(gpu) = testing::gpu("gpu_normals_from_depth_are_close_to_the_geometry") else { return };
+#[gpu_test]
+fn gpu_normals_from_depth_are_close_to_the_geometry(gpu: &Gpu) {
     for Case { demo, size, naive, improved } in CASES {
         let geometric = normals(gpu, demo, size, DebugView::GeometricNormal);
         let by = |view| error(&format!("{demo} {size:?} {view}"), &normals(gpu, demo, size, view), &geometric);

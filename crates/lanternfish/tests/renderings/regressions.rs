@@ -22,9 +22,8 @@ fn white_texture(scene: &mut Scene) -> TextureRef {
     TextureRef::new(scene.textures.len() - 1)
 }
 
-#[test]
-fn gpu_a_texture_seen_at_one_point_is_not_nan() {
-    let Some(gpu) = testing::gpu("gpu_a_texture_seen_at_one_point_is_not_nan") else { return };
+#[gpu_test]
+fn gpu_a_texture_seen_at_one_point_is_not_nan(gpu: &Gpu) {
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::new(0.5, 0.4, 0.3))]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let plain = Front::render(gpu, &scene, Settings::direct_light()).at(0.0, 0.0);
@@ -41,9 +40,8 @@ fn gpu_a_texture_seen_at_one_point_is_not_nan() {
     }
 }
 
-#[test]
-fn gpu_a_tangent_along_the_normal_is_not_nan() {
-    let Some(gpu) = testing::gpu("gpu_a_tangent_along_the_normal_is_not_nan") else { return };
+#[gpu_test]
+fn gpu_a_tangent_along_the_normal_is_not_nan(gpu: &Gpu) {
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.5))]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let normal_map = white_texture(&mut scene);
@@ -59,9 +57,8 @@ fn gpu_a_tangent_along_the_normal_is_not_nan() {
     assert!((along - sound).abs().max_element() < 0.01 * sound.x, "{along}, not {sound}");
 }
 
-#[test]
-fn gpu_a_far_plane_far_away_casts_no_shadows() {
-    let Some(gpu) = testing::gpu("gpu_a_far_plane_far_away_casts_no_shadows") else { return };
+#[gpu_test]
+fn gpu_a_far_plane_far_away_casts_no_shadows(gpu: &Gpu) {
     // A slope with a block on it, in an orthographic view.
     let slope = quad(0, Vec3::ZERO, Vec3::X * 3.0, Vec3::new(0.0, 2.0, -2.0));
     let block = thin_dielectric(0, 1.0, 0.3);
@@ -80,9 +77,8 @@ fn gpu_a_far_plane_far_away_casts_no_shadows() {
     }
 }
 
-#[test]
-fn gpu_light_from_behind_does_not_come_through() {
-    let Some(gpu) = testing::gpu("gpu_light_from_behind_does_not_come_through") else { return };
+#[gpu_test]
+fn gpu_light_from_behind_does_not_come_through(gpu: &Gpu) {
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
     // The vertex normals tilt by 60 degrees towards a lamp behind the thin surface.
     scene.meshes[0].primitives[0].normals = vec![Vec3::new(0.866, 0.0, 0.5).normalize(); 4];
@@ -96,9 +92,8 @@ fn gpu_light_from_behind_does_not_come_through() {
     }
 }
 
-#[test]
-fn gpu_the_sun_ends_beyond_the_largest_scene() {
-    let Some(gpu) = testing::gpu("gpu_the_sun_ends_beyond_the_largest_scene") else { return };
+#[gpu_test]
+fn gpu_the_sun_ends_beyond_the_largest_scene(gpu: &Gpu) {
     // A glass surface a thousand kilometres behind a roof that hides the sun from it.
     let kilometre = 1e3;
     let glass = Material {
@@ -123,9 +118,8 @@ fn gpu_the_sun_ends_beyond_the_largest_scene() {
     assert_eq!(middle(&covered), 0.0);
 }
 
-#[test]
-fn gpu_base_color_is_shown_as_it_is() {
-    let Some(gpu) = testing::gpu("gpu_base_color_is_shown_as_it_is") else { return };
+#[gpu_test]
+fn gpu_base_color_is_shown_as_it_is(gpu: &Gpu) {
     let scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::ONE)]);
     for (tone_map, exposure) in [(ToneMap::Neutral, Exposure::Auto), (ToneMap::Reinhard, Exposure::Ev(2.0))] {
         let settings =
@@ -134,9 +128,8 @@ fn gpu_base_color_is_shown_as_it_is() {
     }
 }
 
-#[test]
-fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing() {
-    let Some(gpu) = testing::gpu("gpu_a_hole_at_the_depth_of_a_surface_shades_nothing") else { return };
+#[gpu_test]
+fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing(gpu: &Gpu) {
     let red = Vec3::new(0.8, 0.1, 0.1);
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(red)]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];

@@ -125,9 +125,8 @@ fn many(settings: Settings) -> Settings {
 }
 
 /// With an area, with and without a filter, at edges with several samples, and on transparent surfaces.
-#[test]
-fn gpu_sampled_light_has_the_energy_of_all_lights() {
-    let Some(gpu) = testing::gpu("gpu_sampled_light_has_the_energy_of_all_lights") else { return };
+#[gpu_test]
+fn gpu_sampled_light_has_the_energy_of_all_lights(gpu: &Gpu) {
     let points = || cornell(30, point);
     let four = Settings { samples: Samples::Four, ..many(sampled()) };
     let filtered = Settings { direct: SampledLights::default().into(), ..many(sampled()) };
@@ -171,9 +170,8 @@ fn behind_a_pane(mut scene: Scene) -> Scene {
 }
 
 /// Emissive triangles without indirect light: the path tracer's direct light.
-#[test]
-fn gpu_emissive_triangles_are_the_path_tracers() {
-    let Some(gpu) = testing::gpu("gpu_emissive_triangles_are_the_path_tracers") else { return };
+#[gpu_test]
+fn gpu_emissive_triangles_are_the_path_tracers(gpu: &Gpu) {
     let mut scene = generate::demo("cornell").unwrap();
     scene.lights = Vec::new();
     let shine = |max_depth| {
@@ -206,9 +204,8 @@ fn gpu_emissive_triangles_are_the_path_tracers() {
 }
 
 /// The same input gives the same bits, and no more rays than stated.
-#[test]
-fn gpu_sampled_light_is_reproducible_and_keeps_its_budget() {
-    let Some(gpu) = testing::gpu("gpu_sampled_light_is_reproducible_and_keeps_its_budget") else { return };
+#[gpu_test]
+fn gpu_sampled_light_is_reproducible_and_keeps_its_budget(gpu: &Gpu) {
     let scene = cornell(60, sun_or_point);
     let of = |engine: &Engine, settings: Settings| {
         let mut renderer = Renderer::with_engine(engine, settings).unwrap();
@@ -266,9 +263,8 @@ fn demodulated(gpu: &Gpu, scene: &Scene, settings: Settings, count: usize) -> Ve
 }
 
 /// Demodulated light for a program that shades by itself.
-#[test]
-fn gpu_demodulated_targets_have_sampled_light() {
-    let Some(gpu) = testing::gpu("gpu_demodulated_targets_have_sampled_light") else { return };
+#[gpu_test]
+fn gpu_demodulated_targets_have_sampled_light(gpu: &Gpu) {
     let scene = cornell(30, point);
     let direct = SampledLights { rays: LightRays::Eight, denoise: Denoise::Off, ..SampledLights::default() }.into();
     let all = demodulated(gpu, &scene, Settings { direct: Direct::NONE, history: History::Off, ..sampled() }, 1);
@@ -280,10 +276,8 @@ fn gpu_demodulated_targets_have_sampled_light() {
 }
 
 /// All frames of these targets have the same random numbers, with a history too: a program cannot average their noise.
-#[test]
-fn gpu_demodulated_targets_have_the_same_noise_in_every_frame() {
-    let test = "gpu_demodulated_targets_have_the_same_noise_in_every_frame";
-    let Some(gpu) = testing::gpu(test) else { return };
+#[gpu_test]
+fn gpu_demodulated_targets_have_the_same_noise_in_every_frame(gpu: &Gpu) {
     let images = demodulated(gpu, &cornell(30, point), sampled(), 2);
     assert!(images[0] == images[1], "frames of views without a history are the same");
 }

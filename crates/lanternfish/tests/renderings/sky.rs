@@ -35,9 +35,8 @@ fn radiance(rendering: &RenderedImage, x: u32, y: u32) -> Vec4 {
     Vec4::from(rendering.radiance[(y * rendering.width + x) as usize])
 }
 
-#[test]
-fn gpu_every_pixel_of_an_empty_view_is_the_environments_radiance() {
-    let Some(gpu) = testing::gpu("gpu_every_pixel_of_an_empty_view_is_the_environments_radiance") else { return };
+#[gpu_test]
+fn gpu_every_pixel_of_an_empty_view_is_the_environments_radiance(gpu: &Gpu) {
     let size = (37, 23);
     for (yaw, pitch, roll, rotation) in
         [(0.0, 0.0, 0.0, 0.0), (3.1, 0.4, -0.5, 0.0), (-1.0, 1.5, 0.0, 2.0), (0.5, -1.5, 1.0, -40.0)]
@@ -62,9 +61,8 @@ fn gpu_every_pixel_of_an_empty_view_is_the_environments_radiance() {
     }
 }
 
-#[test]
-fn gpu_an_orthographic_view_shows_one_point_of_the_environment() {
-    let Some(gpu) = testing::gpu("gpu_an_orthographic_view_shows_one_point_of_the_environment") else { return };
+#[gpu_test]
+fn gpu_an_orthographic_view_shows_one_point_of_the_environment(gpu: &Gpu) {
     let environment = environment();
     let target = Vec3::new(0.3, -0.2, 0.9);
     let projection = Projection::Orthographic { half_height: 50.0, near: 0.0, far: 10.0 };
@@ -96,9 +94,8 @@ fn covered() -> Scene {
     scene
 }
 
-#[test]
-fn gpu_surfaces_cover_the_environment_and_blend_over_it() {
-    let Some(gpu) = testing::gpu("gpu_surfaces_cover_the_environment_and_blend_over_it") else { return };
+#[gpu_test]
+fn gpu_surfaces_cover_the_environment_and_blend_over_it(gpu: &Gpu) {
     let plain = covered();
     let surrounded = Scene { environment: Some(environment()), ..covered() };
     for shadows in [Shadows::None, Shadows::BVH] {
@@ -122,17 +119,15 @@ fn gpu_surfaces_cover_the_environment_and_blend_over_it() {
     }
 }
 
-#[test]
-fn gpu_radiance_beyond_half_floats_is_their_largest() {
-    let Some(gpu) = testing::gpu("gpu_radiance_beyond_half_floats_is_their_largest") else { return };
+#[gpu_test]
+fn gpu_radiance_beyond_half_floats_is_their_largest(gpu: &Gpu) {
     let sun = Environment { width: 1, height: 1, pixels: vec![Vec3::new(1e9, f32::MAX, 3.0)], rotation: 0.0 };
     let front = Front::render(gpu, &empty(sun), Settings::direct_light());
     assert_eq!(front.at(0.0, 0.0), Vec3::new(65504.0, 65504.0, 3.0));
 }
 
-#[test]
-fn gpu_a_constant_environment_equals_the_sky() {
-    let Some(gpu) = testing::gpu("gpu_a_constant_environment_equals_the_sky") else { return };
+#[gpu_test]
+fn gpu_a_constant_environment_equals_the_sky(gpu: &Gpu) {
     // Exactly representable as half floats, and so are the means.
     let sky = Vec3::new(0.25, 0.5, 2.0);
     let mut constant = scene_of(vec![thin_dielectric(0, 0.0, 1.0)], vec![Material::default()]);

@@ -30,9 +30,8 @@ fn tracers(test: &str, gpu: &Gpu) -> Vec<Shadows> {
     vec![Shadows::BVH]
 }
 
-#[test]
-fn gpu_unlit_and_emissive_surfaces_have_the_stated_radiance() {
-    let Some(gpu) = testing::gpu("gpu_unlit_and_emissive_surfaces_have_the_stated_radiance") else { return };
+#[gpu_test]
+fn gpu_unlit_and_emissive_surfaces_have_the_stated_radiance(gpu: &Gpu) {
     let (orange, glow) = (Vec3::new(0.8, 0.4, 0.1), Vec3::new(30.0, 20.0, 2.0));
     let mut scene = scene_of(
         vec![
@@ -62,9 +61,8 @@ fn gpu_unlit_and_emissive_surfaces_have_the_stated_radiance() {
     assert!(display[..3].iter().all(|v| (187..=188).contains(v)) && display[3] == 255, "{display:?}");
 }
 
-#[test]
-fn gpu_a_white_matt_surface_reflects_what_lambert_says() {
-    let Some(gpu) = testing::gpu("gpu_a_white_matt_surface_reflects_what_lambert_says") else { return };
+#[gpu_test]
+fn gpu_a_white_matt_surface_reflects_what_lambert_says(gpu: &Gpu) {
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::new(0.9, 0.5, 0.1))]);
     scene.lights = vec![Light::directional(Vec3::new(0.0, -3.0, -4.0), Vec3::splat(2.0))];
     let settings = Settings { materials: Materials::Lambert, ..Settings::direct_light() };
@@ -94,10 +92,9 @@ fn half_a_hole(scene: &mut Scene) -> TextureRef {
     TextureRef::new(scene.textures.len() - 1)
 }
 
-#[test]
-fn gpu_masks_have_holes_for_the_camera_and_for_shadow_rays() {
+#[gpu_test]
+fn gpu_masks_have_holes_for_the_camera_and_for_shadow_rays(gpu: &Gpu) {
     let test = "gpu_masks_have_holes_for_the_camera_and_for_shadow_rays";
-    let Some(gpu) = testing::gpu(test) else { return };
     let red = Vec3::new(0.7, 0.1, 0.05);
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
     // The shadow of the masked square from a light at twice the distance: from -1.5 to 1.5 on the wall, beyond the part that the square
@@ -133,9 +130,8 @@ fn glass(color: Vec3, alpha: f32) -> Material {
     Material { base_color: color.extend(alpha), alpha_mode: AlphaMode::Blend, ..unlit(color) }
 }
 
-#[test]
-fn gpu_transparent_surfaces_blend_far_to_near_in_any_draw_order() {
-    let Some(gpu) = testing::gpu("gpu_transparent_surfaces_blend_far_to_near_in_any_draw_order") else { return };
+#[gpu_test]
+fn gpu_transparent_surfaces_blend_far_to_near_in_any_draw_order(gpu: &Gpu) {
     let materials = vec![unlit(Vec3::ONE), glass(Vec3::X, 0.5), glass(Vec3::Y, 0.25)];
     let (wall, red, green) =
         (thin_dielectric(0, -1.0, 1.8), thin_dielectric(1, 2.0, 1.0), thin_dielectric(2, 1.0, 1.5));
@@ -173,10 +169,9 @@ fn gpu_transparent_surfaces_blend_far_to_near_in_any_draw_order() {
     );
 }
 
-#[test]
-fn gpu_a_transparent_surface_has_its_own_lights_and_shadows() {
+#[gpu_test]
+fn gpu_a_transparent_surface_has_its_own_lights_and_shadows(gpu: &Gpu) {
     let test = "gpu_a_transparent_surface_has_its_own_lights_and_shadows";
-    let Some(gpu) = testing::gpu(test) else { return };
     // The wall is six metres behind the surface and out of the light's range: only the surface's own list contains the light.
     let glass = Material { base_color: Vec4::new(1.0, 1.0, 1.0, 0.5), alpha_mode: AlphaMode::Blend, ..matt(Vec3::ONE) };
     let mut scene =
@@ -204,9 +199,8 @@ fn gpu_a_transparent_surface_has_its_own_lights_and_shadows() {
     assert!(open.at(0.0, 0.0).min_element() > 0.1);
 }
 
-#[test]
-fn gpu_back_faces_show_where_a_material_is_double_sided() {
-    let Some(gpu) = testing::gpu("gpu_back_faces_show_where_a_material_is_double_sided") else { return };
+#[gpu_test]
+fn gpu_back_faces_show_where_a_material_is_double_sided(gpu: &Gpu) {
     // Faces away from the viewer.
     let back = quad(0, Vec3::ZERO, Vec3::NEG_X, Vec3::Y);
     let towards = thin_dielectric(0, 0.0, 1.0);
@@ -267,10 +261,9 @@ fn crumpled() -> Scene {
     scene
 }
 
-#[test]
-fn gpu_a_mirrored_instance_is_the_image_in_a_mirror() {
+#[gpu_test]
+fn gpu_a_mirrored_instance_is_the_image_in_a_mirror(gpu: &Gpu) {
     let test = "gpu_a_mirrored_instance_is_the_image_in_a_mirror";
-    let Some(gpu) = testing::gpu(test) else { return };
     if left_out_on_old_software(test, gpu, "702 of 4,096 pixels differ there; the cause is not known") {
         return;
     }
@@ -305,9 +298,8 @@ fn gpu_a_mirrored_instance_is_the_image_in_a_mirror() {
     }
 }
 
-#[test]
-fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
-    let Some(gpu) = testing::gpu("gpu_two_instances_of_a_mesh_stand_where_they_are_placed") else { return };
+#[gpu_test]
+fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed(gpu: &Gpu) {
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 0.3)], vec![unlit(Vec3::ONE)]);
     let instance = |x: f32, scale: f32| Instance {
         name: String::new(),
@@ -325,9 +317,8 @@ fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
     }
 }
 
-#[test]
-fn gpu_orthographic_and_perspective_views_show_the_same_scene() {
-    let Some(gpu) = testing::gpu("gpu_orthographic_and_perspective_views_show_the_same_scene") else { return };
+#[gpu_test]
+fn gpu_orthographic_and_perspective_views_show_the_same_scene(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
     let rendering = |projection| {
         // From far away the two projections are almost equal.
@@ -349,10 +340,9 @@ fn gpu_orthographic_and_perspective_views_show_the_same_scene() {
     assert!(parallel.radiance.iter().filter(|texel| texel[0] > 0.01).count() > 1000);
 }
 
-#[test]
-fn gpu_anisotropy_keeps_stripes_at_grazing_angles() {
+#[gpu_test]
+fn gpu_anisotropy_keeps_stripes_at_grazing_angles(gpu: &Gpu) {
     let test = "gpu_anisotropy_keeps_stripes_at_grazing_angles";
-    let Some(gpu) = testing::gpu(test) else { return };
     if left_out_on_old_software(test, gpu, "it stalls") {
         return;
     }

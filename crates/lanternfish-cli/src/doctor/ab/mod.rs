@@ -241,9 +241,8 @@ mod tests {
     }
 
     /// A variant that finds other hits would compare other work.
-    #[test]
-    fn gpu_every_variant_finds_the_same_hits() {
-        let Some(gpu) = testing::gpu("gpu_every_variant_finds_the_same_hits") else { return };
+    #[gpu_test]
+    fn gpu_every_variant_finds_the_same_hits(gpu: &Gpu) {
         let bench = bench(gpu);
         let extent = Extent { rays: 1 << 15, ..Extent::new(true, true, None) };
         let subject = Subject::new(&bench, &extent).unwrap();

@@ -117,9 +117,8 @@ mod tests {
         assert_eq!(shader.workgroup_size("scan_blocks")[0] * 4, BLOCK);
     }
 
-    #[test]
-    fn gpu_scan_equals_its_cpu_reference_around_block_sizes() {
-        let Some(gpu) = testing::gpu("scan") else { return };
+    #[gpu_test]
+    fn gpu_scan_equals_its_cpu_reference_around_block_sizes(gpu: &Gpu) {
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let scan = Scan::new(&gpu.device, "test").unwrap();
         for count in [0, 1, 1023, 1024, 1025, 1024 * 1024 - 1, 1024 * 1024 + 1, 1_500_000] {

@@ -130,9 +130,8 @@ mod tests {
         check_layout::<SortFewParameters>(&few).unwrap();
     }
 
-    #[test]
-    fn gpu_sort_equals_its_cpu_reference_around_block_sizes() {
-        let Some(gpu) = testing::gpu("sort") else { return };
+    #[gpu_test]
+    fn gpu_sort_equals_its_cpu_reference_around_block_sizes(gpu: &Gpu) {
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let sort = RadixSort::new(&gpu.device, "test").unwrap();
         for (count, bits, mask) in [

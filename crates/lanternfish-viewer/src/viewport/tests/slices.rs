@@ -30,9 +30,8 @@ fn draw_slices(viewport: &mut Viewport, camera: &Camera) -> usize {
 }
 
 /// The last complete image stays while a frame is in slices, also when the size changes. Each image equals that of whole frames.
-#[test]
-fn gpu_the_last_complete_image_stays_until_the_next_is_complete() {
-    let Some(gpu) = testing::gpu("gpu_the_last_complete_image_stays_until_the_next_is_complete") else { return };
+#[gpu_test]
+fn gpu_the_last_complete_image_stays_until_the_next_is_complete(gpu: &Gpu) {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let apart = || Some(Arc::new(Gpu::open_listed(&gpu.description).unwrap()));
     for interface in [None, apart()] {
@@ -57,9 +56,8 @@ fn gpu_the_last_complete_image_stays_until_the_next_is_complete() {
 }
 
 /// A change of the scene in the middle of a frame: the next frames equal those of a new viewport.
-#[test]
-fn gpu_a_scene_may_change_between_slices() {
-    let Some(gpu) = testing::gpu("gpu_a_scene_may_change_between_slices") else { return };
+#[gpu_test]
+fn gpu_a_scene_may_change_between_slices(gpu: &Gpu) {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let mut viewport = cornell(gpu, &settings).of_window(None);
     let camera = viewport.scene.default_camera(1.5);

@@ -66,9 +66,8 @@ fn nine_coefficients_give_the_irradiance() {
 }
 
 /// The table against the shader's BRDF, integrated over the hemisphere.
-#[test]
-fn gpu_fractions_equal_the_brdf_under_uniform_light() {
-    let Some(gpu) = testing::gpu("gpu_fractions_equal_the_brdf_under_uniform_light") else { return };
+#[gpu_test]
+fn gpu_fractions_equal_the_brdf_under_uniform_light(gpu: &Gpu) {
     assert_eq!(constant("materials/brdf", "LEAST_ROUGHNESS"), LEAST_ROUGHNESS);
     let n = Vec3::Y;
     // A grazing lobe is 0.03 rad wide in azimuth, and 0.3 rad in elevation.

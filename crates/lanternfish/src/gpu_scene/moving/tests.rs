@@ -256,10 +256,9 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
     );
 }
 
-#[test]
-fn gpu_deformations_on_device_and_host_agree() {
+#[gpu_test]
+fn gpu_deformations_on_device_and_host_agree(gpu: &Gpu) {
     let test = "gpu_deformations_on_device_and_host_agree";
-    let Some(gpu) = testing::gpu(test) else { return };
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     compare(gpu, &renderer, "generated", &scene());
@@ -282,9 +281,8 @@ fn gpu_deformations_on_device_and_host_agree() {
     }
 }
 
-#[test]
-fn gpu_unsupported_animations_are_refused_by_name() {
-    let Some(gpu) = testing::gpu("gpu_unsupported_animations_are_refused_by_name") else { return };
+#[gpu_test]
+fn gpu_unsupported_animations_are_refused_by_name(gpu: &Gpu) {
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let lit = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
@@ -328,9 +326,8 @@ fn gpu_unsupported_animations_are_refused_by_name() {
 }
 
 /// Motion of vertices deformed on the device is bitwise that of vertices deformed on the host, and is not zero.
-#[test]
-fn gpu_motion_includes_deformation_on_the_device() {
-    let Some(gpu) = testing::gpu("gpu_motion_includes_deformation_on_the_device") else { return };
+#[gpu_test]
+fn gpu_motion_includes_deformation_on_the_device(gpu: &Gpu) {
     let scene = scene();
     let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
     let shown = |by_device: bool| {
@@ -357,9 +354,8 @@ fn gpu_motion_includes_deformation_on_the_device() {
 }
 
 /// Mirroring an instance reorders the draws: the frame has no motion, instead of the motion of other instances.
-#[test]
-fn gpu_mirroring_an_instance_resets_motion() {
-    let Some(gpu) = testing::gpu("gpu_mirroring_an_instance_resets_motion") else { return };
+#[gpu_test]
+fn gpu_mirroring_an_instance_resets_motion(gpu: &Gpu) {
     let scene = scene();
     let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
     let camera = Camera::look_at(Vec3::new(0.3, 1.2, 3.0), 0.5 * Vec3::Y, scene.default_camera(1.5).projection);

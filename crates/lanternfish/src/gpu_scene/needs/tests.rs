@@ -34,9 +34,8 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
     choices
 }
 
-#[test]
-fn gpu_a_shared_scene_is_the_same_image_or_is_refused() {
-    let Some(gpu) = testing::gpu("gpu_a_shared_scene_is_the_same_image_or_is_refused") else { return };
+#[gpu_test]
+fn gpu_a_shared_scene_is_the_same_image_or_is_refused(gpu: &Gpu) {
     let choices = choices(gpu.description.ray_query);
     let count = choices.len();
     let (same, refused) = shared_and_refused(gpu, choices);
@@ -54,9 +53,8 @@ fn is_other_device<T: std::fmt::Debug>(result: Result<T, RenderError>) {
     assert!(matches!(result, Err(RenderError::OtherDevice)), "{result:?}");
 }
 
-#[test]
-fn gpu_tracing_requires_the_uploaded_structure() {
-    let Some(gpu) = testing::gpu("gpu_tracing_requires_the_uploaded_structure") else { return };
+#[gpu_test]
+fn gpu_tracing_requires_the_uploaded_structure(gpu: &Gpu) {
     let without = renderer(gpu, Settings { shadows: Shadows::None, ..Settings::direct_light() });
     let mut uploaded = without.upload(&scene()).unwrap();
     let mut tracing = renderer(gpu, Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
@@ -73,9 +71,8 @@ fn gpu_tracing_requires_the_uploaded_structure() {
     }
 }
 
-#[test]
-fn gpu_a_scene_of_another_device_is_refused() {
-    let Some(gpu) = testing::gpu("gpu_a_scene_of_another_device_is_refused") else { return };
+#[gpu_test]
+fn gpu_a_scene_of_another_device_is_refused(gpu: &Gpu) {
     let other = Gpu::open(&AdapterChoice::Auto).unwrap();
     let direct = || Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let mut uploaded = renderer(&other, direct()).upload(&scene()).unwrap();

@@ -97,9 +97,8 @@ fn constants_are_the_shaders() {
     }
 }
 
-#[test]
-fn gpu_records_and_headers_are_read_as_they_are_packed() {
-    let Some(gpu) = testing::gpu("gpu_records_and_headers_are_read_as_they_are_packed") else { return };
+#[gpu_test]
+fn gpu_records_and_headers_are_read_as_they_are_packed(gpu: &Gpu) {
     // All words of the second header differ, and so do those of the first record: a swap of any two is detected.
     let masks = [(0, Wrap::MirroredRepeat, 0.25), (1, Wrap::Repeat, 0.75)];
     let mut scene = masked_scene(&[4, 6], &masks);

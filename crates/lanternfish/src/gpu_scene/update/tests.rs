@@ -60,10 +60,9 @@ fn differing(a: &RenderedImage, b: &RenderedImage) -> usize {
     a.radiance.iter().zip(&b.radiance).filter(|(a, b)| a != b).count()
 }
 
-#[test]
-fn gpu_update_renders_like_a_fresh_upload() {
+#[gpu_test]
+fn gpu_update_renders_like_a_fresh_upload(gpu: &Gpu) {
     let test = "gpu_update_renders_like_a_fresh_upload";
-    let Some(gpu) = testing::gpu(test) else { return };
     let before = scene();
     let mut after = moved(&before, 2, 0.3);
     after.sky = Vec3::new(0.1, 0.2, 0.3);
@@ -100,9 +99,8 @@ fn gpu_update_renders_like_a_fresh_upload() {
 }
 
 /// Another environment replaces the last one, and the scene keeps its BVH.
-#[test]
-fn gpu_an_environment_is_replaced_in_place() {
-    let Some(gpu) = testing::gpu("gpu_an_environment_is_replaced_in_place") else { return };
+#[gpu_test]
+fn gpu_an_environment_is_replaced_in_place(gpu: &Gpu) {
     let mut scene = scene();
     let pixels = (0..32).map(|i| Vec3::new(i as f32, 4.0, 32.0 - i as f32) / 16.0).collect();
     scene.environment = Some(Environment { width: 8, height: 4, pixels, rotation: 0.0 });
@@ -133,10 +131,9 @@ fn moves(before: &Scene, after: &Scene) -> Vec<(usize, Affine3A)> {
 }
 
 /// Instances moved on the device match the host: images, triangles, and bounding boxes; for every structure, and for hit shading.
-#[test]
-fn gpu_moves_on_device_and_host_agree() {
+#[gpu_test]
+fn gpu_moves_on_device_and_host_agree(gpu: &Gpu) {
     let test = "gpu_moves_on_device_and_host_agree";
-    let Some(gpu) = testing::gpu(test) else { return };
     let mut before = scene();
     before.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     let before = before;
@@ -208,9 +205,8 @@ fn gpu_moves_on_device_and_host_agree() {
 }
 
 /// Replaces one light of many: 64 bytes are uploaded, and the image is that of a fresh upload.
-#[test]
-fn gpu_set_light_renders_like_a_fresh_upload() {
-    let Some(gpu) = testing::gpu("gpu_set_light_renders_like_a_fresh_upload") else { return };
+#[gpu_test]
+fn gpu_set_light_renders_like_a_fresh_upload(gpu: &Gpu) {
     let before = scene();
     let mut renderer = renderer(gpu, Shadows::BVH);
     let mut uploaded = renderer.upload(&before).unwrap();
@@ -247,9 +243,8 @@ fn glass_that_becomes_rough_is_another_material() {
     assert_eq!(is_updated(Material { perceptual_roughness: 0.01, ior: 1.8, ..smooth }), Some(true));
 }
 
-#[test]
-fn gpu_update_writes_material_factors() {
-    let Some(gpu) = testing::gpu("gpu_update_writes_material_factors") else { return };
+#[gpu_test]
+fn gpu_update_writes_material_factors(gpu: &Gpu) {
     let mut before = scene();
     before.images.push(Image { name: String::new(), width: 1, height: 1, rgba: vec![170, 90, 220, 255] });
     before.samplers.push(Sampler::default());
@@ -307,9 +302,8 @@ fn distances(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay]) -> Vec<f32> {
     read_back(&gpu.device, &gpu.queue, &actual, rays.len()).unwrap()
 }
 
-#[test]
-fn gpu_rays_hit_the_same_in_a_refit_and_a_new_bvh() {
-    let Some(gpu) = testing::gpu("gpu_rays_hit_the_same_in_a_refit_and_a_new_bvh") else { return };
+#[gpu_test]
+fn gpu_rays_hit_the_same_in_a_refit_and_a_new_bvh(gpu: &Gpu) {
     let renderer = renderer(gpu, Shadows::BVH);
     for name in ["cornell", "atrium"] {
         let mut scene = apart(&generate::demo(name).unwrap());
@@ -357,9 +351,8 @@ fn every_texel_of_a_small_image_is_hashed() {
     }
 }
 
-#[test]
-fn gpu_generation_changes_when_triangles_move() {
-    let Some(gpu) = testing::gpu("gpu_generation_changes_when_triangles_move") else { return };
+#[gpu_test]
+fn gpu_generation_changes_when_triangles_move(gpu: &Gpu) {
     let renderer = renderer(gpu, Shadows::BVH);
     let mut scene = scene();
     let mut uploaded = renderer.upload(&scene).unwrap();

@@ -15,9 +15,8 @@ fn in_bands_of(gpu: &Gpu, rows: u32, rays: Sampled, accumulate: u32) -> Vec<Vec3
 }
 
 /// Light at bounded hits: the first band is the same, the others differ in noise alone, at either resolution.
-#[test]
-fn gpu_bands_make_the_image_of_all_rows() {
-    let Some(gpu) = testing::gpu("gpu_bands_make_the_image_of_all_rows") else { return };
+#[gpu_test]
+fn gpu_bands_make_the_image_of_all_rows(gpu: &Gpu) {
     for resolution in [IndirectResolution::Full, IndirectResolution::Half] {
         let rays = Sampled { diffuse_rays: 8, glossy_rays: 0, resolution, ..sampled(Tracer::BVH) };
         let [all, bands] = [104, 33].map(|rows| in_bands_of(gpu, rows, rays, 16));
@@ -33,9 +32,8 @@ fn gpu_bands_make_the_image_of_all_rows() {
 
 /// Light of the radiance cache, which all bands fill: no half of the image is brighter. The points of its samples differ. Images of one to four
 /// more or fewer rows differ from each other by up to 8 % in a third of the image after one frame, and by 4 % after eight.
-#[test]
-fn gpu_bands_share_the_radiance_cache() {
-    let Some(gpu) = testing::gpu("gpu_bands_share_the_radiance_cache") else { return };
+#[gpu_test]
+fn gpu_bands_share_the_radiance_cache(gpu: &Gpu) {
     let rays = Sampled { diffuse_rays: 12, glossy_rays: 4, hit_light: HitLight::Cached, ..sampled(Tracer::BVH) };
     for (frames, most) in [(1, 0.1), (8, 0.05)] {
         let [all, bands] = [104, 64].map(|rows| in_bands_of(gpu, rows, rays, frames));

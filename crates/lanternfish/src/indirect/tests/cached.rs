@@ -20,9 +20,8 @@ pub(super) fn over_frames(rays: Sampled, accumulate: u32) -> Settings {
 const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
 
 /// Indirect light from the cache matches that of shaded hits, except for the blur over an entry.
-#[test]
-fn gpu_cached_light_matches_shaded_hits() {
-    let Some(gpu) = testing::gpu("gpu_cached_light_matches_shaded_hits") else { return };
+#[gpu_test]
+fn gpu_cached_light_matches_shaded_hits(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let direct =
         rendering(gpu, Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) }, &scene, &camera);
@@ -37,9 +36,8 @@ fn gpu_cached_light_matches_shaded_hits() {
 }
 
 /// A closed, uniformly emissive box: its radiance is a geometric series of bounces.
-#[test]
-fn gpu_emissive_box_has_every_bounce() {
-    let Some(gpu) = testing::gpu("gpu_emissive_box_has_every_bounce") else { return };
+#[gpu_test]
+fn gpu_emissive_box_has_every_bounce(gpu: &Gpu) {
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let counted = [(Bounces::ONE, 1.75), (Bounces::UpTo(2), 1.875), (Bounces::UpTo(3), 1.9375)];
@@ -53,9 +51,8 @@ fn gpu_emissive_box_has_every_bounce() {
 
 /// With many samples per entry in the first frame, and few rays that request them: the mean of hits that have left an entry's list contains the light
 /// of all bounces.
-#[test]
-fn gpu_many_first_samples_keep_every_bounce() {
-    let Some(gpu) = testing::gpu("gpu_many_first_samples_keep_every_bounce") else { return };
+#[gpu_test]
+fn gpu_many_first_samples_keep_every_bounce(gpu: &Gpu) {
     let scene = Scene { lights: vec![Light::point(Vec3::ZERO, Vec3::ONE)], ..closed_box(matt(0.8)) };
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let of = |diffuse_rays, cache_samples| {
@@ -73,9 +70,8 @@ fn gpu_many_first_samples_keep_every_bounce() {
 
 /// All indirect light, compared with paths of any length. In the hall, rotated about all axes, the two sides of a wall seen from within it are close to
 /// each other, and face the same directions as its other sides.
-#[test]
-fn gpu_every_bounce_matches_path_tracer() {
-    let Some(gpu) = testing::gpu("gpu_every_bounce_matches_path_tracer") else { return };
+#[gpu_test]
+fn gpu_every_bounce_matches_path_tracer(gpu: &Gpu) {
     let hall = demo("hall").unwrap();
     let inside = hall.cameras[0].clone();
     for (name, scene, camera, samples) in
@@ -95,9 +91,8 @@ fn gpu_every_bounce_matches_path_tracer() {
 }
 
 /// Two and three bounces, compared with paths of four and five segments.
-#[test]
-fn gpu_counted_bounces_match_path_tracer() {
-    let Some(gpu) = testing::gpu("gpu_counted_bounces_match_path_tracer") else { return };
+#[gpu_test]
+fn gpu_counted_bounces_match_path_tracer(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
     let direct = mean(&rendering(gpu, direct, &scene, &camera));
@@ -115,9 +110,8 @@ fn gpu_counted_bounces_match_path_tracer() {
 }
 
 /// Entries that have migrated to another table keep their radiance for each number of bounces.
-#[test]
-fn gpu_counted_bounces_survive_migration() {
-    let Some(gpu) = testing::gpu("gpu_counted_bounces_survive_migration") else { return };
+#[gpu_test]
+fn gpu_counted_bounces_survive_migration(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let entries = Sampled { diffuse_rays: 1, glossy_rays: 1, ..cached(Tracer::BVH, Bounces::UpTo(3)) };
     let settings = Settings { history: History::On, ..settings(entries) };
@@ -135,9 +129,8 @@ fn gpu_counted_bounces_survive_migration() {
 }
 
 /// An image does not depend on what was rendered before, and is the same in every run, although the slots of entries depend on the order of invocations.
-#[test]
-fn gpu_cached_light_is_reproducible() {
-    let Some(gpu) = testing::gpu("gpu_cached_light_is_reproducible") else { return };
+#[gpu_test]
+fn gpu_cached_light_is_reproducible(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let settings = over_frames(cached(Tracer::BVH, Bounces::All), 3);
     let first = rendering(gpu, settings.clone(), &scene, &camera);
@@ -152,9 +145,8 @@ fn gpu_cached_light_is_reproducible() {
 
 /// Hits for whose entries the cache is full are shaded: with one bounce no light is lost; with all bounces the radiance of missing entries is
 /// approximate. Both are counted.
-#[test]
-fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
-    let Some(gpu) = testing::gpu("gpu_a_full_cache_loses_no_light_of_one_bounce") else { return };
+#[gpu_test]
+fn gpu_a_full_cache_loses_no_light_of_one_bounce(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let none = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) };
     let direct = mean(&image_of(gpu, LARGE, none, &scene, &camera));
@@ -195,9 +187,8 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
 }
 
 /// The library refuses values out of range, not only the command line.
-#[test]
-fn gpu_caches_without_entries_or_samples_are_refused() {
-    let Some(gpu) = testing::gpu("gpu_caches_without_entries_or_samples_are_refused") else { return };
+#[gpu_test]
+fn gpu_caches_without_entries_or_samples_are_refused(gpu: &Gpu) {
     let usual = cached(Tracer::BVH, Bounces::All);
     let refused = [
         Sampled { cache_entries: 0, ..usual },
@@ -214,9 +205,8 @@ fn gpu_caches_without_entries_or_samples_are_refused() {
 }
 
 /// Entries migrate to another table periodically, with their data: a long mean matches the expected value, and is reproducible.
-#[test]
-fn gpu_migrated_entries_keep_their_light() {
-    let Some(gpu) = testing::gpu("gpu_migrated_entries_keep_their_light") else { return };
+#[gpu_test]
+fn gpu_migrated_entries_keep_their_light(gpu: &Gpu) {
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let rays = Sampled { diffuse_rays: 2, cache_samples: 16, ..cached(Tracer::BVH, Bounces::All) };
@@ -237,9 +227,8 @@ fn gpu_migrated_entries_keep_their_light() {
 }
 
 /// An unlit surface emits its colour and reflects no light.
-#[test]
-fn gpu_unlit_surfaces_emit_only_their_colour() {
-    let Some(gpu) = testing::gpu("gpu_unlit_surfaces_emit_only_their_colour") else { return };
+#[gpu_test]
+fn gpu_unlit_surfaces_emit_only_their_colour(gpu: &Gpu) {
     let scene = closed_box(Material { unlit: true, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let of = |bounces| {
@@ -256,9 +245,8 @@ fn gpu_unlit_surfaces_emit_only_their_colour() {
 }
 
 /// Light does not leak from a wall's lit side to the other one through shared entries.
-#[test]
-fn gpu_entries_do_not_leak_through_walls() {
-    let Some(gpu) = testing::gpu("gpu_entries_do_not_leak_through_walls") else { return };
+#[gpu_test]
+fn gpu_entries_do_not_leak_through_walls(gpu: &Gpu) {
     // A wall without thickness in the middle of a box; a lamp on the far side.
     let mut scene = closed_box(matt(0.8));
     scene.meshes[0].primitives.push(quad(0, Vec3::ZERO, Vec3::X, Vec3::Y));
@@ -273,9 +261,8 @@ fn gpu_entries_do_not_leak_through_walls() {
 
 /// A dark room that light reaches only through a door, after at least two reflections. Entries of the floor, which continues under the wall, lie on both
 /// sides of it, and a few rays get into the hollow wall: the voters of the lowest rank set an entry's sample position.
-#[test]
-fn gpu_light_enters_by_the_door_only() {
-    let Some(gpu) = testing::gpu("gpu_light_enters_by_the_door_only") else { return };
+#[gpu_test]
+fn gpu_light_enters_by_the_door_only(gpu: &Gpu) {
     // 128 along the diagonal of a box of 2 m.
     let edge = 12f32.sqrt() / 128.0;
     let dark = looking([-0.5, 0.0, 0.9], [-0.6, -0.8, 0.0]);
@@ -299,9 +286,8 @@ fn gpu_light_enters_by_the_door_only() {
 
 /// A table that is too small at first grows, by starting over in a first frame and by migration between frames. The image is that of a table that was
 /// large enough.
-#[test]
-fn gpu_table_growth_does_not_change_the_image() {
-    let Some(gpu) = testing::gpu("gpu_table_growth_does_not_change_the_image") else { return };
+#[gpu_test]
+fn gpu_table_growth_does_not_change_the_image(gpu: &Gpu) {
     let (mut scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     // Unlit surfaces emit, and shading runs for the sky: this detects hits that are shaded in addition to their entry, after the table was full
     // before the frame started over.

@@ -43,9 +43,8 @@ fn halves(pixels: &[Vec3]) -> [&[Vec3]; 2] {
 
 /// Under an environment with bright and dark bands a coat is a specular layer of its own roughness: above black it looks like that layer
 /// alone, and its light is as close to the path tracer's as that of surfaces without a coat.
-#[test]
-fn gpu_coats_mirror_the_environment_with_their_own_roughness() {
-    let Some(gpu) = testing::gpu("gpu_coats_mirror_the_environment_with_their_own_roughness") else { return };
+#[gpu_test]
+fn gpu_coats_mirror_the_environment_with_their_own_roughness(gpu: &Gpu) {
     let (mut coated, camera) = spheres();
     // Black behind the spheres, which the camera sees.
     let bands = |d: Vec3| Vec3::splat((1.0 + (12.0 * d.y).cos()) * ((d.z + 0.7) / 1.2).clamp(0.0, 1.0));
@@ -74,9 +73,8 @@ fn gpu_coats_mirror_the_environment_with_their_own_roughness() {
 }
 
 /// A smooth coat above a rough surface mirrors a lamp with a sharp border.
-#[test]
-fn gpu_coats_mirror_surfaces_sharply() {
-    let Some(gpu) = testing::gpu("gpu_coats_mirror_surfaces_sharply") else { return };
+#[gpu_test]
+fn gpu_coats_mirror_surfaces_sharply(gpu: &Gpu) {
     let coated = Material {
         base_color: Vec4::W,
         metallic: 0.0,
@@ -100,9 +98,8 @@ fn gpu_coats_mirror_surfaces_sharply() {
 }
 
 /// Uniform light: no coated surface is brighter than it, and a white one below a coat loses at most 5 %.
-#[test]
-fn gpu_coats_do_not_gain_energy() {
-    let Some(gpu) = testing::gpu("gpu_coats_do_not_gain_energy") else { return };
+#[gpu_test]
+fn gpu_coats_do_not_gain_energy(gpu: &Gpu) {
     let (mut scene, camera) = spheres();
     scene.materials.iter_mut().for_each(|material| (material.base_color, material.specular) = (Vec4::ONE, 1.0));
     let actual = image_of(gpu, LARGE, settings(sampled(Tracer::BVH)), &scene, &camera);
@@ -112,9 +109,8 @@ fn gpu_coats_do_not_gain_energy() {
 }
 
 /// The normal map of a coat tilts the coat alone, in the renderer as in the path tracer.
-#[test]
-fn gpu_normal_maps_of_coats_tilt_coats_alone() {
-    let Some(gpu) = testing::gpu("gpu_normal_maps_of_coats_tilt_coats_alone") else { return };
+#[gpu_test]
+fn gpu_normal_maps_of_coats_tilt_coats_alone(gpu: &Gpu) {
     let coated = Material {
         base_color: Vec4::W,
         metallic: 0.0,

@@ -5,9 +5,8 @@ use crate::techniques::{Bounces, HitLight};
 use super::{cached::over_frames, *};
 
 /// Every pixel traces its rays; rays that leave the scene are no hits, and hits without light have no shadow rays.
-#[test]
-fn gpu_rays_are_counted() {
-    let Some(gpu) = testing::gpu("gpu_rays_are_counted") else { return };
+#[gpu_test]
+fn gpu_rays_are_counted(gpu: &Gpu) {
     let rays = Sampled { diffuse_rays: 3, glossy_rays: 0, ..sampled(Tracer::BVH) };
     let counted = |scene: &Scene, camera: &Camera| {
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(rays)).unwrap();
@@ -53,9 +52,8 @@ fn gpu_rays_are_counted() {
 }
 
 /// Some of the segments with a small contribution are traced, with a higher weight; occluded ones have weight 0.
-#[test]
-fn gpu_roulette_is_unbiased() {
-    let Some(gpu) = testing::gpu("gpu_roulette_is_unbiased") else { return };
+#[gpu_test]
+fn gpu_roulette_is_unbiased(gpu: &Gpu) {
     let renderer =
         Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(sampled(Tracer::BVH))).unwrap();
     let uploaded = renderer.upload(&floor(matt(0.5))).unwrap();
@@ -90,9 +88,8 @@ fn gpu_roulette_is_unbiased() {
 
 /// With the radiance cache, an image's first frame has `first_rays` times as many diffuse rays: it is the image of that number of rays. Later frames, and
 /// frames with shaded hits, have the usual number.
-#[test]
-fn gpu_first_frames_have_more_rays() {
-    let Some(gpu) = testing::gpu("gpu_first_frames_have_more_rays") else { return };
+#[gpu_test]
+fn gpu_first_frames_have_more_rays(gpu: &Gpu) {
     // The lamp is made of emissive triangles.
     let scene = demo("cornell").unwrap();
     let rendered = |frames, hit_light, diffuse_rays, first_rays| {
@@ -116,9 +113,8 @@ fn gpu_first_frames_have_more_rays() {
 }
 
 /// In a mean, every entry that pixels' rays request gets a sample in each frame; of those with a long history, half or a quarter.
-#[test]
-fn gpu_entries_with_long_history_get_fewer_samples() {
-    let Some(gpu) = testing::gpu("gpu_entries_with_long_history_get_fewer_samples") else { return };
+#[gpu_test]
+fn gpu_entries_with_long_history_get_fewer_samples(gpu: &Gpu) {
     let (hit_light, bounces) = (HitLight::Cached, Bounces::All);
     let sampled_at_last = |frames| {
         let rays = Sampled { diffuse_rays: 32, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::BVH) };
@@ -140,9 +136,8 @@ fn gpu_entries_with_long_history_get_fewer_samples() {
 }
 
 /// In a first frame, entries that many rays hit get more samples than others, up to the requested number.
-#[test]
-fn gpu_first_samples_follow_the_hits() {
-    let Some(gpu) = testing::gpu("gpu_first_samples_follow_the_hits") else { return };
+#[gpu_test]
+fn gpu_first_samples_follow_the_hits(gpu: &Gpu) {
     let (hit_light, bounces) = (HitLight::Cached, Bounces::UpTo(1));
     let mut scene = closed_box(matt(0.5));
     scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));

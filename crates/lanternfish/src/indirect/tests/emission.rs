@@ -10,9 +10,8 @@ fn lamp_over_floor(half: f32, height: f32, radiance: f32, floor: Material) -> Sc
 }
 
 /// A lamp that less than one of a thousand rays hits lights every pixel correctly.
-#[test]
-fn gpu_a_small_lamp_lights_every_pixel() {
-    let Some(gpu) = testing::gpu("gpu_a_small_lamp_lights_every_pixel") else { return };
+#[gpu_test]
+fn gpu_a_small_lamp_lights_every_pixel(gpu: &Gpu) {
     let (half, height, radiance) = (0.01f32, 1.0f32, 1000.0f32);
     let scene = lamp_over_floor(half, height, radiance, matt(0.5));
     let camera = looking([0.0, 0.9, 0.1], [0.0, 0.0, 0.0]);
@@ -26,9 +25,8 @@ fn gpu_a_small_lamp_lights_every_pixel() {
 }
 
 /// Emitter sampling and BSDF sampling together count emission once, on matt and on glossy floors, for large and for small lamps.
-#[test]
-fn gpu_emission_is_neither_lost_nor_counted_twice() {
-    let Some(gpu) = testing::gpu("gpu_emission_is_neither_lost_nor_counted_twice") else { return };
+#[gpu_test]
+fn gpu_emission_is_neither_lost_nor_counted_twice(gpu: &Gpu) {
     let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
     let metal = Material { metallic: 1.0, perceptual_roughness: 0.35, ..matt(0.8) };
     for (name, floor) in [("matt", matt(0.5)), ("metal", metal)] {
@@ -46,9 +44,8 @@ fn gpu_emission_is_neither_lost_nor_counted_twice() {
 }
 
 /// Areas and emission whose products overflow 32-bit floats give finite radiance.
-#[test]
-fn gpu_extreme_lamps_give_finite_radiance() {
-    let Some(gpu) = testing::gpu("gpu_extreme_lamps_give_finite_radiance") else { return };
+#[gpu_test]
+fn gpu_extreme_lamps_give_finite_radiance(gpu: &Gpu) {
     let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
     let few = Sampled { diffuse_rays: 4, glossy_rays: 2, ..sampled(Tracer::BVH) };
     for (half, radiance) in [(1e11, 1.0), (0.5, f32::MAX), (1e11, f32::MAX)] {
@@ -64,9 +61,8 @@ fn gpu_extreme_lamps_give_finite_radiance() {
 }
 
 /// Emission is also reflected by the walls onto the floor.
-#[test]
-fn gpu_emission_is_reflected_once() {
-    let Some(gpu) = testing::gpu("gpu_emission_is_reflected_once") else { return };
+#[gpu_test]
+fn gpu_emission_is_reflected_once(gpu: &Gpu) {
     let mut scene = closed_box(matt(0.5));
     let lamp = Material { emissive: Vec3::new(30.0, 20.0, 10.0), double_sided: false, ..matt(0.0) };
     scene.materials.push(lamp);

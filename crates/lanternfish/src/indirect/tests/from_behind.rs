@@ -51,9 +51,8 @@ fn sheets() -> (Scene, Camera) {
 }
 
 /// Direct light from behind is the path tracer's, from lists and from samples, with hard shadows.
-#[test]
-fn gpu_lights_behind_a_leaf_shine_through() {
-    let Some(gpu) = testing::gpu("gpu_lights_behind_a_leaf_shine_through") else { return };
+#[gpu_test]
+fn gpu_lights_behind_a_leaf_shine_through(gpu: &Gpu) {
     let (scene, camera) = sheets();
     let truth = traced_of(LARGE, &scene, &camera, 2, 64);
     let listed = Settings { range_threshold: 1e-6, ..settings(sampled(Tracer::BVH)) };
@@ -75,9 +74,8 @@ fn gpu_lights_behind_a_leaf_shine_through() {
 }
 
 /// So is light of the sky and of other surfaces.
-#[test]
-fn gpu_the_sky_behind_a_leaf_shines_through() {
-    let Some(gpu) = testing::gpu("gpu_the_sky_behind_a_leaf_shines_through") else { return };
+#[gpu_test]
+fn gpu_the_sky_behind_a_leaf_shines_through(gpu: &Gpu) {
     let (mut scene, camera) = sheets();
     scene.lights.truncate(1);
     scene.sky = Vec3::new(0.2, 0.3, 0.5);
@@ -89,9 +87,8 @@ fn gpu_the_sky_behind_a_leaf_shines_through() {
 }
 
 /// Textures say where and in which colour; masked-out parts show nothing.
-#[test]
-fn gpu_textures_of_diffuse_transmission_are_read() {
-    let Some(gpu) = testing::gpu("gpu_textures_of_diffuse_transmission_are_read") else { return };
+#[gpu_test]
+fn gpu_textures_of_diffuse_transmission_are_read(gpu: &Gpu) {
     let (_, camera) = sheets();
     let rgba = |texels: [[u8; 4]; 4]| Image { name: String::new(), width: 2, height: 2, rgba: texels.concat() };
     let textured = Material {
@@ -120,9 +117,8 @@ fn gpu_textures_of_diffuse_transmission_are_read() {
 
 /// A shell that scatters all light through is as bright inside as the sky, but for what its albedo takes; the light of its other side is that of rays
 /// which hit it from inside.
-#[test]
-fn gpu_a_closed_shell_is_lit_through_its_walls() {
-    let Some(gpu) = testing::gpu("gpu_a_closed_shell_is_lit_through_its_walls") else { return };
+#[gpu_test]
+fn gpu_a_closed_shell_is_lit_through_its_walls(gpu: &Gpu) {
     let shell = Material {
         diffuse_transmission: 1.0,
         diffuse_transmission_color: Vec3::new(0.8, 0.6, 0.4),

@@ -25,9 +25,8 @@ fn pixels(rendering: &crate::RenderedImage) -> Vec<Vec3> {
 }
 
 /// The first image of a renderer, and a mean, are bit-identical with and without a history.
-#[test]
-fn gpu_first_frame_and_its_mean_have_no_history() {
-    let Some(gpu) = testing::gpu("gpu_first_frame_and_its_mean_have_no_history") else { return };
+#[gpu_test]
+fn gpu_first_frame_and_its_mean_have_no_history(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let usual = Sampled { filter_radius: 4, clamp: IndirectClamp::On, ..few() };
     let techniques = [
@@ -49,9 +48,8 @@ fn gpu_first_frame_and_its_mean_have_no_history() {
 
 /// While the camera moves, accumulation reduces the noise and preserves the energy. At rest, the mean includes the history, and converges to the same
 /// image.
-#[test]
-fn gpu_accumulation_reduces_noise_of_a_moving_camera() {
-    let Some(gpu) = testing::gpu("gpu_accumulation_reduces_noise_of_a_moving_camera") else { return };
+#[gpu_test]
+fn gpu_accumulation_reduces_noise_of_a_moving_camera(gpu: &Gpu) {
     let scene = cornell();
     let at = |step: u32| looking([0.02 * step as f32, 1.0, 2.6 - 0.01 * step as f32], CAMERA.1);
     let last = 12;
@@ -100,9 +98,8 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera() {
 }
 
 /// A lamp that is switched off leaves no ghost; a lamp that changes its colour is followed.
-#[test]
-fn gpu_accumulation_follows_changing_light() {
-    let Some(gpu) = testing::gpu("gpu_accumulation_follows_changing_light") else { return };
+#[gpu_test]
+fn gpu_accumulation_follows_changing_light(gpu: &Gpu) {
     let camera = looking(CAMERA.0, CAMERA.1);
     let lit = cornell();
     let with_lamp =
@@ -141,9 +138,8 @@ fn gpu_accumulation_follows_changing_light() {
 
 /// A bright lamp is switched off and on again while a dim one of another colour stays on: its indirect light disappears and returns at once, in the
 /// history of pixels and in cache entries, also with every bounce.
-#[test]
-fn gpu_switched_off_lamp_leaves_no_ghost() {
-    let Some(gpu) = testing::gpu("gpu_switched_off_lamp_leaves_no_ghost") else { return };
+#[gpu_test]
+fn gpu_switched_off_lamp_leaves_no_ghost(gpu: &Gpu) {
     let camera = looking(CAMERA.0, CAMERA.1);
     let lamp = |x: f32, intensity: Vec3| Light::point(Vec3::new(x, 1.7, 0.0), intensity);
     let [dim, bright] = [lamp(0.5, Vec3::new(0.5, 0.7, 1.0)), lamp(-0.5, Vec3::new(60.0, 50.0, 30.0))];
@@ -177,9 +173,8 @@ fn gpu_switched_off_lamp_leaves_no_ghost() {
 }
 
 /// Disoccluded surfaces get no light of the object that was in front of them, and the moving object keeps its history.
-#[test]
-fn gpu_moving_surfaces_keep_their_history_without_ghosts() {
-    let Some(gpu) = testing::gpu("gpu_moving_surfaces_keep_their_history_without_ghosts") else { return };
+#[gpu_test]
+fn gpu_moving_surfaces_keep_their_history_without_ghosts(gpu: &Gpu) {
     let mut scene = floor(matt(0.8));
     scene.sky = Vec3::ONE;
     scene.materials.push(matt(0.05));

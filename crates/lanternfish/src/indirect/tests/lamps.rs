@@ -20,9 +20,8 @@ fn into_a_mirror(hit_light: HitLight, cache_samples: u32) -> Sampled {
 
 /// A lamp five millimetres above a floor, a quarter of an entry's edge: possibly none of an entry's few samples is in the bright spot. A mirror shows the
 /// entries' radiance.
-#[test]
-fn gpu_entries_near_a_lamp_match_its_light() {
-    let Some(gpu) = testing::gpu("gpu_entries_near_a_lamp_match_its_light") else { return };
+#[gpu_test]
+fn gpu_entries_near_a_lamp_match_its_light(gpu: &Gpu) {
     let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
     let errors: [f64; 24] = std::array::from_fn(|i| {
         let x = -0.05 + 0.1 * (i as f32 + 0.5) / 24.0;
@@ -44,9 +43,8 @@ fn gpu_entries_near_a_lamp_match_its_light() {
 
 /// Close lamps of other kinds, or without inverse-square falloff, lose and gain no energy. An entry has few samples at a spot's edge, so that the mean over
 /// many lamps is compared.
-#[test]
-fn gpu_entries_near_other_lamps_match_their_light() {
-    let Some(gpu) = testing::gpu("gpu_entries_near_other_lamps_match_their_light") else { return };
+#[gpu_test]
+fn gpu_entries_near_other_lamps_match_their_light(gpu: &Gpu) {
     let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
     let spot = LightKind::Spot { inner_angle: 0.3, outer_angle: 0.8 };
     for (kind, attenuation, lamps) in [(spot, Attenuation::Physical, 40), (LightKind::Point, Attenuation::Linear, 4)] {
@@ -70,10 +68,9 @@ fn gpu_entries_near_other_lamps_match_their_light() {
 
 /// An entry's few samples cover many lamps in a low-discrepancy order: the error of the entries' radiance is 0.063 (software adapter), with random
 /// lamps 0.088. A mirror shows the radiance; blocks of pixels are as large as an entry.
-#[test]
-fn gpu_few_samples_cover_many_lamps() {
+#[gpu_test]
+fn gpu_few_samples_cover_many_lamps(gpu: &Gpu) {
     const MOST: f64 = 0.073;
-    let Some(gpu) = testing::gpu("gpu_few_samples_cover_many_lamps") else { return };
     let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
     let mut random = Random::new(7);
     let mut scene = under_a_mirror(Light::point(Vec3::ZERO, Vec3::ZERO));

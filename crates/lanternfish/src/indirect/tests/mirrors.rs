@@ -40,9 +40,8 @@ fn striped_wall_in_a_mirror(far_lights: usize) -> (Scene, Camera) {
 }
 
 /// A mirror shows textures and shadows as they are, not the voxels of the radiance cache, from which it has the further bounces.
-#[test]
-fn gpu_mirrors_show_what_is_narrower_than_a_voxel() {
-    let Some(gpu) = testing::gpu("gpu_mirrors_show_what_is_narrower_than_a_voxel") else { return };
+#[gpu_test]
+fn gpu_mirrors_show_what_is_narrower_than_a_voxel(gpu: &Gpu) {
     let rays = Sampled { hit_light: HitLight::Cached, bounces: Bounces::All, ..sampled(Tracer::BVH) };
     let of = |far_lights| {
         let (scene, camera) = striped_wall_in_a_mirror(far_lights);

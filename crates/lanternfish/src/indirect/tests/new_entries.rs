@@ -91,9 +91,8 @@ fn seen(gpu: &Gpu, bounces: Bounces, fractions: [f32; 2], frames: usize, changes
 /// the light would be 0.53 in the first frame and 0.95 in the 41st with an albedo of 0.8, and 0.89 and 0.99 with albedos of 0.9 and 0.2. Measured error:
 /// at most 0.014 in the first case, where some bounces are missing, and 0.003 in the second. If entries read their own radiance instead of that of others,
 /// the error is 0.21 in the second case, and 0.039 with three bounces.
-#[test]
-fn gpu_new_entries_have_every_bounce() {
-    let Some(gpu) = testing::gpu("gpu_new_entries_have_every_bounce") else { return };
+#[gpu_test]
+fn gpu_new_entries_have_every_bounce(gpu: &Gpu) {
     let (even, uneven) = (([0.8, 0.8], 0.02), ([0.9, 0.2], 0.01));
     for (bounces, (fractions, most)) in [(Bounces::UpTo(3), uneven), (Bounces::All, even), (Bounces::All, uneven)] {
         let seen = seen(gpu, bounces, fractions, 25, false);
@@ -104,9 +103,8 @@ fn gpu_new_entries_have_every_bounce() {
 
 /// While the scene changes in every frame, all entries have few sweeps per frame, and the light of further bounces is from earlier frames; new entries have
 /// more sweeps. The first frame has 0.992 of the light with 2 sweeps for all; with 3 sweeps for all and no more for new ones it has 0.74.
-#[test]
-fn gpu_entries_have_every_bounce_while_the_scene_changes() {
-    let Some(gpu) = testing::gpu("gpu_entries_have_every_bounce_while_the_scene_changes") else { return };
+#[gpu_test]
+fn gpu_entries_have_every_bounce_while_the_scene_changes(gpu: &Gpu) {
     let seen = seen(gpu, Bounces::All, [0.8, 0.8], 16, true);
     println!("{seen:.4?}");
     assert!(seen.iter().all(|fraction| (fraction - 1.0).abs() < 0.02), "{seen:?}");
@@ -116,9 +114,8 @@ fn gpu_entries_have_every_bounce_while_the_scene_changes() {
 /// bounce's difference remain after each frame; all bounces follow at most two frames later. Measured fraction that remains after 1, 4, 8 and 16
 /// frames: 0.764, 0.323, 0.103 and 0.011 with one bounce, 0.896, 0.481, 0.167 and 0.018 with all. With one sweep per frame instead of two it is 0.944,
 /// 0.637, 0.300 and 0.050; with twelve it is that of one bounce.
-#[test]
-fn gpu_every_bounce_follows_a_lamp_while_the_scene_changes() {
-    let Some(gpu) = testing::gpu("gpu_every_bounce_follows_a_lamp_while_the_scene_changes") else { return };
+#[gpu_test]
+fn gpu_every_bounce_follows_a_lamp_while_the_scene_changes(gpu: &Gpu) {
     let fractions = [0.8, 0.8];
     let direct = settled(gpu, Indirect::NONE, fractions);
     for (bounces, most_late) in [(Bounces::ONE, 0), (Bounces::All, 2)] {

@@ -7,9 +7,8 @@ use crate::{settings::Preset, techniques::HitLight};
 
 /// Errors of pixels at a distance of 32 pixels, the period of the squares that share a net of shifts, are not correlated; nor are those at the periods of
 /// smaller squares.
-#[test]
-fn gpu_noise_does_not_repeat() {
-    let Some(gpu) = testing::gpu("gpu_noise_does_not_repeat") else { return };
+#[gpu_test]
+fn gpu_noise_does_not_repeat(gpu: &Gpu) {
     let mut scene = floor(matt(0.5));
     let sky = Environment { width: 16, height: 8, pixels: vec![Vec3::ONE; 128], rotation: 0.0 };
     let card = Material { base_color: Vec4::new(0.0, 0.0, 0.0, 1.0), ..matt(0.0) };
@@ -37,9 +36,8 @@ fn gpu_noise_does_not_repeat() {
 }
 
 /// The clamp limits a pixel far above its similar neighbours; no pixel gets brighter, and uniform light does not change.
-#[test]
-fn gpu_clamp_removes_only_fireflies() {
-    let Some(gpu) = testing::gpu("gpu_clamp_removes_only_fireflies") else { return };
+#[gpu_test]
+fn gpu_clamp_removes_only_fireflies(gpu: &Gpu) {
     // A bright unlit card, which rays hit only by chance.
     let mut scene = floor(matt(0.5));
     scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
@@ -78,9 +76,8 @@ fn gpu_clamp_removes_only_fireflies() {
 
 /// With a filter, the clamped excess is redistributed over the pixels around: the energy is preserved, with less noise than without the clamp. The same
 /// holds for reflections in a rough metal.
-#[test]
-fn gpu_clamped_excess_is_redistributed() {
-    let Some(gpu) = testing::gpu("gpu_clamped_excess_is_redistributed") else { return };
+#[gpu_test]
+fn gpu_clamped_excess_is_redistributed(gpu: &Gpu) {
     // All of the image is floor.
     let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
     let metal = Material { metallic: 1.0, ..matt(0.9) };
@@ -111,9 +108,8 @@ fn gpu_clamped_excess_is_redistributed() {
 
 /// Light of diffuse and glossy rays counts once in the glossy lobe: the mean of few rays of both kinds is that of many glossy ones, for every roughness,
 /// resolution and source of the light at hits. Some rays leave the scene.
-#[test]
-fn gpu_both_kinds_of_rays_count_light_once() {
-    let Some(gpu) = testing::gpu("gpu_both_kinds_of_rays_count_light_once") else { return };
+#[gpu_test]
+fn gpu_both_kinds_of_rays_count_light_once(gpu: &Gpu) {
     let camera = looking([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
     let [full, half] = [IndirectResolution::Full, IndirectResolution::Half];
     let [shaded, cached] = [HitLight::Shaded, HitLight::Cached];
@@ -138,9 +134,8 @@ fn gpu_both_kinds_of_rays_count_light_once() {
 }
 
 /// The filter spreads the light of single bright pixels and preserves its energy.
-#[test]
-fn gpu_filter_preserves_energy_of_bright_pixels() {
-    let Some(gpu) = testing::gpu("gpu_filter_preserves_energy_of_bright_pixels") else { return };
+#[gpu_test]
+fn gpu_filter_preserves_energy_of_bright_pixels(gpu: &Gpu) {
     // A bright unlit card, which rays hit only by chance.
     let mut scene = floor(matt(0.5));
     scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
@@ -163,9 +158,8 @@ fn gpu_filter_preserves_energy_of_bright_pixels() {
 }
 
 /// The filter and half resolution do not change constant light, and both reduce the error of few rays.
-#[test]
-fn gpu_filter_and_half_resolution_keep_constant_light() {
-    let Some(gpu) = testing::gpu("gpu_filter_and_half_resolution_keep_constant_light") else { return };
+#[gpu_test]
+fn gpu_filter_and_half_resolution_keep_constant_light(gpu: &Gpu) {
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let scene = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
     for resolution in IndirectResolution::ALL.iter().copied() {
@@ -188,9 +182,8 @@ fn gpu_filter_and_half_resolution_keep_constant_light() {
 }
 
 /// A mirror shows surfaces lit by many lights, of which few rays sample few: the filter removes most of that noise and preserves edges.
-#[test]
-fn gpu_a_mirror_of_many_lights_is_not_speckled() {
-    let Some(gpu) = testing::gpu("gpu_a_mirror_of_many_lights_is_not_speckled") else { return };
+#[gpu_test]
+fn gpu_a_mirror_of_many_lights_is_not_speckled(gpu: &Gpu) {
     let mut scene = closed_box(matt(0.6));
     scene.materials.push(Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(0.9) });
     scene.materials.push(matt(0.05));
@@ -218,9 +211,8 @@ fn gpu_a_mirror_of_many_lights_is_not_speckled() {
 
 /// Four glossy rays of a rough metal hit the studio's lamps in one pixel and miss them in the next: they read the environment prefiltered by the rest of the
 /// lobe. The prefilter is no wider than the lobe, and narrower with more rays.
-#[test]
-fn gpu_rough_metal_in_the_studio_is_not_speckled() {
-    let Some(gpu) = testing::gpu("gpu_rough_metal_in_the_studio_is_not_speckled") else { return };
+#[gpu_test]
+fn gpu_rough_metal_in_the_studio_is_not_speckled(gpu: &Gpu) {
     // All of the image is floor.
     let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
     let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(Tracer::BVH) };
@@ -259,9 +251,8 @@ fn specks(image: &[Vec3], truth: &[Vec3], size: UVec2) -> f64 {
 }
 
 /// A mean of frames with few rays has fewer bright dots than one frame, although each frame adds some.
-#[test]
-fn gpu_means_of_drafts_have_no_specks() {
-    let Some(gpu) = testing::gpu("gpu_means_of_drafts_have_no_specks") else { return };
+#[gpu_test]
+fn gpu_means_of_drafts_have_no_specks(gpu: &Gpu) {
     let scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     let size = UVec2::splat(96);
@@ -277,9 +268,8 @@ fn gpu_means_of_drafts_have_no_specks() {
 }
 
 /// Small bright cards, which glossy rays hit only by chance, leave no bright dots on a wet floor: its lobes are wider than the dots.
-#[test]
-fn gpu_a_wet_floor_under_small_lights_has_no_dots() {
-    let Some(gpu) = testing::gpu("gpu_a_wet_floor_under_small_lights_has_no_dots") else { return };
+#[gpu_test]
+fn gpu_a_wet_floor_under_small_lights_has_no_dots(gpu: &Gpu) {
     let mut scene = floor(Material { specular: 1.0, perceptual_roughness: 0.35, ..matt(0.05) });
     scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
     let mut random = Random::new(6);

@@ -21,9 +21,8 @@ fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
 }
 
 /// The image does not depend on how many sample indices are traced together.
-#[test]
-fn gpu_shaded_light_does_not_depend_on_batch_size() {
-    let Some(gpu) = testing::gpu("gpu_shaded_light_does_not_depend_on_batch_size") else { return };
+#[gpu_test]
+fn gpu_shaded_light_does_not_depend_on_batch_size(gpu: &Gpu) {
     let rays = Sampled { diffuse_rays: 5, glossy_rays: 2, ..sampled(Tracer::BVH) };
     let [one, three, all] = [1, 3, 16].map(|most| traced_together(gpu, most, rays));
     assert!(one == all && three == all);
@@ -33,9 +32,8 @@ fn gpu_shaded_light_does_not_depend_on_batch_size() {
 
 /// With the cache, the rays of all sample indices that are looked up together vote for a new entry, so that its sample position depends on their number.
 /// The light is the same except for noise, which is less than half of that of a quarter of the rays.
-#[test]
-fn gpu_cached_light_does_not_depend_on_batch_size() {
-    let Some(gpu) = testing::gpu("gpu_cached_light_does_not_depend_on_batch_size") else { return };
+#[gpu_test]
+fn gpu_cached_light_does_not_depend_on_batch_size(gpu: &Gpu) {
     let rays = Sampled { diffuse_rays: 12, glossy_rays: 4, hit_light: HitLight::Cached, ..sampled(Tracer::BVH) };
     let [one, five, all] = [1, 5, 16].map(|most| traced_together(gpu, most, rays));
     for (what, some) in [("one", &one), ("five", &five)] {
@@ -50,9 +48,8 @@ fn gpu_cached_light_does_not_depend_on_batch_size() {
 
 /// The order covers every pixel of an image once, block by block, and successive pixels have similar shifts: the order of the host matches the shifts of
 /// the shaders.
-#[test]
-fn gpu_pixel_order_covers_the_image_coherently() {
-    let Some(gpu) = testing::gpu("gpu_pixel_order_covers_the_image_coherently") else { return };
+#[gpu_test]
+fn gpu_pixel_order_covers_the_image_coherently(gpu: &Gpu) {
     let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
     let size = UVec2::new(90, 40);
     let [width, height, _] = sample_order::workgroups(size);
@@ -77,9 +74,8 @@ fn gpu_pixel_order_covers_the_image_coherently() {
 }
 
 /// Each pixel has a unique index for the data of its rays, and the index identifies the pixel.
-#[test]
-fn gpu_every_pixel_has_a_unique_index() {
-    let Some(gpu) = testing::gpu("gpu_every_pixel_has_a_unique_index") else { return };
+#[gpu_test]
+fn gpu_every_pixel_has_a_unique_index(gpu: &Gpu) {
     let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
     let about = Bindings::new().buffer("sample_order", &order);
     let size = UVec2::new(90, 40);
@@ -109,9 +105,8 @@ fn gpu_every_pixel_has_a_unique_index() {
 
 /// Shifts of the pixels of every aligned square of 2^k x 2^k, up to 32, are a net: one lies in each strip, column and box of the corresponding area of the
 /// unit square. Squares of 32 pixels differ by a constant.
-#[test]
-fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
-    let Some(gpu) = testing::gpu("gpu_shifts_of_a_square_of_pixels_are_a_net") else { return };
+#[gpu_test]
+fn gpu_shifts_of_a_square_of_pixels_are_a_net(gpu: &Gpu) {
     let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
     let [width, height, _] = sample_order::workgroups(UVec2::splat(64));
     let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
@@ -142,9 +137,8 @@ fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
 }
 
 /// Without glossy rays, the weight of a ray does not depend on its direction.
-#[test]
-fn gpu_weights_of_diffuse_rays_need_no_directions() {
-    let Some(gpu) = testing::gpu("gpu_weights_of_diffuse_rays_need_no_directions") else { return };
+#[gpu_test]
+fn gpu_weights_of_diffuse_rays_need_no_directions(gpu: &Gpu) {
     let rays =
         SampledParameters { diffuse_rays: 8, diffuse_density: 8.0, most_roughness: f32::MAX, ..Default::default() };
     let parameters = SampledParameters { first_points: UVec2::splat(40), ..rays };

@@ -34,9 +34,8 @@ fn slots_of(gpu: &Gpu, entries: u32) -> [Vec<i32>; 3] {
 }
 
 /// Three quarters of the slots can be filled without losing an entry; a lookup finds the inserted entries in their slots, and no others.
-#[test]
-fn gpu_inserted_entries_are_found() {
-    let Some(gpu) = testing::gpu("gpu_inserted_entries_are_found") else { return };
+#[gpu_test]
+fn gpu_inserted_entries_are_found(gpu: &Gpu) {
     let [put, actual, others] = slots_of(gpu, SLOTS / 4 * 3);
     assert!(put.iter().all(|slot| (0..SLOTS as i32).contains(slot)));
     assert_eq!(put.iter().collect::<HashSet<_>>().len(), put.len());
@@ -49,9 +48,8 @@ fn gpu_inserted_entries_are_found() {
 }
 
 /// Voxel edges double with the distance from the eye: at `near`, and at each doubling of that.
-#[test]
-fn gpu_voxel_levels_follow_the_distance() {
-    let Some(gpu) = testing::gpu("gpu_voxel_levels_follow_the_distance") else { return };
+#[gpu_test]
+fn gpu_voxel_levels_follow_the_distance(gpu: &Gpu) {
     let (near, eye) = (3.0, Vec3::new(1.0, -20.0, 5.0));
     let uniform =
         uniform_buffer_of(&gpu.device, "radiance_cache", &RadianceCacheParameters { near, ..Default::default() });
@@ -73,9 +71,8 @@ fn gpu_voxel_levels_follow_the_distance() {
 }
 
 /// The winning priority identifies the candidate, and priorities are evenly distributed.
-#[test]
-fn gpu_priorities_identify_candidates() {
-    let Some(gpu) = testing::gpu("gpu_priorities_identify_candidates") else { return };
+#[gpu_test]
+fn gpu_priorities_identify_candidates(gpu: &Gpu) {
     let update = CacheUpdate { update: 12_345, ..Default::default() };
     let uniform = uniform_buffer_of(&gpu.device, "cache_update", &update);
     let about = Bindings::new().buffer("cache_update", &uniform);
@@ -94,9 +91,8 @@ fn gpu_priorities_identify_candidates() {
 }
 
 /// RGBE in four bytes: the error of each channel is within 0.4 % of the largest one, over the complete range; black is distinct from no history.
-#[test]
-fn gpu_packed_radiance_is_close() {
-    let Some(gpu) = testing::gpu("gpu_packed_radiance_is_close") else { return };
+#[gpu_test]
+fn gpu_packed_radiance_is_close(gpu: &Gpu) {
     let mut random = Random::new(9);
     let mut radiances: Vec<Vec4> = (0..4000)
         .map(|_| {

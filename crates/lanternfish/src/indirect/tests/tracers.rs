@@ -3,9 +3,8 @@
 use super::*;
 
 /// The inside of a closed box is dark, however bright its outside. Deep images may leak light through walls thinner than their tolerance.
-#[test]
-fn gpu_light_leaks_are_small() {
-    let Some(gpu) = testing::gpu("gpu_light_leaks_are_small") else { return };
+#[gpu_test]
+fn gpu_light_leaks_are_small(gpu: &Gpu) {
     let mut scene = closed_box(matt(0.5));
     // Light from above, outside: 1000 lx on the roof.
     scene.lights.push(Light::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::splat(1000.0)));
@@ -32,10 +31,9 @@ fn gpu_light_leaks_are_small() {
 }
 
 /// Ray queries hit the same triangles as the BVH: images differ only where rays graze an edge. With masked triangles, solid ones, and both.
-#[test]
-fn gpu_ray_query_hits_the_triangles_of_the_bvh() {
+#[gpu_test]
+fn gpu_ray_query_hits_the_triangles_of_the_bvh(gpu: &Gpu) {
     let test = "gpu_ray_query_hits_the_triangles_of_the_bvh";
-    let Some(gpu) = testing::gpu(test) else { return };
     if !gpu.description.ray_query {
         return testing::left_out(test, "this adapter has no ray query");
     }
@@ -60,9 +58,8 @@ fn gpu_ray_query_hits_the_triangles_of_the_bvh() {
     }
 }
 
-#[test]
-fn gpu_runs_are_bit_identical() {
-    let Some(gpu) = testing::gpu("gpu_runs_are_bit_identical") else { return };
+#[gpu_test]
+fn gpu_runs_are_bit_identical(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let settings = settings(Sampled { diffuse_rays: 4, glossy_rays: 2, ..Sampled::default().one_bounce() });
     let [a, b] = [0, 1].map(|_| rendering(gpu, settings.clone(), &scene, &scene.cameras[0]));

@@ -14,10 +14,8 @@ fn rows_are_the_shaders() {
 }
 
 /// All visible clusters are dispatched, even if there are more than workgroups in one dimension.
-#[test]
-fn gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched() {
-    let test = "gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched";
-    let Some(gpu) = testing::gpu(test) else { return };
+#[gpu_test]
+fn gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched(gpu: &Gpu) {
     let dimensions = UVec3::new(256, 256, 80);
     let clusters = dimensions.element_product();
     let most = gpu.device.limits().max_compute_workgroups_per_dimension;

@@ -36,9 +36,8 @@ fn sampled(gpu: &Gpu, lights: &[Light], settings: &Settings, queries: &[Vec4]) -
     actual.into_iter().zip(points.iter().map(|point| point.truncate())).collect()
 }
 
-#[test]
-fn gpu_points_of_areas_shine_as_the_path_tracers() {
-    let Some(gpu) = testing::gpu("gpu_points_of_areas_shine_as_the_path_tracers") else { return };
+#[gpu_test]
+fn gpu_points_of_areas_shine_as_the_path_tracers(gpu: &Gpu) {
     let mut random = Random::new(8);
     let (mut lit, mut dark) = (0, 0);
     for attenuation in Attenuation::ALL.iter().copied() {
@@ -86,9 +85,8 @@ fn is_on(light: &Light, point: Vec3) -> bool {
 }
 
 /// The mean and the mean squares along width, height and normal test the distribution of the points.
-#[test]
-fn gpu_points_are_even_over_areas() {
-    let Some(gpu) = testing::gpu("gpu_points_are_even_over_areas") else { return };
+#[gpu_test]
+fn gpu_points_are_even_over_areas(gpu: &Gpu) {
     let mut random = Random::new(9);
     let direction = random.direction();
     let right = direction.any_orthonormal_vector();

@@ -34,9 +34,8 @@ fn summed(case: &Case) -> f64 {
     all.sum::<f64>() / (POINTS * POINTS) as f64 / arrives(DVec3::ZERO)
 }
 
-#[test]
-fn gpu_a_patch_has_the_mean_of_its_points() {
-    let Some(gpu) = testing::gpu("gpu_a_patch_has_the_mean_of_its_points") else { return };
+#[gpu_test]
+fn gpu_a_patch_has_the_mean_of_its_points(gpu: &Gpu) {
     let mut random = Random::new(41);
     let mut cases = Vec::new();
     while cases.len() < 60 {
@@ -57,9 +56,8 @@ fn gpu_a_patch_has_the_mean_of_its_points() {
     assert!(far > 20, "{far} of the squares differ from their middle");
 }
 
-#[test]
-fn gpu_a_patch_ends_at_its_reach_and_under_the_light() {
-    let Some(gpu) = testing::gpu("gpu_a_patch_ends_at_its_reach_and_under_the_light") else { return };
+#[gpu_test]
+fn gpu_a_patch_ends_at_its_reach_and_under_the_light(gpu: &Gpu) {
     let reach = crate::shaders::constant("lights/patch", "PATCH_REACH") as f32;
     let above = |edge, height: f32| Case { n: Vec3::Y, edge, shading: Vec3::Y, to_light: height * Vec3::Y };
     let actual = fractions(gpu, &[above(1.0, reach), above(10.0, 0.01), above(1.0, 1e-5)]);

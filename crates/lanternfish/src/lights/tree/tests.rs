@@ -62,9 +62,8 @@ fn triangles(random: &mut Random) -> Vec<EmissiveTriangle> {
 }
 
 /// Emitters of all kinds, in the tree that the host has built.
-#[test]
-fn gpu_the_device_chooses_as_the_host_does() {
-    let Some(gpu) = testing::gpu("gpu_the_device_chooses_as_the_host_does") else { return };
+#[gpu_test]
+fn gpu_the_device_chooses_as_the_host_does(gpu: &Gpu) {
     let mut random = Random::new(12);
     let (lights, mut triangles) = (lights(&mut random), triangles(&mut random));
     let of_light = |(light, i): (&Light, u32)| EmissiveTriangle {
@@ -104,9 +103,8 @@ fn gpu_the_device_chooses_as_the_host_does() {
 
 /// With a radius no light loses its probability, and a light that is close above gets about the same probability wherever in the radius the
 /// point lies.
-#[test]
-fn gpu_patches_keep_the_chance_of_every_light() {
-    let Some(gpu) = testing::gpu("gpu_patches_keep_the_chance_of_every_light") else { return };
+#[gpu_test]
+fn gpu_patches_keep_the_chance_of_every_light(gpu: &Gpu) {
     let mut random = Random::new(13);
     let mut lights = lights(&mut random);
     for light in &mut lights {

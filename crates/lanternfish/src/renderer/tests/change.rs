@@ -18,10 +18,8 @@ fn shown(rendering: RenderedImage) -> (Vec<[f32; 4]>, Vec<[u8; 4]>, Option<f32>)
     (rendering.radiance, rendering.display, rendering.exposure)
 }
 
-#[test]
-fn gpu_a_renderer_with_changed_settings_equals_a_new_one() {
-    let test = "gpu_a_renderer_with_changed_settings_equals_a_new_one";
-    let Some(gpu) = testing::gpu(test) else { return };
+#[gpu_test]
+fn gpu_a_renderer_with_changed_settings_equals_a_new_one(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let camera = &scene.cameras[0];
     let engine = Engine::new(&gpu.device, &gpu.queue);
@@ -76,9 +74,8 @@ fn gpu_a_renderer_with_changed_settings_equals_a_new_one() {
     }
 }
 
-#[test]
-fn gpu_invalid_settings_leave_the_current_ones() {
-    let Some(gpu) = testing::gpu("gpu_invalid_settings_leave_the_current_ones") else { return };
+#[gpu_test]
+fn gpu_invalid_settings_leave_the_current_ones(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh()).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();

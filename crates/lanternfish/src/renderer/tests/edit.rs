@@ -19,9 +19,8 @@ fn edited(module: &str, from: &str, to: &str) -> ShaderTexts {
     BTreeMap::from([(module.to_owned(), text.replace(from, to))])
 }
 
-#[test]
-fn gpu_edited_shaders_take_effect_and_invalid_ones_change_nothing() {
-    let Some(gpu) = testing::gpu("gpu_edited_shaders_take_effect_and_invalid_ones_change_nothing") else { return };
+#[gpu_test]
+fn gpu_edited_shaders_take_effect_and_invalid_ones_change_nothing(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let camera = &scene.cameras[0];
     let few = Sampled { diffuse_rays: 1, glossy_rays: 0, tracer: Tracer::BVH.into(), ..Sampled::default() };

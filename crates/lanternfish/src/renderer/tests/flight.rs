@@ -86,9 +86,8 @@ fn bytes(gpu: &Gpu, view: &wgpu::TextureView) -> Vec<[u8; 4]> {
     read_texture(&gpu.device, &gpu.queue, view.texture()).unwrap()
 }
 
-#[test]
-fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit() {
-    let Some(gpu) = testing::gpu("gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit") else { return };
+#[gpu_test]
+fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit(gpu: &Gpu) {
     use wgpu::TextureFormat::{Bgra8Unorm, Rgba8Unorm, Rgba8UnormSrgb, Rgba16Float, Rgba32Float};
     let scene = lit();
     let plain = bvh(Settings::direct_light());
@@ -145,9 +144,8 @@ fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit() {
     }
 }
 
-#[test]
-fn gpu_two_views_of_a_frame_show_what_they_show_in_an_image() {
-    let Some(gpu) = testing::gpu("gpu_two_views_of_a_frame_show_what_they_show_in_an_image") else { return };
+#[gpu_test]
+fn gpu_two_views_of_a_frame_show_what_they_show_in_an_image(gpu: &Gpu) {
     let scene = lit();
     let mut waiting = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
@@ -212,9 +210,8 @@ fn reports(renderer: &mut Renderer, count: usize) -> (Vec<FrameReport>, u32) {
 }
 
 /// The device has about one second of work queued, and a frame behind it. A call that waited would find the frame finished.
-#[test]
-fn gpu_no_call_waits_for_a_busy_device() {
-    let Some(gpu) = testing::gpu("gpu_no_call_waits_for_a_busy_device") else { return };
+#[gpu_test]
+fn gpu_no_call_waits_for_a_busy_device(gpu: &Gpu) {
     let scene = lit();
     for settings in [bvh(Settings::direct_light()), bvh(Settings::default())] {
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
@@ -247,9 +244,8 @@ fn gpu_no_call_waits_for_a_busy_device() {
 }
 
 /// An operation that waits for the device while another view is prepared drops no report of earlier frames.
-#[test]
-fn gpu_every_frame_is_reported_while_other_views_are_prepared() {
-    let Some(gpu) = testing::gpu("gpu_every_frame_is_reported_while_other_views_are_prepared") else { return };
+#[gpu_test]
+fn gpu_every_frame_is_reported_while_other_views_are_prepared(gpu: &Gpu) {
     let scene = lit();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -265,9 +261,8 @@ fn gpu_every_frame_is_reported_while_other_views_are_prepared() {
     assert!(renderer.poll().is_none(), "each frame is reported once");
 }
 
-#[test]
-fn gpu_ten_frames_are_in_flight() {
-    let Some(gpu) = testing::gpu("gpu_ten_frames_are_in_flight") else { return };
+#[gpu_test]
+fn gpu_ten_frames_are_in_flight(gpu: &Gpu) {
     const FRAMES: usize = 10;
     let scene = lit();
     let settings = one_bounce();
@@ -298,9 +293,8 @@ fn gpu_ten_frames_are_in_flight() {
     assert!(renderer.poll().is_none());
 }
 
-#[test]
-fn gpu_a_repeated_frame_in_the_callers_commands_allocates_nothing() {
-    let Some(gpu) = testing::gpu("gpu_a_repeated_frame_in_the_callers_commands_allocates_nothing") else { return };
+#[gpu_test]
+fn gpu_a_repeated_frame_in_the_callers_commands_allocates_nothing(gpu: &Gpu) {
     let scene = lit();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -328,9 +322,8 @@ fn gpu_a_repeated_frame_in_the_callers_commands_allocates_nothing() {
     }
 }
 
-#[test]
-fn gpu_a_frame_that_overflows_shows_what_was_there_before() {
-    let Some(gpu) = testing::gpu("gpu_a_frame_that_overflows_shows_what_was_there_before") else { return };
+#[gpu_test]
+fn gpu_a_frame_that_overflows_shows_what_was_there_before(gpu: &Gpu) {
     let (few, many) = (demo("cornell").unwrap(), lit());
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let mut waiting = Renderer::with_engine(renderer.engine(), renderer.settings().clone()).unwrap();
@@ -364,9 +357,8 @@ fn gpu_a_frame_that_overflows_shows_what_was_there_before() {
 }
 
 /// Updates between frames in flight: each frame shows the scene at its submission.
-#[test]
-fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted() {
-    let Some(gpu) = testing::gpu("gpu_frames_show_a_scene_as_it_was_when_they_were_submitted") else { return };
+#[gpu_test]
+fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted(gpu: &Gpu) {
     let mut scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, one_bounce()).unwrap();
     let mut waiting = Renderer::with_engine(renderer.engine(), renderer.settings().clone()).unwrap();
@@ -395,9 +387,8 @@ fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted() {
     }
 }
 
-#[test]
-fn gpu_a_mean_continues_over_frames() {
-    let Some(gpu) = testing::gpu("gpu_a_mean_continues_over_frames") else { return };
+#[gpu_test]
+fn gpu_a_mean_continues_over_frames(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let settings = Settings { accumulate: 3, ..bvh(Settings::direct_light()) };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();

@@ -13,9 +13,8 @@ use crate::{
     testing::later::{Path, check, settings, walk},
 };
 
-#[test]
-fn gpu_deferred_frames_show_only_complete_images() {
-    let Some(gpu) = testing::gpu("gpu_deferred_frames_show_only_complete_images") else { return };
+#[gpu_test]
+fn gpu_deferred_frames_show_only_complete_images(gpu: &Gpu) {
     let scene = demo("atrium").unwrap();
     let camera = scene.cameras[0].clone();
     let step = |i: usize| {
@@ -32,9 +31,8 @@ fn gpu_deferred_frames_show_only_complete_images() {
     }
 }
 
-#[test]
-fn gpu_a_mean_contains_only_complete_frames() {
-    let Some(gpu) = testing::gpu("gpu_a_mean_contains_only_complete_frames") else { return };
+#[gpu_test]
+fn gpu_a_mean_contains_only_complete_frames(gpu: &Gpu) {
     let mut scene = demo("cornell").unwrap();
     scene.lights.extend(light_rain(&scene.bounds(), 3000, Some(2.0), 1, 0.0));
     let mean_after = |growth: Growth, frames: u32| {
@@ -69,11 +67,10 @@ fn gpu_a_mean_contains_only_complete_frames() {
 }
 
 /// Ten lights become a hundred thousand and ten again, while the camera moves through Sponza.
-#[test]
+#[gpu_test]
 #[ignore = "takes minutes on a software adapter"]
-fn gpu_a_path_through_sponza_never_waits() {
+fn gpu_a_path_through_sponza_never_waits(gpu: &Gpu) {
     let test = "gpu_a_path_through_sponza_never_waits";
-    let Some(gpu) = testing::gpu(test) else { return };
     let Some(file) = testing::shared(test, "assets/sponza/Sponza.glb") else { return };
     let scene = lanternfish_scene::load(&file).unwrap();
     let camera = scene.default_camera(64.0 / 36.0);

@@ -49,9 +49,8 @@ fn render(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> [u8; 3]
     color(&renderer.render(scene, camera, SIZE[0], SIZE[1]).unwrap().display)
 }
 
-#[test]
-fn gpu_motion_colours_are_relative_to_the_previous_frame() {
-    let Some(gpu) = testing::gpu("gpu_motion_colours_are_relative_to_the_previous_frame") else { return };
+#[gpu_test]
+fn gpu_motion_colours_are_relative_to_the_previous_frame(gpu: &Gpu) {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(Some(DebugView::Motion))).unwrap();
     let mut uploaded = renderer.upload(&wall()).unwrap();
     let still = camera(0.0, 0.0);
@@ -91,9 +90,8 @@ fn shown(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, views: &[(u64, Ca
     renderer.read(frame).unwrap().iter().map(|rendering| color(&rendering.display)).collect()
 }
 
-#[test]
-fn gpu_views_and_renderers_have_their_own_previous_frames() {
-    let Some(gpu) = testing::gpu("gpu_views_and_renderers_have_their_own_previous_frames") else { return };
+#[gpu_test]
+fn gpu_views_and_renderers_have_their_own_previous_frames(gpu: &Gpu) {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(Some(DebugView::Motion))).unwrap();
     let mut uploaded = renderer.upload(&wall()).unwrap();
     let at = |right| camera(right, 0.0);
@@ -121,9 +119,8 @@ fn gpu_views_and_renderers_have_their_own_previous_frames() {
     assert_eq!(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0))]), [black]);
 }
 
-#[test]
-fn gpu_no_motion_buffers_without_a_request() {
-    let Some(gpu) = testing::gpu("gpu_no_motion_buffers_without_a_request") else { return };
+#[gpu_test]
+fn gpu_no_motion_buffers_without_a_request(gpu: &Gpu) {
     for (debug_view, kept) in [(None, 0), (Some(DebugView::Normal), 0), (Some(DebugView::Motion), 2)] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(debug_view)).unwrap();
         let mut scene = wall();

@@ -28,9 +28,8 @@ fn rays() -> Settings {
     Settings { indirect: few.into(), ..Settings::direct_light() }
 }
 
-#[test]
-fn gpu_a_repeated_frame_allocates_nothing() {
-    let Some(gpu) = testing::gpu("gpu_a_repeated_frame_allocates_nothing") else { return };
+#[gpu_test]
+fn gpu_a_repeated_frame_allocates_nothing(gpu: &Gpu) {
     // The atrium has many radiance cache entries, and frames with blocking readback update all of them.
     let [large, small] = ["atrium", "cornell"].map(|name| demo(name).unwrap());
     let tiled = Culling::from(Tiled::default());
@@ -89,9 +88,8 @@ fn bytes_after(gpu: &Gpu, settings: Settings, first: u32, second: u32) -> [u64; 
     bytes.try_into().unwrap()
 }
 
-#[test]
-fn gpu_memory_does_not_grow_over_frames_of_all_kinds() {
-    let Some(gpu) = testing::gpu("gpu_memory_does_not_grow_over_frames_of_all_kinds") else { return };
+#[gpu_test]
+fn gpu_memory_does_not_grow_over_frames_of_all_kinds(gpu: &Gpu) {
     let [early, late] = bytes_after(gpu, bvh(Settings::direct_light()), 40, 160);
     assert!(early > 0 && early == late, "{early} {late}");
     let [early, late] = bytes_after(gpu, sampled(), 40, 160);
@@ -101,10 +99,9 @@ fn gpu_memory_does_not_grow_over_frames_of_all_kinds() {
     assert!(small != large, "{small} {large}");
 }
 
-#[test]
+#[gpu_test]
 #[ignore = "takes minutes on a software adapter"]
-fn gpu_a_thousand_frames_use_as_much_memory_as_a_hundred() {
-    let Some(gpu) = testing::gpu("gpu_a_thousand_frames_use_as_much_memory_as_a_hundred") else { return };
+fn gpu_a_thousand_frames_use_as_much_memory_as_a_hundred(gpu: &Gpu) {
     for settings in [bvh(Settings::direct_light()), bvh(Settings::default())] {
         let [early, late] = bytes_after(gpu, settings, 100, 1000);
         assert!(early > 0 && early == late, "{early} {late}");

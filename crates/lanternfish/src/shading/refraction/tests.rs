@@ -44,9 +44,8 @@ fn rows(pixels: &[Vec3]) -> [&[Vec3]; 2] {
 }
 
 /// Smooth glass changes nothing where light comes equally from everywhere, and rough glass adds nothing.
-#[test]
-fn gpu_clear_glass_is_invisible_in_uniform_light() {
-    let Some(gpu) = testing::gpu("gpu_clear_glass_is_invisible_in_uniform_light") else { return };
+#[gpu_test]
+fn gpu_clear_glass_is_invisible_in_uniform_light(gpu: &Gpu) {
     let (mut scene, camera) = spheres(glass);
     scene.sky = Vec3::ONE;
     let drawn = |samples| image_of(gpu, SIZE, Settings { samples, ..settings(sampled(Tracer::BVH)) }, &scene, &camera);
@@ -61,9 +60,8 @@ fn gpu_clear_glass_is_invisible_in_uniform_light() {
 }
 
 /// Spheres of glass under bands of light show what the path tracer's do, upside down.
-#[test]
-fn gpu_glass_agrees_with_the_path_tracer() {
-    let Some(gpu) = testing::gpu("gpu_glass_agrees_with_the_path_tracer") else { return };
+#[gpu_test]
+fn gpu_glass_agrees_with_the_path_tracer(gpu: &Gpu) {
     let (mut scene, camera) = spheres(glass);
     scene.sky = Vec3::ZERO;
     // Brighter from below.
@@ -85,9 +83,8 @@ fn gpu_glass_agrees_with_the_path_tracer() {
 
 /// Red and blue light are refracted apart as in the path tracer: where the environment is brighter below than above, one half of a ball is red
 /// and the other is blue. The separation is 1.3 times the path tracer's, presumably for want of Fresnel reflection at the far boundary.
-#[test]
-fn gpu_dispersion_agrees_with_the_path_tracer() {
-    let Some(gpu) = testing::gpu("gpu_dispersion_agrees_with_the_path_tracer") else { return };
+#[gpu_test]
+fn gpu_dispersion_agrees_with_the_path_tracer(gpu: &Gpu) {
     let ball = |dispersion| move |i| Material { dispersion, thickness: 1.0, perceptual_roughness: 0.1, ..glass(i) };
     let environment = image(256, 128, 0.0, |d| Vec3::splat(1.3 - d.y));
     let of = |dispersion: f32| {
@@ -111,9 +108,8 @@ fn gpu_dispersion_agrees_with_the_path_tracer() {
 }
 
 /// A lamp behind a frosted sheet shines through it, towards where the path tracer says.
-#[test]
-fn gpu_lamps_shine_through_frosted_sheets() {
-    let Some(gpu) = testing::gpu("gpu_lamps_shine_through_frosted_sheets") else { return };
+#[gpu_test]
+fn gpu_lamps_shine_through_frosted_sheets(gpu: &Gpu) {
     let sheet = Material { base_color: Vec4::new(0.9, 0.6, 0.3, 1.0), perceptual_roughness: 0.4, ..glass(6) };
     let mut scene = scene_of(vec![quad(0, Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y)], vec![sheet]);
     scene.lights = vec![Light::point(Vec3::new(0.3, 0.2, -1.0), Vec3::splat(2.0))];
@@ -125,9 +121,8 @@ fn gpu_lamps_shine_through_frosted_sheets() {
 }
 
 /// A slab of coloured glass absorbs by the length of the way through it, in the middle of an image without an environment too.
-#[test]
-fn gpu_a_slab_absorbs_by_distance() {
-    let Some(gpu) = testing::gpu("gpu_a_slab_absorbs_by_distance") else { return };
+#[gpu_test]
+fn gpu_a_slab_absorbs_by_distance(gpu: &Gpu) {
     let lamp = Material { emissive: Vec3::ONE, base_color: Vec3::ZERO.extend(1.0), ..Material::default() };
     let body =
         Material { ior: 1.0, attenuation_color: Vec3::new(0.5, 0.25, 1.0), attenuation_distance: 1.0, ..glass(0) };

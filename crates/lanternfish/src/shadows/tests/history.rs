@@ -42,10 +42,8 @@ fn with_rectangle() -> Scene {
 }
 
 /// A renderer's first image and a mean of frames are bitwise the same with and without a history; hard shadows always are.
-#[test]
-fn gpu_first_images_and_hard_shadows_are_the_same_with_a_history() {
-    let name = "gpu_first_images_and_hard_shadows_are_the_same_with_a_history";
-    let Some(gpu) = testing::gpu(name) else { return };
+#[gpu_test]
+fn gpu_first_images_and_hard_shadows_are_the_same_with_a_history(gpu: &Gpu) {
     // Hard lights between area lights: all are summed in the order of the list.
     let mut mixed = with_rectangle();
     mixed.lights.insert(1, Light::directional(Vec3::new(0.3, -1.0, -0.4), Vec3::splat(0.7)));
@@ -64,10 +62,8 @@ fn gpu_first_images_and_hard_shadows_are_the_same_with_a_history() {
 }
 
 /// While the camera moves, accumulation reduces the noise and keeps the mean light. At rest, means are as accurate as without it.
-#[test]
-fn gpu_history_reduces_soft_shadow_noise_in_motion() {
-    let name = "gpu_history_reduces_soft_shadow_noise_in_motion";
-    let Some(gpu) = testing::gpu(name) else { return };
+#[gpu_test]
+fn gpu_history_reduces_soft_shadow_noise_in_motion(gpu: &Gpu) {
     let walk = steps(16);
     let last = &walk[walk.len() - 1..];
     for (which, scene) in [("disks", box_of_two()), ("a rectangle", with_rectangle())] {
@@ -105,9 +101,8 @@ fn gpu_history_reduces_soft_shadow_noise_in_motion() {
 }
 
 /// The noise of one lamp's shadow does not affect another lamp's highlight.
-#[test]
-fn gpu_a_highlight_beside_a_penumbra_stays_clean() {
-    let Some(gpu) = testing::gpu("gpu_a_highlight_beside_a_penumbra_stays_clean") else { return };
+#[gpu_test]
+fn gpu_a_highlight_beside_a_penumbra_stays_clean(gpu: &Gpu) {
     let mut scene = box_of_two();
     for material in &mut scene.materials {
         (material.perceptual_roughness, material.metallic) = (0.2, 0.5);
@@ -140,9 +135,8 @@ fn gpu_a_highlight_beside_a_penumbra_stays_clean() {
 }
 
 /// The shadow of a lamp that moves follows it.
-#[test]
-fn gpu_a_soft_shadow_follows_its_lamp() {
-    let Some(gpu) = testing::gpu("gpu_a_soft_shadow_follows_its_lamp") else { return };
+#[gpu_test]
+fn gpu_a_soft_shadow_follows_its_lamp(gpu: &Gpu) {
     let camera = &steps(1)[0];
     let before = box_of_two();
     let mut after = before.clone();
@@ -165,9 +159,8 @@ fn gpu_a_soft_shadow_follows_its_lamp() {
 
 /// With one band, shading uses the bits that were traced for the visibility ratios; with several bands they are traced again. The image is
 /// the same.
-#[test]
-fn gpu_visibility_ratios_do_not_depend_on_bands() {
-    let Some(gpu) = testing::gpu("gpu_visibility_ratios_do_not_depend_on_bands") else { return };
+#[gpu_test]
+fn gpu_visibility_ratios_do_not_depend_on_bands(gpu: &Gpu) {
     let scene = with_rectangle();
     let rendering = |word_limit: Option<u64>| {
         let mut renderer = renderer(gpu, settings(History::On, 3));

@@ -57,9 +57,8 @@ fn off(actual: &[f64], unshadowed: &[f64], radius: f32) -> (f64, f64) {
     (errors.iter().sum::<f64>() / errors.len() as f64, errors.iter().copied().fold(0.0, f64::max))
 }
 
-#[test]
-fn gpu_penumbra_is_the_visible_fraction_of_the_disk() {
-    let Some(gpu) = testing::gpu("gpu_penumbra_is_the_visible_fraction_of_the_disk") else { return };
+#[gpu_test]
+fn gpu_penumbra_is_the_visible_fraction_of_the_disk(gpu: &Gpu) {
     let (scene, camera) = edge();
     let of = |settings| luminance(gpu, &scene, &camera, settings, SIZE);
     let unshadowed = of(Settings { shadows: Shadows::None, ..Settings::direct_light() });
@@ -81,9 +80,8 @@ fn gpu_penumbra_is_the_visible_fraction_of_the_disk() {
     assert!(samples.1 < 0.03, "{samples:?}");
 }
 
-#[test]
-fn gpu_lights_without_a_size_cast_the_same_shadows() {
-    let Some(gpu) = testing::gpu("gpu_lights_without_a_size_cast_the_same_shadows") else { return };
+#[gpu_test]
+fn gpu_lights_without_a_size_cast_the_same_shadows(gpu: &Gpu) {
     let mut scene = generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     let of = |scene: &Scene, settings| luminance(gpu, scene, &camera, settings, (48, 40));
@@ -96,9 +94,8 @@ fn gpu_lights_without_a_size_cast_the_same_shadows() {
     assert!(of(&scene, hard) == of(&scene, soft(16)));
 }
 
-#[test]
-fn gpu_soft_shadows_are_the_same_again_and_in_bands() {
-    let Some(gpu) = testing::gpu("gpu_soft_shadows_are_the_same_again_and_in_bands") else { return };
+#[gpu_test]
+fn gpu_soft_shadows_are_the_same_again_and_in_bands(gpu: &Gpu) {
     let mut scene = generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     scene.lights.extend(generate::light_rain(&scene.bounds(), 30, Some(1.0), 1, 0.0));
@@ -124,9 +121,8 @@ fn gpu_soft_shadows_are_the_same_again_and_in_bands() {
 }
 
 /// The error of few rays against the mean of many is noise that decreases with their number.
-#[test]
-fn gpu_sixteen_rays_are_close_to_many() {
-    let Some(gpu) = testing::gpu("gpu_sixteen_rays_are_close_to_many") else { return };
+#[gpu_test]
+fn gpu_sixteen_rays_are_close_to_many(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
     let of = |settings| {
         luminance(gpu, &scene, &scene.cameras[0], Settings { attenuation: Attenuation::Physical, ..settings }, (48, 40))
@@ -141,9 +137,8 @@ fn gpu_sixteen_rays_are_close_to_many() {
     assert!(sixteen < 0.025 && sixteen < 0.5 * four && hard > 3.0 * sixteen, "{four} {sixteen} {hard}");
 }
 
-#[test]
-fn gpu_numbers_that_make_no_sense_are_refused() {
-    let Some(gpu) = testing::gpu("gpu_numbers_that_make_no_sense_are_refused") else { return };
+#[gpu_test]
+fn gpu_numbers_that_make_no_sense_are_refused(gpu: &Gpu) {
     let refused = |settings| match Renderer::with_engine(&testing::engine(gpu), settings) {
         Err(RenderError::Together { setting, .. }) => setting,
         other => panic!("{other:?}"),

@@ -33,9 +33,8 @@ fn pixels(gpu: &Gpu, edits: &[(&str, &str, &str)], assumed_bits: Option<i32>) ->
 }
 
 /// Graphics cards have 8 bits, the least allowed are 4; software renderers may have no grid.
-#[test]
-fn gpu_shadow_rays_start_off_surfaces_whose_vertices_were_moved() {
-    let Some(gpu) = testing::gpu("gpu_shadow_rays_start_off_surfaces_whose_vertices_were_moved") else { return };
+#[gpu_test]
+fn gpu_shadow_rays_start_off_surfaces_whose_vertices_were_moved(gpu: &Gpu) {
     let energy = |pixels: &[[f32; 4]]| pixels.iter().flat_map(|pixel| &pixel[..3]).map(|v| f64::from(*v)).sum::<f64>();
     let expected = pixels(gpu, &[], None);
     for (bits, finer) in [(8, 24), (4, 8)] {

@@ -253,10 +253,9 @@ fn random_segments(random: &mut Random, count: usize) -> Vec<[Vec3; 2]> {
     (0..count).map(|_| [1.5 * random.point(), 1.5 * random.point()]).collect()
 }
 
-#[test]
-fn gpu_visibility_in_random_soups() {
+#[gpu_test]
+fn gpu_visibility_in_random_soups(gpu: &Gpu) {
     let test = "gpu_visibility_in_random_soups";
-    let Some(gpu) = testing::gpu(test) else { return };
     for (seed, count, size) in [(1, 1, 1.0), (2, 7, 0.5), (3, 300, 0.2), (4, 3000, 0.05), (5, 64, 2.0)] {
         let mut random = Random::new(seed);
         let mut scene = scene_of(vec![soup(&mut random, count, size)], vec![Material::default()]);
@@ -269,10 +268,9 @@ fn gpu_visibility_in_random_soups() {
     }
 }
 
-#[test]
-fn gpu_visibility_far_from_the_origin_and_at_small_scale() {
+#[gpu_test]
+fn gpu_visibility_far_from_the_origin_and_at_small_scale(gpu: &Gpu) {
     let test = "gpu_visibility_far_from_the_origin_and_at_small_scale";
-    let Some(gpu) = testing::gpu(test) else { return };
     // At one kilometre, coordinates are 6e-5 m apart and the strips a thousand times as wide: 4 mm, on triangles of 0.2 m.
     for (offset, scale, either_fraction) in [(1000.0, 1.0, 0.2), (0.0, 1e-3, 2e-3), (0.0, 1e4, 2e-3)] {
         let mut random = Random::new(21);
@@ -305,10 +303,9 @@ fn grid(n: u32) -> Primitive {
     primitive
 }
 
-#[test]
-fn gpu_visibility_along_axes_through_grids() {
+#[gpu_test]
+fn gpu_visibility_along_axes_through_grids(gpu: &Gpu) {
     let test = "gpu_visibility_along_axes_through_grids";
-    let Some(gpu) = testing::gpu(test) else { return };
     let scene = scene_of(vec![grid(13)], vec![Material::default()]);
     let mut random = Random::new(8);
     let mut segments = Vec::new();
@@ -321,10 +318,9 @@ fn gpu_visibility_along_axes_through_grids() {
     check(test, gpu, &scene, &segments, 1e-3);
 }
 
-#[test]
-fn gpu_visibility_is_whole_at_shared_edges() {
+#[gpu_test]
+fn gpu_visibility_is_whole_at_shared_edges(gpu: &Gpu) {
     let test = "gpu_visibility_is_whole_at_shared_edges";
-    let Some(gpu) = testing::gpu(test) else { return };
     let scene = scene_of(vec![grid(16)], vec![Material::default()]);
     let mut random = Random::new(9);
     let mut segments = Vec::new();
@@ -351,10 +347,9 @@ fn gpu_visibility_is_whole_at_shared_edges() {
 /// is outside its control: 64 on Mesa 25.0.7's lavapipe; twice that is reported.
 const LEAKS: [(Tracer, usize); 2] = [(Tracer::BVH, 0), (Tracer::RAY_QUERY, 128)];
 
-#[test]
-fn gpu_visibility_in_the_plane_of_a_triangle() {
+#[gpu_test]
+fn gpu_visibility_in_the_plane_of_a_triangle(gpu: &Gpu) {
     let test = "gpu_visibility_in_the_plane_of_a_triangle";
-    let Some(gpu) = testing::gpu(test) else { return };
     // A wall seen edge-on casts no shadow along itself; the rest of the scene still does.
     let wall = quad(0, Vec3::ZERO, Vec3::X, Vec3::Y);
     let behind = quad(0, Vec3::new(2.0, 0.0, 0.0), Vec3::Z * 0.5, Vec3::Y * 0.5);
@@ -377,10 +372,9 @@ fn gpu_visibility_in_the_plane_of_a_triangle() {
     assert_eq!(open, along.len(), "segments within the wall are blocked by it");
 }
 
-#[test]
-fn gpu_visibility_without_triangles() {
+#[gpu_test]
+fn gpu_visibility_without_triangles(gpu: &Gpu) {
     let test = "gpu_visibility_without_triangles";
-    let Some(gpu) = testing::gpu(test) else { return };
     let mut random = Random::new(13);
     let segments = random_segments(&mut random, 200);
     check(test, gpu, &Scene::default(), &segments, 0.0);
@@ -393,10 +387,9 @@ fn gpu_visibility_without_triangles() {
     }
 }
 
-#[test]
-fn gpu_visibility_through_masks() {
+#[gpu_test]
+fn gpu_visibility_through_masks(gpu: &Gpu) {
     let test = "gpu_visibility_through_masks";
-    let Some(gpu) = testing::gpu(test) else { return };
     let wraps = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge];
     let mut random = Random::new(14);
     let (width, height) = (7u32, 5u32);

@@ -23,9 +23,8 @@ fn is_right([ratio, z]: [f64; 2]) -> bool {
     (ratio - 1.0).abs() < 0.005 && z < 4.0
 }
 
-#[test]
-fn gpu_the_mean_of_frames_is_all_lights() {
-    let Some(gpu) = testing::gpu("gpu_the_mean_of_frames_is_all_lights") else { return };
+#[gpu_test]
+fn gpu_the_mean_of_frames_is_all_lights(gpu: &Gpu) {
     let mut atrium = generate::demo("atrium").unwrap();
     atrium.lights.extend(generate::light_rain(&atrium.bounds(), 300, None, 1, 0.0));
     // An engine of its own: its shaders are edited.

@@ -11,9 +11,8 @@ fn image(renderer: &mut Renderer, uploaded: &lanternfish::GpuScene, scene: &Scen
 }
 
 /// The number of lights changes within a scene, and single lights of a tree do.
-#[test]
-fn gpu_sampled_lights_follow_updates() {
-    let Some(gpu) = testing::gpu("gpu_sampled_lights_follow_updates") else { return };
+#[gpu_test]
+fn gpu_sampled_lights_follow_updates(gpu: &Gpu) {
     let settings = Settings { direct: SampledLights::default().into(), history: History::Off, ..sampled() };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut now = cornell(10, point);
@@ -43,9 +42,8 @@ fn gpu_sampled_lights_follow_updates() {
 }
 
 /// Every pixel is finite, and none is dark for want of precision.
-#[test]
-fn gpu_extreme_lights_give_finite_sampled_light() {
-    let Some(gpu) = testing::gpu("gpu_extreme_lights_give_finite_sampled_light") else { return };
+#[gpu_test]
+fn gpu_extreme_lights_give_finite_sampled_light(gpu: &Gpu) {
     let at = |position: [f32; 3], power: f32| Light::point(position.into(), Vec3::splat(power));
     let with = |lights: Vec<Light>| {
         let mut scene = cornell(20, point);

@@ -316,9 +316,8 @@ impl Known {
 const CASES: [(usize, usize, bool, u32, u32); 5] =
     [(9, 9, false, 1, 8), (10, 0, true, 8, 8), (17, 3, false, 4, 64), (100, 9, true, 4, 64), (5000, 3, false, 8, 8)];
 
-#[test]
-fn gpu_candidates_are_drawn_as_often_as_their_chances_state() {
-    let Some(gpu) = testing::gpu("gpu_candidates_are_drawn_as_often_as_their_chances_state") else { return };
+#[gpu_test]
+fn gpu_candidates_are_drawn_as_often_as_their_chances_state(gpu: &Gpu) {
     let mut kernels = Kernels::new(gpu, library());
     for (count, sun_count, has_lamps, rays, tiles) in CASES {
         let mut drawn = Drawn::new(gpu, &scene(lights(count, sun_count), has_lamps), rays);
@@ -340,9 +339,8 @@ fn gpu_candidates_are_drawn_as_often_as_their_chances_state() {
 }
 
 /// Chances and draws that are off by 5 % are noticed.
-#[test]
-fn gpu_the_checks_of_candidates_can_fail() {
-    let Some(gpu) = testing::gpu("gpu_the_checks_of_candidates_can_fail") else { return };
+#[gpu_test]
+fn gpu_the_checks_of_candidates_can_fail(gpu: &Gpu) {
     let [candidates, paths, trace] = ["candidates", "tile_paths", "trace"];
     let of = "f32(draws) * path.chance * drawn.chance";
     let edits = [

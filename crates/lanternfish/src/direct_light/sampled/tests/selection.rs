@@ -167,9 +167,8 @@ fn the_chances_of_a_selection_sum_to_the_rays() {
     }
 }
 
-#[test]
-fn gpu_candidates_are_selected_by_their_weights() {
-    let Some(gpu) = testing::gpu("gpu_candidates_are_selected_by_their_weights") else { return };
+#[gpu_test]
+fn gpu_candidates_are_selected_by_their_weights(gpu: &Gpu) {
     fault(gpu, &library()).unwrap_or_else(|what| panic!("{what}"));
     // Check that the test can fail.
     let module = "direct_light/sampled/selection";

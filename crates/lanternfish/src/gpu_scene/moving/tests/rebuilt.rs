@@ -82,10 +82,9 @@ fn check(gpu: &Gpu, uploaded: &GpuScene, now: &Scene) {
     assert_eq!(outside(nodes, &actual.corners), (0, expected.len()));
 }
 
-#[test]
-fn gpu_background_rebuild_renders_like_a_fresh_upload() {
+#[gpu_test]
+fn gpu_background_rebuild_renders_like_a_fresh_upload(gpu: &Gpu) {
     let test = "gpu_background_rebuild_renders_like_a_fresh_upload";
-    let Some(gpu) = testing::gpu(test) else { return };
     let before = scene();
     let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
     let usual = Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() };
@@ -126,9 +125,8 @@ fn gpu_background_rebuild_renders_like_a_fresh_upload() {
     }
 }
 
-#[test]
-fn gpu_bvh_of_low_cost_is_kept_and_device_and_host_costs_agree() {
-    let Some(gpu) = testing::gpu("gpu_bvh_of_low_cost_is_kept_and_device_and_host_costs_agree") else { return };
+#[gpu_test]
+fn gpu_bvh_of_low_cost_is_kept_and_device_and_host_costs_agree(gpu: &Gpu) {
     let before = scene();
     let renderer =
         Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
@@ -167,9 +165,8 @@ fn gpu_bvh_of_low_cost_is_kept_and_device_and_host_costs_agree() {
 }
 
 /// The first frame after a rebuild has the motion of the instances that have moved.
-#[test]
-fn gpu_motion_continues_after_a_rebuild() {
-    let Some(gpu) = testing::gpu("gpu_motion_continues_after_a_rebuild") else { return };
+#[gpu_test]
+fn gpu_motion_continues_after_a_rebuild(gpu: &Gpu) {
     let before = scene();
     let settings = Settings { debug_view: Some(DebugView::Motion), shadows: Shadows::BVH, ..Settings::direct_light() };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();

@@ -60,9 +60,8 @@ fn small(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Rendere
 }
 
 /// An update renders bitwise the same as a fresh upload, whatever has changed; unchanged images are not uploaded again.
-#[test]
-fn gpu_update_handles_any_change() {
-    let Some(gpu) = testing::gpu("gpu_update_handles_any_change") else { return };
+#[gpu_test]
+fn gpu_update_handles_any_change(gpu: &Gpu) {
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
     for settings in [direct, indirect] {
@@ -102,10 +101,9 @@ fn gpu_update_handles_any_change() {
 }
 
 /// An instance scaled to zero is invisible from the upload on; a move makes it visible, and another mirrors it.
-#[test]
-fn gpu_instances_scaled_to_zero_appear_by_a_move() {
+#[gpu_test]
+fn gpu_instances_scaled_to_zero_appear_by_a_move(gpu: &Gpu) {
     let test = "gpu_instances_scaled_to_zero_appear_by_a_move";
-    let Some(gpu) = testing::gpu(test) else { return };
     let complete = scene();
     let mut without = complete.clone();
     without.instances.truncate(4);
@@ -137,9 +135,8 @@ fn gpu_instances_scaled_to_zero_appear_by_a_move() {
 }
 
 /// Replaces one material: its bytes are uploaded, and the image is that of a fresh upload; changes that need an update are refused.
-#[test]
-fn gpu_set_material_renders_like_a_fresh_upload() {
-    let Some(gpu) = testing::gpu("gpu_set_material_renders_like_a_fresh_upload") else { return };
+#[gpu_test]
+fn gpu_set_material_renders_like_a_fresh_upload(gpu: &Gpu) {
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
     for (settings, bytes) in [(direct, 544), (indirect, 608)] {
@@ -174,9 +171,8 @@ fn gpu_set_material_renders_like_a_fresh_upload() {
 }
 
 /// Geometry without area at the upload occludes light after an update gives it an area.
-#[test]
-fn gpu_flat_geometry_occludes_after_an_update() {
-    let Some(gpu) = testing::gpu("gpu_flat_geometry_occludes_after_an_update") else { return };
+#[gpu_test]
+fn gpu_flat_geometry_occludes_after_an_update(gpu: &Gpu) {
     let complete = scene();
     let mut flat = complete.clone();
     flat.meshes[1].primitives[0].positions.fill(Vec3::ZERO);
@@ -191,9 +187,8 @@ fn gpu_flat_geometry_occludes_after_an_update() {
 }
 
 /// After an error of the device the next update uploads the complete scene.
-#[test]
-fn gpu_scene_is_uploaded_again_after_a_device_error() {
-    let Some(gpu) = testing::gpu("gpu_scene_is_uploaded_again_after_a_device_error") else { return };
+#[gpu_test]
+fn gpu_scene_is_uploaded_again_after_a_device_error(gpu: &Gpu) {
     let scene = textured();
     let mut renderer = renderer(gpu, Shadows::BVH);
     let mut uploaded = renderer.upload(&scene).unwrap();

@@ -23,9 +23,8 @@ fn leaves(radius: f32, cutoff: f32) -> Scene {
     scene
 }
 
-#[test]
-fn gpu_micromaps_change_no_pixel() {
-    let Some(gpu) = testing::gpu("gpu_micromaps_change_no_pixel") else { return };
+#[gpu_test]
+fn gpu_micromaps_change_no_pixel(gpu: &Gpu) {
     let scene = leaves(22.0, 0.6);
     let mut renderer = renderer(gpu, Shadows::BVH);
     let mut uploaded = renderer.upload(&scene).unwrap();
@@ -47,9 +46,8 @@ fn gpu_micromaps_change_no_pixel() {
     assert!(differing(&with, &wrong) > 0, "blind to a wrong map");
 }
 
-#[test]
-fn gpu_a_change_of_a_mask_changes_its_micromap() {
-    let Some(gpu) = testing::gpu("gpu_a_change_of_a_mask_changes_its_micromap") else { return };
+#[gpu_test]
+fn gpu_a_change_of_a_mask_changes_its_micromap(gpu: &Gpu) {
     let mut renderer = renderer(gpu, Shadows::BVH);
     let before = leaves(22.0, 0.6);
     let mut uploaded = renderer.upload(&before).unwrap();

@@ -382,9 +382,8 @@ fn same_tables(bench: &Bench, actual: &Table, expected: &Table) -> Compared {
 }
 
 /// Graphics cards trace both rays of an entry in one dispatch, and software adapters in two. Images are the same to the bit.
-#[test]
-fn gpu_rays_in_one_dispatch_are_those_in_two() {
-    let Some(gpu) = testing::gpu("gpu_rays_in_one_dispatch_are_those_in_two") else { return };
+#[gpu_test]
+fn gpu_rays_in_one_dispatch_are_those_in_two(gpu: &Gpu) {
     let scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let [two, one] = [false, true].map(|shares| {
         SHARES_DISPATCH_IN_TESTS.set(Some(shares));

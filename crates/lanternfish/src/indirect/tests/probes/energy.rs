@@ -16,9 +16,8 @@ fn ground_truth(scene: &Scene, camera: &Camera, samples: u64) -> f64 {
 }
 
 /// Light of all bounces in matt scenes: the Cornell box with a lamp at its centre, and the hall.
-#[test]
-fn gpu_probes_have_the_energy_of_paths() {
-    let Some(gpu) = testing::gpu("gpu_probes_have_the_energy_of_paths") else { return };
+#[gpu_test]
+fn gpu_probes_have_the_energy_of_paths(gpu: &Gpu) {
     let hall = demo("hall").unwrap();
     let inside = hall.cameras[0].clone();
     for (name, scene, camera) in [("cornell", cornell(), looking(CAMERA.0, CAMERA.1)), ("hall", hall, inside)] {
@@ -33,9 +32,8 @@ fn gpu_probes_have_the_energy_of_paths() {
 
 /// Emission is counted once, by rays of probes and by rays from pixels to emissive triangles; on matt surfaces, dielectrics and metals, and for lamps of
 /// different sizes.
-#[test]
-fn gpu_emission_is_counted_once_by_probes_and_pixels() {
-    let Some(gpu) = testing::gpu("gpu_emission_is_counted_once_by_probes_and_pixels") else { return };
+#[gpu_test]
+fn gpu_emission_is_counted_once_by_probes_and_pixels(gpu: &Gpu) {
     let lamp = Material { emissive: Vec3::new(30.0, 20.0, 10.0), double_sided: false, ..matt(0.0) };
     let camera = looking([0.0, 0.3, 0.9], [0.0, -0.9, -0.6]);
     let metal = |perceptual_roughness| Material { metallic: 1.0, perceptual_roughness, ..matt(0.8) };
@@ -62,9 +60,8 @@ fn gpu_emission_is_counted_once_by_probes_and_pixels() {
 }
 
 /// Metals of every roughness reflect the light of a box: from the probes where they are rough, by rays from pixels where they are smooth.
-#[test]
-fn gpu_metals_have_the_energy_of_paths() {
-    let Some(gpu) = testing::gpu("gpu_metals_have_the_energy_of_paths") else { return };
+#[gpu_test]
+fn gpu_metals_have_the_energy_of_paths(gpu: &Gpu) {
     let camera = looking([0.0, 0.3, 0.9], [0.0, -0.9, -0.4]);
     for perceptual_roughness in [0.2, 0.6, 0.8, 1.0] {
         let mut scene = closed_box(matt(0.6));
@@ -78,9 +75,8 @@ fn gpu_metals_have_the_energy_of_paths() {
 }
 
 /// A closed, uniformly emissive box has the same radiance everywhere: a geometric series, whatever the probes.
-#[test]
-fn gpu_probes_keep_uniform_radiance() {
-    let Some(gpu) = testing::gpu("gpu_probes_keep_uniform_radiance") else { return };
+#[gpu_test]
+fn gpu_probes_keep_uniform_radiance(gpu: &Gpu) {
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     for (probe_size, probe_rays) in [(8, 32), (4, 8), (32, 256)] {

@@ -5,9 +5,8 @@ use lanternfish_scene::Projection;
 use super::*;
 
 /// A closed box is dark inside whatever light is outside, also where a wall has no thickness.
-#[test]
-fn gpu_no_light_enters_a_closed_room() {
-    let Some(gpu) = testing::gpu("gpu_no_light_enters_a_closed_room") else { return };
+#[gpu_test]
+fn gpu_no_light_enters_a_closed_room(gpu: &Gpu) {
     let mut scene = closed_box(matt(0.8));
     // A floor and a wall outside, close to the box.
     scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, -1.05, 0.0), 6.0 * Vec3::X, -6.0 * Vec3::Z));
@@ -53,9 +52,8 @@ fn leak(gpu: &Gpu, indirect: impl Into<Indirect>, thickness: f32, gap: f32) -> f
 }
 
 /// Both rooms are in one view, so that probes of the lit one are beside those of the dark one in the image.
-#[test]
-fn gpu_probes_do_not_leak_through_a_thin_wall() {
-    let Some(gpu) = testing::gpu("gpu_probes_do_not_leak_through_a_thin_wall") else { return };
+#[gpu_test]
+fn gpu_probes_do_not_leak_through_a_thin_wall(gpu: &Gpu) {
     for thickness in [0.01, 0.25] {
         let [of_probes, of_pixels] =
             [Indirect::from(probes()), per_pixel()].map(|technique| leak(gpu, technique, thickness, 0.0));

@@ -13,9 +13,8 @@ fn averaged(gpu: &Gpu, indirect: impl Into<Indirect>, accumulate: u32, scene: &S
 }
 
 /// The first frame of a mean has rays from probes, about one per pixel; all others have the rays of `sampled`, whose image the mean approaches.
-#[test]
-fn gpu_means_have_probes_in_their_first_frame_only() {
-    let Some(gpu) = testing::gpu("gpu_means_have_probes_in_their_first_frame_only") else { return };
+#[gpu_test]
+fn gpu_means_have_probes_in_their_first_frame_only(gpu: &Gpu) {
     let scene = cornell();
     let rays = |indirect: Indirect, frames| counted(&averaged(gpu, indirect, frames, &scene), "indirect/rays");
     let frames = [1, 2, 3].map(|frames| [Indirect::from(probes()), per_pixel()].map(|of| rays(of, frames)));
@@ -39,9 +38,8 @@ fn gpu_means_have_probes_in_their_first_frame_only() {
 }
 
 /// Transparent surfaces have rays from every pixel: behind glass alone, over nothing, the image is that of `sampled` bit for bit.
-#[test]
-fn gpu_glass_has_the_light_of_sampled() {
-    let Some(gpu) = testing::gpu("gpu_glass_has_the_light_of_sampled") else { return };
+#[gpu_test]
+fn gpu_glass_has_the_light_of_sampled(gpu: &Gpu) {
     // The pane reflects what is behind the camera.
     let mut scene = cornell();
     let glass = Material {

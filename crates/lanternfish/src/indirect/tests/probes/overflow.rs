@@ -20,9 +20,8 @@ fn frames(gpu: &Gpu, scene: &Scene, history: History, first: Option<u64>) -> Vec
 }
 
 /// Each image is the same in every run, and whatever the first capacity: with blocking readback the list grows within the frame.
-#[test]
-fn gpu_images_of_probes_are_reproducible_whatever_the_capacity() {
-    let Some(gpu) = testing::gpu("gpu_images_of_probes_are_reproducible_whatever_the_capacity") else { return };
+#[gpu_test]
+fn gpu_images_of_probes_are_reproducible_whatever_the_capacity(gpu: &Gpu) {
     let scene = clutter(150, 0.06);
     for history in [History::Off, History::On] {
         let expected = frames(gpu, &scene, history, Some(4096));
@@ -39,9 +38,8 @@ fn gpu_images_of_probes_are_reproducible_whatever_the_capacity() {
 }
 
 /// With deferred readback a frame whose further probes exceed the capacity is held; a later one is complete, and has the image of blocking readback.
-#[test]
-fn gpu_frames_with_too_many_further_probes_are_held() {
-    let Some(gpu) = testing::gpu("gpu_frames_with_too_many_further_probes_are_held") else { return };
+#[gpu_test]
+fn gpu_frames_with_too_many_further_probes_are_held(gpu: &Gpu) {
     // More than 4,096 further probes, the least capacity with deferred readback.
     let (size, camera) = ([400, 260], looking(VIEW.0, VIEW.1));
     let scene = clutter(8000, 0.01);

@@ -3,9 +3,8 @@
 use super::*;
 
 /// Images that are smaller than a tile or no multiple of one, lines, and large ones are complete: every pixel has light.
-#[test]
-fn gpu_probes_light_images_of_every_size() {
-    let Some(gpu) = testing::gpu("gpu_probes_light_images_of_every_size") else { return };
+#[gpu_test]
+fn gpu_probes_light_images_of_every_size(gpu: &Gpu) {
     let mut scene = closed_box(matt(0.6));
     scene.lights.push(Light::point(Vec3::new(0.3, 0.2, 0.0), Vec3::ONE));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
@@ -28,9 +27,8 @@ fn gpu_probes_light_images_of_every_size() {
 }
 
 /// Views of one frame, and a view after one of another size, are the images of views alone.
-#[test]
-fn gpu_views_have_their_own_probes() {
-    let Some(gpu) = testing::gpu("gpu_views_have_their_own_probes") else { return };
+#[gpu_test]
+fn gpu_views_have_their_own_probes(gpu: &Gpu) {
     let scene = clutter(40, 0.1);
     let cameras = [looking([-0.03, 0.0, 0.95], [0.1, 0.1, -1.0]), looking([0.03, 0.0, 0.95], [0.1, 0.1, -1.0])];
     let renderer = |history| {

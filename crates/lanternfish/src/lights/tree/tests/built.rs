@@ -175,9 +175,8 @@ fn arrives(light: &Light, receiver: &Receiver) -> bool {
         && towards.length() < f64::from(light.range.unwrap())
 }
 
-#[test]
-fn gpu_the_tree_holds_every_light() {
-    let Some(gpu) = testing::gpu("gpu_the_tree_holds_every_light") else { return };
+#[gpu_test]
+fn gpu_the_tree_holds_every_light(gpu: &Gpu) {
     let mut random = Random::new(31);
     for count in [0, 1, 2, 3, 5, 257, 1000, 65_537] {
         let lights = mixed(&mut random, count);
@@ -215,9 +214,8 @@ fn gpu_the_tree_holds_every_light() {
     }
 }
 
-#[test]
-fn gpu_the_chances_of_lights_without_end_sum_to_one() {
-    let Some(gpu) = testing::gpu("gpu_the_chances_of_lights_without_end_sum_to_one") else { return };
+#[gpu_test]
+fn gpu_the_chances_of_lights_without_end_sum_to_one(gpu: &Gpu) {
     let mut random = Random::new(32);
     for count in [1, 2, 3, 300] {
         let mut light = || Light { range: Some(UNBOUNDED), ..Light::point(random.point(), Vec3::ONE) };
@@ -232,9 +230,8 @@ fn gpu_the_chances_of_lights_without_end_sum_to_one() {
 }
 
 /// Lights in one place keep their order; the list of directional lights and the triangles stay where they are.
-#[test]
-fn gpu_moved_lights_give_the_tree_of_a_new_upload() {
-    let Some(gpu) = testing::gpu("gpu_moved_lights_give_the_tree_of_a_new_upload") else { return };
+#[gpu_test]
+fn gpu_moved_lights_give_the_tree_of_a_new_upload(gpu: &Gpu) {
     let mut random = Random::new(33);
     let all = |trees: &SceneLightTrees| {
         let count = (trees.layout.first_sun + trees.layout.sun_count) as usize;
@@ -270,9 +267,8 @@ fn gpu_moved_lights_give_the_tree_of_a_new_upload() {
 }
 
 /// A rounding in the wrong direction, a cone that is too narrow, and a light in two leaves are found.
-#[test]
-fn gpu_the_checks_of_the_tree_can_fail() {
-    let Some(gpu) = testing::gpu("gpu_the_checks_of_the_tree_can_fail") else { return };
+#[gpu_test]
+fn gpu_the_checks_of_the_tree_can_fail(gpu: &Gpu) {
     let mut random = Random::new(34);
     let lights = mixed(&mut random, 300);
     let set = set_of(gpu, &lights);

@@ -46,9 +46,8 @@ fn clouds(random: &mut Random) -> [(&'static str, Vec<Vec3>); 4] {
     [("cube", cube), ("street", street), ("groups", groups), ("line", line.collect())]
 }
 
-#[test]
-fn gpu_the_tree_is_nearly_as_good_as_the_hosts() {
-    let Some(gpu) = testing::gpu("gpu_the_tree_is_nearly_as_good_as_the_hosts") else { return };
+#[gpu_test]
+fn gpu_the_tree_is_nearly_as_good_as_the_hosts(gpu: &Gpu) {
     let mut random = Random::new(35);
     for (name, positions) in clouds(&mut random) {
         let receivers: Vec<Receiver> = (0..200)
@@ -67,10 +66,9 @@ fn gpu_the_tree_is_nearly_as_good_as_the_hosts() {
     }
 }
 
-#[test]
+#[gpu_test]
 #[ignore = "a measurement: it fails on no time"]
-fn gpu_times_of_building() {
-    let Some(gpu) = testing::gpu("gpu_times_of_building") else { return };
+fn gpu_times_of_building(gpu: &Gpu) {
     println!("{}", gpu.description.name);
     let mut random = Random::new(36);
     for count in [1000, 100_000, 1_000_000] {

@@ -2,9 +2,8 @@
 
 use super::*;
 
-#[test]
-fn gpu_an_invalid_request_is_an_error_and_the_next_frame_renders() {
-    let Some(gpu) = testing::gpu("gpu_an_invalid_request_is_an_error_and_the_next_frame_renders") else { return };
+#[gpu_test]
+fn gpu_an_invalid_request_is_an_error_and_the_next_frame_renders(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -53,9 +52,8 @@ fn gpu_an_invalid_request_is_an_error_and_the_next_frame_renders() {
     assert!(reported.ends_with(&[second, third]) && !reported.contains(&first), "{reported:?}");
 }
 
-#[test]
-fn gpu_a_lost_device_is_an_error() {
-    let Some(gpu) = testing::gpu("gpu_a_lost_device_is_an_error") else { return };
+#[gpu_test]
+fn gpu_a_lost_device_is_an_error(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let own = Gpu::open(&AdapterChoice::Name(gpu.description.name.clone())).unwrap();
     let mut renderer = Renderer::new(&own.device, &own.queue, bvh(Settings::direct_light())).unwrap();
@@ -93,9 +91,8 @@ fn gpu_a_lost_device_is_an_error() {
 }
 
 /// A view with an orthographic projection, given as matrices.
-#[test]
-fn gpu_an_orthographic_view_can_be_requested() {
-    let Some(gpu) = testing::gpu("gpu_an_orthographic_view_can_be_requested") else { return };
+#[gpu_test]
+fn gpu_an_orthographic_view_can_be_requested(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -113,9 +110,8 @@ fn gpu_an_orthographic_view_can_be_requested() {
 }
 
 /// Radiance of a white surface is the sum of direct and indirect light; the surfaces are the scene's.
-#[test]
-fn gpu_demodulated_light_of_white_surfaces_is_the_image() {
-    let Some(gpu) = testing::gpu("gpu_demodulated_light_of_white_surfaces_is_the_image") else { return };
+#[gpu_test]
+fn gpu_demodulated_light_of_white_surfaces_is_the_image(gpu: &Gpu) {
     let mut scene = lit();
     for material in &mut scene.materials {
         *material = Material { base_color: Vec4::ONE, double_sided: material.double_sided, ..Material::default() };

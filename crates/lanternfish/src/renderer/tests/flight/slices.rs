@@ -3,9 +3,8 @@
 use super::*;
 
 /// Frames in slices, with other work of the device between them, equal frames of one submission: image, counters and the labels of times.
-#[test]
-fn gpu_slices_are_the_frame_to_the_bit() {
-    let Some(gpu) = testing::gpu("gpu_slices_are_the_frame_to_the_bit") else { return };
+#[gpu_test]
+fn gpu_slices_are_the_frame_to_the_bit(gpu: &Gpu) {
     let scene = lit();
     let format = wgpu::TextureFormat::Rgba8Unorm;
     let direct = bvh(Settings::direct_light());
@@ -53,9 +52,8 @@ fn gpu_slices_are_the_frame_to_the_bit() {
 }
 
 /// A frame whose last slices are dropped is followed by frames like the first.
-#[test]
-fn gpu_a_frame_may_be_dropped_between_its_slices() {
-    let Some(gpu) = testing::gpu("gpu_a_frame_may_be_dropped_between_its_slices") else { return };
+#[gpu_test]
+fn gpu_a_frame_may_be_dropped_between_its_slices(gpu: &Gpu) {
     let scene = lit();
     let format = wgpu::TextureFormat::Rgba8Unorm;
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), one_bounce()).unwrap();

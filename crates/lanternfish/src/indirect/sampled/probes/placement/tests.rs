@@ -94,9 +94,8 @@ fn constant(name: &str) -> f32 {
 
 /// Each tile with a surface has a probe of its own. Of a tile with fewer than the most further probes, less than a sixteenth of the pixels are unlike all
 /// probes around; without further probes they are many. A list that overflows at first gives the same probes.
-#[test]
-fn gpu_further_probes_cover_edges() {
-    let Some(gpu) = testing::gpu("gpu_further_probes_cover_edges") else { return };
+#[gpu_test]
+fn gpu_further_probes_cover_edges(gpu: &Gpu) {
     let camera = looking([0.0, 0.0, 3.0], [0.0, 0.0, 0.0]);
     let (least, worth) = (constant("COVERED"), constant("WORTH"));
     for (name, scene) in edges() {

@@ -1,0 +1,37 @@
+//! `#[gpu_test]`: a test that needs an adapter.
+
+use proc_macro::{Delimiter, Group, TokenStream, TokenTree};
+
+/// A test that needs an adapter, and passes where there is none.
+///
+/// ```ignore
+/// #[gpu_test]
+/// fn gpu_tiles_change_no_pixel(gpu: &Gpu) { … }
+/// ```
+///
+/// is a test without arguments, which takes `gpu`, a `&'static Gpu`, from `testing::gpu("gpu_tiles_change_no_pixel")` and
+/// returns if there is none. `#[gpu_test(path)]` takes it from another function of the same signature. `Gpu` need not be in
+/// scope.
+#[proc_macro_attribute]
+pub fn gpu_test(source: TokenStream, function: TokenStream) -> TokenStream {
+    let tokens: Vec<TokenTree> = function.into_iter().collect();
+    let [head @ .., TokenTree::Ident(name), TokenTree::Group(arguments), TokenTree::Group(body)] = &tokens[..] else {
+        panic!("expected `fn name(gpu: &Gpu) {{ … }}`");
+    };
+    let Some(TokenTree::Ident(gpu)) = arguments.stream().into_iter().next() else {
+        panic!("expected one argument, `gpu: &Gpu`");
+    };
+    let source = if source.is_empty() { "testing::gpu".to_owned() } else { source.to_string() };
+    let adapter = format!("let Some({gpu}) = {source}({:?}) else {{ return }};", name.to_string());
+    let mut statements: TokenStream = adapter.parse().expect("this is Rust");
+    statements.extend(body.stream());
+
+    let mut test: TokenStream = "#[::core::prelude::v1::test]".parse().expect("this is Rust");
+    test.extend(head.iter().cloned());
+    test.extend([
+        TokenTree::Ident(name.clone()),
+        TokenTree::Group(Group::new(Delimiter::Parenthesis, TokenStream::new())),
+        TokenTree::Group(Group::new(Delimiter::Brace, statements)),
+    ]);
+    test
+}

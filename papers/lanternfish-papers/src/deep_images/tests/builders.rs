@@ -1,0 +1,160 @@
+//! The builders against exact intersection, and against each other.
+
+use glam::Vec3;
+use lanternfish::gpu_scene::GpuScene;
+use lanternfish_gpu::Gpu;
+
+use super::{build, exact, lists, settings, upload};
+use crate::{
+    DeepBuilder, DeepImageSettings,
+    deep_images::{Fragment, Holes, build::sound_builder, directions::DirectionSet},
+    testing::{self, quad, scene_of},
+};
+
+/// Over the texels whose exact axis hits a surface: the fraction that is empty, the fraction whose first surface is off by more than a
+/// texel, and the number of texels with a surface where there is none, over the same number.
+pub(super) fn compare(actual: &[Vec<Fragment>], exact: &[Vec<Fragment>], texel: f32) -> (f64, f64, f64) {
+    let (mut hit_count, mut empty, mut off, mut false_hits) = (0, 0, 0, 0);
+    for (actual, exact) in actual.iter().zip(exact) {
+        match (actual.first(), exact.first()) {
+            (None, Some(_)) => (hit_count, empty) = (hit_count + 1, empty + 1),
+            (Some(actual), Some(exact)) => {
+                hit_count += 1;
+                off += usize::from((actual.depth - exact.depth).abs() > texel);
+            }
+            (Some(_), None) => false_hits += 1,
+            (None, None) => {}
+        }
+    }
+    let fraction = |count: usize| count as f64 / hit_count as f64;
+    (fraction(empty), fraction(off), fraction(false_hits))
+}
+
+#[gpu_test]
+fn gpu_images_by_a_draw_for_each_direction_are_exact_except_at_edges(gpu: &Gpu) {
+    let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
+    let images = build(gpu, &scene, settings(DeepBuilder::PerDirection));
+    for chunk in &images.chunks {
+        let (actual, exact) = (lists(gpu, &images, chunk), exact(gpu, &scene, &images, chunk));
+        let (empty, off, false_hits) = compare(&actual, &exact, 1.0 / chunk.grid.texels_per_metre);
+        println!("empty {empty:.4}, off {off:.4}, false {false_hits:.4}");
+        // A texel's middle that lies on an edge may count either way; this affects 0.5 % of them.
+        assert!(empty < 0.005 && off < 0.005 && false_hits < 0.005, "{empty} {off} {false_hits}");
+        // Negative control: the lists of another image differ.
+        let shifted: Vec<_> = exact.iter().cycle().skip(48 * 48).take(exact.len()).cloned().collect();
+        let (_, off, _) = compare(&actual, &shifted, 1.0 / chunk.grid.texels_per_metre);
+        assert!(off > 0.2, "{off}");
+    }
+}
+
+#[gpu_test]
+fn gpu_a_single_pass_leaves_few_holes(gpu: &Gpu) {
+    for name in ["cornell", "atrium"] {
+        let scene = upload(gpu, &lanternfish_scene::generate::demo(name).unwrap());
+        let mut fraction = Vec::new();
+        for supersampling in [1, 2, 3] {
+            let images = build(gpu, &scene, DeepImageSettings { supersampling, ..settings(DeepBuilder::SinglePass) });
+            let baseline = build(gpu, &scene, settings(DeepBuilder::PerDirection));
+            let (mut empty, mut off, mut false_hits) = (0.0, 0.0, 0.0);
+            for (chunk, other) in images.chunks.iter().zip(&baseline.chunks) {
+                let (e, o, f) = compare(
+                    &lists(gpu, &images, chunk),
+                    &lists(gpu, &baseline, other),
+                    1.0 / chunk.grid.texels_per_metre,
+                );
+                (empty, off, false_hits) = (empty + e, off + o, false_hits + f);
+            }
+            let n = images.chunks.len() as f64;
+            let more = images.counts.kept as f64 / baseline.counts.kept as f64;
+            println!(
+                "{name} x{supersampling}: empty {:.4}, off {:.4}, false {:.4}; drawn {}, kept {} ({more:.2} of a direction each)",
+                empty / n,
+                off / n,
+                false_hits / n,
+                images.counts.drawn,
+                images.counts.kept
+            );
+            fraction.push(empty / n);
+        }
+        assert!(fraction[1] <= fraction[0] && fraction[1] < 0.02, "{fraction:?}");
+    }
+}
+
+/// Difference of the images of `settings` from those of a draw for each direction.
+fn holes(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> Holes {
+    let images = build(gpu, scene, settings);
+    let baseline = build(gpu, scene, DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings });
+    images.holes(&gpu.device, &gpu.queue, scene, &baseline).unwrap()
+}
+
+#[gpu_test]
+fn gpu_images_by_triangle_hold_every_surface(gpu: &Gpu) {
+    for name in ["cornell", "atrium", "hall"] {
+        let scene = upload(gpu, &lanternfish_scene::generate::demo(name).unwrap());
+        let [by_triangle, single_pass] =
+            [DeepBuilder::PerTriangle, DeepBuilder::SinglePass].map(|builder| holes(gpu, &scene, settings(builder)));
+        println!("{name}: by triangle {by_triangle:.5?}, in a single pass {single_pass:.5?}");
+        // A texel's middle on an edge may count either way.
+        assert!(by_triangle.missing < 0.002 && by_triangle.spurious < 0.002, "{name}: {by_triangle:?}");
+        // Negative control.
+        assert!(single_pass.missing > 0.02, "{name}: {single_pass:?}");
+    }
+}
+
+/// Images of several chunks and slices, the last of which are not full, equal those of a draw for each direction.
+#[gpu_test]
+fn gpu_images_by_triangle_continue_across_chunks(gpu: &Gpu) {
+    let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
+    let entries = gpu.device.limits().max_storage_buffer_binding_size / 4;
+    for (images_a_chunk, expected) in [(7, vec![7, 7, 7, 7, 7, 7, 3]), (40, vec![40, 5])] {
+        let settings = DeepImageSettings {
+            directions: DirectionSet::ZonalEqualArea { count: 45 },
+            fragments_a_texel: entries / (48 * 48 * images_a_chunk),
+            ..settings(DeepBuilder::PerTriangle)
+        };
+        let images = build(gpu, &scene, settings);
+        let chunks: Vec<u32> = images.chunks.iter().map(|chunk| chunk.grid.image_count).collect();
+        assert_eq!(chunks, expected);
+        let actual = holes(gpu, &scene, settings);
+        println!("{images_a_chunk} images per chunk: {actual:?}");
+        assert!(actual.missing < 0.002 && actual.spurious < 0.002, "{actual:?}");
+    }
+}
+
+/// A triangle much smaller than a texel is in the texel whose axis intersects it.
+#[gpu_test]
+fn gpu_tiny_triangles_are_in_coarse_images(gpu: &Gpu) {
+    let settings = DeepImageSettings {
+        directions: DirectionSet::ZonalEqualArea { count: 5 },
+        resolution: 4,
+        merge_texels: 0.0,
+        ..settings(DeepBuilder::PerTriangle)
+    };
+    // Two corners of a scene of 600 m; between them a square of 1 mm that an axis passes through.
+    let corners = [-200.0f32, 200.0].map(|x| quad(0, Vec3::splat(x), 0.1 * Vec3::X, 0.1 * Vec3::Y));
+    let built = |primitives: Vec<_>| {
+        let scene = upload(gpu, &scene_of(primitives, vec![Default::default()]));
+        build(gpu, &scene, settings)
+    };
+    let without = built(corners.to_vec());
+    let grid = &without.chunks[0].grid;
+    for image in 0..5 {
+        let axes = without.directions.frame(image);
+        let at = grid.center + 0.5 / grid.texels_per_metre * (axes.x_axis + axes.y_axis);
+        let square = quad(0, at, 5e-4 * axes.x_axis, 5e-4 * axes.y_axis);
+        let with = built([corners.to_vec(), vec![square]].concat());
+        assert!(with.counts.drawn > without.counts.drawn, "image {image}: {:?}", with.counts);
+    }
+}
+
+#[test]
+fn drivers_that_end_loops_early_get_the_single_pass() {
+    let adapter = |driver: &str| wgpu::AdapterInfo {
+        driver_info: driver.to_owned(),
+        ..wgpu::AdapterInfo::new(wgpu::DeviceType::Cpu, wgpu::Backend::Vulkan)
+    };
+    let builder = |requested, driver| sound_builder(requested, &adapter(driver));
+    assert_eq!(builder(DeepBuilder::PerTriangle, "Mesa 22.3.6"), DeepBuilder::SinglePass);
+    assert_eq!(builder(DeepBuilder::PerDirection, "Mesa 22.3.6"), DeepBuilder::PerDirection);
+    assert_eq!(builder(DeepBuilder::PerTriangle, "Mesa 25.0.7"), DeepBuilder::PerTriangle);
+}

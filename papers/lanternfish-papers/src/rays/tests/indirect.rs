@@ -1,0 +1,234 @@
+//! Indirect light with rays through deep images. Bounds are those of exact tracers plus the loss of deep images, which their README
+//! explains.
+
+use glam::Vec3;
+use lanternfish::{
+    RenderError, Renderer, Settings,
+    settings::{Indirect, Tracer},
+    techniques::{Bounces, HitLight, Sampled},
+};
+use lanternfish_gpu::Gpu;
+use lanternfish_scene::{Environment, Light, Material, Scene, generate::demo};
+
+use crate::{
+    ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, WITHIN_TEXEL,
+    testing::{
+        self, apart,
+        light::{
+            LARGE, SIZE, closed_box, cornell, floor, image_of, looking, matt, mean, off, rendering, sampled, settings,
+            traced, traced_of,
+        },
+        quad, scene_of,
+    },
+};
+
+const TRACERS: [Tracer; 2] = [WITHIN_TEXEL, ACROSS_TEXELS];
+
+fn deep(tracer: Tracer, resolution: u32) -> Settings {
+    let structure = DeepImageSettings { resolution, ..DeepImageSettings::default() }.into();
+    Settings { structure, ..settings(sampled(tracer)) }
+}
+
+#[gpu_test]
+fn gpu_deep_images_see_the_environment(gpu: &Gpu) {
+    let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
+    let sky = Vec3::new(1.0, 2.0, 4.0);
+    let white = Environment { width: 4, height: 2, pixels: vec![sky; 8], rotation: 0.0 };
+    for tracer in TRACERS {
+        for environment in [None, Some(white.clone())] {
+            let scene = Scene { sky, environment, ..floor(matt(0.5)) };
+            let actual = rendering(gpu, deep(tracer, 128), &scene, &camera);
+            let exact = rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
+            assert!((mean(&actual) / mean(&exact) - 1.0).abs() < 0.02, "{tracer}: {} {}", mean(&actual), mean(&exact));
+        }
+    }
+}
+
+#[gpu_test]
+fn gpu_a_mirror_shows_what_is_above_it_through_deep_images(gpu: &Gpu) {
+    let mirror = Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(0.8) };
+    let lamp = Material { emissive: Vec3::new(3.0, 2.0, 1.0), ..matt(0.0) };
+    let floor = quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z);
+    let ceiling = quad(1, 2.0 * Vec3::Y, 10.0 * Vec3::X, 10.0 * Vec3::Z);
+    let scene = scene_of(vec![floor, ceiling], vec![mirror, lamp]);
+    let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
+    for tracer in TRACERS {
+        let structure = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() }.into();
+        let actual = rendering(gpu, Settings { structure, ..settings(sampled(tracer)) }, &scene, &camera);
+        let mean = actual.iter().copied().sum::<Vec3>() / actual.len() as f32;
+        let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
+        assert!((mean / expected - 1.0).abs().max_element() < 0.02, "{tracer}: {mean}");
+    }
+}
+
+/// A closed box that emits evenly: its own emission, half of it from all sides, and half of what was reflected once.
+#[gpu_test]
+fn gpu_a_closed_box_has_the_light_of_each_bounce_through_deep_images(gpu: &Gpu) {
+    let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
+    let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
+    for tracer in TRACERS {
+        let actual = mean(&rendering(gpu, deep(tracer, 128), &scene, &camera));
+        assert!((actual / 1.75 - 1.0).abs() < 0.03, "{tracer}: {actual}");
+    }
+}
+
+fn bounce(all_light: &[Vec3], direct: &[Vec3]) -> Vec<Vec3> {
+    all_light.iter().zip(direct).map(|(a, b)| *a - *b).collect()
+}
+
+/// Ground truth: paths of up to three segments through exact triangles. Bounds are about a quarter above the measured values.
+#[gpu_test]
+fn gpu_one_bounce_through_deep_images_is_the_path_tracers(gpu: &Gpu) {
+    let scene = cornell();
+    let camera = scene.cameras[0].clone();
+    let traced = |depth| traced_of(LARGE, &scene, &camera, depth, 192);
+    let ground_truth = bounce(&traced(3), &traced(2));
+    let alone = image_of(gpu, LARGE, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
+    for tracer in TRACERS {
+        let actual = bounce(&image_of(gpu, LARGE, deep(tracer, 128), &scene, &camera), &alone);
+        let (off, energy) = (off(&actual, &ground_truth), mean(&actual) / mean(&ground_truth));
+        println!("{tracer}: off by {off:.4}, energy {energy:.4}");
+        assert!(off < 0.25 && (energy - 1.0).abs() < 0.09, "{tracer}: off {off}, energy {energy}");
+    }
+}
+
+#[gpu_test]
+fn gpu_emission_is_reflected_once_through_deep_images(gpu: &Gpu) {
+    let mut scene = closed_box(matt(0.5));
+    scene.materials.push(Material { emissive: Vec3::new(30.0, 20.0, 10.0), double_sided: false, ..matt(0.0) });
+    scene.meshes[0].primitives.push(quad(1, Vec3::new(0.2, 0.5, 0.0), 0.1 * Vec3::X, 0.1 * Vec3::Z));
+    let camera = looking([0.0, -0.2, 0.9], [0.0, -0.9, -1.0]);
+    let ground_truth = mean(&traced(&scene, &camera, 3, 256));
+    for tracer in TRACERS {
+        let energy = mean(&rendering(gpu, deep(tracer, 128), &scene, &camera)) / ground_truth;
+        println!("{tracer}: energy {energy:.4}");
+        assert!((energy - 1.0).abs() < 0.06, "{tracer}: {energy}");
+    }
+}
+
+#[gpu_test]
+fn gpu_deep_images_follow_a_lamp_that_moves(gpu: &Gpu) {
+    let lamp = Material { emissive: Vec3::splat(50.0), ..matt(0.0) };
+    let floor = quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z);
+    let panel = quad(1, Vec3::Y, 0.5 * Vec3::X, 0.5 * Vec3::Z);
+    let here = apart(&scene_of(vec![floor, panel], vec![matt(0.5), lamp]));
+    let mut there = here.clone();
+    there.instances[1].world_from_object.translation.y += 2.0;
+    let camera = looking([0.0, 0.6, 0.6], [0.0, 0.0, 0.0]);
+    for tracer in TRACERS {
+        let mut renderer = renderer(gpu, deep(tracer, 128));
+        let mut uploaded = renderer.upload(&here).unwrap();
+        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance);
+        let before = render(&uploaded);
+        self::renderer(gpu, deep(tracer, 128)).update(&mut uploaded, &there).unwrap();
+        let after = render(&uploaded);
+        assert!(mean(&after) < 0.4 * mean(&before), "{tracer}: {} to {}", mean(&before), mean(&after));
+        let fresh = rendering(gpu, deep(tracer, 128), &there, &camera);
+        assert!(off(&after, &fresh) < 0.02, "{tracer}: {}", off(&after, &fresh));
+    }
+}
+
+fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
+    Renderer::with_engine(&crate::testing::engine(gpu), settings).unwrap()
+}
+
+fn pixels(radiance: &[[f32; 4]]) -> Vec<Vec3> {
+    radiance.iter().map(|[r, g, b, _]| Vec3::new(*r, *g, *b)).collect()
+}
+
+/// The inside of a closed box is dark even if its outside is bright: light leaks through walls that are thinner than the distance that deep
+/// images skip.
+#[gpu_test]
+fn gpu_light_leaks_through_deep_images_are_small(gpu: &Gpu) {
+    let mut scene = closed_box(matt(0.5));
+    // Outside, from above: 1000 lx on the roof.
+    scene.lights.push(Light::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::splat(1000.0)));
+    let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
+    for tracer in TRACERS {
+        let actual = rendering(gpu, settings(sampled(tracer)), &scene, &camera);
+        // From radiance to irradiance of surfaces of albedo 0.5.
+        let inside = mean(&actual) * std::f64::consts::PI / 0.5;
+        println!("{tracer}: {inside:.3} lx inside of 1000 outside");
+        assert!(inside <= 10.0, "{tracer}: {inside}");
+    }
+}
+
+const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
+
+/// Deep images lose some of the light before the cache lookup: see their README.
+#[gpu_test]
+fn gpu_cache_entries_light_hits_of_deep_images(gpu: &Gpu) {
+    let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
+    let cached = |tracer, hit_light| Sampled {
+        diffuse_rays: 16,
+        glossy_rays: 0,
+        hit_light,
+        bounces: Bounces::ONE,
+        ..sampled(tracer)
+    };
+    let over_frames = |indirect| Settings { accumulate: 8, indirect, ..settings(sampled(Tracer::BVH)) };
+    let direct = mean(&rendering(gpu, over_frames(Indirect::NONE), &scene, &camera));
+    let indirect = |rays: Sampled| mean(&rendering(gpu, over_frames(rays.into()), &scene, &camera)) - direct;
+    let expected = indirect(cached(Tracer::BVH, HitLight::Shaded));
+    for tracer in TRACERS {
+        let actual = indirect(cached(tracer, HitLight::Cached)) / expected;
+        println!("{tracer}: {actual:.4} of the light");
+        assert!((actual - 1.0).abs() < 0.08, "{tracer}: {actual}");
+    }
+}
+
+/// The result does not depend on the grouping of samples into passes, nor on growth of the cache's table.
+#[gpu_test]
+fn gpu_rays_through_deep_images_are_the_same_in_any_grouping(gpu: &Gpu) {
+    let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
+    let of = |rounds: u64, first_entries: u32, rays: Sampled| {
+        crate::testing::inside::limit_samples_and_first_entries(rounds, first_entries);
+        let structure = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() }.into();
+        let settings = Settings { accumulate: 2, structure, ..settings(rays) };
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        renderer.render(&uploaded, &camera, 61, 45).unwrap().radiance
+    };
+    let rays = Sampled { diffuse_rays: 5, glossy_rays: 2, ..sampled(WITHIN_TEXEL) };
+    let [one, three, all] = [1, 3, 16].map(|rounds| of(rounds, 1 << 17, rays));
+    assert!(one == all && three == all);
+    for (bounces, first_rays) in [(Bounces::All, 1), (Bounces::UpTo(3), 4)] {
+        let cached = Sampled { diffuse_rays: 4, hit_light: HitLight::Cached, bounces, first_rays, ..rays };
+        let expected = of(16, 1 << 17, cached);
+        for first_entries in [64, 1 << 12, 1 << 14] {
+            assert!(of(16, first_entries, cached) == expected, "{bounces}, {first_entries}: another image");
+        }
+    }
+    // Negative control: other rays give another image.
+    assert!(of(16, 1 << 17, Sampled { diffuse_rays: 4, ..rays }) != all);
+}
+
+#[gpu_test]
+fn gpu_images_without_triangles_are_refused(gpu: &Gpu) {
+    let structure = DeepImageSettings { payload: false, ..DeepImageSettings::default() }.into();
+    let refused = Settings { structure, ..settings(sampled(WITHIN_TEXEL)) };
+    match Renderer::with_engine(&crate::testing::engine(gpu), refused) {
+        Err(RenderError::Together { needed, .. }) => assert!(needed.contains("triangles"), "{needed}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[gpu_test]
+fn gpu_every_store_gives_the_same_light(gpu: &Gpu) {
+    let scene = demo("cornell").unwrap();
+    let of = |store, depth| {
+        let deep_images = DeepImageSettings { store, depth, merge_texels: 0.0, ..DeepImageSettings::default() };
+        let settings = Settings { structure: deep_images.into(), ..settings(sampled(WITHIN_TEXEL)) };
+        rendering(gpu, settings, &scene, &scene.cameras[0])
+    };
+    let expected = of(DeepStore::LinearArray, DeepDepth::Bits32);
+    for (store, depth) in [
+        (DeepStore::LinearArray, DeepDepth::Bits16),
+        (DeepStore::LinkedList, DeepDepth::Bits32),
+        (DeepStore::SortedLinkedList, DeepDepth::Bits32),
+    ] {
+        // If several surfaces have the same depth, a linked list may return any of them.
+        let off = off(&of(store, depth), &expected);
+        assert!(off < 0.01, "{store}, {depth} bits: {off}");
+    }
+}

@@ -1,0 +1,239 @@
+//! Resource creation, caching and results of frames with techniques of this crate.
+
+use glam::{Vec3, Vec4};
+use lanternfish::{
+    Change, RenderError, Renderer, Settings, Target, ViewRequest,
+    settings::{DebugView, History, Indirect, Materials, Occlusion, Samples, Shadows},
+    techniques::Sampled,
+};
+use lanternfish_gpu::{Frame, Gpu, Growth, Profiler, read_texture};
+use lanternfish_scene::{Camera, Light, Material, generate::demo};
+
+use crate::{
+    ACROSS_TEXELS, Deep, DeepImageSettings, DirectionSet, Hbao, PhotonSplatting, RasterGrid, VirtualLights,
+    WITHIN_TEXEL,
+    deep_images::DeepImageBuilder,
+    testing::{
+        self, engine, inside,
+        light::{cornell, rendering, sampled, settings},
+        shared::{self, shared_and_refused},
+        steady::{Frames, check_steady},
+    },
+};
+
+fn bvh() -> Settings {
+    Settings { shadows: Shadows::BVH, ..Settings::direct_light() }
+}
+
+fn coarse() -> DeepImageSettings {
+    DeepImageSettings { directions: DirectionSet::Cube { k: 1 }, resolution: 8, ..DeepImageSettings::default() }
+}
+
+fn occlusion(resolution: u32, others: Settings) -> Settings {
+    Settings {
+        occlusion: Occlusion::from(Deep::default()),
+        structure: DeepImageSettings { resolution, ..DeepImageSettings::default() }.into(),
+        ..others
+    }
+}
+
+#[gpu_test]
+fn gpu_a_steady_state_frame_creates_no_resources(gpu: &Gpu) {
+    let scene = demo("atrium").unwrap();
+    let few = VirtualLights { count: 500, ..VirtualLights::default() };
+    let virtual_lights = Settings { indirect: few.into(), ..bvh() };
+    let grid = Settings { culling: RasterGrid::default().into(), ..bvh() };
+    for (name, growth, settings) in [
+        ("a raster grid that does not wait", Growth::Deferred, grid),
+        ("virtual lights", Growth::Blocking, virtual_lights.clone()),
+        ("virtual lights that do not wait", Growth::Deferred, virtual_lights),
+    ] {
+        check_steady(gpu, &scene, Frames { name, is_averaged: false, growth, settings });
+    }
+}
+
+/// After an error no cached result of a frame is used: the device may have failed to create it, or never have run the passes that fill it.
+#[gpu_test]
+fn gpu_after_an_error_frames_begin_again(gpu: &Gpu) {
+    let scene = demo("cornell").unwrap();
+    let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() }.into();
+    let settings = Settings { shadows: Shadows::Traced(ACROSS_TEXELS), structure, ..Settings::direct_light() };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let render = |renderer: &mut Renderer| {
+        let rendering = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
+        (rendering.radiance, inside::structure_builds(renderer), inside::kept_bytes(renderer))
+    };
+    let (radiance, builds, bytes) = render(&mut renderer);
+    assert_eq!(render(&mut renderer), (radiance.clone(), builds, bytes), "a cached result is used after an error");
+    inside::fail(&mut renderer);
+    assert!(inside::kept_bytes(&mut renderer) < bytes, "nothing was dropped");
+    assert_eq!(render(&mut renderer), (radiance, builds.map(|builds| builds + 1), bytes));
+}
+
+#[gpu_test]
+fn gpu_deep_images_are_built_for_each_rotation_of_the_set(gpu: &Gpu) {
+    let scene = demo("cornell").unwrap();
+    let views = [(&scene.cameras[0], 32, 24)];
+    let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() }.into();
+    let indirect = Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() }.into();
+    let settings = Settings { accumulate: 10, structure, indirect, ..Settings::default() };
+    let mut renderer = Renderer::with_engine(&engine(gpu), settings).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let after: Vec<_> = (0..10)
+        .map(|_| {
+            renderer.refine(&uploaded, &views).unwrap();
+            inside::structure_builds(&renderer).unwrap()
+        })
+        .collect();
+    assert_eq!(after, [1, 1, 1, 1, 2, 2, 2, 2, 3, 3]);
+    // Another mean starts with the first rotation again.
+    renderer.render_views(&uploaded, &views).unwrap();
+    assert_eq!(inside::structure_builds(&renderer), Some(6));
+}
+
+#[gpu_test]
+fn gpu_enabling_occlusion_later_gives_the_image_of_a_new_renderer(gpu: &Gpu) {
+    let scene = demo("cornell").unwrap();
+    let camera = &scene.cameras[0];
+    let mut renderer = Renderer::with_engine(&engine(gpu), bvh()).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    assert_eq!(renderer.set(occlusion(16, bvh())).unwrap(), Change::Upload);
+    assert!(matches!(renderer.render(&uploaded, camera, 32, 24), Err(RenderError::OtherSettings { .. })));
+    let uploaded = renderer.upload(&scene).unwrap();
+    let actual = renderer.render(&uploaded, camera, 32, 24).unwrap();
+    let mut fresh = Renderer::new(&gpu.device, &gpu.queue, occlusion(16, bvh())).unwrap();
+    let its_own = fresh.upload(&scene).unwrap();
+    assert_eq!(actual.radiance, fresh.render(&its_own, camera, 32, 24).unwrap().radiance);
+}
+
+/// A debug view disables passes that it does not show, but the renderer reports the settings as given.
+#[gpu_test]
+fn gpu_settings_come_back_as_they_were_given(gpu: &Gpu) {
+    for view in [DebugView::BaseColor, DebugView::Normal] {
+        let occlusion = Hbao { radius: 2.0 }.into();
+        let given = Settings { debug_view: Some(view), occlusion, ..Settings::default() };
+        assert_eq!(*Renderer::with_engine(&engine(gpu), given.clone()).unwrap().settings(), given);
+    }
+}
+
+#[gpu_test]
+fn gpu_a_shared_scene_is_the_same_image_or_is_refused(gpu: &Gpu) {
+    let rays = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
+    let direct = || Settings { structure: coarse().into(), ..bvh() };
+    let choices = vec![
+        ("no shadows", Settings { shadows: Shadows::None, ..direct() }),
+        ("bvh", direct()),
+        ("hbao", Settings { occlusion: Hbao { radius: 1.0 }.into(), shadows: Shadows::None, ..direct() }),
+        ("indirect, deep images", Settings { indirect: rays.into(), ..direct() }),
+    ];
+    let (same, refused) = shared_and_refused(gpu, choices);
+    assert!(same >= 6 && refused >= 6, "{same} shared, {refused} refused");
+
+    let without = shared::renderer(gpu, Settings { shadows: Shadows::None, ..Settings::direct_light() });
+    let uploaded = without.upload(&shared::scene()).unwrap();
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    let built = DeepImageBuilder::new(&gpu.device, coarse()).unwrap().record(&mut frame, &uploaded);
+    assert!(matches!(built, Err(RenderError::OtherSettings { .. })), "{built:?}");
+}
+
+/// A single image and a mean of frames use no history, with the history setting on or off.
+#[gpu_test]
+fn gpu_a_first_frame_and_its_mean_use_no_history(gpu: &Gpu) {
+    let scene = cornell();
+    let techniques = [
+        Indirect::from(VirtualLights { count: 256, ..VirtualLights::default() }),
+        Indirect::from(PhotonSplatting { count: 256, ..PhotonSplatting::default() }),
+    ];
+    for (accumulate, samples) in [(1, Samples::One), (3, Samples::Four)] {
+        for indirect in &techniques {
+            let of = |history| {
+                let usual = settings(sampled(lanternfish::settings::Tracer::BVH));
+                let settings = Settings { accumulate, samples, history, indirect: indirect.clone(), ..usual };
+                rendering(gpu, settings, &scene, &scene.cameras[0])
+            };
+            assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {indirect:?}");
+        }
+    }
+}
+
+fn texture(gpu: &Gpu) -> wgpu::TextureView {
+    let size = wgpu::Extent3d { width: 48, height: 32, depth_or_array_layers: 1 };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+fn halves(gpu: &Gpu, view: &wgpu::TextureView) -> Vec<[f32; 4]> {
+    let texels: Vec<[u16; 4]> = read_texture(&gpu.device, &gpu.queue, view.texture()).unwrap();
+    texels.into_iter().map(|texel| texel.map(|bits| half::f16::from_bits(bits).to_f32())).collect()
+}
+
+/// The sums of a white surface are direct light plus that of the environment; surfaces are the scene's.
+#[gpu_test]
+fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion(gpu: &Gpu) {
+    let mut scene = demo("cornell").unwrap();
+    for material in &mut scene.materials {
+        *material = Material { base_color: Vec4::ONE, double_sided: material.double_sided, ..Material::default() };
+    }
+    scene.lights.push(Light::point(Vec3::new(0.3, 1.2, 0.4), Vec3::splat(2.0)));
+    scene.sky = Vec3::splat(0.2);
+    let camera: &Camera = &scene.cameras[0];
+    let settings = occlusion(32, Settings { materials: Materials::Lambert, ..bvh() });
+    let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let uploaded = waiting.upload(&scene).unwrap();
+    let expected = waiting.render(&uploaded, camera, 48, 32).unwrap().radiance;
+    let [direct, indirect] = [(); 2].map(|()| texture(gpu));
+    let view = [ViewRequest::of_camera(1, camera, [48, 32], Target::Sums { direct: &direct, indirect: &indirect })];
+    let mut renderer = Renderer::with_engine(waiting.engine(), settings).unwrap();
+    renderer.ready(&uploaded, &view).unwrap();
+    let mut commands = gpu.device.create_command_encoder(&Default::default());
+    let frame = renderer.record(&mut commands, &uploaded, &view).unwrap();
+    gpu.queue.submit([commands.finish()]);
+    renderer.submitted(frame);
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    let (direct, indirect) = (halves(gpu, &direct), halves(gpu, &indirect));
+    assert!(indirect.iter().any(|texel| texel[..3].iter().any(|c| *c > 0.01)));
+    // Halves are rounded by 2^-11, and normals and positions differ slightly: at edges of shadows a ray may end elsewhere.
+    let covered = || expected.iter().enumerate().filter(|(_, texel)| texel[3] == 1.0);
+    let is_off = |(i, expected): &(usize, &[f32; 4])| {
+        (0..3).any(|c| (direct[*i][c] + indirect[*i][c] - expected[c]).abs() > 0.004 * expected[c] + 1e-4)
+    };
+    let (off, covered) = (covered().filter(is_off).count(), covered().count());
+    assert!(covered > 500 && off * 50 < covered, "{off} of {covered} pixels are off");
+}
+
+#[gpu_test]
+fn gpu_frames_in_the_callers_commands_refuse_images_that_need_blocking_readback(gpu: &Gpu) {
+    let scene = demo("cornell").unwrap();
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh()).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let view = [ViewRequest::of_camera(1, &scene.cameras[0], [48, 32], Target::Own)];
+    let record = |renderer: &mut Renderer, scene: &_| {
+        let mut commands = gpu.device.create_command_encoder(&Default::default());
+        let frame = renderer.record(&mut commands, scene, &view)?;
+        gpu.queue.submit([commands.finish()]);
+        renderer.submitted(frame);
+        Ok(())
+    };
+    let deep = Settings {
+        structure: DeepImageSettings { resolution: 8, builder: crate::DeepBuilder::SinglePass, ..Default::default() }
+            .into(),
+        ..occlusion(8, bvh())
+    };
+    renderer.set(deep).unwrap();
+    let with_more = renderer.upload(&scene).unwrap();
+    assert!(matches!(record(&mut renderer, &with_more), Err(RenderError::Together { .. })));
+    assert_eq!(inside::growth(&mut renderer), Growth::Blocking);
+    renderer.set(bvh()).unwrap();
+    record(&mut renderer, &uploaded).unwrap();
+}

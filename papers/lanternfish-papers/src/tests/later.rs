@@ -1,0 +1,91 @@
+//! Frames with deferred readback.
+
+use glam::Vec3;
+use lanternfish::{
+    RenderError, Renderer, Settings,
+    settings::{Culling, Exposure, Indirect, Occlusion, Shadows},
+    techniques::Sampled,
+};
+use lanternfish_gpu::{Growth, faulty_software};
+use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::demo};
+
+use crate::{
+    ACROSS_TEXELS, Deep, DeepBuilder, DeepImageSettings, DeepStore, DirectionSet, RasterGrid, VirtualLights,
+    WITHIN_TEXEL,
+    indirect::virtual_lights::MapSize,
+    testing::{
+        self, inside,
+        later::{Path, check, settings, walk},
+        quad, scene_of,
+    },
+};
+
+#[gpu_test]
+fn gpu_deferred_frames_with_a_raster_grid_show_only_complete_images(gpu: &Gpu) {
+    let scene = demo("atrium").unwrap();
+    let camera = scene.cameras[0].clone();
+    let step = |i: usize| (camera.clone(), [10, 3000, 10, 6000][i / 6 % 4]);
+    let path = Path { scene: scene.clone(), range: 3.0, size: [32, 24], step: &step, frames: 24 };
+    check(&walk(gpu, &settings(RasterGrid::default().into()), &path));
+}
+
+/// Thin dielectrics behind each other: more fragments per texel than the initial capacity.
+fn thin_dielectrics() -> Scene {
+    let thin_dielectric = |i: usize| quad(0, Vec3::new(0.0, 0.0, -0.02 * i as f32), Vec3::X, Vec3::Y);
+    let mut scene =
+        scene_of((0..90).map(thin_dielectric).collect(), vec![Material { double_sided: true, ..Material::default() }]);
+    scene.lights.push(Light::point(Vec3::new(0.3, 0.4, 2.0), Vec3::splat(9.0)));
+    scene.sky = Vec3::splat(0.4);
+    scene
+}
+
+/// With deep images too: for shadows, indirect light, occlusion, and ranges of virtual lights, whose lists grow as well.
+#[gpu_test]
+fn gpu_deep_images_grow_in_later_frames(gpu: &Gpu) {
+    let test = "gpu_deep_images_grow_in_later_frames";
+    if faulty_software(&gpu.device.adapter_info()) {
+        return testing::left_out(test, "this driver crashes on shadows through deep images");
+    }
+    let scene = thin_dielectrics();
+    let camera =
+        Camera::look_at(Vec3::new(0.4, 0.2, 2.5), Vec3::ZERO, Projection::Perspective { fov_y: 0.9, near: 0.02 });
+    let step = |i: usize| (camera.clone(), [0, 300][i / 6 % 2]);
+    let path = Path { scene: scene.clone(), range: 3.0, size: [48, 32], step: &step, frames: 18 };
+    let deep_images =
+        DeepImageSettings { resolution: 96, directions: DirectionSet::Cube { k: 3 }, ..DeepImageSettings::default() };
+    let direct =
+        Settings { structure: deep_images.into(), exposure: Exposure::Ev(0.0), ..settings(Culling::default()) };
+    let sampled =
+        Sampled { tracer: WITHIN_TEXEL.into(), diffuse_rays: 1, glossy_rays: 0, ..Sampled::default().one_bounce() };
+    let few = VirtualLights { count: 300, map: MapSize::Texels64, ..VirtualLights::default() };
+    for (name, settings) in [
+        ("shadows", Settings { shadows: Shadows::Traced(ACROSS_TEXELS), ..direct.clone() }),
+        ("indirect", Settings { indirect: Indirect::from(sampled), ..direct.clone() }),
+        ("occlusion", Settings { occlusion: Occlusion::from(Deep::default()), ..direct.clone() }),
+        ("virtual lights", Settings { indirect: Indirect::from(few), ..direct.clone() }),
+    ] {
+        let outcome = walk(gpu, &settings, &path);
+        println!("{name}: {outcome:?}");
+        check(&outcome);
+    }
+}
+
+#[gpu_test]
+fn gpu_deferred_frames_refuse_deep_images_that_need_blocking_readback(gpu: &Gpu) {
+    let coarse = DeepImageSettings { resolution: 8, ..DeepImageSettings::default() };
+    for deep_images in [
+        DeepImageSettings { builder: DeepBuilder::SinglePass, ..coarse },
+        DeepImageSettings { builder: DeepBuilder::DepthPeeling, ..coarse },
+        DeepImageSettings { store: DeepStore::LinkedList, ..coarse },
+    ] {
+        let settings = Settings {
+            occlusion: Occlusion::from(Deep::default()),
+            structure: deep_images.into(),
+            ..settings(Culling::default())
+        };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        assert!(matches!(renderer.set_growth(Growth::Deferred), Err(RenderError::Together { .. })));
+        assert_eq!(inside::growth(&mut renderer), Growth::Blocking);
+        renderer.set_growth(Growth::Blocking).unwrap();
+    }
+}

@@ -1,0 +1,143 @@
+//! Images at the limits of valid requests.
+
+use glam::Vec3;
+use lanternfish::{
+    RenderError, Renderer, Settings,
+    settings::{Culling, DebugView, Indirect, Occlusion, RayCulling, Samples, Shadows},
+};
+use lanternfish_gpu::testing;
+use lanternfish_papers::Deep;
+use lanternfish_scene::{Light, Scene, generate};
+
+use crate::support::{Front, bits, render};
+
+#[gpu_test(crate::gpu)]
+fn gpu_empty_scenes_show_the_sky(gpu: &Gpu) {
+    let sky = Vec3::new(0.25, 0.5, 2.0);
+    let light = Light::point(Vec3::ONE, Vec3::ONE);
+    let mut shadows = vec![Shadows::None, Shadows::BVH];
+    shadows.extend(gpu.description.ray_query.then_some(Shadows::RAY_QUERY));
+    for shadows in shadows {
+        for culling in [Culling::NONE, Culling::default()] {
+            for lights in [vec![], vec![light.clone()]] {
+                let scene = Scene { sky, lights, ..Scene::default() };
+                let front = Front::render(
+                    gpu,
+                    &scene,
+                    Settings { shadows, culling: culling.clone(), ..Settings::direct_light() },
+                );
+                assert!(
+                    front.0.radiance.iter().all(|texel| *texel == [sky.x, sky.y, sky.z, 0.0]),
+                    "{shadows}, {culling:?}"
+                );
+            }
+        }
+    }
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_a_scene_without_lights_is_dark_except_for_emission(gpu: &Gpu) {
+    let mut scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    let lit = render(gpu, &scene, &camera, (40, 40), Settings::direct_light());
+    scene.lights.clear();
+    for culling in [Culling::NONE, Culling::default()] {
+        let dark =
+            render(gpu, &scene, &camera, (40, 40), Settings { culling: culling.clone(), ..Settings::direct_light() });
+        let bright =
+            |rendering: &lanternfish::RenderedImage| rendering.radiance.iter().filter(|texel| texel[0] > 0.0).count();
+        // The lamp is an emissive quad.
+        let glowing = dark.radiance.iter().filter(|texel| texel[..3] == [17.0, 12.0, 4.0]).count();
+        assert!(glowing > 0 && bright(&dark) == glowing, "{culling:?}: {glowing} glow, {} are bright", bright(&dark));
+        assert!(bright(&lit) > 1000, "negative control");
+    }
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_any_size_shows_the_same_scene(gpu: &Gpu) {
+    let mut scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 40, Some(1.0), 1, 0.0));
+    for size in [(1, 1), (1, 9), (9, 1), (37, 23), (16, 16), (17, 33)] {
+        for view in [None, Some(DebugView::NormalImproved), Some(DebugView::LightCount), Some(DebugView::RayCount)] {
+            let settings = |culling| Settings { culling, debug_view: view, ..Settings::direct_light() };
+            let tiled = render(gpu, &scene, &camera, size, settings(Culling::default()));
+            assert_eq!(tiled.radiance.len(), (size.0 * size.1) as usize);
+            assert_eq!(tiled.display.len(), tiled.radiance.len());
+            let sum: f32 = tiled.radiance.iter().map(|texel| texel[1]).sum();
+            assert!(sum > 0.0 && sum.is_finite(), "{size:?}: {sum}");
+            if view.is_none() {
+                let all = render(gpu, &scene, &camera, size, settings(Culling::NONE));
+                assert_eq!(bits(&tiled), bits(&all), "{size:?}");
+            }
+        }
+    }
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_debug_views_do_not_change_the_radiance(gpu: &Gpu) {
+    let mut scene = generate::demo("cornell").unwrap();
+    // A single light has the same colour in every heat map of lights.
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 60, Some(0.5), 2, 0.0));
+    let camera = scene.cameras[0].clone();
+    let plain = render(gpu, &scene, &camera, (40, 30), Settings::direct_light());
+    let mut displays = vec![plain.display.clone()];
+    for view in DebugView::ALL.iter().copied() {
+        // One view enables occlusion, which is otherwise off; under a black sky it adds no light.
+        let occlusion = match view {
+            DebugView::Occlusion => Occlusion::from(Deep::default()),
+            _ => Occlusion::NONE,
+        };
+        // Another view needs indirect light to show any.
+        let indirect = if view == DebugView::Indirect { Indirect::default() } else { Indirect::NONE };
+        let settings = Settings { debug_view: Some(view), occlusion, indirect, ..Settings::direct_light() };
+        let rendering = render(gpu, &scene, &camera, (40, 30), settings.clone());
+        if view == DebugView::BaseColor {
+            assert_ne!(bits(&rendering), bits(&plain));
+        } else if view == DebugView::Indirect {
+            let with_indirect = render(gpu, &scene, &camera, (40, 30), Settings { debug_view: None, ..settings });
+            assert_eq!(bits(&rendering), bits(&with_indirect), "{view}");
+        } else {
+            assert_eq!(bits(&rendering), bits(&plain), "{view}");
+        }
+        if view == DebugView::Nan {
+            assert!(rendering.display.iter().all(|texel| texel[0] == texel[1]), "NaN in some pixel");
+            // This view shows the result of several samples.
+            let samples = Settings { debug_view: Some(view), samples: Samples::Four, ..Settings::direct_light() };
+            let rendering = render(gpu, &scene, &camera, (40, 30), samples);
+            assert!(rendering.display.iter().all(|texel| texel[0] == texel[1]), "NaN in some sample");
+        }
+        displays.push(rendering.display);
+    }
+    // All images differ, except that on these flat walls all normals agree up to the few edges.
+    displays.sort();
+    let all = displays.len();
+    displays.dedup();
+    assert!(displays.len() + 1 >= all, "{} of {all} images are different", displays.len());
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_sizes_out_of_reach_are_errors(gpu: &Gpu) {
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
+    let scene = generate::demo("cornell").unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    for (width, height) in [(0, 5), (5, 0), (100_000, 5)] {
+        let error = renderer.render(&uploaded, &scene.cameras[0], width, height).unwrap_err();
+        assert!(matches!(error, RenderError::Size { .. }), "{error}");
+        assert!(error.to_string().contains(&format!("{width} x {height}")), "{error}");
+    }
+    renderer.render(&uploaded, &scene.cameras[0], 5, 5).expect("the renderer still works");
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_every_ray_culling_renders_without_depth(gpu: &Gpu) {
+    // One pixel of sky beside one of wall: normals from depth sample across the border into the sky.
+    let scene = generate::demo("cornell").unwrap();
+    for ray_culling in RayCulling::ALL.iter().copied() {
+        for size in [(1, 1), (2, 2), (3, 1)] {
+            let settings = Settings { ray_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
+            let rendering = render(gpu, &scene, &scene.cameras[0], size, settings);
+            assert!(rendering.radiance.iter().flatten().all(|v| v.is_finite()), "{ray_culling} at {size:?}");
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! Images that must be equal, bit for bit.
+
+use glam::Vec3;
+use lanternfish::{
+    RenderedImage, Renderer, Settings,
+    settings::{Culling, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding},
+    techniques::{Assignment, ClusterShape, ClusterTest, Clustered, Grouping, TileSize, Tiled},
+};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_papers::RasterGrid;
+use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, StereoRig, generate};
+
+use crate::support::{counter, differing, left_out_on_old_software, linear, quad, render};
+
+const SIZE: (u32, u32) = (150, 90);
+
+fn all_cullings() -> Vec<Culling> {
+    let mut cullings = vec![Culling::NONE];
+    for tile_size in TileSize::ALL.iter().copied() {
+        cullings.extend([false, true].map(|aabb_test| Culling::from(Tiled { tile_size, aabb_test })));
+        cullings.extend([1, 7, 32].map(|layers| Culling::from(RasterGrid { tile_size, layers })));
+    }
+    for shape in [
+        ClusterShape::Perspective { pixels: 16 },
+        ClusterShape::Perspective { pixels: 48 },
+        ClusterShape::Orthographic { side: 0.25 },
+        ClusterShape::Displaced { pixels: 32, distance: 3.0 },
+    ] {
+        for assignment in Assignment::ALL.iter().copied() {
+            for test in ClusterTest::ALL.iter().copied() {
+                let clustered = Clustered { shape, assignment, test, ..Clustered::default() };
+                cullings.push(Culling::from(clustered));
+            }
+        }
+    }
+    cullings
+}
+
+/// The Cornell box with many random small lights, with spots, a sun, and a coloured thin dielectric in front.
+fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
+    let mut scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 120, Some(0.6), seed, 0.0));
+    for (i, light) in scene.lights.iter_mut().enumerate().skip(1).step_by(3) {
+        light.kind = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.2 + 0.01 * i as f32 };
+    }
+    scene.lights.push(Light::directional(Vec3::new(-0.4, -1.0, -0.8), Vec3::splat(0.3)));
+    let glass = Material {
+        base_color: Vec3::new(0.2, 0.7, 0.9).extend(0.4),
+        metallic: 0.0,
+        perceptual_roughness: 0.4,
+        alpha_mode: AlphaMode::Blend,
+        double_sided: true,
+        ..Material::default()
+    };
+    scene.materials.push(glass);
+    let thin_dielectric =
+        quad(scene.materials.len() - 1, Vec3::new(0.3, 0.9, 0.7), Vec3::new(0.4, 0.0, 0.2), Vec3::Y * 0.5);
+    let mesh = scene.instances[0].mesh;
+    scene.meshes[mesh].primitives.push(thin_dielectric);
+    (scene, camera)
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_tiles_and_clusters_do_not_change_pixels(gpu: &Gpu) {
+    let (scene, camera) = cornell_in_rain(1);
+    let rendering =
+        |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
+    let all = rendering(&scene, Culling::NONE);
+    let mut listed = Vec::new();
+    for culling in all_cullings() {
+        let tiled = rendering(&scene, culling.clone());
+        assert_eq!(differing(&tiled, &all), 0, "{culling:?}");
+        assert_eq!(tiled.display, all.display, "{culling:?}");
+        // The same rays, too: an additional light in a list is out of range.
+        assert_eq!(counter(&tiled, "shadows/rays"), counter(&all, "shadows/rays"), "{culling:?}");
+        let tests = counter(&tiled, "light_culling/light_tests");
+        listed.push((counter(&tiled, "light_culling/listed_lights"), tests));
+    }
+    println!("listed lights, all, then 8, 16, 32 px without and with boxes, and in 1, 7, 32 layers: {listed:?}");
+    // Negative control: other lights give another image, and so does a light whose range is a tenth shorter.
+    assert!(differing(&rendering(&cornell_in_rain(2).0, Culling::NONE), &all) > 1000);
+    let mut shorter = scene.clone();
+    shorter.lights.iter_mut().for_each(|light| light.range = light.range.map(|range| 0.9 * range));
+    assert!(differing(&rendering(&shorter, Culling::default()), &all) > 1000);
+}
+
+/// Two stereo views, and a mirrored one in the opposite direction.
+fn views(head: &Camera) -> Vec<Camera> {
+    let [left, right] = StereoRig::vive().cameras(head, 0.05);
+    let mut back = head.clone();
+    back.world_from_camera *= glam::Affine3A::from_rotation_y(3.0);
+    vec![left, right, back]
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_views_that_share_clusters_equal_single_views(gpu: &Gpu) {
+    let (scene, mut head) = cornell_in_rain(1);
+    // Into the box: the frusta of the eyes are wide.
+    head.world_from_camera *= glam::Affine3A::from_translation(2.0 * Vec3::NEG_Z);
+    let cameras = views(&head);
+    let renderings = |cameras: &[Camera], culling, samples| {
+        let settings = Settings { culling, samples, ..Settings::direct_light() };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let scene = renderer.upload(&scene).unwrap();
+        let views: Vec<_> = cameras.iter().map(|camera| (camera, SIZE.0, SIZE.1)).collect();
+        renderer.render_views(&scene, &views)
+    };
+    for samples in [Samples::One, Samples::Four] {
+        let alone =
+            cameras.iter().map(|c| renderings(std::slice::from_ref(c), Culling::NONE, samples).unwrap().remove(0));
+        let alone: Vec<RenderedImage> = alone.collect();
+        for culling in [Culling::from(Tiled::default()), Culling::from(RasterGrid::default())] {
+            let tiled = renderings(&cameras, culling.clone(), samples).unwrap();
+            for (i, (tiled, alone)) in tiled.iter().zip(&alone).enumerate() {
+                assert_eq!(differing(tiled, alone), 0, "view {i}, {samples} samples, {culling:?}");
+            }
+        }
+        for shape in [
+            ClusterShape::Perspective { pixels: 32 },
+            ClusterShape::Displaced { pixels: 32, distance: 2.0 },
+            ClusterShape::Orthographic { side: 0.3 },
+        ] {
+            for grouping in Grouping::ALL.iter().copied() {
+                let culling = Culling::from(Clustered { shape, grouping, ..Clustered::default() });
+                // No perspective grid covers views with opposite directions.
+                let through_eye = !matches!(shape, ClusterShape::Orthographic { .. });
+                if through_eye && grouping == Grouping::Enclosed {
+                    let error = renderings(&cameras, culling.clone(), samples).unwrap_err().to_string();
+                    assert!(error.contains("ortho:"), "{error}");
+                }
+                let count = if through_eye { 2 } else { 3 };
+                let together = renderings(&cameras[..count], culling.clone(), samples).unwrap();
+                for (i, (together, alone)) in together.iter().zip(&alone).enumerate() {
+                    assert_eq!(differing(together, alone), 0, "view {i}, {samples} samples, {culling:?}");
+                }
+            }
+        }
+        // Negative control: the eyes do not see the same.
+        assert!(differing(&alone[0], &alone[1]) > 1000);
+    }
+}
+
+/// More samples smooth edges: the image is closer to the mean of a much larger one.
+#[gpu_test(crate::gpu)]
+fn gpu_more_samples_are_closer_to_the_ground_truth_at_edges(gpu: &Gpu) {
+    // The atrium has edges where walls, steps and mouldings touch: points beside their triangle are inside another one. Measured: 0.45 and
+    // 0.63; with shading at the pixels' centres: 0.61 and 0.73.
+    for (name, (scene, camera), scale, most) in
+        [("the box", cornell_in_rain(1), 8, 0.53), ("the atrium", atrium(), 4, 0.66)]
+    {
+        let (one, four) = errors_at_edges(gpu, &scene, &camera, scale);
+        println!("{name}: root mean square error: {one:.4} with one sample, {four:.4} with four");
+        assert!(four < most * one, "{name}: {four} and {one}");
+    }
+}
+
+/// Root mean square errors with one and with four samples per pixel, against an image `fine` times as wide and high.
+fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64, f64) {
+    let rendering = |samples, scale: u32| {
+        let settings = Settings { samples, ..Settings::direct_light() };
+        linear(&render(gpu, scene, camera, (scale * SIZE.0, scale * SIZE.1), settings))
+    };
+    // Values above the display range are ignored: highlights are not triangle edges.
+    let ground_truth = rendering(Samples::One, fine).box_downsampled(fine as usize).unwrap();
+    let error = |samples| {
+        let image = rendering(samples, 1);
+        let squares = image
+            .pixels
+            .iter()
+            .flatten()
+            .zip(ground_truth.pixels.iter().flatten())
+            .map(|(a, b)| f64::from(a.min(1.0) - b.min(1.0)).powi(2));
+        (squares.sum::<f64>() / ground_truth.pixels.len() as f64).sqrt()
+    };
+    (error(Samples::One), error(Samples::Four))
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_images_are_the_same_from_run_to_run(gpu: &Gpu) {
+    let (scene, camera) = cornell_in_rain(3);
+    for culling in [Culling::default(), Culling::from(RasterGrid::default())] {
+        check_runs(gpu, &scene, &camera, culling);
+    }
+}
+
+fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
+    let settings = || Settings { shadows: Shadows::BVH, culling: culling.clone(), ..Settings::direct_light() };
+    let first = render(gpu, scene, camera, SIZE, settings());
+    assert_eq!(differing(&render(gpu, scene, camera, SIZE, settings()), &first), 0, "a new renderer");
+
+    // A renderer that has rendered other images reuses lists and targets, without an effect on the image.
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings()).unwrap();
+    let other = cornell_in_rain(4);
+    let (scene, other_scene) = (renderer.upload(scene).unwrap(), renderer.upload(&other.0).unwrap());
+    let other = renderer.render(&other_scene, &other.1, SIZE.0 + 13, SIZE.1 - 20).unwrap();
+    for run in 0..3 {
+        let again = renderer.render(&scene, camera, SIZE.0, SIZE.1).unwrap();
+        assert_eq!(differing(&again, &first), 0, "run {run} of one renderer");
+    }
+    // Negative control.
+    let same_size = renderer.render(&other_scene, camera, SIZE.0, SIZE.1).unwrap();
+    assert!(differing(&same_size, &first) > 1000 && other.width == SIZE.0 + 13);
+}
+
+fn atrium() -> (Scene, Camera) {
+    let scene = generate::demo("atrium").unwrap();
+    let camera = scene.cameras[0].clone();
+    (scene, camera)
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_texture_arrays_do_not_change_pixels(gpu: &Gpu) {
+    let test = "gpu_texture_arrays_do_not_change_pixels";
+    if !gpu.description.texture_arrays {
+        return testing::left_out(test, "this adapter has no texture arrays");
+    }
+    let (scene, camera) = atrium();
+    // Means of frames use other texture gradients.
+    for accumulate in [1, 3] {
+        let usual = Settings { accumulate, shadows: Shadows::None, ..Settings::direct_light() };
+        let rendering =
+            |scene: &Scene, textures| render(gpu, scene, &camera, SIZE, Settings { textures, ..usual.clone() });
+        let array = rendering(&scene, TextureBinding::Array);
+        assert_eq!(differing(&rendering(&scene, TextureBinding::PerMaterial), &array), 0);
+        // Negative control: with the textures in another order.
+        let mut reordered = scene.clone();
+        reordered.textures.rotate_left(1);
+        assert!(differing(&rendering(&reordered, TextureBinding::PerMaterial), &array) > 1000);
+    }
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_a_thousand_lights_over_one_tile(gpu: &Gpu) {
+    let mut scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    scene.lights = generate::light_rain(&scene.bounds(), 1000, Some(3.0), 5, 0.0);
+    let rendering = |culling, count: usize| {
+        let scene = Scene { lights: scene.lights[..count].to_vec(), ..scene.clone() };
+        render(gpu, &scene, &camera, (16, 16), Settings { culling, ..Settings::direct_light() })
+    };
+    let all = rendering(Culling::NONE, 1000);
+    let tiled = rendering(Culling::default(), 1000);
+    // One tile of 16 pixels covers the image.
+    let listed = counter(&tiled, "light_culling/listed_lights");
+    println!("{listed} lights over one tile, {} rays", counter(&tiled, "shadows/rays"));
+    assert!(listed > 900, "{listed} lights over one tile");
+    assert_eq!(differing(&tiled, &all), 0);
+    // Negative control: each hundred of the lights shows, the last ones too.
+    let mut fewer = all;
+    for count in [900, 500, 32] {
+        let rendering = rendering(Culling::default(), count);
+        assert!(differing(&rendering, &fewer) > 100, "the lights from {count} on do not show");
+        fewer = rendering;
+    }
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_rays_to_lights_behind_a_surface_do_not_change_pixels(gpu: &Gpu) {
+    let test = "gpu_rays_to_lights_behind_a_surface_do_not_change_pixels";
+    if left_out_on_old_software(test, gpu, "2 pixels of the atrium differ there; the cause is not known") {
+        return;
+    }
+    let (cornell, cornell_camera) = cornell_in_rain(6);
+    let (mut atrium, atrium_camera) = atrium();
+    atrium.lights.extend(generate::light_rain(&atrium.bounds(), 60, Some(4.0), 6, 0.0));
+    for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
+        let rendering = |ray_culling, ray_range_culling| {
+            let settings =
+                Settings { ray_culling, ray_range_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
+            render(gpu, &scene, &camera, SIZE, settings)
+        };
+        let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");
+        let none = rendering(RayCulling::None, RayRangeCulling::Off);
+        let range = rendering(RayCulling::None, RayRangeCulling::On);
+        let facing = rendering(RayCulling::Surface, RayRangeCulling::Off);
+        let surface = rendering(RayCulling::Surface, RayRangeCulling::On);
+        for culled in [&range, &facing, &surface] {
+            assert_eq!(differing(culled, &none), 0, "{}", scene.name);
+        }
+        // Each kind leaves out rays that the other traces.
+        assert!(rays(&range) < rays(&none) && rays(&facing) < rays(&none), "{}: no ray was saved", scene.name);
+        assert!(rays(&surface) < rays(&range).min(rays(&facing)), "{}: both save no more than one", scene.name);
+        // Normals from depth are wrong at edges, the five-sample variant less often [Elagabani2025, §4.3.1].
+        let naive = rendering(RayCulling::Naive, RayRangeCulling::On);
+        let improved = rendering(RayCulling::Improved, RayRangeCulling::On);
+        let wrong = [differing(&naive, &none), differing(&improved, &none)];
+        println!(
+            "{}: {} rays for all lights, {} by the surface's normal, {} naive, {} improved; {wrong:?} pixels differ",
+            scene.name,
+            rays(&none),
+            rays(&surface),
+            rays(&naive),
+            rays(&improved)
+        );
+        assert!(wrong[1] < wrong[0], "{}: {wrong:?}", scene.name);
+    }
+}
+
+/// Fraction of pixels in which two tracers may differ. A pixel's ray depends on rounding if it passes an edge within a few rounding errors,
+/// or starts that close to another surface. Measured: 33 and 3 of 57,600 pixels.
+const TRACER_PIXELS: f64 = 1e-3;
+
+#[gpu_test(crate::gpu)]
+fn gpu_tracers_agree(gpu: &Gpu) {
+    let test = "gpu_tracers_agree";
+    if !gpu.description.ray_query {
+        return testing::left_out(test, "this adapter has no ray query");
+    }
+    let (cornell, cornell_camera) = cornell_in_rain(8);
+    let (atrium, atrium_camera) = atrium();
+    for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
+        let rendering = |gpu: &Gpu, shadows| {
+            render(gpu, &scene, &camera, (320, 180), Settings { shadows, ..Settings::direct_light() })
+        };
+        let [bvh, ray_query, none] = [Shadows::BVH, Shadows::RAY_QUERY, Shadows::None].map(|s| rendering(gpu, s));
+        let pixels = (bvh.width * bvh.height) as usize;
+        let differ = differing(&bvh, &ray_query);
+        println!("{}: {differ} of {pixels} pixels differ between tracers", scene.name);
+        assert_eq!(counter(&bvh, "shadows/rays"), counter(&ray_query, "shadows/rays"));
+        assert!(differ as f64 <= TRACER_PIXELS * pixels as f64, "{}: {differ} of {pixels}", scene.name);
+        // Negative control: without shadows much more differs.
+        assert!(differing(&bvh, &none) > pixels / 10, "{}: shadows do not show", scene.name);
+    }
+}
