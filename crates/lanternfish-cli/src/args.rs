@@ -243,7 +243,7 @@ pub struct StereoArgs {
 pub struct RunArgs {
     /// The adapter: a part of its name, gpu or cpu.
     ///
-    /// gpu is a graphics card, cpu a software adapter. Without it: the most capable.
+    /// gpu is a graphics card, cpu a software adapter. Default: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Seed of --lights rain: positions and colours of the lights. The same seed gives the same image. Nothing else is random.

@@ -189,7 +189,7 @@ impl Bar {
         self.show(fraction, left.map_or(text.clone(), |left| format!("{text}, about {} left", duration(left))));
     }
 
-    /// Shows what is done, if nobody knows how much is left. Without a terminal it prints a line now and then.
+    /// A spinner for an unknown total: shows what is done. Without a terminal it prints a line now and then.
     pub fn tell(&self, text: String) {
         match self.line.is_hidden() {
             true => self.print(&text),

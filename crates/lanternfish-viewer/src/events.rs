@@ -36,7 +36,7 @@ pub trait Program: Sized {
     /// Runs a frame and paints it. Returns true if the window shall close.
     fn frame(&mut self) -> bool;
 
-    /// Polls the device and threads without blocking. Returns true if the window shall be painted.
+    /// Polls the device and threads without blocking. Returns whether to repaint the window.
     fn has_news(&mut self) -> bool;
 
     /// Continues work when the window is not painted.

@@ -44,7 +44,7 @@ impl RepaintLimiter {
         self.count += 1;
     }
 
-    /// True if the window shall be painted `since` ms after the last paint, though only the accumulated image has changed.
+    /// Whether to repaint `since` ms after the last paint, if only the accumulated image has changed.
     pub fn is_due(&self, since: f64) -> bool {
         since >= self.takes.map_or(0.0, |takes| (takes / FRACTION).min(LONGEST))
     }

@@ -67,8 +67,8 @@ impl Viewport {
         Self::of(gpu, Arc::new(scene), settings, renderer)
     }
 
-    /// Makes the viewport suit a window, which `interface` paints if that is another device than the renderer's. If it is not, slow frames are
-    /// submitted in slices, so that paints do not wait for them.
+    /// Configures presentation in a window. `interface`: the device that paints the window, if it is not the renderer's.
+    /// If it is the renderer's, slow frames are submitted in slices, so that paints do not wait for them.
     pub fn of_window(mut self, interface: Option<Arc<Gpu>>) -> Self {
         self.slices_frames = interface.is_none();
         self.shown = ShownImage::new(&self.gpu, interface);
@@ -85,7 +85,8 @@ impl Viewport {
         self.shown.interface().is_some()
     }
 
-    /// A texture on the device that paints the window, with the content of one of the renderer's device. May block until the device is idle.
+    /// Copies a texture of the renderer's device to the device that paints the window. May block until the device is
+    /// idle.
     pub fn on_interface(&self, rendering: wgpu::TextureView) -> Result<wgpu::TextureView, GpuError> {
         let Some(interface) = self.shown.interface() else { return Ok(rendering) };
         let texels: Vec<[u8; 4]> = read_texture(&self.gpu.device, &self.gpu.queue, rendering.texture())?;

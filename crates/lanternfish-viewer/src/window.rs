@@ -268,7 +268,7 @@ impl Viewer {
         self.state.clip.as_ref().is_some_and(|clip| clip.is_playing) || self.moved.is_some()
     }
 
-    /// Polls the frames in flight and the threads. Returns true if the window shall be painted: B has changed, or a frame of A is done and no
+    /// Polls the frames in flight and the threads. Returns whether to repaint the window: B has changed, or a frame of A is done and no
     /// other follows immediately.
     fn poll(&mut self) -> bool {
         let of_first = self.viewport.poll();

@@ -211,7 +211,7 @@ impl Passes {
                 ..shaded
             });
         }
-        // The completeness of the frame is only decided here.
+        // Only now is it known whether a list overflowed.
         if context.is_averaged {
             frame.count_frame(views.iter().all(|view| view.view.frame_index == 0));
             for (slot, (view, shaded)) in views.iter().zip(&mut results).enumerate() {

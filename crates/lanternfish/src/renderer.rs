@@ -158,8 +158,8 @@ impl Renderer {
         }
     }
 
-    /// Calls `watcher` before each pass of the frames of [`Self::render`] and its like runs: progress, where a frame takes seconds. The host
-    /// then waits for every pass, which costs time on a graphics card. Images do not change.
+    /// Calls `watcher` before each pass of a blocking frame ([`Self::render`] and similar functions), for progress bars.
+    /// The host then waits for every pass, which costs time on a graphics card. Images do not change.
     pub fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
         self.profiler.watch(watcher);
     }

@@ -74,7 +74,8 @@ pub struct Settings {
     /// Antialiasing over the frames of a moving view.
     pub antialiasing: Antialiasing,
     /// Samples per pixel at triangle edges (MSAA). Every surface in a pixel is shaded once, at a point that it covers. Debug views use one
-    /// sample. For a mean of 8 frames or more, one sample is better: the frames smooth edges, and four samples widen them by 3/8 pixel.
+    /// sample. For a mean of 32 frames or more, one sample is better: the frames smooth edges, and four samples widen
+    /// them by 1/8 pixel to each side.
     pub samples: Samples,
     /// Number of frames averaged into one image, at least 1, each through other points of the pixels. Smoother edges and less noise; time
     /// grows in proportion.

@@ -86,7 +86,7 @@ pub struct LightArgs {
     #[arg(long, value_name = "C0,C1,C2", allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().attenuation_coefficients, hide_short_help = true)]
     pub attenuation_coefficients: Coefficients,
-    /// Intensity that defines the range of a light without a stated one. Lower: larger ranges, less light lost, more work.
+    /// Illuminance, lx, at which a light without a stated range ends. Lower: larger ranges, less light lost, more work.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().range_threshold, hide_short_help = true)]
     pub range_threshold: f32,

@@ -59,8 +59,8 @@ pub struct TechniqueArgs {
     /// Samples per pixel at edges.
     ///
     /// Multisampling of triangle edges. More: smoother edges. Every adapter supports 4. Without it: 4, where they cost a small
-    /// part of the frame; 1 with --quality draft, --indirect none, debug views, and images of --accumulate 8 or more, whose
-    /// edges are smooth without.
+    /// part of the frame; 1 with --quality draft, --indirect none, debug views, and images of --accumulate 32 or more,
+    /// whose edges are smooth without.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     pub samples: Option<Samples>,
     /// Averages N frames: smooth edges, less noise.

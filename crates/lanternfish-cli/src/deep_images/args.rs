@@ -125,7 +125,7 @@ pub struct MomentArgs {
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// The adapter: a part of its name, gpu for a graphics card, cpu for software. Without it: the most capable.
+    /// The adapter: a part of its name, gpu for a graphics card, cpu for software. Default: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Prints only errors and the results.

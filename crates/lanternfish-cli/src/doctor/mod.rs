@@ -47,11 +47,11 @@ Examples:
   lanternfish doctor --quick
   lanternfish doctor --read doctor.json
 
-Exits with 1 if a check fails, else with 0. The report names hardware, driver and system, and nothing of you or of your files.";
+Exits with 1 if a check fails, else with 0. The report names hardware, driver and system, and contains no personal data.";
 
 #[derive(Debug, Args)]
 pub struct DoctorArgs {
-    /// The adapter to check: a part of its name, gpu for a graphics card, cpu for software. Without it: the most capable.
+    /// The adapter to check: a part of its name, gpu for a graphics card, cpu for software. Default: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Runs one check of each kind, and fewer timings.

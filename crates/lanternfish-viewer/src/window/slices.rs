@@ -14,7 +14,7 @@ impl Viewer {
         self.viewport.left() + self.comparison.viewport().map_or(0, Viewport::left)
     }
 
-    /// Submits the next slice of a frame if it is due. Returns true if the window shall be painted first.
+    /// Submits the next slice of a frame if it is due. Returns whether to repaint the window first.
     pub(super) fn proceed(&mut self, wants_paint: bool) -> bool {
         let now = 1e3 * self.opened.elapsed().as_secs_f64();
         let left = self.left();

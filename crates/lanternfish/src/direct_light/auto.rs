@@ -21,8 +21,8 @@ use crate::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AutoLights(pub SampledLights);
 
-/// Lights in reach of a point from which on they are sampled, by the number of rays: a frame with a ray to each then takes about twice as long. For
-/// software adapters, and for graphics cards (not measured: the same).
+/// Lights in reach of a point above which they are sampled, by rays per pixel: there, a ray to each light makes a frame
+/// about twice as long as sampling. First row: software adapters. Second: graphics cards (not measured, the same).
 const MOST_IN_REACH: [[f32; 4]; 2] = [[16.0, 20.0, 28.0, 44.0], [16.0, 20.0, 28.0, 44.0]];
 /// Factor on these without shadow rays: a light then costs a tenth.
 const WITHOUT_SHADOWS: f32 = 10.0;

@@ -55,12 +55,13 @@ pub trait DirectPasses: fmt::Debug {
     /// Discards state kept between frames, after a frame that was not submitted or that the device refused.
     fn forget(&mut self) {}
 
-    /// True if it lights frames of this scene; false: all listed lights do.
+    /// Whether the technique lights frames of this scene; otherwise shading evaluates every listed light.
     fn lights(&mut self, _scene: &GpuScene) -> bool {
         true
     }
 
-    /// Lights in reach of a point, by which it decides whether it lights a scene, if it does.
+    /// Mean number of lights in reach of a point, for a technique that decides by it in [`Self::lights`]; otherwise
+    /// `None`.
     fn lights_in_reach(&self) -> Option<f32> {
         None
     }

@@ -116,7 +116,8 @@ named_enum! {
 }
 
 impl Quality {
-    /// Samples per pixel at edges. Several take a tenth of the frame time; beside draft indirect light they would take a third.
+    /// Samples per pixel at edges. On a software adapter several take a tenth of the frame time; beside draft indirect
+    /// light they would take a third.
     pub const fn samples(self) -> Samples {
         match self {
             Self::Draft => Samples::One,

@@ -220,8 +220,8 @@ impl Renderer {
         }
     }
 
-    /// The outcome of the next submitted frame, in order, each once, as soon as the device has finished it; none if there is no further one
-    /// yet. Never waits. If more than 64 frames are in flight, the newest are never reported.
+    /// The report of the next finished frame, in the order of submission; `None` if no further frame has finished. Each
+    /// frame is reported once. Never waits. If more than 64 frames are in flight, the newest are never reported.
     pub fn poll(&mut self) -> Option<FrameReport> {
         if let Some(report) = self.flight.outcomes.pop_front() {
             return Some(report);

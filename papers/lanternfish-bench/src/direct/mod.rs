@@ -38,7 +38,7 @@ pub struct DirectArgs {
     /// Measure only the table of this name: price, frame or motion. Repeatable.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// For the tables of frames and of motion: so many lights whose ranges do not end in place of the scene's own.
+    /// For the tables frame and motion: replaces the scene's lights by N unbounded ones.
     #[arg(long, value_name = "N")]
     unlimited: Option<u32>,
     #[command(flatten)]
@@ -124,8 +124,8 @@ impl Bench {
         Ok(renderer.render(scene, camera, self.size.width, self.size.height)?)
     }
 
-    /// The scene with `count` lights in place of its own, whose ranges do not end, and the settings for them. All together are as bright at
-    /// any number.
+    /// The scene with `count` unbounded lights in place of its own, and the settings for them. Their total brightness is
+    /// the same for any `count`.
     fn unlimited(&self, count: u32) -> (Scene, Settings) {
         let mut lights = light_rain(&self.scene.bounds(), count, Some(1.0), 0, 0.0);
         let size = self.scene.bounds().size();

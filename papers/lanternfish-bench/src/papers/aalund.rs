@@ -57,7 +57,7 @@ fn of_occlusion<'a>(reports: &'a Reports, words: &[&str], none_of: &[&str]) -> F
 /// Words of rows that end at a distance, which others are not compared with.
 const ENDS: &[&str] = &["d_max", "distance", "28 %"];
 
-/// Occlusion without an end through 512 maps of so many texels, by his algorithm where there is such a row.
+/// Unbounded occlusion through 512 maps with `texels` texels each, by Aalund's algorithm if it was measured.
 fn unattenuated<'a>(reports: &'a Reports, texels: &str) -> Found<Node<'a>> {
     let name = format!("512 x {texels}");
     of_occlusion(reports, &["plain", &name], ENDS).or_else(|_| of_occlusion(reports, &["deep", &name], ENDS))

@@ -3,7 +3,7 @@
 use super::reports::Found;
 use crate::table::Row;
 
-/// What stands where there is no figure.
+/// Placeholder for a missing figure.
 pub const NOT_MEASURED: &str = "not measured";
 
 /// Of a claim.

@@ -142,7 +142,7 @@ fn unsteadiness(played: &Played) -> f64 {
     (squares / frames.len().max(1) as f64).sqrt() / mean
 }
 
-/// Of one view, the tuned size of each kind as it fits an image of so many rows, by numbers of lights.
+/// One view: the row of the best cluster size of each shape at the image's height, for each number of lights.
 fn tuned(figures: &Figures) -> Vec<[&Played; 3]> {
     let best = crate::clustered::cases::shapes(figures.size[1], true).into_iter().map(|shape| shape.to_string());
     let best: Vec<String> = best.collect();

@@ -105,8 +105,8 @@ impl KeptDeepImages {
         Ok(&kept.images)
     }
 
-    /// Builds the oldest out-of-date slice again, once per frame, and records if the capacity of the others sufficed. False: it no longer
-    /// fits one binding.
+    /// Builds the oldest out-of-date slice again, once per frame, and records if the capacity of the others sufficed.
+    /// Returns false if the slice exceeds one binding.
     fn renew(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, now: Built) -> Result<bool, RenderError> {
         let Some(kept) = self.kept.as_mut().filter(|kept| kept.noted_in != frame.number()) else { return Ok(true) };
         kept.noted_in = frame.number();

@@ -190,7 +190,7 @@ fn variants() -> Vec<Vec<Feature>> {
 /// The passes.
 #[derive(Debug)]
 pub(super) struct SampledPasses {
-    /// Lights in reach from which on a scene is lit; none: any scene is.
+    /// Minimum number of lights in reach of a point; with fewer the technique is off. `None`: always on.
     least_in_reach: Option<f32>,
     /// The scene whose lights were counted last ([`GpuScene::revision`]), and their number in reach.
     counted: Option<(u64, f32)>,
@@ -223,7 +223,7 @@ impl SampledPasses {
         })
     }
 
-    /// The same for scenes in which more lights reach a point.
+    /// These passes, active only in scenes with more than this many lights in reach of a point.
     pub fn beyond(self, lights: f32) -> Self {
         Self { least_in_reach: Some(lights), ..self }
     }

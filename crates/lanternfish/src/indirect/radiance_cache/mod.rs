@@ -78,9 +78,10 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 
 /// Distance from the eye up to which voxels have the smallest edge, in units of that edge.
 const NEAR_EDGES: f32 = 128.0;
-/// Each frame updates one of so many entries; all of them in the reset window after a scene change. In images with blocking readback and more than
-/// one bounce, each frame also updates all visible entries: light from other entries is noisier than light from light sources. Of these, entries
-/// with a long history get a sample in every second or fourth frame: `schedule.wesl`.
+/// Update stride: each frame updates 1/8 of the entries, and all of them in the reset window after a scene change. In
+/// images with blocking readback and more than one bounce, each frame also updates all visible entries: light from other
+/// entries is noisier than light from light sources. Of these, entries with a long history get a sample in every second
+/// or fourth frame: `schedule.wesl`.
 const FRACTION: u32 = 8;
 const _: () = assert!(FRACTION.is_power_of_two());
 /// Least number of samples of an entry of rank 0 in its first frame.

@@ -7,9 +7,10 @@ use crate::common::workgroups;
 
 /// Red-black propagation sweeps per half of the entries, with all bounces: in a frame in which all entries are new.
 const SWEEPS_OF_NEW: u32 = 18;
-/// The same in the reset window after a change.
+/// Sweeps per half in the reset window after a change.
 const SWEEPS_OF_CHANGED: u32 = 12;
-/// The same while the scene keeps changing: light of more bounces is from earlier frames, as most of an entry's samples are.
+/// Sweeps per half in each frame while the scene keeps changing. Light of later bounces is then from earlier frames, as
+/// are most of an entry's samples.
 const SWEEPS_OF_CHANGING: u32 = 2;
 /// Sweeps over scheduled entries with each of up to three further samples of an update; the first sample has one. Entries with further samples are new,
 /// and the entries that they read may be, too.

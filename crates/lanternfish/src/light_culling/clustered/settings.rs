@@ -64,7 +64,7 @@ named_enum! {
     /// Test of a light against a cluster.
     ClusterTest {
         /// Rejects lights behind one of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always tested as such.
-        Planes = "planes": "Tests lights against the cluster's planes: lists some lights too many",
+        Planes = "planes": "Tests lights against the cluster's planes: conservative, longer lists",
         /// Also rejects lights out of reach of its bounding box: shorter lists.
         PlanesAndBox = "planes-and-box": "Also tests them against the box around the cluster: shorter lists",
     }
