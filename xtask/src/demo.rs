@@ -15,6 +15,6 @@ pub fn run(flags: Vec<String>, may_install: bool) -> Result<(), String> {
     let mut render = called(&program, &["render"]);
     // The program prints the image's path last.
     command::run(render.args(SCENE).args(["--timings", "-o"]).arg(rendering).args(flags))?;
-    eprintln!("==> The same in a window: {} view {}", program.display(), SCENE.join(" "));
+    eprintln!("==> The same in a window: cargo run --package lanternfish-cli -- view {}", SCENE.join(" "));
     Ok(())
 }

@@ -5,35 +5,58 @@
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 //!
-//! `renderings/` is the viewer of image files. `events.rs` is the event loop of both windows.
+//! `renderings/` is the viewer of image files. `events.rs` is the event loop of both windows. Without the feature `window`,
+//! which is on by default, the crate has recordings of cameras alone, and [`run`] and [`compare`] return an error.
 
 #[cfg(test)]
 #[macro_use]
 extern crate lanternfish_gpu_test;
 
+#[cfg(feature = "window")]
 mod background;
+#[cfg(feature = "window")]
 mod cloud;
+#[cfg(feature = "window")]
 mod clusters;
+#[cfg(feature = "window")]
 mod comparison;
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "windows use the rest"))]
 mod controls;
+#[cfg(feature = "window")]
 mod difference;
 mod error;
+#[cfg(feature = "window")]
 mod events;
+#[cfg(feature = "window")]
 mod overlay;
+#[cfg(feature = "window")]
 mod panels;
+#[cfg(feature = "window")]
 mod player;
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "windows use the rest"))]
 mod record;
 mod renderings;
+#[cfg(feature = "window")]
 mod repaint_limiter;
+#[cfg(feature = "window")]
 mod slice_scheduler;
+#[cfg(feature = "window")]
 mod source_tree;
+#[cfg(feature = "window")]
 mod stereo;
+#[cfg(feature = "window")]
 mod sun;
+#[cfg(feature = "window")]
 mod surface;
+#[cfg(feature = "window")]
 mod texture;
+#[cfg(feature = "window")]
 mod viewport;
+#[cfg(feature = "window")]
 mod window;
+#[cfg(feature = "window")]
 mod window_state;
+#[cfg(feature = "window")]
 mod wipe;
 
 use std::path::{Path, PathBuf};
@@ -159,10 +182,22 @@ pub struct Opened {
 
 /// Opens the window, and returns when it is closed.
 pub fn run(start: Start) -> Result<(), ViewerError> {
-    window::run(start)
+    #[cfg(feature = "window")]
+    return window::run(start);
+    #[cfg(not(feature = "window"))]
+    no_window(start)
 }
 
 /// Opens a window that compares image files, and returns when it is closed. At least one image is required.
 pub fn compare(renderings: RenderedImages) -> Result<(), ViewerError> {
-    renderings::run(renderings)
+    #[cfg(feature = "window")]
+    return renderings::run(renderings);
+    #[cfg(not(feature = "window"))]
+    no_window(renderings)
+}
+
+/// The error of a program that was built without the feature `window`.
+#[cfg(not(feature = "window"))]
+fn no_window<T>(_: T) -> Result<(), ViewerError> {
+    Err(ViewerError::Display("the program was built without windows".to_owned()))
 }

@@ -59,16 +59,6 @@
 #[macro_use]
 extern crate lanternfish_gpu_test;
 
-/// The code in the README compiles.
-#[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-struct Readme;
-
-/// The code in the guide compiles.
-#[cfg(doctest)]
-#[doc = include_str!("../../../docs/guide/6-in-your-program.md")]
-struct Guide;
-
 pub mod antialiasing;
 pub mod common;
 mod context;

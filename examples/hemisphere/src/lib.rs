@@ -96,3 +96,13 @@ impl IndirectPasses for HemispherePasses {
         Ok(DemodulatedIrradiance::new(layers))
     }
 }
+
+/// The code in the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
+
+/// The code in the guide compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/guide/6-in-your-program.md")]
+struct Guide;

@@ -4,11 +4,15 @@
 //! window.rs ─▶ panel.rs ─▶ State (which two, exposure, place.rs) ─▶ shown.rs ─▶ textures, a map ─▶ window.rs
 //! ```
 
+#[cfg(feature = "window")]
 mod panel;
+#[cfg(feature = "window")]
 mod place;
+#[cfg(feature = "window")]
 mod shown;
-#[cfg(test)]
+#[cfg(all(test, feature = "window"))]
 mod tests;
+#[cfg(feature = "window")]
 mod window;
 
 use std::path::Path;
@@ -17,6 +21,7 @@ use lanternfish::settings::{Exposure, ToneMap};
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_metrics::RgbImage;
 
+#[cfg(feature = "window")]
 pub use window::run;
 
 /// An image that was read from a file.
