@@ -1,12 +1,14 @@
 //! Development tasks, for a machine that only has Rust.
 
 mod apt;
+mod audit;
 mod budgets;
 mod check;
 #[cfg(test)]
 mod citations;
 mod command;
 mod demo;
+mod dist;
 mod driver;
 mod hardware;
 #[cfg(test)]
@@ -43,6 +45,9 @@ cargo xtask shader-stats [TEXT | --write]
                            that differ from docs/measured/shader-stats-*; --write stores the new ones; with TEXT, prints the
                            variants whose names contain it
 cargo xtask check          lines by folder, format, lints, documentation, and the hot passes of shader-stats
+cargo xtask audit          licences, advisories and sources of dependencies (cargo-deny), and changes of the interface since the last
+                           release (cargo-semver-checks): installs neither
+cargo xtask dist           an archive for x86-64 Linux with glibc 2.28 or newer in target/dist; needs cargo-zigbuild and zig
 
 What is missing may be a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one is
 installed, as root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
@@ -57,11 +62,15 @@ fn main() -> ExitCode {
     let result = match task.as_str() {
         "demo" => demo::run(words, may_install),
         "quality" => quality::run(words, may_install),
-        "check" | "hardware" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
+        "audit" | "check" | "dist" | "hardware" if !words.is_empty() => {
+            Err(format!("{task} takes no {:?}\n\n{HELP}", words[0]))
+        }
         "shader-stats" => shader_stats::run(&words),
         "test" => test::run(&words, may_install),
         "same" => same::run(&words, may_install),
+        "audit" => audit::run_audit(),
         "check" => check::run(),
+        "dist" => dist::run_dist(),
         "hardware" => hardware::run(),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
