@@ -2,7 +2,7 @@
 
 use lanternfish_limits::memory::Budget;
 
-use crate::ReferenceError;
+use crate::error::ReferenceError;
 
 /// Sums of a pixel's samples in fixed point, so that the sums do not depend on the order or the grouping of additions.
 ///

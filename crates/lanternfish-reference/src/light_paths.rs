@@ -20,12 +20,12 @@ use lanternfish_scene::{
 };
 
 use crate::{
-    Tracer,
     brdf::Bsdf,
     lights::{Arriving, incidence, receiver},
     path::{MAX_PASSES, PreviousSurface, is_wrong_side, power_heuristic, ray_origin},
     random::Random,
     surface::Surface,
+    tracer::Tracer,
     world::{Faces, Hit},
 };
 

@@ -10,10 +10,10 @@
 use glam::{DVec3, Vec3, Vec3A};
 
 use crate::{
-    Tracer,
     brdf::Bsdf,
     random::Random,
     surface::Surface,
+    tracer::Tracer,
     world::{Faces, Hit, offset},
 };
 

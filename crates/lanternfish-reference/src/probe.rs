@@ -4,11 +4,11 @@ use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::Camera;
 
 use crate::{
-    Tracer,
     brdf::cosine_direction,
     camera,
     lights::{Incidence, incidence, incidence_from, point_of_area},
     surface::Surface,
+    tracer::Tracer,
     world::{Faces, offset},
 };
 

@@ -6,12 +6,13 @@ use lanternfish_scene::{Camera, Scene, shading::Materials};
 use rayon::prelude::*;
 
 use crate::{
-    Film, ReferenceError, Settings, camera,
-    film::Sums,
+    camera,
+    error::ReferenceError,
+    film::{Film, Sums},
     light_paths::Starts,
     lights::Lights,
     random::Random,
-    settings::{Integrator, LightPaths},
+    settings::{Integrator, LightPaths, Settings},
     world::{Faces, World},
 };
 
