@@ -126,14 +126,19 @@ impl Document {
 
     /// Adds a section with a table, and its rows to the JSON report. Without rows there is no section.
     pub fn section(&mut self, heading: &str, text: &str, key: &'static str, rows: Vec<Row>) {
+        self.section_shown(heading, text, rows.clone());
+        self.keep(key, rows);
+    }
+
+    /// Adds a section with a table to the page only. Without rows there is no section.
+    pub fn section_shown(&mut self, heading: &str, text: &str, rows: Vec<Row>) {
         if !rows.is_empty() {
             self.heading(heading);
             if !text.is_empty() {
                 self.paragraph(text);
             }
-            self.show(rows.iter().cloned());
+            self.show(rows);
         }
-        self.keep(key, rows);
     }
 
     /// Adds the list of configurations without results, with reasons.

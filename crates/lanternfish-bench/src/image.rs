@@ -1,23 +1,15 @@
-//! Writes and compares images.
-
-use std::path::Path;
+//! Conversions and comparisons of images.
 
 use lanternfish::{
     RenderedImage,
     output::display,
     settings::{Exposure, ToneMap},
 };
-use lanternfish_cli::error::CliError;
-use lanternfish_metrics::{ColorType, HdrFlip, MetricsError, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
+use lanternfish_metrics::{HdrFlip, MetricsError, PIXELS_PER_DEGREE, Pair, RgbImage};
 
 /// Display colours without alpha, as RGB bytes.
 pub fn rgb(rendering: &RenderedImage) -> Vec<u8> {
     rendering.display.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()
-}
-
-/// Writes the display colours as a PNG file.
-pub fn write(path: &Path, rendering: &RenderedImage) -> Result<(), CliError> {
-    Ok(write_png(path, rendering.width, rendering.height, ColorType::Rgb, &rgb(rendering))?)
 }
 
 /// Linear radiance of an image.

@@ -1,6 +1,8 @@
 //! `lanternfish-bench`: the measurements of the papers that Lanternfish implements, and the quality of every technique.
 
 mod attenuation;
+mod bench;
+mod case;
 mod clustered;
 mod deep_images;
 mod direct;
@@ -16,10 +18,10 @@ mod papers;
 mod photons;
 mod probes;
 mod quality;
-mod run;
-mod subject;
+mod reference;
 mod table;
-mod technique;
+mod times;
+mod view;
 mod virtual_lights;
 mod walked;
 mod walks;

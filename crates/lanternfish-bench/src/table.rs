@@ -53,6 +53,21 @@ impl Row {
         self.with(Some(key), Some(heading), count.into(), grouped(count))
     }
 
+    /// Adds a number, shown with `digits` decimal places, or as a dash if it is `None`.
+    pub fn maybe(self, key: &'static str, heading: &str, digits: usize, number: Option<f64>) -> Self {
+        self.optional(key, heading, number).said_as(number.map_or(DASH.to_owned(), |number| fixed(digits, number)))
+    }
+
+    /// Adds a number of bytes, shown in megabytes.
+    pub fn megabytes(self, key: &'static str, heading: &str, bytes: u64) -> Self {
+        self.count(key, heading, bytes).said_as(format_args!("{:.1}", bytes as f64 / 1e6))
+    }
+
+    /// Adds the side of a square image, texels.
+    pub fn texels(self, key: &'static str, texels: u32) -> Self {
+        self.number(key, "texels", texels).said_as(format_args!("{texels}²"))
+    }
+
     /// Adds a number, shown with `digits` decimal places.
     pub fn fixed(self, key: &'static str, heading: &str, digits: usize, number: f64) -> Self {
         self.with(Some(key), Some(heading), number.into(), fixed(digits, number))

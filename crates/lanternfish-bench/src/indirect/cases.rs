@@ -9,7 +9,6 @@ use lanternfish_scene::Scene;
 use serde::Serialize;
 
 use super::gaussian::RADIUS;
-use crate::technique;
 
 /// Number of frames of an accumulated image.
 const FRAMES: u32 = 4;
@@ -164,7 +163,7 @@ impl Case {
         };
         Settings {
             materials: self.brdf.materials(),
-            indirect: technique::sampled(sampled),
+            indirect: sampled.into(),
             structure: deep_images.into(),
             samples: self.samples,
             accumulate: self.accumulate,

@@ -21,7 +21,7 @@ const RATES: &str = "Ray rates count the rays of the BRDF only; the diffuse ray 
 
 /// Adds everything to a report.
 pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) {
-    let Measured { images, rows, cached, soft, parts, left_out } = measured;
+    let Measured { images, rows, cached, soft, parts } = measured;
     report.paragraph(RATES);
     report.paragraph(format!(
         "*Energy* and *FLIP to BVH* are against the image with the same rays, filter and antialiasing through the BVH: the error of deep \
@@ -55,7 +55,6 @@ pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) 
     report.keep("images", images);
     report.keep("rows", rows);
     report.section("Radiance cache, diffuse light", &cached::text(converged_frames), "cached", cached);
-    report.left_out(&left_out);
 }
 
 /// Ray rates relative to those through the BVH.

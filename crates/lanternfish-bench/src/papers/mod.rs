@@ -32,7 +32,7 @@ use self::{
     reports::Reports,
     runner::Ran,
 };
-use crate::run::make_folder;
+use crate::bench::make_folder;
 
 /// Flags of `papers`.
 #[derive(Debug, Args)]

@@ -5,7 +5,7 @@ use std::path::Path;
 use lanternfish_cli::scene::SceneName;
 
 use super::Paper;
-use crate::subject;
+use crate::view;
 
 /// A run of another bench.
 #[derive(Debug)]
@@ -173,6 +173,6 @@ impl Part {
 
 /// Whether a shot can be read and its scene is there.
 fn is_there(shot: &Path) -> bool {
-    let read = || subject::shot_of(&SceneName::from(shot)).ok()?;
+    let read = || view::shot_of(&SceneName::from(shot)).ok()?;
     shot.is_file() && read().is_some_and(|shot| shot.args.scene.demo().is_some() || shot.args.scene.path().is_file())
 }

@@ -14,7 +14,7 @@ use super::{
     parts::{Part, TRACK},
     reports::Found,
 };
-use crate::run::make_folder;
+use crate::bench::make_folder;
 
 /// The file that says with which arguments a part was made; it is there only of complete ones.
 const ARGUMENTS: &str = "arguments.json";

@@ -14,9 +14,8 @@ use super::{
     shots::{SHOTS, Shot},
 };
 use crate::{
-    document::Document,
+    bench::Bench,
     ground_truths::GroundTruthFigures,
-    run::Run,
     table::{Row, decimal},
 };
 
@@ -99,15 +98,15 @@ figcaption { font-size: 13px; color: #a4abb2 }";
 
 /// Writes the three reports, and prints the Markdown report. `commit` names the source revision, if known.
 pub fn write(
-    run: &Run,
+    bench: &Bench,
     spp: u64,
     commit: Option<&str>,
     shots: &[ShotReport],
     left_out: &[LeftOut],
 ) -> Result<(), CliError> {
-    let adapter = &run.gpu.description;
-    let is_software = adapter.device_type == "Cpu";
-    let mut report = Document::new("Quality of every technique", &run.gpu, run.runs);
+    let adapter = &bench.gpu.description;
+    let is_software = bench.is_software();
+    let mut report = bench.report();
     let facts = Row::default().data("commit", commit).data("backend", &adapter.backend);
     report.facts(facts.data("is_software", is_software).data("spp", spp));
     let commit = commit.map(|commit| format!(" ({commit})")).unwrap_or_default();
@@ -117,7 +116,7 @@ pub fn write(
         &format!("{} of {} shots{commit}, through {}", shots.len(), SHOTS.len(), adapter.backend),
         &format!(
             "median of at most {} frames after a first one, which builds deep images, at the larger size; for a mean, the sum of its frames",
-            run.runs
+            bench.runs
         ),
     );
     report.paragraph(format!(
@@ -154,9 +153,9 @@ pub fn write(
     report.list(left_out.iter().map(|shot| format!("{}: {}", shot.shot, shot.reason)));
     report.keep_data("shots", &shots);
     report.keep_data("left_out", &left_out);
-    report.write_json(&run.folder)?;
-    let (markdown, html) = (report.to_markdown(), run.folder.join("report.html"));
-    write_text(&run.folder.join("report.md"), &markdown)?;
+    report.write_json(&bench.folder)?;
+    let (markdown, html) = (report.to_markdown(), bench.folder.join("report.html"));
+    write_text(&bench.folder.join("report.md"), &markdown)?;
     write_text(&html, &report.to_html(STYLE))?;
     print(&format!("{markdown}\n{}\n", html.display()))
 }
@@ -295,37 +294,13 @@ mod tests {
     use crate::table::to_markdown;
 
     fn row(name: &str, ground_truth: &'static str, frames: u32, energy_ratio: f64) -> Measured {
-        let errors = Errors { flip: 0.0, hdr_flip: 0.0, relative_mse: 0.0, percentile_95: 0.0, energy_ratio };
-        let figures = Figures {
-            errors,
-            frames,
-            differing_pixels: 0,
-            frame_ms: 0.0,
-            rays: 0,
-            listed_lights: 0,
-            rendering: String::new(),
-            map: String::new(),
-        };
-        Measured { name: name.to_owned(), ground_truth, left_out: None, figures: Some(figures) }
+        let errors = Errors { energy_ratio, ..Errors::default() };
+        let figures = Some(Figures { errors, frames, ..Figures::default() });
+        Measured { name: name.to_owned(), ground_truth, left_out: None, figures }
     }
 
     fn ground_truth(energy_without_indirect: Option<f64>, noise_energy: f64) -> GroundTruthFigures {
-        GroundTruthFigures {
-            name: "full",
-            meaning: "",
-            file: String::new(),
-            rendering: String::new(),
-            spp: 1,
-            reused: false,
-            seconds: 0.0,
-            dropped: 0,
-            noise: 0.0,
-            noise_relative_mse: 0.0,
-            noise_energy,
-            noise_flip: 0.0,
-            noise_hdr_flip: 0.0,
-            energy_without_indirect,
-        }
+        GroundTruthFigures { name: "full", spp: 1, noise_energy, energy_without_indirect, ..Default::default() }
     }
 
     #[test]
@@ -363,9 +338,10 @@ mod tests {
 
     #[test]
     fn rows_without_indirect_light_exist() {
+        lanternfish_papers::register();
         let rows = techniques(&Settings::direct_light(), 10.0);
         for name in WITHOUT_INDIRECT {
-            assert!(rows.iter().any(|row| row.name == name), "no row {name}");
+            assert!(rows.iter().any(|row| row.case.name == name), "no row {name}");
         }
     }
 }

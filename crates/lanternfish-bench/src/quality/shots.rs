@@ -11,10 +11,12 @@ use lanternfish_cli::{
     scene::{self, SceneName},
 };
 use lanternfish_scene::{
-    Camera, Environment, Light, Projection, Scene,
+    Camera, Environment, Light, Projection,
     generate::{light_rain, sky},
     near_plane,
 };
+
+use crate::view::View;
 
 /// One view of one scene.
 #[derive(Clone, Copy)]
@@ -22,7 +24,7 @@ pub struct Shot {
     pub name: &'static str,
     /// `demo:NAME`, or a file below the shared assets.
     scene: &'static str,
-    view: View,
+    view: Seen,
     /// Size of the ground truth, pixels.
     pub size: Size,
     /// Ratio of the rendered image's width and height to those of the ground truth, before box filtering.
@@ -37,8 +39,9 @@ pub struct Shot {
     pub exposure: f32,
 }
 
+/// From where a shot is seen.
 #[derive(Clone, Copy)]
-enum View {
+enum Seen {
     /// One of the scene's cameras, by number.
     Camera(usize),
     /// Position of the eye and of its target, world space, m, and the vertical angle of view, degrees.
@@ -67,7 +70,7 @@ const SPONZA_TEN: &[([f32; 3], [f32; 3])] = &[
 const CORNELL: Shot = Shot {
     name: "cornell",
     scene: "demo:cornell",
-    view: View::Camera(0),
+    view: Seen::Camera(0),
     size: size(128, 128),
     factor: 4,
     points: &[],
@@ -81,7 +84,7 @@ const CORNELL: Shot = Shot {
 const CORNELL_BLOCKS: Shot = Shot {
     name: "cornell-blocks",
     scene: "cornell/CornellBox-Blocks.glb",
-    view: View::At([0.0, 1.0, 3.6], [0.0, 1.0, 0.0], 36.0),
+    view: Seen::At([0.0, 1.0, 3.6], [0.0, 1.0, 0.0], 36.0),
     points: &[([0.0, 1.7, 0.1], [2.5, 2.3, 2.0])],
     attenuation: Attenuation::Physical,
     ..CORNELL
@@ -100,7 +103,7 @@ pub const SHOTS: &[Shot] = &[
     Shot {
         name: "cornell-sphere",
         scene: "cornell/CornellBox-Sphere.glb",
-        view: View::At([0.0, 0.8, 3.6], [0.0, 0.8, 0.0], 34.0),
+        view: Seen::At([0.0, 0.8, 3.6], [0.0, 0.8, 0.0], 34.0),
         points: &[([0.0, 1.4, 0.1], [2.5, 2.3, 2.0])],
         ..CORNELL_BLOCKS
     },
@@ -112,7 +115,7 @@ pub const SHOTS: &[Shot] = &[
     Shot {
         name: "sponza-ten",
         scene: "sponza/Sponza.glb",
-        view: View::At([6.6, 2.6, -0.6], [-4.0, 3.2, 0.4], 65.0),
+        view: Seen::At([6.6, 2.6, -0.6], [-4.0, 3.2, 0.4], 65.0),
         size: size(192, 108),
         points: SPONZA_TEN,
         range_threshold: 0.5,
@@ -124,7 +127,7 @@ pub const SHOTS: &[Shot] = &[
     Shot {
         name: "candela-city",
         scene: "candela-city/candela_city.glb",
-        view: View::At([70.0, 4.0, -3.0], [-30.0, -8.0, 0.0], 45.0),
+        view: Seen::At([70.0, 4.0, -3.0], [-30.0, -8.0, 0.0], 45.0),
         size: size(192, 108),
         exposure: 2.0,
         ..CORNELL
@@ -152,8 +155,8 @@ impl Shot {
         self.scene.starts_with("demo:")
     }
 
-    /// The scene with all lights, and the camera.
-    pub fn load(&self, assets: &Path) -> Result<(Scene, Camera), CliError> {
+    /// The view: the scene with all lights, and settings of direct light.
+    pub fn load(&self, assets: &Path) -> Result<View, CliError> {
         let file = assets.join(self.scene);
         let source: SceneName = if self.is_built_in() { self.scene.into() } else { file.into() };
         let mut scene = scene::load_part(&source, &PartArgs::default())?;
@@ -161,15 +164,15 @@ impl Shot {
         scene.lights.extend(light_rain(&bounds, self.rain, None, 0, 0.0));
         scene.lights.extend(self.points());
         let camera = match self.view {
-            View::At(eye, target, fov_y) => {
+            Seen::At(eye, target, fov_y) => {
                 let projection = Projection::Perspective { fov_y: fov_y.to_radians(), near: near_plane(&bounds) };
                 Camera::look_at(eye.into(), target.into(), projection)
             }
-            View::Camera(number) => scene.cameras.get(number).cloned().ok_or_else(|| {
+            Seen::Camera(number) => scene.cameras.get(number).cloned().ok_or_else(|| {
                 CliError::new(format_args!("{source}: no camera {number}"), "check that the shared assets are complete")
             })?,
         };
-        Ok((scene, camera))
+        Ok(View { name: self.name.to_owned(), scene, camera, look: self.settings(), size: self.size })
     }
 
     fn points(&self) -> impl Iterator<Item = Light> {
@@ -227,7 +230,7 @@ mod tests {
         assert_eq!(ours.points().collect::<Vec<_>>(), docs.args.lights.points);
         assert_eq!(ours.settings().range_threshold, docs.args.lights.range_threshold);
         assert_eq!(ours.settings().attenuation, docs.args.lights.attenuation);
-        let View::At(eye, target, fov_y) = ours.view else { panic!() };
+        let Seen::At(eye, target, fov_y) = ours.view else { panic!() };
         let view = &docs.args.view;
         assert_eq!((view.eye, view.target), (Some(eye.into()), Some(target.into())));
         assert_eq!(view.fov_y, Some(fov_y.to_radians()));

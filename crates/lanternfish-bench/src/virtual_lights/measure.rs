@@ -1,35 +1,32 @@
 //! Renders and times every configuration, and compares its image.
 
-use lanternfish::settings::Tracer;
 use lanternfish_cli::{error::CliError, parse::Size, report::grouped};
-use lanternfish_papers::{
-    VirtualLights, WITHIN_TEXEL,
-    indirect::virtual_lights::{MapSize, Ranges},
-};
+use lanternfish_papers::{VirtualLights, indirect::virtual_lights::MapSize};
 
 use super::{
     cases::{WITH_STEPS, ranges_alone},
     steps::{PAPERS_LIGHTS, Steps},
 };
 use crate::{
-    one_bounce::{Bench, Case, Rendered},
-    run::counter,
+    bench::Timed,
+    case::Case,
+    one_bounce::OneBounce,
     table::{DASH, Row},
+    times::counter,
+    view::View,
 };
 
-/// Measures a row of the table, and returns it with its steps if they are compared with the paper's.
-pub fn row(bench: &Bench, case: &Case) -> Result<(Row, Option<(String, Steps)>), CliError> {
-    let (rendered, errors) = bench.row(case)?;
-    let count = |name: &str| counter(&rendered.rendering.report, &format!("virtual_lights/{name}"));
+/// A row of the table, without its errors.
+pub fn row(case: &Case, timed: &Timed) -> Row {
+    let count = |name: &str| counter(&timed.image.report, &format!("virtual_lights/{name}"));
     let arriving = count("flux_arriving");
     // Fraction of the arriving flux that arrives within ranges; `None` if flux is not counted.
     let in_range = (arriving > 0).then(|| count("flux_in_range") as f64 / arriving as f64);
-    let steps = steps(&rendered);
-    let has_steps = WITH_STEPS.contains(&&*case.name);
+    let steps = Steps::of_timed(timed);
     let times = steps.steps;
-    let row = Row::default()
+    Row::default()
         .text("name", "", &case.name)
-        .data("has_steps", has_steps)
+        .data("has_steps", WITH_STEPS.contains(&&*case.name))
         .data("steps", times)
         .fixed("frame", "frame, ms", 0, steps.frame)
         .shown("map", format_args!("{:.1}", times[3]))
@@ -47,27 +44,23 @@ pub fn row(bench: &Bench, case: &Case) -> Result<(Row, Option<(String, Steps)>),
         .count("listed", "listed", count("listed"))
         .count("too_small", "too small", count("too_small"))
         .count("too_large", "too large", count("too_large"))
-        .optional("in_range", "in range", in_range)
-        .said_as(in_range.map_or(DASH.to_owned(), |ratio| format!("{ratio:.2}")));
-    Ok((row.and(errors.row()), has_steps.then(|| (case.name.clone(), steps))))
+        .maybe("in_range", "in range", 2, in_range)
 }
 
 /// How many texels of the map become lights, and how many of these are listed, of rows whose steps stand beside the paper's; with his.
 pub fn lights(rows: &[Row]) -> Vec<Row> {
-    let ours = rows.iter().filter(|row| *row.get("has_steps") == true).map(|row| {
-        let count =
-            |row: Row, (key, heading): (&'static str, &str), of: &Row| row.count(key, heading, of.f64(key) as u64);
-        LIGHTS
-            .into_iter()
-            .fold(Row::default().text("name", "", row.words_of("name")), |made, key| count(made, key, row))
-    });
-    let his = PAPERS_LIGHTS.iter().map(|(name, counts)| {
-        let counts = counts.iter().map(|count| Some(*count)).chain([None; 2]);
-        LIGHTS.into_iter().zip(counts).fold(Row::default().text("name", "", name), |row, ((key, heading), count)| {
+    let row = |name: &str, counts: [Option<u64>; 5]| {
+        let with = |row: Row, ((key, heading), count): ((&'static str, &str), Option<u64>)| {
             row.optional(key, heading, count).said_as(count.map_or(DASH.to_owned(), grouped))
-        })
-    });
-    let ours: Vec<_> = ours.collect();
+        };
+        LIGHTS.into_iter().zip(counts).fold(Row::default().text("name", "", name), with)
+    };
+    let ours = rows.iter().filter(|row| *row.get("has_steps") == true);
+    let ours: Vec<_> =
+        ours.map(|of| row(of.words_of("name"), LIGHTS.map(|(key, _)| Some(of.f64(key) as u64)))).collect();
+    let his = PAPERS_LIGHTS
+        .iter()
+        .map(|(name, [map, unique, listed])| row(name, [Some(*map), Some(*unique), Some(*listed), None, None]));
     if ours.is_empty() { ours } else { ours.into_iter().chain(his).collect() }
 }
 
@@ -94,33 +87,21 @@ fn lights_of_the_papers_rows_stand_beside_his() {
     assert_eq!(lights(&[row("none", false)]), []);
 }
 
-fn steps(rendered: &Rendered) -> Steps {
-    let mut steps = Steps::of(&rendered.rendering.report.passes);
-    steps.steps[..2].copy_from_slice(&Steps::of(&rendered.first).steps[..2]);
-    steps
-}
-
 /// Times of [Archer2019, table 3], ms, by map width in texels: Atrium and Rungholt with rays, and random ranges.
 const RANGES: [(u32, [f64; 3]); 4] =
     [(256, [0.5, 0.6, 0.04]), (512, [1.8, 2.1, 0.14]), (1024, [6.0, 6.9, 0.5]), (2048, [20.2, 23.5, 2.1])];
 
 /// Times of computing ranges for a map of this size: with rays through deep images and through the BVH, and for random ranges.
-pub fn ranges(bench: &Bench, map: MapSize) -> Result<Row, CliError> {
-    let of = |ranges, tracer| {
-        // A small image, because only ranges are timed.
-        bench.render(&ranges_alone(&bench.look, map, ranges, tracer), Size { width: 64, height: 36 })
-    };
-    let deep = of(Ranges::Average, WITHIN_TEXEL)?;
-    let bvh = steps(&of(Ranges::Average, Tracer::BVH)?);
-    let random = steps(&of(Ranges::Random, WITHIN_TEXEL)?);
-    let lights = counter(&deep.rendering.report, "virtual_lights/unique");
-    let deep = steps(&deep);
-    Ok(range_row(
-        map.texels(),
-        lights,
-        deep.build(),
-        [deep.range_rays + deep.ranges, bvh.range_rays + bvh.ranges, random.ranges],
-    ))
+pub fn ranges(of: &OneBounce, map: MapSize) -> Result<Row, CliError> {
+    // A small image, because only ranges are timed.
+    let small = View { size: Size { width: 64, height: 36 }, ..of.view.clone() };
+    let timed = |ranges| of.bench.timed(&small, &ranges_alone(&of.view.look, map, ranges));
+    let deep = timed("vpl-ranges average")?;
+    let [bvh, random] = ["vpl-ranges average, vpl-range-tracer bvh", "vpl-ranges random"].map(timed);
+    let (bvh, random) = (Steps::of_timed(&bvh?), Steps::of_timed(&random?));
+    let (lights, deep) = (counter(&deep.image.report, "virtual_lights/unique"), Steps::of_timed(&deep));
+    let ms = [deep.range_rays + deep.ranges, bvh.range_rays + bvh.ranges, random.ranges];
+    Ok(range_row(map.texels(), lights, deep.build(), ms))
 }
 
 /// `lights`: that rays were cast from; `build`: milliseconds of building deep images.

@@ -2,7 +2,10 @@
 
 use lanternfish_gpu::PassTime;
 
-use crate::table::{DASH, Row, fixed, percent};
+use crate::{
+    bench::Timed,
+    table::{DASH, Row, fixed, percent},
+};
 
 /// His steps, and what he measured: Atrium and Rungholt, 1920 x 1080, GeForce GTX 1060, ms.
 pub const PAPER: [(&str, f64, f64); 7] = [
@@ -57,6 +60,13 @@ impl Steps {
     /// Milliseconds of his steps, with the build.
     pub fn total(&self) -> f64 {
         self.steps.iter().sum()
+    }
+
+    /// Steps of the fastest frame, with the build of the first one.
+    pub fn of_timed(timed: &Timed) -> Self {
+        let mut steps = Self::of(&timed.image.report.passes);
+        steps.steps[..2].copy_from_slice(&Self::of(&timed.first).steps[..2]);
+        steps
     }
 
     pub fn of(passes: &[PassTime]) -> Self {

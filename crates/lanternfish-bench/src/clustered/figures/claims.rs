@@ -4,10 +4,11 @@
 
 use lanternfish_cli::report::grouped;
 
-use super::{Figures, Played, mean, page::distinct};
+use super::{Figures, Played, mean};
 use crate::{
     clustered::cases::{Views, shapes},
     table::Row,
+    times::distinct,
 };
 
 /// One row per stated number and number of lights.
