@@ -38,10 +38,10 @@ cargo xtask hardware       builds, and packs a kit into target/hardware for a ba
 cargo xtask same [COMMIT | --write]
                            renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
                            hash, or from that commit's image; --write stores the hashes
-cargo xtask shader-stats [TEXT | --write]
+cargo xtask shader-stats [TEXT | --write | --page MESA]
                            what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
-                           that differ from docs/measured/shader-stats-*; --write stores the new ones; with TEXT, prints the
-                           variants whose names contain it
+                           that differ from docs/measured/shader-stats-*; --write stores the new ones; --page prints those of
+                           a version of Mesa; with TEXT, prints the variants whose names contain it
 cargo xtask check          sets up a compiler if there is none; format, lints, documentation, and the hot passes of shader-stats
 
 What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one

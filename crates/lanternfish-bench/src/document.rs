@@ -206,10 +206,11 @@ impl Document {
     }
 }
 
-/// Serializes to an object with the entries of the header, then every table under its key.
+/// Serializes to an object with the title and the entries of the header, then every table under its key.
 impl Serialize for Document {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("title", &self.title)?;
         self.header.entries(&mut map)?;
         self.rows.iter().try_for_each(|(key, rows)| map.serialize_entry(key, rows))?;
         self.data.iter().try_for_each(|(key, data)| map.serialize_entry(key, data))?;
@@ -238,7 +239,7 @@ mod tests {
                 && html.contains("<li>samples: refused</li>")
         );
         let json = serde_json::to_string(&document).unwrap();
-        let expected = r#"{"runs":3,"triangles":36,"none":[],"rows":[{"rays":7}],"left_out":[{"reason":"refused","what":"samples"}]}"#;
+        let expected = r#"{"title":"Rays & images","runs":3,"triangles":36,"none":[],"rows":[{"rays":7}],"left_out":[{"reason":"refused","what":"samples"}]}"#;
         assert_eq!(json, expected);
     }
 }

@@ -19,6 +19,7 @@ mod photons;
 mod probes;
 mod quality;
 mod reference;
+mod stored;
 mod table;
 mod times;
 mod view;
@@ -162,6 +163,8 @@ enum Bench {
     /// host, the idle time between them, dispatches, rays and memory. The first walk is repeated at the end: the page says if the machine
     /// was not steady. Files are written after each walk.
     Walks(walks::WalksArgs),
+    /// Prints the page of a stored report: a report.json, or a file of docs/measured.
+    Page(stored::PageArgs),
     /// Prints this, or the help of a bench.
     Help(HelpArgs),
 }
@@ -189,6 +192,7 @@ fn run(bench: &Bench) -> Result<(), CliError> {
         Bench::Quality(args) => quality::run(args),
         Bench::Papers(args) => papers::run(args),
         Bench::Walks(args) => walks::run(args),
+        Bench::Page(args) => stored::run(args),
         Bench::Help(args) => help::run::<Cli>(args),
     }
 }
