@@ -12,7 +12,7 @@ use lanternfish_gpu::Gpu;
 use serde::{Deserialize, Serialize, Serializer, ser::SerializeMap};
 use serde_json::Value;
 
-use crate::table::{self, Row};
+use crate::table::{self, Key, Row};
 
 /// A part of a page.
 #[derive(Debug)]
@@ -32,8 +32,8 @@ pub struct Document {
     title: String,
     /// Facts common to all results, for scripts.
     header: Row,
-    data: Vec<(&'static str, Value)>,
-    rows: Vec<(&'static str, Vec<Row>)>,
+    data: Vec<(Key, Value)>,
+    rows: Vec<(Key, Vec<Row>)>,
     page: Vec<Block>,
 }
 
@@ -115,13 +115,13 @@ impl Document {
     }
 
     /// Adds rows to the JSON report.
-    pub fn keep(&mut self, key: &'static str, rows: Vec<Row>) {
-        self.rows.push((key, rows));
+    pub fn keep(&mut self, key: impl Into<Key>, rows: Vec<Row>) {
+        self.rows.push((key.into(), rows));
     }
 
     /// Adds other data to the JSON report.
     pub fn keep_data(&mut self, key: &'static str, data: &impl Serialize) {
-        self.data.push((key, serde_json::to_value(data).expect("plain numbers and strings")));
+        self.data.push((key.into(), serde_json::to_value(data).expect("plain numbers and strings")));
     }
 
     /// Adds a section with a table, and its rows to the JSON report. Without rows there is no section.

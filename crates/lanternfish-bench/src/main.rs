@@ -10,7 +10,6 @@ mod document;
 mod forward_plus;
 mod ground_truths;
 mod history;
-mod image;
 mod indirect;
 mod moving;
 mod one_bounce;
@@ -21,7 +20,8 @@ mod quality;
 mod reference;
 mod stored;
 mod table;
-mod times;
+#[cfg(test)]
+mod testing;
 mod view;
 mod virtual_lights;
 mod walked;
@@ -34,7 +34,7 @@ use lanternfish_cli::{
     args::TrustArgs,
     error::CliError,
     help::{self, HelpArgs},
-    program,
+    images as image, program, times,
 };
 
 use self::one_bounce::OneBounceArgs;

@@ -61,7 +61,7 @@ pub fn flip(image: &RenderedImage, reference: &RgbImage) -> Result<f64, MetricsE
 
 #[test]
 fn lost_light_is_reported() {
-    use crate::image::rendering;
+    use crate::testing::rendering;
     // Direct light of 1, indirect light of 0.5 in each of three channels of 64 pixels.
     let image = RgbImage::new(64, 1, vec![[1.5; 3]; 64]).unwrap();
     assert!(Reference::new(image.clone(), 288.0, "").is_err());

@@ -12,6 +12,7 @@ mod farm;
 pub mod flags;
 mod frames;
 pub mod help;
+pub mod images;
 mod info;
 mod legend;
 pub mod light_rig;
@@ -34,6 +35,7 @@ pub mod scene;
 pub mod shot;
 mod signals;
 mod stereo;
+pub mod times;
 mod warm;
 mod window;
 

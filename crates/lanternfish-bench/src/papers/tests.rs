@@ -3,7 +3,7 @@
 use clap::Parser;
 use serde_json::{Value, json};
 
-use super::{page::Section, *};
+use super::{claims::Judged, *};
 use crate::Cli;
 
 /// Words of every claim that the page must have, by paper.
@@ -80,8 +80,8 @@ fn machine() -> Machine {
 }
 
 /// Verdicts of a paper's claims, by the words in them.
-fn verdict(section: &Section, words: &str) -> &'static str {
-    let found: Vec<_> = section.claims.iter().filter(|claim| claim.what.contains(words)).collect();
+fn verdict(judged: &[Judged], words: &str) -> &'static str {
+    let found: Vec<_> = judged.iter().filter(|judged| judged.claim.what.contains(words)).collect();
     assert_eq!(found.len(), 1, "{words}: {found:?}");
     found[0].verdict.name()
 }
@@ -89,8 +89,8 @@ fn verdict(section: &Section, words: &str) -> &'static str {
 /// Small reports of all parts, in which most claims hold.
 fn reports(is_software: bool) -> Reports {
     let mut reports = Reports::of(is_software);
-    let configuration = |name: &str, ms: f64| json!({ "name": name, "frame_ms": ms, "shadow_ms": 0.9 * ms, "rays": 100.0 * ms, "false_positives": 0.1 });
-    let tile = |name: &str, ms: f64, lights: u32| json!({ "name": name, "frame_ms": ms, "listed_lights": lights });
+    let configuration = |name: &str, ms: f64| json!({ "name": name, "frame_ms": ms, "shadow_ms": 0.9 * ms, "rays": 100.0 * ms, "shadow_part": 0.9, "false_positives": 0.1 });
+    let tile = |name: &str, ms: f64, lights: u32| json!({ "name": name, "frame_ms": ms, "list_bytes": lights });
     let forward_plus = json!({
         "scene": "demo:atrium", "width": 160, "height": 80,
         "configurations": [
@@ -98,7 +98,7 @@ fn reports(is_software: bool) -> Reports {
             configuration("light culling + AABB", 7.0), configuration("light culling + AABB + naive normals", 5.9),
             configuration("light culling + AABB + improved normals", 6.0), configuration("improved normals", 9.9),
         ],
-        "tile_sizes": [tile("8 x 8", 5.0, 400), tile("16 x 16", 5.1, 100), tile("32 x 32", 5.5, 30)],
+        "tile_sizes": [tile("8 x 8", 5.0, 2404), tile("16 x 16", 5.1, 604), tile("32 x 32", 5.5, 30)],
         "normals": [{ "name": "naive", "mean_flip": 0.1 }, { "name": "improved", "mean_flip": 0.2 }],
     });
     reports.add("forward-plus", Ok(forward_plus));
@@ -171,22 +171,24 @@ fn reports(is_software: bool) -> Reports {
     let paper =
         json!({ "name": "as in the paper", "times": { "emit": 1, "trace": 2, "keep": 1, "lists": 1, "splat": 95 } });
     let maps = |name: &str, bytes: u32, flip: f64| json!({ "name": name, "bytes": bytes, "deep_images_ms": 100, "occlusion_ms": 20, "flip": flip });
-    let occlusion = [maps("deep, 512 x 200²", 800_000_000, 0.2), maps("deep, 512 x 50²", 50_000_000, 0.21)];
+    let occlusion =
+        [maps("as in the paper, 512 x 200²", 800_000_000, 0.2), maps("as in the paper, 512 x 50²", 50_000_000, 0.21)];
     reports.add("photons", Ok(json!({ "scene": "a room", "rows": [paper], "occlusion": occlusion })));
     reports
 }
 
 #[test]
 fn every_claim_is_on_the_page_once_with_a_verdict() {
-    let page = page::page(Paper::value_variants(), &machine(), true, &reports(false), &[]);
+    let page = page::page(&PAPERS, &machine(), true, &reports(false), &[]);
     let (html, json): (String, Value) = (page.to_html(""), serde_json::from_str(&page.to_json()).unwrap());
     let rows = json["claims"].as_array().unwrap();
     for (paper, claims) in CLAIMS {
-        let section = paper.section(&reports(false));
+        let section = paper.declared().judged(&reports(false));
         for words in claims {
             verdict(&section, words);
             let of_this = |row: &&Value| {
-                row["claim"].as_str().unwrap().contains(words) && section.claims.iter().any(|c| row["claim"] == *c.what)
+                row["claim"].as_str().unwrap().contains(words)
+                    && section.iter().any(|judged| row["claim"] == *judged.claim.what)
             };
             assert_eq!(rows.iter().filter(of_this).count(), 1, "{words}");
         }
@@ -214,7 +216,7 @@ fn every_claim_is_on_the_page_once_with_a_verdict() {
 fn verdicts_follow_the_figures() {
     let reports = reports(false);
     let of = |paper: Paper, expected: &[(&str, &str)]| {
-        let section = paper.section(&reports);
+        let section = paper.declared().judged(&reports);
         for (words, name) in expected {
             assert_eq!(verdict(&section, words), *name, "{words}");
         }
@@ -278,7 +280,7 @@ fn verdicts_follow_the_figures() {
 #[test]
 fn a_software_adapter_judges_ratios_but_no_speed() {
     let reports = reports(true);
-    let [archer, niessner] = [Paper::Archer, Paper::Niessner].map(|paper| paper.section(&reports));
+    let [archer, niessner] = [Paper::Archer, Paper::Niessner].map(|paper| paper.declared().judged(&reports));
     assert_eq!(
         (verdict(&archer, "thousand million"), verdict(&archer, "22 to 104")),
         ("not testable here", "confirmed")
@@ -293,7 +295,7 @@ fn rows_that_cull_by_range_too_are_not_the_thesis() {
     let row = |name: &str| json!({ "name": name, "frame_ms": 1, "rays": 1 });
     let rows = ["no optimisations", "light culling", "improved normals"].map(row);
     reports.add("forward-plus", Ok(json!({ "configurations": rows })));
-    let section = Paper::Elagabani.section(&reports);
+    let section = Paper::Elagabani.declared().judged(&reports);
     let names = ["light culling alone", "facing alone"].map(|words| verdict(&section, words));
     assert_eq!(names, ["not confirmed", "not testable here"]);
 }
@@ -302,15 +304,15 @@ fn rows_that_cull_by_range_too_are_not_the_thesis() {
 fn a_page_of_nothing_says_so_of_each_claim() {
     let mut reports = Reports::of(false);
     let mut ran = Vec::new();
-    for part in &PARTS {
+    for part in &parts() {
         let outcome = Err("the device was lost".to_owned());
         ran.push(RanPart::of(
             part,
-            &(Some(vec![part.name.to_owned()]), Ran { outcome: outcome.clone(), seconds: Some(1.5) }),
+            &(Some(vec![part.name.clone()]), Ran { outcome: outcome.clone(), seconds: Some(1.5) }),
         ));
-        reports.add(part.name, outcome);
+        reports.add(&part.name, outcome);
     }
-    let page = page::page(Paper::value_variants(), &machine(), false, &reports, &ran);
+    let page = page::page(&PAPERS, &machine(), false, &reports, &ran);
     let json: Value = serde_json::from_str(&page.to_json()).unwrap();
     for row in json["claims"].as_array().unwrap() {
         assert_eq!(
@@ -319,7 +321,7 @@ fn a_page_of_nothing_says_so_of_each_claim() {
         );
         assert!(row["reason"].as_str().unwrap().starts_with("not measured, because "), "{row}");
     }
-    assert_eq!(json["parts"].as_array().unwrap().len(), PARTS.len());
+    assert_eq!(json["parts"].as_array().unwrap().len(), parts().len());
     assert!(page.to_markdown().contains("not measured, because the device was lost"));
 }
 
@@ -327,7 +329,7 @@ fn a_page_of_nothing_says_so_of_each_claim() {
 fn every_part_is_a_command_in_both_forms() {
     let (nowhere, folder) = (Path::new("nowhere"), Path::new("out/part"));
     let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs");
-    for part in &PARTS {
+    for part in &parts() {
         for (quick, docs) in [(true, nowhere), (false, nowhere), (false, Path::new(docs))] {
             let Some(words) = part.arguments(quick, docs, folder, Some("cpu")) else {
                 assert!(quick, "{}: a full run has every part", part.name);
@@ -339,14 +341,15 @@ fn every_part_is_a_command_in_both_forms() {
             assert!(words.iter().any(|word| word.starts_with("out/part")), "{words:?}");
         }
     }
-    let track = PARTS.iter().find(|part| part.name == "clustered-track").unwrap();
+    let all = parts();
+    let track = all.iter().find(|part| part.name == "clustered-track").unwrap();
     let words = track.arguments(true, nowhere, folder, None).unwrap();
     assert!(words.contains(&folder.join("atrium.toml").display().to_string()), "{words:?}");
-    let mut names: Vec<_> = PARTS.iter().map(|part| part.name).collect();
+    let mut names: Vec<_> = all.iter().map(|part| &part.name).collect();
     names.sort_unstable();
     names.dedup();
-    assert_eq!(names.len(), PARTS.len());
-    for paper in Paper::value_variants() {
-        assert!(PARTS.iter().any(|part| part.papers.contains(paper)), "{paper:?}");
+    assert_eq!(names.len(), parts().len());
+    for paper in &PAPERS {
+        assert!(all.iter().any(|part| part.papers.contains(paper)), "{paper:?}");
     }
 }

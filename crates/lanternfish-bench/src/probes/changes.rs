@@ -62,7 +62,7 @@ impl InMotion<'_> {
                 let image = stage.frame(view)?;
                 times.push(Cost::of(&image).indirect_ms);
                 if let Some((_, key, heading)) = KEYS.iter().find(|(shown, ..)| *shown == frame) {
-                    row = row.fixed(key, heading, 4, flip(&image, &new)?);
+                    row = row.fixed(*key, heading, 4, flip(&image, &new)?);
                     sheet.push(rgb(&image));
                 }
             }

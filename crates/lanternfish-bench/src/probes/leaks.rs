@@ -76,7 +76,7 @@ fn leak(image: &RenderedImage, without: &RenderedImage, [lit_end, dark]: [u32; 2
 
 #[test]
 fn a_leak_is_reported() {
-    use crate::image::rendering;
+    use crate::testing::rendering;
     let of = |values: [f32; 6]| rendering(values.map(|v| [v, v, v, 1.0]).to_vec(), 0);
     let without = of([1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(leak(&of([3.0, 3.0, 9.0, 0.0, 0.0, 0.0]), &without, [2, 3]), [0.0, 0.0]);

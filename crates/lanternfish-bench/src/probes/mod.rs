@@ -225,7 +225,7 @@ mod tests {
     use lanternfish_gpu::PassTime;
 
     use super::*;
-    use crate::image::rendering;
+    use crate::testing::rendering;
 
     #[test]
     fn only_indirect_light_counts() {

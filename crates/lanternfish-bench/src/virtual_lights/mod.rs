@@ -5,8 +5,6 @@ mod cases;
 mod measure;
 mod steps;
 
-pub use self::steps::PAPER;
-
 use std::cell::RefCell;
 
 use lanternfish_cli::error::CliError;

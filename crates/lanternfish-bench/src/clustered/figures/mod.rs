@@ -11,7 +11,7 @@ use lanternfish_cli::{
     error::CliError,
     output,
     parse::Size,
-    replay::{category::Category, measure::Player, page::least_of, plan::Plan, report::Report},
+    replay::{category::Category, counted::Clusters, measure::Player, page::least_of, plan::Plan, report::Report},
     report::grouped,
     shot::Shot,
 };
@@ -66,16 +66,29 @@ impl Played {
 
     /// Number of clusters with visible fragments, for each frame.
     pub fn visible(&self) -> Vec<f64> {
-        self.report.frames.iter().filter_map(|frame| Some(frame.clusters.as_ref()?.visible as f64)).collect()
+        self.counted(|clusters| clusters.visible as f64)
     }
 
     /// Lighting operations for each frame: the length of the cluster's light list, summed over all fragments.
     pub fn operations(&self) -> Vec<f64> {
-        self.report
-            .frames
-            .iter()
-            .filter_map(|frame| Some(frame.clusters.as_ref()?.lighting_operations as f64))
-            .collect()
+        self.counted(|clusters| clusters.lighting_operations as f64)
+    }
+
+    fn counted(&self, of: fn(&Clusters) -> f64) -> Vec<f64> {
+        self.report.frames.iter().filter_map(|frame| frame.clusters.as_ref().map(of)).collect()
+    }
+
+    /// Standard deviation of the frame time along the track, over its mean.
+    pub fn unsteadiness(&self) -> f64 {
+        let frames = self.frame_ms();
+        let mean = mean(&frames);
+        let squares: f64 = frames.iter().map(|ms| (ms - mean).powi(2)).sum();
+        (squares / frames.len().max(1) as f64).sqrt() / mean
+    }
+
+    /// Most fragments of a cluster in any frame.
+    pub fn most_fragments(&self) -> Option<u32> {
+        self.report.frames.iter().filter_map(|frame| Some(frame.clusters.as_ref()?.most_fragments)).max()
     }
 }
 
