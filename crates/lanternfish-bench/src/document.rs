@@ -125,7 +125,7 @@ impl Document {
     }
 
     /// Adds a section with a table, and its rows to the JSON report. Without rows there is no section.
-    pub fn section(&mut self, heading: &str, text: &str, key: &'static str, rows: Vec<Row>) {
+    pub fn section(&mut self, heading: &str, text: &str, key: impl Into<Key>, rows: Vec<Row>) {
         self.section_shown(heading, text, rows.clone());
         self.keep(key, rows);
     }

@@ -1,7 +1,5 @@
-//! The parts of an image with diffuse and glossy indirect light, as Nießner adds them [Niessner2010, fig. 5, fig. 1], and frames a second
-//! beside those of his figures.
+//! The parts of an image with diffuse and glossy indirect light, as Nießner adds them [Niessner2010, fig. 5, fig. 1].
 
-use lanternfish::techniques::Sampled;
 use lanternfish_cli::error::CliError;
 use lanternfish_metrics::RgbImage;
 use lanternfish_papers::ACROSS_TEXELS;
@@ -10,20 +8,11 @@ use super::{
     cases::{Brdf, Case, ImageSet},
     gaussian::RADIUS,
     measure::{RayBench, sized},
-    paper::{FIGURES, Figure},
 };
 use crate::{case::changed, image::linear, table::Row, times::frame_ms};
 
 /// Diffuse rays of a pixel; glossy ones are 16 [Niessner2010, §7].
 const DIFFUSE_RAYS: &str = "indirect-rays 8";
-
-/// What the table says.
-pub const TEXT: &str = "Frames a second of this page's scene, which stands in for his, across texels as he traces: his are of other scenes, of \
-                        images of 512 x 512, on other hardware. Images: `across-texels-BRDF-DIRECTIONSxTEXELS.png` (figs 4, 7 and 9), and \
-                        `parts-*.png`: direct light, filtered diffuse light, glossy light, and all (figs 1 and 5; half metal, of roughness 0.3). \
-                        The glossy part is what the image loses without glossy rays. His mirrors and glossy light have no filter: its time \
-                        is taken off our frames of one of them alone. The filter of the parts has his radius, but stops at edges and takes glossy \
-                        light too.";
 
 impl RayBench {
     /// Writes the parts of fig. 5, and gives the milliseconds of the frame with all of them; or why there are none.
@@ -58,79 +47,8 @@ fn difference(image: &RgbImage, less: &RgbImage) -> RgbImage {
     RgbImage { pixels: pixels.map(|(a, b)| std::array::from_fn(|channel| a[channel] - b[channel])).collect(), ..*image }
 }
 
-/// His figures, and ours across texels: of `rows`, or of all parts together. `parts`: that image's images, and milliseconds.
-pub fn beside_his(rows: &[Row], parts: Option<(ImageSet, f64)>) -> Vec<Row> {
-    let ours = |figure: &Figure| {
-        let Some(brdf) = figure.brdf else {
-            let is_his = |set: ImageSet| (set.directions(), set.resolution) == (figure.directions, figure.resolution);
-            return parts.filter(|(set, _)| is_his(*set)).map(|(_, ms)| ms);
-        };
-        let is_his = |row: &&Row| {
-            *row.get("brdf") == brdf.name()
-                && *row.get("tracer") == "across-texels"
-                && *row.get("directions") == figure.directions
-                && *row.get("resolution") == figure.resolution
-                && *row.get("samples") == figure.samples
-                && *row.get("accumulate") == 1
-                && *row.get("filter_radius") == Sampled::default().filter_radius
-        };
-        let filter_ms = |row: &Row| if brdf == Brdf::Diffuse { 0.0 } else { row.f64("filter_ms") };
-        rows.iter().find(is_his).map(|row| row.f64("frame_ms") - filter_ms(row))
-    };
-    let row = |figure: &Figure| {
-        let Figure { name, shows, directions, resolution, frames_a_second, .. } = figure;
-        Row::default()
-            .text("figure", "figure", name)
-            .text("shows", "his scene", shows)
-            .shown("directions", directions)
-            .shown("texels", format_args!("{resolution}²"))
-            .maybe("ours", "ours, frames a second", 2, ours(figure).map(|ms| 1e3 / ms))
-            .shown("Nießner", frames_a_second)
-    };
-    FIGURES.iter().map(row).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn row(brdf: Brdf, directions: u32, samples: u32, frame_ms: f64) -> Row {
-        Row::default()
-            .data("brdf", brdf.name())
-            .data("tracer", "across-texels")
-            .data("directions", directions)
-            .data("resolution", 128)
-            .data("samples", samples)
-            .data("accumulate", 1)
-            .data("filter_radius", Sampled::default().filter_radius)
-            .data("filter_ms", 10.0)
-            .data("frame_ms", frame_ms)
-    }
-
-    #[test]
-    fn ours_stand_beside_his_where_the_images_are_his() {
-        let rows = [
-            row(Brdf::Diffuse, 384, 1, 1.0),
-            row(Brdf::Diffuse, 96, 1, 50.0),
-            row(Brdf::Diffuse, 96, 4, 100.0),
-            row(Brdf::Glossy, 150, 1, 30.0),
-        ];
-        let set = ImageSet { k: 5, resolution: 128 };
-        let ours = |parts| {
-            let rows = beside_his(&rows, parts);
-            rows.iter().map(|row| (row.words("figure").to_owned(), row.words("ours").to_owned())).collect::<Vec<_>>()
-        };
-        // Glossy light without its filter's time; of mirrors and of 96 directions there are no rows.
-        let expected = ["40.00", "20.00", "10.00", "–", "–", "50.00", "–", "20.00", "20.00"];
-        let found = ours(Some((set, 25.0)));
-        assert_eq!(found.iter().map(|(_, ours)| ours.as_str()).collect::<Vec<_>>(), expected, "{found:?}");
-        // Parts through other images than his are not his figure 1.
-        assert_eq!(ours(Some((ImageSet { k: 2, ..set }, 25.0)))[0], ("1".to_owned(), "–".to_owned()));
-    }
-
-    #[test]
-    fn parts_add_up() {
-        let image = |value: f32| RgbImage { width: 2, height: 1, pixels: vec![[value, 2.0 * value, 0.0]; 2] };
-        assert_eq!(difference(&image(3.0), &image(1.0)), image(2.0));
-    }
+#[test]
+fn parts_add_up() {
+    let image = |value: f32| RgbImage { width: 2, height: 1, pixels: vec![[value, 2.0 * value, 0.0]; 2] };
+    assert_eq!(difference(&image(3.0), &image(1.0)), image(2.0));
 }

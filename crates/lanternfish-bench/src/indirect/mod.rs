@@ -8,7 +8,6 @@ mod figures;
 mod gaussian;
 mod measure;
 mod page;
-mod paper;
 mod soft_shadows;
 mod times;
 

@@ -11,7 +11,6 @@ use super::{
     cases::{Brdf, ImageSet},
     gaussian::{RADIUS, filtered_shadows},
     measure::{RayBench, sized},
-    paper,
 };
 use crate::{
     case::changed,
@@ -32,9 +31,7 @@ pub fn text(converged_frames: u32) -> String {
          scene's diagonal. *And shaded* counts the pass that shades, too. *FLIP to BVH*: against the same rays through the BVH; *to many \
          rays*: against the mean of {converged_frames} such frames. *Filtered* is fig. 8: the image over the one without shadows, \
          through his Gaussian of 11 x 11 pixels, which does not stop at edges, on the processor, times the one without shadows; its time is \
-         not in the frame's. He gives neither the Gaussian's width (here half its radius) nor where the filter stands. His rates: \
-         million rays a second, on {}; his frames (fig. 8, two views, 384 images of 512²): 19.5 and 22.5 a second. Images: `soft-*.png`.",
-        paper::MACHINE
+         not in the frame's. He gives neither the Gaussian's width (here half its radius) nor where the filter stands. His frames (fig. 8, two views, 384 images of 512²): 19.5 and 22.5 a second. Images: `soft-*.png`."
     )
 }
 
@@ -109,7 +106,6 @@ impl RayBench {
         bvh.get_or_insert(noisy);
 
         let resolution = set.map(|set| set.resolution);
-        let his = set.and_then(|set| paper::soft_rate(set.resolution, set.directions()));
         Ok(Row::default()
             .text("tracer", "tracer", tracer.name())
             .optional("directions", "directions", set.map(ImageSet::directions))
@@ -119,7 +115,6 @@ impl RayBench {
             .fixed("frame_ms", "frame, ms", 1, frame_ms(passes))
             .fixed("rate_traced", "traced, M/s", 2, rate(traced))
             .fixed("rate_shaded", "and shaded, M/s", 2, rate(traced + shaded))
-            .shown("Nießner, M/s", his.filter(|_| tracer.name() == "across-texels").unwrap_or(DASH))
             .fixed("flip", "FLIP to BVH", 4, to_bvh)
             .fixed("converged_flip", "to many rays", 4, to_many)
             .fixed("filtered_flip", "filtered, to many rays", 4, filtered_to_many))

@@ -35,6 +35,12 @@ pub struct Table {
     /// For scripts.
     pub key: String,
     pub heading: String,
+    /// What stands above it.
+    #[serde(default)]
+    pub text: String,
+    /// The part whose report shows it too.
+    #[serde(default)]
+    pub of: String,
     /// The paper's values.
     #[serde(default)]
     rows: Vec<Vec<Value>>,

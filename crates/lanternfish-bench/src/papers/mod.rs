@@ -30,7 +30,7 @@ use self::{
     query::Reports,
     runner::Ran,
 };
-use crate::bench::make_folder;
+use crate::{bench::make_folder, document::Document};
 
 /// Flags of `papers`.
 #[derive(Debug, Args)]
@@ -101,6 +101,16 @@ pub fn run(args: &PapersArgs) -> Result<(), CliError> {
     }
     let page = args.output.join("papers.html");
     print(&format!("{}\n{}\n", page::summary(&papers, &reports), page.display()))
+}
+
+/// Adds the tables of a paper to the report of a part, beside its figures.
+pub fn beside(paper: Paper, part: &str, report: &mut Document) {
+    let mut reports = Reports::default();
+    reports.add(part, serde_json::to_value(&*report).map_err(|error| error.to_string()));
+    let declared = paper.declared();
+    for table in declared.tables.iter().filter(|table| table.of == part) {
+        report.section(&table.heading, &table.text, table.key.clone(), declared.rows(table, &reports));
+    }
 }
 
 /// Runs a part, or finds what it left. With its arguments, where it has some in this form.

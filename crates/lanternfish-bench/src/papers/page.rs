@@ -92,6 +92,9 @@ pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports,
         for table in &declared.tables {
             page.subheading(&table.heading);
             let rows = declared.rows(table, reports);
+            if !table.text.is_empty() {
+                page.paragraph(table.text.as_str());
+            }
             match rows.is_empty() {
                 true => page.paragraph(NOT_MEASURED),
                 false => page.show(rows.iter().cloned()),

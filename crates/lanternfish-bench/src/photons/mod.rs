@@ -3,7 +3,6 @@
 
 mod cases;
 mod occlusion;
-mod paper;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +14,7 @@ use crate::{
     bench::Timed,
     case::Case,
     one_bounce::{self, OneBounce, OneBounceArgs},
+    papers::{self, Paper},
     table::{DASH, Row},
     times::{counter, frame_ms, ms_of, sorted},
 };
@@ -50,8 +50,6 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let of = OneBounce::start(args, "photons", "Photons")?;
     let (bench, look) = (&of.bench, &of.view.look);
     let rows = one_bounce::rows(&of, &args.requested(cases(look, args.quick)), |case, timed| Ok(row(case, timed)))?;
-    let mut beside = paper::his(&paper::INDIRECT);
-    beside.extend(rows.iter().filter(|row| row.words_of("name") == PAPER).map(beside_his));
     let named = |cases: Vec<Case>, table: &str| -> Vec<Case> {
         cases.into_iter().filter(|case| args.requests(&format!("{}, {table}", case.name))).collect()
     };
@@ -70,19 +68,17 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
             },
         )?);
     }
-    let (occlusion, of_occlusion) = match !args.quick && args.requests("occlusion") {
-        true => occlusion::rows(&of, args.spp)?,
-        false => (Vec::new(), Vec::new()),
-    };
-    beside.extend(of_occlusion);
+    let has_occlusion = !args.quick && args.requests("occlusion");
+    let occlusion = if has_occlusion { occlusion::rows(&of, args.spp)? } else { Vec::new() };
+    // His alone say nothing.
+    let is_beside = has_occlusion || rows.iter().any(|row| row.words_of("name") == PAPER);
     bench.section("Techniques of indirect light", TEXT, "rows", rows);
     let text = "*Direct light*: FLIP of as many frames without indirect light against the path tracer's direct light.";
     bench.section("Means of frames", text, "means", means);
     let title = "Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)";
     bench.section(title, occlusion::TEXT, "occlusion", occlusion);
-    // His alone say nothing.
-    if beside.iter().any(|row| row.words_of("name").starts_with("ours")) {
-        bench.section("Aalund's own figures", paper::MACHINE, "paper", beside);
+    if is_beside {
+        papers::beside(Paper::Aalund, "photons", &mut bench.report());
     }
     let walked = named(walked(look), "flicker");
     of.finish(&walked)
@@ -118,14 +114,6 @@ fn row(case: &Case, timed: &Timed) -> Row {
         .count("off_screen", "off screen", count("off_screen"))
         .count("hidden", "hidden", count("hidden"))
         .count("splatted", "splatted", splatted)
-}
-
-/// The case as in the paper, beside its figures: his frame builds its images.
-fn beside_his(row: &Row) -> Row {
-    let frame_ms = row.f64("frame_ms") + row.f64("deep_images_ms");
-    let trace_ms = row.get("times")["trace"].as_f64();
-    // Photons do not report the memory of their images; occlusion does, of the same ones.
-    paper::ours(PAPER, cases::PAPERS_RESOLUTION, frame_ms, trace_ms, None)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use lanternfish::settings::{Occlusion, Settings};
 use lanternfish_cli::error::CliError;
 use lanternfish_papers::{Deep, DeepImageSettings, Hbao};
 
-use super::{cases::papers_images, paper};
+use super::cases::papers_images;
 use crate::{
     ground_truths::{self, GroundTruth},
     image::{energy, energy_of},
@@ -46,8 +46,8 @@ fn technique(name: &str, far: f32) -> (Occlusion, GroundTruth) {
     (occlusion, if is_bounded { GroundTruth::ObscuranceFar } else { GroundTruth::Occlusion })
 }
 
-/// Ways to find occlusion, on white surfaces under a white sky; and those as in the paper beside its own figures.
-pub fn rows(of: &OneBounce, spp: u64) -> Result<(Vec<Row>, Vec<Row>), CliError> {
+/// Ways to find occlusion, on white surfaces under a white sky.
+pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
     let bench = &of.bench;
     let mut view = of.view.with(ground_truths::white(of.view.scene.clone()));
     let far = GroundTruth::ObscuranceFar.max_distance(view.scene.bounds().size().length()).unwrap_or_default();
@@ -56,7 +56,6 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<(Vec<Row>, Vec<Row>), CliError> 
     let [bounded, all] = references;
     let (bounded, all) = (bounded?.mean, all?.mean);
     view.look = GroundTruth::Occlusion.seen(&view.look);
-    let mut beside = paper::his(&paper::OCCLUSION);
     let rows = bench.rows(
         "occlusion",
         WAYS,
@@ -70,15 +69,6 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<(Vec<Row>, Vec<Row>), CliError> 
             let bytes = counter(&timed.image.report, "deep_images/bytes");
             let build_ms = ms_of(&timed.first, "deep_images/");
             let occlusion_ms = ms_of(&timed.image.report.passes, "occlusion/");
-            if name.starts_with("as in") {
-                beside.push(paper::ours(
-                    name,
-                    images.resolution,
-                    build_ms + occlusion_ms,
-                    None,
-                    Some(bytes as f64 / 1e6),
-                ));
-            }
             Ok::<_, CliError>(
                 Row::default()
                     .text("name", "", name)
@@ -90,7 +80,7 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<(Vec<Row>, Vec<Row>), CliError> 
             )
         },
     )?;
-    Ok((rows, beside))
+    Ok(rows)
 }
 
 /// What is bounded is judged by the ground truth with the same bound.
