@@ -115,3 +115,14 @@ fn changed(scene: &Scene) -> Scene {
     }
     changed
 }
+
+#[test]
+fn every_technique_is_there_with_and_without_a_history() {
+    lanternfish_papers::register();
+    let look = Settings::direct_light();
+    let cases = cases(&look, false);
+    assert_eq!((cases.len(), self::cases(&look, true).len()), (2 * TECHNIQUES.len(), 2));
+    for (i, a) in cases.iter().enumerate() {
+        assert!(cases[..i].iter().all(|b| a.name != b.name && a.settings != b.settings), "{}", a.name);
+    }
+}

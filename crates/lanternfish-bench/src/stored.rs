@@ -6,7 +6,7 @@ use clap::Args;
 use lanternfish_cli::{error::CliError, output::print, report::grouped};
 use serde_json::{Map, Value};
 
-use crate::table::DASH;
+use crate::table::{DASH, Row, to_markdown};
 
 /// Flags of `page`.
 #[derive(Debug, Args)]
@@ -35,28 +35,23 @@ fn page(report: &Map<String, Value>) -> String {
         let rows = value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice);
         let _ = writeln!(page, "\n## {key}\n");
         let rows: Vec<Vec<(String, String)>> = rows.iter().map(|row| cells("", row)).collect();
-        page += &table(&rows);
+        let mut keys: Vec<&str> = Vec::new();
+        for (key, _) in rows.iter().flatten() {
+            if !keys.contains(&key.as_str()) {
+                keys.push(key);
+            }
+        }
+        if keys.iter().all(|key| key.is_empty()) {
+            page.extend(rows.iter().flatten().map(|(_, value)| format!("- {value}\n")));
+            continue;
+        }
+        let row = |cells: &Vec<(String, String)>| {
+            let cell = |key: &str| cells.iter().find(|(known, _)| known == key).map_or(DASH, |(_, value)| value);
+            keys.iter().fold(Row::default(), |row, key| row.text("", key, cell(key)))
+        };
+        page += &to_markdown(&rows.iter().map(row).collect::<Vec<_>>());
     }
     page
-}
-
-/// The rows of a list: a table of all their keys, or lines where they have none.
-fn table(rows: &[Vec<(String, String)>]) -> String {
-    let mut keys: Vec<&str> = Vec::new();
-    for (key, _) in rows.iter().flatten() {
-        if !keys.contains(&key.as_str()) {
-            keys.push(key);
-        }
-    }
-    if keys.iter().all(|key| key.is_empty()) {
-        return rows.iter().flatten().map(|(_, value)| format!("- {value}\n")).collect();
-    }
-    let mut text = format!("| {} |\n|{}\n", keys.join(" | "), "---|".repeat(keys.len()));
-    for row in rows {
-        let cell = |key: &&str| row.iter().find(|(known, _)| known == key).map_or(DASH, |(_, value)| value);
-        let _ = writeln!(text, "| {} |", keys.iter().map(cell).collect::<Vec<_>>().join(" | "));
-    }
-    text
 }
 
 /// The figures of a row by their keys. Those of an object in it have its key before theirs.

@@ -139,11 +139,11 @@ pub fn write(
         report.heading(shot.name);
         report.paragraph(shot.line());
         report.list(shot.ground_truths.iter().map(ground_truth_line));
-        let rows = shot.rows.iter().map(|row| table_row(row.name.as_str(), row.ground_truth, cells(shot, row)));
+        let rows = shot.rows.iter().map(|row| table_row(&row.name, row.ground_truth, &cells(shot, row)));
         let noise = shot
             .ground_truths
             .iter()
-            .map(|ground_truth| table_row("*noise*", ground_truth.name, ground_truth_cells(ground_truth)));
+            .map(|ground_truth| table_row("*noise*", ground_truth.name, &ground_truth_cells(ground_truth)));
         report.show(rows.chain(noise));
         report.html(renderings(shot));
     }
@@ -160,10 +160,13 @@ pub fn write(
     print(&format!("{markdown}\n{}\n", html.display()))
 }
 
-/// A row of a shot's table.
-fn table_row(name: &str, ground_truth: &str, cells: [String; 10]) -> Row {
+/// A row of a shot's table: what is known of it, by heading.
+fn table_row(name: &str, ground_truth: &str, cells: &[(&str, String)]) -> Row {
     let row = Row::default().text("name", "technique", name).text("ground_truth", "ground truth", ground_truth);
-    COLUMNS.into_iter().zip(cells).fold(row, |row, (column, cell)| row.shown(column, cell))
+    COLUMNS.into_iter().fold(row, |row, column| {
+        let cell = cells.iter().find(|(known, _)| *known == column);
+        row.shown(column, cell.map_or("", |(_, cell)| cell))
+    })
 }
 
 /// HTML of the ground truths, then of every distinct image with its FLIP map.
@@ -199,13 +202,9 @@ const WITHOUT_INDIRECT: [&str; 4] =
 const COLUMNS: [&str; 10] =
     ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "of indirect", "pixels", "ms", "rays", "lights"];
 
-/// Cells of [`COLUMNS`] for a row of `shot`; the reason alone if there are no results.
-fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
-    let Some(figures) = &row.figures else {
-        let mut reason = [const { String::new() }; 10];
-        reason[0] = row.left_out.clone().unwrap_or_default();
-        return reason;
-    };
+/// Cells of a row of `shot`; the reason alone if there are no results.
+fn cells(shot: &ShotReport, row: &Measured) -> Vec<(&'static str, String)> {
+    let Some(figures) = &row.figures else { return vec![("FLIP", row.left_out.clone().unwrap_or_default())] };
     let errors = &figures.errors;
     let ground_truth = shot.ground_truths.iter().find(|ground_truth| ground_truth.name == row.ground_truth);
     let noise = ground_truth.map_or(0.0, |ground_truth| ground_truth.noise_energy);
@@ -213,17 +212,17 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
         ground_truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
     let is_off = (errors.energy_ratio - 1.0).abs() > ENERGY_TOLERANCE.max(2.0 * noise);
     let mark = if is_off { " *" } else { "" };
-    [
-        format!("{:.4}", errors.flip),
-        format!("{:.4}", errors.hdr_flip),
-        format!("{:.2e}", errors.relative_mse),
-        format!("{:.3}", errors.percentile_95),
-        format!("{:.4}{mark}", errors.energy_ratio),
-        indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
-        grouped(figures.differing_pixels as u64),
-        format!("{:.1}", figures.frame_ms),
-        grouped(figures.rays),
-        grouped(figures.listed_lights),
+    vec![
+        ("FLIP", format!("{:.4}", errors.flip)),
+        ("HDR-FLIP", format!("{:.4}", errors.hdr_flip)),
+        ("relMSE", format!("{:.2e}", errors.relative_mse)),
+        ("p95", format!("{:.3}", errors.percentile_95)),
+        ("energy", format!("{:.4}{mark}", errors.energy_ratio)),
+        ("of indirect", indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default()),
+        ("pixels", grouped(figures.differing_pixels as u64)),
+        ("ms", format!("{:.1}", figures.frame_ms)),
+        ("rays", grouped(figures.rays)),
+        ("lights", grouped(figures.listed_lights)),
     ]
 }
 
@@ -252,16 +251,15 @@ fn indirect_energy(ground_truth: &GroundTruthFigures) -> Option<f64> {
     (indirect > MOST_NOISE * ground_truth.noise_energy).then_some(indirect)
 }
 
-/// Cells of [`COLUMNS`] for a ground truth: its noise.
-fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
-    let mut cells = [const { String::new() }; 10];
-    cells[0] = format!("{:.4}", ground_truth.noise_flip);
-    cells[2] = format!("{:.2e}", ground_truth.noise_relative_mse);
-    cells[4] = format!("± {:.4}", ground_truth.noise_energy);
-    cells[5] = indirect_energy(ground_truth)
-        .map(|indirect| format!("± {:.3}", ground_truth.noise_energy / indirect))
-        .unwrap_or_default();
-    cells
+/// Cells of a ground truth: its noise.
+fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> Vec<(&'static str, String)> {
+    let of_indirect = indirect_energy(ground_truth).map(|indirect| ground_truth.noise_energy / indirect);
+    vec![
+        ("FLIP", format!("{:.4}", ground_truth.noise_flip)),
+        ("relMSE", format!("{:.2e}", ground_truth.noise_relative_mse)),
+        ("energy", format!("± {:.4}", ground_truth.noise_energy)),
+        ("of indirect", of_indirect.map(|noise| format!("± {noise:.3}")).unwrap_or_default()),
+    ]
 }
 
 /// One line about the content and origin of a ground truth.
@@ -332,7 +330,7 @@ mod tests {
     fn a_technique_without_results_has_its_reason() {
         let shot = ShotReport::new(&SHOTS[0], &Scene::default());
         let row = Measured { figures: None, left_out: Some("no ray query".to_owned()), ..row("a", "full", 1, 1.0) };
-        let table = to_markdown(&[table_row(&row.name, row.ground_truth, cells(&shot, &row))]);
+        let table = to_markdown(&[table_row(&row.name, row.ground_truth, &cells(&shot, &row))]);
         assert!(table.ends_with(&format!("\n| a | full | no ray query |{}\n", "  |".repeat(9))), "{table}");
     }
 

@@ -64,23 +64,24 @@ fn every_setting_has_a_row(settings: &Settings) {
 /// Settings with named values, each of which has a row.
 const NAMED: [&str; 5] = ["shadows", "ray-culling", "ray-range-culling", "samples", "anisotropy"];
 
-/// Light culling, beside its techniques with default values. Grouping and depth have no row: a single view has a single grid, and clusters
-/// beyond the scene are not visible.
-const CULLINGS: [&str; 14] = [
-    "tiled, tile-size 8",
-    "tiled, tile-size 32",
-    "tiled, tile-size 8, aabb off",
-    "tiled, tile-size 16, aabb off",
-    "tiled, tile-size 32, aabb off",
-    "clustered, clusters ortho:1",
-    "clustered, clusters displ:64:8",
-    "clustered, light-assignment brute_force",
-    "clustered, cluster-test planes",
-    "raster-grid, tile-size 8",
-    "raster-grid, tile-size 32",
-    "raster-grid, grid-layers 8",
-    "tiled",
-    "raster-grid",
+/// Names and values of light culling. Grouping and depth have no row: a single view has a single grid, and clusters beyond the scene are not
+/// visible.
+const CULLINGS: [(&str, &str); 15] = [
+    ("all", "all"),
+    ("tiled 8", "tiled, tile-size 8"),
+    ("tiled 8, aabb off", "tiled, tile-size 8, aabb off"),
+    ("tiled 16", "tiled"),
+    ("tiled 16, aabb off", "tiled, aabb off"),
+    ("tiled 32", "tiled, tile-size 32"),
+    ("tiled 32, aabb off", "tiled, tile-size 32, aabb off"),
+    ("clustered ortho:1", "clustered, clusters ortho:1"),
+    ("clustered displ:64:8", "clustered, clusters displ:64:8"),
+    ("clustered persp:32, brute_force", "clustered, light-assignment brute_force"),
+    ("clustered persp:32, planes", "clustered, cluster-test planes"),
+    ("raster-grid 8, 32 layers", "raster-grid, tile-size 8"),
+    ("raster-grid 16, 32 layers", "raster-grid"),
+    ("raster-grid 32, 32 layers", "raster-grid, tile-size 32"),
+    ("raster-grid 16, 8 layers", "raster-grid, grid-layers 8"),
 ];
 
 /// Number of frames of the mean with all bounces.
@@ -142,12 +143,10 @@ impl Rows<'_> {
 
     /// Direct light: techniques of direct light and of light culling, and settings.
     fn direct_light(&mut self) {
-        self.direct("culling all", "culling all");
-        for declared in CULLINGS {
-            let name = declared.replacen(", tile-size", "", 1).replacen(", clusters", "", 1);
-            let name = name.replacen(", light-assignment", ",", 1).replacen(", cluster-test", ",", 1);
-            self.direct(&format!("culling {name}"), &format!("culling {declared}"));
+        for (name, values) in CULLINGS {
+            self.direct(&format!("culling {name}"), &format!("culling {values}"));
         }
+        // All other techniques, with their defaults.
         for name in Culling::all().iter().map(Culling::name) {
             self.direct(&format!("culling {name}"), &format!("culling {name}"));
         }

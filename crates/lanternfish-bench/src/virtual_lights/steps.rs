@@ -5,6 +5,7 @@ use lanternfish_gpu::PassTime;
 use crate::{
     bench::Timed,
     table::{DASH, Row, fixed, percent},
+    times::{frame_ms, ms_of, sorted},
 };
 
 /// His steps, and what he measured: Atrium and Rungholt, 1920 x 1080, GeForce GTX 1060, ms.
@@ -70,14 +71,12 @@ impl Steps {
     }
 
     pub fn of(passes: &[PassTime]) -> Self {
-        let mut sums = Self::default();
         // Light culling runs twice: for the scene's lights before building virtual lights, and for virtual lights after it.
         let mut has_virtual_lights = false;
-        for pass in passes {
-            let name = pass.name.as_str();
+        let steps = sorted(passes, |name| {
             let own = name.strip_prefix("indirect/virtual_lights/");
             has_virtual_lights |= own.is_some();
-            let step = match own {
+            match own {
                 Some("map" | "draw" | "reconstruct") => Some(3),
                 Some("gather" | "shadow") => Some(6),
                 Some(_) => Some(4),
@@ -87,16 +86,11 @@ impl Steps {
                 None if name.starts_with("light_culling/") && has_virtual_lights => Some(5),
                 None if SMOOTHING.contains(&name) => Some(6),
                 None => None,
-            };
-            if let Some(step) = step {
-                sums.steps[step] += pass.ms;
             }
-            sums.frame += if name.starts_with("deep_images/") { 0.0 } else { pass.ms };
-            sums.range_rays += if own == Some("range_rays") { pass.ms } else { 0.0 };
-            sums.ranges += if own == Some("ranges") { pass.ms } else { 0.0 };
-            sums.shadow_rays += if own == Some("shadow") { pass.ms } else { 0.0 };
-        }
-        sums
+        });
+        let own = |name: &str| ms_of(passes, &format!("indirect/virtual_lights/{name}"));
+        let [range_rays, ranges, shadow_rays] = ["range_rays", "ranges", "shadow"].map(own);
+        Self { steps, range_rays, ranges, shadow_rays, frame: frame_ms(passes) }
     }
 }
 
