@@ -4,7 +4,7 @@ use clap::Args;
 use lanternfish::settings::{Exposure, Settings, Shadows};
 use lanternfish_cli::{
     apply_lights,
-    args::{LightArgs, PartArgs, ViewArgs},
+    args::{LightArgs, LookArgs, PartArgs, RenderArgs, ViewArgs},
     camera,
     error::CliError,
     light_rig,
@@ -63,15 +63,33 @@ impl View {
     /// through the BVH, so that the work is equal on every adapter.
     pub fn load(args: &SubjectArgs, keeps_transparent: bool, bench: &Bench) -> Result<(Self, Vec<Camera>), CliError> {
         let shot = shot_of(&args.scene)?;
-        let views = shot.as_ref().map_or_else(|| vec![args.view.clone()], |shot| shot.views());
-        let (lights, seed) = match &shot {
-            Some(shot) => (&shot.args.lights, shot.args.run.seed),
-            None => (&args.lights, args.seed),
+        let scene = load(&args.scene, &args.part, shot.as_ref(), keeps_transparent, bench)?;
+        let Some(shot) = shot else {
+            return Self::new(scene, (&args.lights, args.seed), None, &[args.view.clone()], args.size);
         };
-        let mut scene = load(&args.scene, &args.part, shot.as_ref(), keeps_transparent, bench)?;
+        Self::of_args(scene, &shot.args, &shot.views(), args.size)
+    }
+
+    /// The view of a scene by flags of `render`, with all cameras of `views`.
+    pub fn of_args(
+        scene: Scene,
+        args: &RenderArgs,
+        views: &[ViewArgs],
+        size: Size,
+    ) -> Result<(Self, Vec<Camera>), CliError> {
+        Self::new(scene, (&args.lights, args.run.seed), Some(&args.look), views, size)
+    }
+
+    fn new(
+        mut scene: Scene,
+        (lights, seed): (&LightArgs, u32),
+        shown: Option<&LookArgs>,
+        views: &[ViewArgs],
+        size: Size,
+    ) -> Result<(Self, Vec<Camera>), CliError> {
         apply_lights(&mut scene, lights, seed)?;
-        let Size { width, height } = args.size;
-        let (cameras, _) = camera::choose_each(&scene, &Bounds::EMPTY, &views, width as f32 / height as f32)?;
+        let aspect = size.width as f32 / size.height as f32;
+        let (cameras, _) = camera::choose_each(&scene, &Bounds::EMPTY, views, aspect)?;
         light_rig::add(&mut scene, lights, &cameras[0])?;
         let mut look = Settings {
             shadows: Shadows::BVH,
@@ -83,13 +101,11 @@ impl View {
             exposure: Exposure::Ev(0.0),
             ..Settings::direct_light()
         };
-        if let Some(shot) = &shot {
-            look.tone_map = shot.args.look.tone_map;
-            if shot.args.look.exposure != Exposure::Auto {
-                look.exposure = shot.args.look.exposure;
-            }
+        if let Some(shown) = shown {
+            look.tone_map = shown.tone_map;
+            look.exposure = if shown.exposure == Exposure::Auto { look.exposure } else { shown.exposure };
         }
-        Ok((Self { name: scene.name.clone(), camera: cameras[0].clone(), scene, look, size: args.size }, cameras))
+        Ok((Self { name: scene.name.clone(), camera: cameras[0].clone(), scene, look, size }, cameras))
     }
 
     /// The view of another scene.

@@ -28,6 +28,17 @@ const TEXT: &str = "*FLIP*: mean and greatest HDR-FLIP of the frames that have a
                     the folder.";
 /// Frames of the walk over which flicker is measured, at most.
 const FLICKER_FRAMES: usize = 40;
+/// A technique on a walk.
+struct Walker {
+    stage: Stage,
+    walked: Walked,
+    /// HDR-FLIP of the frames that have a reference.
+    flips: Vec<f64>,
+    /// Times of indirect light, and of the frames, ms.
+    times: Vec<f64>,
+    frames: Vec<f64>,
+}
+
 impl InMotion<'_> {
     /// Adds the tables of a walk, of a light that goes out, and of an object that moves.
     pub fn motion(&self) -> Result<(), CliError> {
@@ -62,7 +73,7 @@ impl InMotion<'_> {
         let cases = self.with_none(view);
         let walker = |case: &Case| {
             let stage = self.bench.stage(&view.scene, &case.settings)?;
-            Ok((stage, Walked::default(), Vec::new(), Vec::new(), Vec::new()))
+            Ok(Walker { stage, walked: Walked::default(), flips: Vec::new(), times: Vec::new(), frames: Vec::new() })
         };
         let mut walkers = cases.iter().map(walker).collect::<Result<Vec<_>, CliError>>()?;
         let mut sheet = Sheet::new(view.size, cases.len() + 1);
@@ -73,7 +84,7 @@ impl InMotion<'_> {
             let reference = is_compared.then(|| self.reference(&view)).transpose()?;
             let reference = reference.map(|image| (view.shown(&image), image));
             for (row, (case, walker)) in cases.iter().zip(&mut walkers).enumerate() {
-                let (stage, walked, flips, times, frames) = walker;
+                let Walker { stage, walked, flips, times, frames } = walker;
                 if reference.is_none() && restarts(stage) {
                     continue;
                 }
@@ -94,10 +105,7 @@ impl InMotion<'_> {
             }
         }
         sheet.write(&self.bench.path("walk-sheet"))?;
-        let row = |(case, (_, walked, flips, mut times, mut frames)): (
-            &Case,
-            (Stage, Walked, Vec<f64>, Vec<f64>, Vec<f64>),
-        )| {
+        let row = |(case, Walker { walked, flips, mut times, mut frames, .. }): (&Case, Walker)| {
             Row::default()
                 .text("technique", "", &case.name)
                 .fixed("flip", "FLIP", 4, flips.iter().sum::<f64>() / flips.len().max(1) as f64)

@@ -11,11 +11,11 @@ use crate::{
 };
 
 /// Name of a scene, name of its shot, lights of light rain in place of the shot's, and materials.
-type Source = (&'static str, &'static str, Option<u32>, Materials);
+type Source = (&'static str, &'static str, Option<&'static str>, Materials);
 
 const SPONZA: Source = ("sponza", "sponza-ten", None, Materials::File);
-const ATRIUM: Source = ("atrium, 1000 lights", "atrium", Some(1000), Materials::File);
-const MATTE: Source = ("atrium, 1000 lights, matte", "atrium", Some(1000), Materials::Lambert);
+const ATRIUM: Source = ("atrium, 1000 lights", "atrium", Some("rain:1000"), Materials::File);
+const MATTE: Source = ("atrium, 1000 lights, matte", "atrium", Some("rain:1000"), Materials::Lambert);
 const HALL: Source = ("hall", "hall", None, Materials::File);
 const CORNELL: Source = ("cornell", "cornell", None, Materials::File);
 const CITY: Source = ("candela-city", "candela-city", None, Materials::File);
@@ -30,7 +30,6 @@ impl InMotion<'_> {
         let (mut views, assets) = (Vec::new(), shots::assets(self.args.shared.clone()));
         for (name, shot, rain, materials) in sources.iter().filter(|source| is_requested(&self.args.scenes, source.0)) {
             let Some(shot) = SHOTS.iter().find(|known| known.name == *shot) else { continue };
-            let shot = rain.map_or(*shot, |rain| shot.with_rain(rain));
             if let Some(reason) = shot.missing(&assets) {
                 self.bench.leave_out(*name, reason);
                 continue;
@@ -41,7 +40,7 @@ impl InMotion<'_> {
                 Some(size) => size.width,
                 None => height * 16 / 9,
             };
-            let mut view = shot.load(&assets)?;
+            let mut view = shot.load(&assets, *rain)?;
             (view.name, view.look.materials, view.size) = ((*name).to_owned(), *materials, Size { width, height });
             views.push(view);
         }

@@ -89,7 +89,7 @@ pub fn run(args: &QualityArgs) -> Result<(), CliError> {
         }
         let mut shot = *shot;
         shot.size = args.size.unwrap_or(shot.size);
-        shots.push(run_shot(args, &bench, &shot, shot.load(&assets)?, &environment_light)?);
+        shots.push(run_shot(args, &bench, &shot, shot.load(&assets, None)?, &environment_light)?);
     }
     report::write(&bench, args.spp, args.commit.as_deref(), &shots, &left_out)
 }
@@ -102,7 +102,7 @@ fn run_shot(
     environment_light: &Environment,
 ) -> Result<ShotReport, CliError> {
     let of = ShotBench { bench, shot, view: &complete };
-    let mut result = ShotReport::new(shot, &complete.scene);
+    let mut result = ShotReport::new(shot, &complete);
     let mut techniques = techniques(&complete.look, complete.scene.bounds().size().length());
     techniques.retain(|technique| is_requested(&args.techniques, &technique.case.name));
     let mut first = None;

@@ -6,7 +6,6 @@ use lanternfish_cli::{
     plot::escaped,
     report::grouped,
 };
-use lanternfish_scene::Scene;
 use serde::Serialize;
 
 use super::{
@@ -17,6 +16,7 @@ use crate::{
     bench::Bench,
     ground_truths::GroundTruthFigures,
     table::{Row, decimal},
+    view::View,
 };
 
 /// Least deviation of an energy ratio from 1 that is marked.
@@ -51,19 +51,18 @@ pub struct ShotReport {
 }
 
 impl ShotReport {
-    pub fn new(shot: &Shot, scene: &Scene) -> Self {
-        let settings = shot.settings();
+    pub fn new(shot: &Shot, view: &View) -> Self {
         Self {
             name: shot.name,
             width: shot.size.width,
             height: shot.size.height,
             factor: shot.factor,
-            triangles: scene.triangle_counts().1,
-            lights: scene.lights.len(),
-            attenuation: settings.attenuation.to_string(),
-            range_threshold: decimal(settings.range_threshold),
-            exposure: shot.exposure,
-            tone_map: settings.tone_map.to_string(),
+            triangles: view.scene.triangle_counts().1,
+            lights: view.scene.lights.len(),
+            attenuation: view.look.attenuation.to_string(),
+            range_threshold: decimal(view.look.range_threshold),
+            exposure: view.look.exposure.of(std::iter::empty()),
+            tone_map: view.look.tone_map.to_string(),
             ground_truths: Vec::new(),
             rows: Vec::new(),
         }
@@ -282,6 +281,8 @@ fn ground_truth_line(ground_truth: &GroundTruthFigures) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use lanternfish::settings::Settings;
 
     use super::*;
@@ -328,7 +329,7 @@ mod tests {
 
     #[test]
     fn a_technique_without_results_has_its_reason() {
-        let shot = ShotReport::new(&SHOTS[0], &Scene::default());
+        let shot = ShotReport::new(&SHOTS[0], &SHOTS[0].load(Path::new("none"), None).unwrap());
         let row = Measured { figures: None, left_out: Some("no ray query".to_owned()), ..row("a", "full", 1, 1.0) };
         let table = to_markdown(&[table_row(&row.name, row.ground_truth, &cells(&shot, &row))]);
         assert!(table.ends_with(&format!("\n| a | full | no ray query |{}\n", "  |".repeat(9))), "{table}");
