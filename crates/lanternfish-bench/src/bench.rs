@@ -84,6 +84,9 @@ impl Bench {
     /// scene head the report.
     pub fn start(args: &RunArgs, name: &str, title: &str, scene: Option<&SceneName>) -> Result<Self, CliError> {
         let progress = Progress::start(false);
+        if let Some(missing) = scene.filter(|scene| scene.demo().is_none() && !scene.path().exists()) {
+            return Err(CliError::new(format_args!("{missing}: there is no such file"), "check the path"));
+        }
         let folder = args.output.clone().unwrap_or_else(|| format!("bench-{name}").into());
         make_folder(&folder)?;
         let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;

@@ -1,4 +1,4 @@
-//! Errors of images against a path-traced reference, whose direct light is known.
+//! IndirectErrors of images against a path-traced reference, whose direct light is known.
 
 use lanternfish::RenderedImage;
 use lanternfish_cli::error::CliError;
@@ -16,16 +16,16 @@ pub struct Reference {
     indirect: f64,
 }
 
-/// Errors of an image against a reference.
+/// IndirectErrors of an image against a reference.
 #[derive(Clone, Copy, Debug)]
-pub struct Errors {
+pub struct IndirectErrors {
     /// Energy of indirect light alone, as a ratio to that of the reference.
     pub energy: f64,
     /// Mean HDR-FLIP of the complete image.
     pub flip: f64,
 }
 
-impl Errors {
+impl IndirectErrors {
     /// The errors as figures of a row; the energy has this key.
     pub fn row(&self, energy: &'static str) -> Row {
         Row::default().fixed(energy, "energy", 3, self.energy).fixed("flip", "FLIP", 4, self.flip)
@@ -43,9 +43,9 @@ impl Reference {
         }
     }
 
-    /// Errors of an image. `direct`: the renderer's energy without indirect light.
-    pub fn errors(&self, image: &RenderedImage, direct: f64) -> Result<Errors, MetricsError> {
-        Ok(Errors { energy: (energy(image) - direct) / self.indirect, flip: flip(image, &self.image)? })
+    /// IndirectErrors of an image. `direct`: the renderer's energy without indirect light.
+    pub fn errors(&self, image: &RenderedImage, direct: f64) -> Result<IndirectErrors, MetricsError> {
+        Ok(IndirectErrors { energy: (energy(image) - direct) / self.indirect, flip: flip(image, &self.image)? })
     }
 
     /// Deviation of the energy of indirect light, as a ratio, from that of all light.

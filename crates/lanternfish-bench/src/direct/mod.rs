@@ -7,13 +7,12 @@ mod price;
 use clap::Args;
 use glam::Vec3;
 use lanternfish::settings::{Attenuation, Settings};
-use lanternfish_cli::{error::CliError, parse::Size};
+use lanternfish_cli::error::CliError;
 use lanternfish_scene::{Camera, generate::light_rain};
 
 use crate::{
     bench::{Bench, RunArgs, is_requested},
     case::Case,
-    table::Row,
     view::{SubjectArgs, View},
 };
 
@@ -58,10 +57,8 @@ pub fn run(args: &DirectArgs) -> Result<(), CliError> {
     if let Some(count) = args.unlimited {
         view = unlimited(&view, count);
     }
-    let (Size { width, height }, lights) = (view.size, view.scene.lights.len());
-    bench.facts(Row::default().data("width", width).data("height", height).data("lights", lights));
-    let what = format!("{}, {width} × {height}, {lights} lights", args.subject.scene);
-    bench.report().introduction(&what, &format!("least of {} runs", args.run.runs));
+    bench.facts(view.facts());
+    bench.report().introduction(&view.text(), &format!("least of {} runs", args.run.runs));
     let of = DirectLight { bench, view, cameras, frames: args.frames };
     if is_requested(&args.only, "price") {
         let rows = of.prices(&args.counts, args.all_up_to)?;

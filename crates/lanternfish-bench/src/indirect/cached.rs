@@ -6,7 +6,7 @@ use lanternfish_gpu::PassTime;
 use lanternfish_papers::WITHIN_TEXEL;
 
 use super::{
-    cases::{Brdf, Case, ImageSet},
+    cases::{Brdf, ImageSet, RayCase},
     measure::RayBench,
     times::rays,
 };
@@ -26,13 +26,13 @@ impl RayBench {
     /// Measures rays through the BVH, and through the images of `set` with the within-texel tracer.
     pub fn cached(&self, set: Option<ImageSet>, converged: &RenderedImage) -> Result<Vec<Row>, CliError> {
         let images = [None].into_iter().chain(set.map(|set| Some((set, WITHIN_TEXEL))));
-        let cases = images.map(|images| Case { images, ..Case::plain(Brdf::Diffuse) });
+        let cases = images.map(|images| RayCase { images, ..RayCase::plain(Brdf::Diffuse) });
         let light = [("shaded", "1"), ("cached", "1"), ("cached", "all")];
         let all = cases.flat_map(|case| light.map(|light| (case, light)));
-        let direct = changed(&Case::plain(Brdf::Diffuse).settings(&self.view.look, None), "indirect none");
+        let direct = changed(&RayCase::plain(Brdf::Diffuse).settings(&self.view.look, None), "indirect none");
         let direct = energy(&self.frame(Brdf::Diffuse, &direct)?);
         let ratio = |image: &RenderedImage| (energy(image) - direct) / (energy(converged) - direct);
-        let words = |(case, (hit_light, bounces)): &(Case, _)| {
+        let words = |(case, (hit_light, bounces)): &(RayCase, _)| {
             format!("{}, hit light {hit_light}, bounces {bounces}", case.in_words())
         };
         self.bench.rows("cached", all, words, |(case, (hit_light, bounces))| {

@@ -5,7 +5,7 @@ use lanternfish_metrics::RgbImage;
 use lanternfish_papers::ACROSS_TEXELS;
 
 use super::{
-    cases::{Brdf, Case, ImageSet},
+    cases::{Brdf, ImageSet, RayCase},
     gaussian::RADIUS,
     measure::{RayBench, sized},
 };
@@ -23,7 +23,8 @@ impl RayBench {
 
     fn write_parts(&self, set: ImageSet, built: &[Row]) -> Result<f64, CliError> {
         let structure = sized(set.settings(), built)?;
-        let case = Case { images: Some((set, ACROSS_TEXELS)), filter_radius: RADIUS, ..Case::plain(Brdf::Glossy) };
+        let case =
+            RayCase { images: Some((set, ACROSS_TEXELS)), filter_radius: RADIUS, ..RayCase::plain(Brdf::Glossy) };
         let settings = case.settings(&self.view.look, Some(structure.fragments_a_texel));
         let with = |changes: &str| changed(&settings, changes);
         let frame = |changes: &str| linear(&self.frame(Brdf::Glossy, &with(changes))?).map_err(CliError::from);

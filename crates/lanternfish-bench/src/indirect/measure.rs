@@ -6,7 +6,7 @@ use lanternfish_gpu::{PassTime, Profiler};
 use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings};
 
 use super::{
-    cases::{Brdf, Case, Group, ImageSet, Plan},
+    cases::{Brdf, Group, ImageSet, Plan, RayCase},
     errors::{Baselines, errors},
     times::{Times, rays},
 };
@@ -21,8 +21,8 @@ use crate::{
 };
 
 /// Row of a configuration.
-fn row(case: Case, bytes: u64, rendering: &RenderedImage, times: Times, errors: Row) -> Row {
-    let Case { brdf, images, filter_radius, samples, accumulate } = case;
+fn row(case: RayCase, bytes: u64, rendering: &RenderedImage, times: Times, errors: Row) -> Row {
+    let RayCase { brdf, images, filter_radius, samples, accumulate } = case;
     let covered = rendering.radiance.iter().map(|pixel| pixel[3]);
     // Sum over all frames.
     let rays = rays(covered, accumulate, brdf.counted_rays());
@@ -85,7 +85,7 @@ pub struct RayBench {
 
 /// Reference of all images with the same BRDF, filter and antialiasing.
 struct Reference {
-    case: Case,
+    case: RayCase,
     bvh: RenderedImage,
     direct_energy: f64,
 }
@@ -163,7 +163,7 @@ impl RayBench {
             match self.bench.step("rows", &words, || self.render(*case, Some(fragments_a_texel))) {
                 Ok((image, times)) => {
                     let errors = errors(&image, &reference.baselines(converged))?;
-                    if reference.case == Case::plain(case.brdf) && case.tracer() == ACROSS_TEXELS {
+                    if reference.case == RayCase::plain(case.brdf) && case.tracer() == ACROSS_TEXELS {
                         let name = format!("across-texels-{}-{}", case.brdf.name(), group.set.in_name());
                         self.bench.write(&name, &image)?;
                     }
@@ -194,7 +194,7 @@ impl RayBench {
 
     /// Renders the mean of many frames through the BVH, and writes it to a file.
     fn converged(&self, brdf: Brdf) -> Result<RenderedImage, CliError> {
-        let case = Case { filter_radius: 0, accumulate: self.converged_frames, ..Case::plain(brdf) };
+        let case = RayCase { filter_radius: 0, accumulate: self.converged_frames, ..RayCase::plain(brdf) };
         let image = self.frame(brdf, &case.settings(&self.view.look, None))?;
         if energy(&image) <= 0.0 {
             let hint = "add lights, e.g. --lights rain:10, or choose another view";
@@ -204,14 +204,14 @@ impl RayBench {
         Ok(image)
     }
 
-    fn reference(&self, case: Case) -> Result<(Reference, Times), RenderError> {
+    fn reference(&self, case: RayCase) -> Result<(Reference, Times), RenderError> {
         let (bvh, times) = self.render(case, None)?;
         let direct = self.frame(case.brdf, &changed(&case.settings(&self.view.look, None), "indirect none"))?;
         Ok((Reference { case, bvh, direct_energy: energy(&direct) }, times))
     }
 
     /// Renders the image, and returns it with the times of the fastest run. A first run is not timed.
-    fn render(&self, case: Case, fragments_a_texel: Option<u64>) -> Result<(RenderedImage, Times), RenderError> {
+    fn render(&self, case: RayCase, fragments_a_texel: Option<u64>) -> Result<(RenderedImage, Times), RenderError> {
         let mut renderer = self.bench.renderer(&case.settings(&self.view.look, fragments_a_texel))?;
         let (skipped, counted) = (case.brdf.skipped_rays(), case.brdf.counted_rays());
         let frames = || {

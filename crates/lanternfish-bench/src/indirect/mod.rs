@@ -12,15 +12,14 @@ mod soft_shadows;
 mod times;
 
 use clap::Args;
-use lanternfish_cli::{error::CliError, parse::Size, report::grouped};
+use lanternfish_cli::error::CliError;
 
 use self::{
-    cases::{Brdf, Case, Plan},
+    cases::{Brdf, Plan, RayCase},
     measure::RayBench,
 };
 use crate::{
     bench::{Bench, RunArgs},
-    table::Row,
     view::{SubjectArgs, View},
 };
 
@@ -46,17 +45,14 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     let title = "Indirect light by rays";
     let bench = Bench::start(&args.run, "indirect", title, Some(&args.subject.scene))?.with_timestamps()?;
     let (view, _) = View::load(&args.subject, false, &bench)?;
-    let upload =
-        |brdf: &Brdf| Ok(bench.stage(&brdf.scene(&view.scene), &Case::plain(*brdf).settings(&view.look, None))?.scene);
+    let upload = |brdf: &Brdf| {
+        Ok(bench.stage(&brdf.scene(&view.scene), &RayCase::plain(*brdf).settings(&view.look, None))?.scene)
+    };
     let scenes =
         bench.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, CliError>>())?;
     let converged_frames = if args.quick { 8 } else { 32 };
-    let Size { width, height } = view.size;
-    let triangles = view.scene.triangle_counts().1;
-    let facts = Row::default().data("triangles", triangles).data("width", width).data("height", height);
-    bench.facts(facts.data("converged_frames", converged_frames));
-    let what = format!("{width} x {height} pixels, {} triangles", grouped(triangles as u64));
-    bench.report().introduction(&what, &format!("least of {} runs", bench.runs));
+    bench.facts(view.facts().data("converged_frames", converged_frames));
+    bench.report().introduction(&view.text(), &format!("least of {} runs", bench.runs));
     let of = RayBench { bench, view, converged_frames, scenes };
     let measured = of.measure(&Plan::new(args.quick, &args.resolutions))?;
     page::report(&mut of.bench.report(), measured, converged_frames);

@@ -15,7 +15,7 @@ use crate::{
     case::{Case, changed},
     ground_truths::{self, GroundTruth},
     image::{energy, energy_of},
-    reference::{Errors, Reference, flip},
+    reference::{IndirectErrors, Reference, flip},
     table::Row,
     view::{SubjectArgs, View},
 };
@@ -102,21 +102,21 @@ impl OneBounce {
     }
 
     /// Renders a configuration of the table, compares its image, and writes it to the folder.
-    pub fn row(&self, case: &Case) -> Result<(Timed, Errors), CliError> {
+    pub fn row(&self, case: &Case) -> Result<(Timed, IndirectErrors), CliError> {
         let timed = self.bench.timed(&self.view, &case.settings)?;
         let errors = self.keep(&case.name, &timed.image)?;
         Ok((timed, errors))
     }
 
     /// Compares an image, which goes to the folder under a name.
-    pub fn keep(&self, name: &str, image: &RenderedImage) -> Result<Errors, CliError> {
+    pub fn keep(&self, name: &str, image: &RenderedImage) -> Result<IndirectErrors, CliError> {
         self.bench.write(name, image)?;
         Ok(self.reference.errors(image, self.direct_energy)?)
     }
 
     /// Renders the mean of `frames` frames, writes it to the folder, and compares it. Its direct light is that of `direct`, a mean of as many
     /// frames without indirect light, because edges and highlights of a mean differ from those of one frame.
-    pub fn mean_row(&self, case: &Case, frames: u32, direct: &RenderedImage) -> Result<Errors, CliError> {
+    pub fn mean_row(&self, case: &Case, frames: u32, direct: &RenderedImage) -> Result<IndirectErrors, CliError> {
         let mean = self.bench.mean(&self.view, &case.settings, frames)?;
         self.bench.write(&format!("{}, {frames} frames", case.name), &mean)?;
         Ok(self.reference.errors(&mean, energy(direct))?)
