@@ -164,9 +164,14 @@ impl Bench {
         }
     }
 
+    /// Removes the progress line, so that results can be printed, and returns the seconds of each step.
+    pub fn end_progress(&self) -> Vec<(&'static str, f64)> {
+        self.progress.replace(Progress::hidden()).finish()
+    }
+
     /// Adds the seconds of all steps to the report.
     pub fn report_seconds(&self) {
-        let seconds = self.progress.replace(Progress::hidden()).finish();
+        let seconds = self.end_progress();
         let said: Vec<_> = seconds.iter().map(|(step, seconds)| format!("{step} {seconds:.0} s")).collect();
         self.report().paragraph(format!("Time taken: {}.", said.join(", ")));
         self.report().keep_data("seconds", &seconds);

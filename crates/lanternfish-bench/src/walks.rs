@@ -116,6 +116,7 @@ pub fn run(args: &WalksArgs) -> Result<(), CliError> {
     if let Some((name, report)) = results.walks.first().filter(|(name, _)| *name == first.0.name) {
         results.repeat = Some(Repeat::new(name.clone(), ms_of(report), ms_of(&again)));
     }
+    bench.end_progress();
     results.document().write(&bench.folder)
 }
 

@@ -24,7 +24,7 @@ use lanternfish_scene::Environment;
 
 use self::{
     measure::ShotBench,
-    report::{LeftOut, ShotReport},
+    report::ShotReport,
     shots::{SHOTS, Shot},
     techniques::techniques,
 };
@@ -77,21 +77,21 @@ fn compared_ground_truths() -> impl Iterator<Item = GroundTruth> {
 pub fn run(args: &QualityArgs) -> Result<(), CliError> {
     let bench = Bench::start(&args.run, "quality", "Quality of every technique", None)?;
     make_folder(&bench.folder.join("renderings"))?;
-    let (mut shots, mut left_out) = (Vec::new(), Vec::new());
+    let mut shots = Vec::new();
     let assets = shots::assets(args.shared.clone());
     let environment_light = shots::environment_light(&assets)?;
     for shot in SHOTS.iter().filter(|shot| args.only.is_empty() || args.only.iter().any(|name| name == shot.name)) {
         eprintln!("{}", shot.name);
         if let Some(reason) = shot.missing(&assets) {
             eprintln!("  left out: {reason}");
-            left_out.push(LeftOut { shot: shot.name, reason });
+            bench.leave_out(shot.name, reason);
             continue;
         }
         let mut shot = *shot;
         shot.size = args.size.unwrap_or(shot.size);
         shots.push(run_shot(args, &bench, &shot, shot.load(&assets, None)?, &environment_light)?);
     }
-    report::write(&bench, args.spp, args.commit.as_deref(), &shots, &left_out)
+    report::write(&bench, args.spp, args.commit.as_deref(), &shots)
 }
 
 fn run_shot(

@@ -22,13 +22,6 @@ use crate::{
 /// Least deviation of an energy ratio from 1 that is marked.
 const ENERGY_TOLERANCE: f64 = 0.01;
 
-/// A shot without results.
-#[derive(Debug, Serialize)]
-pub struct LeftOut {
-    pub shot: &'static str,
-    pub reason: String,
-}
-
 /// Results of one shot.
 #[derive(Debug, Serialize)]
 pub struct ShotReport {
@@ -96,13 +89,7 @@ img { display: inline-block; width: 288px; image-rendering: pixelated; vertical-
 figcaption { font-size: 13px; color: #a4abb2 }";
 
 /// Writes the three reports, and prints the Markdown report. `commit` names the source revision, if known.
-pub fn write(
-    bench: &Bench,
-    spp: u64,
-    commit: Option<&str>,
-    shots: &[ShotReport],
-    left_out: &[LeftOut],
-) -> Result<(), CliError> {
+pub fn write(bench: &Bench, spp: u64, commit: Option<&str>, shots: &[ShotReport]) -> Result<(), CliError> {
     let adapter = &bench.gpu.description;
     let is_software = bench.is_software();
     let mut report = bench.report();
@@ -146,12 +133,11 @@ pub fn write(
         report.show(rows.chain(noise));
         report.html(renderings(shot));
     }
-    if !left_out.is_empty() {
-        report.heading("Left out");
-    }
-    report.list(left_out.iter().map(|shot| format!("{}: {}", shot.shot, shot.reason)));
     report.keep_data("shots", &shots);
-    report.keep_data("left_out", &left_out);
+    drop(report);
+    bench.list_left_out();
+    bench.end_progress();
+    let report = bench.report();
     report.write_json(&bench.folder)?;
     let (markdown, html) = (report.to_markdown(), bench.folder.join("report.html"));
     write_text(&bench.folder.join("report.md"), &markdown)?;

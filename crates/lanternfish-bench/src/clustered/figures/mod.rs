@@ -114,6 +114,7 @@ pub fn run(args: &ClusteredArgs, shot: &Shot) -> Result<(), CliError> {
     for lights in args.counts() {
         play(args, shot, &bench, *lights, &mut figures)?;
     }
+    bench.end_progress();
     let file = |name: &str| bench.folder.join(name);
     let json = serde_json::to_string(&figures).map_err(|error| CliError::new(error, "this is a bug"))?;
     output::write_text(&file("report.json"), &(json + "\n"))?;
