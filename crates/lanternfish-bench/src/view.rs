@@ -65,7 +65,7 @@ impl View {
         let shot = shot_of(&args.scene)?;
         let scene = load(&args.scene, &args.part, shot.as_ref(), keeps_transparent, bench)?;
         let Some(shot) = shot else {
-            return Self::new(scene, (&args.lights, args.seed), None, &[args.view.clone()], args.size);
+            return Self::new(scene, (&args.lights, args.seed), None, std::slice::from_ref(&args.view), args.size);
         };
         Self::of_args(scene, &shot.args, &shot.views(), args.size)
     }

@@ -26,11 +26,12 @@ use lanternfish_scene::Scene;
 
 use self::{
     build::build,
-    cases::{ARCHER_RATIOS, Group, TABLES, archers_ms, fitted, groups, in_words},
+    cases::{Group, TABLES, fitted, groups, in_words},
 };
 use crate::{
     bench::{Bench, RunArgs},
-    table::{DASH, Row, percent},
+    papers::{self, Paper},
+    table::{Row, percent},
     view,
 };
 
@@ -128,6 +129,7 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     }
     report.keep("built", built);
     report.keep("traced", traced);
+    papers::beside(Paper::Archer, "deep-images", &mut report);
     drop(report);
     bench.list_left_out();
     Rc::into_inner(bench).map_or(Ok(()), Bench::finish)
@@ -180,11 +182,6 @@ impl DeepBench {
         }
         let holes = counted.map(|holes| holes_row(&row, &holes));
         row = row.data("holes", &holes);
-        if group.title == "Directions" {
-            let paper = archers_ms(&settings);
-            let shown = |i: usize| paper.map_or(DASH.to_owned(), |ms| ms[i].to_string());
-            row = row.data("archer_ms", paper).shown("Archer: Atrium", shown(0)).shown("Rungholt", shown(1));
-        }
         self.holes.extend(holes);
         self.built.push(row);
         let surfaces = || Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, rays));
@@ -240,15 +237,7 @@ fn builder_ratios(built: &[Row]) -> Vec<String> {
     let ratio = |(row, single): (&Row, &Row)| {
         let (directions, texels, times) =
             (row.words("directions"), row.words("resolution"), row.f64("total_ms") / single.f64("total_ms"));
-        let [atrium, rungholt] = ARCHER_RATIOS;
-        let paper = match single.words_of("set") {
-            "stacks:13x13" => format!(" (Archer: {atrium:.0} and {rungholt:.0})"),
-            _ => String::new(),
-        };
-        format!(
-            "{} / single_pass, {directions} directions of {texels}, time: {times:.1}{paper}",
-            row.words_of("builder")
-        )
+        format!("{} / single_pass, {directions} directions of {texels}, time: {times:.1}", row.words_of("builder"))
     };
     let is_of_one_set = |(row, single): &(&Row, &Row)| row.get("set") == single.get("set");
     over(built, "builder", "single_pass").filter(is_of_one_set).map(ratio).collect()

@@ -109,7 +109,7 @@ impl Shot {
         let file = assets.join(self.scene());
         let source = if self.scene().starts_with("demo:") { args.scene.clone() } else { file.into() };
         let scene = scene::load_part(&source, &PartArgs::default())?;
-        let (mut view, _) = View::of_args(scene, &args, &[args.view.clone()], self.size)?;
+        let (mut view, _) = View::of_args(scene, &args, std::slice::from_ref(&args.view), self.size)?;
         (view.name, view.look.shadows) = (self.name.to_owned(), Settings::direct_light().shadows);
         Ok(view)
     }

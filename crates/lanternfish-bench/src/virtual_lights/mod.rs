@@ -14,14 +14,14 @@ use self::{
     cases::{WITH_STEPS, cases, walked},
     steps::Steps,
 };
-use crate::one_bounce::{self, OneBounce, OneBounceArgs};
+use crate::{
+    one_bounce::{self, OneBounce, OneBounceArgs},
+    papers::{self, Paper},
+};
 
 const TEXT: &str = "*In range*: fraction of the flux of virtual lights that reaches surfaces within their ranges. *Range rays*: fraction of the \
                     frame time. Times are in ms. Deep images are built once, in the first run, and are not part of the frame time; the \
                     paper's total includes them.";
-
-const LIGHTS: &str = "From texels of the map to lights that are listed. He states neither of his thresholds (\"too small to noticeably affect the \
-                      scene\", \"most large lights\"): those of the row *as in the paper* are chosen here.";
 
 /// Measures, and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
@@ -36,7 +36,6 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let maps = if args.quick { &MapSize::ALL[..1] } else { &MapSize::ALL[2..] };
     let maps = maps.iter().filter(|_| args.requests("ranges"));
     let ranges = bench.rows("ranges", maps, |map| format!("Ranges, {map}²"), |map| measure::ranges(&of, **map))?;
-    let lights = measure::lights(&rows);
     bench.section("Techniques of indirect light", TEXT, "rows", rows);
     bench.report().heading("Steps (Archer 2019, table 1), ms");
     bench.report().paragraph(
@@ -44,9 +43,9 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
          these steps. His rays are a part of *Build VPL buffer*, \"approximately 1 %\" of a frame that builds the images.",
     );
     bench.report().show(steps::table(&steps.take()));
-    bench.section("Lights (Archer 2019, §4)", LIGHTS, "lights", lights);
     let text = "Six rays from every texel of the map that sees anything, no light is listed; through 169 deep images of 64² as in the paper, and through the BVH.";
     bench.section("Ranges (Archer 2019, table 3)", text, "ranges", ranges);
+    papers::beside(Paper::Archer, "virtual-lights", &mut bench.report());
     let walked = if args.requests("flicker") { walked(look) } else { Vec::new() };
     of.finish(&walked)
 }

@@ -22,11 +22,6 @@ pub const PAPER: [(&str, f64, f64); 7] = [
 /// His totals as printed; his rows sum to 20.15 and 43.0.
 const PRINTED: [f64; 2] = [20.6, 43.5];
 
-/// His lights, Atrium and Rungholt: texels of the map, unique lights ("typically used"), and lights that discarding by range leaves
-/// [Archer2019, §4].
-pub const PAPERS_LIGHTS: [(&str, [u64; 3]); 2] =
-    [("Archer: Atrium", [65_536, 20_000, 2000]), ("Archer: Rungholt", [65_536, 20_000, 8000])];
-
 /// Device milliseconds of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Steps {
