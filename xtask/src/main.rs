@@ -40,10 +40,10 @@ cargo xtask hardware       builds, and packs a kit into target/hardware for a ba
 cargo xtask same [COMMIT | --write]
                            renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
                            hash, or from that commit's image; --write stores the hashes
-cargo xtask shader-stats [TEXT | --write]
+cargo xtask shader-stats [TEXT | --write | --page MESA]
                            what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
-                           that differ from docs/measured/shader-stats-*; --write stores the new ones; with TEXT, prints the
-                           variants whose names contain it
+                           that differ from docs/measured/shader-stats-*; --write stores the new ones; --page prints those of
+                           a version of Mesa; with TEXT, prints the variants whose names contain it
 cargo xtask check          lines by folder, format, lints, documentation, and the hot passes of shader-stats
 cargo xtask audit          licences, advisories and sources of dependencies (cargo-deny), and changes of the interface since the last
                            release (cargo-semver-checks): installs neither

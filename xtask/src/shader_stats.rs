@@ -1,6 +1,6 @@
 //! `cargo xtask shader-stats`: what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without such a card.
 //!
-//! The figures are stored in `docs/measured/shader-stats-mesa-VERSION.json`, with a page of them. They are compared only with those of the same
+//! The figures are stored in `docs/measured/shader-stats-mesa-VERSION.json`, of which `--page` prints a page. They are compared only with those of the same
 //! version of Mesa.
 
 mod figures;
@@ -23,9 +23,16 @@ const CARDS: [&str; 2] = ["navi21", "navi31"];
 pub fn run(words: &[String]) -> Result<(), String> {
     let (is_stored, text) = match words {
         [] => (false, None),
+        [flag, mesa] if flag == "--page" => {
+            let stored = Stored::read(mesa)?.ok_or_else(|| format!("no figures of Mesa {mesa} are stored"))?;
+            print!("{}", page::of(&stored));
+            return Ok(());
+        }
         [flag] if flag == "--write" => (true, None),
         [text] if !text.starts_with('-') => (false, Some(text)),
-        _ => return Err(format!("shader-stats takes --write or a part of a shader's name, not {words:?}")),
+        _ => {
+            return Err(format!("shader-stats takes --write, --page MESA or a part of a shader's name, not {words:?}"));
+        }
     };
     let tool = Tool::ready()?.map_err(|reason| format!("shader-stats: {reason}"))?;
     if let Some(text) = text {

@@ -280,7 +280,7 @@ pub fn adapter(text: &str) -> Result<AdapterChoice, String> {
 
 impl RenderArgs {
     /// Parses words as the arguments of `lanternfish render`.
-    pub(crate) fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
+    pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         Self::from_arg_matches(&render_command().no_binary_name(true).try_get_matches_from(words)?)
     }
 

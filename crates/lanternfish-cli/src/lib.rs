@@ -16,6 +16,7 @@ mod farm;
 pub mod flags;
 mod frames;
 pub mod help;
+pub mod images;
 mod info;
 mod legend;
 pub mod light_rig;
@@ -38,6 +39,7 @@ pub mod scene;
 pub mod shot;
 mod signals;
 mod stereo;
+pub mod times;
 mod warm;
 mod window;
 

@@ -12,7 +12,7 @@ use lanternfish_gpu::Gpu;
 use serde::{Deserialize, Serialize, Serializer, ser::SerializeMap};
 use serde_json::Value;
 
-use crate::table::{self, Row};
+use crate::table::{self, Key, Row};
 
 /// A part of a page.
 #[derive(Debug)]
@@ -32,8 +32,8 @@ pub struct Document {
     title: String,
     /// Facts common to all results, for scripts.
     header: Row,
-    data: Vec<(&'static str, Value)>,
-    rows: Vec<(&'static str, Vec<Row>)>,
+    data: Vec<(Key, Value)>,
+    rows: Vec<(Key, Vec<Row>)>,
     page: Vec<Block>,
 }
 
@@ -115,25 +115,30 @@ impl Document {
     }
 
     /// Adds rows to the JSON report.
-    pub fn keep(&mut self, key: &'static str, rows: Vec<Row>) {
-        self.rows.push((key, rows));
+    pub fn keep(&mut self, key: impl Into<Key>, rows: Vec<Row>) {
+        self.rows.push((key.into(), rows));
     }
 
     /// Adds other data to the JSON report.
     pub fn keep_data(&mut self, key: &'static str, data: &impl Serialize) {
-        self.data.push((key, serde_json::to_value(data).expect("plain numbers and strings")));
+        self.data.push((key.into(), serde_json::to_value(data).expect("plain numbers and strings")));
     }
 
     /// Adds a section with a table, and its rows to the JSON report. Without rows there is no section.
-    pub fn section(&mut self, heading: &str, text: &str, key: &'static str, rows: Vec<Row>) {
+    pub fn section(&mut self, heading: &str, text: &str, key: impl Into<Key>, rows: Vec<Row>) {
+        self.section_shown(heading, text, rows.clone());
+        self.keep(key, rows);
+    }
+
+    /// Adds a section with a table to the page only. Without rows there is no section.
+    pub fn section_shown(&mut self, heading: &str, text: &str, rows: Vec<Row>) {
         if !rows.is_empty() {
             self.heading(heading);
             if !text.is_empty() {
                 self.paragraph(text);
             }
-            self.show(rows.iter().cloned());
+            self.show(rows);
         }
-        self.keep(key, rows);
     }
 
     /// Adds the list of configurations without results, with reasons.
@@ -201,10 +206,11 @@ impl Document {
     }
 }
 
-/// Serializes to an object with the entries of the header, then every table under its key.
+/// Serializes to an object with the title and the entries of the header, then every table under its key.
 impl Serialize for Document {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("title", &self.title)?;
         self.header.entries(&mut map)?;
         self.rows.iter().try_for_each(|(key, rows)| map.serialize_entry(key, rows))?;
         self.data.iter().try_for_each(|(key, data)| map.serialize_entry(key, data))?;
@@ -233,7 +239,7 @@ mod tests {
                 && html.contains("<li>samples: refused</li>")
         );
         let json = serde_json::to_string(&document).unwrap();
-        let expected = r#"{"runs":3,"triangles":36,"none":[],"rows":[{"rays":7}],"left_out":[{"reason":"refused","what":"samples"}]}"#;
+        let expected = r#"{"title":"Rays & images","runs":3,"triangles":36,"none":[],"rows":[{"rays":7}],"left_out":[{"reason":"refused","what":"samples"}]}"#;
         assert_eq!(json, expected);
     }
 }

@@ -1,24 +1,21 @@
 //! `lanternfish-bench forward-plus`: the tables of [Elagabani2025, ch. 5]: savings of each optimisation of shadow rays, and errors of
 //! normals from depth.
 
-use std::time::Instant;
-
 use clap::Args;
 use lanternfish::{
-    GpuScene, RenderedImage, Renderer,
-    settings::{Culling, DebugView, RayCulling, RayRangeCulling, Settings, Shadows, ToneMap},
-    techniques::{TileSize, Tiled},
+    RenderedImage,
+    settings::{DebugView, RayCulling, Settings, Shadows, ToneMap},
 };
-use lanternfish_cli::{choices::choice, error::CliError, parse::Size, progress::Progress};
-use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, flip_ldr, write_png};
+use lanternfish_cli::{choices::choice, error::CliError, parse::Size};
+use lanternfish_metrics::{PIXELS_PER_DEGREE, flip_ldr};
 
 use crate::{
-    document::Document,
-    image::{self, differing, displayed, rgb},
-    run::{Run, RunArgs, counter, medians, ms_of},
-    subject::{Subject, SubjectArgs},
+    bench::{Bench, RunArgs, identical},
+    case::{Case, changed},
+    image::{differing, displayed, rgb},
     table::{DASH, Row, decimal},
-    technique,
+    times::{counter, frame_time, medians, ms_of},
+    view::{SubjectArgs, View},
 };
 
 /// Flags of `forward-plus`.
@@ -33,149 +30,84 @@ pub struct ForwardPlusArgs {
     subject: SubjectArgs,
 }
 
-/// One configuration.
-struct Case {
-    name: &'static str,
-    culling: Culling,
-    ray_culling: RayCulling,
-    /// File name of the heat map, if one is written.
-    heat_map: Option<&'static str>,
-    /// Frame time in the thesis, ms; none: the thesis has no such row, and rays are culled by range too.
-    paper_ms: Option<f64>,
-}
+/// A row: its name, its settings, and the frame time in the thesis, ms. None: the thesis has no such row, and rays are culled by range too.
+type Declared = (&'static str, &'static str, Option<f64>);
 
-impl Case {
-    /// True if the image must be identical to that without optimisations. Normals from depth are wrong at edges, where light may be lost.
-    fn is_exact(&self) -> bool {
-        matches!(self.ray_culling, RayCulling::None | RayCulling::Surface)
-    }
-
-    fn ray_range_culling(&self) -> RayRangeCulling {
-        if self.paper_ms.is_some() { RayRangeCulling::Off } else { RayRangeCulling::On }
-    }
-}
-
-fn tiled(tile_size: TileSize, aabb_test: bool) -> Culling {
-    technique::tiled(Tiled { tile_size, aabb_test })
-}
+/// Light culling by tiles of 8 × 8, without and with the test of bounding boxes.
+const TILED: &str = "culling tiled, tile-size 8, aabb off";
+const AABB: &str = "culling tiled, tile-size 8";
 
 /// The rows of table 5.1 in their order, at tiles of 8 × 8, and ours.
-fn cases() -> Vec<Case> {
-    use RayCulling::{Improved, Naive, None as NoCulling, Surface};
-    let px8 = |aabb| tiled(TileSize::Px8, aabb);
-    let rows = [
-        ("no optimisations", technique::NO_CULLING, NoCulling, Some("rays-none.png"), Some(16.0)),
-        ("light culling", px8(false), NoCulling, Some("rays-culling.png"), Some(11.52)),
-        ("light culling + AABB", px8(true), NoCulling, Some("rays-culling-aabb.png"), Some(10.93)),
-        ("light culling + AABB + naive normals", px8(true), Naive, Some("rays-naive.png"), Some(9.59)),
-        ("light culling + AABB + improved normals", px8(true), Improved, Some("rays-improved.png"), Some(9.67)),
-        ("improved normals", technique::NO_CULLING, Improved, None, Some(13.55)),
-        ("ours: range per pixel", technique::NO_CULLING, NoCulling, None, None),
-        (
-            "ours: light culling + AABB + surface normals + range per pixel",
-            px8(true),
-            Surface,
-            Some("rays-surface.png"),
-            None,
-        ),
-    ];
-    let case =
-        |(name, culling, ray_culling, heat_map, paper_ms)| Case { name, culling, ray_culling, heat_map, paper_ms };
-    rows.map(case).into()
-}
+const OPTIMISATIONS: [Declared; 8] = [
+    ("no optimisations", "culling all, ray-culling none", Some(16.0)),
+    ("light culling", "TILED, ray-culling none", Some(11.52)),
+    ("light culling + AABB", "AABB, ray-culling none", Some(10.93)),
+    ("light culling + AABB + naive normals", "AABB, ray-culling naive", Some(9.59)),
+    ("light culling + AABB + improved normals", "AABB, ray-culling improved", Some(9.67)),
+    ("improved normals", "culling all, ray-culling improved", Some(13.55)),
+    ("ours: range per pixel", "culling all, ray-culling none", None),
+    ("ours: light culling + AABB + surface normals + range per pixel", "AABB, ray-culling surface", None),
+];
+/// File names of heat maps, in the order of [`OPTIMISATIONS`]; empty: none.
+const HEAT_MAPS: [&str; 8] =
+    ["rays-none", "rays-culling", "rays-culling-aabb", "rays-naive", "rays-improved", "", "", "rays-surface"];
 
 /// The rows of table 5.2.
-fn tile_sizes() -> [Case; 3] {
-    let paper = [("8 x 8", TileSize::Px8, 9.44), ("16 x 16", TileSize::Px16, 9.56), ("32 x 32", TileSize::Px32, 9.99)];
-    paper.map(|(name, size, ms)| Case {
-        name,
-        culling: tiled(size, true),
-        ray_culling: RayCulling::Improved,
-        heat_map: None,
-        paper_ms: Some(ms),
-    })
-}
+const TILE_SIZES: [Declared; 3] = [
+    ("8 x 8", "culling tiled, tile-size 8, ray-culling improved", Some(9.44)),
+    ("16 x 16", "culling tiled, tile-size 16, ray-culling improved", Some(9.56)),
+    ("32 x 32", "culling tiled, tile-size 32, ray-culling improved", Some(9.99)),
+];
 
 /// The threshold of the thesis' ranges [Elagabani2025, eq. 4.1].
 const PAPER_THRESHOLD: f32 = 0.02;
 
+/// A case as it is declared.
+fn case(look: &Settings, (name, changes, paper_ms): &Declared) -> Case {
+    let changes = changes.replace("TILED", TILED).replace("AABB", AABB);
+    let by_range = if paper_ms.is_some() { "off" } else { "on" };
+    Case::of(look, name, &format!("{changes}, ray-range-culling {by_range}"))
+}
+
+/// True if the image must be identical to that without optimisations. Normals from depth are wrong at edges, where light may be lost.
+fn is_exact(settings: &Settings) -> bool {
+    matches!(settings.ray_culling, RayCulling::None | RayCulling::Surface)
+}
+
 /// What every case shares.
-struct Bench<'a> {
-    run: Run,
-    subject: Subject,
-    args: &'a ForwardPlusArgs,
-    /// Threshold of the lights' ranges.
-    range_threshold: f32,
-    /// Whether heat maps are written.
+struct ForwardPlus {
+    bench: Bench,
+    view: View,
     has_heat_maps: bool,
 }
 
-impl Bench<'_> {
-    fn settings(&self, case: &Case) -> Settings {
-        Settings {
-            culling: case.culling.clone(),
-            ray_culling: case.ray_culling,
-            ray_range_culling: case.ray_range_culling(),
-            shadows: self.args.shadows,
-            attenuation: self.subject.look.attenuation,
-            attenuation_near_radius: self.subject.look.attenuation_near_radius,
-            attenuation_coefficients: self.subject.look.attenuation_coefficients,
-            range_threshold: self.range_threshold,
-            ..Settings::direct_light()
-        }
-    }
-
-    fn renderer(&self, settings: Settings) -> Result<(Renderer, GpuScene), CliError> {
-        let renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        let uploaded = renderer.upload(&self.subject.scene)?;
-        Ok((renderer, uploaded))
-    }
-
-    fn render(&self, (renderer, uploaded): &mut (Renderer, GpuScene)) -> Result<RenderedImage, CliError> {
-        let Size { width, height } = self.args.subject.size;
-        Ok(renderer.render(uploaded, &self.subject.cameras[0], width, height)?)
-    }
-
-    fn write(&self, name: &str, rendering: &RenderedImage) -> Result<(), CliError> {
-        image::write(&self.run.folder.join(name), rendering)
-    }
-
-    /// Pairs of a pixel and a light: listed by this technique of light culling, or (`in_range`) in range.
-    fn listed(&self, culling: &Culling, in_range: RayRangeCulling) -> Result<u64, CliError> {
-        let case =
-            Case { name: "", culling: culling.clone(), ray_culling: RayCulling::None, heat_map: None, paper_ms: None };
-        let settings = Settings { ray_range_culling: in_range, ..self.settings(&case) };
-        Ok(counter(&self.render(&mut self.renderer(settings)?)?.report, "shadows/rays"))
+impl ForwardPlus {
+    /// Pairs of a pixel and a light: listed by this technique of light culling, or (`by_range` on) in range.
+    fn listed(&self, settings: &Settings, by_range: &str) -> Result<u64, CliError> {
+        let settings = changed(settings, &format!("ray-culling none, ray-range-culling {by_range}"));
+        Ok(counter(&self.bench.first_frame(&self.view, &settings)?.report, "shadows/rays"))
     }
 
     /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
     fn row(
         &self,
-        case: &Case,
-        first: Option<&RenderedImage>,
+        Case { name, settings }: &Case,
+        paper_ms: Option<f64>,
+        first: &mut Option<RenderedImage>,
         none: Option<&Row>,
-    ) -> Result<(Row, RenderedImage), CliError> {
-        eprintln!("  {}", case.name);
-        let mut ready = self.renderer(self.settings(case))?;
-        let rendering = self.render(&mut ready)?;
-        let [frame_ms, shadow_ms] = medians(self.run.runs, || {
-            let started = Instant::now();
-            let passes = self.render(&mut ready)?.report.passes;
-            // Wall-clock time if the adapter has no timestamps.
-            let wall_ms = 1e3 * started.elapsed().as_secs_f64();
-            let ms = if passes.is_empty() { wall_ms } else { ms_of(&passes, "") };
-            Ok::<_, CliError>([ms, ms_of(&passes, "shadows/trace")])
+    ) -> Result<Row, CliError> {
+        let mut stage = self.bench.stage(&self.view.scene, settings)?;
+        let image = stage.frame(&self.view)?;
+        let [frame_ms, shadow_ms] = medians(self.bench.runs, || {
+            let (ms, passes) = frame_time(|| stage.frame(&self.view))?;
+            Ok::<_, CliError>([ms, ms_of(&passes.report.passes, "shadows/trace")])
         })?;
-        if let Some(name) = case.heat_map.filter(|_| self.has_heat_maps) {
-            let settings = Settings { debug_view: Some(DebugView::RayCount), ..self.settings(case) };
-            self.write(name, &self.render(&mut self.renderer(settings)?)?)?;
-        }
-        let counter = |name| counter(&rendering.report, name);
-        let [listed, reaching] =
-            [RayRangeCulling::Off, RayRangeCulling::On].map(|in_range| self.listed(&case.culling, in_range));
+        let differing = first.as_ref().map_or(0, |first| differing(first, &image));
+        let counter = |name| counter(&image.report, name);
+        let [listed, reaching] = ["off", "on"].map(|by_range| self.listed(settings, by_range));
         let false_positives = 1.0 - reaching? as f64 / (listed? as f64).max(1.0);
         let row = Row::default()
-            .text("name", "", case.name)
+            .text("name", "", name)
             .fixed("frame_ms", "frame ms", 2, frame_ms)
             .fixed("shadow_ms", "shadow rays ms", 2, shadow_ms)
             .percent("shadow_part", "of the frame", 1, shadow_ms / frame_ms.max(1e-9))
@@ -184,13 +116,9 @@ impl Bench<'_> {
             .count("listed_lights", "listed lights", counter("light_culling/listed_lights"))
             .count("list_bytes", "list bytes", counter("light_culling/tile_bytes"))
             .percent("false_positives", "false positives", 1, false_positives)
-            .count(
-                "differing_pixels",
-                "pixels that differ",
-                first.map_or(0, |first| differing(first, &rendering)) as u64,
-            )
-            .data("exact", case.is_exact())
-            .optional("paper_ms", "thesis: frame ms", case.paper_ms);
+            .count("differing_pixels", "pixels that differ", differing as u64)
+            .data("exact", is_exact(settings))
+            .optional("paper_ms", "thesis: frame ms", paper_ms);
         let change = |key| {
             let (value, of) = (row.f64(key), none.unwrap_or(&row).f64(key));
             let is_known = of > 0.0 && !row.get(key).is_null();
@@ -198,18 +126,23 @@ impl Bench<'_> {
         };
         let changes = [("frame ms, change", "frame_ms"), ("rays, change", "rays"), ("thesis, change", "paper_ms")];
         let changes = changes.into_iter().fold(Row::default(), |changes, (name, key)| changes.shown(name, change(key)));
-        Ok((row.and(changes), rendering))
+        if first.is_none() {
+            self.bench.write("image", &image)?;
+            *first = Some(image);
+        }
+        Ok(row.and(changes))
     }
 
     /// Measures these configurations. Writes the first image of all tables, and stores it in `first`.
-    fn table(&self, cases: &[Case], first: &mut Option<RenderedImage>) -> Result<Vec<Row>, CliError> {
+    fn table(&self, declared: &[Declared], first: &mut Option<RenderedImage>) -> Result<Vec<Row>, CliError> {
         let mut rows = Vec::new();
-        for case in cases {
-            let (row, rendering) = self.row(case, first.as_ref(), rows.first())?;
-            rows.push(row);
-            if first.is_none() {
-                self.write("image.png", &rendering)?;
-                *first = Some(rendering);
+        for (i, declared) in declared.iter().enumerate() {
+            let case = case(&self.view.look, declared);
+            rows.push(self.bench.step("rows", &case.name, || self.row(&case, declared.2, first, rows.first()))?);
+            let heat_map = HEAT_MAPS[i];
+            if declared.1 == OPTIMISATIONS[i].1 && self.has_heat_maps && !heat_map.is_empty() {
+                let settings = Settings { debug_view: Some(DebugView::RayCount), ..case.settings };
+                self.bench.write(heat_map, &self.bench.first_frame(&self.view, &settings)?)?;
             }
         }
         Ok(rows)
@@ -221,18 +154,17 @@ impl Bench<'_> {
         let view = |view| {
             let (debug_view, tone_map) = (Some(view), ToneMap::None);
             let settings = Settings { debug_view, shadows: Shadows::None, tone_map, ..Settings::direct_light() };
-            self.render(&mut self.renderer(settings)?)
+            self.bench.first_frame(&self.view, &settings)
         };
         let reference = view(DebugView::GeometricNormal)?;
-        self.write("normals-reference.png", &reference)?;
+        self.bench.write("normals-reference", &reference)?;
         let views = [("naive", DebugView::NormalNaive, 0.07975), ("improved", DebugView::NormalImproved, 0.02264)];
         let row = |(name, of, paper)| {
-            let rendering = view(of)?;
-            self.write(&format!("normals-{name}.png"), &rendering)?;
-            let error = flip_ldr(&displayed(&reference)?, &displayed(&rendering)?, PIXELS_PER_DEGREE)?;
-            let file = self.run.folder.join(format!("normals-{name}-error.png"));
-            write_png(&file, rendering.width, rendering.height, ColorType::Rgb, &error.magma())?;
-            let [degrees, over_ten] = angles(&rgb(&reference), &rgb(&rendering));
+            let image = view(of)?;
+            self.bench.write(&format!("normals-{name}"), &image)?;
+            let error = flip_ldr(&displayed(&reference)?, &displayed(&image)?, PIXELS_PER_DEGREE)?;
+            self.bench.write_rgb(&format!("normals-{name}-error"), [image.width, image.height], &error.magma())?;
+            let [degrees, over_ten] = angles(&rgb(&reference), &rgb(&image));
             Ok(Row::default()
                 .text("name", "", name)
                 .fixed("mean_flip", "mean FLIP", 5, error.mean().into())
@@ -262,70 +194,70 @@ fn angles(ground_truth: &[u8], actual: &[u8]) -> [f64; 2] {
 ///
 /// Fails if images that must be identical differ.
 pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
-    let subject = Subject::load(&args.subject, true, &mut Progress::hidden())?;
-    if subject.scene.lights.is_empty() {
+    let title = "Forward+ with ray-traced shadows";
+    let bench = Bench::start(&args.run, "forward-plus", title, Some(&args.subject.scene))?;
+    let (mut view, _) = View::load(&args.subject, true, &bench)?;
+    if view.scene.lights.is_empty() {
         return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
     }
-    let (run, range_threshold) = (Run::start(&args.run, "forward-plus")?, subject.look.range_threshold);
-    let mut bench = Bench { run, subject, args, range_threshold, has_heat_maps: true };
+    let (direct, threshold, lights) = (Settings::direct_light(), view.look.range_threshold, view.scene.lights.len());
+    (view.look.shadows, view.look.exposure, view.look.tone_map) = (args.shadows, direct.exposure, direct.tone_map);
+    let mut of = ForwardPlus { bench, view, has_heat_maps: true };
     let mut first = None;
-    let rows = bench.table(&cases(), &mut first)?;
-    let tiles = bench.table(&tile_sizes(), &mut first)?;
-    let normals = bench.normals()?;
+    let rows = of.table(&OPTIMISATIONS, &mut first)?;
+    let tiles = of.table(&TILE_SIZES, &mut first)?;
+    let normals = of.normals()?;
     // The same by the thesis' own rule for ranges, if the subject's lights end earlier.
     let mut papers = [Vec::new(), Vec::new()];
-    if range_threshold != PAPER_THRESHOLD {
-        (bench.range_threshold, bench.has_heat_maps) = (PAPER_THRESHOLD, false);
+    if threshold != PAPER_THRESHOLD {
+        (of.view.look.range_threshold, of.has_heat_maps) = (PAPER_THRESHOLD, false);
         let mut first = None;
-        papers = [bench.table(&cases(), &mut first)?, bench.table(&tile_sizes(), &mut first)?];
+        papers = [of.table(&OPTIMISATIONS, &mut first)?, of.table(&TILE_SIZES, &mut first)?];
     }
-    let papers_rows = papers[0].clone();
 
-    let (Subject { scene, look, .. }, Size { width, height }) = (&bench.subject, args.subject.size);
+    let (bench, Size { width, height }) = (of.bench, of.view.size);
     let surface = first.iter().flat_map(|first| &first.radiance).filter(|texel| texel[3] > 0.0).count();
-    let (title, source) = ("Forward+ with ray-traced shadows", &args.subject.scene);
-    let mut report = Document::of_scene(title, source, &bench.run.gpu, args.run.runs);
-    let facts = Row::default().data("width", width).data("height", height).data("light_count", scene.lights.len());
-    let facts = facts.data("range_threshold", decimal(look.range_threshold)).data("surface_pixels", surface);
-    report.facts(facts);
-    let what =
-        format!("{width} x {height} pixels, {} lights (range threshold {})", scene.lights.len(), look.range_threshold);
-    report.introduction(&what, &format!("median of {} runs", args.run.runs));
-    report.paragraph("The thesis' figures: Sponza, ten lights, 1920 x 1080, Ryzen 7 3700X and Nvidia RTX 2060 SUPER.");
-    let wrong =
-        rows.iter().chain(&papers_rows).find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0);
-    let wrong = wrong.map(|row| format!("{}: {} pixels", row.words("name"), row.words("differing_pixels")));
+    let facts = Row::default().data("width", width).data("height", height).data("light_count", lights);
+    bench.facts(facts.data("range_threshold", decimal(threshold)).data("surface_pixels", surface));
+    let what = format!("{width} x {height} pixels, {lights} lights (range threshold {threshold})");
+    bench.report().introduction(&what, &format!("median of {} runs", args.run.runs));
+    bench
+        .report()
+        .paragraph("The thesis' figures: Sponza, ten lights, 1920 x 1080, Ryzen 7 3700X and Nvidia RTX 2060 SUPER.");
+    let mut all = rows.iter().chain(&papers[0]);
+    let wrong = all.find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0).map(|row| {
+        let [name, pixels] = ["name", "differing_pixels"].map(|key| row.words(key));
+        format!("{name}: {pixels} pixels differ from no optimisations")
+    });
     let text = "Pixels may differ only where normals are rebuilt from depth. As in the thesis, rays are culled by facing alone; ours also by each \
                 light's range. False positives: of the pairs of a pixel and a listed light, those out of range.";
-    report.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
-    report.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
+    bench.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
+    bench.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
     let [rows, tiles] = papers;
     let text = "Ranges by eq. 4.1: the same tables where lights end at 0.02.";
-    report.section("Table 5.1 at the thesis' threshold", text, "configurations_at_paper_threshold", rows);
-    report.section("Table 5.2 at the thesis' threshold", "", "tile_sizes_at_paper_threshold", tiles);
-    report.section("Normals from depth (fig. 5.3)", "", "normals", normals);
-    report.heading("Images");
-    report.paragraph(
+    bench.section("Table 5.1 at the thesis' threshold", text, "configurations_at_paper_threshold", rows);
+    bench.section("Table 5.2 at the thesis' threshold", "", "tile_sizes_at_paper_threshold", tiles);
+    bench.section("Normals from depth (fig. 5.3)", "", "normals", normals);
+    bench.report().heading("Images");
+    bench.report().paragraph(
         "Rays per pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",
     );
-    report.write(&bench.run.folder)?;
-    match wrong {
-        None => Ok(()),
-        Some(wrong) => Err(CliError::new(
-            format_args!("{wrong} differ from no optimisations, none may"),
-            "this is a fault of the renderer; please report it with the scene",
-        )),
-    }
+    bench.finish()?;
+    identical(wrong)
 }
 
 #[cfg(test)]
 mod tests {
+    use lanternfish::settings::RayRangeCulling;
+
     use super::*;
 
     #[test]
     fn the_rows_are_the_papers() {
-        assert_eq!(cases().iter().filter(|case| case.paper_ms.is_some()).count(), 6);
-        let exact: Vec<_> = cases().iter().filter(|case| case.is_exact()).map(|case| case.name).collect();
+        let look = Settings::direct_light();
+        assert_eq!(OPTIMISATIONS.iter().filter(|(.., paper_ms)| paper_ms.is_some()).count(), 6);
+        let cases: Vec<Case> = OPTIMISATIONS.iter().chain(&TILE_SIZES).map(|declared| case(&look, declared)).collect();
+        let exact: Vec<_> = cases.iter().filter(|case| is_exact(&case.settings)).map(|case| &*case.name).collect();
         let expected = [
             "no optimisations",
             "light culling",
@@ -334,11 +266,10 @@ mod tests {
             "ours: light culling + AABB + surface normals + range per pixel",
         ];
         assert_eq!(exact, expected, "those that use no normals from depth");
-        let by_range = |case: &Case| case.ray_range_culling() == RayRangeCulling::On;
-        assert!(
-            cases().iter().all(|case| by_range(case) == case.name.starts_with("ours")),
-            "his rows cull by facing alone"
-        );
+        for case in &cases {
+            let by_range = case.settings.ray_range_culling == RayRangeCulling::On;
+            assert_eq!(by_range, case.name.starts_with("ours"), "his rows cull by facing alone");
+        }
     }
 
     #[test]

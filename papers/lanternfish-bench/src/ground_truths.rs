@@ -262,7 +262,7 @@ pub struct Traced {
 }
 
 /// Report entry of a ground truth. Errors below the ground truth's noise are not significant.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct GroundTruthFigures {
     pub name: &'static str,
     pub meaning: &'static str,

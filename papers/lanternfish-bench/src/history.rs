@@ -1,19 +1,16 @@
 //! `lanternfish-bench history`: indirect light along a camera path and after a change of light, with and without temporal accumulation.
 
-use lanternfish::{
-    settings::{History, Settings},
-    techniques::{HitLight, IndirectResolution, Sampled},
-};
-use lanternfish_cli::{error::CliError, progress::Progress};
-use lanternfish_papers::WITHIN_TEXEL;
+use lanternfish::{RenderedImage, settings::Settings};
+use lanternfish_cli::error::CliError;
 use lanternfish_scene::Scene;
 
 use crate::{
+    case::{Case, ONE_BOUNCE},
     ground_truths::GroundTruth,
-    one_bounce::{Bench, Case, OneBounceArgs},
-    run::frame_ms,
+    one_bounce::{OneBounce, OneBounceArgs},
+    reference::flip,
     table::Row,
-    technique,
+    times::frame_ms,
 };
 
 /// Number of frames before the change of light.
@@ -30,62 +27,83 @@ const TEXT: &str = "The walk is the shot's track up to its middle, or one frame 
 
 /// Measures and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
-    let mut progress = Progress::start(false);
-    let mut bench = Bench::start(args, "history", "Temporal accumulation", &mut progress)?;
-    let changed = changed(&bench.scene);
-    let changed_ground_truth = progress.step("ground_truth", "Tracing the changed light", || {
-        bench.ground_truth_of(GroundTruth::OneBounceFile, &changed)
+    let of = OneBounce::start(args, "history", "Temporal accumulation")?;
+    let (bench, changed) = (&of.bench, of.view.with(changed(&of.view.scene)));
+    let reference = bench.step("ground_truth", "Tracing the changed light", || {
+        changed.reference(bench, GroundTruth::OneBounceFile, args.spp)
     })?;
-    let requested: Vec<Case> = cases(&bench.look, args.quick).into_iter().filter(|c| args.requests(&c.name)).collect();
-    let mut rows = Vec::new();
-    for Case { name, settings } in &requested {
-        let row = || {
-            let walked = bench.walked(settings)?;
-            let errors = bench.keep(name, &walked)?;
-            let renderings = bench.after_change(settings, BEFORE, &changed, &AFTER)?;
-            let (mut flips, mut times, mut shown) = ([0.0; AFTER.len()], [0.0; AFTER.len()], Row::default());
-            for (k, (rendering, after)) in renderings.iter().zip(AFTER).enumerate() {
-                bench.keep(&format!("{name}, {after} after the change"), rendering)?;
-                flips[k] = bench.against(rendering, &changed_ground_truth)?.0;
-                times[k] = frame_ms(&rendering.report.passes);
-                shown = shown.shown(&format!("after the change: frame {after}"), format_args!("{:.4}", flips[k]));
-                shown = shown.shown("ms", format_args!("{:.0}", times[k]));
-            }
-            Ok::<_, CliError>(
-                Row::default()
-                    .text("name", "", name)
-                    .number("frames", "frames", bench.steps())
-                    .fixed("frame_ms", "frame, ms", 1, frame_ms(&walked.report.passes))
-                    .and(errors.row())
-                    .data("after_change", flips)
-                    .data("after_change_ms", times)
-                    .and(shown),
-            )
-        };
-        rows.push(progress.step("render", name, row)?);
-    }
-    bench.report.section("The last frame of a walk, and frames after a change of light", TEXT, "rows", rows);
-    bench.finish(&requested, progress)
+    let requested = args.requested(cases(&of.view.look, args.quick));
+    let row = |Case { name, settings }: &&Case| {
+        let walked = of.walked(settings)?;
+        let errors = of.keep(name, &walked)?;
+        let images = of.after_change(settings, &changed.scene)?;
+        let (mut flips, mut times, mut shown) = ([0.0; AFTER.len()], [0.0; AFTER.len()], Row::default());
+        for (k, (image, after)) in images.iter().zip(AFTER).enumerate() {
+            bench.write(&format!("{name}, {after} after the change"), image)?;
+            (flips[k], times[k]) = (flip(image, &reference.mean)?, frame_ms(&image.report.passes));
+            shown = shown.shown(&format!("after the change: frame {after}"), format_args!("{:.4}", flips[k]));
+            shown = shown.shown("ms", format_args!("{:.0}", times[k]));
+        }
+        Ok::<_, CliError>(
+            Row::default()
+                .text("name", "", name)
+                .number("frames", "frames", of.cameras.len() / 2 + 1)
+                .fixed("frame_ms", "frame, ms", 1, frame_ms(&walked.report.passes))
+                .and(errors.row("indirect_energy"))
+                .data("after_change", flips)
+                .data("after_change_ms", times)
+                .and(shown),
+        )
+    };
+    let rows = bench.rows("render", &requested, |case| case.name.clone(), row)?;
+    bench.section("The last frame of a walk, and frames after a change of light", TEXT, "rows", rows);
+    of.finish(&requested)
 }
+
+impl OneBounce {
+    /// Renders the frames of the walk to the camera of the reference, and returns the last.
+    fn walked(&self, settings: &Settings) -> Result<RenderedImage, CliError> {
+        let (mut stage, mut view) = (self.bench.stage(&self.view.scene, settings)?, self.view.clone());
+        for camera in &self.cameras[..self.cameras.len() / 2] {
+            view.camera = camera.clone();
+            stage.frame(&view)?;
+        }
+        Ok(stage.frame(&self.view)?)
+    }
+
+    /// Renders [`BEFORE`] frames of the scene and then frames of `changed`, with the camera at rest. Returns those of [`AFTER`].
+    fn after_change(&self, settings: &Settings, changed: &Scene) -> Result<Vec<RenderedImage>, CliError> {
+        let mut stage = self.bench.stage(&self.view.scene, settings)?;
+        for _ in 0..BEFORE {
+            stage.frame(&self.view)?;
+        }
+        stage.update(changed)?;
+        let mut images = Vec::new();
+        for number in 1..=AFTER[2] {
+            let image = stage.frame(&self.view)?;
+            images.extend(AFTER.contains(&number).then_some(image));
+        }
+        Ok(images)
+    }
+}
+
+/// Techniques, by name and by their parameters.
+const TECHNIQUES: [(&str, &str); 4] = [
+    ("bvh, shaded", "history off"),
+    ("bvh, cached", "hit-light cached"),
+    ("bvh, shaded, half resolution", "indirect-resolution half"),
+    ("within-texel, cached", "hit-light cached, indirect-tracer within-texel"),
+];
 
 /// Each technique, with and without temporal accumulation.
 fn cases(look: &Settings, quick: bool) -> Vec<Case> {
-    let shaded = Sampled::default().one_bounce();
-    let cached = Sampled { hit_light: HitLight::Cached, ..shaded };
-    let techniques = [
-        ("bvh, shaded", shaded),
-        ("bvh, cached", cached),
-        ("bvh, shaded, half resolution", Sampled { resolution: IndirectResolution::Half, ..shaded }),
-        ("within-texel, cached", Sampled { tracer: WITHIN_TEXEL.into(), ..cached }),
-    ];
-    let techniques = techniques.into_iter().take(if quick { 1 } else { usize::MAX });
-    let with_history =
-        techniques.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
-    let case = |(name, rays, history): (&str, Sampled, History)| Case {
-        name: format!("{name}, history {history}"),
-        settings: Settings { indirect: technique::sampled(rays), history, ..look.clone() },
+    let techniques = TECHNIQUES.into_iter().take(if quick { 1 } else { usize::MAX });
+    let both = techniques.flat_map(|technique| ["off", "on"].map(|history| (technique, history)));
+    let case = |((name, changes), history)| {
+        let changes = format!("{ONE_BOUNCE}, {changes}, history {history}");
+        Case::of(look, &format!("{name}, history {history}"), &changes)
     };
-    with_history.map(case).collect()
+    both.map(case).collect()
 }
 
 /// The scene without its first light, or with its only light dimmed.
@@ -96,4 +114,15 @@ fn changed(scene: &Scene) -> Scene {
         _ => drop(changed.lights.remove(0)),
     }
     changed
+}
+
+#[test]
+fn every_technique_is_there_with_and_without_a_history() {
+    lanternfish_papers::register();
+    let look = Settings::direct_light();
+    let cases = cases(&look, false);
+    assert_eq!((cases.len(), self::cases(&look, true).len()), (2 * TECHNIQUES.len(), 2));
+    for (i, a) in cases.iter().enumerate() {
+        assert!(cases[..i].iter().all(|b| a.name != b.name && a.settings != b.settings), "{}", a.name);
+    }
 }

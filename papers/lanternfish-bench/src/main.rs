@@ -1,6 +1,12 @@
 //! `lanternfish-bench`: the measurements of the papers that Lanternfish implements, and the quality of every technique.
+//!
+//! One harness serves every benchmark: [`bench`] opens the adapter, renders and times frames, and writes the report; [`view`] loads what is
+//! rendered; [`case`] names configurations by flags; [`reference`] has errors against the path tracer; [`table`] and [`document`] make tables and
+//! pages. What the papers claim is declared in `papers/*.toml`.
 
 mod attenuation;
+mod bench;
+mod case;
 mod clustered;
 mod deep_images;
 mod direct;
@@ -8,7 +14,6 @@ mod document;
 mod forward_plus;
 mod ground_truths;
 mod history;
-mod image;
 mod indirect;
 mod moving;
 mod one_bounce;
@@ -16,10 +21,12 @@ mod papers;
 mod photons;
 mod probes;
 mod quality;
-mod run;
-mod subject;
+mod reference;
+mod stored;
 mod table;
-mod technique;
+#[cfg(test)]
+mod testing;
+mod view;
 mod virtual_lights;
 mod walked;
 mod walks;
@@ -31,7 +38,7 @@ use lanternfish_cli::{
     args::TrustArgs,
     error::CliError,
     help::{self, HelpArgs},
-    program,
+    images as image, program, times,
 };
 
 use self::one_bounce::OneBounceArgs;
@@ -160,6 +167,8 @@ enum Bench {
     /// host, the idle time between them, dispatches, rays and memory. The first walk is repeated at the end: the page says if the machine
     /// was not steady. Files are written after each walk.
     Walks(walks::WalksArgs),
+    /// Prints the page of a stored report: a report.json, or a file of docs/measured.
+    Page(stored::PageArgs),
     /// Prints this, or the help of a bench.
     Help(HelpArgs),
 }
@@ -187,6 +196,7 @@ fn run(bench: &Bench) -> Result<(), CliError> {
         Bench::Quality(args) => quality::run(args),
         Bench::Papers(args) => papers::run(args),
         Bench::Walks(args) => walks::run(args),
+        Bench::Page(args) => stored::run(args),
         Bench::Help(args) => help::run::<Cli>(args),
     }
 }

@@ -11,15 +11,15 @@ use lanternfish::{
     Renderer, Sent,
     settings::{Settings, Shadows},
 };
-use lanternfish_cli::{args::PartArgs, error::CliError, progress::Progress, scene, scene::SceneName};
+use lanternfish_cli::{args::PartArgs, error::CliError, scene, scene::SceneName};
 use lanternfish_gpu::{read_back, storage_buffer};
 use lanternfish_reference::Random;
 use lanternfish_scene::{Bounds, Instance, Mesh, Scene, generate::light_rain};
 
 use crate::{
-    document::Document,
-    run::{Run, RunArgs, leasts},
+    bench::{Bench, RunArgs},
     table::Row,
+    times::leasts,
 };
 
 /// Flags of `moving`.
@@ -39,33 +39,30 @@ pub struct MovingArgs {
 const LIGHTS: u32 = 100_000;
 
 /// Inputs of all measurements.
-struct Bench {
-    run: Run,
+struct Motion {
+    bench: Bench,
     scene: Scene,
 }
 
 /// Measures and writes the report.
 pub fn run(args: &MovingArgs) -> Result<(), CliError> {
-    let mut progress = Progress::start(false);
-    let scene = progress
-        .step("load", &format!("Loading {}", args.scene), || scene::load_part(&args.scene, &PartArgs::default()))?;
-    let bench = Bench { run: Run::start(&args.run, "moving")?, scene: apart(&scene) };
-    let gpu = &bench.run.gpu;
-    let tracers: &[Shadows] =
-        if gpu.description.ray_query { &[Shadows::BVH, Shadows::RAY_QUERY] } else { &[Shadows::BVH] };
-    let times = tracers.iter().map(|tracer| bench.times(*tracer)).collect::<Result<Vec<_>, _>>()?;
-    let light = bench.one_light()?;
-    let built = bench.built()?;
-    let refits = bench.refits(args.rays)?;
+    let bench = Bench::start(&args.run, "moving", "Motion", Some(&args.scene))?;
+    let load = || scene::load_part(&args.scene, &PartArgs::default());
+    let scene = bench.step("load", &format!("Loading {}", args.scene), load)?;
+    let of = Motion { bench, scene: apart(&scene) };
+    let has_ray_query = of.bench.gpu.description.ray_query;
+    let tracers = [Shadows::BVH].into_iter().chain(has_ray_query.then_some(Shadows::RAY_QUERY));
+    let times = of.bench.rows("times", tracers, Shadows::to_string, |tracer| of.times(*tracer))?;
+    let (light, built, refits) = (of.one_light()?, of.built()?, of.refits(args.rays)?);
 
-    let mut report = Document::of_scene("Motion", &args.scene, gpu, args.run.runs);
-    let (parts, triangles) = (bench.scene.instances.len(), bench.scene.triangle_counts().1);
-    report.facts(Row::default().data("parts", parts).data("triangles", triangles));
+    let (parts, triangles) = (of.scene.instances.len(), of.scene.triangle_counts().1);
+    of.bench.facts(Row::default().data("parts", parts).data("triangles", triangles));
     let what = format!("{}, {triangles} triangles in {parts} parts", args.scene);
-    report.introduction(&what, &format!("least of {} runs", args.run.runs));
+    of.bench.report().introduction(&what, &format!("least of {} runs", args.run.runs));
     let text = "*Update*: after all parts have moved; *one, by an update*: after one part has moved. *One, by the device*: the host sends \
                 one transform; *host* is the time on the host, *all* the time until the device is done.";
-    report.section("Milliseconds", text, "times", times);
+    of.bench.section("Milliseconds", text, "times", times);
+    let mut report = of.bench.report();
     report.paragraph(format!(
         "Moving one of {} lights: {} ms, {} bytes sent; by an update {} ms.",
         light.get("lights"),
@@ -77,7 +74,8 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
     report.paragraph(built::in_words(&built));
     report.keep_data("built", &built);
     refit::report(&mut report, refits);
-    report.write(&bench.run.folder)
+    drop(report);
+    of.bench.finish()
 }
 
 /// The scene with every primitive of every instance as a separate mesh, so that each can move alone.
@@ -110,14 +108,14 @@ fn moved(scene: &Scene, reach: f32) -> Scene {
     moved
 }
 
-impl Bench {
+impl Motion {
     fn renderer(&self, shadows: Shadows) -> Result<Renderer, CliError> {
-        Ok(Renderer::with_engine(&self.run.engine, Settings { shadows, ..Settings::direct_light() })?)
+        Ok(self.bench.renderer(&Settings { shadows, ..Settings::direct_light() })?)
     }
 
     /// Runs `work`, waits for the device, and returns the time, ms.
     fn timed(&self, work: impl FnOnce() -> Result<(), CliError>) -> Result<f64, CliError> {
-        let gpu = &self.run.gpu;
+        let gpu = &self.bench.gpu;
         let start = Instant::now();
         work()?;
         // The read-back completes after all submitted work.
@@ -134,7 +132,7 @@ impl Bench {
         let mut one_moved = elsewhere.clone();
         one_moved.instances[one].world_from_object = scene.instances[one].world_from_object;
         let mut sent = Sent::default();
-        let [upload, update, unmoved, one_update, one_host, one_all] = leasts(self.run.runs, || {
+        let [upload, update, unmoved, one_update, one_host, one_all] = leasts(self.bench.runs, || {
             let mut uploaded = None;
             let upload = self.timed(|| {
                 uploaded = Some(renderer.upload(scene)?);
@@ -178,7 +176,7 @@ impl Bench {
         scene.lights = light_rain(&scene.bounds(), LIGHTS, None, 0, 0.0);
         let mut uploaded = renderer.upload(&scene)?;
         let mut bytes = 0;
-        let [set, update] = leasts(self.run.runs, || {
+        let [set, update] = leasts(self.bench.runs, || {
             scene.lights[7].position.y += 0.01;
             let set = self.timed(|| {
                 bytes = renderer.set_light(&mut uploaded, 7, &scene.lights[7])?.bytes;

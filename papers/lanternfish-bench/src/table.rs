@@ -1,17 +1,20 @@
 //! Tables of figures. A figure is declared once, with a key for scripts, a column heading for people, and a number of digits. JSON, Markdown
 //! and HTML are generated from that.
 
-use std::fmt::Display;
+use std::{borrow::Cow, fmt::Display};
 
 use lanternfish_cli::{plot::escaped, report::grouped};
 use serde::{Serialize, Serializer, ser::SerializeMap};
 use serde_json::Value;
 
+/// The key of a figure or a table in JSON.
+pub type Key = Cow<'static, str>;
+
 /// A figure of a row.
 #[derive(Clone, Debug, PartialEq)]
 struct Cell {
     /// JSON key; `None` for figures that are shown only.
-    key: Option<&'static str>,
+    key: Option<Key>,
     /// Column heading; `None` for figures in JSON only.
     heading: Option<String>,
     value: Value,
@@ -24,48 +27,63 @@ struct Cell {
 pub struct Row(Vec<Cell>);
 
 impl Row {
-    fn with(mut self, key: Option<&'static str>, heading: Option<&str>, value: Value, shown: String) -> Self {
+    fn with(mut self, key: Option<Key>, heading: Option<&str>, value: Value, shown: String) -> Self {
         self.0.push(Cell { key, heading: heading.map(str::to_owned), value, shown, is_text: false });
         self
     }
 
     /// Adds a text.
-    pub fn text(self, key: &'static str, heading: &str, words: impl Display) -> Self {
+    pub fn text(self, key: impl Into<Key>, heading: &str, words: impl Display) -> Self {
         let words = words.to_string();
-        let mut row = self.with(Some(key), Some(heading), words.clone().into(), words);
+        let mut row = self.with(Some(key.into()), Some(heading), words.clone().into(), words);
         row.0.last_mut().expect("just added").is_text = true;
         row
     }
 
     /// Adds a number, shown with its own format.
-    pub fn number(self, key: &'static str, heading: &str, number: impl Serialize + Display) -> Self {
-        self.with(Some(key), Some(heading), value(&number), number.to_string())
+    pub fn number(self, key: impl Into<Key>, heading: &str, number: impl Serialize + Display) -> Self {
+        self.with(Some(key.into()), Some(heading), value(&number), number.to_string())
     }
 
     /// Adds a number, shown as a dash if it is `None`.
-    pub fn optional(self, key: &'static str, heading: &str, number: Option<impl Serialize + Display>) -> Self {
+    pub fn optional(self, key: impl Into<Key>, heading: &str, number: Option<impl Serialize + Display>) -> Self {
         let shown = number.as_ref().map_or_else(|| DASH.to_owned(), ToString::to_string);
-        self.with(Some(key), Some(heading), value(&number), shown)
+        self.with(Some(key.into()), Some(heading), value(&number), shown)
     }
 
     /// Adds a count, shown with commas between thousands.
-    pub fn count(self, key: &'static str, heading: &str, count: u64) -> Self {
-        self.with(Some(key), Some(heading), count.into(), grouped(count))
+    pub fn count(self, key: impl Into<Key>, heading: &str, count: u64) -> Self {
+        self.with(Some(key.into()), Some(heading), count.into(), grouped(count))
+    }
+
+    /// Adds a number, shown with `digits` decimal places, or as a dash if it is `None`.
+    pub fn maybe(self, key: impl Into<Key>, heading: &str, digits: usize, number: Option<f64>) -> Self {
+        self.optional(key, heading, number).said_as(number.map_or(DASH.to_owned(), |number| fixed(digits, number)))
+    }
+
+    /// Adds a number of bytes, shown in megabytes.
+    pub fn megabytes(self, key: impl Into<Key>, heading: &str, bytes: u64) -> Self {
+        self.count(key, heading, bytes).said_as(format_args!("{:.1}", bytes as f64 / 1e6))
+    }
+
+    /// Adds the side of a square image, texels.
+    pub fn texels(self, key: impl Into<Key>, texels: u32) -> Self {
+        self.number(key, "texels", texels).said_as(format_args!("{texels}²"))
     }
 
     /// Adds a number, shown with `digits` decimal places.
-    pub fn fixed(self, key: &'static str, heading: &str, digits: usize, number: f64) -> Self {
-        self.with(Some(key), Some(heading), number.into(), fixed(digits, number))
+    pub fn fixed(self, key: impl Into<Key>, heading: &str, digits: usize, number: f64) -> Self {
+        self.with(Some(key.into()), Some(heading), number.into(), fixed(digits, number))
     }
 
     /// Adds a ratio, shown in percent with `digits` decimal places.
-    pub fn percent(self, key: &'static str, heading: &str, digits: usize, ratio: f64) -> Self {
-        self.with(Some(key), Some(heading), ratio.into(), percent(digits, ratio))
+    pub fn percent(self, key: impl Into<Key>, heading: &str, digits: usize, ratio: f64) -> Self {
+        self.with(Some(key.into()), Some(heading), ratio.into(), percent(digits, ratio))
     }
 
     /// Adds data to JSON only.
-    pub fn data(self, key: &'static str, data: impl Serialize) -> Self {
-        self.with(Some(key), None, value(&data), String::new())
+    pub fn data(self, key: impl Into<Key>, data: impl Serialize) -> Self {
+        self.with(Some(key.into()), None, value(&data), String::new())
     }
 
     /// Adds a text to the shown table only: a value derived from other figures, or a paper's value.
@@ -86,7 +104,7 @@ impl Row {
     }
 
     fn cell(&self, key: &str) -> &Cell {
-        self.0.iter().find(|cell| cell.key == Some(key)).unwrap_or_else(|| panic!("no {key} in {self:?}"))
+        self.0.iter().find(|cell| cell.key.as_deref() == Some(key)).unwrap_or_else(|| panic!("no {key} in {self:?}"))
     }
 
     /// Value of the figure with this key.
@@ -127,7 +145,10 @@ impl Serialize for Row {
 impl Row {
     /// Adds all figures with a key to an object.
     pub fn entries<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
-        self.0.iter().filter_map(|cell| Some((cell.key?, &cell.value))).try_for_each(|(k, v)| map.serialize_entry(k, v))
+        self.0
+            .iter()
+            .filter_map(|cell| Some((cell.key.as_ref()?, &cell.value)))
+            .try_for_each(|(k, v)| map.serialize_entry(k, v))
     }
 }
 

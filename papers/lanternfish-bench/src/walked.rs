@@ -2,7 +2,11 @@
 
 use std::f32::consts::PI;
 
-use lanternfish_scene::Camera;
+use glam::Vec3;
+use lanternfish_scene::{Camera, Scene};
+
+/// Seconds of a frame.
+pub const STEP: f32 = 1.0 / 30.0;
 
 /// Sums over the frames of a walk, each compared with a reference of the same moment.
 #[derive(Debug, Default)]
@@ -67,9 +71,27 @@ pub fn walk(start: &Camera, time: f32) -> Camera {
     camera
 }
 
+/// Turns the brightest light off.
+pub fn put_out_brightest(scene: &mut Scene) {
+    let intensity = |light: &lanternfish_scene::Light| light.intensity.max_element();
+    if let Some(light) = scene.lights.iter_mut().max_by(|a, b| intensity(a).total_cmp(&intensity(b))) {
+        light.intensity = Vec3::ZERO;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_brightest_light_goes_out() {
+        let mut scene = lanternfish_scene::generate::demo("atrium").unwrap();
+        let sum = |scene: &Scene| scene.lights.iter().map(|light| light.intensity.max_element()).sum::<f32>();
+        let most = scene.lights.iter().map(|light| light.intensity.max_element()).fold(0.0, f32::max);
+        let before = sum(&scene);
+        put_out_brightest(&mut scene);
+        assert!((before - sum(&scene) - most).abs() < 1e-3 * most);
+    }
 
     #[test]
     fn errors_and_flicker_are_told_apart() {

@@ -3,17 +3,12 @@
 use std::time::Instant;
 
 use clap::Args;
-use lanternfish::{
-    Settings,
-    settings::{History, Indirect, Preset, Samples, Shadows},
-    techniques::SampledLights,
-};
+use lanternfish::settings::{Preset, Settings, Shadows};
 use lanternfish_cli::{
     error::CliError,
     output::write_text,
     parse::{self, Frames, Size},
     pass_costs::{columns, dispatches},
-    progress::Progress,
     repeat::Repeat,
     replay::{
         measure::Player,
@@ -24,10 +19,11 @@ use lanternfish_cli::{
 };
 
 use crate::{
+    bench::{Bench, RunArgs, is_requested},
+    case::Case,
     document::{Document, LeftOut},
-    run::{Run, RunArgs},
-    subject,
     table::Row,
+    view::shot_of,
 };
 
 /// Flags of `walks`.
@@ -52,38 +48,25 @@ pub struct WalksArgs {
     seconds: Option<f64>,
 }
 
-/// A walk.
-struct Walk {
-    name: &'static str,
-    settings: Settings,
-    /// Fraction of the frames, as a divisor: frames of `good` take long.
-    divisor: u32,
-}
-
 /// Passes of a walk on the page.
 const MOST_PASSES: usize = 15;
 
-/// All walks, with what the shot says of exposure and materials.
-fn walks(look: &Settings) -> Vec<Walk> {
-    let common = |settings: Settings| Settings {
-        shadows: Shadows::Auto,
-        exposure: look.exposure,
-        materials: look.materials,
-        ..settings
+/// All walks, with what the shot says of exposure and materials, and the fraction of the frames as a divisor: frames of `good` take long.
+fn walks(look: &Settings) -> Vec<(Case, u32)> {
+    let walk = |name: &str, preset: Option<Preset>, changes: &str, divisor| {
+        let settings = preset.map_or_else(Settings::direct_light, Settings::of_preset);
+        let (exposure, materials) = (look.exposure, look.materials);
+        let settings = Settings { shadows: Shadows::Auto, exposure, materials, ..settings };
+        (Case::of(&settings, name, changes), divisor)
     };
-    let sampled = |settings: Settings| Settings { direct: SampledLights::default().into(), ..settings };
-    let direct = || common(Settings { indirect: Indirect::NONE, ..Settings::direct_light() });
-    let draft = || common(Settings { history: History::On, ..Settings::of_preset(Preset::Draft) });
-    let good = |samples| common(Settings { samples, ..Settings::of_preset(Preset::Good) });
-    let walk = |name, settings, divisor| Walk { name, settings, divisor };
     vec![
-        walk("direct all", direct(), 1),
-        walk("direct sampled", sampled(direct()), 1),
-        walk("draft, direct all", draft(), 1),
-        walk("draft, direct sampled", sampled(draft()), 1),
-        walk("realtime", common(Settings::of_preset(Preset::Realtime)), 1),
-        walk("good, 1 sample", good(Samples::One), 4),
-        walk("good, 4 samples", good(Samples::Four), 4),
+        walk("direct all", None, "indirect none", 1),
+        walk("direct sampled", None, "indirect none, direct sampled", 1),
+        walk("draft, direct all", Some(Preset::Draft), "history on", 1),
+        walk("draft, direct sampled", Some(Preset::Draft), "history on, direct sampled", 1),
+        walk("realtime", Some(Preset::Realtime), "", 1),
+        walk("good, 1 sample", Some(Preset::Good), "samples 1", 4),
+        walk("good, 4 samples", Some(Preset::Good), "samples 4", 4),
     ]
 }
 
@@ -95,54 +78,46 @@ fn is_in_time(seconds: f64, longest: f64, most: Option<f64>) -> bool {
 /// Measures and writes the report.
 pub fn run(args: &WalksArgs) -> Result<(), CliError> {
     let started = Instant::now();
-    let mut progress = Progress::start(false);
     let hint = "name a shot (.toml) with a [track]";
-    let mut shot = subject::shot_of(&args.scene)?.ok_or_else(|| CliError::new("walks need a shot", hint))?;
+    let mut shot = shot_of(&args.scene)?.ok_or_else(|| CliError::new("walks need a shot", hint))?;
     shot.args.track.frames = Some(Frames::Count(args.frames));
     shot.args.output.size = args.size;
-    let run = Run::start(&args.run, "walks")?;
-    let mut plan = Plan::of(&shot, None, &mut progress)?;
-    let is_wanted = |walk: &Walk| args.only.is_empty() || args.only.iter().any(|only| walk.name.contains(only));
-    let wanted: Vec<_> = walks(&plan.settings).into_iter().filter(is_wanted).collect();
+    let bench = Bench::start(&args.run, "walks", "Walks", Some(&args.scene))?;
+    let mut plan = bench.with_progress(|progress| Plan::of(&shot, None, progress))?;
+    let mut wanted = walks(&plan.settings);
+    wanted.retain(|(walk, _)| is_requested(&args.only, &walk.name));
     let first = wanted.first().ok_or_else(|| CliError::new("no walk has such a name", "leave out --only"))?;
-    plan.settings = first.settings.clone();
-    let mut player = Player::new(&run.gpu, plan, &mut progress)?;
-    let mut results = Results { of: args, run: &run, walks: Vec::new(), left_out: Vec::new(), repeat: None };
+    plan.settings = first.0.settings.clone();
+    let mut player = bench.with_progress(|progress| Player::new(&bench.gpu, plan, progress))?;
+    let mut measured = |(walk, divisor): &(Case, u32)| {
+        player.limit((args.frames / divisor) as usize);
+        player.set(&walk.settings, None, args.size)?;
+        let mut report = player.report(&walk.name, args.scene.to_string(), bench.runs as usize, 0);
+        bench.with_progress(|progress| player.measure(&mut report, progress))?;
+        Ok::<_, CliError>(report)
+    };
+    let mut results = Results { args, bench: &bench, walks: Vec::new(), left_out: Vec::new(), repeat: None };
     let mut longest = 0.0_f64;
     for walk in &wanted {
         let began = started.elapsed().as_secs_f64();
+        let what = walk.0.name.clone();
         if !is_in_time(began, longest, args.seconds) {
-            let reason = "no time left".to_owned();
-            results.left_out.push(LeftOut { what: walk.name.to_owned(), reason });
+            results.left_out.push(LeftOut { what, reason: "no time left".to_owned() });
             continue;
         }
-        let measured = measured(&mut player, walk, args, &mut progress);
-        match measured {
-            Ok(report) => results.walks.push((walk.name, report)),
-            Err(error) => results.left_out.push(LeftOut { what: walk.name.to_owned(), reason: error.to_string() }),
+        match measured(walk) {
+            Ok(report) => results.walks.push((what, report)),
+            Err(error) => results.left_out.push(LeftOut { what, reason: error.to_string() }),
         }
         results.write()?;
         longest = longest.max(started.elapsed().as_secs_f64() - began);
     }
-    let again = measured(&mut player, first, args, &mut progress)?;
-    if let Some((name, report)) = results.walks.first().filter(|(name, _)| *name == first.name) {
-        results.repeat = Some(Repeat::new((*name).to_owned(), ms_of(report), ms_of(&again)));
+    let again = measured(first)?;
+    if let Some((name, report)) = results.walks.first().filter(|(name, _)| *name == first.0.name) {
+        results.repeat = Some(Repeat::new(name.clone(), ms_of(report), ms_of(&again)));
     }
-    results.write()?;
-    results.document().write(&run.folder)
-}
-
-fn measured(
-    player: &mut Player<'_>,
-    walk: &Walk,
-    args: &WalksArgs,
-    progress: &mut Progress,
-) -> Result<Report, CliError> {
-    player.limit((args.frames / walk.divisor) as usize);
-    player.set(&walk.settings, None, args.size)?;
-    let mut report = player.report(walk.name, args.scene.to_string(), args.run.runs as usize, 0);
-    player.measure(&mut report, progress)?;
-    Ok(report)
+    bench.end_progress();
+    results.document().write(&bench.folder)
 }
 
 /// Expected time of a frame, ms: of its passes, or of the host on a device without timestamps.
@@ -153,9 +128,9 @@ fn ms_of(report: &Report) -> f64 {
 
 /// The walks so far.
 struct Results<'r> {
-    of: &'r WalksArgs,
-    run: &'r Run,
-    walks: Vec<(&'static str, Report)>,
+    args: &'r WalksArgs,
+    bench: &'r Bench,
+    walks: Vec<(String, Report)>,
     left_out: Vec<LeftOut>,
     repeat: Option<Repeat>,
 }
@@ -164,14 +139,14 @@ impl Results<'_> {
     /// Writes what there is.
     fn write(&self) -> Result<(), CliError> {
         let document = self.document();
-        document.write_json(&self.run.folder)?;
-        write_text(&self.run.folder.join("report.md"), &document.to_markdown())
+        document.write_json(&self.bench.folder)?;
+        write_text(&self.bench.folder.join("report.md"), &document.to_markdown())
     }
 
     fn document(&self) -> Document {
-        let WalksArgs { scene, size, frames, .. } = self.of;
+        let WalksArgs { scene, size, frames, .. } = self.args;
         let Size { width, height } = *size;
-        let mut page = Document::of_scene("Walks", scene, &self.run.gpu, self.run.runs);
+        let mut page = Document::of_scene("Walks", scene, &self.bench.gpu, self.bench.runs);
         let has_validation = lanternfish_gpu::instance_flags().contains(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
         page.facts(Row::default().data("width", width).data("height", height).data("frames", frames));
         page.facts(Row::default().data("validates_indirect_calls", has_validation));
@@ -195,8 +170,7 @@ impl Results<'_> {
             }
             page.show(passes(report).into_iter().take(MOST_PASSES));
         }
-        let all =
-            |(name, report): &(&'static str, Report)| Row::default().data("name", name).data("passes", passes(report));
+        let all = |(name, report): &(String, Report)| Row::default().data("name", name).data("passes", passes(report));
         page.keep("passes", self.walks.iter().map(all).collect());
         page.left_out(&self.left_out);
         page
@@ -204,7 +178,7 @@ impl Results<'_> {
 }
 
 /// The row of a walk.
-fn row((name, report): &(&'static str, Report)) -> Row {
+fn row((name, report): &(String, Report)) -> Row {
     let ms = |name: &str| report.estimates.get(name).map_or(f64::NAN, |estimate| estimate.ms);
     let (frame, device) = report.memory.unwrap_or_default();
     let mib = |bytes: u64| (bytes as f64 / f64::from(1 << 20)).round();
@@ -246,15 +220,17 @@ fn passes(report: &Report) -> Vec<Row> {
 
 #[cfg(test)]
 mod tests {
+    use lanternfish::{settings::Samples, techniques::SampledLights};
+
     use super::*;
 
     #[test]
     fn every_technique_of_a_window_is_walked() {
         let walks = walks(&Settings::default());
-        let is_sampled = |walk: &&Walk| walk.settings.direct.is::<SampledLights>();
-        assert_eq!((walks.len(), walks.iter().filter(is_sampled).count()), (7, 3));
-        assert!(walks[0].settings.indirect == Indirect::NONE && walks[2].settings.indirect != Indirect::NONE);
-        assert_eq!(walks.iter().filter(|walk| walk.settings.samples == Samples::Four).count(), 1, "only good has them");
+        let count = |is: fn(&Settings) -> bool| walks.iter().filter(|(walk, _)| is(&walk.settings)).count();
+        assert_eq!((walks.len(), count(|settings| settings.direct.is::<SampledLights>())), (7, 3));
+        assert_eq!(count(|settings| settings.indirect.is_none()), 2);
+        assert_eq!(count(|settings| settings.samples == Samples::Four), 1, "only good has them");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::{
     CARDS,
     figures::{COLUMNS, Card, Change},
-    page, tool,
+    tool,
 };
 use crate::command::workspace;
 
@@ -41,13 +41,11 @@ impl Stored {
         Self::parse(&text).map(Some).ok_or_else(|| format!("{}: not figures of shaders", path.display()))
     }
 
-    /// Writes the figures and their page.
+    /// Writes the figures.
     pub fn write(&self) -> Result<(), String> {
         let path = Self::path(&self.mesa);
-        for (path, text) in [(path.with_extension("md"), page::of(self)), (path, self.to_json())] {
-            fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
-            println!("wrote {}", path.display());
-        }
+        fs::write(&path, self.to_json()).map_err(|error| format!("{}: {error}", path.display()))?;
+        println!("wrote {}", path.display());
         Ok(())
     }
 

@@ -27,7 +27,10 @@ use super::{
     scenes::{Name, Subject, changed},
     speed::Extent,
 };
-use crate::error::CliError;
+use crate::{
+    error::CliError,
+    images::{self, linear},
+};
 
 /// The kind of a check.
 #[derive(Clone, Debug)]
@@ -185,12 +188,7 @@ impl Bench {
             Kind::Against(reference, settings, limits) => {
                 let reference_image = self.reference(scene, *reference, settings)?.clone();
                 let rendering = self.rendering(&self.subjects[&scene], settings)?;
-                let image = RgbImage::new(
-                    rendering.width as usize,
-                    rendering.height as usize,
-                    rendering.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect(),
-                )?;
-                let image = image.box_downsampled(Subject::FACTOR as usize)?;
+                let image = linear(&rendering)?.box_downsampled(Subject::FACTOR as usize)?;
                 let pair = Shown::new(image, reference_image)?;
                 if let Some(folder) = &self.images {
                     pair.write(&folder.join(format!("{}.png", plan.file_name())))?;
@@ -265,9 +263,7 @@ fn render(renderer: &mut Renderer, scene: &GpuScene, subject: &Subject) -> Resul
 
 /// Counts the pixels that differ in any bit.
 fn differing(a: &RenderedImage, b: &RenderedImage) -> Vec<Figure> {
-    let bits = |pixel: &[f32; 4]| pixel.map(f32::to_bits);
-    let count = a.radiance.iter().zip(&b.radiance).filter(|(a, b)| bits(a) != bits(b)).count();
-    vec![Figure::new("pixels that differ", count as f64, 0.0, 0.0)]
+    vec![Figure::new("pixels that differ", images::differing(a, b) as f64, 0.0, 0.0)]
 }
 
 /// An image and its reference, as linear radiance and as display colours at the reference's automatic exposure.

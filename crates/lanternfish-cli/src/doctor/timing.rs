@@ -10,7 +10,7 @@ use super::{
     measure::Bench,
     report::{Rate, Timed, WATCHDOG_MS},
 };
-use crate::{error::CliError, pass_costs::pass_costs, warm};
+use crate::{error::CliError, pass_costs::pass_costs, times::sums, warm};
 
 /// Most and least measured runs, after one warm-up run, and the time after which no further run starts, s. After twice that
 /// time, fewer runs than the least suffice.
@@ -149,20 +149,8 @@ pub fn of_runs(name: &str, [width, height]: [u32; 2], lights: usize, runs: Resul
     };
     [timed.median_ms, timed.least_ms, timed.most_ms] = spread(runs.iter().map(total));
     timed.over_watchdog = over_watchdog(runs.iter().flat_map(|(_, passes)| passes));
-    timed.passes = pass_medians(&runs.iter().map(|(_, passes)| by_name(passes)).collect::<Vec<_>>());
+    timed.passes = pass_medians(&runs.iter().map(|(_, passes)| sums(passes.iter())).collect::<Vec<_>>());
     timed
-}
-
-/// The passes of a run. Passes of one name are summed.
-fn by_name(passes: &[PassTime]) -> Vec<(String, f64)> {
-    let mut all: Vec<(String, f64)> = Vec::new();
-    for pass in passes {
-        match all.iter_mut().find(|(name, _)| *name == pass.name) {
-            Some((_, ms)) => *ms += pass.ms,
-            None => all.push((pass.name.clone(), pass.ms)),
-        }
-    }
-    all
 }
 
 /// The longest command over [`WATCHDOG_MS`] of each pass.
@@ -178,11 +166,11 @@ fn over_watchdog<'p>(commands: impl Iterator<Item = &'p PassTime>) -> Vec<(Strin
 }
 
 /// The median over all runs, for each pass of the last run.
-fn pass_medians(runs: &[Vec<(String, f64)>]) -> Vec<(String, f64)> {
+fn pass_medians(runs: &[Vec<(&str, f64)>]) -> Vec<(String, f64)> {
     let Some(last) = runs.last() else { return Vec::new() };
-    let median = |name: &String| {
-        let of_runs = runs.iter().filter_map(|run| Some(run.iter().find(|(other, _)| other == name)?.1));
-        (name.clone(), spread(of_runs)[0])
+    let median = |name: &str| {
+        let of_runs = runs.iter().filter_map(|run| Some(run.iter().find(|(other, _)| *other == name)?.1));
+        (name.to_owned(), spread(of_runs)[0])
     };
     last.iter().map(|(name, _)| median(name)).collect()
 }
@@ -194,8 +182,9 @@ mod tests {
     #[test]
     fn medians_are_taken_per_pass() {
         let pass = |name: &str, ms| PassTime { name: name.to_owned(), ms };
-        let runs = [[1.0, 9.0], [5.0, 1.0], [2.0, 4.0]]
-            .map(|[a, b]| by_name(&[pass("trace", a), pass("shade", b), pass("trace", 1.0)]));
+        let runs =
+            [[1.0, 9.0], [5.0, 1.0], [2.0, 4.0]].map(|[a, b]| [pass("trace", a), pass("shade", b), pass("trace", 1.0)]);
+        let runs = runs.each_ref().map(|run| sums(run.iter()));
         assert_eq!(pass_medians(&runs), [("trace".to_owned(), 3.0), ("shade".to_owned(), 4.0)]);
         assert_eq!(spread([3.0, 1.0, 2.0]), [2.0, 1.0, 3.0]);
         assert_eq!(spread([3.0, 1.0, 2.0, 9.0]), [2.5, 1.0, 9.0]);

@@ -6,8 +6,6 @@ use lanternfish::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::technique;
-
 /// Numbers of lights [VanGelderen2020, §6.1.4].
 pub const LIGHT_COUNTS: &[u32] = &[1_000, 10_000, 100_000];
 /// Numbers of lights of a quick run: those that the expected ratios need.
@@ -73,7 +71,7 @@ pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
 /// Settings of a configuration, with clusters to `depth` m. Shadows are off, because light culling is measured.
 pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment, depth: u32) -> Settings {
     let clustered = Clustered { shape, grouping, assignment, depth, ..Clustered::default() };
-    Settings { culling: technique::clustered(clustered), shadows: Shadows::None, ..Settings::direct_light() }
+    Settings { culling: clustered.into(), shadows: Shadows::None, ..Settings::direct_light() }
 }
 
 #[test]

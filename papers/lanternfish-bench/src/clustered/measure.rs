@@ -16,10 +16,10 @@ use super::{
     steps::Steps,
 };
 use crate::{
-    document::LeftOut,
+    bench::Bench,
     image::differing,
-    run::{Run, counter, medians},
     table::Row,
+    times::{counter, medians},
 };
 
 /// Deterministic counts: equal in every run, and on every adapter that draws the same pixels.
@@ -89,8 +89,8 @@ fn in_words(clusters: &str, lights: usize, views: Views, assignment: &str) -> St
 }
 
 /// Inputs of all configurations.
-pub struct Bench<'a> {
-    pub run: &'a Run,
+pub struct ClusterBench<'a> {
+    pub bench: &'a Bench,
     /// Least depth range of the clusters, m.
     pub depth: u32,
     pub mono: [(&'a Camera, u32, u32); 1],
@@ -106,56 +106,42 @@ struct Lit {
 /// First images of each view, by number of lights and number of views.
 type RenderedImages = BTreeMap<(usize, usize), Vec<RenderedImage>>;
 
-impl Bench<'_> {
+impl ClusterBench<'_> {
     /// Measures every combination of shape, views and number of lights.
-    pub fn measure(
-        &self,
-        shapes: &[ClusterShape],
-        scenes: &[Scene],
-    ) -> Result<(Vec<Measured>, Vec<LeftOut>), CliError> {
-        let (mut rows, mut left_out, mut firsts) = (Vec::new(), Vec::new(), RenderedImages::new());
-        let mut lit = Vec::new();
-        for shape in shapes {
-            eprintln!("  {shape}");
-            for (views, assignment) in [
-                (Views::Mono, Assignment::Hierarchy),
-                (Views::StereoIndividual, Assignment::Hierarchy),
-                (Views::StereoEnclosed, Assignment::Hierarchy),
-                (Views::Mono, Assignment::BruteForce),
-            ] {
-                let settings = settings(*shape, views.grouping(), assignment, self.depth);
-                let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-                if lit.is_empty() {
-                    lit = scenes.iter().map(|scene| upload(&renderer, scene)).collect::<Result<_, _>>()?;
+    pub fn measure(&self, shapes: &[ClusterShape], scenes: &[Scene]) -> Result<Vec<Measured>, CliError> {
+        let (mut rows, mut lit, mut firsts) = (Vec::new(), Vec::new(), RenderedImages::new());
+        let of_shape =
+            [Views::Mono, Views::StereoIndividual, Views::StereoEnclosed].map(|views| (views, Assignment::Hierarchy));
+        let of_shape = of_shape.into_iter().chain([(Views::Mono, Assignment::BruteForce)]);
+        let all = shapes
+            .iter()
+            .flat_map(|shape| of_shape.clone().map(move |(views, assignment)| (*shape, views, assignment)));
+        for (shape, views, assignment) in all {
+            let mut renderer = self.bench.renderer(&settings(shape, views.grouping(), assignment, self.depth))?;
+            if lit.is_empty() {
+                let upload = |scene: &Scene| Ok(Lit { lights: scene.lights.len(), scene: renderer.upload(scene)? });
+                lit = scenes.iter().map(upload).collect::<Result<_, CliError>>()?;
+            }
+            for lit in &lit {
+                let (clusters, lights, assigned) = (shape.to_string(), lit.lights, assignment.to_string());
+                let what = in_words(&clusters, lights, views, &assigned);
+                let tests = tests_of_all(&rows, &clusters, lights, views);
+                if assignment == Assignment::BruteForce && tests.is_none_or(|tests| tests > BRUTE_FORCE_TESTS) {
+                    let reason = tests.map(|tests| format!("{} tests of a light against a cluster", grouped(tests)));
+                    self.bench.leave_out(what, reason.unwrap_or("no result of the hierarchy".to_owned()));
+                    continue;
                 }
-                for lit in &lit {
-                    let (clusters, lights, assigned) = (shape.to_string(), lit.lights, assignment.to_string());
-                    let name = |reason: String| LeftOut { what: in_words(&clusters, lights, views, &assigned), reason };
-                    let tests = tests_of_all(&rows, &clusters, lights, views);
-                    if assignment == Assignment::BruteForce && tests.is_none_or(|tests| tests > BRUTE_FORCE_TESTS) {
-                        left_out.push(name(match tests {
-                            Some(tests) => format!("{} tests of a light against a cluster", grouped(tests)),
-                            None => "no result of the hierarchy".to_owned(),
-                        }));
-                        continue;
+                match self.bench.step("clusters", &what, || self.case(&mut renderer, lit, views, &mut firsts)) {
+                    Ok((counts, ms, differing_pixels)) => {
+                        let assignment = assigned;
+                        rows.push(Measured { clusters, lights, views, assignment, counts, ms, differing_pixels });
                     }
-                    match self.case(&mut renderer, lit, views, &mut firsts) {
-                        Ok((counts, ms, differing_pixels)) => rows.push(Measured {
-                            clusters,
-                            lights,
-                            views,
-                            assignment: assigned,
-                            counts,
-                            ms,
-                            differing_pixels,
-                        }),
-                        // Too many clusters, or views that no grid encloses: continue with the next configuration.
-                        Err(error) => left_out.push(name(error.to_string())),
-                    }
+                    // Too many clusters, or views that no grid encloses: continue with the next configuration.
+                    Err(error) => self.bench.leave_out(what, error),
                 }
             }
         }
-        Ok((rows, left_out))
+        Ok(rows)
     }
 
     fn case(
@@ -166,20 +152,16 @@ impl Bench<'_> {
         firsts: &mut RenderedImages,
     ) -> Result<(Counts, Steps, usize), RenderError> {
         let cameras: &[_] = if views == Views::Mono { &self.mono } else { &self.stereo };
-        let renderings = renderer.render_views(&lit.scene, cameras)?;
-        let counts = counts(&renderings, &renderer.cluster_contents()?);
-        let ms = medians(self.run.runs, || {
+        let images = renderer.render_views(&lit.scene, cameras)?;
+        let counts = counts(&images, &renderer.cluster_contents()?);
+        let ms = medians(self.bench.runs, || {
             let passes = &renderer.render_views(&lit.scene, cameras)?[0].report.passes;
             Ok::<_, RenderError>(Steps::of(passes).0)
         })?;
-        let firsts = firsts.entry((lit.lights, cameras.len())).or_insert_with(|| renderings.clone());
-        let differing = renderings.iter().zip(firsts).map(|(rendering, first)| differing(first, rendering)).sum();
+        let firsts = firsts.entry((lit.lights, cameras.len())).or_insert_with(|| images.clone());
+        let differing = images.iter().zip(firsts).map(|(image, first)| differing(first, image)).sum();
         Ok((counts, Steps(ms), differing))
     }
-}
-
-fn upload(renderer: &Renderer, scene: &Scene) -> Result<Lit, CliError> {
-    Ok(Lit { lights: scene.lights.len(), scene: renderer.upload(scene)? })
 }
 
 /// Number of tests of every light against every visible cluster, from the row with these clusters, lights and views. `None` if there is

@@ -18,7 +18,6 @@ use lanternfish_cli::{
     error::CliError,
     output,
     parse::{self, Frames, Size},
-    progress::Progress,
     report::grouped,
     scene::SceneName,
 };
@@ -30,14 +29,15 @@ use serde::Serialize;
 
 use self::{
     cases::{DEPTH, LIGHT_COUNTS, QUICK_LIGHT_COUNTS, shapes},
-    measure::Bench,
+    measure::ClusterBench,
     promises::promises,
 };
 use crate::{
+    bench::{Bench, RunArgs, identical},
     document::{Document, LeftOut},
-    run::{Run, RunArgs},
-    subject,
     table::Row,
+    times::distinct,
+    view,
 };
 
 /// Aspect ratio (width / height) of the HTC Vive's frusta, for square pixels.
@@ -83,6 +83,13 @@ pub struct ClusteredArgs {
     view: ViewArgs,
 }
 
+impl ClusteredArgs {
+    /// The measured numbers of lights.
+    fn counts(&self) -> &'static [u32] {
+        if self.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS }
+    }
+}
+
 /// Distribution of the lights in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -112,7 +119,7 @@ fn lit(scene: &Scene, distribution: Distribution, count: u32, seed: u32) -> Scen
 ///
 /// Fails if images that must be identical differ.
 pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
-    let mut shot = subject::shot_of(&args.scene)?;
+    let mut shot = view::shot_of(&args.scene)?;
     if let Some(mut shot) = shot.take_if(|shot| !args.schemes && shot.frames().len() > 1) {
         if args.lights != Distribution::Rain {
             return Err(CliError::new("--lights random: along a track lights fall", "leave it out, or use --schemes"));
@@ -126,30 +133,25 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     if args.frames.is_some() {
         return Err(CliError::new("--frames: nothing is played here", "name a shot with a [track], without --schemes"));
     }
+    let bench = Bench::start(&args.run, "clustered", "Clustered light culling", Some(&args.scene))?;
     let view = shot.as_ref().map_or_else(|| args.view.clone(), |shot| shot.views().swap_remove(0));
-    let mut scene = subject::load(&args.scene, &args.part, shot.as_ref(), true, &mut Progress::hidden())?;
+    let mut scene = view::load(&args.scene, &args.part, shot.as_ref(), true, &bench)?;
     scene.environment = None;
     let Size { width, height } = args.size;
     let camera = camera::choose(&scene, &view, width as f32 / height as f32)?;
     let eyes = StereoRig::vive().cameras(&camera, camera.projection.near().max(1e-5));
-    let eye_width = ((EYE_ASPECT * height as f32).round() as u32).max(1);
-    let run = Run::start(&args.run, "clustered")?;
+    let eye_width = eye_width(args.size);
 
-    let counts = if args.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS };
-    let bench = Bench {
-        run: &run,
-        depth: args.depth,
-        mono: [(&camera, width, height)],
-        stereo: eyes.each_ref().map(|eye| (eye, eye_width, height)),
-    };
+    let mono = (&camera, width, height);
+    let stereo = eyes.each_ref().map(|eye| (eye, eye_width, height));
+    let of = ClusterBench { bench: &bench, depth: args.depth, mono: [mono], stereo };
     let shapes = if args.schemes { Vec::new() } else { shapes(height, args.quick) };
-    let lit: Vec<Scene> = counts.iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
-    let (schemes, schemes_left_out) = schemes::measure(&run, (&camera, width, height), &lit, args.quick)?;
-    let (rows, left_out) = bench.measure(&shapes, &lit)?;
+    let lit: Vec<Scene> = args.counts().iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
+    let (schemes, schemes_left_out) = schemes::measure(&bench, mono, &lit, args.quick)?;
+    let rows = of.measure(&shapes, &lit)?;
 
-    let mut report = Document::of_scene("Clustered light culling", &args.scene, &run.gpu, run.runs);
     let facts = Row::default().data("width", width).data("height", height).data("eye_width", eye_width);
-    report.facts(facts.data("depth", args.depth).data("lights", args.lights).data("seed", args.seed));
+    bench.facts(facts.data("depth", args.depth).data("lights", args.lights).data("seed", args.seed));
     let distribution = match args.lights {
         Distribution::Rain => "light rain",
         Distribution::Random => "lights at random",
@@ -159,28 +161,29 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
          lights reach a point for any number of lights; no shadows",
         args.seed
     );
-    report.introduction(&what, &format!("medians of {}", run.runs));
+    bench.report().introduction(&what, &format!("medians of {}", bench.runs));
     let wrong = wrong(&rows, &schemes);
     let text = "Lists and tests are those of opaque surfaces. Build time includes transparent surfaces, for which `tiled` and `raster-grid` \
                 make separate lists. KiB: cells, lists and their inputs.";
-    report.section("Schemes, one view", text, "schemes", schemes);
-    if !(rows.is_empty() && left_out.is_empty()) {
-        clusters(&mut report, args, &rows);
-    }
+    bench.section("Schemes, one view", text, "schemes", schemes);
     if !rows.is_empty() {
+        clusters(&mut bench.report(), args, &rows);
         for (name, plot) in plots::plots(&args.scene, &rows) {
-            output::write_text(&run.folder.join(name), &plot)?;
+            output::write_text(&bench.folder.join(name), &plot)?;
         }
     }
-    report.keep_data("promises", &promises(&rows));
-    report.keep_data("rows", &rows);
-    report.keep_data("schemes_left_out", &schemes_left_out);
-    report.left_out(&left_out);
-    report.list(schemes_left_out.iter().map(|LeftOut { what, reason }| format!("{what}: {reason}")));
-    report.write(&run.folder)?;
-    let hint = "this is a fault of the renderer; please report it with the scene";
-    let what = |case| format!("{case} pixels differ from the first row of this view, none may");
-    wrong.map_or(Ok(()), |case| Err(CliError::new(what(case), hint)))
+    bench.report().keep_data("promises", &promises(&rows));
+    bench.report().keep_data("rows", &rows);
+    bench.report().keep_data("schemes_left_out", &schemes_left_out);
+    bench.list_left_out();
+    bench.report().list(schemes_left_out.iter().map(|LeftOut { what, reason }| format!("{what}: {reason}")));
+    bench.finish()?;
+    identical(wrong.map(|case| format!("{case} pixels differ from the first row of this view")))
+}
+
+/// Width of an eye's image with the height of `size`.
+fn eye_width(size: Size) -> u32 {
+    ((EYE_ASPECT * size.height as f32).round() as u32).max(1)
 }
 
 /// Adds the tables of clusters, one per number of lights.
@@ -192,10 +195,7 @@ fn clusters(report: &mut Document, args: &ClusteredArgs, rows: &[measure::Measur
         args.depth
     ));
     report.list(promises(rows).iter().map(promises::Promise::line));
-    let mut counts: Vec<usize> = rows.iter().map(|row| row.lights).collect();
-    counts.sort_unstable();
-    counts.dedup();
-    for lights in counts {
+    for lights in distinct(rows.iter().map(|row| row.lights)) {
         report.heading(&format!("{} lights", grouped(lights as u64)));
         report.show(rows.iter().filter(|row| row.lights == lights).map(measure::Measured::row));
     }

@@ -1,7 +1,7 @@
 //! Comparison of all light culling schemes: lengths of their lists, memory, and times.
 
 use lanternfish::{
-    RenderError, RenderedImage, Renderer,
+    RenderError, RenderedImage,
     settings::{Culling, Settings, Shadows},
     techniques::{Clustered, TileSize, Tiled},
 };
@@ -11,28 +11,28 @@ use lanternfish_scene::{Camera, Scene};
 
 use super::cases::BRUTE_FORCE_TESTS;
 use crate::{
+    bench::Bench,
+    case::changed,
     document::LeftOut,
     image::differing,
-    run::{Run, counter, medians, ms_of},
     table::Row,
-    technique,
+    times::{counter, medians, ms_of},
 };
 
 /// The compared schemes: each technique with its defaults, and other tile sizes and numbers of layers.
-fn cullings(quick: bool) -> Vec<Culling> {
-    let tiled = |tile_size| technique::tiled(Tiled { tile_size, ..Tiled::default() });
-    let grid = |tile_size, layers| technique::raster_grid(RasterGrid { tile_size, layers });
-    let mut all = vec![
-        technique::tiled(Tiled::default()),
-        technique::clustered(Clustered::default()),
-        technique::raster_grid(RasterGrid::default()),
+fn cullings(look: &Settings, quick: bool) -> Vec<Culling> {
+    let schemes = [
+        "tiled",
+        "tiled, tile-size 8",
+        "tiled, tile-size 32",
+        "clustered",
+        "raster-grid",
+        "raster-grid, tile-size 8, grid-layers 32",
+        "raster-grid, tile-size 16, grid-layers 8",
+        "raster-grid, tile-size 32, grid-layers 32",
     ];
-    if !quick {
-        all.extend([tiled(TileSize::Px8), tiled(TileSize::Px32), grid(TileSize::Px8, 32)]);
-        all.extend([grid(TileSize::Px16, 8), grid(TileSize::Px32, 32)]);
-        all.sort_by_key(|culling| Culling::all().iter().position(|technique| technique.name() == culling.name()));
-    }
-    all
+    let wanted = schemes.into_iter().filter(|scheme| !quick || !scheme.contains(','));
+    wanted.map(|scheme| changed(look, &format!("culling {scheme}")).culling).collect()
 }
 
 /// Name of a scheme, with its values as on the command line.
@@ -51,48 +51,44 @@ fn tiles(size: TileSize, width: u32, height: u32) -> u64 {
     u64::from(width.div_ceil(size.pixels())) * u64::from(height.div_ceil(size.pixels()))
 }
 
-/// Measures every scheme and number of lights, in one view.
+/// Measures every scheme and number of lights, in one view. Returns what is left out beside the rows.
 pub fn measure(
-    run: &Run,
+    bench: &Bench,
     (camera, width, height): (&Camera, u32, u32),
     scenes: &[Scene],
     quick: bool,
 ) -> Result<(Vec<Row>, Vec<LeftOut>), CliError> {
     let (mut rows, mut left_out) = (Vec::new(), Vec::new());
     let mut firsts: Vec<Option<RenderedImage>> = scenes.iter().map(|_| None).collect();
-    for culling in cullings(quick) {
-        let scheme = name(&culling);
-        eprintln!("  {scheme}");
-        let settings = Settings { culling: culling.clone(), shadows: Shadows::None, ..Settings::direct_light() };
-        let mut renderer = Renderer::with_engine(&run.engine, settings)?;
+    let look = Settings { shadows: Shadows::None, ..Settings::direct_light() };
+    for culling in cullings(&look, quick) {
+        let mut renderer = bench.renderer(&Settings { culling: culling.clone(), ..look.clone() })?;
         for (scene, first) in scenes.iter().zip(&mut firsts) {
             let lights = scene.lights.len() as u64;
-            let mut leave_out =
-                |reason| left_out.push(LeftOut { what: format!("{scheme}, {} lights", grouped(lights)), reason });
-            if let Some(tiled) = culling.get::<Tiled>() {
-                let tests = tiles(tiled.tile_size, width, height) * lights;
-                if tests > BRUTE_FORCE_TESTS {
-                    leave_out(format!("{} tests of a light against a tile", grouped(tests)));
-                    continue;
-                }
+            let what = format!("{}, {} lights", name(&culling), grouped(lights));
+            let tests = culling.get::<Tiled>().map_or(0, |tiled| tiles(tiled.tile_size, width, height) * lights);
+            if tests > BRUTE_FORCE_TESTS {
+                let reason = format!("{} tests of a light against a tile", grouped(tests));
+                left_out.push(LeftOut { what, reason });
+                continue;
             }
             let uploaded = renderer.upload(scene)?;
             let mut frame = || renderer.render(&uploaded, camera, width, height);
-            let mut result = || {
-                let rendering = frame()?;
-                let times = medians(run.runs, || {
+            let result = bench.step("schemes", &what, || {
+                let image = frame()?;
+                let times = medians(bench.runs, || {
                     let passes = frame()?.report.passes;
                     Ok::<_, RenderError>(["light_culling/", "shading/"].map(|folder| ms_of(&passes, folder)))
                 })?;
-                Ok::<_, RenderError>((rendering, times))
-            };
-            match result() {
-                Ok((rendering, times)) => {
-                    let first = first.get_or_insert_with(|| rendering.clone());
-                    let differing = differing(first, &rendering);
-                    rows.push(row(&culling, lights, &rendering, times).data("differing_pixels", differing));
+                Ok::<_, RenderError>((image, times))
+            });
+            match result {
+                Ok((image, times)) => {
+                    let first = first.get_or_insert_with(|| image.clone());
+                    let differing = differing(first, &image);
+                    rows.push(row(&culling, lights, &image, times).data("differing_pixels", differing));
                 }
-                Err(error) => leave_out(error.to_string()),
+                Err(error) => left_out.push(LeftOut { what, reason: error.to_string() }),
             }
         }
     }
@@ -127,8 +123,9 @@ fn row(culling: &Culling, lights: u64, rendering: &RenderedImage, [building, sha
 
 #[test]
 fn every_scheme_but_the_baseline_is_compared() {
+    lanternfish_papers::register();
     for quick in [false, true] {
-        let compared = cullings(quick);
+        let compared = cullings(&Settings::direct_light(), quick);
         let mut names: Vec<_> = compared.iter().map(name).collect();
         names.sort_unstable();
         names.dedup();

@@ -3,7 +3,7 @@
 use lanternfish_gpu::PassTime;
 use serde::{Serialize, Serializer};
 
-use crate::run::sorted;
+use crate::times::sorted;
 
 /// Time of each step, ms, summed over all views and grids, in the order of [`NAMES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -11,8 +11,17 @@ use lanternfish_papers::{
 };
 
 use super::cases::in_words;
-use crate::{run::ms_of, table::Row};
+use crate::{table::Row, times::ms_of};
 
+/// Keys and names of the steps.
+const STEPS: [(&str, &str); 6] = [
+    ("sample_ms", "sample"),
+    ("gather_ms", "gather"),
+    ("scan_ms", "scan"),
+    ("fill_ms", "fill"),
+    ("sort_ms", "sort"),
+    ("compact_ms", "compact"),
+];
 /// A build that takes longer is not repeated.
 const LONG: Duration = Duration::from_secs(10);
 
@@ -77,17 +86,14 @@ pub fn build(
         .data("set", direction_set_text(settings.directions))
         .data("sort", settings.sort.name())
         .number("directions", "directions", directions)
-        .number("resolution", "texels", resolution)
-        .said_as(format_args!("{resolution}²"))
+        .texels("resolution", resolution)
         .data("supersampling", settings.supersampling)
         // Each ray reads one chunk, but every pass over rays runs once per chunk.
-        .data("chunks", images.chunks.len())
-        .fixed("sample_ms", "sample", 1, step("sample"))
-        .fixed("gather_ms", "gather", 1, step("gather"))
-        .fixed("scan_ms", "scan", 1, step("scan"))
-        .fixed("fill_ms", "fill", 1, step("fill"))
-        .fixed("sort_ms", "sort", 1, step("sort"))
-        .fixed("compact_ms", "compact", 1, step("compact"))
+        .data("chunks", images.chunks.len());
+    let with = |row: Row, (key, name): (&'static str, &str)| row.fixed(key, name, 1, step(name));
+    let row = STEPS
+        .into_iter()
+        .fold(row, with)
         .fixed("total_ms", "all, ms", 1, total_ms)
         .shown("per direction, ms", format_args!("{:.2}", total_ms / directions as f64))
         .number("draw_passes", "draw passes", draw_passes)
@@ -95,7 +101,6 @@ pub fn build(
         .count("drawn", "drawn", images.counts.drawn)
         .count("kept", "kept", images.counts.kept)
         // Memory of lists and fragments.
-        .count("bytes", "MB", images.counts.bytes)
-        .said_as(format_args!("{:.1}", images.counts.bytes as f64 / 1e6));
+        .megabytes("bytes", "MB", images.counts.bytes);
     Ok((row, images))
 }

@@ -26,14 +26,6 @@ pub const TABLES: [&str; 8] =
 
 /// Directions of [Archer2019, table 2] and of its text (169), stacks and slices, whose numbers are stated for 169 alone.
 const STACKS: [(u32, u32); 6] = [(2, 4), (4, 4), (4, 8), (8, 8), (8, 16), (13, 13)];
-/// Milliseconds of [Archer2019, table 2], Atrium and Rungholt, by directions; those of 169 are in its text. GeForce GTX 1060.
-const ARCHER_MS: [(u64, [f64; 2]); 6] =
-    [(8, [1.5, 18.0]), (16, [1.8, 18.4]), (32, [2.0, 18.6]), (64, [3.2, 19.7]), (128, [4.7, 21.3]), (169, [5.5, 22.1])];
-/// The same of a draw for each of 169 directions.
-const ARCHER_EACH_MS: [f64; 2] = [121.3, 2295.8];
-/// How much longer that takes.
-pub const ARCHER_RATIOS: [f64; 2] = [ARCHER_EACH_MS[0] / 5.5, ARCHER_EACH_MS[1] / 22.1];
-
 /// Images as in [Archer2019, §4], in other directions.
 fn archer((stacks, slices): (u32, u32)) -> DeepImageSettings {
     let directions = DirectionSet::StacksSlices { stacks, slices };
@@ -45,18 +37,6 @@ fn is_archers(settings: &DeepImageSettings) -> bool {
     let DeepImageSettings { directions, payload, fragments_a_texel, .. } = *settings;
     let of_stacks = matches!(directions, DirectionSet::StacksSlices { .. });
     of_stacks && *settings == DeepImageSettings { directions, payload, fragments_a_texel, ..DeepImageSettings::ARCHER }
-}
-
-/// What the paper has for images like these: milliseconds, Atrium and Rungholt.
-pub fn archers_ms(settings: &DeepImageSettings) -> Option<[f64; 2]> {
-    let count = settings.directions.count();
-    let at_once = DeepImageSettings { builder: DeepBuilder::SinglePass, ..*settings };
-    match settings.builder {
-        _ if !is_archers(&at_once) => None,
-        DeepBuilder::SinglePass => ARCHER_MS.iter().find(|(known, _)| *known == count).map(|(_, ms)| *ms),
-        DeepBuilder::PerDirection if count == 169 => Some(ARCHER_EACH_MS),
-        _ => None,
-    }
 }
 
 /// All configurations in the order of their builds: coarse images before fine ones, as [`fitted`] needs.
@@ -219,23 +199,14 @@ mod tests {
         }
     }
 
-    /// [Archer2019, table 2; §4]: 22 and 104 times, "20 to 100 times" in words.
     #[test]
-    fn archers_figures_stand_beside_his_images() {
-        let of = |settings: &DeepImageSettings| archers_ms(settings);
-        let [(_, eight), .., (_, all)] = ARCHER_MS;
-        assert_eq!([of(&archer((2, 4))), of(&archer((13, 13)))], [Some(eight), Some(all)]);
-        assert_eq!(DeepImageSettings { payload: true, ..archer((13, 13)) }, DeepImageSettings::ARCHER);
+    fn archers_images_are_named() {
         let each = DeepImageSettings { builder: DeepBuilder::PerDirection, ..archer((13, 13)) };
-        assert_eq!([of(&each), of(&DeepImageSettings::default())], [Some(ARCHER_EACH_MS), None]);
-        let bisected = DeepImageSettings { search: DeepSearch::Bisection, ..archer((13, 13)) };
-        assert_eq!([of(&bisected), of(&archer((5, 7)))], [None, None]);
-        assert_eq!(ARCHER_RATIOS.map(f64::round), [22.0, 104.0]);
-        let directions = &groups(false)[0];
-        assert_eq!(directions.rows.iter().filter_map(archers_ms).count(), STACKS.len() + 1);
-        assert!(STACKS.iter().zip(ARCHER_MS).all(|((a, b), (count, _))| u64::from(a * b) == count));
         assert_eq!(in_words(&archer((8, 8))), "as in Archer 2019");
         assert_eq!(in_words(&each), "per_direction, stacks:13x13, sort blocks, not merged, linear steps, no triangles");
+        let bisected = DeepImageSettings { search: DeepSearch::Bisection, ..archer((13, 13)) };
+        assert_ne!(in_words(&bisected), "as in Archer 2019");
+        assert_eq!(DeepImageSettings { payload: true, ..archer((13, 13)) }, DeepImageSettings::ARCHER);
     }
 
     #[test]

@@ -3,20 +3,20 @@
 
 mod scenes;
 
+use std::rc::Rc;
+
 use lanternfish::{
-    GpuScene, Renderer,
-    rays::TracedRay,
+    rays::{RayTracer, TracedRay},
     settings::{Settings, Shadows, Tracer},
 };
-use lanternfish_cli::{error::CliError, progress::Progress};
-use lanternfish_gpu::{Frame, read_back};
+use lanternfish_cli::error::CliError;
+use lanternfish_gpu::Frame;
 use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings, DirectionSet, deep_images::DeepImages, rays::RayCounter};
-use lanternfish_reference::Tracer as Exact;
 use lanternfish_scene::Scene;
 
 use self::scenes::{bisected, corridors};
 use super::{
-    Bench,
+    DeepBench,
     build::build,
     rays::{self, ReferenceRay},
 };
@@ -51,14 +51,8 @@ impl Counts {
 
     /// Two columns; dashes where nothing was counted.
     pub fn row(counts: Option<Self>) -> Row {
-        let digits =
-            |number: Option<f64>| number.map_or(crate::table::DASH.to_owned(), |number| format!("{number:.2}"));
-        let [texels, fragments] = [counts.map(|counts| counts.texels), counts.map(|counts| counts.fragments)];
-        Row::default()
-            .optional("texels_a_ray", "texels a ray", texels)
-            .said_as(digits(texels))
-            .optional("fragments_a_ray", "fragments a ray", fragments)
-            .said_as(digits(fragments))
+        let row = Row::default().maybe("texels_a_ray", "texels a ray", 2, counts.map(|counts| counts.texels));
+        row.maybe("fragments_a_ray", "fragments a ray", 2, counts.map(|counts| counts.fragments))
     }
 }
 
@@ -79,7 +73,7 @@ fn sets(quick: bool) -> Vec<DeepImageSettings> {
     ks.iter().map(set).collect()
 }
 
-impl Bench {
+impl DeepBench {
     /// What rays read through a tracer of deep images; none for another.
     pub fn counts(
         &mut self,
@@ -87,63 +81,39 @@ impl Bench {
         images: &DeepImages,
         rays: &[TracedRay],
     ) -> Result<Option<Counts>, CliError> {
-        if through.is_exact() {
-            return Ok(None);
-        }
-        Ok(Some(Counts::of(&self.each(through, images, rays)?)))
+        (!through.is_exact()).then(|| Ok(Counts::of(&self.each(through, images, rays)?))).transpose()
     }
 
     /// Texels and fragments of each ray.
     fn each(&mut self, through: Tracer, images: &DeepImages, rays: &[TracedRay]) -> Result<Vec<[u32; 2]>, CliError> {
-        let gpu = &self.run.gpu;
-        let counter = RayCounter::new(&gpu.device, through, &images.settings)?;
-        let uploaded = self.tracer.upload(&gpu.device, rays)?;
-        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut self.profiler);
-        let counts = counter.record(&mut frame, images, &uploaded, rays.len() as u32)?;
-        frame.submit();
-        let counts = read_back::<[u32; 2]>(&gpu.device, &gpu.queue, &counts, rays.len())?;
-        self.profiler.finished();
-        Ok(counts)
-    }
-
-    /// How far rays go across texels, m; negative where they hit nothing.
-    fn distances(&mut self, scene: &GpuScene, images: &DeepImages, rays: &[TracedRay]) -> Result<Vec<f32>, CliError> {
-        let gpu = &self.run.gpu;
-        let (uploaded, count) = (self.tracer.upload(&gpu.device, rays)?, rays.len() as u32);
-        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut self.profiler);
-        let distances = self.tracer.record(&mut frame, scene, ACROSS_TEXELS, Some(images), &uploaded, count)?;
-        frame.submit();
-        let distances = read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len())?;
-        self.profiler.finished();
-        Ok(distances)
+        let counter = RayCounter::new(&self.bench.gpu.device, through, &images.settings)?;
+        let uploaded = self.tracer.upload(&self.bench.gpu.device, rays)?;
+        let record = |frame: &mut Frame<'_>, _: &RayTracer| counter.record(frame, images, &uploaded, rays.len() as u32);
+        Ok(self.read(rays.len(), record)?.1)
     }
 
     /// The rows of the table.
-    pub fn crossings(
-        &mut self,
-        scene: &Scene,
-        (quick, count): (bool, u32),
-        progress: &mut Progress,
-    ) -> Result<Vec<Row>, CliError> {
+    pub fn crossings(&mut self, scene: &Scene, quick: bool, count: u32) -> Result<Vec<Row>, CliError> {
         let sets = sets(quick);
         // 150 of 128², as in his figure 7.
         let usual = sets[sets.len() / 2];
-        let twice = bisected(scene);
-        let four_times = bisected(&twice);
-        let mut rows = Vec::new();
-        let mut rays_of_scene = Vec::new();
+        let (mut rows, mut rays_of_scene) = (Vec::new(), Vec::new());
         for set in &sets {
-            let (row, rays) = self.crossings_of("the scene", scene, *set, None, count, progress)?;
+            let (row, rays) = self.crossings_of("the scene", scene, *set, None, count)?;
             rows.push(row);
             if *set == usual {
                 rays_of_scene = rays;
             }
         }
-        for (words, scene) in [("twice the triangles", &twice), ("four times the triangles", &four_times)] {
-            rows.push(self.crossings_of(words, scene, usual, Some(rays_of_scene.clone()), count, progress)?.0);
-        }
-        for (words, scene) in [("an empty box", corridors(1)), ("tight corridors", corridors(CORRIDORS))] {
-            rows.push(self.crossings_of(words, &scene, usual, None, count, progress)?.0);
+        let twice = bisected(scene);
+        let same = Some(rays_of_scene);
+        for (words, scene, rays) in [
+            ("twice the triangles", &twice, &same),
+            ("four times the triangles", &bisected(&twice), &same),
+            ("an empty box", &corridors(1), &None),
+            ("tight corridors", &corridors(CORRIDORS), &None),
+        ] {
+            rows.push(self.crossings_of(words, scene, usual, rays.clone(), count)?.0);
         }
         Ok(rows)
     }
@@ -156,33 +126,29 @@ impl Bench {
         set: DeepImageSettings,
         rays: Option<Vec<TracedRay>>,
         count: u32,
-        progress: &mut Progress,
     ) -> Result<(Row, Vec<TracedRay>), CliError> {
         let directions = 2 * set.directions.count();
-        let doing = format!("{words}, {directions} directions of {}²", set.resolution);
-        progress.step(TABLE, &doing, || {
+        let bench = Rc::clone(&self.bench);
+        bench.step(TABLE, &format!("{words}, {directions} directions of {}²", set.resolution), || {
             let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-            let uploaded: GpuScene = Renderer::with_engine(&self.run.engine, settings)?.upload(scene)?;
-            let (_, images) = build(&self.run.gpu, &mut self.profiler, &uploaded, 0, TABLE, set)?;
+            let uploaded = self.bench.stage(scene, &settings)?.scene;
+            let (_, images) = build(&self.bench.gpu, &mut self.profiler, &uploaded, 0, TABLE, set)?;
             let rays = match rays {
                 Some(rays) => rays,
                 None => {
-                    let exact = Exact::new(scene, lanternfish_reference::Settings::default())
-                        .map_err(|error| CliError::new(error, "choose another scene"))?;
-                    let known = rays::from_surfaces(scene, &exact, &images, count);
+                    let known = rays::from_surfaces(scene, &super::exact(scene)?, &images, count);
                     known.iter().filter_map(halfway).collect()
                 }
             };
             let counts = self.each(ACROSS_TEXELS, &images, &rays)?;
-            let distances = self.distances(&uploaded, &images, &rays)?;
+            let distances = self.distances(ACROSS_TEXELS, &uploaded, &images, &rays)?.1;
             let hits = counts.iter().zip(&distances).filter(|(_, distance)| **distance >= 0.0);
             let hits: Vec<[u32; 2]> = hits.map(|(counts, _)| *counts).collect();
             let row = Row::default()
                 .text("what", "what", words)
                 .count("triangles", "triangles", scene.triangle_counts().1 as u64)
                 .number("directions", "directions", directions)
-                .number("resolution", "texels", set.resolution)
-                .said_as(format_args!("{}²", set.resolution))
+                .texels("resolution", set.resolution)
                 .count("rays", "rays", rays.len() as u64)
                 .and(Counts::row(Some(Counts::of(&hits))))
                 .percent("missed", "missed", 2, 1.0 - hits.len() as f64 / rays.len().max(1) as f64);

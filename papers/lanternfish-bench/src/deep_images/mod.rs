@@ -7,13 +7,15 @@ mod crossings;
 mod rays;
 mod trace;
 
+use std::rc::Rc;
+
 use clap::Args;
 use lanternfish::{
-    GpuScene, Renderer,
+    GpuScene,
     rays::RayTracer,
     settings::{Settings, Shadows, Tracer},
 };
-use lanternfish_cli::{args::PartArgs, error::CliError, progress::Progress, report::grouped, scene::SceneName};
+use lanternfish_cli::{args::PartArgs, error::CliError, report::grouped, scene::SceneName};
 use lanternfish_gpu::Profiler;
 use lanternfish_papers::{
     DeepBuilder, DeepImageSettings,
@@ -24,13 +26,13 @@ use lanternfish_scene::Scene;
 
 use self::{
     build::build,
-    cases::{ARCHER_RATIOS, Group, TABLES, archers_ms, fitted, groups, in_words},
+    cases::{Group, TABLES, fitted, groups, in_words},
 };
 use crate::{
-    document::{Document, LeftOut},
-    run::{Run, RunArgs},
-    subject,
-    table::{DASH, Row, percent},
+    bench::{Bench, RunArgs},
+    papers::{self, Paper},
+    table::{Row, percent},
+    view,
 };
 
 /// Flags of `deep-images`.
@@ -55,67 +57,63 @@ pub struct DeepImagesArgs {
 }
 
 /// Inputs and results of all configurations.
-struct Bench {
-    run: Run,
+struct DeepBench {
+    bench: Rc<Bench>,
     profiler: Profiler,
     tracer: RayTracer,
     /// For the builders, which draw the BVH's triangles, and for the BVH.
-    uploaded: GpuScene,
+    uploaded: Rc<GpuScene>,
     /// Scene with the adapter's acceleration structure, for ray queries. `None` if the adapter has no ray query.
-    with_ray_query: Option<GpuScene>,
+    with_ray_query: Option<Rc<GpuScene>>,
     built: Vec<Row>,
     traced: Vec<Row>,
     holes: Vec<Row>,
-    left_out: Vec<LeftOut>,
+}
+
+/// Exact rays through a scene.
+fn exact(scene: &Scene) -> Result<Exact<'_>, CliError> {
+    Exact::new(scene, lanternfish_reference::Settings::default())
+        .map_err(|error| CliError::new(error, "choose another scene"))
 }
 
 /// Measures and writes the report.
 pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
-    let mut progress = Progress::start(false);
-    let shot = subject::shot_of(&args.scene)?;
-    let scene = subject::load(&args.scene, &args.part, shot.as_ref(), false, &mut progress)?;
-    let run = Run::start_timed(&args.run, "deep-images")?;
-    let exact = Exact::new(&scene, lanternfish_reference::Settings::default())
-        .map_err(|error| CliError::new(error, "choose another scene"))?;
-    let mut bench = progress.step("upload", "Uploading", || Bench::new(run, &scene))?;
-    let is_wanted = |group: &Group| args.tables.iter().any(|table| *table == group.title.to_lowercase());
-    for group in groups(args.quick).into_iter().filter(is_wanted) {
+    let bench = Bench::start(&args.run, "deep-images", "Deep images", Some(&args.scene))?.with_timestamps()?;
+    let shot = view::shot_of(&args.scene)?;
+    let scene = view::load(&args.scene, &args.part, shot.as_ref(), false, &bench)?;
+    let exact = exact(&scene)?;
+    let mut of = DeepBench::new(bench, &scene)?;
+    let is_wanted = |name: &str| args.tables.iter().any(|table| table == name);
+    for group in groups(args.quick).into_iter().filter(|group| is_wanted(&group.title.to_lowercase())) {
         for settings in &group.rows {
-            bench.case(&group, *settings, (&scene, &exact, args.rays), &mut progress)?;
+            of.case(&group, *settings, (&scene, &exact, args.rays))?;
         }
     }
-    let crossings = match args.tables.iter().any(|table| *table == crossings::TABLE) {
-        true => bench.crossings(&scene, (args.quick, args.rays), &mut progress)?,
+    let crossings = match is_wanted(crossings::TABLE) {
+        true => of.crossings(&scene, args.quick, args.rays)?,
         false => Vec::new(),
     };
-    if bench.with_ray_query.is_none() {
+    let DeepBench { bench, built, traced, holes, with_ray_query, .. } = of;
+    if with_ray_query.is_none() {
         bench.leave_out("ray query", "not supported by this adapter");
     }
-    progress.finish();
-
     let triangles = exact.triangle_count();
-    let mut report = Document::of_scene("Deep images", &args.scene, &bench.run.gpu, args.run.runs);
-    report.facts(Row::default().data("triangles", triangles));
+    bench.facts(Row::default().data("triangles", triangles));
+    let mut report = bench.report();
     let times = format!("least of {} runs (of one run if it takes more than 10 s)", args.run.runs);
     report.introduction(&format!("{} triangles", grouped(triangles as u64)), &times);
     report.paragraph(
         "*As in Archer 2019*: one draw, stacks and slices, 64² texels, arrays sorted in blocks, nothing merged, linear steps; his milliseconds \
          are of a GeForce GTX 1060 [Archer 2019, table 2 and §4].",
     );
-    let Bench { built, traced, holes, left_out, run, .. } = bench;
     report.list(builder_ratios(&built).into_iter().chain(tracer_ratios(&traced)));
     for group in built.chunk_by(|a, b| a.get("group") == b.get("group")) {
         report.heading(&format!("Building: {}", group[0].words_of("group").to_lowercase()));
         report.show(group.iter().cloned());
     }
-    if !holes.is_empty() {
-        report.heading("Holes");
-        report.paragraph(
-            "Missing and spurious surfaces, compared with the `per_direction` builder: fragments without a counterpart within one texel of depth \
-             in the list of the same texel. Missing ones are grouped by the cosine between the surface normal and the image's axis.",
-        );
-        report.show(holes);
-    }
+    let text = "Missing and spurious surfaces, compared with the `per_direction` builder: fragments without a counterpart within one texel of \
+                depth in the list of the same texel. Missing ones are grouped by the cosine between the surface normal and the image's axis.";
+    report.section_shown("Holes", text, holes);
     report.section("Crossings of texels' borders", crossings::TEXT, crossings::TABLE, crossings);
     if !traced.is_empty() {
         report.heading("Tracing");
@@ -131,26 +129,25 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     }
     report.keep("built", built);
     report.keep("traced", traced);
-    report.left_out(&left_out);
-    report.write(&run.folder)
+    papers::beside(Paper::Archer, "deep-images", &mut report);
+    drop(report);
+    bench.list_left_out();
+    Rc::into_inner(bench).map_or(Ok(()), Bench::finish)
 }
 
-impl Bench {
-    fn new(run: Run, scene: &Scene) -> Result<Self, CliError> {
+impl DeepBench {
+    fn new(bench: Bench, scene: &Scene) -> Result<Self, CliError> {
         let upload = |shadows| {
             let settings = Settings { shadows, ..Settings::direct_light() };
-            Renderer::with_engine(&run.engine, settings)?.upload(scene)
+            Ok::<_, CliError>(Rc::new(bench.stage(scene, &settings)?.scene))
         };
-        let uploaded = upload(Shadows::BVH)?;
-        let with_ray_query = run.gpu.description.ray_query.then(|| upload(Shadows::RAY_QUERY)).transpose()?;
-        let profiler = Profiler::new(&run.gpu.device, &run.gpu.queue);
-        let tracer = RayTracer::new(&run.gpu.device)?;
-        let (built, traced, holes, left_out) = Default::default();
-        Ok(Self { run, profiler, tracer, uploaded, with_ray_query, built, traced, holes, left_out })
-    }
-
-    fn leave_out(&mut self, what: &str, reason: impl ToString) {
-        self.left_out.push(LeftOut { what: what.to_owned(), reason: reason.to_string() });
+        let uploaded = bench.step("upload", "Uploading", || upload(Shadows::BVH))?;
+        let has_ray_query = bench.gpu.description.ray_query;
+        let with_ray_query = has_ray_query.then(|| upload(Shadows::RAY_QUERY)).transpose()?;
+        let profiler = Profiler::new(&bench.gpu.device, &bench.gpu.queue);
+        let tracer = RayTracer::new(&bench.gpu.device)?;
+        let (built, traced, holes) = Default::default();
+        Ok(Self { bench: Rc::new(bench), profiler, tracer, uploaded, with_ray_query, built, traced, holes })
     }
 
     /// Builds images with as many directions as fit, counts holes, and traces rays. Records what the adapter cannot build as left out.
@@ -159,43 +156,38 @@ impl Bench {
         group: &Group,
         wanted: DeepImageSettings,
         (scene, exact, rays): (&Scene, &Exact<'_>, u32),
-        progress: &mut Progress,
     ) -> Result<(), CliError> {
+        let bench = Rc::clone(&self.bench);
         let settings = fitted(wanted, &self.built);
         let doing = format!("{}, {} x {}²", in_words(&settings), settings.directions.count(), settings.resolution);
         if settings.directions.count() < wanted.directions.count() {
-            self.leave_out(&doing, format_args!("{} directions would take too much memory", wanted.directions.count()));
+            bench
+                .leave_out(&doing, format_args!("{} directions would take too much memory", wanted.directions.count()));
         }
-        let runs = self.run.runs;
         // For example, lists that exceed the device's limits: continue with the next configuration.
-        let (mut row, images) = match progress.step("build", &doing, || self.build(runs, group.title, settings)) {
+        let (mut row, images) = match bench.step("build", &doing, || self.build(bench.runs, group.title, settings)) {
             Ok(made) => made,
             Err(error) => {
-                self.leave_out(&doing, error);
+                bench.leave_out(&doing, error);
                 return Ok(());
             }
         };
         let mut counted = None;
         if group.with_holes && settings.builder != DeepBuilder::PerDirection {
             let doing = format!("Holes, {doing}");
-            match progress.step("holes", &doing, || self.holes(settings, &images)) {
+            match bench.step("holes", &doing, || self.holes(settings, &images)) {
                 Ok(holes) => counted = Some(holes),
-                Err(error) => self.leave_out(&doing, error),
+                Err(error) => bench.leave_out(&doing, error),
             }
         }
         let holes = counted.map(|holes| holes_row(&row, &holes));
         row = row.data("holes", &holes);
-        if group.title == "Directions" {
-            let paper = archers_ms(&settings);
-            let shown = |i: usize| paper.map_or(DASH.to_owned(), |ms| ms[i].to_string());
-            row = row.data("archer_ms", paper).shown("Archer: Atrium", shown(0)).shown("Rungholt", shown(1));
-        }
         self.holes.extend(holes);
         self.built.push(row);
-        let reference_rays = progress
-            .step("rays", "Exact rays", || Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, rays)))?;
+        let surfaces = || Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, rays));
+        let rays = bench.step("rays", "Exact rays", surfaces)?;
         let tracing = format!("Tracing, {doing}");
-        let traced = progress.step("trace", &tracing, || self.trace(group, settings, &images, reference_rays))?;
+        let traced = bench.step("trace", &tracing, || self.trace(group, settings, &images, rays))?;
         self.traced.extend(traced);
         Ok(())
     }
@@ -206,14 +198,15 @@ impl Bench {
         group: &'static str,
         settings: DeepImageSettings,
     ) -> Result<(Row, DeepImages), CliError> {
-        build(&self.run.gpu, &mut self.profiler, &self.uploaded, runs, group, settings)
+        build(&self.bench.gpu, &mut self.profiler, &self.uploaded, runs, group, settings)
     }
 
     /// Compares images with those of the builder that draws each direction.
     fn holes(&mut self, settings: DeepImageSettings, images: &DeepImages) -> Result<Holes, CliError> {
         let settings = DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings };
         let (_, baseline) = self.build(0, "holes", settings)?;
-        Ok(images.holes(&self.run.gpu.device, &self.run.gpu.queue, &self.uploaded, &baseline)?)
+        let gpu = &self.bench.gpu;
+        Ok(images.holes(&gpu.device, &gpu.queue, &self.uploaded, &baseline)?)
     }
 }
 
@@ -244,15 +237,7 @@ fn builder_ratios(built: &[Row]) -> Vec<String> {
     let ratio = |(row, single): (&Row, &Row)| {
         let (directions, texels, times) =
             (row.words("directions"), row.words("resolution"), row.f64("total_ms") / single.f64("total_ms"));
-        let [atrium, rungholt] = ARCHER_RATIOS;
-        let paper = match single.words_of("set") {
-            "stacks:13x13" => format!(" (Archer: {atrium:.0} and {rungholt:.0})"),
-            _ => String::new(),
-        };
-        format!(
-            "{} / single_pass, {directions} directions of {texels}, time: {times:.1}{paper}",
-            row.words_of("builder")
-        )
+        format!("{} / single_pass, {directions} directions of {texels}, time: {times:.1}", row.words_of("builder"))
     };
     let is_of_one_set = |(row, single): &(&Row, &Row)| row.get("set") == single.get("set");
     over(built, "builder", "single_pass").filter(is_of_one_set).map(ratio).collect()

@@ -1,25 +1,32 @@
 //! Traces rays through images and through exact structures, times them, and compares distances.
 
-use lanternfish::{rays::TracedRay, settings::Tracer};
+use std::rc::Rc;
+
+use bytemuck::Pod;
+use lanternfish::{
+    GpuScene,
+    rays::{RayTracer, TracedRay},
+    settings::Tracer,
+};
 use lanternfish_cli::error::CliError;
 use lanternfish_gpu::{Frame, read_back};
 use lanternfish_papers::{DeepImageSettings, deep_images::DeepImages};
 
 use super::{
-    Bench,
+    DeepBench,
     cases::{Group, in_words},
     crossings::Counts,
     rays::ReferenceRay,
 };
 use crate::{
-    run::{least, ms_of},
     table::Row,
+    times::{least, ms_of},
 };
 
 /// The ray query of a software adapter is slow, and traces one ray in this many.
 const SOFTWARE_RAYS: usize = 8;
 
-impl Bench {
+impl DeepBench {
     /// Traces `rays` with every tracer of deep images, and with the exact tracers if the group requires them.
     pub fn trace(
         &mut self,
@@ -28,27 +35,26 @@ impl Bench {
         images: &DeepImages,
         rays: Vec<ReferenceRay>,
     ) -> Result<Vec<Row>, CliError> {
-        let known = Tracer::all().into_iter().filter(|known| known.is_supported(&self.run.gpu.device));
+        let (bench, device) = (Rc::clone(&self.bench), self.bench.gpu.device.clone());
+        let known = Tracer::all().into_iter().filter(|known| known.is_supported(&device));
         let (coarse, exact): (Vec<_>, Vec<_>) = known.partition(|known| !known.is_exact());
         let requested = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
-        let is_software = self.run.gpu.description.device_type == "Cpu";
         let figures = |through: Tracer| {
-            let is_slow = is_software && through == Tracer::RAY_QUERY;
+            let is_slow = bench.is_software() && through == Tracer::RAY_QUERY;
             let mut chosen = rays[..rays.len() / if is_slow { SOFTWARE_RAYS } else { 1 }].to_vec();
             let count = chosen.len();
             let rate = |ms: f64| count as f64 / ms / 1e3;
-            let (random_ms, _) = self.time(through, images, &chosen)?;
+            let traced = |chosen: &[ReferenceRay]| chosen.iter().map(|known| known.ray).collect::<Vec<_>>();
+            let (random_ms, _) = self.time(through, images, &traced(&chosen))?;
             chosen.sort_by_key(|known| known.ray.image_and_side);
-            let (by_direction_ms, distances) = self.time(through, images, &chosen)?;
-            let errors = Errors::of(&distances, &chosen);
-            let traced: Vec<TracedRay> = chosen.iter().map(|known| known.ray).collect();
-            let counts = self.counts(through, images, &traced)?;
+            let (by_direction_ms, distances) = self.time(through, images, &traced(&chosen))?;
+            let errors = DistanceErrors::of(&distances, &chosen);
+            let counts = self.counts(through, images, &traced(&chosen))?;
             Ok(Row::default()
                 .data("group", group.title)
                 .text("images", "images", in_words(&settings))
                 .number("directions", "directions", settings.directions.count())
-                .number("resolution", "texels", settings.resolution)
-                .said_as(format_args!("{}²", settings.resolution))
+                .texels("resolution", settings.resolution)
                 .text("structure", "structure", through.name())
                 .count("rays", "rays", count as u64)
                 // Best ray rate of all runs, millions per second, in random order and sorted by image.
@@ -64,33 +70,51 @@ impl Bench {
     }
 
     /// Milliseconds, the least of all runs but the first, and distances.
-    fn time(
+    fn time(&mut self, through: Tracer, images: &DeepImages, rays: &[TracedRay]) -> Result<(f64, Vec<f32>), CliError> {
+        let is_query = through == Tracer::RAY_QUERY;
+        let scene = self.with_ray_query.as_ref().filter(|_| is_query).unwrap_or(&self.uploaded);
+        let scene = Rc::clone(scene);
+        let runs = self.bench.runs;
+        Ok(least(runs, || self.distances(through, &scene, images, rays), |(ms, _)| *ms)?.1)
+    }
+
+    /// Milliseconds, and how far rays go, m; negative where they hit nothing.
+    pub fn distances(
         &mut self,
         through: Tracer,
+        scene: &GpuScene,
         images: &DeepImages,
-        rays: &[ReferenceRay],
+        rays: &[TracedRay],
     ) -> Result<(f64, Vec<f32>), CliError> {
-        let rays: Vec<TracedRay> = rays.iter().map(|known| known.ray).collect();
-        let uploaded = self.tracer.upload(&self.run.gpu.device, &rays)?;
-        let scene = match (through, &self.with_ray_query) {
-            (tracer, Some(scene)) if tracer == Tracer::RAY_QUERY => scene,
-            _ => &self.uploaded,
+        let uploaded = self.tracer.upload(&self.bench.gpu.device, rays)?;
+        let count = rays.len() as u32;
+        let record = |frame: &mut Frame<'_>, tracer: &RayTracer| {
+            tracer.record(frame, scene, through, Some(images), &uploaded, count)
         };
-        let gpu = &self.run.gpu;
-        let frame = || {
-            let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut self.profiler);
-            let buffer = self.tracer.record(&mut frame, scene, through, Some(images), &uploaded, rays.len() as u32)?;
-            frame.submit();
-            let distances = read_back::<f32>(&gpu.device, &gpu.queue, &buffer, rays.len())?;
-            Ok::<_, CliError>((ms_of(&self.profiler.finished(), ""), distances))
-        };
-        Ok(least(self.run.runs, frame, |(ms, _)| *ms)?.1)
+        self.read(rays.len(), record)
+    }
+
+    /// Submits what is recorded, and reads `count` values back. Returns them with the milliseconds of the passes.
+    pub fn read<T: Pod, E>(
+        &mut self,
+        count: usize,
+        record: impl FnOnce(&mut Frame<'_>, &RayTracer) -> Result<wgpu::Buffer, E>,
+    ) -> Result<(f64, Vec<T>), CliError>
+    where
+        CliError: From<E>,
+    {
+        let gpu = &self.bench.gpu;
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut self.profiler);
+        let buffer = record(&mut frame, &self.tracer)?;
+        frame.submit();
+        let values = read_back::<T>(&gpu.device, &gpu.queue, &buffer, count)?;
+        Ok((ms_of(&self.profiler.finished(), ""), values))
     }
 }
 
 /// Errors of traced distances against exact rays. All are zero if there are no rays.
 #[derive(Debug, PartialEq)]
-struct Errors {
+struct DistanceErrors {
     /// Median of the relative errors of rays where both hit.
     median: f64,
     /// 95th percentile of the same errors.
@@ -101,7 +125,7 @@ struct Errors {
     false_hits: f64,
 }
 
-impl Errors {
+impl DistanceErrors {
     fn of(actual: &[f32], reference: &[ReferenceRay]) -> Self {
         let (mut errors, mut missed, mut false_hits) = (Vec::new(), 0, 0);
         for (actual, reference) in actual.iter().zip(reference) {
@@ -126,8 +150,11 @@ mod tests {
     fn errors_are_those_of_the_distances() {
         let reference = [Some(1.0), Some(2.0), Some(4.0), Some(1.0), None, None]
             .map(|distance| ReferenceRay { ray: TracedRay::default(), distance });
-        let errors = Errors::of(&[1.0, 3.0, 8.0, -1.0, 5.0, -1.0], &reference);
-        assert_eq!(errors, Errors { median: 0.5, p95: 1.0, missed: 1.0 / 6.0, false_hits: 1.0 / 6.0 });
-        assert_eq!(Errors::of(&[], &[]), Errors { median: 0.0, p95: 0.0, missed: 0.0, false_hits: 0.0 });
+        let errors = DistanceErrors::of(&[1.0, 3.0, 8.0, -1.0, 5.0, -1.0], &reference);
+        assert_eq!(errors, DistanceErrors { median: 0.5, p95: 1.0, missed: 1.0 / 6.0, false_hits: 1.0 / 6.0 });
+        assert_eq!(
+            DistanceErrors::of(&[], &[]),
+            DistanceErrors { median: 0.0, p95: 0.0, missed: 0.0, false_hits: 0.0 }
+        );
     }
 }

@@ -2,17 +2,17 @@
 
 use lanternfish::{
     RenderedImage,
-    settings::{History, Settings},
     techniques::{LightRays, SampledLights},
 };
-use lanternfish_cli::{error::CliError, progress::Progress};
+use lanternfish_cli::error::CliError;
 use lanternfish_metrics::{Pair, RgbImage};
 
-use super::{Bench, Case, cases};
+use super::{DirectLight, cases};
 use crate::{
-    image::{energy, hdr_flip, linear, write},
-    run::{counter, frame_ms, least},
+    case::{Case, changed},
+    image::{energy, energy_of, hdr_flip, linear},
     table::Row,
+    times::{counter, frame_ms},
 };
 
 pub const TEXT: &str = "Against a ray to every light (*all*). *FLIP*: HDR-FLIP of one frame; *p99*: 99th percentile of |error| over the mean of the \
@@ -20,43 +20,40 @@ pub const TEXT: &str = "Against a ray to every light (*all*). *FLIP*: HDR-FLIP o
                         the whole image in standard errors, the largest of the channels (frames are better distributed than independent ones, so it is \
                         small).";
 
-impl Bench {
+impl DirectLight {
     /// A row for each technique.
-    pub fn one_frame(&self, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
+    pub fn one_frame(&self) -> Result<Vec<Row>, CliError> {
         let mut reference = None;
-        let mut rows = Vec::new();
-        for case in cases() {
-            let row = || self.one_frame_of(&case, &mut reference);
-            rows.push(progress.step("frame", &case.name, row)?);
-        }
-        Ok(rows)
+        let cases = cases(&self.view.look, |_| true);
+        self.bench.rows("frame", cases, |case| case.name.clone(), |case| self.one_frame_of(case, &mut reference))
     }
 
-    fn one_frame_of(&self, case: &Case, reference: &mut Option<RenderedImage>) -> Result<Row, CliError> {
-        let settings = Settings { direct: case.direct.clone(), ..self.look.clone() };
-        let mut renderer = self.renderer(settings.clone())?;
-        let uploaded = renderer.upload(&self.scene)?;
-        let camera = &self.cameras[0];
-        let frame = || self.frame(&mut renderer, &uploaded, camera);
-        let (image, best) = least(self.run.runs, frame, |image: &RenderedImage| frame_ms(&image.report.passes))?;
-        write(&self.run.folder.join(format!("{}.png", case.name.replace([' ', ','], "-"))), &image)?;
+    fn one_frame_of(
+        &self,
+        Case { name, settings }: &Case,
+        reference: &mut Option<RenderedImage>,
+    ) -> Result<Row, CliError> {
+        let mut stage = self.bench.stage(&self.view.scene, settings)?;
+        let image = stage.frame(&self.view)?;
+        let best = self.bench.timed_on(&mut stage, &self.view)?.image;
+        self.bench.write(name, &image)?;
         let all = reference.get_or_insert_with(|| image.clone());
         let pair = Pair::new(linear(&image)?, linear(all)?)?;
         let row = Row::default()
-            .text("technique", "", &case.name)
-            .fixed("rays", "rays", 2, counter(&image.report, "shadows/rays") as f64 / self.pixels())
+            .text("technique", "", name)
+            .fixed("rays", "rays", 2, counter(&image.report, "shadows/rays") as f64 / self.view.pixels())
             .fixed("frame_ms", "frame, ms", 1, frame_ms(&best.report.passes))
             .fixed("flip", "FLIP", 4, hdr_flip(&pair)?)
             .fixed("p99", "p99", 3, percentile(&pair, 0.99));
-        let is_averaged = case.direct.get::<SampledLights>().is_some_and(|lights| lights.rays == LightRays::Four);
+        let is_averaged = settings.direct.get::<SampledLights>().is_some_and(|lights| lights.rays == LightRays::Four);
         if !is_averaged {
             return Ok(row.text("mean_energy", "mean: energy", "").text("mean_flip", "FLIP", "").text("z", "z", ""));
         }
         // With a history, frames of a view at rest go on in their random numbers, and their pixels stay in place.
-        let mut renderer = self.renderer(Settings { history: History::On, ..settings })?;
+        stage.renderer = self.bench.renderer(&changed(settings, "history on"))?;
         let mut sums = vec![[[0.0f64; 2]; 3]; image.radiance.len()];
         for _ in 0..self.frames {
-            let frame = self.frame(&mut renderer, &uploaded, camera)?;
+            let frame = stage.frame(&self.view)?;
             for (sum, pixel) in sums.iter_mut().zip(&frame.radiance) {
                 for (sum, value) in sum.iter_mut().zip(pixel) {
                     sum[0] += f64::from(*value);
@@ -71,7 +68,7 @@ impl Bench {
         };
         let mean = of(|[sum, _], count| sum / count)?;
         let variance = of(|[sum, squares], count| (squares / count - (sum / count).powi(2)).max(0.0) / (count - 1.0))?;
-        let total: f64 = mean.pixels.iter().flatten().map(|value| f64::from(*value)).sum();
+        let total = energy_of(&mean);
         let pair = Pair::new(mean, linear(all)?)?;
         let z = pair
             .z_test(Some(&variance), None)?
@@ -88,8 +85,7 @@ impl Bench {
 /// This percentile, 0..1, of a pixel's largest absolute error over the mean of the reference.
 fn percentile(pair: &Pair, rank: f64) -> f64 {
     let reference = pair.reference();
-    let mean =
-        reference.pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / (3 * reference.pixels.len()) as f64;
+    let mean = energy_of(reference) / (3 * reference.pixels.len()) as f64;
     let error =
         |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
     let mut errors: Vec<f64> = pair.image().pixels.iter().zip(&reference.pixels).map(error).collect();

@@ -6,19 +6,14 @@ mod price;
 
 use clap::Args;
 use glam::Vec3;
-use lanternfish::{
-    GpuScene, RenderedImage, Renderer,
-    settings::{Attenuation, Direct, Settings},
-    techniques::{Denoise, LightChoice, LightRays, SampledLights},
-};
-use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
-use lanternfish_scene::{Camera, Scene, generate::light_rain};
+use lanternfish::settings::{Attenuation, Settings};
+use lanternfish_cli::error::CliError;
+use lanternfish_scene::{Camera, generate::light_rain};
 
 use crate::{
-    document::Document,
-    run::{Run, RunArgs},
-    subject::{Subject, SubjectArgs},
-    table::Row,
+    bench::{Bench, RunArgs, is_requested},
+    case::Case,
+    view::{SubjectArgs, View},
 };
 
 /// Flags of `direct`.
@@ -38,7 +33,7 @@ pub struct DirectArgs {
     /// Measure only the table of this name: price, frame or motion. Repeatable.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// For the tables frame and motion: replaces the scene's lights by N unbounded ones.
+    /// For the tables of frames and of motion: so many lights whose ranges do not end in place of the scene's own.
     #[arg(long, value_name = "N")]
     unlimited: Option<u32>,
     #[command(flatten)]
@@ -46,95 +41,76 @@ pub struct DirectArgs {
 }
 
 /// Inputs of all tables.
-struct Bench {
-    run: Run,
+struct DirectLight {
+    bench: Bench,
     /// The scene without emission, which a ray to every light does not sample.
-    scene: Scene,
+    view: View,
     cameras: Vec<Camera>,
-    look: Settings,
-    size: Size,
     frames: u32,
-}
-
-/// One configuration of direct light.
-struct Case {
-    name: String,
-    direct: Direct,
 }
 
 /// Measures and writes the report.
 pub fn run(args: &DirectArgs) -> Result<(), CliError> {
-    let mut progress = Progress::start(false);
-    let Subject { mut scene, cameras, look } = Subject::load(&args.subject, true, &mut progress)?;
-    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
-    let run = Run::start(&args.run, "direct")?;
-    let mut bench = Bench { run, scene, cameras, look, size: args.subject.size, frames: args.frames };
+    let bench = Bench::start(&args.run, "direct", "Direct light", Some(&args.subject.scene))?;
+    let (mut view, cameras) = View::load(&args.subject, true, &bench)?;
+    view.scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     if let Some(count) = args.unlimited {
-        (bench.scene, bench.look) = bench.unlimited(count);
+        view = unlimited(&view, count);
     }
-    let mut report = Document::of_scene("Direct light", &args.subject.scene, &bench.run.gpu, args.run.runs);
-    let Size { width, height } = bench.size;
-    report.facts(Row::default().data("width", width).data("height", height).data("lights", bench.scene.lights.len()));
-    let what = format!("{}, {width} × {height}, {} lights", args.subject.scene, bench.scene.lights.len());
-    report.introduction(&what, &format!("least of {} runs", args.run.runs));
-    let is_wanted = |name: &str| args.only.is_empty() || args.only.iter().any(|only| only == name);
-    if is_wanted("price") {
-        let rows = bench.prices(&args.counts, args.all_up_to, &mut progress)?;
-        report.section("Price by number of lights", price::TEXT, "prices", rows);
+    bench.facts(view.facts());
+    bench.report().introduction(&view.text(), &format!("least of {} runs", args.run.runs));
+    let of = DirectLight { bench, view, cameras, frames: args.frames };
+    if is_requested(&args.only, "price") {
+        let rows = of.prices(&args.counts, args.all_up_to)?;
+        of.bench.section("Price by number of lights", price::TEXT, "prices", rows);
     }
-    if is_wanted("frame") {
-        let rows = bench.one_frame(&mut progress)?;
-        report.section("One frame, and the mean of many", frames::TEXT, "frames", rows);
+    if is_requested(&args.only, "frame") {
+        let rows = of.one_frame()?;
+        of.bench.section("One frame, and the mean of many", frames::TEXT, "frames", rows);
     }
-    if is_wanted("motion") {
-        let rows = bench.walks(&mut progress)?;
-        report.section("In motion", motion::TEXT, "motion", rows);
+    if is_requested(&args.only, "motion") {
+        let rows = of.walks()?;
+        of.bench.section("In motion", motion::TEXT, "motion", rows);
     }
-    report.write(&bench.run.folder)
+    of.bench.finish()
 }
 
-/// `direct sampled` with these parameters.
-fn sampled(rays: LightRays, denoise: Denoise) -> Direct {
-    Direct::from(SampledLights { rays, denoise, choice: LightChoice::Tree })
+/// Names and changes of one frame: a ray to every light first.
+const FRAMES: [(&str, &str); 7] = [
+    ("all", "direct all"),
+    ("sampled, 1 rays, denoise on", "direct sampled, light-samples 1, denoise on"),
+    ("sampled, 2 rays, denoise on", "direct sampled, light-samples 2, denoise on"),
+    ("sampled, 4 rays, denoise on", "direct sampled, light-samples 4, denoise on"),
+    ("sampled, 8 rays, denoise on", "direct sampled, light-samples 8, denoise on"),
+    ("sampled, 4 rays, denoise off", "direct sampled, light-samples 4, denoise off"),
+    ("uniform, 4 rays, denoise on", "direct sampled, light-choice uniform"),
+];
+
+/// The configurations whose names are wanted.
+fn cases(look: &Settings, is_wanted: impl Fn(&str) -> bool) -> Vec<Case> {
+    let wanted = FRAMES.into_iter().filter(|(name, _)| is_wanted(name));
+    wanted.map(|(name, changes)| Case::of(look, name, changes)).collect()
 }
 
-/// The configurations of one frame and of motion: a ray to every light first.
-fn cases() -> Vec<Case> {
-    let mut cases = vec![Case { name: "all".to_owned(), direct: Direct::NONE }];
-    let sampled_cases = LightRays::ALL.iter().map(|rays| (*rays, Denoise::On)).chain([(LightRays::Four, Denoise::Off)]);
-    for (rays, denoise) in sampled_cases {
-        let name = format!("sampled, {rays} rays, denoise {denoise}");
-        cases.push(Case { name, direct: sampled(rays, denoise) });
+/// The view of the scene with `count` lights in place of its own, whose ranges do not end. All together are as bright at any number.
+fn unlimited(view: &View, count: u32) -> View {
+    let bounds = view.scene.bounds();
+    let mut lights = light_rain(&bounds, count, Some(1.0), 0, 0.0);
+    let intensity = 0.25 * bounds.size().length_squared() / count.max(1) as f32;
+    for light in &mut lights {
+        light.range = None;
+        light.intensity *= intensity / light.intensity.max_element().max(1e-6);
     }
-    let uniform = SampledLights { choice: LightChoice::Uniform, ..SampledLights::default() };
-    cases.push(Case { name: "uniform, 4 rays, denoise on".to_owned(), direct: uniform.into() });
-    cases
+    let mut view = view.clone();
+    (view.scene.lights, view.look.attenuation) = (lights, Attenuation::Physical);
+    view
 }
 
-impl Bench {
-    fn pixels(&self) -> f64 {
-        f64::from(self.size.width) * f64::from(self.size.height)
-    }
-
-    fn renderer(&self, settings: Settings) -> Result<Renderer, CliError> {
-        Ok(Renderer::with_engine(&self.run.engine, settings)?)
-    }
-
-    fn frame(&self, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Result<RenderedImage, CliError> {
-        Ok(renderer.render(scene, camera, self.size.width, self.size.height)?)
-    }
-
-    /// The scene with `count` unbounded lights in place of its own, and the settings for them. Their total brightness is
-    /// the same for any `count`.
-    fn unlimited(&self, count: u32) -> (Scene, Settings) {
-        let mut lights = light_rain(&self.scene.bounds(), count, Some(1.0), 0, 0.0);
-        let size = self.scene.bounds().size();
-        let intensity = 0.25 * size.length_squared() / count.max(1) as f32;
-        for light in &mut lights {
-            light.range = None;
-            light.intensity *= intensity / light.intensity.max_element().max(1e-6);
-        }
-        let settings = Settings { attenuation: Attenuation::Physical, ..self.look.clone() };
-        (Scene { lights, ..self.scene.clone() }, settings)
-    }
+#[test]
+fn every_number_of_rays_has_a_frame() {
+    use lanternfish::techniques::{LightRays, SampledLights};
+    let cases = cases(&Settings::direct_light(), |_| true);
+    let rays = |case: &Case| case.settings.direct.get::<SampledLights>().map(|lights| lights.rays);
+    assert!(LightRays::ALL.iter().all(|wanted| cases.iter().any(|case| rays(case) == Some(*wanted))), "{cases:?}");
+    assert!(cases[0].settings.direct.is_none());
 }

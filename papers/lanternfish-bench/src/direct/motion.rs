@@ -1,21 +1,16 @@
 //! A walk among moving lights, and a light that goes out.
 
-use glam::Vec3;
-use lanternfish::{
-    Renderer,
-    settings::{Direct, History, Settings},
-    techniques::{Denoise, LightRays},
-};
-use lanternfish_cli::{error::CliError, progress::Progress};
-use lanternfish_metrics::{ColorType, write_png};
-use lanternfish_scene::{Camera, Scene, generate::light_rain};
+use lanternfish_cli::error::CliError;
+use lanternfish_scene::generate::light_rain;
 
-use super::{Bench, Case, cases, sampled};
+use super::{DirectLight, cases};
 use crate::{
+    case::Case,
     image::rgb,
-    run::median,
     table::Row,
-    walked::{Walked, walk},
+    times::median,
+    view::View,
+    walked::{STEP, Walked, put_out_brightest, walk},
 };
 
 pub const TEXT: &str = "A walk with 1,000 falling lights; in its middle the brightest other light goes out. Every frame is compared with *all*'s \
@@ -25,70 +20,48 @@ pub const TEXT: &str = "A walk with 1,000 falling lights; in its middle the brig
 
 /// Falling lights.
 const RAIN: u32 = 1000;
-/// Seconds of a frame.
-const STEP: f32 = 1.0 / 30.0;
 /// Frames that are written as images, beside the first after the light has gone out.
 const KEPT: u32 = 20;
 
-impl Bench {
+/// Names of [`super::FRAMES`] that are walked with a history.
+const WALKED: [&str; 5] = [
+    "all",
+    "sampled, 4 rays, denoise on",
+    "sampled, 4 rays, denoise off",
+    "uniform, 4 rays, denoise on",
+    "sampled, 8 rays, denoise on",
+];
+
+impl DirectLight {
     /// A row for each technique.
-    pub fn walks(&self, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
-        let mut cases: Vec<Case> = cases();
-        cases.retain(|case| {
-            ["all", "sampled, 4 rays, denoise on", "sampled, 4 rays, denoise off", "uniform, 4 rays, denoise on"]
-                .contains(&&*case.name)
-        });
-        cases.push(Case {
-            name: "sampled, 8 rays, denoise on".to_owned(),
-            direct: sampled(LightRays::Eight, Denoise::On),
-        });
-        let configurations: Vec<(String, Direct, History)> = cases
-            .into_iter()
-            .flat_map(|Case { name, direct }| {
-                let both = if name == "sampled, 4 rays, denoise on" {
-                    &[History::On, History::Off][..]
-                } else {
-                    &[History::On]
-                };
-                both.iter()
-                    .map(move |history| (format!("{name}, history {history}"), direct.clone(), *history))
-                    .collect::<Vec<_>>()
-            })
-            .collect();
-        let mut renderers = Vec::new();
-        let (scene, _) = self.moment(0);
-        for (_, direct, history) in &configurations {
-            let settings = Settings { direct: direct.clone(), history: *history, ..self.look.clone() };
-            let renderer = self.renderer(settings)?;
-            let uploaded = renderer.upload(&scene)?;
-            renderers.push((renderer, uploaded, Walked::default()));
-        }
+    pub fn walks(&self) -> Result<Vec<Row>, CliError> {
+        let with = |case: &Case, history: &str| {
+            let history = format!("history {history}");
+            Case::of(&case.settings, &format!("{}, {history}", case.name), &history)
+        };
+        let cases = cases(&self.view.look, |name| WALKED.contains(&name));
+        let mut walked: Vec<Case> = cases.iter().map(|case| with(case, "on")).collect();
+        walked.insert(2, with(&cases[1], "off"));
+        let scene = self.moment(0).scene;
+        let stage = |case: &Case| Ok((self.bench.stage(&scene, &case.settings)?, Walked::default()));
+        let mut stages = walked.iter().map(stage).collect::<Result<Vec<_>, CliError>>()?;
         let out = self.frames / 2;
         for frame in 0..self.frames {
-            let (scene, camera) = self.moment(frame);
-            let mut all = None;
-            let mut step = || {
-                for ((name, ..), (renderer, uploaded, walked)) in configurations.iter().zip(&mut renderers) {
-                    let renderer: &mut Renderer = renderer;
-                    renderer.update(uploaded, &scene)?;
-                    let image = self.frame(renderer, uploaded, &camera)?;
+            let (view, mut all) = (self.moment(frame), None);
+            self.bench.step("walk", &format!("frame {frame}"), || {
+                for (Case { name, .. }, (stage, walked)) in walked.iter().zip(&mut stages) {
+                    stage.update(&view.scene)?;
+                    let image = stage.frame(&view)?;
                     let colors = rgb(&image);
                     walked.add(&colors, all.get_or_insert_with(|| colors.clone()));
                     if frame % KEPT == 0 || (out..out + 4).contains(&frame) {
-                        let path =
-                            self.run.folder.join(format!("walk-{}-{frame:03}.png", name.replace([' ', ','], "-")));
-                        write_png(&path, image.width, image.height, ColorType::Rgb, &colors)?;
+                        self.bench.write(&format!("walk-{name}-{frame:03}"), &image)?;
                     }
                 }
                 Ok::<_, CliError>(())
-            };
-            progress.step("walk", &format!("frame {frame}"), &mut step)?;
+            })?;
         }
-        Ok(configurations
-            .iter()
-            .zip(&renderers)
-            .map(|((name, ..), (.., walked))| self.row(name, walked, out))
-            .collect())
+        Ok(walked.iter().zip(&stages).map(|(case, (_, walked))| self.row(&case.name, walked, out)).collect())
     }
 
     fn row(&self, name: &str, walked: &Walked, out: u32) -> Row {
@@ -104,23 +77,15 @@ impl Bench {
             .data("errors", &walked.errors)
     }
 
-    /// The scene and the camera of a frame: a track, or a walk of a metre forwards with a slow turn.
-    fn moment(&self, frame: u32) -> (Scene, Camera) {
-        let mut scene = self.scene.clone();
-        let time = frame as f32 * STEP;
-        if frame >= self.frames / 2
-            && let Some(brightest) = (0..scene.lights.len()).max_by(|a, b| {
-                let intensity = |i: usize| scene.lights[i].intensity.max_element();
-                intensity(*a).total_cmp(&intensity(*b))
-            })
-        {
-            scene.lights[brightest].intensity = Vec3::ZERO;
+    /// The view of a frame: along a track, or on a walk.
+    fn moment(&self, frame: u32) -> View {
+        let (mut view, time) = (self.view.clone(), frame as f32 * STEP);
+        if frame >= self.frames / 2 {
+            put_out_brightest(&mut view.scene);
         }
-        scene.lights.extend(light_rain(&scene.bounds(), RAIN, None, 0, time));
-        let mut camera = self.cameras[frame as usize % self.cameras.len()].clone();
-        if self.cameras.len() == 1 {
-            camera = walk(&camera, time);
-        }
-        (scene, camera)
+        view.scene.lights.extend(light_rain(&view.scene.bounds(), RAIN, None, 0, time));
+        let camera = &self.cameras[frame as usize % self.cameras.len()];
+        view.camera = if self.cameras.len() == 1 { walk(camera, time) } else { camera.clone() };
+        view
     }
 }

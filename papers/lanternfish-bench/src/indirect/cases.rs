@@ -9,7 +9,6 @@ use lanternfish_scene::Scene;
 use serde::Serialize;
 
 use super::gaussian::RADIUS;
-use crate::technique;
 
 /// Number of frames of an accumulated image.
 const FRAMES: u32 = 4;
@@ -123,7 +122,7 @@ impl ImageSet {
 
 /// One configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Case {
+pub struct RayCase {
     pub brdf: Brdf,
     /// Deep images and their tracer; `None` for the BVH.
     pub images: Option<(ImageSet, Tracer)>,
@@ -133,7 +132,7 @@ pub struct Case {
     pub accumulate: u32,
 }
 
-impl Case {
+impl RayCase {
     /// The basic configuration: through the BVH, filtered, without antialiasing.
     pub fn plain(brdf: Brdf) -> Self {
         let filter_radius = Sampled::default().filter_radius;
@@ -164,7 +163,7 @@ impl Case {
         };
         Settings {
             materials: self.brdf.materials(),
-            indirect: technique::sampled(sampled),
+            indirect: sampled.into(),
             structure: deep_images.into(),
             samples: self.samples,
             accumulate: self.accumulate,
@@ -191,13 +190,13 @@ impl Case {
 /// An image set with the configurations that trace through it.
 pub struct Group {
     pub set: ImageSet,
-    pub rows: Vec<Case>,
+    pub rows: Vec<RayCase>,
 }
 
 /// All configurations: through the BVH first, then image sets from coarse to fine, so that the size of the next set can be estimated from
 /// the last.
 pub struct Plan {
-    pub through_bvh: Vec<Case>,
+    pub through_bvh: Vec<RayCase>,
     pub groups: Vec<Group>,
     /// Images beside the BVH for the radiance cache; none: the BVH alone.
     pub cached: Option<ImageSet>,
@@ -210,7 +209,7 @@ pub struct Plan {
 impl Plan {
     /// Returns the plan for image resolutions in texels, ascending; those of the paper if `resolutions` is empty.
     pub fn new(quick: bool, resolutions: &[u32]) -> Self {
-        let through_bvh: Vec<Case> = Brdf::ALL.iter().flat_map(|brdf| variations(*brdf, quick)).collect();
+        let through_bvh: Vec<RayCase> = Brdf::ALL.iter().flat_map(|brdf| variations(*brdf, quick)).collect();
         // [Niessner2010, table 1].
         let (usual, ks): ([u32; 2], &[u32]) = if quick { ([16, 32], &[2]) } else { ([128, 512], &[4, 5, 8]) };
         let resolutions = if resolutions.is_empty() { &usual } else { resolutions };
@@ -218,11 +217,11 @@ impl Plan {
             resolutions.iter().flat_map(|resolution| ks.iter().map(|k| ImageSet { k: *k, resolution: *resolution }));
         let group = |set: ImageSet| {
             let is_his = |brdf: Brdf| !quick && set.resolution == resolutions[0] && set.k == brdf.k();
-            let rows = through_bvh.iter().filter(|row| **row == Case::plain(row.brdf) || is_his(row.brdf));
-            let traced = |row: &Case| {
+            let rows = through_bvh.iter().filter(|row| **row == RayCase::plain(row.brdf) || is_his(row.brdf));
+            let traced = |row: &RayCase| {
                 let row = *row;
                 let tracers = Tracer::all().into_iter().filter(|tracer| !tracer.is_exact());
-                tracers.map(move |tracer| Case { images: Some((set, tracer)), ..row })
+                tracers.map(move |tracer| RayCase { images: Some((set, tracer)), ..row })
             };
             Group { set, rows: rows.flat_map(traced).collect() }
         };
@@ -240,17 +239,17 @@ impl Plan {
 }
 
 /// Plain, with a filter as wide as Nießner's, without filter, and with each kind of antialiasing.
-fn variations(brdf: Brdf, quick: bool) -> Vec<Case> {
-    let plain = Case::plain(brdf);
+fn variations(brdf: Brdf, quick: bool) -> Vec<RayCase> {
+    let plain = RayCase::plain(brdf);
     let mut all = vec![plain];
     if !quick || brdf == Brdf::Diffuse {
-        all.push(Case { filter_radius: RADIUS, ..plain });
-        all.push(Case { filter_radius: 0, ..plain });
-        all.push(Case { accumulate: FRAMES, ..plain });
+        all.push(RayCase { filter_radius: RADIUS, ..plain });
+        all.push(RayCase { filter_radius: 0, ..plain });
+        all.push(RayCase { accumulate: FRAMES, ..plain });
     }
     // Compiling the passes of several samples takes longer than all else of a small image.
     if !quick {
-        all.push(Case { samples: Samples::Four, ..plain });
+        all.push(RayCase { samples: Samples::Four, ..plain });
     }
     all
 }
@@ -276,10 +275,10 @@ mod tests {
         let directions: Vec<u32> = plan.groups.iter().map(|group| group.set.directions()).collect();
         assert_eq!(directions, [96, 150, 384, 96, 150, 384]);
         let rows = || plan.groups.iter().flat_map(|group| &group.rows);
-        let plain = rows().filter(|row| row.through_bvh() == Case::plain(row.brdf));
+        let plain = rows().filter(|row| row.through_bvh() == RayCase::plain(row.brdf));
         assert_eq!(plain.count(), 6 * 2 * Brdf::ALL.len());
         // With a filter as wide as his, without filter, and both kinds of antialiasing: where his figures are, and nowhere else.
-        let varied: Vec<_> = rows().filter(|row| row.through_bvh() != Case::plain(row.brdf)).collect();
+        let varied: Vec<_> = rows().filter(|row| row.through_bvh() != RayCase::plain(row.brdf)).collect();
         assert_eq!(varied.len(), 4 * 2 * Brdf::ALL.len());
         for row in varied {
             let (set, _) = row.images.unwrap();

@@ -37,7 +37,7 @@ mod tests {
 
     fn rendering(radiance: f32) -> RenderedImage {
         let texels = vec![[radiance, radiance, radiance, 1.0]; 64];
-        RenderedImage { width: 8, height: 8, ..crate::image::rendering(texels, (255.0 * radiance) as u8) }
+        RenderedImage { width: 8, height: 8, ..crate::testing::rendering(texels, (255.0 * radiance) as u8) }
     }
 
     #[test]

@@ -1,28 +1,28 @@
 //! Renders and times every configuration, and compares its image.
 
 use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Settings, techniques::Sampled};
-use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
+use lanternfish_cli::{error::CliError, parse::Size};
 use lanternfish_gpu::{PassTime, Profiler};
 use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings};
-use lanternfish_scene::{Camera, Scene};
 
 use super::{
-    cases::{Brdf, Case, Group, ImageSet, Plan},
+    cases::{Brdf, Group, ImageSet, Plan, RayCase},
     errors::{Baselines, errors},
     times::{Times, rays},
 };
 use crate::{
+    bench::Bench,
+    case::changed,
     deep_images::{build::build, cases::Expected},
-    document::LeftOut,
-    image::{self, energy},
-    run::{Run, least},
+    image::energy,
     table::{DASH, Row},
-    technique,
+    times::{frame_ms, least},
+    view::View,
 };
 
 /// Row of a configuration.
-fn row(case: Case, bytes: u64, rendering: &RenderedImage, times: Times, errors: Row) -> Row {
-    let Case { brdf, images, filter_radius, samples, accumulate } = case;
+fn row(case: RayCase, bytes: u64, rendering: &RenderedImage, times: Times, errors: Row) -> Row {
+    let RayCase { brdf, images, filter_radius, samples, accumulate } = case;
     let covered = rendering.radiance.iter().map(|pixel| pixel[3]);
     // Sum over all frames.
     let rays = rays(covered, accumulate, brdf.counted_rays());
@@ -70,25 +70,13 @@ pub struct Measured {
     pub soft: Vec<Row>,
     /// Diffuse and glossy light together: images, and milliseconds of the frame.
     pub parts: Option<(ImageSet, f64)>,
-    pub left_out: Vec<LeftOut>,
-}
-
-impl Measured {
-    /// Lists a case without figures.
-    pub fn leave_out(&mut self, what: String, reason: impl ToString) {
-        self.left_out.push(LeftOut { what, reason: reason.to_string() });
-    }
 }
 
 /// Inputs of all configurations.
-pub struct Bench<'a> {
-    pub run: &'a Run,
-    pub camera: &'a Camera,
-    pub size: Size,
-    /// As it was read, for what changes its lights.
-    pub source: &'a Scene,
-    /// Settings of lights and look, which cases do not change.
-    pub look: &'a Settings,
+pub struct RayBench {
+    pub bench: Bench,
+    /// The scene as it was read, and the look, which cases do not change.
+    pub view: View,
     /// Number of frames whose mean is [`Baselines::converged`].
     pub converged_frames: u32,
     /// The scene with the materials of each BRDF, in the order of [`Brdf::ALL`].
@@ -97,7 +85,7 @@ pub struct Bench<'a> {
 
 /// Reference of all images with the same BRDF, filter and antialiasing.
 struct Reference {
-    case: Case,
+    case: RayCase,
     bvh: RenderedImage,
     direct_energy: f64,
 }
@@ -109,39 +97,36 @@ impl Reference {
     }
 }
 
-impl Bench<'_> {
+impl RayBench {
     /// Measures a plan. Configurations that fail on the adapter or in the renderer are left out.
-    pub fn measure(&self, plan: &Plan, progress: &mut Progress) -> Result<Measured, CliError> {
-        let mut measured = Measured::default();
-        let converged = Brdf::ALL.iter().map(|brdf| {
-            let doing = format!("{}, {} frames through the BVH", brdf.name(), self.converged_frames);
-            progress.step("converged", &doing, || self.converged(*brdf))
-        });
-        let converged = converged.collect::<Result<Vec<RenderedImage>, CliError>>()?;
+    pub fn measure(&self, plan: &Plan) -> Result<Measured, CliError> {
+        let (bench, mut measured) = (&self.bench, Measured::default());
+        let doing = |brdf: &Brdf| format!("{}, {} frames through the BVH", brdf.name(), self.converged_frames);
+        let converged = bench.rows("converged", Brdf::ALL, doing, |brdf| self.converged(*brdf))?;
         let mut references = Vec::new();
         for case in &plan.through_bvh {
             let words = case.in_words();
-            match progress.step("rows", &words, || self.reference(*case)) {
+            match bench.step("rows", &words, || self.reference(*case)) {
                 Ok((reference, times)) => {
                     let errors = errors(&reference.bvh, &reference.baselines(&converged))?;
                     measured.rows.push(row(*case, 0, &reference.bvh, times, errors));
                     references.push(reference);
                 }
-                Err(error) => measured.leave_out(words, error),
+                Err(error) => bench.leave_out(words, error),
             }
         }
-        let mut profiler = Profiler::new(&self.run.gpu.device, &self.run.gpu.queue);
+        let mut profiler = Profiler::new(&bench.gpu.device, &bench.gpu.queue);
         for group in &plan.groups {
-            match self.fragments_a_texel(group, &mut profiler, &mut measured.images, progress) {
-                Ok(fragments) => self.group(group, fragments, &references, &converged, &mut measured, progress)?,
-                Err(reason) => measured.leave_out(group.set.in_words(), reason),
+            match self.fragments_a_texel(group, &mut profiler, &mut measured.images) {
+                Ok(fragments) => self.group(group, fragments, &references, &converged, &mut measured)?,
+                Err(reason) => bench.leave_out(group.set.in_words(), reason),
             }
         }
-        measured.cached = self.cached(plan.cached, &converged[Brdf::Diffuse as usize], progress)?;
-        measured.soft = self.soft_shadows(&plan.soft, &mut measured, progress)?;
-        match self.parts(plan.parts, &measured.images, progress) {
+        measured.cached = self.cached(plan.cached, &converged[Brdf::Diffuse as usize])?;
+        measured.soft = self.soft_shadows(&plan.soft, &measured.images)?;
+        match self.parts(plan.parts, &measured.images) {
             Ok(ms) => measured.parts = Some((plan.parts, ms)),
-            Err(error) => measured.leave_out("diffuse and glossy light together".to_owned(), error),
+            Err(error) => bench.leave_out("diffuse and glossy light together", error),
         }
         Ok(measured)
     }
@@ -151,19 +136,12 @@ impl Bench<'_> {
     /// # Errors
     ///
     /// Returns the reason if the images do not fit or cannot be built.
-    fn fragments_a_texel(
-        &self,
-        group: &Group,
-        profiler: &mut Profiler,
-        built: &mut Vec<Row>,
-        progress: &mut Progress,
-    ) -> Result<u64, String> {
-        let settings = sized(group.set.settings(), built)?;
-        let doing = format!("Building, {}", group.set.in_words());
+    fn fragments_a_texel(&self, group: &Group, profiler: &mut Profiler, built: &mut Vec<Row>) -> Result<u64, CliError> {
+        let (bench, settings) = (&self.bench, sized(group.set.settings(), built)?);
         // The scenes of all BRDFs have the same geometry.
-        let (run, scene) = (self.run, self.scene(Brdf::Diffuse));
-        let made = progress.step("build", &doing, || build(&run.gpu, profiler, scene, run.runs, "indirect", settings));
-        built.push(made.map_err(|error| error.to_string())?.0);
+        let scene = self.scene(Brdf::Diffuse);
+        let build = || build(&bench.gpu, profiler, scene, bench.runs, "indirect", settings);
+        built.push(bench.step("build", &format!("Building, {}", group.set.in_words()), build)?.0);
         Ok(settings.fragments_a_texel)
     }
 
@@ -174,25 +152,24 @@ impl Bench<'_> {
         references: &[Reference],
         converged: &[RenderedImage],
         measured: &mut Measured,
-        progress: &mut Progress,
     ) -> Result<(), CliError> {
         let bytes = measured.images.last().and_then(|built| built.get("bytes").as_u64()).unwrap_or(0);
         for case in &group.rows {
             let words = case.in_words();
             let Some(reference) = references.iter().find(|reference| reference.case == case.through_bvh()) else {
-                measured.leave_out(words, "no image through the BVH to compare with");
+                self.bench.leave_out(words, "no image through the BVH to compare with");
                 continue;
             };
-            match progress.step("rows", &words, || self.render(*case, Some(fragments_a_texel))) {
-                Ok((rendering, times)) => {
-                    let errors = errors(&rendering, &reference.baselines(converged))?;
-                    if reference.case == Case::plain(case.brdf) && case.tracer() == ACROSS_TEXELS {
-                        let name = format!("across-texels-{}-{}.png", case.brdf.name(), group.set.in_name());
-                        image::write(&self.run.folder.join(name), &rendering)?;
+            match self.bench.step("rows", &words, || self.render(*case, Some(fragments_a_texel))) {
+                Ok((image, times)) => {
+                    let errors = errors(&image, &reference.baselines(converged))?;
+                    if reference.case == RayCase::plain(case.brdf) && case.tracer() == ACROSS_TEXELS {
+                        let name = format!("across-texels-{}-{}", case.brdf.name(), group.set.in_name());
+                        self.bench.write(&name, &image)?;
                     }
-                    measured.rows.push(row(*case, bytes, &rendering, times, errors));
+                    measured.rows.push(row(*case, bytes, &image, times, errors));
                 }
-                Err(error) => measured.leave_out(words, error),
+                Err(error) => self.bench.leave_out(words, error),
             }
         }
         Ok(())
@@ -202,74 +179,82 @@ impl Bench<'_> {
         &self.scenes[brdf as usize]
     }
 
-    fn renderer(&self, settings: Settings) -> Result<Renderer, RenderError> {
-        Renderer::with_engine(&self.run.engine, settings)
+    /// Renders one frame, or the mean of `settings.accumulate`.
+    pub fn frame(&self, brdf: Brdf, settings: &Settings) -> Result<RenderedImage, RenderError> {
+        let Size { width, height } = self.view.size;
+        self.bench.renderer(settings)?.render(self.scene(brdf), &self.view.camera, width, height)
+    }
+
+    /// The frame that took least, after a warm-up frame.
+    pub fn fastest(&self, scene: &GpuScene, settings: &Settings) -> Result<RenderedImage, RenderError> {
+        let (Size { width, height }, mut renderer) = (self.view.size, self.bench.renderer(settings)?);
+        let frame = || renderer.render(scene, &self.view.camera, width, height);
+        Ok(least(self.bench.runs, frame, |frame| frame_ms(&frame.report.passes))?.1)
     }
 
     /// Renders the mean of many frames through the BVH, and writes it to a file.
     fn converged(&self, brdf: Brdf) -> Result<RenderedImage, CliError> {
-        let accumulate = self.converged_frames;
-        let case = Case { filter_radius: 0, accumulate, ..Case::plain(brdf) };
-        let mut renderer = self.renderer(case.settings(self.look, None))?;
-        let rendering = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
-        if energy(&rendering) <= 0.0 {
-            return Err(CliError::new(
-                "the image is black",
-                "add lights, e.g. --lights rain:10, or choose another view",
-            ));
+        let case = RayCase { filter_radius: 0, accumulate: self.converged_frames, ..RayCase::plain(brdf) };
+        let image = self.frame(brdf, &case.settings(&self.view.look, None))?;
+        if energy(&image) <= 0.0 {
+            let hint = "add lights, e.g. --lights rain:10, or choose another view";
+            return Err(CliError::new("the image is black", hint));
         }
-        image::write(&self.run.folder.join(format!("{}.png", brdf.name())), &rendering)?;
-        Ok(rendering)
+        self.bench.write(brdf.name(), &image)?;
+        Ok(image)
     }
 
-    fn reference(&self, case: Case) -> Result<(Reference, Times), RenderError> {
+    fn reference(&self, case: RayCase) -> Result<(Reference, Times), RenderError> {
         let (bvh, times) = self.render(case, None)?;
-        let direct = Settings { indirect: technique::NO_INDIRECT, ..case.settings(self.look, None) };
-        let Size { width, height } = self.size;
-        let direct = self.renderer(direct)?.render(self.scene(case.brdf), self.camera, width, height)?;
+        let direct = self.frame(case.brdf, &changed(&case.settings(&self.view.look, None), "indirect none"))?;
         Ok((Reference { case, bvh, direct_energy: energy(&direct) }, times))
     }
 
     /// Renders the image, and returns it with the times of the fastest run. A first run is not timed.
-    fn render(&self, case: Case, fragments_a_texel: Option<u64>) -> Result<(RenderedImage, Times), RenderError> {
-        let mut renderer = self.renderer(case.settings(self.look, fragments_a_texel))?;
+    fn render(&self, case: RayCase, fragments_a_texel: Option<u64>) -> Result<(RenderedImage, Times), RenderError> {
+        let mut renderer = self.bench.renderer(&case.settings(&self.view.look, fragments_a_texel))?;
         let (skipped, counted) = (case.brdf.skipped_rays(), case.brdf.counted_rays());
         let frames = || {
-            let (rendering, frames) = self.frames(&mut renderer, case)?;
-            Ok::<_, RenderError>((rendering, Times::of(&frames, skipped + counted, skipped)))
+            // Frame by frame, because the report of an accumulated image holds only the sum of its frames' times.
+            let (image, frames) = self.frames(&mut renderer, case.brdf, case.accumulate)?;
+            Ok::<_, RenderError>((image, Times::of(&frames, skipped + counted, skipped)))
         };
-        Ok(least(self.run.runs, frames, |(_, times)| times.frame_ms)?.1)
+        Ok(least(self.bench.runs, frames, |(_, times)| times.frame_ms)?.1)
     }
 
-    /// Renders one image, and returns it with the passes of each of its frames.
-    fn frames(&self, renderer: &mut Renderer, case: Case) -> Result<(RenderedImage, Vec<Vec<PassTime>>), RenderError> {
-        let scene = self.scene(case.brdf);
-        let Size { width, height } = self.size;
-        if case.accumulate == 1 {
-            let mut rendering = renderer.render(scene, self.camera, width, height)?;
-            let passes = std::mem::take(&mut rendering.report.passes);
-            return Ok((rendering, vec![passes]));
+    /// Renders an image frame by frame, and returns it with the passes of each of its frames.
+    pub fn frames(
+        &self,
+        renderer: &mut Renderer,
+        brdf: Brdf,
+        count: u32,
+    ) -> Result<(RenderedImage, Vec<Vec<PassTime>>), RenderError> {
+        let (scene, Size { width, height }) = (self.scene(brdf), self.view.size);
+        if count > 1 {
+            renderer.reset();
         }
-        // Frame by frame, because the report of an accumulated image holds only the sum of its frames' times.
-        renderer.reset();
         let mut frames = Vec::new();
         loop {
-            let mut rendering = renderer.refine(scene, &[(self.camera, width, height)])?.remove(0);
-            frames.push(std::mem::take(&mut rendering.report.passes));
-            if frames.len() == case.accumulate as usize {
-                return Ok((rendering, frames));
+            let mut image = match count {
+                1 => renderer.render(scene, &self.view.camera, width, height)?,
+                _ => renderer.refine(scene, &[(&self.view.camera, width, height)])?.remove(0),
+            };
+            frames.push(std::mem::take(&mut image.report.passes));
+            if frames.len() == count as usize {
+                return Ok((image, frames));
             }
         }
     }
 }
 
 /// Divided into as few chunks as fit, by the images that were built before; or why they would not fit.
-pub fn sized(settings: DeepImageSettings, built: &[Row]) -> Result<DeepImageSettings, String> {
+pub fn sized(settings: DeepImageSettings, built: &[Row]) -> Result<DeepImageSettings, CliError> {
     let Some(expected) = Expected::of(&settings, built) else { return Ok(settings) };
     let count = settings.directions.count();
     if expected.most_directions() < count {
         let gigabytes = expected.bytes_a_direction * count as f64 / 1e9;
-        return Err(format!("{count} images would take {gigabytes:.1} GB"));
+        let hint = "choose a smaller number of texels";
+        return Err(CliError::new(format_args!("{count} images would take {gigabytes:.1} GB"), hint));
     }
     Ok(DeepImageSettings { fragments_a_texel: expected.fragments_a_texel, ..settings })
 }
@@ -282,11 +267,11 @@ mod tests {
     #[test]
     fn images_that_would_not_fit_are_left_out_with_their_size() {
         let fine = ImageSet { k: 8, resolution: 512 }.settings();
-        assert_eq!(sized(fine, &[]), Ok(fine));
+        assert_eq!(sized(fine, &[]).unwrap(), fine);
         // Four times as many images with sixteen times as many texels, and two fragments per texel.
         let fits = sized(fine, &[built(48, 128, 50_000_000, 2 * 48 * 128 * 128)]).unwrap();
         assert_eq!(fits, DeepImageSettings { fragments_a_texel: 6, ..fine });
         let too_large = sized(fine, &[built(48, 128, 100_000_000, 1)]);
-        assert_eq!(too_large, Err("192 images would take 6.4 GB".to_owned()));
+        assert_eq!(too_large.unwrap_err().what(), "192 images would take 6.4 GB");
     }
 }

@@ -8,23 +8,19 @@ mod figures;
 mod gaussian;
 mod measure;
 mod page;
-mod paper;
 mod soft_shadows;
 mod times;
 
 use clap::Args;
-use lanternfish::Renderer;
-use lanternfish_cli::{error::CliError, parse::Size, progress::Progress, report::grouped};
+use lanternfish_cli::error::CliError;
 
 use self::{
-    cases::{Brdf, Case, Plan},
-    measure::Bench,
+    cases::{Brdf, Plan, RayCase},
+    measure::RayBench,
 };
 use crate::{
-    document::Document,
-    run::{Run, RunArgs},
-    subject::{Subject, SubjectArgs},
-    table::Row,
+    bench::{Bench, RunArgs},
+    view::{SubjectArgs, View},
 };
 
 /// Flags of `indirect`.
@@ -46,28 +42,20 @@ pub struct IndirectArgs {
 
 /// Measures and writes the report.
 pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
-    let mut progress = Progress::start(false);
-    let Subject { scene, mut cameras, look } = Subject::load(&args.subject, false, &mut progress)?;
-    let camera = cameras.swap_remove(0);
-    let run = Run::start_timed(&args.run, "indirect")?;
+    let title = "Indirect light by rays";
+    let bench = Bench::start(&args.run, "indirect", title, Some(&args.subject.scene))?.with_timestamps()?;
+    let (view, _) = View::load(&args.subject, false, &bench)?;
     let upload = |brdf: &Brdf| {
-        let settings = Case::plain(*brdf).settings(&look, None);
-        Renderer::with_engine(&run.engine, settings)?.upload(&brdf.scene(&scene))
+        Ok(bench.stage(&brdf.scene(&view.scene), &RayCase::plain(*brdf).settings(&view.look, None))?.scene)
     };
     let scenes =
-        progress.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, _>>())?;
+        bench.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, CliError>>())?;
     let converged_frames = if args.quick { 8 } else { 32 };
-    let size = args.subject.size;
-    let bench = Bench { run: &run, camera: &camera, size, source: &scene, look: &look, converged_frames, scenes };
-    let measured = bench.measure(&Plan::new(args.quick, &args.resolutions), &mut progress)?;
-    progress.finish();
-
-    let (Size { width, height }, name, triangles) = (size, &args.subject.scene, scene.triangle_counts().1);
-    let mut report = Document::of_scene("Indirect light by rays", name, &run.gpu, run.runs);
-    let facts = Row::default().data("triangles", triangles).data("width", width).data("height", height);
-    report.facts(facts.data("converged_frames", converged_frames));
-    let what = format!("{width} x {height} pixels, {} triangles", grouped(triangles as u64));
-    report.introduction(&what, &format!("least of {} runs", run.runs));
-    page::report(&mut report, measured, converged_frames);
-    report.write(&run.folder)
+    bench.facts(view.facts().data("converged_frames", converged_frames));
+    bench.report().introduction(&view.text(), &format!("least of {} runs", bench.runs));
+    let of = RayBench { bench, view, converged_frames, scenes };
+    let measured = of.measure(&Plan::new(args.quick, &args.resolutions))?;
+    page::report(&mut of.bench.report(), measured, converged_frames);
+    of.bench.list_left_out();
+    of.bench.finish()
 }

@@ -4,14 +4,13 @@ use lanternfish::techniques::Sampled;
 
 use super::{
     cached,
-    cases::Brdf,
-    figures,
     measure::{Measured, is_plain, trace_alike},
-    paper, soft_shadows,
+    soft_shadows,
 };
 use crate::{
     document::Document,
-    table::{DASH, Row},
+    papers::{self, Paper},
+    table::Row,
 };
 
 const RATES: &str = "Ray rates count the rays of the BRDF only; the diffuse ray that is traced besides glossy rays is in the times, not in the \
@@ -21,7 +20,7 @@ const RATES: &str = "Ray rates count the rays of the BRDF only; the diffuse ray 
 
 /// Adds everything to a report.
 pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) {
-    let Measured { images, rows, cached, soft, parts, left_out } = measured;
+    let Measured { images, rows, cached, soft, parts } = measured;
     report.paragraph(RATES);
     report.paragraph(format!(
         "*Energy* and *FLIP to BVH* are against the image with the same rays, filter and antialiasing through the BVH: the error of deep \
@@ -29,16 +28,11 @@ pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) 
          the BVH without filter, with little noise and aliasing: `diffuse.png`, `glossy.png`, `mirror.png`."
     ));
     report.list(rows.iter().filter(|row| is_plain(row)).filter_map(|row| ratio(row, &rows)));
-    report.heading("Comparison with Nießner (2010, table 1)");
-    report.paragraph(format!(
-        "Million rays per second, shading included. The paper used other hardware and another scene ({}): compare only the changes from row to \
-         row.",
-        paper::MACHINE
-    ));
-    report.show(beside_paper(&rows));
-    report.list(paper::OTHERS.iter().map(|other| (*other).to_owned()));
     report.section("Soft shadows (table 1, fig. 8)", &soft_shadows::text(converged_frames), "soft_shadows", soft);
-    report.section("Frames a second beside his figures'", figures::TEXT, "figures", figures::beside_his(&rows, parts));
+    let parts = parts.map(|(set, ms)| {
+        let row = Row::default().data("directions", set.directions()).data("resolution", set.resolution);
+        row.data("frame_ms", ms)
+    });
     report.heading("Images");
     report.paragraph("A chunk fits one buffer binding. Each chunk adds a tracing pass.");
     report.show(images.iter().map(image_row));
@@ -54,8 +48,9 @@ pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) 
     report.show(varied(&rows, |row| row.f64("samples") > 1.0 || row.f64("accumulate") > 1.0));
     report.keep("images", images);
     report.keep("rows", rows);
+    report.keep("parts", parts.into_iter().collect());
+    papers::beside(Paper::Niessner, "indirect", report);
     report.section("Radiance cache, diffuse light", &cached::text(converged_frames), "cached", cached);
-    report.left_out(&left_out);
 }
 
 /// Ray rates relative to those through the BVH.
@@ -68,27 +63,6 @@ fn ratio(row: &Row, rows: &[Row]) -> Option<String> {
     Some(format!(
         "{brdf} {tracer} / BVH, {directions} x {texels}: ray rate {traced:.2} traced, {shaded:.2} with shading; FLIP {flip}"
     ))
-}
-
-/// Rates of [Niessner2010, table 1], and ours with the paper's number of images and its across-texels tracer.
-fn beside_paper(rows: &[Row]) -> Vec<Row> {
-    let row = |brdf: Brdf, resolution: u32| {
-        let directions = 6 * brdf.k() * brdf.k();
-        let plain = || rows.iter().filter(|row| *row.get("brdf") == brdf.name() && is_plain(row));
-        let bvh = plain().find(|row| *row.get("tracer") == "bvh");
-        let is_in_paper = |row: &&Row| *row.get("directions") == directions && *row.get("resolution") == resolution;
-        let ours = plain().filter(is_in_paper).find(|row| *row.get("tracer") == "across-texels");
-        let rate = |row: Option<&Row>, key| row.map_or(DASH.to_owned(), |row| row.words(key).to_owned());
-        Row::default()
-            .text("brdf", "BRDF", brdf.name())
-            .shown("directions", directions)
-            .shown("texels", format_args!("{resolution}²"))
-            .shown("ours, traced", rate(ours, "rate_traced"))
-            .shown("ours, with shading", rate(ours, "rate_shaded"))
-            .shown("BVH, with shading", rate(bvh, "rate_shaded"))
-            .shown("Nießner", paper::rate(brdf, resolution, directions).unwrap_or(DASH))
-    };
-    Brdf::ALL.into_iter().flat_map(|brdf| [128, 512].map(|resolution| row(brdf, resolution))).collect()
 }
 
 fn image_row(built: &Row) -> Row {
@@ -116,7 +90,6 @@ fn varied(rows: &[Row], is_varied: impl Fn(&Row) -> bool) -> Vec<Row> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::to_markdown;
 
     fn row(tracer: &'static str, resolution: Option<u32>, filter_radius: u32, rate: f64) -> Row {
         let row = Row::default().text("brdf", "BRDF", "diffuse").text("tracer", "tracer", tracer);
@@ -128,6 +101,7 @@ mod tests {
             .fixed("rate_traced", "traced, M/s", 2, 2.0 * rate)
             .fixed("rate_shaded", "with shading, M/s", 2, rate)
             .fixed("flip", "FLIP", 4, 0.0123)
+            .data("frame_ms", 50.0)
     }
 
     fn rows() -> [Row; 4] {
@@ -141,13 +115,24 @@ mod tests {
 
     #[test]
     fn the_papers_rates_are_beside_ours() {
-        let page = to_markdown(&beside_paper(&rows()));
-        assert!(page.contains("| diffuse | 96 | 128² | 6.00 | 3.00 | 1.00 | 37–50 |"), "{page}");
-        assert!(page.contains("| glossy | 150 | 512² | – | – | – | 63–71 |"), "{page}");
+        let mut report = Document::titled("", Row::default());
+        let parts = Row::default().data("directions", 150).data("resolution", 128).data("frame_ms", 25.0);
+        report.keep("rows", rows().to_vec());
+        report.keep("parts", vec![parts]);
+        papers::beside(Paper::Niessner, "indirect", &mut report);
+        let page = report.to_markdown();
+        for line in [
+            "| diffuse | 96 | 128² | 6.00 | 3.00 | 1.00 | 37–50 | 96 |",
+            "| glossy | 150 | 512² | not measured | not measured | not measured | 63–71 | not measured |",
+            "| 1 | objects in the Cornell box, diffuse and glossy | 150 | 128² | 40.00 | 27.0 |",
+            "| 9, bottom left | Sponza, diffuse | 96 | 128² | 20.00 | 19.0 |",
+            "| 9, top left | Lucy in Sibenik, glossy | 150 | 128² | not measured | 45.0 |",
+        ] {
+            assert!(page.contains(line), "{line} is not in\n{page}");
+        }
         let said = "diffuse across-texels / BVH, 96 x 512: ray rate 2.00 traced, 2.00 with shading; FLIP 0.0123";
         assert_eq!(ratio(&rows()[3], &rows()), Some(said.to_owned()));
         assert_eq!(ratio(&rows()[0], &rows()), None);
-        assert!(paper::MACHINE.contains("GTX 285"));
     }
 
     #[test]

@@ -1,23 +1,22 @@
 //! Soft shadows of lights with a size: the third row of table 1, and fig. 8 with its filter [Niessner2010, §7].
 
 use lanternfish::{
-    GpuScene, RenderedImage, Renderer,
+    GpuScene,
     settings::{Settings, Shadows, Tracer},
 };
-use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
+use lanternfish_cli::error::CliError;
 use lanternfish_metrics::{PIXELS_PER_DEGREE, Pair, RgbImage};
 
 use super::{
     cases::{Brdf, ImageSet},
     gaussian::{RADIUS, filtered_shadows},
-    measure::{Bench, Measured, sized},
-    paper,
+    measure::{RayBench, sized},
 };
 use crate::{
-    image,
-    run::{counter, frame_ms, least, ms_of},
+    case::changed,
+    image::linear,
     table::{DASH, Row},
-    technique,
+    times::{counter, frame_ms, ms_of},
 };
 
 /// Radius of lights without a size of their own, over the diagonal of the scene's box.
@@ -32,105 +31,81 @@ pub fn text(converged_frames: u32) -> String {
          scene's diagonal. *And shaded* counts the pass that shades, too. *FLIP to BVH*: against the same rays through the BVH; *to many \
          rays*: against the mean of {converged_frames} such frames. *Filtered* is fig. 8: the image over the one without shadows, \
          through his Gaussian of 11 x 11 pixels, which does not stop at edges, on the processor, times the one without shadows; its time is \
-         not in the frame's. He gives neither the Gaussian's width (here half its radius) nor where the filter stands. His rates: \
-         million rays a second, on {}; his frames (fig. 8, two views, 384 images of 512²): 19.5 and 22.5 a second. Images: `soft-*.png`.",
-        paper::MACHINE
+         not in the frame's. He gives neither the Gaussian's width (here half its radius) nor where the filter stands. His frames (fig. 8, two views, 384 images of 512²): 19.5 and 22.5 a second. Images: `soft-*.png`."
     )
 }
 
 /// A tracer, and the images that it traverses.
 type Through = (Tracer, Option<ImageSet>);
 
-impl Bench<'_> {
+/// What images of soft shadows are compared with: the image without shadows, and the displayed mean of many frames.
+struct Beside {
+    unshadowed: RgbImage,
+    many: RgbImage,
+}
+
+impl RayBench {
     /// The rows: through the BVH, and through images of every resolution with every tracer of deep images.
-    pub fn soft_shadows(
-        &self,
-        sets: &[ImageSet],
-        measured: &mut Measured,
-        progress: &mut Progress,
-    ) -> Result<Vec<Row>, CliError> {
+    pub fn soft_shadows(&self, sets: &[ImageSet], built: &[Row]) -> Result<Vec<Row>, CliError> {
+        let (bench, view) = (&self.bench, &self.view);
         let look = Settings {
-            light_radius: LIGHT_RADIUS * self.source.bounds().size().length(),
-            shadow_rays: RAYS,
+            light_radius: LIGHT_RADIUS * view.scene.bounds().size().length(),
             materials: Brdf::Diffuse.materials(),
-            indirect: technique::NO_INDIRECT,
-            ..self.look.clone()
+            ..changed(&view.look, &format!("indirect none, shadow-rays {RAYS}"))
         };
         // Lights are uploaded with their radius.
-        let scene = Renderer::with_engine(&self.run.engine, look.clone())?.upload(self.source)?;
-        let unshadowed = self.soft_image(&scene, Settings { shadows: Shadows::None, ..look.clone() })?;
-        let many = progress.step("soft", "Soft shadows, many rays", || {
-            self.soft_image(&scene, Settings { accumulate: self.converged_frames, ..look.clone() })
-        })?;
-        let many = self.write_linear(image::linear(&many)?, "soft-many-rays.png")?;
+        let scene = bench.stage(&view.scene, &look)?.scene;
+        let unshadowed = linear(&bench.first_frame(view, &changed(&look, "shadows none"))?)?;
+        let many = bench.step("soft", "Soft shadows, many rays", || bench.mean(view, &look, self.converged_frames))?;
+        let many = bench.write_linear("soft-many-rays", &linear(&many)?, &view.look)?;
+        let beside = Beside { unshadowed, many };
         let coarse: Vec<Tracer> = Tracer::all().into_iter().filter(|tracer| !tracer.is_exact()).collect();
         let through_images = sets.iter().flat_map(|set| coarse.iter().map(|tracer| (*tracer, Some(*set))));
-        let mut bvh = None;
-        let mut rows = Vec::new();
+        let (mut bvh, mut rows) = (None, Vec::new());
         for through in [(Tracer::BVH, None)].into_iter().chain(through_images) {
             let words = words(through);
-            let settings = match self.soft_settings(&look, through, &measured.images) {
-                Ok(settings) => settings,
-                Err(reason) => {
-                    measured.leave_out(words, reason);
-                    continue;
+            let row = || {
+                let mut settings = Settings { shadows: Shadows::Traced(through.0), ..look.clone() };
+                if let Some(set) = through.1 {
+                    settings.structure = sized(set.settings(), built)?.into();
                 }
+                self.soft_row(&scene, &settings, through, &beside, &mut bvh)
             };
-            let row = || self.soft_row((&scene, settings), through, (&unshadowed, &many), &mut bvh);
-            match progress.step("soft", &words, row) {
+            match bench.step("soft", &words, row) {
                 Ok(row) => rows.push(row),
                 // Without the BVH's there is nothing to compare with.
                 Err(error) if bvh.is_none() => return Err(error),
-                Err(error) => measured.leave_out(words, error),
+                Err(error) => bench.leave_out(words, error),
             }
         }
         Ok(rows)
     }
 
-    fn soft_settings(&self, look: &Settings, (tracer, set): Through, built: &[Row]) -> Result<Settings, String> {
-        let mut settings = Settings { shadows: Shadows::Traced(tracer), ..look.clone() };
-        if let Some(set) = set {
-            settings.structure = sized(set.settings(), built)?.into();
-        }
-        Ok(settings)
-    }
-
-    fn soft_image(&self, scene: &GpuScene, settings: Settings) -> Result<RenderedImage, CliError> {
-        let Size { width, height } = self.size;
-        let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        Ok(renderer.render(scene, self.camera, width, height)?)
-    }
-
     /// A row and its two images. `bvh`: the BVH's image, which the first row is.
     fn soft_row(
         &self,
-        (scene, settings): (&GpuScene, Settings),
-        through: Through,
-        (unshadowed, many): (&RenderedImage, &RgbImage),
+        scene: &GpuScene,
+        settings: &Settings,
+        (tracer, set): Through,
+        Beside { unshadowed, many }: &Beside,
         bvh: &mut Option<RgbImage>,
     ) -> Result<Row, CliError> {
-        let Size { width, height } = self.size;
-        let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        let mut frame = || renderer.render(scene, self.camera, width, height);
-        let frame = least(self.run.runs, &mut frame, |frame| frame_ms(&frame.report.passes))?.1;
-        let rays = counter(&frame.report, "shadows/rays");
-        let passes = &frame.report.passes;
+        let frame = self.fastest(scene, settings)?;
+        let (rays, passes) = (counter(&frame.report, "shadows/rays"), &frame.report.passes);
         let (traced, shaded) = (ms_of(passes, "shadows/trace"), ms_of(passes, "shading/"));
         let rate = |ms: f64| rays as f64 / ms / 1e3;
 
-        let (tracer, set) = through;
         let name = set.map_or_else(|| tracer.to_string(), |set| format!("{tracer}-{}", set.in_name()));
-        let shadowed = image::linear(&frame)?;
-        let pixels =
-            filtered_shadows(&shadowed.pixels, &image::linear(unshadowed)?.pixels, width as usize, RADIUS as usize);
-        let filtered = self.write_linear(RgbImage { pixels, ..shadowed }, &format!("soft-{name}-filtered.png"))?;
-        let noisy = self.write_linear(shadowed, &format!("soft-{name}.png"))?;
+        let shadowed = linear(&frame)?;
+        let pixels = filtered_shadows(&shadowed.pixels, &unshadowed.pixels, shadowed.width, RADIUS as usize);
+        let write = |name: String, image: &RgbImage| self.bench.write_linear(&name, image, &self.view.look);
+        let filtered = write(format!("soft-{name}-filtered"), &RgbImage { pixels, ..shadowed })?;
+        let noisy = write(format!("soft-{name}"), &shadowed)?;
         let to_bvh = bvh.as_ref().map_or(Ok(0.0), |bvh| flip(&noisy, bvh))?;
         let [to_many, filtered_to_many] = [flip(&noisy, many)?, flip(&filtered, many)?];
         bvh.get_or_insert(noisy);
 
         let resolution = set.map(|set| set.resolution);
-        let his = set.and_then(|set| paper::soft_rate(set.resolution, set.directions()));
         Ok(Row::default()
             .text("tracer", "tracer", tracer.name())
             .optional("directions", "directions", set.map(ImageSet::directions))
@@ -140,7 +115,6 @@ impl Bench<'_> {
             .fixed("frame_ms", "frame, ms", 1, frame_ms(passes))
             .fixed("rate_traced", "traced, M/s", 2, rate(traced))
             .fixed("rate_shaded", "and shaded, M/s", 2, rate(traced + shaded))
-            .shown("Nießner, M/s", his.filter(|_| tracer.name() == "across-texels").unwrap_or(DASH))
             .fixed("flip", "FLIP to BVH", 4, to_bvh)
             .fixed("converged_flip", "to many rays", 4, to_many)
             .fixed("filtered_flip", "filtered, to many rays", 4, filtered_to_many))

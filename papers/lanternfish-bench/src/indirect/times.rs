@@ -3,8 +3,8 @@
 use lanternfish_gpu::PassTime;
 
 use crate::{
-    run::{frame_ms, ms_of},
     table::Row,
+    times::{frame_ms, ms_of},
 };
 
 const TRACE: &str = "indirect/trace";

@@ -1,25 +1,21 @@
 //! Times of rebuilding deep images after a motion, and of adding an instance.
 
 use glam::Mat3A;
-use lanternfish::{
-    Renderer,
-    settings::{Quality, Settings, Shadows},
-};
+use lanternfish::settings::{Quality, Settings, Shadows};
 use lanternfish_cli::error::CliError;
 use lanternfish_papers::{DeepImageSettings, WITHIN_TEXEL, deep_images::directions::Directions};
 use lanternfish_scene::Scene;
 
-use super::{Bench, moved};
+use super::{Motion, moved};
 use crate::{
-    run::{leasts, ms_of},
     table::{DASH, Row},
-    technique,
+    times::{leasts, ms_of},
 };
 
 /// Image size of the frame that builds deep images, pixels. Small, so that building takes most of the frame time.
 const SIZE: [u32; 2] = [64, 36];
 
-impl Bench {
+impl Motion {
     /// Device time of building deep images, and total time of adding an instance, ms; least of all runs.
     pub fn built(&self) -> Result<Row, CliError> {
         Ok(self.images()?.and(self.instances()?))
@@ -29,14 +25,14 @@ impl Bench {
     fn images(&self) -> Result<Row, CliError> {
         let (scene, mut sampled) = (&self.scene, Quality::Good.sampled().one_bounce());
         sampled.tracer = WITHIN_TEXEL.into();
-        let settings = Settings { indirect: technique::sampled(sampled), shadows: Shadows::BVH, ..Settings::default() };
+        let settings = Settings { indirect: sampled.into(), shadows: Shadows::BVH, ..Settings::default() };
         let row = Row::default()
             .data(
                 "directions",
                 Directions::new(DeepImageSettings::of(&settings.structure).directions).map_or(0, |all| all.len()),
             )
             .data("resolution", DeepImageSettings::of(&settings.structure).resolution);
-        let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
+        let mut renderer = self.bench.renderer(&settings)?;
         let mut uploaded = renderer.upload(scene)?;
         let camera = scene.default_camera(SIZE[0] as f32 / SIZE[1] as f32);
         let (mut image_passes, mut kept_passes, mut ms) = (0, 0, f64::INFINITY);
@@ -44,7 +40,7 @@ impl Bench {
         if let Some(part) = dark_part(scene) {
             let mut transforms =
                 [moved(scene, 0.01), scene.clone()].map(|scene| scene.instances[part].world_from_object);
-            [ms] = leasts(self.run.runs, || {
+            [ms] = leasts(self.bench.runs, || {
                 renderer.move_instances(&mut uploaded, &[(part, transforms[0])])?;
                 transforms.swap(0, 1);
                 let mut of_images = || {
@@ -74,7 +70,7 @@ impl Bench {
         let there = more.instances[last].world_from_object;
         let mut spare = more.clone();
         spare.instances[last].world_from_object.matrix3 = Mat3A::ZERO;
-        let [inserted, moved_in] = leasts(self.run.runs, || {
+        let [inserted, moved_in] = leasts(self.bench.runs, || {
             let mut uploaded = renderer.upload(scene)?;
             let inserted = self.timed(|| Ok(renderer.update(&mut uploaded, &more)?))?;
             let mut uploaded = renderer.upload(&spare)?;

@@ -12,7 +12,7 @@ use lanternfish_cli::error::CliError;
 use lanternfish_gpu::{Frame, Profiler, read_back};
 use lanternfish_reference::Random;
 
-use super::{Bench, moved};
+use super::{Motion, moved};
 use crate::{
     document::Document,
     table::{Row, decimal},
@@ -24,7 +24,7 @@ const REACHES: [f32; 4] = [0.001, 0.01, 0.1, 0.5];
 /// Number of successive moves of one part each.
 const MOVES: u32 = 1000;
 
-impl Bench {
+impl Motion {
     /// Measures one motion of all parts by the host, and many motions of one part each by the device.
     pub fn refits(&self, rays: u32) -> Result<Vec<Row>, CliError> {
         let cases = REACHES.map(|reach| (0, reach)).into_iter().chain([(MOVES, 0.01)]);
@@ -87,12 +87,12 @@ impl Bench {
 
     /// Traces two scenes alternately. Returns for each the best ray rate of all runs, millions per second, and the distance of each ray, m.
     fn rates(&self, scenes: [&GpuScene; 2], rays: &[TracedRay]) -> Result<[(f64, Vec<f32>); 2], CliError> {
-        let gpu = &self.run.gpu;
+        let gpu = &self.bench.gpu;
         let tracer = RayTracer::new(&gpu.device)?;
         let buffer = tracer.upload(&gpu.device, rays)?;
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let mut rates = [0; 2].map(|_| (0.0f64, Vec::new()));
-        for run in 0..=self.run.runs {
+        for run in 0..=self.bench.runs {
             for (scene, (rate, distances)) in scenes.into_iter().zip(&mut rates) {
                 let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
                 let buffer_of_distances =

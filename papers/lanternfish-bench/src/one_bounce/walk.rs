@@ -5,26 +5,28 @@
 
 use glam::{Vec3, Vec3A};
 use lanternfish::{
-    RenderError, Renderer,
+    RenderError,
     settings::{Materials, Settings},
 };
 use lanternfish_cli::{error::CliError, parse::Size};
-use lanternfish_gpu::Engine;
 use lanternfish_reference::{Settings as TracerSettings, Tracer};
 use lanternfish_scene::{Camera, Scene};
 
-use crate::table::Row;
+use crate::{bench::Bench, case::Case, table::Row, view::View};
 
 /// Numbers of tested surface points, across and down the image in the middle of the walk.
 const POINTS: [u32; 2] = [48, 27];
 /// Least number of frames with a visible point for the point to count.
 const LEAST_FRAMES: usize = 8;
 
+/// What the table of flicker says.
+pub const TEXT: &str = "Surfaces are grey, diffuse and static, and so are lights. The image without indirect light is subtracted, so no reference is \
+                        needed. Standard deviation of the indirect light of a surface point over the frames in which it is visible, and its \
+                        mean change from frame to frame, both relative to its mean.";
+
 /// Flicker of one technique.
 #[derive(Debug)]
-pub struct Flicker {
-    name: String,
-    frames: usize,
+struct Flicker {
     /// Number of counted points.
     points: usize,
     /// Standard deviation over the frames with a visible point, relative to the point's mean; mean over all points.
@@ -33,19 +35,6 @@ pub struct Flicker {
     percentile_95: f64,
     /// Mean change from one frame to the next, relative to the mean.
     step: f64,
-}
-
-impl Flicker {
-    /// The flicker as figures of a row.
-    pub fn row(&self) -> Row {
-        Row::default()
-            .text("name", "", &self.name)
-            .number("frames", "frames", self.frames)
-            .count("places", "points", self.points as u64)
-            .percent("mean", "deviation", 2, self.mean)
-            .percent("percentile_95", "95th percentile", 2, self.percentile_95)
-            .percent("step", "change per frame", 2, self.step)
-    }
 }
 
 /// The scene with grey diffuse surfaces.
@@ -65,10 +54,9 @@ pub fn grey(scene: &Scene) -> Scene {
 
 /// A walk through a scene.
 pub struct Walk<'a> {
-    engine: &'a Engine,
-    scene: &'a Scene,
+    bench: &'a Bench,
+    view: View,
     cameras: &'a [Camera],
-    size: Size,
     /// Position of each point in each frame, pixels; `None` if it is not visible. The points are those visible in the middle of the walk.
     seen: Vec<Vec<Option<[f32; 2]>>>,
     /// Luminances of each frame without indirect light.
@@ -76,15 +64,9 @@ pub struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// Returns a walk through `scene`, a grey scene, with `look`, settings of direct light.
-    pub fn new(
-        engine: &'a Engine,
-        scene: &'a Scene,
-        cameras: &'a [Camera],
-        size: Size,
-        look: &Settings,
-    ) -> Result<Self, CliError> {
-        let exact = Tracer::new(scene, TracerSettings::default())?;
+    /// Returns a walk through `view`, of a grey scene, with `look`, settings of direct light.
+    pub fn new(bench: &'a Bench, view: View, cameras: &'a [Camera], look: &Settings) -> Result<Self, CliError> {
+        let (exact, size) = (Tracer::new(&view.scene, TracerSettings::default())?, view.size);
         let middle = &cameras[cameras.len() / 2];
         let [columns, rows] = POINTS;
         let point = |i: u32| {
@@ -103,32 +85,42 @@ impl<'a> Walk<'a> {
             ((distance / (p - origin).length() - 1.0).abs() < 2e-3).then_some(at)
         };
         let seen = points.iter().map(|p| cameras.iter().map(|camera| sees(camera, *p)).collect()).collect();
-        let mut walk = Self { engine, scene, cameras, size, seen, direct: Vec::new() };
-        walk.direct = walk.renderings(look)?;
+        drop(exact);
+        let mut walk = Self { bench, view, cameras, seen, direct: Vec::new() };
+        walk.direct = walk.luminances(look)?;
         Ok(walk)
     }
 
-    /// Renders the walk and measures flicker.
-    pub fn flicker(&self, name: &str, settings: &Settings) -> Result<Flicker, CliError> {
-        let renderings = self.renderings(settings)?;
-        let at = |frame: usize, at: [f32; 2]| {
-            interpolated(&renderings[frame], self.size, at) - interpolated(&self.direct[frame], self.size, at)
-        };
+    /// Renders the walk with each configuration, and returns rows of flicker.
+    pub fn rows(&self, cases: &[Case]) -> Result<Vec<Row>, CliError> {
+        self.bench.rows("walk", cases, |case| format!("Walking: {}", case.name), |case| self.row(case))
+    }
+
+    fn row(&self, Case { name, settings }: &Case) -> Result<Row, CliError> {
+        let (luminances, size) = (self.luminances(settings)?, self.view.size);
+        let at = |i: usize, at| interpolated(&luminances[i], size, at) - interpolated(&self.direct[i], size, at);
         let of_point = |positions: &Vec<Option<[f32; 2]>>| {
             positions.iter().enumerate().map(|(i, p)| p.map(|p| at(i, p))).collect()
         };
-        let luminances: Vec<Vec<Option<f64>>> = self.seen.iter().map(of_point).collect();
-        Ok(Flicker { name: name.to_owned(), frames: self.cameras.len(), ..of(&luminances) })
+        let flicker = of(&self.seen.iter().map(of_point).collect::<Vec<_>>());
+        Ok(Row::default()
+            .text("name", "", name)
+            .number("frames", "frames", self.cameras.len())
+            .count("places", "points", flicker.points as u64)
+            .percent("mean", "deviation", 2, flicker.mean)
+            .percent("percentile_95", "95th percentile", 2, flicker.percentile_95)
+            .percent("step", "change per frame", 2, flicker.step))
     }
 
     /// Renders the walk, and returns the luminances of each frame.
-    fn renderings(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
+    fn luminances(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
         let settings = Settings { materials: Materials::Lambert, ..settings.clone() };
-        let mut renderer = Renderer::with_engine(self.engine, settings)?;
-        let uploaded = renderer.upload(self.scene)?;
-        let mut of_view = |camera| {
-            let rendering = renderer.render(&uploaded, camera, self.size.width, self.size.height)?;
-            Ok(rendering.radiance.iter().map(|[r, g, b, _]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect())
+        let mut stage = self.bench.stage(&self.view.scene, &settings)?;
+        let mut view = self.view.clone();
+        let mut of_view = |camera: &Camera| {
+            view.camera = camera.clone();
+            let image = stage.frame(&view)?;
+            Ok(image.radiance.iter().map(|[r, g, b, _]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect())
         };
         self.cameras.iter().map(&mut of_view).collect()
     }
@@ -150,8 +142,6 @@ fn of(points: &[Vec<Option<f64>>]) -> Flicker {
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     let count = all.len().max(1) as f64;
     Flicker {
-        name: String::new(),
-        frames: 0,
         points: all.len(),
         mean: all.iter().map(|(deviation, _)| deviation).sum::<f64>() / count,
         percentile_95: all.get(all.len() * 95 / 100).map_or(0.0, |(deviation, _)| *deviation),

@@ -1,17 +1,19 @@
 //! What the papers claim, and rules by which a measured figure confirms a claim or does not.
 
-use super::reports::Found;
+use serde::Deserialize;
+
+use super::query::Found;
 use crate::table::Row;
 
 /// Placeholder for a missing figure.
 pub const NOT_MEASURED: &str = "not measured";
 
-/// Of a claim.
+/// Verdict on a claim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
     Confirmed,
     NotConfirmed,
-    /// Why.
+    /// The reason.
     NotTestable(String),
 }
 
@@ -24,183 +26,160 @@ impl Verdict {
             Self::NotTestable(_) => "not testable here",
         }
     }
-
-    fn words(&self) -> String {
-        match self {
-            Self::NotTestable(reason) => format!("{}: {reason}", self.name()),
-            _ => self.name().to_owned(),
-        }
-    }
 }
 
-/// How a number is shown.
+/// How a number is shown: its name in a rule, a factor, decimal places and what follows it.
 #[derive(Clone, Copy, Debug)]
-pub struct Unit {
-    factor: f64,
-    digits: usize,
-    name: &'static str,
-}
+struct Unit(&'static str, f64, usize, &'static str);
+
+const UNITS: [Unit; 7] = [
+    Unit("percent", 100.0, 2, " %"),
+    Unit("times", 1.0, 2, " ×"),
+    Unit("ms", 1.0, 1, " ms"),
+    Unit("megabytes", 1e-6, 1, " MB"),
+    Unit("million_rays", 1.0, 2, " M rays/s"),
+    Unit("flip", 1.0, 5, ""),
+    Unit("count", 1.0, 0, ""),
+];
 
 impl Unit {
-    const fn new(factor: f64, digits: usize, name: &'static str) -> Self {
-        Self { factor, digits, name }
-    }
-
-    pub const PERCENT: Self = Self::new(100.0, 2, " %");
-    pub const TIMES: Self = Self::new(1.0, 2, " ×");
-    pub const MS: Self = Self::new(1.0, 1, " ms");
-    pub const MEGABYTES: Self = Self::new(1e-6, 1, " MB");
-    pub const MILLION_RAYS: Self = Self::new(1.0, 2, " M rays/s");
-    pub const FLIP: Self = Self::new(1.0, 5, "");
-    pub const COUNT: Self = Self::new(1.0, 0, "");
-
-    pub fn show(self, number: f64) -> String {
-        format!("{:.*}{}", self.digits, self.factor * number, self.name)
+    fn show(self, number: f64) -> String {
+        format!("{:.*}{}", self.2, self.1 * number, self.3)
     }
 }
 
-/// When a figure confirms a claim.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Rule {
-    AtLeast(f64),
-    AtMost(f64),
-    Between(f64, f64),
+/// When a figure confirms a claim: `quantity: unit at least X`, `at most X` or `from X to Y`.
+#[derive(Clone, Debug)]
+struct Rule<'a> {
+    quantity: &'a str,
+    unit: Unit,
+    least: Option<f64>,
+    most: Option<f64>,
 }
 
-impl Rule {
-    /// At least half of what the paper gains.
-    pub fn half_of(gain: f64) -> Self {
-        Self::AtLeast(0.5 * gain)
+impl<'a> Rule<'a> {
+    fn read(text: &'a str) -> Option<Self> {
+        let (quantity, rule) = text.rsplit_once(": ")?;
+        let (unit, rule) = rule.split_once(' ')?;
+        let unit = *UNITS.iter().find(|known| known.0 == unit)?;
+        let number = |text: &str| text.parse::<f64>().ok();
+        let (least, most) =
+            match (rule.strip_prefix("at least "), rule.strip_prefix("at most "), rule.strip_prefix("from ")) {
+                (Some(least), ..) => (Some(number(least)?), None),
+                (_, Some(most), _) => (None, Some(number(most)?)),
+                (.., both) => {
+                    let (least, most) = both?.split_once(" to ")?;
+                    (Some(number(least)?), Some(number(most)?))
+                }
+            };
+        Some(Self { quantity, unit, least, most })
     }
 
-    /// At most twice the paper's, and at least half of it.
-    pub fn within_twice(figure: f64) -> Self {
-        Self::Between(0.5 * figure, 2.0 * figure)
+    fn holds(&self, figure: f64) -> bool {
+        self.least.is_none_or(|least| figure >= least) && self.most.is_none_or(|most| figure <= most)
     }
 
-    pub fn holds(self, figure: f64) -> bool {
-        match self {
-            Self::AtLeast(least) => figure >= least,
-            Self::AtMost(most) => figure <= most,
-            Self::Between(least, most) => (least..=most).contains(&figure),
-        }
-    }
-
-    fn words(self, unit: Unit) -> String {
-        match self {
-            Self::AtLeast(least) => format!("at least {}", unit.show(least)),
-            Self::AtMost(most) => format!("at most {}", unit.show(most)),
-            Self::Between(least, most) => format!("from {} to {}", unit.show(least), unit.show(most)),
-        }
+    fn words(&self) -> String {
+        let show = |limit: f64| self.unit.show(limit);
+        let limits = match (self.least, self.most) {
+            (Some(least), None) => format!("at least {}", show(least)),
+            (None, Some(most)) => format!("at most {}", show(most)),
+            (least, most) => format!("from {} to {}", show(least.unwrap_or_default()), show(most.unwrap_or_default())),
+        };
+        format!("confirmed if {} is {limits}", self.quantity)
     }
 }
 
 /// What was measured for a claim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    value: f64,
-    /// Of what it is, behind the figure.
-    note: String,
+    pub value: f64,
+    /// Explains the figure; stands behind it.
+    pub note: String,
     /// Why it cannot confirm the claim, where it cannot.
-    caveat: Option<String>,
+    pub caveat: Option<String>,
 }
 
 impl Figure {
     pub fn of(value: f64, note: impl Into<String>) -> Self {
         Self { value, note: note.into(), caveat: None }
     }
-
-    /// Where the rule holds, the claim is not testable all the same.
-    pub fn with_caveat(self, caveat: Option<String>) -> Self {
-        Self { caveat, ..self }
-    }
 }
 
-impl From<f64> for Figure {
-    fn from(value: f64) -> Self {
-        Self::of(value, "")
-    }
-}
-
-/// A claim that is not yet judged.
-#[derive(Clone, Debug)]
+/// A claim as it is declared.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Claim {
-    what: String,
-    source: &'static str,
+    pub what: String,
+    source: String,
     paper: String,
-    quantity: &'static str,
-    unit: Unit,
-    rule: Rule,
-    /// Why its figure, a speed or a time, says nothing on this adapter.
-    reason: Option<String>,
-}
-
-/// A claim: in words, its place in the paper, and the paper's figure.
-pub fn claim(what: impl Into<String>, source: &'static str, paper: impl Into<String>) -> Claim {
-    let (what, paper) = (what.into(), paper.into());
-    Claim { what, source, paper, quantity: "", unit: Unit::COUNT, rule: Rule::AtLeast(0.0), reason: None }
-}
-
-impl Claim {
-    /// The rule, and what it is a rule of.
-    pub fn confirmed_if(self, quantity: &'static str, unit: Unit, rule: Rule) -> Self {
-        Self { quantity, unit, rule, ..self }
-    }
-
+    rule: String,
     /// Of a graphics card's speed: a software adapter cannot test it.
-    pub fn of_a_card(self, is_software: bool) -> Self {
-        let reason = "the speed of a graphics card, and this adapter is software";
-        Self { reason: is_software.then(|| reason.to_owned()), ..self }
-    }
-
-    pub fn judged(self, found: Found<impl Into<Figure>>) -> Judged {
-        let Self { what, source, paper, quantity, unit, rule, reason } = self;
-        let rule_in_words = format!("confirmed if {quantity} is {}", rule.words(unit));
-        let (value, ours, verdict) = match found.map(Into::into) {
-            Err(why) => (None, NOT_MEASURED.to_owned(), Verdict::NotTestable(format!("{NOT_MEASURED}, because {why}"))),
-            Ok(Figure { value, note, caveat }) => {
-                let verdict = match (rule.holds(value), reason, caveat) {
-                    (_, Some(reason), _) | (true, None, Some(reason)) => Verdict::NotTestable(reason),
-                    (true, None, None) => Verdict::Confirmed,
-                    (false, None, _) => Verdict::NotConfirmed,
-                };
-                let note = if note.is_empty() { note } else { format!(" ({note})") };
-                (Some(value), unit.show(value) + &note, verdict)
-            }
-        };
-        Judged { what, source, paper, ours, value, rule: rule_in_words, verdict }
-    }
+    #[serde(default)]
+    is_of_a_card: bool,
+    /// The expression of its figure.
+    #[serde(default)]
+    pub figure: String,
+    /// Explains the figure; an expression and a number of decimal places between `<` and `>` are shown as a number.
+    #[serde(default)]
+    pub note: String,
+    /// A figure that no expression gives, and its arguments.
+    #[serde(default)]
+    pub special: String,
 }
 
 /// A claim with its verdict.
 #[derive(Clone, Debug)]
 pub struct Judged {
-    pub what: String,
-    source: &'static str,
-    paper: String,
+    pub claim: Claim,
     ours: String,
     value: Option<f64>,
     rule: String,
     pub verdict: Verdict,
 }
 
+impl Claim {
+    /// Judges the claim by its figure.
+    ///
+    /// Panics if its rule cannot be read: a bug in the declaration.
+    pub fn judged(&self, found: Found<Figure>, is_software: bool) -> Judged {
+        let rule = Rule::read(&self.rule).unwrap_or_else(|| panic!("{}: {}", self.what, self.rule));
+        let is_speed = (self.is_of_a_card && is_software)
+            .then(|| "the speed of a graphics card, and this adapter is software".to_owned());
+        let (value, ours, verdict) = match found {
+            Err(why) => (None, NOT_MEASURED.to_owned(), Verdict::NotTestable(format!("{NOT_MEASURED}, because {why}"))),
+            Ok(Figure { value, note, caveat }) => {
+                let verdict = match (rule.holds(value), is_speed, caveat) {
+                    (_, Some(reason), _) | (true, None, Some(reason)) => Verdict::NotTestable(reason),
+                    (true, None, None) => Verdict::Confirmed,
+                    (false, None, _) => Verdict::NotConfirmed,
+                };
+                let note = if note.is_empty() { note } else { format!(" ({note})") };
+                (Some(value), rule.unit.show(value) + &note, verdict)
+            }
+        };
+        Judged { claim: self.clone(), ours, value, rule: rule.words(), verdict }
+    }
+}
+
 impl Judged {
     /// A row of the table of claims of a paper, whose key scripts get.
-    pub fn row(&self, paper: &'static str) -> Row {
+    pub fn row(&self, paper: &str) -> Row {
         let reason = match &self.verdict {
             Verdict::NotTestable(reason) => Some(reason),
             _ => None,
         };
+        let verdict = self.verdict.name();
         Row::default()
             .data("of", paper)
-            .text("claim", "claim", &self.what)
-            .text("source", "source", self.source)
-            .text("paper", "paper", &self.paper)
+            .text("claim", "claim", &self.claim.what)
+            .text("source", "source", &self.claim.source)
+            .text("paper", "paper", &self.claim.paper)
             .text("ours", "here", &self.ours)
             .data("value", self.value)
             .text("rule", "rule", &self.rule)
-            .text("verdict", "verdict", self.verdict.name())
-            .said_as(self.verdict.words())
+            .text("verdict", "verdict", verdict)
+            .said_as(reason.map_or(verdict.to_owned(), |reason| format!("{verdict}: {reason}")))
             .data("reason", reason)
     }
 }
@@ -209,46 +188,50 @@ impl Judged {
 mod tests {
     use super::*;
 
-    fn saving() -> Claim {
-        claim("it saves", "[A, §1]", "40 %").confirmed_if("the saving", Unit::PERCENT, Rule::half_of(0.4))
+    fn saving(is_of_a_card: bool) -> Claim {
+        let [what, source, paper] = ["it saves", "[A, §1]", "40 %"].map(str::to_owned);
+        let rule = "the saving: percent at least 0.2".to_owned();
+        let [figure, note, special] = Default::default();
+        Claim { what, source, paper, rule, is_of_a_card, figure, note, special }
     }
 
     #[test]
     fn rules_hold_and_fail() {
         for (rule, holds, fails) in [
-            (Rule::AtLeast(2.0), 2.0, 1.9),
-            (Rule::AtMost(2.0), 2.0, 2.1),
-            (Rule::within_twice(3.0), 1.5, 6.1),
-            (Rule::half_of(0.4), 0.2, 0.19),
+            ("a: times at least 2", 2.0, 1.9),
+            ("a: of b: times at most 2", 2.0, 2.1),
+            ("a: times from 1.5 to 6", 1.5, 6.1),
         ] {
+            let rule = Rule::read(rule).unwrap();
             assert!(rule.holds(holds) && !rule.holds(fails) && !rule.holds(f64::NAN), "{rule:?}");
         }
+        assert!(["a: times about 2", "a: feet at least 2", "at least 2"].iter().all(|rule| Rule::read(rule).is_none()));
     }
 
     #[test]
     fn a_claim_is_judged_by_its_figure() {
-        let verdict = |claim: Claim, value: f64| claim.judged(Ok(value)).verdict;
-        assert_eq!(verdict(saving(), 0.25), Verdict::Confirmed);
-        assert_eq!(verdict(saving(), 0.15), Verdict::NotConfirmed);
-        assert_eq!(verdict(saving().of_a_card(false), 0.25), Verdict::Confirmed);
-        let software = saving().of_a_card(true).judged(Ok(0.25));
+        let verdict = |value: f64| saving(false).judged(Ok(Figure::of(value, "")), true).verdict;
+        assert_eq!((verdict(0.25), verdict(0.15)), (Verdict::Confirmed, Verdict::NotConfirmed));
+        assert_eq!(saving(true).judged(Ok(Figure::of(0.25, "")), false).verdict, Verdict::Confirmed);
+        let software = saving(true).judged(Ok(Figure::of(0.25, "")), true);
         assert!(matches!(&software.verdict, Verdict::NotTestable(reason) if reason.contains("software")));
         assert_eq!((software.ours.as_str(), software.value), ("25.00 %", Some(0.25)), "it is shown all the same");
-        let missing = saving().judged(Err::<f64, _>("no row deep".to_owned()));
+        let missing = saving(false).judged(Err("no row deep".to_owned()), false);
         let expected = "not measured, because no row deep".to_owned();
         assert_eq!((missing.ours.as_str(), missing.verdict), (NOT_MEASURED, Verdict::NotTestable(expected)));
     }
 
     #[test]
     fn a_caveat_keeps_from_confirming_alone() {
-        let figure = |value| Figure::of(value, "of two").with_caveat(Some("too few".to_owned()));
-        assert_eq!(saving().judged(Ok(figure(0.3))).verdict, Verdict::NotTestable("too few".to_owned()));
-        assert_eq!(saving().judged(Ok(figure(0.1))).verdict, Verdict::NotConfirmed);
+        let figure = |value| Figure { caveat: Some("too few".to_owned()), ..Figure::of(value, "of two") };
+        let verdict = |value| saving(false).judged(Ok(figure(value)), false).verdict;
+        assert_eq!(verdict(0.3), Verdict::NotTestable("too few".to_owned()));
+        assert_eq!(verdict(0.1), Verdict::NotConfirmed);
     }
 
     #[test]
     fn the_rule_stands_in_the_row() {
-        let row = saving().judged(Ok(Figure::of(0.25, "mean of 3"))).row("a");
+        let row = saving(false).judged(Ok(Figure::of(0.25, "mean of 3")), false).row("a");
         assert_eq!(row.words("rule"), "confirmed if the saving is at least 20.00 %");
         assert_eq!((row.words("ours"), row.words("verdict")), ("25.00 % (mean of 3)", "confirmed"));
     }

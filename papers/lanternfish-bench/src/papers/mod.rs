@@ -1,20 +1,17 @@
 //! `lanternfish-bench papers`: every table and every figure with numbers of the five papers on one page, beside ours, with a verdict on
 //! each claim.
 //!
-//! Other benches measure ([`parts::PARTS`]), each in a process of its own; this one reads their reports.
+//! Other benches measure ([`parts`]), each in a process of its own; this one reads their reports.
 
-mod aalund;
-mod archer;
 mod claims;
-mod elagabani;
-mod niessner;
+mod declared;
 mod page;
 mod parts;
-mod reports;
+mod query;
 mod runner;
+mod special;
 #[cfg(test)]
 mod tests;
-mod van_gelderen;
 
 use std::path::{Path, PathBuf};
 
@@ -25,14 +22,15 @@ use lanternfish_cli::{
     output::{print, write_text},
 };
 use lanternfish_gpu::{AdapterChoice, Gpu};
+use serde::Deserialize;
 
 use self::{
     page::{Machine, RanPart},
-    parts::{PARTS, Part},
-    reports::Reports,
+    parts::{Part, parts},
+    query::Reports,
     runner::Ran,
 };
-use crate::run::make_folder;
+use crate::{bench::make_folder, document::Document};
 
 /// Flags of `papers`.
 #[derive(Debug, Args)]
@@ -61,7 +59,9 @@ fn named_adapter(text: &str) -> Result<String, String> {
     adapter(text).map(|_| text.to_owned())
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+/// A paper, as `parts.toml` names it too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Paper {
     /// Elagabani 2025, hybrid Forward+
     Elagabani,
@@ -75,6 +75,9 @@ pub enum Paper {
     Archer,
 }
 
+/// All papers, in the order of the page.
+pub const PAPERS: [Paper; 5] = [Paper::Elagabani, Paper::VanGelderen, Paper::Niessner, Paper::Aalund, Paper::Archer];
+
 /// Measures, and writes the page.
 pub fn run(args: &PapersArgs) -> Result<(), CliError> {
     make_folder(&args.output)?;
@@ -83,23 +86,31 @@ pub fn run(args: &PapersArgs) -> Result<(), CliError> {
         None => AdapterChoice::default(),
     };
     let machine = Machine::of(&Gpu::open(&choice)?.description);
-    let papers: Vec<Paper> = match args.papers.as_slice() {
-        [] => Paper::value_variants().to_vec(),
-        some => Paper::value_variants().iter().filter(|paper| some.contains(paper)).copied().collect(),
-    };
-    let parts: Vec<&Part> =
-        PARTS.iter().filter(|part| part.papers.iter().any(|paper| papers.contains(paper))).collect();
+    let is_requested = |paper: &Paper| args.papers.is_empty() || args.papers.contains(paper);
+    let papers: Vec<Paper> = PAPERS.into_iter().filter(is_requested).collect();
+    let mut parts = parts();
+    parts.retain(|part| part.papers.iter().any(is_requested));
     let mut reports = Reports::of(machine.is_software);
     let mut ran = Vec::new();
     for (i, part) in parts.iter().enumerate() {
         let done = measure(args, part, &machine.adapter, &format!("{}/{}", i + 1, parts.len()))?;
         ran.push(RanPart::of(part, &done));
-        reports.add(part.name, done.1.outcome);
+        reports.add(&part.name, done.1.outcome);
         // After every part: whoever ends the program has a page of what there is.
         write(args, &papers, &machine, &reports, &ran)?;
     }
     let page = args.output.join("papers.html");
     print(&format!("{}\n{}\n", page::summary(&papers, &reports), page.display()))
+}
+
+/// Adds the tables of a paper to the report of a part, beside its figures.
+pub fn beside(paper: Paper, part: &str, report: &mut Document) {
+    let mut reports = Reports::default();
+    reports.add(part, serde_json::to_value(&*report).map_err(|error| error.to_string()));
+    let declared = paper.declared();
+    for table in declared.tables.iter().filter(|table| table.of == part) {
+        report.section(&table.heading, &table.text, table.key.clone(), declared.rows(table, &reports));
+    }
 }
 
 /// Runs a part, or finds what it left. With its arguments, where it has some in this form.
@@ -109,7 +120,7 @@ fn measure(
     adapter: &str,
     number: &str,
 ) -> Result<(Option<Vec<String>>, Ran), CliError> {
-    let folder = args.output.join("parts").join(part.name);
+    let folder = args.output.join("parts").join(&part.name);
     let Some(arguments) = part.arguments(args.quick, &args.docs, &folder, args.adapter.as_deref()) else {
         let outcome = Err("it is left out of the quick run".to_owned());
         return Ok((None, Ran { outcome, seconds: None }));

@@ -2,15 +2,7 @@
 
 use lanternfish_gpu::AdapterDescription;
 
-use super::{
-    Paper, aalund, archer,
-    claims::{Judged, NOT_MEASURED, Verdict},
-    elagabani, niessner,
-    parts::Part,
-    reports::{Found, Reports},
-    runner::Ran,
-    van_gelderen,
-};
+use super::{Paper, claims::NOT_MEASURED, parts::Part, query::Reports, runner::Ran, special};
 use crate::{
     document::Document,
     table::{DASH, Row, to_markdown},
@@ -22,36 +14,7 @@ pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:
                      td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}\
                      .text{text-align:left}";
 
-/// What a paper has, beside ours.
-pub struct Section {
-    pub title: &'static str,
-    /// The paper's scenes, sizes and hardware.
-    pub theirs: &'static str,
-    /// What can be compared with it, and what cannot.
-    pub comparable: String,
-    pub claims: Vec<Judged>,
-    pub tables: Vec<Table>,
-}
-
-/// A table of a paper, beside ours.
-pub struct Table {
-    /// Of scripts.
-    pub key: &'static str,
-    pub heading: &'static str,
-    pub rows: Vec<Row>,
-}
-
 impl Paper {
-    pub fn section(self, reports: &Reports) -> Section {
-        match self {
-            Self::Elagabani => elagabani::section(reports),
-            Self::VanGelderen => van_gelderen::section(reports),
-            Self::Niessner => niessner::section(reports),
-            Self::Aalund => aalund::section(reports),
-            Self::Archer => archer::section(reports),
-        }
-    }
-
     /// For scripts.
     fn key(self) -> &'static str {
         match self {
@@ -64,7 +27,7 @@ impl Paper {
     }
 }
 
-/// What measures.
+/// Machine that measures.
 pub struct Machine {
     pub adapter: String,
     pub driver: String,
@@ -89,17 +52,11 @@ impl RanPart {
             .as_ref()
             .map_or_else(|reason| format!("{NOT_MEASURED}, because {reason}"), |_| "measured".to_owned());
         let row =
-            Row::default().text("part", "part", part.name).text("command", "command", command.unwrap_or_default());
+            Row::default().text("part", "part", &part.name).text("command", "command", command.unwrap_or_default());
         let row = row.optional("seconds", "seconds", ran.seconds);
         let row = row.said_as(ran.seconds.map_or(DASH.to_owned(), |seconds| format!("{seconds:.0}")));
         Self(row.text("outcome", "outcome", outcome.replace('|', "/")))
     }
-}
-
-/// A figure of a table with so many digits, or that it was not measured.
-pub fn measured(row: Row, key: &'static str, heading: &str, digits: usize, found: Found<f64>) -> Row {
-    let shown = found.as_ref().map_or(NOT_MEASURED.to_owned(), |number| format!("{number:.digits$}"));
-    row.optional(key, heading, found.ok()).said_as(shown)
 }
 
 /// All of it.
@@ -121,27 +78,31 @@ pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports,
              their verdicts hold for this machine. Counts, memory and errors hold on any.",
         );
     }
-    let sections: Vec<(Paper, Section)> = papers.iter().map(|paper| (*paper, paper.section(reports))).collect();
-    page.show(counted(&sections));
+    page.show(counted(papers, reports));
     let mut claims = Vec::new();
-    for (paper, section) in sections {
-        page.heading(section.title);
-        page.paragraph(section.theirs);
-        page.paragraph(section.comparable);
-        let rows: Vec<Row> = section.claims.iter().map(|claim| claim.row(paper.key())).collect();
+    for paper in papers {
+        let declared = paper.declared();
+        page.heading(&declared.title);
+        page.paragraph(declared.theirs.as_str());
+        page.paragraph(declared.comparable(reports));
+        let rows: Vec<Row> = declared.judged(reports).iter().map(|claim| claim.row(paper.key())).collect();
         page.subheading("Claims");
         page.show(rows.iter().cloned());
         claims.extend(rows);
-        for Table { key, heading, rows } in section.tables {
-            page.subheading(heading);
+        for table in &declared.tables {
+            page.subheading(&table.heading);
+            let rows = declared.rows(table, reports);
+            if !table.text.is_empty() {
+                page.paragraph(table.text.as_str());
+            }
             match rows.is_empty() {
                 true => page.paragraph(NOT_MEASURED),
                 false => page.show(rows.iter().cloned()),
             }
-            page.keep(key, rows);
+            page.keep(table.key.clone(), rows);
         }
-        if paper == Paper::VanGelderen {
-            van_gelderen::plot(&mut page, reports);
+        if *paper == Paper::VanGelderen {
+            special::plots(&mut page, reports);
         }
     }
     page.keep("claims", claims);
@@ -151,20 +112,20 @@ pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports,
 }
 
 /// How many claims of each paper have which verdict.
-fn counted(sections: &[(Paper, Section)]) -> Vec<Row> {
-    let row = |(_, section): &(Paper, Section)| {
-        let count = |is: fn(&Verdict) -> bool| section.claims.iter().filter(|claim| is(&claim.verdict)).count();
-        Row::default()
-            .text("paper", "paper", section.title)
-            .number("confirmed", "confirmed", count(|verdict| *verdict == Verdict::Confirmed))
-            .number("not_confirmed", "not confirmed", count(|verdict| *verdict == Verdict::NotConfirmed))
-            .number("not_testable", "not testable here", count(|verdict| matches!(verdict, Verdict::NotTestable(_))))
+fn counted(papers: &[Paper], reports: &Reports) -> Vec<Row> {
+    let row = |paper: &Paper| {
+        let declared = paper.declared();
+        let judged = declared.judged(reports);
+        let columns =
+            [("confirmed", "confirmed"), ("not_confirmed", "not confirmed"), ("not_testable", "not testable here")];
+        columns.iter().fold(Row::default().text("paper", "paper", &declared.title), |row, (key, verdict)| {
+            row.number(*key, verdict, judged.iter().filter(|claim| claim.verdict.name() == *verdict).count())
+        })
     };
-    sections.iter().map(row).collect()
+    papers.iter().map(row).collect()
 }
 
 /// The same as text.
 pub fn summary(papers: &[Paper], reports: &Reports) -> String {
-    let sections: Vec<(Paper, Section)> = papers.iter().map(|paper| (*paper, paper.section(reports))).collect();
-    to_markdown(&counted(&sections))
+    to_markdown(&counted(papers, reports))
 }

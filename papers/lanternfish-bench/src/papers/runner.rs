@@ -12,9 +12,9 @@ use serde_json::{Value, json};
 
 use super::{
     parts::{Part, TRACK},
-    reports::Found,
+    query::Found,
 };
-use crate::run::make_folder;
+use crate::bench::make_folder;
 
 /// The file that says with which arguments a part was made; it is there only of complete ones.
 const ARGUMENTS: &str = "arguments.json";
@@ -91,12 +91,12 @@ fn last_lines(said: &str, status: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::parts::PARTS, *};
+    use super::{super::parts::parts, *};
 
     #[test]
     fn only_what_is_complete_and_made_so_is_kept() {
         let folder = tempfile::tempdir().unwrap();
-        let (part, write) = (&PARTS[0], |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap());
+        let (part, write) = (&parts()[0], |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap());
         let words = ["forward-plus".to_owned(), "demo:atrium".to_owned()];
         let with = made_with(&words, "card");
         let kept = |with: &Value| kept(part, folder.path(), with);
@@ -119,8 +119,8 @@ mod tests {
             let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
             fs::write(folder.path().join("report.json"), "{}").unwrap();
             let with = made_with(&words, "card");
-            let ran = run(&PARTS[0], &words, folder.path(), &with).unwrap();
-            assert_eq!(kept(&PARTS[0], folder.path(), &with), None, "{words:?}");
+            let ran = run(&parts()[0], &words, folder.path(), &with).unwrap();
+            assert_eq!(kept(&parts()[0], folder.path(), &with), None, "{words:?}");
             assert!(ran.seconds.is_some());
             ran.outcome.unwrap_err()
         };

@@ -1,76 +1,55 @@
 //! The measured configurations.
 
-use lanternfish::{
-    settings::{Quality, Settings, Tracer},
-    techniques::{IndirectResolution, Sampled},
-};
-use lanternfish_papers::{
-    ACROSS_TEXELS, DeepImageSettings, DirectionSet, WITHIN_TEXEL,
-    indirect::{
-        photon_splatting::{PhotonSplatting, Splat},
-        virtual_lights::VirtualLights,
-    },
-};
+use lanternfish::settings::Settings;
+use lanternfish_papers::{DeepImageSettings, DirectionSet};
 
-use crate::{
-    one_bounce::{Case, named},
-    technique,
-};
+use crate::case::{Case, changed};
 
-/// The case of [`papers_photons`].
+/// The case of [`PAPERS`].
 pub const PAPER: &str = "as in the paper";
 /// Texels along an edge of its images.
 pub const PAPERS_RESOLUTION: u32 = 200;
+/// Photons as in the paper, which states neither how many there are nor how large they are: nothing is widened, nothing made up for,
+/// nothing filtered; they are drawn with additive blending. They are kept by their footprints, not by their positions (his step 4b).
+const PAPERS: &str = "indirect photon-splatting, photon-count 1024, photon-tracer within-texel, photon-radius 1, photon-widened off, \
+                      photon-conserve off, photon-splat raster, indirect-filter 0";
+
+/// Techniques with their parameters.
+const QUICK: [&str; 7] = [
+    "none",
+    "sampled",
+    "sampled, indirect-resolution half",
+    "virtual-lights",
+    "virtual-lights, indirect-resolution half",
+    "photon-splatting",
+    "photon-splatting, indirect-resolution half",
+];
+const PHOTONS: [&str; 15] = [
+    "photon-count 1024, photon-radius 0.5",
+    "photon-count 1024, photon-radius 2",
+    "photon-count 256, photon-radius 0.5",
+    "photon-count 256, photon-radius 0.5, photon-splat raster",
+    "photon-count 16384",
+    "photon-radius 0.25",
+    "photon-radius 0.5",
+    "photon-tracer ray-query",
+    "photon-tracer within-texel",
+    "photon-tracer across-texels",
+    "photon-widened off",
+    "photon-conserve on",
+    "indirect-filter 0",
+    "culling tiled",
+    "culling raster-grid",
+];
 
 /// All of them. `look`: what they share; `quick`: few.
 pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
-    let mut all = Vec::new();
-    let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
-    let of = |indirect| Settings { indirect, ..look.clone() };
-    let with = |photons: PhotonSplatting| of(technique::photons(photons));
-    let usual = PhotonSplatting::default();
-    let good = Quality::Good.sampled().one_bounce();
-    add("none", of(technique::NO_INDIRECT));
-    add("sampled", of(technique::sampled(good)));
-    let half = Sampled { resolution: IndirectResolution::Half, ..good };
-    add("sampled, indirect-resolution half", of(technique::sampled(half)));
-    add("virtual-lights", of(technique::virtual_lights(VirtualLights::default())));
-    let half = VirtualLights { resolution: IndirectResolution::Half, ..VirtualLights::default() };
-    add("virtual-lights, indirect-resolution half", of(technique::virtual_lights(half)));
-    add("photon-splatting", with(usual));
-    add(
-        "photon-splatting, indirect-resolution half",
-        with(PhotonSplatting { resolution: IndirectResolution::Half, ..usual }),
-    );
-    if quick {
-        return all;
+    let mut all: Vec<Case> = QUICK.iter().map(|name| Case::one_bounce(look, name)).collect();
+    if !quick {
+        all.extend(PHOTONS.map(|changes| Case::one_bounce(look, &format!("photon-splatting, {changes}"))));
+        let structure = papers_images(PAPERS_RESOLUTION).into();
+        all.push(Case::new(PAPER, Settings { structure, ..changed(look, PAPERS) }));
     }
-    let techniques = [
-        ("photon-count 1024, photon-radius 0.5", PhotonSplatting { count: 1024, radius: 0.5, ..usual }),
-        ("photon-count 1024, photon-radius 2", PhotonSplatting { count: 1024, radius: 2.0, ..usual }),
-        ("photon-count 256, photon-radius 0.5", PhotonSplatting { count: 256, radius: 0.5, ..usual }),
-        (
-            "photon-count 256, photon-radius 0.5, photon-splat raster",
-            PhotonSplatting { count: 256, radius: 0.5, splat: Splat::Raster, ..usual },
-        ),
-        ("photon-count 16384", PhotonSplatting { count: 16384, ..usual }),
-        ("photon-radius 0.25", PhotonSplatting { radius: 0.25, ..usual }),
-        ("photon-radius 0.5", PhotonSplatting { radius: 0.5, ..usual }),
-        ("photon-tracer ray-query", PhotonSplatting { tracer: Tracer::RAY_QUERY.into(), ..usual }),
-        ("photon-tracer within-texel", PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..usual }),
-        ("photon-tracer across-texels", PhotonSplatting { tracer: ACROSS_TEXELS.into(), ..usual }),
-        ("photon-widened off", PhotonSplatting { widened: false, ..usual }),
-        ("photon-conserve on", PhotonSplatting { conserved: true, ..usual }),
-        ("indirect-filter 0", PhotonSplatting { filter_radius: 0, ..usual }),
-    ];
-    for (name, photons) in techniques {
-        add(&format!("photon-splatting, {name}"), with(photons));
-    }
-    for culling in [technique::tiled(Default::default()), technique::raster_grid(Default::default())] {
-        let name = culling.name();
-        add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
-    }
-    add(PAPER, Settings { structure: papers_images(PAPERS_RESOLUTION).into(), ..with(papers_photons()) });
     all
 }
 
@@ -80,45 +59,22 @@ pub fn papers_images(resolution: u32) -> DeepImageSettings {
     DeepImageSettings { directions, resolution, ..DeepImageSettings::default() }
 }
 
-/// Photons as in the paper, which states neither how many there are nor how large they are: nothing is widened, nothing made up for,
-/// nothing filtered; they are drawn with additive blending. They are kept by their footprints, not by their positions (his step 4b).
-pub fn papers_photons() -> PhotonSplatting {
-    PhotonSplatting {
-        count: 1024,
-        tracer: WITHIN_TEXEL.into(),
-        radius: 1.0,
-        widened: false,
-        conserved: false,
-        splat: Splat::Raster,
-        filter_radius: 0,
-        ..PhotonSplatting::default()
-    }
-}
-
 /// Configurations whose means of frames are measured; without the one with 16,384 photons if `quick`.
 pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
-    let usual = PhotonSplatting::default();
-    let techniques = [
-        ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
-        ("virtual-lights", technique::virtual_lights(VirtualLights::default())),
-        ("photon-splatting", technique::photons(usual)),
-        ("photon-splatting, photon-count 16384", technique::photons(PhotonSplatting { count: 16384, ..usual })),
-        (
-            "photon-splatting, photon-tracer within-texel",
-            technique::photons(PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..usual }),
-        ),
-    ];
-    let mut all = named(look, &techniques);
-    all.retain(|case| !quick || !case.name.contains("16384"));
+    let more = ["photon-splatting, photon-count 16384", "photon-splatting, photon-tracer within-texel"];
+    let mut all = walked(look);
+    all.extend(more.iter().skip(usize::from(quick)).map(|name| Case::one_bounce(look, name)));
     all
 }
 
 /// Configurations whose flicker along a track is measured.
 pub fn walked(look: &Settings) -> Vec<Case> {
-    let techniques = [
-        ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
-        ("virtual-lights", technique::virtual_lights(VirtualLights::default())),
-        ("photon-splatting", technique::photons(PhotonSplatting::default())),
-    ];
-    named(look, &techniques)
+    ["sampled", "virtual-lights", "photon-splatting"].map(|name| Case::one_bounce(look, name)).into()
+}
+
+#[test]
+fn all_names_are_settings() {
+    lanternfish_papers::register();
+    let look = Settings::direct_light();
+    assert_eq!((cases(&look, true).len(), cases(&look, false).len(), converging(&look, true).len()), (7, 23, 4));
 }

@@ -3,18 +3,20 @@
 
 mod cases;
 mod occlusion;
-mod paper;
 
 use std::collections::BTreeMap;
 
-use lanternfish_cli::{error::CliError, progress::Progress};
+use lanternfish_cli::error::CliError;
 use lanternfish_gpu::PassTime;
 
 use self::cases::{PAPER, cases, converging, walked};
 use crate::{
-    one_bounce::{Bench, Case, OneBounceArgs},
-    run::{counter, frame_ms, ms_of, sorted},
+    bench::Timed,
+    case::Case,
+    one_bounce::{self, OneBounce, OneBounceArgs},
+    papers::{self, Paper},
     table::{DASH, Row},
+    times::{counter, frame_ms, ms_of, sorted},
 };
 
 const TEXT: &str = "*Reflected*: photons from the lights that surfaces reflect; each is split. *Escaped*, *landed*: split photons that leave the \
@@ -45,46 +47,41 @@ fn times(passes: &[PassTime]) -> [f64; 5] {
 
 /// Measures and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
-    let mut progress = Progress::start(false);
-    let mut bench = Bench::start(args, "photons", "Photons", &mut progress)?;
-    let (mut rows, mut beside) = (Vec::new(), paper::his(&paper::INDIRECT));
-    for case in cases(&bench.look, args.quick).iter().filter(|case| args.requests(&case.name)) {
-        let row = progress.step("render", &case.name, || row(&bench, case))?;
-        if case.name == PAPER {
-            beside.push(beside_his(&row));
-        }
-        rows.push(row);
-    }
-    let mut means = Vec::new();
-    let requests = |case: &Case, table: &str| args.requests(&format!("{}, {table}", case.name));
-    let converging: Vec<_> =
-        converging(&bench.look, args.quick).into_iter().filter(|case| requests(case, "frames")).collect();
+    let of = OneBounce::start(args, "photons", "Photons")?;
+    let (bench, look) = (&of.bench, &of.view.look);
+    let rows = one_bounce::rows(&of, &args.requested(cases(look, args.quick)), |case, timed| Ok(row(case, timed)))?;
+    let named = |cases: Vec<Case>, table: &str| -> Vec<Case> {
+        cases.into_iter().filter(|case| args.requests(&format!("{}, {table}", case.name))).collect()
+    };
+    let (mut means, converging) = (Vec::new(), named(converging(look, args.quick), "frames"));
     let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
     for frames in counts.iter().copied().filter(|_| !converging.is_empty()) {
-        let (direct, direct_flip) = progress.step("mean", "direct light", || bench.direct_mean(frames))?;
-        for case in &converging {
-            let errors = progress.step("mean", &case.name, || bench.mean_row(case, frames, &direct))?;
-            let row = Row::default().text("name", "", &case.name).number("frames", "frames", frames);
-            means.push(row.and(errors.row()).fixed("direct_flip", "direct light", 4, direct_flip));
-        }
+        let (direct, direct_flip) = bench.step("mean", "direct light", || of.direct_mean(frames))?;
+        means.extend(bench.rows(
+            "mean",
+            &converging,
+            |case| case.name.clone(),
+            |case| {
+                let errors = of.mean_row(case, frames, &direct)?.row("indirect_energy");
+                let row = Row::default().text("name", "", &case.name).number("frames", "frames", frames);
+                Ok::<_, CliError>(row.and(errors).fixed("direct_flip", "direct light", 4, direct_flip))
+            },
+        )?);
     }
-    let (occlusion, of_occlusion) = match !args.quick && args.requests("occlusion") {
-        true => progress.step("occlusion", "Occlusion by 512 deep images", || occlusion::rows(&bench))?,
-        false => (Vec::new(), Vec::new()),
-    };
-    beside.extend(of_occlusion);
-    let report = &mut bench.report;
-    report.section("Techniques of indirect light", TEXT, "rows", rows);
-    let text = "*Direct light*: FLIP of as many frames without indirect light against the path tracer's direct light.";
-    report.section("Means of frames", text, "means", means);
-    let title = "Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)";
-    report.section(title, occlusion::TEXT, "occlusion", occlusion);
+    let has_occlusion = !args.quick && args.requests("occlusion");
+    let occlusion = if has_occlusion { occlusion::rows(&of, args.spp)? } else { Vec::new() };
     // His alone say nothing.
-    if beside.iter().any(|row| row.words_of("name").starts_with("ours")) {
-        report.section("Aalund's own figures", paper::MACHINE, "paper", beside);
+    let is_beside = has_occlusion || rows.iter().any(|row| row.words_of("name") == PAPER);
+    bench.section("Techniques of indirect light", TEXT, "rows", rows);
+    let text = "*Direct light*: FLIP of as many frames without indirect light against the path tracer's direct light.";
+    bench.section("Means of frames", text, "means", means);
+    let title = "Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)";
+    bench.section(title, occlusion::TEXT, "occlusion", occlusion);
+    if is_beside {
+        papers::beside(Paper::Aalund, "photons", &mut bench.report());
     }
-    let walked: Vec<_> = walked(&bench.look).into_iter().filter(|case| requests(case, "flicker")).collect();
-    bench.finish(&walked, progress)
+    let walked = named(walked(look), "flicker");
+    of.finish(&walked)
 }
 
 /// Rate in millions per second; a dash if there is no time.
@@ -92,16 +89,16 @@ fn rate(count: u64, ms: f64) -> String {
     if ms > 0.0 { format!("{:.2}", count as f64 / ms / 1e3) } else { DASH.to_owned() }
 }
 
-fn row(bench: &Bench, case: &Case) -> Result<Row, CliError> {
-    let (rendered, errors) = bench.row(case)?;
-    let count = |name: &str| counter(&rendered.rendering.report, &format!("photons/{name}"));
-    let passes = &rendered.rendering.report.passes;
+/// A row of the table, without its errors.
+fn row(case: &Case, timed: &Timed) -> Row {
+    let count = |name: &str| counter(&timed.image.report, &format!("photons/{name}"));
+    let passes = &timed.image.report.passes;
     let times = times(passes);
     let (landed, escaped, splatted) = (count("landed"), count("escaped"), count("splatted"));
     let mut row = Row::default()
         .text("name", "", &case.name)
         .fixed("frame_ms", "frame, ms", 0, frame_ms(passes))
-        .fixed("deep_images_ms", "deep images", 0, ms_of(&rendered.first, "deep_images/"))
+        .fixed("deep_images_ms", "deep images", 0, ms_of(&timed.first, "deep_images/"))
         .data("times", STEPS.iter().zip(times).map(|((key, _), ms)| (*key, ms)).collect::<BTreeMap<_, _>>());
     for ((key, heading), ms) in STEPS.into_iter().zip(times) {
         row = row.shown(heading, format_args!("{ms:.1}"));
@@ -111,22 +108,12 @@ fn row(bench: &Bench, case: &Case) -> Result<Row, CliError> {
             _ => {}
         }
     }
-    let row = row
-        .count("reflected", "reflected", count("reflected"))
+    row.count("reflected", "reflected", count("reflected"))
         .count("escaped", "escaped", escaped)
         .count("landed", "landed", landed)
         .count("off_screen", "off screen", count("off_screen"))
         .count("hidden", "hidden", count("hidden"))
-        .count("splatted", "splatted", splatted);
-    Ok(row.and(errors.row()))
-}
-
-/// The case as in the paper, beside its figures: his frame builds its images.
-fn beside_his(row: &Row) -> Row {
-    let frame_ms = row.f64("frame_ms") + row.f64("deep_images_ms");
-    let trace_ms = row.get("times")["trace"].as_f64();
-    // Photons do not report the memory of their images; occlusion does, of the same ones.
-    paper::ours(PAPER, cases::PAPERS_RESOLUTION, frame_ms, trace_ms, None)
+        .count("splatted", "splatted", splatted)
 }
 
 #[cfg(test)]

@@ -2,15 +2,16 @@
 
 use lanternfish::settings::{Occlusion, Settings};
 use lanternfish_cli::error::CliError;
-use lanternfish_papers::DeepImageSettings;
+use lanternfish_papers::{Deep, DeepImageSettings, Hbao};
 
-use super::{cases::papers_images, paper};
+use super::cases::papers_images;
 use crate::{
     ground_truths::{self, GroundTruth},
-    one_bounce::Bench,
-    run::{counter, ms_of},
+    image::{energy, energy_of},
+    one_bounce::OneBounce,
+    reference::flip,
     table::Row,
-    technique,
+    times::{counter, ms_of},
 };
 
 /// What the table means.
@@ -19,77 +20,78 @@ pub const TEXT: &str = "White surfaces under a white sky, against the path trace
                         everything occludes (fig. 9). *As in the paper*: the first fragment of one texel, weights of 2 / N, images without triangles; \
                         else images hold them, and those of near fragments are tested.";
 
-/// One way to find occlusion.
-struct Way {
-    name: &'static str,
-    ground_truth: GroundTruth,
-    occlusion: Occlusion,
-    images: DeepImageSettings,
+/// Names of all ways to find occlusion, and the texels of their images; 0: as usual.
+const WAYS: [(&str, u32); 9] = [
+    ("as in the paper, within 28 %, 512 x 200²", 200),
+    ("deep, within 28 %, 512 x 200²", 200),
+    ("deep, within 28 %, as usual", 0),
+    ("hbao, within 28 %", 0),
+    ("as in the paper, 512 x 50²", 50),
+    ("deep, 512 x 50²", 50),
+    ("as in the paper, 512 x 200²", 200),
+    ("deep, 512 x 200²", 200),
+    ("deep, as usual", 0),
+];
+
+/// The technique that a name of [`WAYS`] begins with, and its reference. `far`: the distance of [`GroundTruth::ObscuranceFar`], m.
+fn technique(name: &str, far: f32) -> (Occlusion, GroundTruth) {
+    let is_bounded = name.contains("28 %");
+    let max_distance = is_bounded.then_some(far);
+    let occlusion = match name.split(',').next() {
+        Some("hbao") => Hbao { radius: far }.into(),
+        Some("deep") => Deep { max_distance, ..Deep::default() }.into(),
+        // Without tests of triangles [Aalund2015, §3.3].
+        _ => Deep { max_distance, plain: true }.into(),
+    };
+    (occlusion, if is_bounded { GroundTruth::ObscuranceFar } else { GroundTruth::Occlusion })
 }
 
-/// All of them; `far`: the distance of [`GroundTruth::ObscuranceFar`], m.
-fn ways(far: f32) -> Vec<Way> {
-    use GroundTruth::{ObscuranceFar as Far, Occlusion as All};
-    let way = |name, ground_truth, occlusion, images| Way { name, ground_truth, occlusion, images };
-    let (deep, plain, far) = (technique::deep_occlusion, technique::plain_occlusion, Some(far));
-    let usual = DeepImageSettings::default();
-    vec![
-        way("as in the paper, within 28 %, 512 x 200²", Far, plain(far), papers_images(200)),
-        way("deep, within 28 %, 512 x 200²", Far, deep(far), papers_images(200)),
-        way("deep, within 28 %, as usual", Far, deep(far), usual),
-        way("hbao, within 28 %", Far, technique::hbao(far.unwrap_or_default()), usual),
-        way("as in the paper, 512 x 50²", All, plain(None), papers_images(50)),
-        way("deep, 512 x 50²", All, deep(None), papers_images(50)),
-        way("as in the paper, 512 x 200²", All, plain(None), papers_images(200)),
-        way("deep, 512 x 200²", All, deep(None), papers_images(200)),
-        way("deep, as usual", All, deep(None), usual),
-    ]
-}
-
-/// Ways to find occlusion, on white surfaces under a white sky; and those as in the paper beside its own figures.
-pub fn rows(bench: &Bench) -> Result<(Vec<Row>, Vec<Row>), CliError> {
-    let scene = ground_truths::white(bench.scene.clone());
-    let far = GroundTruth::ObscuranceFar.max_distance(scene.bounds().size().length()).expect("it has a distance");
-    let of = |ground_truth| Ok::<_, CliError>((ground_truth, bench.ground_truth_of(ground_truth, &scene)?));
-    let ground_truths = [of(GroundTruth::ObscuranceFar)?, of(GroundTruth::Occlusion)?];
-    let look = GroundTruth::Occlusion.seen(&bench.look);
-    let (mut rows, mut beside) = (Vec::new(), paper::his(&paper::OCCLUSION));
-    for Way { name, ground_truth, occlusion, images } in ways(far) {
-        let settings = Settings { occlusion, structure: images.into(), ..look.clone() };
-        let rendered = bench.render_scene(&scene, &settings, bench.size)?;
-        bench.write(&format!("occlusion, {name}"), &rendered.rendering)?;
-        let (_, mean) = ground_truths.iter().find(|(known, _)| *known == ground_truth).expect("both are traced");
-        let (flip, energy) = bench.against(&rendered.rendering, mean)?;
-        let bytes = counter(&rendered.rendering.report, "deep_images/bytes");
-        let build_ms = ms_of(&rendered.first, "deep_images/");
-        let occlusion_ms = ms_of(&rendered.rendering.report.passes, "occlusion/");
-        if name.starts_with("as in") {
-            beside.push(paper::ours(name, images.resolution, build_ms + occlusion_ms, None, Some(bytes as f64 / 1e6)));
-        }
-        rows.push(
-            Row::default()
-                .text("name", "", name)
-                .fixed("deep_images_ms", "deep images, ms", 0, build_ms)
-                .count("bytes", "MB", bytes)
-                .said_as(format_args!("{:.1}", bytes as f64 / 1e6))
-                .fixed("occlusion_ms", "occlusion, ms", 1, occlusion_ms)
-                .fixed("flip", "FLIP", 4, flip)
-                .fixed("energy", "energy", 3, energy),
-        );
-    }
-    Ok((rows, beside))
+/// Ways to find occlusion, on white surfaces under a white sky.
+pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
+    let bench = &of.bench;
+    let mut view = of.view.with(ground_truths::white(of.view.scene.clone()));
+    let far = GroundTruth::ObscuranceFar.max_distance(view.scene.bounds().size().length()).unwrap_or_default();
+    let trace = |kind| bench.step("ground_truth", "Occlusion", || view.reference(bench, kind, spp));
+    let references = [GroundTruth::ObscuranceFar, GroundTruth::Occlusion].map(trace);
+    let [bounded, all] = references;
+    let (bounded, all) = (bounded?.mean, all?.mean);
+    view.look = GroundTruth::Occlusion.seen(&view.look);
+    let rows = bench.rows(
+        "occlusion",
+        WAYS,
+        |(name, _)| (*name).to_owned(),
+        |(name, texels)| {
+            let (occlusion, ground_truth) = technique(name, far);
+            let images = if *texels > 0 { papers_images(*texels) } else { DeepImageSettings::default() };
+            let timed = bench.timed(&view, &Settings { occlusion, structure: images.into(), ..view.look.clone() })?;
+            bench.write(&format!("occlusion, {name}"), &timed.image)?;
+            let reference = if ground_truth == GroundTruth::Occlusion { &all } else { &bounded };
+            let bytes = counter(&timed.image.report, "deep_images/bytes");
+            let build_ms = ms_of(&timed.first, "deep_images/");
+            let occlusion_ms = ms_of(&timed.image.report.passes, "occlusion/");
+            Ok::<_, CliError>(
+                Row::default()
+                    .text("name", "", name)
+                    .fixed("deep_images_ms", "deep images, ms", 0, build_ms)
+                    .megabytes("bytes", "MB", bytes)
+                    .fixed("occlusion_ms", "occlusion, ms", 1, occlusion_ms)
+                    .fixed("flip", "FLIP", 4, flip(&timed.image, reference)?)
+                    .fixed("energy", "energy", 3, energy(&timed.image) / energy_of(reference)),
+            )
+        },
+    )?;
+    Ok(rows)
 }
 
 /// What is bounded is judged by the ground truth with the same bound.
 #[test]
 fn every_way_has_the_distance_of_its_ground_truth() {
-    let diagonal = 40.0;
-    let far = GroundTruth::ObscuranceFar.max_distance(diagonal).unwrap();
-    for way in ways(far) {
-        let expected = way.ground_truth.max_distance(diagonal);
-        let deep = [technique::deep_occlusion(expected), technique::plain_occlusion(expected)];
-        let is_hbao = expected.is_some_and(|distance| way.occlusion == technique::hbao(distance));
-        assert!(deep.contains(&way.occlusion) || is_hbao, "{}", way.name);
-        assert_eq!(way.name.contains("28 %"), expected.is_some(), "{}", way.name);
+    let far = GroundTruth::ObscuranceFar.max_distance(40.0).unwrap();
+    for (name, _) in WAYS {
+        let (occlusion, ground_truth) = technique(name, far);
+        let expected = ground_truth.max_distance(40.0);
+        let deep = [false, true].map(|plain| Occlusion::from(Deep { max_distance: expected, plain }));
+        let is_hbao = expected.is_some_and(|radius| occlusion == Hbao { radius }.into());
+        assert!(deep.contains(&occlusion) || is_hbao, "{name}");
     }
 }

@@ -1,25 +1,23 @@
 //! A light that goes out, and an object that moves: how indirect light follows.
 
 use glam::{Affine3A, Vec3};
-use lanternfish::RenderedImage;
-use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
+use lanternfish_cli::{error::CliError, parse::Size};
 use lanternfish_metrics::{Pair, RgbImage};
 use lanternfish_scene::{Camera, Instance, Mesh, Scene};
 
 use super::{
-    Bench, Case, Cost, NONE,
-    motion::STEP,
-    restarts,
+    Cost, InMotion, restarts,
     rooms::{cuboid, grey},
     sheet::Sheet,
-    views::View,
 };
 use crate::{
-    document::Document,
-    image::{hdr_flip, linear, rgb, shown},
-    run::median,
+    case::Case,
+    image::{hdr_flip, linear, rgb},
+    reference::flip,
     table::Row,
-    walked::Walked,
+    times::median,
+    view::View,
+    walked::{STEP, Walked, put_out_brightest},
 };
 
 const LAMP: &str = "A view at rest. After the warm frames the brightest light goes out. HDR-FLIP of each single frame against the reference of the \
@@ -28,10 +26,9 @@ const LAMP: &str = "A view at rest. After the warm frames the brightest light go
 const OBJECT: &str = "A view at rest, in which a grey box of half a metre slides 0.8 m over the floor. The frame in which it arrives, in the pixels \
                       around it: HDR-FLIP, mean of |difference| on a display, 0..1, and its 99.9th percentile; then FLIP of the whole image. Rows of \
                       object-sheet.png: techniques and reference.";
-/// Frames after the light has gone out that are compared, counted from 1.
-const AFTER: [u32; 3] = [1, 4, 16];
-/// Columns of the table for them.
-const KEYS: [(&str, &str); 3] = [("flip_1", "FLIP, frame 1"), ("flip_4", "frame 4"), ("flip_16", "frame 16")];
+/// Frames after the light has gone out that are compared, counted from 1, with their keys and headings.
+const KEYS: [(u32, &str, &str); 3] =
+    [(1, "flip_1", "FLIP, frame 1"), (4, "flip_4", "frame 4"), (16, "flip_16", "frame 16")];
 /// Frames of the moving object, its way per second, m, its side, m, and its distance from the eye, m.
 const FRAMES: u32 = 16;
 const SPEED: f32 = 1.5;
@@ -40,126 +37,100 @@ const DISTANCE: f32 = 4.0;
 /// Half the size of the compared region, in sizes of the object.
 const AROUND: f32 = 1.5;
 
-impl Bench {
+impl InMotion<'_> {
     /// Adds the tables of changes.
-    pub fn changes(&self, view: &View, report: &mut Document, progress: &mut Progress) -> Result<(), CliError> {
-        let rows = self.lamp(view, progress)?;
-        report.section("A light goes out", LAMP, "lamp", rows);
-        let rows = self.object(view, progress)?;
-        report.section("An object moves", OBJECT, "object", rows);
+    pub fn changes(&self, view: &View) -> Result<(), CliError> {
+        let rows = self.lamp(view)?;
+        self.bench.section("A light goes out", LAMP, "lamp", rows);
+        let rows = self.object(view)?;
+        self.bench.section("An object moves", OBJECT, "object", rows);
         Ok(())
     }
 
-    fn all(&self) -> Vec<&Case> {
-        [&NONE].into_iter().chain(&self.cases).collect()
+    fn lamp(&self, view: &View) -> Result<Vec<Row>, CliError> {
+        let mut dark = view.clone();
+        put_out_brightest(&mut dark.scene);
+        let [old, new] = [self.reference(view)?, self.reference(&dark)?];
+        self.with_sheet("lamp", view, &new, |Case { name, settings }, sheet| {
+            let (mut stage, before) = self.warm(view, settings)?;
+            stage.update(&dark.scene)?;
+            let row = Row::default().text("technique", "", name);
+            let (mut row, mut times) = (row.fixed("flip_before", "before", 4, flip(&before, &old)?), Vec::new());
+            let is_shown = |frame: &u32| KEYS.iter().any(|(shown, ..)| shown == frame);
+            let is_skipped = restarts(&stage);
+            for frame in (1..=16).filter(|frame| is_shown(frame) || !is_skipped) {
+                let image = stage.frame(view)?;
+                times.push(Cost::of(&image).indirect_ms);
+                if let Some((_, key, heading)) = KEYS.iter().find(|(shown, ..)| *shown == frame) {
+                    row = row.fixed(*key, heading, 4, flip(&image, &new)?);
+                    sheet.push(rgb(&image));
+                }
+            }
+            Ok(row.fixed("indirect_ms", "time, ms", 1, median(&mut times)))
+        })
     }
 
-    fn lamp(&self, view: &View, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
-        let dark = self.view_with(view, without_brightest(&view.scene));
-        let [old, new] = [self.reference(view, progress)?, self.reference(&dark, progress)?];
-        let colors = shown(&new, view.look.exposure, view.look.tone_map).0;
-        let cases = self.all();
-        let mut sheet = Sheet::new(view.size, cases.len() + 1);
-        let mut rows = Vec::new();
-        for (number, case) in cases.iter().enumerate() {
-            let row = || {
-                let mut renderer = self.renderer((case.settings)(&view.look))?;
-                let mut uploaded = renderer.upload(&view.scene)?;
-                let mut before = None;
-                for _ in 0..self.warm_frames(&renderer) {
-                    before = Some(self.frame(&mut renderer, &uploaded, &view.camera, view.size)?);
-                }
-                let before = before.expect("at least one warm frame");
-                renderer.update(&mut uploaded, &dark.scene)?;
-                let (mut flips, mut times) = (Vec::new(), Vec::new());
-                for frame in
-                    (1..=AFTER[2]).filter(|frame| AFTER.contains(frame) || !restarts(&renderer)).collect::<Vec<_>>()
-                {
-                    let image = self.frame(&mut renderer, &uploaded, &view.camera, view.size)?;
-                    times.push(Cost::of(&image).indirect_ms);
-                    if AFTER.contains(&frame) {
-                        flips.push(flip(&image, &new)?);
-                        sheet.add(number, &rgb(&image));
-                    }
-                }
-                let row = Row::default().text("technique", "", case.name);
-                let row = row.fixed("flip_before", "before", 4, flip(&before, &old)?);
-                let with = |row: Row, ((key, heading), flip): (_, f64)| row.fixed(key, heading, 4, flip);
-                let row = KEYS.into_iter().zip(flips).fold(row, with);
-                Ok::<_, CliError>(row.fixed("indirect_ms", "time, ms", 1, median(&mut times)))
-            };
-            rows.push(progress.step("lamp", case.name, row)?);
-        }
-        sheet.add(cases.len(), &colors);
-        sheet.write(&self.path(&["lamp", "sheet"]))?;
-        Ok(rows)
-    }
-
-    fn object(&self, view: &View, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
+    fn object(&self, view: &View) -> Result<Vec<Row>, CliError> {
         let track = Track::before(&view.camera, view.scene.bounds().min.y.max(0.0));
-        let at = |frame: u32| self.view_with(view, track.with_object(&view.scene, frame as f32 * STEP));
-        let end = at(FRAMES - 1);
-        let reference = self.reference(&end, progress)?;
+        let at = |frame: u32| view.with(track.with_object(&view.scene, frame as f32 * STEP));
+        let reference = self.reference(&at(FRAMES - 1))?;
         let region = track.region(FRAMES - 1, &view.camera, view.size).ok_or_else(|| {
             CliError::new(format_args!("{}: the object is not in view", view.name), "choose another scene with --scene")
         })?;
         let near = crop(&reference, region);
-        let colors_of = |image: &RgbImage| shown(image, view.look.exposure, view.look.tone_map).0;
-        let (colors, near_colors) = (colors_of(&reference), colors_of(&near));
-        let cases = self.all();
-        let mut sheet = Sheet::new(view.size, cases.len() + 1);
-        let mut rows = Vec::new();
-        for (number, case) in cases.iter().enumerate() {
-            let row = || {
-                let mut renderer = self.renderer((case.settings)(&view.look))?;
-                let start = at(0);
-                let mut uploaded = renderer.upload(&start.scene)?;
-                let mut last = None;
-                for frame in 0..self.warm + FRAMES - 1 {
-                    let moment = (frame + 1).saturating_sub(self.warm);
-                    if moment > 0 {
-                        renderer.update(&mut uploaded, &at(moment).scene)?;
-                    }
-                    if moment < FRAMES - 1 && restarts(&renderer) {
-                        continue;
-                    }
-                    last = Some(self.frame(&mut renderer, &uploaded, &view.camera, view.size)?);
+        let near_colors = view.shown(&near);
+        self.with_sheet("object", view, &reference, |Case { name, settings }, sheet| {
+            let (start, warm) = (at(0), self.args.warm);
+            let mut stage = self.bench.stage(&start.scene, settings)?;
+            for frame in 0..warm + FRAMES - 2 {
+                let moment = (frame + 1).saturating_sub(warm);
+                if moment > 0 {
+                    stage.update(&at(moment).scene)?;
                 }
-                let image = last.expect("frames of a motion");
-                sheet.add(number, &rgb(&image));
-                let around = crop(&linear(&image)?, region);
-                let mut walked = Walked::default();
-                walked.add(&colors_of(&around), &near_colors);
-                Ok::<_, CliError>(
-                    Row::default()
-                        .text("technique", "", case.name)
-                        .fixed("flip_around", "FLIP around it", 4, hdr_flip(&Pair::new(around, near.clone())?)?)
-                        .fixed("error_around", "error around it", 4, walked.mean())
-                        .fixed("p999_around", "p99.9", 3, walked.percentile(0.999))
-                        .fixed("flip", "FLIP, whole", 4, flip(&image, &reference)?),
-                )
-            };
-            rows.push(progress.step("object", case.name, row)?);
-        }
-        sheet.add(cases.len(), &colors);
-        sheet.write(&self.path(&["object", "sheet"]))?;
+                if !restarts(&stage) {
+                    stage.frame(view)?;
+                }
+            }
+            stage.update(&at(FRAMES - 1).scene)?;
+            let image = stage.frame(view)?;
+            sheet.push(rgb(&image));
+            let around = crop(&linear(&image)?, region);
+            let mut walked = Walked::default();
+            walked.add(&view.shown(&around), &near_colors);
+            Ok(Row::default()
+                .text("technique", "", name)
+                .fixed("flip_around", "FLIP around it", 4, hdr_flip(&Pair::new(around, near.clone())?)?)
+                .fixed("error_around", "error around it", 4, walked.mean())
+                .fixed("p999_around", "p99.9", 3, walked.percentile(0.999))
+                .fixed("flip", "FLIP, whole", 4, flip(&image, &reference)?))
+        })
+    }
+
+    /// Rows of all techniques, whose images stand on a sheet above the reference.
+    fn with_sheet(
+        &self,
+        name: &'static str,
+        view: &View,
+        reference: &RgbImage,
+        row: impl Fn(&Case, &mut Vec<Vec<u8>>) -> Result<Row, CliError>,
+    ) -> Result<Vec<Row>, CliError> {
+        let mut images = Vec::new();
+        let rows = self.bench.rows(
+            name,
+            self.with_none(view),
+            |case| case.name.clone(),
+            |case| {
+                images.push(Vec::new());
+                let last = images.len() - 1;
+                row(case, &mut images[last])
+            },
+        )?;
+        images.push(vec![view.shown(reference)]);
+        let mut sheet = Sheet::new(view.size, images.len());
+        images.iter().enumerate().for_each(|(row, images)| images.iter().for_each(|image| sheet.add(row, image)));
+        sheet.write(&self.bench.path(&format!("{name}-sheet")))?;
         Ok(rows)
     }
-}
-
-fn flip(image: &RenderedImage, reference: &RgbImage) -> Result<f64, CliError> {
-    Ok(hdr_flip(&Pair::new(linear(image)?, reference.clone())?)?)
-}
-
-/// The scene, its brightest light dark.
-fn without_brightest(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    let brightest =
-        scene.lights.iter_mut().max_by(|a, b| a.intensity.max_element().total_cmp(&b.intensity.max_element()));
-    if let Some(light) = brightest {
-        light.intensity = Vec3::ZERO;
-    }
-    scene
 }
 
 /// The way of an object over the floor, aside.
@@ -243,14 +214,5 @@ mod tests {
             (last[2] - last[0], last[3] - last[1], part.width * part.height)
         );
         track.with_object(&scene, 0.1).validate().unwrap();
-    }
-
-    #[test]
-    fn the_brightest_light_goes_out() {
-        let scene = demo("atrium").unwrap();
-        let sum = |scene: &Scene| scene.lights.iter().map(|light| light.intensity.max_element()).sum::<f32>();
-        let most = scene.lights.iter().map(|light| light.intensity.max_element()).fold(0.0, f32::max);
-        let dark = without_brightest(&scene);
-        assert!((sum(&scene) - sum(&dark) - most).abs() < 1e-3 * most && dark.lights.len() == scene.lights.len());
     }
 }

@@ -4,14 +4,14 @@ use lanternfish::{
     RenderedImage,
     settings::{Exposure, Settings},
 };
-use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
-use lanternfish_metrics::{ColorType, write_png};
+use lanternfish_cli::{error::CliError, parse::Size};
 
-use super::{Bench, NONE, rooms, views::View};
+use super::{InMotion, rooms};
 use crate::{
-    document::Document,
-    image::{linear, shown},
+    case::{Case, changed},
+    image::linear,
     table::Row,
+    view::View,
 };
 
 const TEXT: &str = "Two closed rooms, a lamp in the left one; the view cuts the front wall away and sees both. *Leak*: mean radiance of the dark \
@@ -25,41 +25,34 @@ const WALLS: [(&str, f32, f32); 3] =
 /// Exposures of the images, stops.
 const EXPOSURES: [(&str, f32); 2] = [("plain", -1.0), ("bright", 5.0)];
 
-impl Bench {
+impl InMotion<'_> {
     /// Adds the table of leaks.
-    pub fn leaks(&mut self, report: &mut Document, progress: &mut Progress) -> Result<(), CliError> {
-        let size = self.size.unwrap_or(if self.is_quick {
-            Size { width: 128, height: 72 }
-        } else {
-            Size { width: 480, height: 270 }
-        });
+    pub fn leaks(&self) -> Result<(), CliError> {
+        let usual = if self.args.quick { [128, 72] } else { [480, 270] };
+        let size = self.args.size.unwrap_or(Size { width: usual[0], height: usual[1] });
         let mut rows = Vec::new();
         for (name, thickness, gap) in WALLS {
             let scene = rooms::rooms(thickness, gap);
-            let camera = scene.cameras[0].clone();
-            let view = View { name, scene, camera, look: Settings::direct_light(), size };
-            let without = self.first_frame(&view, (NONE.settings)(&view.look))?;
-            for case in &self.cases {
-                let step = || {
-                    let image = self.at_rest(&view, (case.settings)(&view.look), 1)?.remove(0);
-                    for (words, ev) in EXPOSURES {
-                        let path = self.path(&["leaks", name, case.name, words]);
-                        let bytes = shown(&linear(&image)?, Exposure::Ev(ev), view.look.tone_map).0;
-                        write_png(&path, size.width, size.height, ColorType::Rgb, &bytes)?;
-                    }
-                    Ok::<_, CliError>(leak(&image, &without, rooms::columns(thickness, size.width)))
-                };
-                let [leak, worst] = progress.step("leaks", &format!("{name}, {}", case.name), step)?;
-                rows.push(
-                    Row::default()
-                        .text("scene", "", name)
-                        .text("technique", "", case.name)
-                        .percent("leak", "leak", 3, leak)
-                        .percent("worst", "worst", 2, worst),
-                );
-            }
+            let (camera, look) = (scene.cameras[0].clone(), Settings::direct_light());
+            let view = View { name: name.to_owned(), scene, camera, look, size };
+            let without = self.bench.first_frame(&view, &changed(&view.look, "indirect none"))?;
+            let row = |case: &Case| {
+                let image = self.at_rest(&view, &case.settings, 1)?.remove(0);
+                for (words, ev) in EXPOSURES {
+                    let settings = Settings { exposure: Exposure::Ev(ev), ..view.look.clone() };
+                    self.bench.write_linear(
+                        &format!("leaks-{name}-{}-{words}", case.name),
+                        &linear(&image)?,
+                        &settings,
+                    )?;
+                }
+                let [leak, worst] = leak(&image, &without, rooms::columns(thickness, size.width));
+                let row = Row::default().text("scene", "", name).text("technique", "", &case.name);
+                Ok::<_, CliError>(row.percent("leak", "leak", 3, leak).percent("worst", "worst", 2, worst))
+            };
+            rows.extend(self.bench.rows("leaks", self.cases(&view), |case| format!("{name}, {}", case.name), row)?);
         }
-        report.section("Leaks", TEXT, "leaks", rows);
+        self.bench.section("Leaks", TEXT, "leaks", rows);
         Ok(())
     }
 }
@@ -83,7 +76,7 @@ fn leak(image: &RenderedImage, without: &RenderedImage, [lit_end, dark]: [u32; 2
 
 #[test]
 fn a_leak_is_reported() {
-    use crate::image::rendering;
+    use crate::testing::rendering;
     let of = |values: [f32; 6]| rendering(values.map(|v| [v, v, v, 1.0]).to_vec(), 0);
     let without = of([1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(leak(&of([3.0, 3.0, 9.0, 0.0, 0.0, 0.0]), &without, [2, 3]), [0.0, 0.0]);

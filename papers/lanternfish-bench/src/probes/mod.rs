@@ -18,24 +18,21 @@ use std::path::PathBuf;
 
 use clap::{Args, builder::PossibleValuesParser};
 use lanternfish::{
-    GpuScene, RenderedImage, Renderer,
+    RenderedImage,
     settings::{History, Quality, Settings},
-    techniques::{IndirectClamp, Probes, Sampled},
+    techniques::{Probes, Sampled},
 };
 use lanternfish_cli::{
     error::CliError,
     parse::{self, Size},
-    progress::Progress,
 };
-use lanternfish_scene::{Camera, Scene};
 
-use self::views::View;
 use crate::{
-    document::{Document, LeftOut},
-    quality::shots,
-    run::{Run, RunArgs, counter, ms_of},
+    bench::{Bench, RunArgs, Stage, is_requested},
+    case::{Case, changed},
     table::Row,
-    technique,
+    times::{counter, ms_of},
+    view::View,
 };
 
 const PARTS: [&str; 4] = ["price", "right", "leaks", "motion"];
@@ -82,97 +79,68 @@ pub struct ProbesArgs {
     shared: Option<PathBuf>,
 }
 
-/// One configuration of indirect light.
-pub struct Case {
-    pub name: &'static str,
-    /// Its settings, from those of the scene.
-    pub settings: fn(&Settings) -> Settings,
-}
-
 /// The compared techniques: a row for each.
-fn cases() -> Vec<Case> {
-    vec![
-        Case { name: "good", settings: |look| with(look, Quality::Good.sampled(), History::Off) },
-        Case { name: "good, history", settings: |look| with(look, Quality::Good.sampled(), History::On) },
-        Case { name: "draft, history", settings: |look| with(look, Quality::Draft.sampled(), History::On) },
-        Case {
-            name: "probes, history",
-            settings: |look| Settings { indirect: Probes::default().into(), history: History::On, ..look.clone() },
-        },
-    ]
-}
-
+const TECHNIQUES: [&str; 4] = ["good", "good, history", "draft, history", "probes, history"];
 /// No indirect light: the largest error, and what is subtracted to get indirect light alone.
-const NONE: Case =
-    Case { name: "none", settings: |look| Settings { indirect: technique::NO_INDIRECT, ..look.clone() } };
+const NONE: &str = "none";
 
-/// Settings with rays from every pixel.
-fn with(look: &Settings, sampled: Sampled, history: History) -> Settings {
-    Settings { indirect: technique::sampled(sampled), history, ..look.clone() }
+/// A technique by its name, with the settings of a scene.
+fn case(look: &Settings, name: &str) -> Case {
+    let mut settings = look.clone();
+    settings.history = if name.ends_with("history") { History::On } else { History::Off };
+    settings.indirect = match name.split(',').next() {
+        Some("good") => Quality::Good.sampled().into(),
+        Some("draft") => Quality::Draft.sampled().into(),
+        Some("probes") => Probes::default().into(),
+        _ => return Case::new(name, changed(look, "indirect none")),
+    };
+    Case::new(name, settings)
 }
 
 /// Inputs of all parts.
-struct Bench {
-    run: Run,
-    cases: Vec<Case>,
-    assets: PathBuf,
-    scenes: Vec<String>,
-    size: Option<Size>,
-    is_quick: bool,
-    warm: u32,
+struct InMotion<'a> {
+    bench: Bench,
+    args: &'a ProbesArgs,
+    techniques: Vec<&'static str>,
     frames: u32,
     every: u32,
     spp: u64,
     reference_rays: u32,
-    left_out: Vec<LeftOut>,
 }
 
 /// Measures and writes the report.
 pub fn run(args: &ProbesArgs) -> Result<(), CliError> {
-    let mut progress = Progress::start(false);
     let quick = |usual, quick| if args.quick { quick } else { usual };
-    let mut cases = cases();
-    cases.retain(|case| args.techniques.is_empty() || args.techniques.iter().any(|words| case.name.contains(words)));
-    if cases.is_empty() {
-        let names: Vec<&str> = self::cases().iter().map(|case| case.name).collect();
-        return Err(CliError::new("no technique has such a name", format!("choose from: {}", names.join("; "))));
+    let techniques: Vec<_> = TECHNIQUES.into_iter().filter(|name| is_requested(&args.techniques, name)).collect();
+    if techniques.is_empty() {
+        let hint = format!("choose from: {}", TECHNIQUES.join("; "));
+        return Err(CliError::new("no technique has such a name", hint));
     }
-    let mut bench = Bench {
-        run: Run::start_timed(&args.run, "probes")?,
-        cases,
-        assets: shots::assets(args.shared.clone()),
-        scenes: args.scenes.clone(),
-        size: args.size,
-        is_quick: args.quick,
-        warm: args.warm,
+    let of = InMotion {
+        bench: Bench::start(&args.run, "probes", "Indirect light in motion", None)?.with_timestamps()?,
+        args,
+        techniques,
         frames: args.frames.unwrap_or(quick(120, 6)),
         every: args.every.min(quick(args.every, 3)),
         spp: args.spp.unwrap_or(quick(64, 16).into()),
         reference_rays: args.reference_rays.unwrap_or(quick(128, 8)),
-        left_out: Vec::new(),
     };
-    let mut report = Document::new("Indirect light in motion", &bench.run.gpu, args.run.runs);
-    report.facts(Row::default().data("warm_frames", bench.warm).data("spp", bench.spp));
-    report.introduction(
-        &format!("Frames alone, not means of frames; {} frames at rest before a measured one", bench.warm),
+    of.bench.facts(Row::default().data("warm_frames", args.warm).data("spp", of.spp));
+    of.bench.report().introduction(
+        &format!("Frames alone, not means of frames; {} frames at rest before a measured one", args.warm),
         &format!("least of {} runs, device time", args.run.runs),
     );
-    for part in PARTS {
-        if args.only.is_empty() || args.only.iter().any(|only| only == part) {
-            match part {
-                "price" => bench.prices(&mut report, &mut progress)?,
-                "right" => bench.right(&mut report, &mut progress)?,
-                "leaks" => bench.leaks(&mut report, &mut progress)?,
-                _ => bench.motion(&mut report, &mut progress)?,
-            }
+    for part in PARTS.into_iter().filter(|part| args.only.is_empty() || args.only.iter().any(|only| only == part)) {
+        match part {
+            "price" => of.prices()?,
+            "right" => of.right()?,
+            "leaks" => of.leaks()?,
+            _ => of.motion()?,
         }
     }
-    let seconds = progress.finish();
-    let said = seconds.iter().map(|(step, seconds)| format!("{step} {seconds:.0} s"));
-    report.paragraph(format!("Time taken: {}.", said.collect::<Vec<_>>().join(", ")));
-    report.keep_data("seconds", &seconds);
-    report.left_out(&bench.left_out);
-    report.write(&bench.run.folder)
+    of.bench.report_seconds();
+    of.bench.list_left_out();
+    of.bench.finish()
 }
 
 /// What the passes of indirect light cost in a frame.
@@ -207,71 +175,48 @@ fn rays(image: &RenderedImage) -> u64 {
 }
 
 /// True if every frame is a first one, whatever came before: there is no history.
-fn restarts(renderer: &Renderer) -> bool {
-    renderer.settings().history == History::Off
+fn restarts(stage: &Stage) -> bool {
+    stage.renderer.settings().history == History::Off
 }
 
-impl Bench {
-    fn renderer(&self, settings: Settings) -> Result<Renderer, CliError> {
-        Ok(Renderer::with_engine(&self.run.engine, settings)?)
+impl InMotion<'_> {
+    /// The compared techniques, with the settings of a view.
+    fn cases(&self, view: &View) -> Vec<Case> {
+        self.techniques.iter().map(|name| case(&view.look, name)).collect()
     }
 
-    fn frame(
-        &self,
-        renderer: &mut Renderer,
-        scene: &GpuScene,
-        camera: &Camera,
-        size: Size,
-    ) -> Result<RenderedImage, CliError> {
-        Ok(renderer.render(scene, camera, size.width, size.height)?)
+    /// No indirect light, and the compared techniques.
+    fn with_none(&self, view: &View) -> Vec<Case> {
+        std::iter::once(case(&view.look, NONE)).chain(self.cases(view)).collect()
     }
 
-    /// Renders one frame with new history.
-    fn first_frame(&self, view: &View, settings: Settings) -> Result<RenderedImage, CliError> {
-        let mut renderer = self.renderer(settings)?;
-        let uploaded = renderer.upload(&view.scene)?;
-        self.frame(&mut renderer, &uploaded, &view.camera, view.size)
+    /// The view's scene on the device, after the warm frames; and the last of these.
+    fn warm(&self, view: &View, settings: &Settings) -> Result<(Stage, RenderedImage), CliError> {
+        let mut stage = self.bench.stage(&view.scene, settings)?;
+        let mut last = stage.frame(view)?;
+        // Without a history every frame is a first one; one frame then makes buffers large enough.
+        for _ in 1..if restarts(&stage) { 1 } else { self.args.warm } {
+            last = stage.frame(view)?;
+        }
+        Ok((stage, last))
     }
 
     /// Renders the frames of a view at rest, `count` of them after the warm ones.
-    fn at_rest(&self, view: &View, settings: Settings, count: u32) -> Result<Vec<RenderedImage>, CliError> {
-        let mut renderer = self.renderer(settings)?;
-        let uploaded = renderer.upload(&view.scene)?;
-        for _ in 0..self.warm_frames(&renderer) {
-            self.frame(&mut renderer, &uploaded, &view.camera, view.size)?;
-        }
-        (0..count).map(|_| self.frame(&mut renderer, &uploaded, &view.camera, view.size)).collect()
-    }
-
-    /// Frames before a measured one. Without a history every frame is a first one; one frame then makes buffers large enough.
-    fn warm_frames(&self, renderer: &Renderer) -> u32 {
-        if restarts(renderer) { 1 } else { self.warm }
+    fn at_rest(&self, view: &View, settings: &Settings, count: u32) -> Result<Vec<RenderedImage>, CliError> {
+        let (mut stage, _) = self.warm(view, settings)?;
+        (0..count).map(|_| Ok(stage.frame(view)?)).collect()
     }
 
     /// Settings of a frame with many rays from every pixel, without filter and clamp.
     ///
     /// A pixel's rays hit many entries of the radiance cache, so the noise of one entry matters little: no more samples for them.
     fn many_rays(&self, look: &Settings) -> Settings {
-        let sampled = Sampled {
-            diffuse_rays: self.reference_rays,
-            glossy_rays: self.reference_rays.div_ceil(4),
-            filter_radius: 0,
-            clamp: IndirectClamp::Off,
-            first_rays: 1,
-            ..Quality::Good.sampled()
-        };
-        with(look, sampled, History::Off)
-    }
-
-    /// Path of an image of the report.
-    fn path(&self, words: &[&str]) -> PathBuf {
-        let name = words.join("-").replace(", ", "-").replace([' ', ':'], "-");
-        self.run.folder.join(format!("{name}.png"))
-    }
-
-    /// A scene with its lights and its view, with another scene in it.
-    fn view_with(&self, view: &View, scene: Scene) -> View {
-        View { scene, ..view.clone() }
+        let mut settings =
+            changed(look, "history off, indirect sampled, first-rays 1, indirect-filter 0, indirect-clamp off");
+        if let Some(sampled) = settings.indirect.get_mut::<Sampled>() {
+            (sampled.diffuse_rays, sampled.glossy_rays) = (self.reference_rays, self.reference_rays.div_ceil(4));
+        }
+        settings
     }
 }
 
@@ -280,7 +225,7 @@ mod tests {
     use lanternfish_gpu::PassTime;
 
     use super::*;
-    use crate::image::rendering;
+    use crate::testing::rendering;
 
     #[test]
     fn only_indirect_light_counts() {
@@ -302,8 +247,11 @@ mod tests {
     }
 
     #[test]
-    fn names_of_techniques_are_unique() {
-        let names: Vec<&str> = cases().iter().chain([&NONE]).map(|case| case.name).collect();
-        assert!((1..names.len()).all(|i| !names[..i].contains(&names[i])), "{names:?}");
+    fn techniques_are_distinct() {
+        let look = Settings::direct_light();
+        let all: Vec<Case> = TECHNIQUES.into_iter().chain([NONE]).map(|name| case(&look, name)).collect();
+        for (i, a) in all.iter().enumerate() {
+            assert!(all[..i].iter().all(|b| a.name != b.name && a.settings != b.settings), "{}", a.name);
+        }
     }
 }

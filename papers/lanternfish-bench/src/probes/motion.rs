@@ -1,19 +1,24 @@
 //! A walk whose frames have references of their own, and flicker of static surfaces along it.
 
-use lanternfish::settings::{History, Settings};
-use lanternfish_cli::{error::CliError, progress::Progress};
-use lanternfish_metrics::{Pair, RgbImage};
+use lanternfish_cli::error::CliError;
+use lanternfish_metrics::RgbImage;
 use lanternfish_scene::Camera;
 
-use super::{Bench, Case, Cost, NONE, restarts, sheet::Sheet, views, views::View};
+use super::{Cost, InMotion, restarts, sheet::Sheet, views};
 use crate::{
-    document::Document,
-    ground_truths::{self, GroundTruth},
-    image::{hdr_flip, linear, rgb, shown, write},
-    one_bounce::walk::{Walk, grey},
-    run::median,
+    bench::Stage,
+    case::{Case, changed},
+    ground_truths::GroundTruth,
+    image::{linear, rgb},
+    one_bounce::{
+        self,
+        walk::{Walk, grey},
+    },
+    reference::flip,
     table::Row,
-    walked::{Walked, walk},
+    times::median,
+    view::View,
+    walked::{STEP, Walked, walk},
 };
 
 const TEXT: &str = "*FLIP*: mean and greatest HDR-FLIP of the frames that have a reference. *Error*: mean of their |difference| on a display, 0..1; \
@@ -21,17 +26,22 @@ const TEXT: &str = "*FLIP*: mean and greatest HDR-FLIP of the frames that have a
                     and of all passes, ms: compare errors at equal time. Techniques without a history render only the frames with a reference. \
                     *none* has no indirect light. The images, and walk-sheet.png with a row for each technique and the references below, are in \
                     the folder.";
-const FLICKER: &str = "The walk, at most 40 frames of it, past grey, diffuse, static surfaces. The image without indirect light is subtracted, so no \
-                       reference is needed. Standard deviation of the indirect light of a surface point over the frames in which it is visible, and its mean change \
-                       from frame to frame, both relative to its mean.";
 /// Frames of the walk over which flicker is measured, at most.
 const FLICKER_FRAMES: usize = 40;
-/// Seconds of a frame.
-pub const STEP: f32 = 1.0 / 30.0;
+/// A technique on a walk.
+struct Walker {
+    stage: Stage,
+    walked: Walked,
+    /// HDR-FLIP of the frames that have a reference.
+    flips: Vec<f64>,
+    /// Times of indirect light, and of the frames, ms.
+    times: Vec<f64>,
+    frames: Vec<f64>,
+}
 
-impl Bench {
+impl InMotion<'_> {
     /// Adds the tables of a walk, of a light that goes out, and of an object that moves.
-    pub fn motion(&mut self, report: &mut Document, progress: &mut Progress) -> Result<(), CliError> {
+    pub fn motion(&self) -> Result<(), CliError> {
         let Some(view) = self.views(views::MOTION, 270)?.into_iter().next() else { return Ok(()) };
         let references = match self.reference_rays {
             0 => format!("the path tracer's image, {} samples per pixel", self.spp),
@@ -40,82 +50,73 @@ impl Bench {
                 rays.div_ceil(4)
             ),
         };
-        report.heading("In motion");
-        report
-            .paragraph(format!("{}, {} × {}. Reference: {references}.", view.name, view.size.width, view.size.height));
-        let rows = self.walks(&view, progress)?;
-        report.section("A walk", TEXT, "walk", rows);
-        let rows = self.flicker(&view, progress)?;
-        report.section("Flicker along the walk", FLICKER, "flicker", rows);
-        self.changes(&view, report, progress)
+        let text = format!("{}, {} × {}. Reference: {references}.", view.name, view.size.width, view.size.height);
+        self.bench.report().heading("In motion");
+        self.bench.report().paragraph(text);
+        let rows = self.walks(&view)?;
+        self.bench.section("A walk", TEXT, "walk", rows);
+        let rows = self.flicker(&view)?;
+        let text = format!("The walk, at most {FLICKER_FRAMES} frames of it. {}", one_bounce::walk::TEXT);
+        self.bench.section("Flicker along the walk", &text, "flicker", rows);
+        self.changes(&view)
     }
 
     /// The reference of a view, in radiance.
-    pub fn reference(&self, view: &View, progress: &mut Progress) -> Result<RgbImage, CliError> {
-        progress.step("motion references", view.name, || {
-            if self.reference_rays > 0 {
-                return Ok(linear(&self.first_frame(view, self.many_rays(&view.look))?)?);
-            }
-            let View { name, scene, camera, look: settings, size } = view;
-            let subject = ground_truths::Subject { name, scene, camera, size: *size, settings, spp: self.spp };
-            Ok(ground_truths::obtain(&self.run.folder, GroundTruth::Full, &subject)?.mean)
+    pub fn reference(&self, view: &View) -> Result<RgbImage, CliError> {
+        self.bench.step("motion references", &view.name, || match self.reference_rays {
+            0 => Ok(view.reference(&self.bench, GroundTruth::Full, self.spp)?.mean),
+            _ => Ok(linear(&self.bench.first_frame(view, &self.many_rays(&view.look))?)?),
         })
     }
 
-    fn walks(&self, view: &View, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
-        let cases: Vec<&Case> = [&NONE].into_iter().chain(&self.cases).collect();
-        let mut walkers = Vec::new();
-        for case in &cases {
-            let renderer = self.renderer((case.settings)(&view.look))?;
-            let uploaded = renderer.upload(&view.scene)?;
-            walkers.push((renderer, uploaded, Walked::default(), Vec::new(), Vec::new(), Vec::new()));
-        }
+    fn walks(&self, view: &View) -> Result<Vec<Row>, CliError> {
+        let cases = self.with_none(view);
+        let walker = |case: &Case| {
+            let stage = self.bench.stage(&view.scene, &case.settings)?;
+            Ok(Walker { stage, walked: Walked::default(), flips: Vec::new(), times: Vec::new(), frames: Vec::new() })
+        };
+        let mut walkers = cases.iter().map(walker).collect::<Result<Vec<_>, CliError>>()?;
         let mut sheet = Sheet::new(view.size, cases.len() + 1);
-        for (frame, camera) in self.cameras(view).iter().enumerate() {
+        for (frame, camera) in self.cameras(view).into_iter().enumerate() {
+            let view = View { camera, ..view.clone() };
             // Not the first: nothing has a history there.
-            let reference = ((frame as u32 + 1).is_multiple_of(self.every))
-                .then(|| self.reference(&View { camera: camera.clone(), ..view.clone() }, progress))
-                .transpose()?;
-            let colors = reference.as_ref().map(|image| shown(image, view.look.exposure, view.look.tone_map).0);
-            let number = format!("{frame:03}");
+            let is_compared = (frame as u32 + 1).is_multiple_of(self.every);
+            let reference = is_compared.then(|| self.reference(&view)).transpose()?;
+            let reference = reference.map(|image| (view.shown(&image), image));
             for (row, (case, walker)) in cases.iter().zip(&mut walkers).enumerate() {
-                let (renderer, uploaded, walked, flips, times, frames) = walker;
-                if reference.is_none() && restarts(renderer) {
+                let Walker { stage, walked, flips, times, frames } = walker;
+                if reference.is_none() && restarts(stage) {
                     continue;
                 }
-                let image = progress
-                    .step("walk", &format!("frame {frame}"), || self.frame(renderer, uploaded, camera, view.size))?;
+                let image = self.bench.step("walk", &format!("frame {frame}"), || stage.frame(&view))?;
                 let Cost { indirect_ms, frame_ms } = Cost::of(&image);
                 times.push(indirect_ms);
                 frames.push(frame_ms);
-                if let (Some(reference), Some(colors)) = (&reference, &colors) {
+                if let Some((colors, reference)) = &reference {
                     let rgb = rgb(&image);
                     walked.add(&rgb, colors);
-                    flips.push(hdr_flip(&Pair::new(linear(&image)?, reference.clone())?)?);
+                    flips.push(flip(&image, reference)?);
                     sheet.add(row, &rgb);
-                    write(&self.path(&["walk", case.name, &number]), &image)?;
+                    self.bench.write(&format!("walk-{}-{frame:03}", case.name), &image)?;
                 }
             }
-            if let Some(colors) = &colors {
+            if let Some((colors, _)) = &reference {
                 sheet.add(cases.len(), colors);
             }
         }
-        sheet.write(&self.path(&["walk", "sheet"]))?;
-        Ok(cases
-            .iter()
-            .zip(walkers)
-            .map(|(case, (.., walked, flips, mut times, mut frames))| {
-                Row::default()
-                    .text("technique", "", case.name)
-                    .fixed("flip", "FLIP", 4, flips.iter().sum::<f64>() / flips.len().max(1) as f64)
-                    .fixed("flip_max", "greatest", 4, flips.iter().copied().fold(0.0, f64::max))
-                    .fixed("error", "error", 4, walked.mean())
-                    .fixed("p999", "p99.9", 3, walked.percentile(0.999))
-                    .fixed("indirect_ms", "indirect, ms", 1, median(&mut times))
-                    .fixed("frame_ms", "frame, ms", 1, median(&mut frames))
-                    .data("flips", flips)
-            })
-            .collect())
+        sheet.write(&self.bench.path("walk-sheet"))?;
+        let row = |(case, Walker { walked, flips, mut times, mut frames, .. }): (&Case, Walker)| {
+            Row::default()
+                .text("technique", "", &case.name)
+                .fixed("flip", "FLIP", 4, flips.iter().sum::<f64>() / flips.len().max(1) as f64)
+                .fixed("flip_max", "greatest", 4, flips.iter().copied().fold(0.0, f64::max))
+                .fixed("error", "error", 4, walked.mean())
+                .fixed("p999", "p99.9", 3, walked.percentile(0.999))
+                .fixed("indirect_ms", "indirect, ms", 1, median(&mut times))
+                .fixed("frame_ms", "frame, ms", 1, median(&mut frames))
+                .data("flips", flips)
+        };
+        Ok(cases.iter().zip(walkers).map(row).collect())
     }
 
     /// Views of the walk, one a frame.
@@ -123,16 +124,13 @@ impl Bench {
         (0..self.frames).map(|frame| walk(&view.camera, frame as f32 * STEP)).collect()
     }
 
-    fn flicker(&self, view: &View, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
-        let (scene, mut cameras) = (grey(&view.scene), self.cameras(view));
+    fn flicker(&self, view: &View) -> Result<Vec<Row>, CliError> {
+        let mut cameras = self.cameras(view);
         cameras.truncate(FLICKER_FRAMES);
-        let without = Settings { history: History::Off, ..(NONE.settings)(&view.look) };
-        let walk = progress
-            .step("flicker", "without", || Walk::new(&self.run.engine, &scene, &cameras, view.size, &without))?;
-        let of = |case: &Case| {
-            let settings = (case.settings)(&view.look);
-            Ok(progress.step("flicker", case.name, || walk.flicker(case.name, &settings))?.row())
-        };
-        self.cases.iter().map(of).collect()
+        let without = changed(&view.look, "indirect none, history off");
+        let walk = self
+            .bench
+            .step("flicker", "without", || Walk::new(&self.bench, view.with(grey(&view.scene)), &cameras, &without))?;
+        walk.rows(&self.cases(view))
     }
 }

@@ -1,14 +1,14 @@
 //! The price of a frame with a warm radiance cache: rays by count, and times by pass.
 
 use lanternfish::RenderedImage;
-use lanternfish_cli::{error::CliError, progress::Progress};
+use lanternfish_cli::error::CliError;
 use lanternfish_gpu::PassTime;
 
-use super::{Bench, Case, Cost, is_indirect, rays, views};
+use super::{Cost, InMotion, is_indirect, rays, views};
 use crate::{
-    document::Document,
-    run::counter,
+    case::Case,
     table::{Row, percent},
+    times::{counter, sums},
 };
 
 const TEXT: &str = "A view at rest, after the frames that warm history and radiance cache. Rays a pixel by count: *rays* from pixels or probes, \
@@ -19,24 +19,23 @@ const PASSES: &str = "The passes of the same frames, longest first, with their s
 /// Passes of a frame that are shown.
 const MOST_PASSES: usize = 12;
 
-impl Bench {
+impl InMotion<'_> {
     /// Adds the tables of prices.
-    pub fn prices(&mut self, report: &mut Document, progress: &mut Progress) -> Result<(), CliError> {
+    pub fn prices(&self) -> Result<(), CliError> {
         let (mut rows, mut passes) = (Vec::new(), Vec::new());
         for view in self.views(views::PRICE, 432)? {
-            for Case { name, settings } in &self.cases {
-                let step = || self.at_rest(&view, settings(&view.look), self.run.runs);
-                let frames = progress.step("price", &format!("{}, {name}", view.name), step)?;
-                let ms = |image: &&RenderedImage| Cost::of(image).indirect_ms;
-                let best = frames.iter().min_by(|a, b| ms(a).total_cmp(&ms(b))).expect("at least one run");
-                let pixels = f64::from(view.size.width) * f64::from(view.size.height);
-                let of = Row::default().text("scene", "", view.name).text("technique", "", name);
-                rows.push(of.clone().and(row(best, pixels)));
+            for Case { name, settings } in self.cases(&view) {
+                let step = || self.at_rest(&view, &settings, self.bench.runs);
+                let frames = self.bench.step("price", &format!("{}, {name}", view.name), step)?;
+                let ms = |image: &RenderedImage| Cost::of(image).indirect_ms;
+                let Some(best) = frames.iter().min_by(|a, b| ms(a).total_cmp(&ms(b))) else { continue };
+                let of = Row::default().text("scene", "", &view.name).text("technique", "", name);
+                rows.push(of.clone().and(row(best, view.pixels())));
                 passes.extend(breakdown(&best.report.passes).into_iter().map(|pass| of.clone().and(pass)));
             }
         }
-        report.section("Price", TEXT, "price", rows);
-        report.section("Price by pass", PASSES, "passes", passes);
+        self.bench.section("Price", TEXT, "price", rows);
+        self.bench.section("Price by pass", PASSES, "passes", passes);
         Ok(())
     }
 }
@@ -60,13 +59,7 @@ fn row(image: &RenderedImage, pixels: f64) -> Row {
 
 /// Rows of the passes of indirect light; passes of one label are added up.
 fn breakdown(passes: &[PassTime]) -> Vec<Row> {
-    let mut sums: Vec<(&str, f64)> = Vec::new();
-    for pass in passes.iter().filter(|pass| is_indirect(&pass.name)) {
-        match sums.iter_mut().find(|(name, _)| *name == pass.name) {
-            Some((_, ms)) => *ms += pass.ms,
-            None => sums.push((&pass.name, pass.ms)),
-        }
-    }
+    let mut sums = sums(passes.iter().filter(|pass| is_indirect(&pass.name)));
     sums.sort_by(|a, b| b.1.total_cmp(&a.1));
     let all: f64 = sums.iter().map(|(_, ms)| ms).sum();
     let row = |(name, ms): &(&str, f64)| {

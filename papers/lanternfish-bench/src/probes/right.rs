@@ -1,18 +1,16 @@
 //! A frame of a view at rest against the path tracer with all bounces.
 
-use lanternfish::{
-    RenderedImage,
-    settings::{History, Quality, Settings},
-};
-use lanternfish_cli::{error::CliError, progress::Progress};
-use lanternfish_metrics::{ColorType, Pair, RgbImage, write_png};
+use lanternfish_cli::error::CliError;
 
-use super::{Bench, Case, Cost, NONE, views, views::View, with};
+use super::{Cost, InMotion, NONE, case, views};
 use crate::{
-    document::Document,
+    bench::file_name,
+    case::{Case, ONE_BOUNCE},
     ground_truths::{self, GroundTruth, GroundTruthFigures},
-    image::{energy, energy_of, hdr_flip, linear, rgb, shown, write},
+    image::{energy, energy_of, rgb},
+    reference::Reference,
     table::Row,
+    view::View,
     walked::Walked,
 };
 
@@ -24,123 +22,70 @@ const TEXT: &str = "The last warm frame against the path tracer with all bounces
 /// Frames after the warm ones over which flicker is measured.
 const FRAMES: u32 = 4;
 
-/// A technique that loses light beyond the first bounce.
-const ONE_BOUNCE: Case =
-    Case { name: "good, one bounce", settings: |look| with(look, Quality::Good.sampled().one_bounce(), History::On) };
-/// The mean of many frames: the least error that can be seen.
-const MEAN: Case = Case { name: "good, mean", settings: |look| with(look, Quality::Good.sampled(), History::Off) };
+/// A technique that loses light beyond the first bounce; and the mean of many frames: the least error that can be seen.
+const ONE: &str = "good, one bounce";
+const MEAN: &str = "good, mean";
 
-/// The path tracer's image of a view.
-struct Reference {
-    image: RgbImage,
-    /// Energy of its indirect light alone.
-    indirect: f64,
-    figures: GroundTruthFigures,
-}
-
-impl Bench {
+impl InMotion<'_> {
     /// Adds the tables of errors at rest.
-    pub fn right(&mut self, report: &mut Document, progress: &mut Progress) -> Result<(), CliError> {
-        let (mut rows, mut references) = (Vec::new(), Vec::new());
+    pub fn right(&self) -> Result<(), CliError> {
+        let (bench, mut rows, mut references) = (&self.bench, Vec::new(), Vec::new());
+        let mean_frames = if self.args.quick { 4 } else { 32 };
         for view in self.views(views::RIGHT, 180)? {
-            let reference = progress.step("reference", view.name, || self.reference_of(&view))?;
-            let bytes = shown(&reference.image, view.look.exposure, view.look.tone_map).0;
-            let path = self.path(&["right", view.name, "reference"]);
-            write_png(&path, view.size.width, view.size.height, ColorType::Rgb, &bytes)?;
-            let Reference { figures, indirect, .. } = &reference;
-            let noise = figures.noise_energy * energy_of(&reference.image) / indirect;
+            let (reference, figures) = bench.step("reference", &view.name, || self.reference_of(&view))?;
+            let shown = view.shown(&reference.image);
+            bench.write_linear(&format!("right-{}-reference", view.name), &reference.image, &view.look)?;
             references.push(
                 Row::default()
-                    .text("scene", "", view.name)
+                    .text("scene", "", &view.name)
                     .number("spp", "samples", figures.spp)
-                    .percent("energy_noise", "energy of indirect light ±", 2, noise)
+                    .percent("energy_noise", "energy of indirect light ±", 2, reference.noise(figures.noise_energy))
                     .fixed("halves_flip", "FLIP between halves", 4, figures.noise_hdr_flip)
                     .fixed("seconds", "s", 0, figures.seconds),
             );
-            let [without, mean_without] = [1, self.mean_frames()]
-                .map(|accumulate| self.first_frame(&view, Settings { accumulate, ..(NONE.settings)(&view.look) }));
+            let none = case(&view.look, NONE);
+            let without = [1, mean_frames].map(|frames| bench.mean(&view, &none.settings, frames));
+            let [without, mean_without] = without;
             let [without, mean_without] = [energy(&without?), energy(&mean_without?)];
-            for case in [&NONE, &ONE_BOUNCE, &MEAN].into_iter().chain(&self.cases) {
-                let doing = format!("{}, {}", view.name, case.name);
-                let without = if case.name == MEAN.name { mean_without } else { without };
-                rows.push(progress.step("right", &doing, || self.error(&view, case, &reference, &bytes, without))?);
-            }
+            let one = Case::of(&case(&view.look, "good, history").settings, ONE, ONE_BOUNCE);
+            let mean = Case::of(&case(&view.look, "good").settings, MEAN, &format!("accumulate {mean_frames}"));
+            let row = |Case { name, settings }: &Case| {
+                let is_one = name == NONE || name == MEAN;
+                let frames = match is_one {
+                    true => vec![bench.first_frame(&view, settings)?],
+                    false => self.at_rest(&view, settings, FRAMES)?,
+                };
+                bench.write(&format!("right-{}-{name}", view.name), &frames[0])?;
+                let mut walked = Walked::default();
+                frames.iter().for_each(|frame| walked.add(&rgb(frame), &shown));
+                let ms = frames.iter().map(|frame| Cost::of(frame).indirect_ms).fold(f64::INFINITY, f64::min);
+                let without = if name == MEAN { mean_without } else { without };
+                Ok::<_, CliError>(
+                    Row::default()
+                        .text("scene", "", &view.name)
+                        .text("technique", "", name)
+                        .and(reference.errors(&frames[0], without)?.row("energy"))
+                        .fixed("p999", "p99.9", 3, walked.percentile(0.999))
+                        .fixed("flicker", "flicker", 5, walked.flicker())
+                        .fixed("indirect_ms", "indirect, ms", 1, ms),
+                )
+            };
+            let cases = [none, one, mean].into_iter().chain(self.cases(&view));
+            rows.extend(bench.rows("right", cases, |case| format!("{}, {}", view.name, case.name), row)?);
         }
-        report.section("At rest", TEXT, "right", rows);
-        report.section("References", "", "references", references);
+        bench.section("At rest", TEXT, "right", rows);
+        bench.section("References", "", "references", references);
         Ok(())
     }
 
-    /// Frames of the mean.
-    fn mean_frames(&self) -> u32 {
-        if self.is_quick { 4 } else { 32 }
+    fn reference_of(&self, view: &View) -> Result<(Reference, GroundTruthFigures), CliError> {
+        let view = View { name: file_name(&view.name), ..view.clone() };
+        let traced = view.reference(&self.bench, GroundTruth::Full, self.spp)?;
+        // The environment is part of the scene; the other one is not requested.
+        let part = |part: GroundTruth| part.scene(&view.scene, &lanternfish_scene::generate::sky());
+        let (folder, subject) = (&self.bench.folder, view.subject(self.spp));
+        let without = ground_truths::energy_without_indirect(folder, GroundTruth::Full, &traced.mean, part, &subject)?;
+        let direct = without.unwrap_or(0.0) * energy_of(&traced.mean);
+        Ok((Reference::new(traced.mean, direct, "choose more samples with --spp")?, traced.figures))
     }
-
-    fn reference_of(&self, view: &View) -> Result<Reference, CliError> {
-        let View { name, scene, camera, look, size } = view;
-        let file_name = name.replace(", ", "-").replace(' ', "-");
-        let subject =
-            ground_truths::Subject { name: &file_name, scene, camera, size: *size, settings: look, spp: self.spp };
-        let traced = ground_truths::obtain(&self.run.folder, GroundTruth::Full, &subject)?;
-        // The environment is part of the scene; the other one is not asked for.
-        let part = |part: GroundTruth| part.scene(scene, &lanternfish_scene::generate::sky());
-        let without =
-            ground_truths::energy_without_indirect(&self.run.folder, GroundTruth::Full, &traced.mean, part, &subject)?;
-        let indirect = energy_of(&traced.mean) * (1.0 - without.unwrap_or(0.0));
-        if indirect <= 0.0 {
-            return Err(CliError::new(format_args!("{name}: no indirect light"), "choose more samples with --spp"));
-        }
-        Ok(Reference { image: traced.mean, indirect, figures: traced.figures })
-    }
-
-    fn error(
-        &self,
-        view: &View,
-        case: &Case,
-        reference: &Reference,
-        shown: &[u8],
-        without: f64,
-    ) -> Result<Row, CliError> {
-        let settings = (case.settings)(&view.look);
-        let frames = if case.name == MEAN.name {
-            vec![self.first_frame(view, Settings { accumulate: self.mean_frames(), ..settings })?]
-        } else if case.name == NONE.name {
-            vec![self.first_frame(view, settings)?]
-        } else {
-            self.at_rest(view, settings, FRAMES)?
-        };
-        let image = &frames[0];
-        write(&self.path(&["right", view.name, case.name]), image)?;
-        let mut walked = Walked::default();
-        frames.iter().for_each(|frame| walked.add(&rgb(frame), shown));
-        let ms = frames.iter().map(|frame| Cost::of(frame).indirect_ms).fold(f64::INFINITY, f64::min);
-        Ok(Row::default()
-            .text("scene", "", view.name)
-            .text("technique", "", case.name)
-            .and(errors(image, without, &reference.image, reference.indirect)?)
-            .fixed("p999", "p99.9", 3, walked.percentile(0.999))
-            .fixed("flicker", "flicker", 5, walked.flicker())
-            .fixed("indirect_ms", "indirect, ms", 1, ms))
-    }
-}
-
-/// Energy of indirect light alone and FLIP of an image. `without`: the renderer's energy without indirect light.
-fn errors(image: &RenderedImage, without: f64, reference: &RgbImage, indirect: f64) -> Result<Row, CliError> {
-    let pair = Pair::new(linear(image)?, reference.clone())?;
-    let ratio = (energy(image) - without) / indirect;
-    Ok(Row::default().fixed("energy", "energy", 3, ratio).fixed("flip", "FLIP", 4, hdr_flip(&pair)?))
-}
-
-#[test]
-fn lost_light_is_reported() {
-    use crate::image::rendering;
-    // Direct light of 1, indirect light of 0.5 in each of three channels of 64 pixels.
-    let reference = RgbImage::new(64, 1, vec![[1.5; 3]; 64]).unwrap();
-    let of = |indirect: f32| {
-        let pixel = 1.0 + indirect;
-        errors(&rendering(vec![[pixel, pixel, pixel, 1.0]; 64], 0), 192.0, &reference, 96.0).unwrap()
-    };
-    let [exact, dark] = [0.5, 0.4].map(of);
-    assert_eq!((exact.f64("energy"), exact.f64("flip")), (1.0, 0.0));
-    assert!((dark.f64("energy") - 0.8).abs() < 1e-6 && dark.f64("flip") > 0.001, "{dark:?}");
 }

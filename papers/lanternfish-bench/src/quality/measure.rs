@@ -2,16 +2,19 @@
 
 use std::time::{Duration, Instant};
 
-use lanternfish::{RenderError, RenderedImage, Renderer};
-use lanternfish_cli::{error::CliError, flags::as_flags};
+use lanternfish::{RenderError, RenderedImage, settings::Settings};
+use lanternfish_cli::{error::CliError, flags::as_flags, parse::Size};
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
-use lanternfish_scene::{Camera, Scene};
+use lanternfish_scene::Scene;
 use serde::Serialize;
 
 use super::{shots::Shot, techniques::Technique};
 use crate::{
+    bench::{Bench, file_name},
+    case::Case,
     image::{differing, hdr_flip, linear, shown},
-    run::{Run, counter, median, ms_of},
+    times::{counter, frame_time, median},
+    view::View,
 };
 
 /// Timing of a technique stops after this duration.
@@ -28,7 +31,7 @@ pub struct Row {
 }
 
 /// Results of a technique on a shot.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Figures {
     pub errors: Errors,
     /// Number of frames averaged in the image.
@@ -48,7 +51,7 @@ pub struct Figures {
 }
 
 /// Errors against the ground truth.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Errors {
     /// Mean LDR-FLIP of the display colours.
     pub flip: f64,
@@ -61,37 +64,32 @@ pub struct Errors {
 }
 
 /// Inputs of all rows of a shot.
-pub struct Bench<'b> {
-    pub run: &'b Run,
+pub struct ShotBench<'b> {
+    pub bench: &'b Bench,
     pub shot: &'b Shot,
-    pub camera: &'b Camera,
+    pub view: &'b View,
 }
 
 /// Image and results of the first row, with which other images are compared.
 pub struct First {
-    rendering: RenderedImage,
+    image: RenderedImage,
     /// Name of its ground truth.
     ground_truth: &'static str,
     figures: Figures,
 }
 
-impl Bench<'_> {
-    /// Renders `technique` on `scene` and compares the image with `ground_truth`. Stores the first row in `first`.
+impl ShotBench<'_> {
+    /// Renders `technique` on `scene` and compares the image with `reference`. Stores the first row in `first`.
     pub fn row(
         &self,
-        technique: &Technique,
+        Technique { case, ground_truth }: &Technique,
         scene: &Scene,
-        ground_truth: &RgbImage,
+        reference: &RgbImage,
         first: &mut Option<First>,
     ) -> Result<Row, CliError> {
-        let ground_truth_name = technique.ground_truth.name();
-        let row = |left_out, figures| Row {
-            name: technique.name.clone(),
-            ground_truth: ground_truth_name,
-            left_out,
-            figures,
-        };
-        let (rendering, frame_ms) = match self.render(technique, scene) {
+        let ground_truth = ground_truth.name();
+        let row = |left_out, figures| Row { name: case.name.clone(), ground_truth, left_out, figures };
+        let (image, frame_ms) = match self.render(&case.settings, scene) {
             Ok(rendered) => rendered,
             Err(RenderError::MissingFeature { feature, .. }) => {
                 return Ok(row(Some(format!("the adapter has no {feature}")), None));
@@ -99,61 +97,50 @@ impl Bench<'_> {
             Err(error @ RenderError::Driver { .. }) => return Ok(row(Some(as_flags(&error.to_string())), None)),
             Err(error) => return Err(error.into()),
         };
-        let differing_pixels = first.as_ref().map_or(0, |first| differing(&first.rendering, &rendering));
-        let counter = |name| counter(&rendering.report, name);
-        let same = first.as_ref().filter(|first| differing_pixels == 0 && first.ground_truth == ground_truth_name);
-        let (errors, files) = match same {
-            Some(first) => (first.figures.errors.clone(), [first.figures.rendering.clone(), first.figures.map.clone()]),
-            None => self.compare(technique, &rendering, ground_truth)?,
+        let differing_pixels = first.as_ref().map_or(0, |first| differing(&first.image, &image));
+        let counter = |name| counter(&image.report, name);
+        let same = first.as_ref().filter(|first| differing_pixels == 0 && first.ground_truth == ground_truth);
+        let compared = match same {
+            Some(first) => first.figures.clone(),
+            None => self.compare(case, &image, reference)?,
         };
-        let [file, map] = files;
         let figures = Figures {
-            errors,
-            frames: technique.settings.accumulate,
+            frames: case.settings.accumulate,
             differing_pixels,
             frame_ms,
             rays: counter("shadows/rays"),
             listed_lights: counter("light_culling/listed_lights"),
-            rendering: file,
-            map,
+            ..compared
         };
-        first.get_or_insert_with(|| First { rendering, ground_truth: ground_truth_name, figures: figures.clone() });
+        first.get_or_insert_with(|| First { image, ground_truth, figures: figures.clone() });
         Ok(row(None, Some(figures)))
     }
 
     /// Renders the image, and returns it with its time, ms: the median of the frames after it, or for a mean the sum of its frames.
-    fn render(&self, technique: &Technique, scene: &Scene) -> Result<(RenderedImage, f64), RenderError> {
-        let mut renderer = Renderer::with_engine(&self.run.engine, technique.settings.clone())?;
-        let uploaded = renderer.upload(scene)?;
-        let Shot { size, factor, .. } = self.shot;
-        let mut timed = || {
-            let started = Instant::now();
-            let rendering = renderer.render(&uploaded, self.camera, factor * size.width, factor * size.height)?;
-            let wall_ms = 1e3 * started.elapsed().as_secs_f64();
-            let passes = &rendering.report.passes;
-            let ms = if passes.is_empty() { wall_ms } else { ms_of(passes, "") };
-            Ok::<_, RenderError>((rendering, ms))
-        };
-        let (rendering, first_ms) = timed()?;
-        if technique.settings.accumulate > 1 {
-            return Ok((rendering, first_ms));
+    fn render(&self, settings: &Settings, scene: &Scene) -> Result<(RenderedImage, f64), RenderError> {
+        let mut stage = self.bench.stage(scene, settings)?;
+        let (factor, size) = (self.shot.factor, self.view.size);
+        let large = Size { width: factor * size.width, height: factor * size.height };
+        let view = View { size: large, scene: Scene::default(), ..self.view.clone() };
+        let (first_ms, image) = frame_time(|| stage.frame(&view))?;
+        if settings.accumulate > 1 {
+            return Ok((image, first_ms));
         }
-        let mut times: Vec<f64> = Vec::new();
-        let begun = Instant::now();
-        while times.len() < self.run.runs as usize && (times.is_empty() || begun.elapsed() < ENOUGH) {
-            times.push(timed()?.1);
+        let (mut times, begun) = (Vec::new(), Instant::now());
+        while times.len() < self.bench.runs as usize && (times.is_empty() || begun.elapsed() < ENOUGH) {
+            times.push(frame_time(|| stage.frame(&view))?.0);
         }
-        Ok((rendering, median(&mut times)))
+        Ok((image, median(&mut times)))
     }
 
+    /// Errors of an image, which is written with its FLIP map.
     fn compare(
         &self,
-        technique: &Technique,
-        rendering: &RenderedImage,
-        ground_truth: &RgbImage,
-    ) -> Result<(Errors, [String; 2]), CliError> {
-        let pair = Pair::new(linear(rendering)?.box_downsampled(self.shot.factor as usize)?, ground_truth.clone())?;
-        let settings = &technique.settings;
+        Case { name, settings }: &Case,
+        image: &RenderedImage,
+        reference: &RgbImage,
+    ) -> Result<Figures, CliError> {
+        let pair = Pair::new(linear(image)?.box_downsampled(self.shot.factor as usize)?, reference.clone())?;
         let [image, reference] =
             [pair.image(), pair.reference()].map(|image| shown(image, settings.exposure, settings.tone_map));
         let display = Pair::new(image.1, reference.1)?;
@@ -166,16 +153,16 @@ impl Bench<'_> {
             percentile_95: linear.relative.percentile_95,
             energy_ratio: linear.energy_ratio,
         };
-        let stem = format!("renderings/{}-{}", self.shot.name, technique.file_name());
-        let files = [format!("{stem}.png"), format!("{stem}-flip.png")];
-        self.write(&files[0], &image.0)?;
-        self.write(&files[1], &map.magma())?;
-        Ok((errors, files))
+        let stem = format!("renderings/{}-{}", self.shot.name, file_name(name));
+        let [rendering, map_file] = [format!("{stem}.png"), format!("{stem}-flip.png")];
+        self.write(&rendering, &image.0)?;
+        self.write(&map_file, &map.magma())?;
+        Ok(Figures { errors, rendering, map: map_file, ..Figures::default() })
     }
 
     /// Writes an image of the report, with the shot's size.
     pub fn write(&self, file: &str, rgb: &[u8]) -> Result<(), CliError> {
-        let size = self.shot.size;
-        Ok(write_png(&self.run.folder.join(file), size.width, size.height, ColorType::Rgb, rgb)?)
+        let size = self.view.size;
+        Ok(write_png(&self.bench.folder.join(file), size.width, size.height, ColorType::Rgb, rgb)?)
     }
 }

@@ -5,7 +5,6 @@
 //! 2. Render each technique at a higher resolution than its ground truth, box-filter the image, and compare ([`measure`]).
 //! 3. Write the report ([`report`]).
 
-mod bounces;
 mod measure;
 mod report;
 pub mod shots;
@@ -24,15 +23,15 @@ use lanternfish_cli::{
 use lanternfish_scene::Environment;
 
 use self::{
-    measure::Bench,
-    report::{LeftOut, ShotReport},
+    measure::ShotBench,
+    report::ShotReport,
     shots::{SHOTS, Shot},
     techniques::techniques,
 };
 use crate::{
-    ground_truths::{self, GroundTruth, Subject},
-    image::shown,
-    run::{Run, RunArgs, make_folder},
+    bench::{Bench, RunArgs, is_requested, make_folder},
+    ground_truths::{self, GroundTruth},
+    view::View,
 };
 
 /// Flags of `quality`.
@@ -64,17 +63,6 @@ pub struct QualityArgs {
     commit: Option<String>,
 }
 
-impl QualityArgs {
-    /// True if a technique is requested.
-    fn requests(&self, name: &str) -> bool {
-        self.techniques.is_empty() || self.techniques.iter().any(|words| name.contains(words))
-    }
-
-    fn assets(&self) -> PathBuf {
-        shots::assets(self.shared.clone())
-    }
-}
-
 fn ground_truth() -> impl TypedValueParser<Value = GroundTruth> {
     PossibleValuesParser::new(compared_ground_truths().map(|ground_truth| ground_truth.name()))
         .map(|name| name.parse().expect("clap lets only known names through"))
@@ -87,53 +75,52 @@ fn compared_ground_truths() -> impl Iterator<Item = GroundTruth> {
 
 /// Measures and writes the reports.
 pub fn run(args: &QualityArgs) -> Result<(), CliError> {
-    let run = Run::start(&args.run, "quality")?;
-    make_folder(&run.folder.join("renderings"))?;
-    let (mut shots, mut left_out) = (Vec::new(), Vec::new());
-    let assets = args.assets();
+    let bench = Bench::start(&args.run, "quality", "Quality of every technique", None)?;
+    make_folder(&bench.folder.join("renderings"))?;
+    let mut shots = Vec::new();
+    let assets = shots::assets(args.shared.clone());
     let environment_light = shots::environment_light(&assets)?;
     for shot in SHOTS.iter().filter(|shot| args.only.is_empty() || args.only.iter().any(|name| name == shot.name)) {
         eprintln!("{}", shot.name);
         if let Some(reason) = shot.missing(&assets) {
             eprintln!("  left out: {reason}");
-            left_out.push(LeftOut { shot: shot.name, reason });
+            bench.leave_out(shot.name, reason);
             continue;
         }
         let mut shot = *shot;
         shot.size = args.size.unwrap_or(shot.size);
-        shots.push(run_shot(args, &run, &shot, &environment_light)?);
+        shots.push(run_shot(args, &bench, &shot, shot.load(&assets, None)?, &environment_light)?);
     }
-    report::write(&run, args.spp, args.commit.as_deref(), &shots, &left_out)
+    report::write(&bench, args.spp, args.commit.as_deref(), &shots)
 }
 
 fn run_shot(
     args: &QualityArgs,
-    run: &Run,
+    bench: &Bench,
     shot: &Shot,
+    complete: View,
     environment_light: &Environment,
 ) -> Result<ShotReport, CliError> {
-    let (complete, camera) = shot.load(&args.assets())?;
-    let settings = shot.settings();
-    let bench = Bench { run, shot, camera: &camera };
+    let of = ShotBench { bench, shot, view: &complete };
     let mut result = ShotReport::new(shot, &complete);
-    let mut techniques = techniques(&settings, complete.bounds().size().length());
-    techniques.retain(|technique| args.requests(&technique.name));
+    let mut techniques = techniques(&complete.look, complete.scene.bounds().size().length());
+    techniques.retain(|technique| is_requested(&args.techniques, &technique.case.name));
     let mut first = None;
     for ground_truth in compared_ground_truths()
         .filter(|ground_truth| args.ground_truths.is_empty() || args.ground_truths.contains(ground_truth))
     {
-        let (scene, settings) = (&ground_truth.scene(&complete, environment_light), ground_truth.seen(&settings));
-        let subject =
-            Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
-        let mut traced = ground_truths::obtain(&run.folder, ground_truth, &subject)?;
-        let scene_of = |ground_truth: GroundTruth| ground_truth.scene(&complete, environment_light);
+        let scene_of = |ground_truth: GroundTruth| ground_truth.scene(&complete.scene, environment_light);
+        let mut view = complete.with(scene_of(ground_truth));
+        view.look = ground_truth.seen(&view.look);
+        let mut traced = view.reference(bench, ground_truth, args.spp)?;
+        let subject = view.subject(args.spp);
         traced.figures.energy_without_indirect =
-            ground_truths::energy_without_indirect(&run.folder, ground_truth, &traced.mean, scene_of, &subject)?;
-        bench.write(&traced.figures.rendering, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;
+            ground_truths::energy_without_indirect(&bench.folder, ground_truth, &traced.mean, scene_of, &subject)?;
+        of.write(&traced.figures.rendering, &view.shown(&traced.mean))?;
         result.ground_truths.push(traced.figures);
         for technique in techniques.iter().filter(|technique| technique.ground_truth == ground_truth) {
-            eprintln!("  {}", technique.name);
-            result.rows.push(bench.row(technique, scene, &traced.mean, &mut first)?);
+            eprintln!("  {}", technique.case.name);
+            result.rows.push(of.row(technique, &view.scene, &traced.mean, &mut first)?);
         }
     }
     Ok(result)

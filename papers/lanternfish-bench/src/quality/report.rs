@@ -6,7 +6,6 @@ use lanternfish_cli::{
     plot::escaped,
     report::grouped,
 };
-use lanternfish_scene::Scene;
 use serde::Serialize;
 
 use super::{
@@ -14,21 +13,14 @@ use super::{
     shots::{SHOTS, Shot},
 };
 use crate::{
-    document::Document,
+    bench::Bench,
     ground_truths::GroundTruthFigures,
-    run::Run,
     table::{Row, decimal},
+    view::View,
 };
 
 /// Least deviation of an energy ratio from 1 that is marked.
 const ENERGY_TOLERANCE: f64 = 0.01;
-
-/// A shot without results.
-#[derive(Debug, Serialize)]
-pub struct LeftOut {
-    pub shot: &'static str,
-    pub reason: String,
-}
 
 /// Results of one shot.
 #[derive(Debug, Serialize)]
@@ -52,19 +44,18 @@ pub struct ShotReport {
 }
 
 impl ShotReport {
-    pub fn new(shot: &Shot, scene: &Scene) -> Self {
-        let settings = shot.settings();
+    pub fn new(shot: &Shot, view: &View) -> Self {
         Self {
             name: shot.name,
             width: shot.size.width,
             height: shot.size.height,
             factor: shot.factor,
-            triangles: scene.triangle_counts().1,
-            lights: scene.lights.len(),
-            attenuation: settings.attenuation.to_string(),
-            range_threshold: decimal(settings.range_threshold),
-            exposure: shot.exposure,
-            tone_map: settings.tone_map.to_string(),
+            triangles: view.scene.triangle_counts().1,
+            lights: view.scene.lights.len(),
+            attenuation: view.look.attenuation.to_string(),
+            range_threshold: decimal(view.look.range_threshold),
+            exposure: view.look.exposure.of(std::iter::empty()),
+            tone_map: view.look.tone_map.to_string(),
             ground_truths: Vec::new(),
             rows: Vec::new(),
         }
@@ -98,16 +89,10 @@ img { display: inline-block; width: 288px; image-rendering: pixelated; vertical-
 figcaption { font-size: 13px; color: #a4abb2 }";
 
 /// Writes the three reports, and prints the Markdown report. `commit` names the source revision, if known.
-pub fn write(
-    run: &Run,
-    spp: u64,
-    commit: Option<&str>,
-    shots: &[ShotReport],
-    left_out: &[LeftOut],
-) -> Result<(), CliError> {
-    let adapter = &run.gpu.description;
-    let is_software = adapter.device_type == "Cpu";
-    let mut report = Document::new("Quality of every technique", &run.gpu, run.runs);
+pub fn write(bench: &Bench, spp: u64, commit: Option<&str>, shots: &[ShotReport]) -> Result<(), CliError> {
+    let adapter = &bench.gpu.description;
+    let is_software = bench.is_software();
+    let mut report = bench.report();
     let facts = Row::default().data("commit", commit).data("backend", &adapter.backend);
     report.facts(facts.data("is_software", is_software).data("spp", spp));
     let commit = commit.map(|commit| format!(" ({commit})")).unwrap_or_default();
@@ -117,7 +102,7 @@ pub fn write(
         &format!("{} of {} shots{commit}, through {}", shots.len(), SHOTS.len(), adapter.backend),
         &format!(
             "median of at most {} frames after a first one, which builds deep images, at the larger size; for a mean, the sum of its frames",
-            run.runs
+            bench.runs
         ),
     );
     report.paragraph(format!(
@@ -140,31 +125,33 @@ pub fn write(
         report.heading(shot.name);
         report.paragraph(shot.line());
         report.list(shot.ground_truths.iter().map(ground_truth_line));
-        let rows = shot.rows.iter().map(|row| table_row(row.name.as_str(), row.ground_truth, cells(shot, row)));
+        let rows = shot.rows.iter().map(|row| table_row(&row.name, row.ground_truth, &cells(shot, row)));
         let noise = shot
             .ground_truths
             .iter()
-            .map(|ground_truth| table_row("*noise*", ground_truth.name, ground_truth_cells(ground_truth)));
+            .map(|ground_truth| table_row("*noise*", ground_truth.name, &ground_truth_cells(ground_truth)));
         report.show(rows.chain(noise));
         report.html(renderings(shot));
     }
-    if !left_out.is_empty() {
-        report.heading("Left out");
-    }
-    report.list(left_out.iter().map(|shot| format!("{}: {}", shot.shot, shot.reason)));
     report.keep_data("shots", &shots);
-    report.keep_data("left_out", &left_out);
-    report.write_json(&run.folder)?;
-    let (markdown, html) = (report.to_markdown(), run.folder.join("report.html"));
-    write_text(&run.folder.join("report.md"), &markdown)?;
+    drop(report);
+    bench.list_left_out();
+    bench.end_progress();
+    let report = bench.report();
+    report.write_json(&bench.folder)?;
+    let (markdown, html) = (report.to_markdown(), bench.folder.join("report.html"));
+    write_text(&bench.folder.join("report.md"), &markdown)?;
     write_text(&html, &report.to_html(STYLE))?;
     print(&format!("{markdown}\n{}\n", html.display()))
 }
 
-/// A row of a shot's table.
-fn table_row(name: &str, ground_truth: &str, cells: [String; 10]) -> Row {
+/// A row of a shot's table: what is known of it, by heading.
+fn table_row(name: &str, ground_truth: &str, cells: &[(&str, String)]) -> Row {
     let row = Row::default().text("name", "technique", name).text("ground_truth", "ground truth", ground_truth);
-    COLUMNS.into_iter().zip(cells).fold(row, |row, (column, cell)| row.shown(column, cell))
+    COLUMNS.into_iter().fold(row, |row, column| {
+        let cell = cells.iter().find(|(known, _)| *known == column);
+        row.shown(column, cell.map_or("", |(_, cell)| cell))
+    })
 }
 
 /// HTML of the ground truths, then of every distinct image with its FLIP map.
@@ -200,13 +187,9 @@ const WITHOUT_INDIRECT: [&str; 4] =
 const COLUMNS: [&str; 10] =
     ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "of indirect", "pixels", "ms", "rays", "lights"];
 
-/// Cells of [`COLUMNS`] for a row of `shot`; the reason alone if there are no results.
-fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
-    let Some(figures) = &row.figures else {
-        let mut reason = [const { String::new() }; 10];
-        reason[0] = row.left_out.clone().unwrap_or_default();
-        return reason;
-    };
+/// Cells of a row of `shot`; the reason alone if there are no results.
+fn cells(shot: &ShotReport, row: &Measured) -> Vec<(&'static str, String)> {
+    let Some(figures) = &row.figures else { return vec![("FLIP", row.left_out.clone().unwrap_or_default())] };
     let errors = &figures.errors;
     let ground_truth = shot.ground_truths.iter().find(|ground_truth| ground_truth.name == row.ground_truth);
     let noise = ground_truth.map_or(0.0, |ground_truth| ground_truth.noise_energy);
@@ -214,17 +197,17 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
         ground_truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
     let is_off = (errors.energy_ratio - 1.0).abs() > ENERGY_TOLERANCE.max(2.0 * noise);
     let mark = if is_off { " *" } else { "" };
-    [
-        format!("{:.4}", errors.flip),
-        format!("{:.4}", errors.hdr_flip),
-        format!("{:.2e}", errors.relative_mse),
-        format!("{:.3}", errors.percentile_95),
-        format!("{:.4}{mark}", errors.energy_ratio),
-        indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
-        grouped(figures.differing_pixels as u64),
-        format!("{:.1}", figures.frame_ms),
-        grouped(figures.rays),
-        grouped(figures.listed_lights),
+    vec![
+        ("FLIP", format!("{:.4}", errors.flip)),
+        ("HDR-FLIP", format!("{:.4}", errors.hdr_flip)),
+        ("relMSE", format!("{:.2e}", errors.relative_mse)),
+        ("p95", format!("{:.3}", errors.percentile_95)),
+        ("energy", format!("{:.4}{mark}", errors.energy_ratio)),
+        ("of indirect", indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default()),
+        ("pixels", grouped(figures.differing_pixels as u64)),
+        ("ms", format!("{:.1}", figures.frame_ms)),
+        ("rays", grouped(figures.rays)),
+        ("lights", grouped(figures.listed_lights)),
     ]
 }
 
@@ -253,16 +236,15 @@ fn indirect_energy(ground_truth: &GroundTruthFigures) -> Option<f64> {
     (indirect > MOST_NOISE * ground_truth.noise_energy).then_some(indirect)
 }
 
-/// Cells of [`COLUMNS`] for a ground truth: its noise.
-fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
-    let mut cells = [const { String::new() }; 10];
-    cells[0] = format!("{:.4}", ground_truth.noise_flip);
-    cells[2] = format!("{:.2e}", ground_truth.noise_relative_mse);
-    cells[4] = format!("± {:.4}", ground_truth.noise_energy);
-    cells[5] = indirect_energy(ground_truth)
-        .map(|indirect| format!("± {:.3}", ground_truth.noise_energy / indirect))
-        .unwrap_or_default();
-    cells
+/// Cells of a ground truth: its noise.
+fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> Vec<(&'static str, String)> {
+    let of_indirect = indirect_energy(ground_truth).map(|indirect| ground_truth.noise_energy / indirect);
+    vec![
+        ("FLIP", format!("{:.4}", ground_truth.noise_flip)),
+        ("relMSE", format!("{:.2e}", ground_truth.noise_relative_mse)),
+        ("energy", format!("± {:.4}", ground_truth.noise_energy)),
+        ("of indirect", of_indirect.map(|noise| format!("± {noise:.3}")).unwrap_or_default()),
+    ]
 }
 
 /// One line about the content and origin of a ground truth.
@@ -285,6 +267,8 @@ fn ground_truth_line(ground_truth: &GroundTruthFigures) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use lanternfish::settings::Settings;
 
     use super::*;
@@ -295,37 +279,13 @@ mod tests {
     use crate::table::to_markdown;
 
     fn row(name: &str, ground_truth: &'static str, frames: u32, energy_ratio: f64) -> Measured {
-        let errors = Errors { flip: 0.0, hdr_flip: 0.0, relative_mse: 0.0, percentile_95: 0.0, energy_ratio };
-        let figures = Figures {
-            errors,
-            frames,
-            differing_pixels: 0,
-            frame_ms: 0.0,
-            rays: 0,
-            listed_lights: 0,
-            rendering: String::new(),
-            map: String::new(),
-        };
-        Measured { name: name.to_owned(), ground_truth, left_out: None, figures: Some(figures) }
+        let errors = Errors { energy_ratio, ..Errors::default() };
+        let figures = Some(Figures { errors, frames, ..Figures::default() });
+        Measured { name: name.to_owned(), ground_truth, left_out: None, figures }
     }
 
     fn ground_truth(energy_without_indirect: Option<f64>, noise_energy: f64) -> GroundTruthFigures {
-        GroundTruthFigures {
-            name: "full",
-            meaning: "",
-            file: String::new(),
-            rendering: String::new(),
-            spp: 1,
-            reused: false,
-            seconds: 0.0,
-            dropped: 0,
-            noise: 0.0,
-            noise_relative_mse: 0.0,
-            noise_energy,
-            noise_flip: 0.0,
-            noise_hdr_flip: 0.0,
-            energy_without_indirect,
-        }
+        GroundTruthFigures { name: "full", spp: 1, noise_energy, energy_without_indirect, ..Default::default() }
     }
 
     #[test]
@@ -355,17 +315,18 @@ mod tests {
 
     #[test]
     fn a_technique_without_results_has_its_reason() {
-        let shot = ShotReport::new(&SHOTS[0], &Scene::default());
+        let shot = ShotReport::new(&SHOTS[0], &SHOTS[0].load(Path::new("none"), None).unwrap());
         let row = Measured { figures: None, left_out: Some("no ray query".to_owned()), ..row("a", "full", 1, 1.0) };
-        let table = to_markdown(&[table_row(&row.name, row.ground_truth, cells(&shot, &row))]);
+        let table = to_markdown(&[table_row(&row.name, row.ground_truth, &cells(&shot, &row))]);
         assert!(table.ends_with(&format!("\n| a | full | no ray query |{}\n", "  |".repeat(9))), "{table}");
     }
 
     #[test]
     fn rows_without_indirect_light_exist() {
+        lanternfish_papers::register();
         let rows = techniques(&Settings::direct_light(), 10.0);
         for name in WITHOUT_INDIRECT {
-            assert!(rows.iter().any(|row| row.name == name), "no row {name}");
+            assert!(rows.iter().any(|row| row.case.name == name), "no row {name}");
         }
     }
 }

@@ -5,57 +5,42 @@
 //! without a row fails a test.
 
 use lanternfish::{
-    settings::{
-        Anisotropy, Culling, Direct, Indirect, Materials, Occlusion, Quality, RayCulling, RayRangeCulling, Samples,
-        Settings, Shadows, TextureBinding, Tracer,
-    },
-    techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, HitLight, IndirectClamp, IndirectResolution, LightRays,
-        Sampled, SampledLights, TileSize, Tiled,
-    },
+    settings::{Culling, Direct, Indirect, Materials, Occlusion, Quality, Settings, TextureBinding, Tracer},
+    technique::AnyTechnique,
+    techniques::{LightRays, Sampled},
 };
-use lanternfish_papers::{Deep, DeepImageSettings, DirectionSet, RasterGrid, WITHIN_TEXEL};
+use lanternfish_papers::Deep;
 use lanternfish_scene::Named;
 
 use crate::{
+    case::{Case, ONE_BOUNCE, changed},
     ground_truths::{GroundTruth, SOFT_RADIUS},
-    technique,
 };
 
 /// One configuration of the renderer.
 #[derive(Clone, Debug)]
 pub struct Technique {
     /// The changed settings, by their names on the command line.
-    pub name: String,
-    pub settings: Settings,
+    pub case: Case,
     /// The ground truth of its image.
     pub ground_truth: GroundTruth,
 }
 
-impl Technique {
-    /// The name as part of a file name.
-    pub fn file_name(&self) -> String {
-        self.name.replace(", ", "-").replace([' ', ':'], "-")
-    }
-}
-
-/// All rows for a shot with the direct-light settings `default`, and a scene with this diagonal, m. The first row is `default`.
-pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
-    let row = |name: String, ground_truth, settings| Technique { name, settings, ground_truth };
-    let mut rows = vec![row("default".to_owned(), GroundTruth::Direct, default.clone())];
+/// Settings that no row changes one by one have rows with ground truths of their own, or none.
+fn every_setting_has_a_row(settings: &Settings) {
     let Settings {
-        direct,
-        culling,
+        direct: _,
+        culling: _,
         shadows: _,
         ray_culling: _,
         ray_range_culling: _,
         light_radius: _,
         shadow_rays: _,
-        materials,
+        materials: _,
         textures: _,
         samples: _,
         anisotropy: _,
-        // Have rows with separate ground truths, below.
+        // Have rows with separate ground truths.
         indirect: _,
         occlusion: _,
         structure: _,
@@ -73,262 +58,240 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         debug_view: _,
         // Antialiasing of frames of a moving view; the rows are single images.
         antialiasing: _,
-    } = default;
-    for other in cullings().into_iter().filter(|other| other != culling) {
-        let settings = Settings { culling: other.clone(), ..default.clone() };
-        rows.push(row(culling_name(&other), GroundTruth::Direct, settings));
-    }
-    let of_rays = |rays: &LightRays| SampledLights { rays: *rays, ..SampledLights::default() }.into();
-    let others = LightRays::ALL.iter().filter(|rays| **rays != LightRays::default());
-    let others = others.map(|rays| (format!("sampled, light-samples {rays}"), of_rays(rays)));
-    let techniques = Direct::all().into_iter().map(|other| (other.name().to_owned(), other));
-    for (name, other) in techniques.chain(others).filter(|(_, other)| other != direct) {
-        let settings = Settings { direct: other, ..default.clone() };
-        rows.push(row(format!("direct {name}"), GroundTruth::Direct, settings));
-    }
-    let mut each = |name: &str, changed: Vec<(String, Settings)>| {
-        let changed = changed.into_iter().filter(|(_, settings)| settings != default);
-        rows.extend(changed.map(|(value, settings)| row(format!("{name} {value}"), GroundTruth::Direct, settings)));
-    };
-    macro_rules! every {
-        ($name:literal, $field:ident, $type:ty) => {
-            let changed = |value: &$type| (value.to_string(), Settings { $field: *value, ..default.clone() });
-            each($name, <$type as Named>::all().iter().map(changed).collect());
-        };
-    }
-    every!("shadows", shadows, Shadows);
-    every!("ray-culling", ray_culling, RayCulling);
-    every!("ray-range-culling", ray_range_culling, RayRangeCulling);
-    every!("textures", textures, TextureBinding);
-    every!("samples", samples, Samples);
-    // Four frames: more take longer and show nothing new.
-    each("accumulate", vec![("4".to_owned(), Settings { accumulate: 4, ..default.clone() })]);
-    every!("anisotropy", anisotropy, Anisotropy);
-    for other in Materials::ALL.iter().filter(|other| *other != materials) {
-        let ground_truth = match other {
-            Materials::File => GroundTruth::Direct,
-            Materials::Lambert => GroundTruth::DirectLambert,
-        };
-        let settings = Settings { materials: *other, ..default.clone() };
-        rows.push(row(format!("materials {other}"), ground_truth, settings));
-    }
-    // Area lights, rendered as points, and as disks with few or many shadow rays.
-    rows.push(row("light-radius 0".to_owned(), GroundTruth::DirectSoft, default.clone()));
-    for shadow_rays in [default.shadow_rays, 4, 64] {
-        let settings = Settings { light_radius: SOFT_RADIUS, shadow_rays, ..default.clone() };
-        rows.push(row(
-            format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"),
-            GroundTruth::DirectSoft,
-            settings,
-        ));
-    }
-    // All light, rendered without indirect light, and with it.
-    let without = |accumulate| Settings { indirect: technique::NO_INDIRECT, accumulate, ..default.clone() };
-    rows.push(row("indirect none".to_owned(), GroundTruth::Full, without(1)));
-    rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), GroundTruth::Full, without(MEAN_FRAMES)));
-    for indirect in Indirect::all() {
-        let settings =
-            Settings { indirect: indirect.clone(), structure: Settings::default().structure, ..default.clone() };
-        rows.push(row(format!("indirect {}", indirect.name()), GroundTruth::Full, settings));
-    }
-    let sampled = |name: &str, sampled, accumulate| {
-        let settings = Settings { indirect: technique::sampled(sampled), accumulate, ..default.clone() };
-        row(format!("indirect sampled, {name}"), GroundTruth::Full, settings)
-    };
-    rows.push(sampled("one bounce", GOOD, 1));
-    rows.push(sampled("best", Quality::Best.sampled(), 1));
-    rows.push(sampled(&format!("{MEAN_FRAMES} frames"), Quality::Good.sampled(), MEAN_FRAMES));
-    rows.extend(bounces(default));
-    rows.extend(super::bounces::bounces(default));
-    rows.extend(glossy_bounces(default));
-    rows.extend(occlusions(default, diagonal));
-    rows.extend(environments(default, diagonal));
-    rows
+    } = settings;
 }
+
+/// Settings with named values, each of which has a row.
+const NAMED: [&str; 5] = ["shadows", "ray-culling", "ray-range-culling", "samples", "anisotropy"];
+
+/// Names and values of light culling. Grouping and depth have no row: a single view has a single grid, and clusters beyond the scene are not
+/// visible.
+const CULLINGS: [(&str, &str); 15] = [
+    ("all", "all"),
+    ("tiled 8", "tiled, tile-size 8"),
+    ("tiled 8, aabb off", "tiled, tile-size 8, aabb off"),
+    ("tiled 16", "tiled"),
+    ("tiled 16, aabb off", "tiled, aabb off"),
+    ("tiled 32", "tiled, tile-size 32"),
+    ("tiled 32, aabb off", "tiled, tile-size 32, aabb off"),
+    ("clustered ortho:1", "clustered, clusters ortho:1"),
+    ("clustered displ:64:8", "clustered, clusters displ:64:8"),
+    ("clustered persp:32, brute_force", "clustered, light-assignment brute_force"),
+    ("clustered persp:32, planes", "clustered, cluster-test planes"),
+    ("raster-grid 8, 32 layers", "raster-grid, tile-size 8"),
+    ("raster-grid 16, 32 layers", "raster-grid"),
+    ("raster-grid 32, 32 layers", "raster-grid, tile-size 32"),
+    ("raster-grid 16, 8 layers", "raster-grid, grid-layers 8"),
+];
 
 /// Number of frames of the mean with all bounces.
 const MEAN_FRAMES: u32 = 64;
 
-/// Base settings of the rows of one bounce.
-const GOOD: Sampled = Quality::Good.sampled().one_bounce();
+/// Rays with one bounce of diffuse light, beside those of every tracer.
+const BOUNCES: [(&str, &str); 11] = [
+    ("within-texel 64, every fourth pixel", "indirect-tracer within-texel, images 64, indirect-resolution half"),
+    ("within-texel 128, every fourth pixel", "indirect-tracer within-texel, images 128, indirect-resolution half"),
+    ("within-texel 256, every fourth pixel", "indirect-tracer within-texel, images 256, indirect-resolution half"),
+    ("bvh, every fourth pixel", "indirect-tracer bvh, indirect-resolution half"),
+    ("within-texel 128, half the rays", "indirect-tracer within-texel, images 128, indirect-rays 4, glossy-rays 2"),
+    ("bvh, half the rays", "indirect-tracer bvh, indirect-rays 4, glossy-rays 2"),
+    ("bvh, not clamped", "indirect-tracer bvh, indirect-clamp off"),
+    ("bvh, cached", "indirect-tracer bvh, hit-light cached"),
+    ("bvh, every fourth pixel, cached", "indirect-tracer bvh, hit-light cached, indirect-resolution half"),
+    ("within-texel 128, cached", "indirect-tracer within-texel, images 128, hit-light cached"),
+    (
+        "within-texel 128, every fourth pixel, cached",
+        "indirect-tracer within-texel, images 128, hit-light cached, indirect-resolution half",
+    ),
+];
 
-/// One bounce of diffuse light: with every tracer, with images of several resolutions, from every pixel and from every fourth pixel, and with
-/// half the rays.
-fn bounces(default: &Settings) -> Vec<Technique> {
-    let ground_truth = GroundTruth::OneBounce;
-    let usual = DeepImageSettings::of(&default.structure).resolution;
-    let of = |name: &str, indirect, resolution| {
-        let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::of(&default.structure) };
-        let settings =
-            Settings { indirect, structure: deep_images.into(), materials: Materials::Lambert, ..default.clone() };
-        Technique { name: format!("one-bounce {name}"), settings, ground_truth }
-    };
-    let mut rows = vec![of("none", technique::NO_INDIRECT, usual)];
-    for tracer in Tracer::all().into_iter() {
-        let plain = technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
-        if !tracer.is_exact() {
-            rows.extend([64, 128].map(|resolution| of(&format!("{tracer} {resolution}"), plain.clone(), resolution)));
-        } else {
-            rows.push(of(tracer.name(), plain, usual));
+/// All rows for a shot with the direct-light settings `default`, and a scene with this diagonal, m. The first row is `default`.
+pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
+    every_setting_has_a_row(default);
+    let mut rows = Rows { default, all: Vec::new() };
+    rows.add(GroundTruth::Direct, "default", "");
+    rows.direct_light();
+    rows.all_light();
+    rows.one_bounce();
+    rows.occlusion(diagonal);
+    rows.environment(diagonal);
+    rows.all
+}
+
+/// Rows so far.
+struct Rows<'s> {
+    default: &'s Settings,
+    all: Vec<Technique>,
+}
+
+impl Rows<'_> {
+    fn add(&mut self, ground_truth: GroundTruth, name: &str, changes: &str) {
+        self.push(ground_truth, name, changed(self.default, changes));
+    }
+
+    fn push(&mut self, ground_truth: GroundTruth, name: &str, settings: Settings) {
+        self.all.push(Technique { case: Case::new(name, settings), ground_truth });
+    }
+
+    /// Adds a row whose name is its change, unless that is the default or has a row.
+    fn direct(&mut self, name: &str, changes: &str) {
+        let settings = changed(self.default, changes);
+        if self.all.iter().all(|row| row.case.settings != settings) {
+            self.push(GroundTruth::Direct, name, settings);
         }
     }
-    let all = |tracer: Tracer| Sampled { tracer: tracer.into(), ..GOOD };
-    let half = |tracer| Sampled { resolution: IndirectResolution::Half, ..all(tracer) };
-    let fewer = |tracer| Sampled { diffuse_rays: 4, glossy_rays: 2, ..all(tracer) };
-    let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(Tracer::BVH) };
-    let cached = |tracer| Sampled { hit_light: HitLight::Cached, ..all(tracer) };
-    let half_cached = |tracer| Sampled { hit_light: HitLight::Cached, ..half(tracer) };
-    let more = [
-        ("within-texel 64, every fourth pixel", half(WITHIN_TEXEL), 64),
-        ("within-texel 128, every fourth pixel", half(WITHIN_TEXEL), 128),
-        ("within-texel 256, every fourth pixel", half(WITHIN_TEXEL), 256),
-        ("bvh, every fourth pixel", half(Tracer::BVH), usual),
-        ("within-texel 128, half the rays", fewer(WITHIN_TEXEL), 128),
-        ("bvh, half the rays", fewer(Tracer::BVH), usual),
-        ("bvh, not clamped", not_clamped, usual),
-        ("bvh, cached", cached(Tracer::BVH), usual),
-        ("bvh, every fourth pixel, cached", half_cached(Tracer::BVH), usual),
-        ("within-texel 128, cached", cached(WITHIN_TEXEL), 128),
-        ("within-texel 128, every fourth pixel, cached", half_cached(WITHIN_TEXEL), 128),
-    ];
-    rows.extend(more.map(|(name, sampled, resolution)| of(name, technique::sampled(sampled), resolution)));
-    rows
-}
 
-/// One bounce on the file's materials, with 16 glossy rays.
-fn glossy_bounces(default: &Settings) -> Vec<Technique> {
-    let of = |name: &str, indirect| {
-        let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::of(&default.structure) };
-        let settings = Settings { indirect, structure: deep_images.into(), ..default.clone() };
-        Technique { name: format!("one-bounce-file {name}"), settings, ground_truth: GroundTruth::OneBounceFile }
-    };
-    let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
-    let traced = Tracer::all().into_iter().map(|tracer| of(tracer.name(), sampled(tracer)));
-    std::iter::once(of("none", technique::NO_INDIRECT)).chain(traced).collect()
-}
-
-/// Number of directions of an additional row: four times the default.
-const MANY_DIRECTIONS: u32 = 676;
-
-/// Every technique of ambient occlusion with this maximum distance, m; `None`: unlimited, or the scene's `diagonal`, m, for techniques that
-/// need a limit.
-fn occlusion_techniques(max_distance: Option<f32>, diagonal: f32) -> Vec<Occlusion> {
-    let distance = "occlusion-distance";
-    let limited = |mut occlusion: Occlusion| {
-        let technique = occlusion.technique_mut().expect("it is a technique");
-        if let Some(limit) = max_distance.or(technique.get(distance).map(|_| diagonal)) {
-            technique.set(distance, &limit.to_string()).expect("it is a distance");
+    /// Direct light: techniques of direct light and of light culling, and settings.
+    fn direct_light(&mut self) {
+        for (name, values) in CULLINGS {
+            self.direct(&format!("culling {name}"), &format!("culling {values}"));
         }
-        occlusion
-    };
-    Occlusion::all().into_iter().map(limited).collect()
-}
-
-/// Names and deep images of the rows of a technique: three resolutions if it uses deep images.
-fn with_images(occlusion: Occlusion, default: &DeepImageSettings) -> Vec<(String, DeepImageSettings)> {
-    if !occlusion.is::<Deep>() {
-        return vec![(occlusion.name().to_owned(), *default)];
-    }
-    let of = |resolution| (format!("{} {resolution}", occlusion.name()), DeepImageSettings { resolution, ..*default });
-    [64, 128, 256].map(of).to_vec()
-}
-
-/// Every technique of ambient occlusion, with near, far and unlimited distance.
-fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
-    let mut rows = Vec::new();
-    for ground_truth in [GroundTruth::Occlusion, GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear] {
-        let kind = ground_truth.name();
-        let max_distance = ground_truth.max_distance(diagonal);
-        let mut row = |name: String, occlusion, deep_images: DeepImageSettings| {
-            let settings = Settings { occlusion, structure: deep_images.into(), ..ground_truth.seen(default) };
-            rows.push(Technique { name, settings, ground_truth });
-        };
-        row(format!("{kind} none"), technique::NO_OCCLUSION, DeepImageSettings::of(&default.structure));
-        for occlusion in occlusion_techniques(max_distance, diagonal) {
-            for (name, images) in with_images(occlusion.clone(), &DeepImageSettings::of(&default.structure)) {
-                row(format!("{kind} {name}"), occlusion.clone(), images);
+        // All other techniques, with their defaults.
+        for name in Culling::all().iter().map(Culling::name) {
+            self.direct(&format!("culling {name}"), &format!("culling {name}"));
+        }
+        let rays = LightRays::ALL.iter().map(|rays| format!("sampled, light-samples {rays}"));
+        for name in Direct::all().iter().map(|direct| direct.name().to_owned()).chain(rays) {
+            self.direct(&format!("direct {name}"), &format!("direct {name}"));
+        }
+        for name in NAMED {
+            let Some(parameter) = Settings::PARAMETERS.iter().find(|parameter| parameter.info.name == name) else {
+                continue;
+            };
+            for (value, _) in (parameter.of)(&mut self.default.clone()).names() {
+                let change = format!("{name} {value}");
+                self.direct(&change, &change);
             }
         }
-        if max_distance.is_none() {
-            // At this resolution the number of directions limits the quality.
-            let directions = DirectionSet::ZonalEqualArea { count: MANY_DIRECTIONS };
-            let images = DeepImageSettings { resolution: 128, directions, ..DeepImageSettings::of(&default.structure) };
-            row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), technique::deep_occlusion(None), images);
+        // Four frames: more take longer and show nothing new.
+        self.direct("accumulate 4", "accumulate 4");
+        for value in TextureBinding::all() {
+            let change = format!("textures {value}");
+            self.direct(&change, &change);
+        }
+        for other in Materials::ALL.iter().filter(|other| **other != self.default.materials) {
+            let ground_truth = if *other == Materials::File { GroundTruth::Direct } else { GroundTruth::DirectLambert };
+            let change = format!("materials {other}");
+            self.add(ground_truth, &change, &change);
+        }
+        // Area lights, rendered as points, and as disks with few or many shadow rays.
+        self.add(GroundTruth::DirectSoft, "light-radius 0", "");
+        for rays in [self.default.shadow_rays, 4, 64] {
+            let change = format!("light-radius {SOFT_RADIUS}, shadow-rays {rays}");
+            self.add(GroundTruth::DirectSoft, &change, &change);
         }
     }
-    rows
-}
 
-/// Light of the environment: without occlusion, with every technique of ambient occlusion, and with rays.
-fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
-    let of = |name: String, settings| Technique {
-        name: format!("environment {name}"),
-        settings,
-        ground_truth: GroundTruth::Environment,
-    };
-    let occluded = |occlusion| Settings { occlusion, ..default.clone() };
-    let mut rows = vec![of("none".to_owned(), occluded(technique::NO_OCCLUSION))];
-    for occlusion in occlusion_techniques(None, diagonal) {
-        for (name, deep_images) in with_images(occlusion.clone(), &DeepImageSettings::of(&default.structure)) {
-            rows.push(of(name, Settings { structure: deep_images.into(), ..occluded(occlusion.clone()) }));
+    /// All light, rendered without indirect light, and with it.
+    fn all_light(&mut self) {
+        let mut full = |name: &str, changes: &str| self.add(GroundTruth::Full, &format!("indirect {name}"), changes);
+        full("none", "indirect none");
+        full(&format!("none, {MEAN_FRAMES} frames"), &format!("indirect none, accumulate {MEAN_FRAMES}"));
+        for name in Indirect::all().iter().map(Indirect::name) {
+            full(name, &format!("indirect {name}"));
+        }
+        full("sampled, one bounce", ONE_BOUNCE);
+        full(&format!("sampled, {MEAN_FRAMES} frames"), &format!("indirect sampled, accumulate {MEAN_FRAMES}"));
+        let best = Settings { indirect: Quality::Best.sampled().into(), ..self.default.clone() };
+        self.push(GroundTruth::Full, "indirect sampled, best", best);
+    }
+
+    /// One bounce: of diffuse light with every tracer, with images of several resolutions; with every other technique, with its defaults and
+    /// with every other value of each parameter that has named values; and on the file's materials, with 16 glossy rays.
+    fn one_bounce(&mut self) {
+        let mut lambert = |name: &str, changes: &str| {
+            let changes = format!("materials lambert, {changes}");
+            self.add(GroundTruth::OneBounce, &format!("one-bounce {name}"), &changes);
+        };
+        lambert("none", "indirect none");
+        for tracer in Tracer::all() {
+            let changes = format!("{ONE_BOUNCE}, indirect-tracer {tracer}");
+            if tracer.is_exact() {
+                lambert(tracer.name(), &changes);
+                continue;
+            }
+            for texels in [64, 128] {
+                lambert(&format!("{tracer} {texels}"), &format!("{changes}, images {texels}"));
+            }
+        }
+        BOUNCES.iter().for_each(|(name, changes)| lambert(name, &format!("{ONE_BOUNCE}, {changes}")));
+        for technique in Indirect::all().into_iter().filter(|technique| !technique.is::<Sampled>()) {
+            let name = technique.name();
+            self.add(
+                GroundTruth::OneBounce,
+                &format!("one-bounce {name}"),
+                &format!("materials lambert, images 64, indirect {name}"),
+            );
+            self.add(
+                GroundTruth::OneBounceFile,
+                &format!("one-bounce-file {name}"),
+                &format!("images 64, indirect {name}"),
+            );
+            let parameters = technique.technique().map(AnyTechnique::parameters).unwrap_or_default();
+            for (parameter, (value, _)) in
+                parameters.iter().flat_map(|(info, values)| values.iter().map(|value| (info.name, *value)))
+            {
+                let change = format!("{name}, {parameter} {value}");
+                let settings = changed(self.default, &format!("materials lambert, images 64, indirect {change}"));
+                if settings.indirect != technique {
+                    self.push(GroundTruth::OneBounce, &format!("one-bounce {change}"), settings);
+                }
+            }
+        }
+        self.add(GroundTruth::OneBounceFile, "one-bounce-file none", "images 128, indirect none");
+        for tracer in Tracer::all() {
+            let changes = format!("images 128, {ONE_BOUNCE}, glossy-rays 16, indirect-tracer {tracer}");
+            self.add(GroundTruth::OneBounceFile, &format!("one-bounce-file {tracer}"), &changes);
         }
     }
-    let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
-    for tracer in &Tracer::all() {
-        let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
-        rows.push(Technique {
-            ground_truth: GroundTruth::EnvironmentBounce,
-            ..of(format!("sampled {tracer}"), settings)
-        });
+
+    /// Every technique of ambient occlusion, with near, far and unlimited distance.
+    fn occlusion(&mut self, diagonal: f32) {
+        for ground_truth in [GroundTruth::Occlusion, GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear] {
+            let max_distance = ground_truth.max_distance(diagonal);
+            let mut ways = vec![("none".to_owned(), "occlusion none".to_owned())];
+            ways.extend(occlusions(max_distance, diagonal));
+            if max_distance.is_none() {
+                // Four times the default's directions: at this resolution their number limits the quality.
+                let changes = "occlusion deep, images 128, zonal 676";
+                ways.push(("deep 128, 676 directions".to_owned(), changes.to_owned()));
+            }
+            for (name, changes) in ways {
+                let settings = changed(&ground_truth.seen(self.default), &changes);
+                self.push(ground_truth, &format!("{ground_truth} {name}"), settings);
+            }
+        }
     }
-    rows
+
+    /// Light of the environment: without occlusion, with every technique of ambient occlusion, and with rays.
+    fn environment(&mut self, diagonal: f32) {
+        self.add(GroundTruth::Environment, "environment none", "occlusion none");
+        for (name, changes) in occlusions(None, diagonal) {
+            self.add(GroundTruth::Environment, &format!("environment {name}"), &changes);
+        }
+        for tracer in Tracer::all() {
+            let changes = format!("{ONE_BOUNCE}, indirect-tracer {tracer}");
+            self.add(GroundTruth::EnvironmentBounce, &format!("environment sampled {tracer}"), &changes);
+        }
+    }
 }
 
-/// Every scheme of light culling.
-fn cullings() -> Vec<Culling> {
-    let tiled = TileSize::ALL.iter().flat_map(|tile_size| {
-        [true, false].map(|aabb_test| technique::tiled(Tiled { tile_size: *tile_size, aabb_test }))
-    });
-    let clustered = |change: fn(&mut Clustered)| {
-        let mut clustered = Clustered::default();
-        change(&mut clustered);
-        technique::clustered(clustered)
+/// Names and changes of every technique of ambient occlusion with this maximum distance, m; `None`: unlimited, or the scene's `diagonal`, m, for
+/// techniques that need a limit. A technique that uses deep images has three resolutions.
+fn occlusions(max_distance: Option<f32>, diagonal: f32) -> Vec<(String, String)> {
+    let distance = "occlusion-distance";
+    let of = |technique: Occlusion| {
+        let name = technique.name();
+        let needs_limit = technique.technique().is_some_and(|technique| technique.get(distance).is_some());
+        let limit = max_distance.or(needs_limit.then_some(diagonal));
+        let limit = limit.map(|limit| format!(", {distance} {limit}")).unwrap_or_default();
+        let changes = format!("occlusion {name}{limit}");
+        match technique.is::<Deep>() {
+            true => [64, 128, 256].map(|n| (format!("{name} {n}"), format!("{changes}, images {n}"))).to_vec(),
+            false => vec![(name.to_owned(), changes)],
+        }
     };
-    // Grouping and depth have no row: a single view has a single grid, and clusters beyond the scene are not visible.
-    let clusters = [
-        clustered(|_| ()),
-        clustered(|c| c.shape = ClusterShape::Orthographic { side: 1.0 }),
-        clustered(|c| c.shape = ClusterShape::Displaced { pixels: 64, distance: 8.0 }),
-        clustered(|c| c.assignment = Assignment::BruteForce),
-        clustered(|c| c.test = ClusterTest::Planes),
-    ];
-    let mut all: Vec<_> = std::iter::once(technique::NO_CULLING).chain(tiled).chain(clusters).collect();
-    let grid = |tile_size: &TileSize| RasterGrid { tile_size: *tile_size, ..RasterGrid::default() };
-    let few_layers = RasterGrid { layers: 8, ..RasterGrid::default() };
-    all.extend(TileSize::ALL.iter().map(grid).chain([few_layers]).map(technique::raster_grid));
-    // All other techniques, with their defaults.
-    let is_listed =
-        |culling: &Culling| culling.is::<Tiled>() || culling.is::<Clustered>() || culling.is::<RasterGrid>();
-    all.extend(Culling::all().into_iter().filter(|culling| !is_listed(culling)));
-    all
-}
-
-/// Name of a scheme, with its values as on the command line.
-fn culling_name(culling: &Culling) -> String {
-    let mut name = format!("culling {}", culling.name());
-    if let Some(Tiled { tile_size, aabb_test }) = culling.get() {
-        name += &format!(" {tile_size}{}", if *aabb_test { "" } else { ", aabb off" });
-    }
-    if let Some(Clustered { shape, assignment, test, grouping: _, depth: _ }) = culling.get() {
-        let usual = Clustered::default();
-        name += &format!(" {shape}");
-        name += &if *assignment == usual.assignment { String::new() } else { format!(", {assignment}") };
-        name += &if *test == usual.test { String::new() } else { format!(", {test}") };
-    }
-    if let Some(RasterGrid { tile_size, layers }) = culling.get() {
-        name += &format!(" {tile_size}, {layers} layers");
-    }
-    name
+    Occlusion::all().into_iter().flat_map(of).collect()
 }
 
 #[cfg(test)]

@@ -5,48 +5,47 @@ mod cases;
 mod measure;
 mod steps;
 
-pub use self::steps::PAPER;
+use std::cell::RefCell;
 
-use lanternfish_cli::{error::CliError, progress::Progress};
+use lanternfish_cli::error::CliError;
 use lanternfish_papers::indirect::virtual_lights::MapSize;
 
-use self::cases::{cases, walked};
-use crate::one_bounce::{Bench, OneBounceArgs};
+use self::{
+    cases::{WITH_STEPS, cases, walked},
+    steps::Steps,
+};
+use crate::{
+    one_bounce::{self, OneBounce, OneBounceArgs},
+    papers::{self, Paper},
+};
 
 const TEXT: &str = "*In range*: fraction of the flux of virtual lights that reaches surfaces within their ranges. *Range rays*: fraction of the \
                     frame time. Times are in ms. Deep images are built once, in the first run, and are not part of the frame time; the \
                     paper's total includes them.";
 
-const LIGHTS: &str = "From texels of the map to lights that are listed. He states neither of his thresholds (\"too small to noticeably affect the \
-                      scene\", \"most large lights\"): those of the row *as in the paper* are chosen here.";
-
 /// Measures, and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
-    let mut progress = Progress::start(false);
-    let mut bench = Bench::start(args, "virtual-lights", "Virtual lights", &mut progress)?;
-    let (mut rows, mut steps) = (Vec::new(), Vec::new());
-    for case in cases(&bench.look, args.quick).iter().filter(|case| args.requests(&case.name)) {
-        let (row, own) = progress.step("render", &case.name, || measure::row(&bench, case))?;
-        rows.push(row);
-        steps.extend(own);
-    }
+    let of = OneBounce::start(args, "virtual-lights", "Virtual lights")?;
+    let (bench, look) = (&of.bench, &of.view.look);
+    let steps = RefCell::new(Vec::new());
+    let rows = one_bounce::rows(&of, &args.requested(cases(look, args.quick)), |case, timed| {
+        let has_steps = WITH_STEPS.contains(&&*case.name);
+        steps.borrow_mut().extend(has_steps.then(|| (case.name.clone(), Steps::of_timed(timed))));
+        Ok(measure::row(case, timed))
+    })?;
     let maps = if args.quick { &MapSize::ALL[..1] } else { &MapSize::ALL[2..] };
-    let mut ranges = Vec::new();
-    for map in maps.iter().filter(|_| args.requests("ranges")) {
-        ranges.push(progress.step("ranges", &format!("Ranges, {map}²"), || measure::ranges(&bench, *map))?);
-    }
-    let lights = measure::lights(&rows);
-    let report = &mut bench.report;
-    report.section("Techniques of indirect light", TEXT, "rows", rows);
-    report.heading("Steps (Archer 2019, table 1), ms");
-    report.paragraph(
+    let maps = maps.iter().filter(|_| args.requests("ranges"));
+    let ranges = bench.rows("ranges", maps, |map| format!("Ranges, {map}²"), |map| measure::ranges(&of, **map))?;
+    bench.section("Techniques of indirect light", TEXT, "rows", rows);
+    bench.report().heading("Steps (Archer 2019, table 1), ms");
+    bench.report().paragraph(
         "His: 1920 x 1080, NVIDIA GeForce GTX 1060. His totals are printed as 20.6 and 43.5; his rows sum to 20.15 and 43.0. Totals are of \
          these steps. His rays are a part of *Build VPL buffer*, \"approximately 1 %\" of a frame that builds the images.",
     );
-    report.show(steps::table(&steps));
-    report.section("Lights (Archer 2019, §4)", LIGHTS, "lights", lights);
+    bench.report().show(steps::table(&steps.take()));
     let text = "Six rays from every texel of the map that sees anything, no light is listed; through 169 deep images of 64² as in the paper, and through the BVH.";
-    report.section("Ranges (Archer 2019, table 3)", text, "ranges", ranges);
-    let walked = if args.requests("flicker") { walked(&bench.look) } else { Vec::new() };
-    bench.finish(&walked, progress)
+    bench.section("Ranges (Archer 2019, table 3)", text, "ranges", ranges);
+    papers::beside(Paper::Archer, "virtual-lights", &mut bench.report());
+    let walked = if args.requests("flicker") { walked(look) } else { Vec::new() };
+    of.finish(&walked)
 }

@@ -2,7 +2,11 @@
 
 use lanternfish_gpu::PassTime;
 
-use crate::table::{DASH, Row, fixed, percent};
+use crate::{
+    bench::Timed,
+    table::{DASH, Row, fixed, percent},
+    times::{frame_ms, ms_of, sorted},
+};
 
 /// His steps, and what he measured: Atrium and Rungholt, 1920 x 1080, GeForce GTX 1060, ms.
 pub const PAPER: [(&str, f64, f64); 7] = [
@@ -17,11 +21,6 @@ pub const PAPER: [(&str, f64, f64); 7] = [
 
 /// His totals as printed; his rows sum to 20.15 and 43.0.
 const PRINTED: [f64; 2] = [20.6, 43.5];
-
-/// His lights, Atrium and Rungholt: texels of the map, unique lights ("typically used"), and lights that discarding by range leaves
-/// [Archer2019, §4].
-pub const PAPERS_LIGHTS: [(&str, [u64; 3]); 2] =
-    [("Archer: Atrium", [65_536, 20_000, 2000]), ("Archer: Rungholt", [65_536, 20_000, 8000])];
 
 /// Device milliseconds of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,15 +58,20 @@ impl Steps {
         self.steps.iter().sum()
     }
 
+    /// Steps of the fastest frame, with the build of the first one.
+    pub fn of_timed(timed: &Timed) -> Self {
+        let mut steps = Self::of(&timed.image.report.passes);
+        steps.steps[..2].copy_from_slice(&Self::of(&timed.first).steps[..2]);
+        steps
+    }
+
     pub fn of(passes: &[PassTime]) -> Self {
-        let mut sums = Self::default();
         // Light culling runs twice: for the scene's lights before building virtual lights, and for virtual lights after it.
         let mut has_virtual_lights = false;
-        for pass in passes {
-            let name = pass.name.as_str();
+        let steps = sorted(passes, |name| {
             let own = name.strip_prefix("indirect/virtual_lights/");
             has_virtual_lights |= own.is_some();
-            let step = match own {
+            match own {
                 Some("map" | "draw" | "reconstruct") => Some(3),
                 Some("gather" | "shadow") => Some(6),
                 Some(_) => Some(4),
@@ -77,16 +81,11 @@ impl Steps {
                 None if name.starts_with("light_culling/") && has_virtual_lights => Some(5),
                 None if SMOOTHING.contains(&name) => Some(6),
                 None => None,
-            };
-            if let Some(step) = step {
-                sums.steps[step] += pass.ms;
             }
-            sums.frame += if name.starts_with("deep_images/") { 0.0 } else { pass.ms };
-            sums.range_rays += if own == Some("range_rays") { pass.ms } else { 0.0 };
-            sums.ranges += if own == Some("ranges") { pass.ms } else { 0.0 };
-            sums.shadow_rays += if own == Some("shadow") { pass.ms } else { 0.0 };
-        }
-        sums
+        });
+        let own = |name: &str| ms_of(passes, &format!("indirect/virtual_lights/{name}"));
+        let [range_rays, ranges, shadow_rays] = ["range_rays", "ranges", "shadow"].map(own);
+        Self { steps, range_rays, ranges, shadow_rays, frame: frame_ms(passes) }
     }
 }
 

@@ -1,24 +1,10 @@
 //! `lanternfish-bench clustered` and `lanternfish-bench attenuation`, end to end on the software adapter.
 
-use std::{fs, path::Path};
+use std::fs;
 
 use serde_json::Value;
 
-use crate::program;
-
-fn said(folder: &Path, words: &[&str]) -> String {
-    let output = program(folder).args(words).output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{stderr}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn bench(folder: &Path, name: &str) -> (Value, String) {
-    let words = ["clustered", "demo:cornell", "--quick", "--size", "32x18", "--adapter", "cpu", "-o", name];
-    let said = said(folder, &words);
-    let report = fs::read(folder.join(name).join("report.json")).unwrap();
-    (serde_json::from_slice(&report).unwrap(), said)
-}
+use crate::{bench, program, walk};
 
 /// The deterministic part of a report: all but times.
 fn exact(report: &Value) -> Vec<(Vec<&Value>, &Value)> {
@@ -30,7 +16,8 @@ fn exact(report: &Value) -> Vec<(Vec<&Value>, &Value)> {
 #[test]
 fn gpu_two_runs_count_the_same() {
     let folder = tempfile::tempdir().unwrap();
-    let ((first, said), (second, _)) = (bench(folder.path(), "first"), bench(folder.path(), "second"));
+    let [(first, said), (second, _)] =
+        ["first", "second"].map(|name| bench(folder.path(), "clustered demo:cornell --quick --size 32x18", name));
     assert_eq!(exact(&first), exact(&second));
     assert_eq!(first["left_out"], second["left_out"]);
 
@@ -71,7 +58,8 @@ fn gpu_two_runs_count_the_same() {
 #[test]
 fn the_attenuation_functions_are_drawn() {
     let folder = tempfile::tempdir().unwrap();
-    assert_eq!(said(folder.path(), &["attenuation", "-o", "a.svg"]), "a.svg\n");
+    let output = program(folder.path()).args(["attenuation", "-o", "a.svg"]).output().unwrap();
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "a.svg\n");
     let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
     assert!(svg.contains("physical_reduced_2") && !svg.contains("NaN"));
 }
@@ -79,17 +67,15 @@ fn the_attenuation_functions_are_drawn() {
 #[test]
 fn gpu_a_track_makes_the_figures_of_the_thesis() {
     let folder = tempfile::tempdir().unwrap();
-    let shot = "scene = \"demo:cornell\"\n[view]\nfov-y = 58.7\n[track]\nframes = 9\nkeyframes = [{ time = 0, eye = [0, 1, 3.4], target = \
-                [0, 1, 0] }, { time = 1, eye = [0.3, 1.2, 2.8], target = [0, 1, 0] }]\n";
-    fs::write(folder.path().join("walk.toml"), shot).unwrap();
-    let words = "clustered walk.toml --quick --frames 3 --size 32x18 --adapter cpu -o figures";
-    let said = said(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    let views = ["eye = [0, 1, 3.4], target = [0, 1, 0]", "eye = [0.3, 1.2, 2.8], target = [0, 1, 0]"];
+    walk(folder.path(), "demo:cornell", 9, views);
+    let words = "clustered walk.toml --quick --frames 3 --size 32x18";
+    let (report, said) = bench(folder.path(), words, "figures");
     assert!(
         said.contains("| 6.5 | persp:4: visible clusters, enclosed / individual, 10,000 lights | halved: 0.5 | "),
         "{said}"
     );
     assert_eq!(said.lines().last(), Some("figures/figures.html"));
-    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("figures/report.json")).unwrap()).unwrap();
     // Two numbers of lights: three shapes in mono, and two in stereo, with one grid per eye and with one for both.
     let played = report["played"].as_array().unwrap();
     assert_eq!((played.len(), report["left_out"].as_array().unwrap().len()), (2 * (3 + 2 * 2), 0));

@@ -1,22 +1,12 @@
 //! `lanternfish-bench deep-images`, end to end on the software adapter.
 
-use std::{collections::BTreeSet, fs, path::Path};
+use std::{collections::BTreeSet, fs};
 
 use serde_json::Value;
 
-use crate::program;
+use crate::bench;
 
-fn bench(folder: &Path, words: &[&str]) -> String {
-    let all = ["deep-images", "--quick", "--runs", "1", "--rays", "4096", "--adapter", "cpu"];
-    let output = program(folder).args(all).args(words).output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{stderr}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn report(folder: &Path, name: &str) -> Value {
-    serde_json::from_slice(&fs::read(folder.join(name).join("report.json")).unwrap()).unwrap()
-}
+const QUICK: &str = "--quick --runs 1 --rays 4096";
 
 /// The deterministic part of a report: all but times and rates.
 fn exact(report: &Value) -> (Vec<Value>, Vec<Value>) {
@@ -34,11 +24,10 @@ fn exact(report: &Value) -> (Vec<Value>, Vec<Value>) {
 #[test]
 fn gpu_two_runs_count_the_same() {
     let folder = tempfile::tempdir().unwrap();
-    let said = bench(folder.path(), &["demo:cornell", "-o", "first"]);
+    let (first, said) = bench(folder.path(), &format!("deep-images demo:cornell {QUICK}"), "first");
     assert_eq!(said.lines().last(), Some("first/report.md"));
     fs::write(folder.path().join("shot.toml"), "scene = \"demo:cornell\"\n").unwrap();
-    bench(folder.path(), &["shot.toml", "-o", "second"]);
-    let [first, second] = ["first", "second"].map(|name| report(folder.path(), name));
+    let (second, _) = bench(folder.path(), &format!("deep-images shot.toml {QUICK}"), "second");
     assert_eq!(exact(&first), exact(&second));
     assert_eq!(first["left_out"], second["left_out"]);
 
@@ -96,8 +85,8 @@ fn gpu_two_runs_count_the_same() {
 #[test]
 fn gpu_tables_can_be_measured_alone() {
     let folder = tempfile::tempdir().unwrap();
-    bench(folder.path(), &["demo:cornell", "--tables", "stores,directions", "-o", "report"]);
-    let report = report(folder.path(), "report");
+    let words = format!("deep-images demo:cornell {QUICK} --tables stores,directions");
+    let (report, _) = bench(folder.path(), &words, "report");
     let groups: BTreeSet<_> =
         report["built"].as_array().unwrap().iter().map(|row| row["group"].as_str().unwrap()).collect();
     assert_eq!(groups.into_iter().collect::<Vec<_>>(), ["Directions", "Stores"]);

@@ -2,9 +2,7 @@
 
 use std::fs;
 
-use serde_json::Value;
-
-use crate::program;
+use crate::bench;
 
 /// Temporal accumulation reduces error and flicker along a walk, and does not increase the error after a change of light.
 #[test]
@@ -14,10 +12,7 @@ fn gpu_a_walk_flickers_less_with_a_history() {
                 [[track.keyframes]]\ntime = 0\neye = [8.2, 1.75, -2.7]\ntarget = [-4, 2.2, 0]\n\
                 [[track.keyframes]]\ntime = 1\neye = [7.6, 1.75, -2.5]\ntarget = [-4, 2.2, 0]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
-    let words = ["history", "walk.toml", "--quick", "--runs", "1", "--size", "48x36", "--spp", "64"];
-    let output = program(folder.path()).args(words).args(["--adapter", "cpu", "-o", "report"]).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("report/report.json")).unwrap()).unwrap();
+    let (report, _) = bench(folder.path(), "history walk.toml --quick --runs 1 --size 48x36 --spp 64", "report");
     let figures = |table: &str, name: &str| -> Vec<f64> {
         report[table].as_array().unwrap().iter().map(|row| row[name].as_f64().unwrap()).collect()
     };

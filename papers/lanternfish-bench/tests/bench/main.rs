@@ -11,15 +11,37 @@ mod quality;
 mod virtual_lights;
 
 use std::{
+    fs,
     path::Path,
     process::{Command, Stdio},
 };
+
+use serde_json::Value;
 
 /// The program in a folder, without standard input and `RUST_LOG`.
 fn program(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish-bench"));
     command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());
     command
+}
+
+/// Runs a benchmark on the software adapter, with its report in the folder `name`. Returns the report and standard output.
+#[track_caller]
+fn bench(folder: &Path, words: &str, name: &str) -> (Value, String) {
+    let words = words.split_whitespace().chain(["--adapter", "cpu", "-o", name]);
+    let output = program(folder).args(words).output().unwrap();
+    let [said, errors] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert!(output.status.success(), "{errors}");
+    let report = fs::read(folder.join(name).join("report.json")).unwrap();
+    (serde_json::from_slice(&report).unwrap(), said)
+}
+
+/// A shot of a scene with a track between two views.
+fn walk(folder: &Path, scene: &str, frames: u32, [from, to]: [&str; 2]) {
+    let shot = format!(
+        "scene = \"{scene}\"\n[track]\nframes = {frames}\nkeyframes = [{{ time = 0, {from} }}, {{ time = 1, {to} }}]\n"
+    );
+    fs::write(folder.join("walk.toml"), shot).unwrap();
 }
 
 #[test]

@@ -1,20 +1,12 @@
 //! `lanternfish-bench moving`, end to end on the software adapter.
 
-use std::fs;
-
-use serde_json::Value;
-
-use crate::program;
+use crate::bench;
 
 /// Sent bytes and ray distances are exact. Deep images are rebuilt only after a motion.
 #[test]
 fn gpu_motion_is_counted() {
     let folder = tempfile::tempdir().unwrap();
-    let words = ["moving", "demo:cornell", "--runs", "1", "--rays", "4096", "--adapter", "cpu", "-o", "report"];
-    let output = program(folder.path()).args(words).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let said = String::from_utf8(output.stdout).unwrap();
-    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("report/report.json")).unwrap()).unwrap();
+    let (report, said) = bench(folder.path(), "moving demo:cornell --runs 1 --rays 4096", "report");
     let times = report["times"].as_array().unwrap();
     assert!(times.iter().any(|row| row["tracer"] == "bvh"), "{times:?}");
     for row in times {

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::program;
+use crate::bench;
 
 /// Counts and errors are equal in every run. Means of frames and flicker along a track are measured.
 #[test]
@@ -14,15 +14,8 @@ fn gpu_photons_are_compared_with_the_ground_truth() {
     let shot = "scene = \"demo:cornell\"\n[lights]\npoint = [[0, 1, 30, 100]]\n[track]\nframes = 8\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
                 [[track.keyframes]]\ntime = 1\neye = [0.5, 1, 4.0]\ntarget = [0, 1, 0]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
-    let report = |name: &str, only: &[&str]| -> (Value, String) {
-        let words = ["photons", "walk.toml", "--quick", "--runs", "1", "--size", "48x36", "--spp", "32"];
-        let output = program(folder.path()).args(words).args(["--adapter", "cpu", "-o", name]).args(only).output();
-        let output = output.unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let said = String::from_utf8(output.stdout).unwrap();
-        (serde_json::from_slice(&fs::read(folder.path().join(name).join("report.json")).unwrap()).unwrap(), said)
-    };
-    let (first, said) = report("first", &[]);
+    let words = "photons walk.toml --quick --runs 1 --size 48x36 --spp 32";
+    let (first, said) = bench(folder.path(), words, "first");
     let rows = first["rows"].as_array().unwrap();
     let figure = |row: &str, name: &str| {
         let row = rows.iter().find(|other| other["name"] == row).unwrap_or_else(|| panic!("no {row}"));
@@ -42,7 +35,7 @@ fn gpu_photons_are_compared_with_the_ground_truth() {
         assert!(folder.path().join(format!("first/{rendering}.png")).is_file(), "{rendering}");
     }
     // A second run of photons only, with the stored ground truths.
-    let (second, _) = report("first", &["--only", "photon-splatting"]);
+    let (second, _) = bench(folder.path(), &format!("{words} --only photon-splatting"), "first");
     let mut compared = 0;
     for table in ["rows", "means", "flicker"] {
         for again in second[table].as_array().unwrap() {

@@ -1,6 +1,6 @@
 //! `lanternfish-bench probes`, end to end on the software adapter. Its controls must show their faults.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use serde_json::Value;
 
@@ -9,13 +9,7 @@ use crate::program;
 /// Runs parts of the benchmark at test size, and returns the report.
 #[track_caller]
 fn bench(folder: &Path, words: &str) -> Value {
-    let output = program(folder)
-        .args(["probes", "--quick", "--runs", "1", "--adapter", "cpu", "--shared", "none", "-o", "report"])
-        .args(words.split(' '))
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&fs::read(folder.join("report/report.json")).unwrap()).unwrap()
+    crate::bench(folder, &format!("probes --quick --runs 1 --shared none {words}"), "report").0
 }
 
 /// A figure of a table's row of this scene, if rows have scenes, and technique.

@@ -1,27 +1,19 @@
 //! `lanternfish-bench virtual-lights`, end to end on the software adapter.
 
-use std::fs;
-
-use serde_json::Value;
-
-use crate::program;
+use crate::{bench, walk};
 
 /// Counts and errors are equal in every run. Flicker is measured along the shot's track. Images are written to the report's folder.
 #[test]
 fn gpu_virtual_lights_are_compared_with_the_ground_truth() {
     let folder = tempfile::tempdir().unwrap();
-    let shot = "scene = \"demo:cornell\"\n[track]\nframes = 10\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
-                [[track.keyframes]]\ntime = 1\neye = [0.5, 1, 4.0]\ntarget = [0, 1, 0]\n";
-    fs::write(folder.path().join("walk.toml"), shot).unwrap();
-    let report = |name: &str| -> (Value, String) {
-        let words = ["virtual-lights", "walk.toml", "--quick", "--runs", "1", "--size", "48x36", "--spp", "32"];
-        let more = ["--adapter", "cpu", "-o", name];
-        let output = program(folder.path()).args(words).args(more).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let said = String::from_utf8(output.stdout).unwrap();
-        (serde_json::from_slice(&fs::read(folder.path().join(name).join("report.json")).unwrap()).unwrap(), said)
-    };
-    let (first, said) = report("first");
+    walk(
+        folder.path(),
+        "demo:cornell",
+        10,
+        ["eye = [0, 1, 4.2], target = [0, 1, 0]", "eye = [0.5, 1, 4.0], target = [0, 1, 0]"],
+    );
+    let words = "virtual-lights walk.toml --quick --runs 1 --size 48x36 --spp 32";
+    let (first, said) = bench(folder.path(), words, "first");
     let rows = first["rows"].as_array().unwrap();
     let figure = |row: &str, name: &str| {
         let row = rows.iter().find(|other| other["name"] == row).unwrap_or_else(|| panic!("no {row}"));
@@ -41,7 +33,7 @@ fn gpu_virtual_lights_are_compared_with_the_ground_truth() {
     for rendering in ["none", "virtual-lights", "ground_truth-zero-bounces", "ground_truth-one-bounce"] {
         assert!(folder.path().join(format!("first/{rendering}.png")).is_file(), "{rendering}");
     }
-    let (second, _) = report("second");
+    let (second, _) = bench(folder.path(), words, "second");
     for (a, b) in rows.iter().zip(second["rows"].as_array().unwrap()) {
         for exact in ["name", "unique", "listed", "too_large", "indirect_energy", "flip"] {
             assert_eq!(a[exact], b[exact], "{exact} of {a}");

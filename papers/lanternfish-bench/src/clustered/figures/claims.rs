@@ -4,10 +4,11 @@
 
 use lanternfish_cli::report::grouped;
 
-use super::{Figures, Played, mean, page::distinct};
+use super::{Figures, Played, mean};
 use crate::{
     clustered::cases::{Views, shapes},
     table::Row,
+    times::distinct,
 };
 
 /// One row per stated number and number of lights.
@@ -51,17 +52,12 @@ pub fn claims(figures: &Figures) -> Vec<Row> {
             }
         }
         for played in tuned(figures, lights) {
-            let frames = played.frame_ms();
-            let variance =
-                frames.iter().map(|ms| (ms - mean(&frames)).powi(2)).sum::<f64>() / frames.len().max(1) as f64;
             let thesis = if played.clusters.starts_with("displ") { "most stable: the least" } else { "" };
-            let ours = format!("{:.0} %", 100.0 * variance.sqrt() / mean(&frames));
+            let ours = format!("{:.0} %", 100.0 * played.unsteadiness());
             add("6.6", &format!("{}: deviation of the frame time along the track", played.clusters), thesis, ours);
             if let Some(pixels) = played.clusters.strip_prefix("persp:") {
-                let most =
-                    played.report.frames.iter().filter_map(|frame| Some(frame.clusters.as_ref()?.most_fragments));
                 let limit = pixels.parse::<u64>().map_or(0, |pixels| pixels * pixels);
-                let ours = format!("{} of {}", grouped(most.max().unwrap_or(0).into()), grouped(limit));
+                let ours = format!("{} of {}", grouped(played.most_fragments().unwrap_or(0).into()), grouped(limit));
                 add(
                     "6.10",
                     &format!("{}: most fragments of a cluster, transparent surfaces included", played.clusters),

@@ -11,8 +11,7 @@ use lanternfish_cli::{
     error::CliError,
     output,
     parse::Size,
-    progress::Progress,
-    replay::{category::Category, measure::Player, page::least_of, plan::Plan, report::Report},
+    replay::{category::Category, counted::Clusters, measure::Player, page::least_of, plan::Plan, report::Report},
     report::grouped,
     shot::Shot,
 };
@@ -20,10 +19,10 @@ use lanternfish_scene::Eyes;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ClusteredArgs, EYE_ASPECT,
-    cases::{LIGHT_COUNTS, QUICK_LIGHT_COUNTS, Views, settings, shapes},
+    ClusteredArgs,
+    cases::{Views, settings, shapes},
 };
-use crate::{document::LeftOut, run::Run, table::to_markdown};
+use crate::{bench::Bench, document::LeftOut, table::to_markdown};
 
 /// One configuration over all frames.
 #[derive(Debug, Serialize, Deserialize)]
@@ -67,16 +66,29 @@ impl Played {
 
     /// Number of clusters with visible fragments, for each frame.
     pub fn visible(&self) -> Vec<f64> {
-        self.report.frames.iter().filter_map(|frame| Some(frame.clusters.as_ref()?.visible as f64)).collect()
+        self.counted(|clusters| clusters.visible as f64)
     }
 
     /// Lighting operations for each frame: the length of the cluster's light list, summed over all fragments.
     pub fn operations(&self) -> Vec<f64> {
-        self.report
-            .frames
-            .iter()
-            .filter_map(|frame| Some(frame.clusters.as_ref()?.lighting_operations as f64))
-            .collect()
+        self.counted(|clusters| clusters.lighting_operations as f64)
+    }
+
+    fn counted(&self, of: fn(&Clusters) -> f64) -> Vec<f64> {
+        self.report.frames.iter().filter_map(|frame| frame.clusters.as_ref().map(of)).collect()
+    }
+
+    /// Standard deviation of the frame time along the track, over its mean.
+    pub fn unsteadiness(&self) -> f64 {
+        let frames = self.frame_ms();
+        let mean = mean(&frames);
+        let squares: f64 = frames.iter().map(|ms| (ms - mean).powi(2)).sum();
+        (squares / frames.len().max(1) as f64).sqrt() / mean
+    }
+
+    /// Most fragments of a cluster in any frame.
+    pub fn most_fragments(&self) -> Option<u32> {
+        self.report.frames.iter().filter_map(|frame| Some(frame.clusters.as_ref()?.most_fragments)).max()
     }
 }
 
@@ -86,34 +98,33 @@ pub fn mean(values: &[f64]) -> f64 {
 }
 
 pub fn run(args: &ClusteredArgs, shot: &Shot) -> Result<(), CliError> {
-    let run = Run::start(&args.run, "clustered")?;
-    let eye_width = ((EYE_ASPECT * args.size.height as f32).round() as u32).max(1);
-    let counts = if args.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS };
+    let bench = Bench::start(&args.run, "clustered", "Clusters along a track", Some(&args.scene))?;
     let mut figures = Figures {
         source: args.scene.path().file_name().unwrap_or_default().to_string_lossy().into_owned(),
         frames: shot.frames().len(),
         size: [args.size.width, args.size.height],
-        eye_width,
+        eye_width: super::eye_width(args.size),
         depth: args.depth,
-        runs: run.runs,
+        runs: bench.runs,
         seed: args.seed,
         light_assignment: args.light_assignment.to_string(),
         played: Vec::new(),
         left_out: Vec::new(),
     };
-    for lights in counts {
-        play(args, shot, &run, *lights, &mut figures)?;
+    for lights in args.counts() {
+        play(args, shot, &bench, *lights, &mut figures)?;
     }
-    let file = |name: &str| run.folder.join(name);
-    output::write_text(&file("report.json"), &(serde_json::to_string(&figures).expect("numbers and strings") + "\n"))?;
-    output::write_text(&file("figures.html"), &page::page(&figures, &run.gpu).to_html(page::STYLE))?;
+    bench.end_progress();
+    let file = |name: &str| bench.folder.join(name);
+    let json = serde_json::to_string(&figures).map_err(|error| CliError::new(error, "this is a bug"))?;
+    output::write_text(&file("report.json"), &(json + "\n"))?;
+    output::write_text(&file("figures.html"), &page::page(&figures, &bench.gpu).to_html(page::STYLE))?;
     output::print(&format!("{}\n{}\n", to_markdown(&claims::claims(&figures)), file("figures.html").display()))
 }
 
 /// Replays every shape in mono and the best shapes of the thesis in stereo, with `lights` lights.
-fn play(args: &ClusteredArgs, shot: &Shot, run: &Run, lights: u32, figures: &mut Figures) -> Result<(), CliError> {
-    let mut progress = Progress::hidden();
-    let mut plan = Plan::of(shot, None, &mut progress)?;
+fn play(args: &ClusteredArgs, shot: &Shot, bench: &Bench, lights: u32, figures: &mut Figures) -> Result<(), CliError> {
+    let mut plan = bench.with_progress(|progress| Plan::of(shot, None, progress))?;
     plan.rain_alone(lights, args.seed);
     let size = args.size;
     let best = shapes(size.height, true);
@@ -121,19 +132,18 @@ fn play(args: &ClusteredArgs, shot: &Shot, run: &Run, lights: u32, figures: &mut
     let in_stereo = best.iter().filter(|shape| !matches!(shape, ClusterShape::Displaced { .. }));
     let stereo =
         in_stereo.flat_map(|shape| [Views::StereoIndividual, Views::StereoEnclosed].map(|views| (*shape, views)));
-    plan.settings = settings(best[0], Views::Mono.grouping(), args.light_assignment, args.depth);
-    let mut player = Player::new(&run.gpu, plan, &mut progress)?;
+    let settings = |shape, views: Views| settings(shape, views.grouping(), args.light_assignment, args.depth);
+    plan.settings = settings(best[0], Views::Mono);
+    let mut player = bench.with_progress(|progress| Player::new(&bench.gpu, plan, progress))?;
     for (shape, views) in mono.chain(stereo) {
-        eprintln!("  {lights} lights, {shape}, {views}");
-        let settings = settings(shape, views.grouping(), args.light_assignment, args.depth);
         let (eyes, size) = match views {
             Views::Mono => (None, size),
             _ => (Some(Eyes::Vive), Size { width: figures.eye_width, height: size.height }),
         };
-        player.set(&settings, eyes, size)?;
-        let mut report = player.report(&figures.source, shot.args.scene.to_string(), run.runs as usize, args.seed);
+        player.set(&settings(shape, views), eyes, size)?;
+        let mut report = player.report(&figures.source, shot.args.scene.to_string(), bench.runs as usize, args.seed);
         let clusters = shape.to_string();
-        match player.count(&mut progress) {
+        match bench.with_progress(|progress| player.count(progress)) {
             Ok(frames) => report.frames = frames,
             // Too many clusters, or views that no grid encloses: continue with the next configuration.
             Err(error) => {
@@ -142,7 +152,7 @@ fn play(args: &ClusteredArgs, shot: &Shot, run: &Run, lights: u32, figures: &mut
                 continue;
             }
         }
-        let times = player.time(run.runs as usize, &mut progress)?;
+        let times = bench.with_progress(|progress| player.time(bench.runs as usize, progress))?;
         (report.passes, report.host) = (times.passes, times.host);
         report.estimate();
         figures.played.push(Played { clusters, views, lights, report });

@@ -16,7 +16,7 @@ use super::{
     claims::{claims, tuned},
     mean,
 };
-use crate::{clustered::cases::Views, document::Document};
+use crate::{clustered::cases::Views, document::Document, times::distinct};
 
 pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:110rem;padding:0 1rem;color:#222}\
                      .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(22rem,1fr));gap:.4rem}\
@@ -91,14 +91,6 @@ pub fn plotted(page: &mut Document, figures: &Figures, heading: fn(&mut Document
         heading(page, &format!("Figure {title}"));
         page.html(rows(plots));
     }
-}
-
-/// The distinct values, in ascending order.
-pub fn distinct(values: impl Iterator<Item = u32>) -> Vec<u32> {
-    let mut values: Vec<u32> = values.collect();
-    values.sort_unstable();
-    values.dedup();
-    values
 }
 
 fn mono_of(played: &Played, kind: &str) -> bool {

@@ -1,13 +1,24 @@
+use lanternfish::{
+    settings::{Anisotropy, RayCulling, RayRangeCulling, Samples, Shadows},
+    techniques::{
+        Assignment, ClusterShape, ClusterTest, Clustered, IndirectClamp, IndirectResolution, SampledLights, TileSize,
+        Tiled,
+    },
+};
+use lanternfish_papers::RasterGrid;
+
 use super::*;
+use crate::bench::file_name;
 
 fn rows() -> Vec<Technique> {
+    lanternfish_papers::register();
     techniques(&Settings::direct_light(), 10.0)
 }
 
 #[track_caller]
 fn assert_every<T: PartialEq + std::fmt::Debug>(all: &[T], of: impl Fn(&Settings) -> T) {
     for value in all {
-        assert!(rows().iter().any(|row| of(&row.settings) == *value), "no row for {value:?}");
+        assert!(rows().iter().any(|row| of(&row.case.settings) == *value), "no row for {value:?}");
     }
 }
 
@@ -66,7 +77,7 @@ fn every_occlusion_technique_and_none_has_a_row_for_each_ground_truth() {
         let mut rows = rows();
         rows.retain(|row| row.ground_truth == ground_truth);
         for technique in std::iter::once(Occlusion::NONE).chain(Occlusion::all()) {
-            assert!(rows.iter().any(|row| row.settings.occlusion.name() == technique.name()), "{ground_truth}");
+            assert!(rows.iter().any(|row| row.case.settings.occlusion.name() == technique.name()), "{ground_truth}");
         }
     }
 }
@@ -92,7 +103,7 @@ fn a_row_changes_one_setting_and_has_a_unique_name() {
     let default = Settings::direct_light();
     let rows = rows();
     for (i, row) in rows.iter().enumerate() {
-        let s = &row.settings;
+        let s = &row.case.settings;
         let changes = [
             s.direct != default.direct,
             s.culling != default.culling,
@@ -114,14 +125,18 @@ fn a_row_changes_one_setting_and_has_a_unique_name() {
             ),
         ];
         let count = changes.iter().filter(|changed| **changed).count();
-        assert_eq!(count, usize::from(i > 0), "{}", row.name);
-        assert!(rows[..i].iter().all(|other| other.file_name() != row.file_name()), "{}", row.name);
+        assert_eq!(count, usize::from(i > 0), "{}", row.case.name);
+        assert!(
+            rows[..i].iter().all(|other| file_name(&other.case.name) != file_name(&row.case.name)),
+            "{}",
+            row.case.name
+        );
     }
 }
 
 #[test]
 fn a_mean_with_all_bounces_has_the_settings_of_the_single_frame() {
-    let row = |name: &str| rows().into_iter().find(|row| row.name == name).unwrap().settings;
+    let row = |name: &str| rows().into_iter().find(|row| row.case.name == name).unwrap().case.settings;
     let mean = row(&format!("indirect sampled, {MEAN_FRAMES} frames"));
     assert_eq!((mean.indirect.clone(), mean.accumulate), (row("indirect sampled").indirect, MEAN_FRAMES));
     assert_ne!(row("indirect sampled, best").indirect, mean.indirect);

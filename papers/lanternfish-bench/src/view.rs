@@ -1,19 +1,27 @@
-//! The subject of a measurement: a scene with lights and views, from flags or from a shot.
+//! The view of a measurement: a scene with lights and a camera, from flags or from a shot.
 
 use clap::Args;
 use lanternfish::settings::{Exposure, Settings, Shadows};
 use lanternfish_cli::{
     apply_lights,
-    args::{LightArgs, PartArgs, ViewArgs},
+    args::{LightArgs, LookArgs, PartArgs, RenderArgs, ViewArgs},
     camera,
     error::CliError,
     light_rig,
     parse::{self, Size},
-    progress::Progress,
+    report::grouped,
     scene::{self, SceneName},
     shot::{self, Shot},
 };
+use lanternfish_metrics::RgbImage;
 use lanternfish_scene::{Bounds, Camera, Scene};
+
+use crate::{
+    bench::Bench,
+    ground_truths::{self, GroundTruth, Traced},
+    image,
+    table::Row,
+};
 
 /// Flags of a view of a scene.
 #[derive(Debug, Args)]
@@ -39,27 +47,49 @@ pub struct SubjectArgs {
     pub lights: LightArgs,
 }
 
-/// A scene with lights, views and settings, ready to be rendered.
-pub struct Subject {
+/// A view of a scene, ready to be rendered.
+#[derive(Clone)]
+pub struct View {
+    pub name: String,
     pub scene: Scene,
-    /// The views: one, or those along a shot's track.
-    pub cameras: Vec<Camera>,
-    /// Requested settings with direct light only, with shadows through the BVH, so that the work is equal on every adapter.
+    pub camera: Camera,
+    /// Requested settings of direct light.
     pub look: Settings,
+    pub size: Size,
 }
 
-impl Subject {
-    pub fn load(args: &SubjectArgs, keeps_transparent: bool, progress: &mut Progress) -> Result<Self, CliError> {
+impl View {
+    /// Loads the requested scene with its lights, and returns the view with all cameras: one, or those along a shot's track. Shadows are traced
+    /// through the BVH, so that the work is equal on every adapter.
+    pub fn load(args: &SubjectArgs, keeps_transparent: bool, bench: &Bench) -> Result<(Self, Vec<Camera>), CliError> {
         let shot = shot_of(&args.scene)?;
-        let views = shot.as_ref().map_or_else(|| vec![args.view.clone()], |shot| shot.views());
-        let (lights, seed) = match &shot {
-            Some(shot) => (&shot.args.lights, shot.args.run.seed),
-            None => (&args.lights, args.seed),
+        let scene = load(&args.scene, &args.part, shot.as_ref(), keeps_transparent, bench)?;
+        let Some(shot) = shot else {
+            return Self::new(scene, (&args.lights, args.seed), None, std::slice::from_ref(&args.view), args.size);
         };
-        let mut scene = load(&args.scene, &args.part, shot.as_ref(), keeps_transparent, progress)?;
+        Self::of_args(scene, &shot.args, &shot.views(), args.size)
+    }
+
+    /// The view of a scene by flags of `render`, with all cameras of `views`.
+    pub fn of_args(
+        scene: Scene,
+        args: &RenderArgs,
+        views: &[ViewArgs],
+        size: Size,
+    ) -> Result<(Self, Vec<Camera>), CliError> {
+        Self::new(scene, (&args.lights, args.run.seed), Some(&args.look), views, size)
+    }
+
+    fn new(
+        mut scene: Scene,
+        (lights, seed): (&LightArgs, u32),
+        shown: Option<&LookArgs>,
+        views: &[ViewArgs],
+        size: Size,
+    ) -> Result<(Self, Vec<Camera>), CliError> {
         apply_lights(&mut scene, lights, seed)?;
-        let Size { width, height } = args.size;
-        let (cameras, _) = camera::choose_each(&scene, &Bounds::EMPTY, &views, width as f32 / height as f32)?;
+        let aspect = size.width as f32 / size.height as f32;
+        let (cameras, _) = camera::choose_each(&scene, &Bounds::EMPTY, views, aspect)?;
         light_rig::add(&mut scene, lights, &cameras[0])?;
         let mut look = Settings {
             shadows: Shadows::BVH,
@@ -71,13 +101,51 @@ impl Subject {
             exposure: Exposure::Ev(0.0),
             ..Settings::direct_light()
         };
-        if let Some(shot) = &shot {
-            look.tone_map = shot.args.look.tone_map;
-            if shot.args.look.exposure != Exposure::Auto {
-                look.exposure = shot.args.look.exposure;
-            }
+        if let Some(shown) = shown {
+            look.tone_map = shown.tone_map;
+            look.exposure = if shown.exposure == Exposure::Auto { look.exposure } else { shown.exposure };
         }
-        Ok(Self { scene, cameras, look })
+        Ok((Self { name: scene.name.clone(), camera: cameras[0].clone(), scene, look, size }, cameras))
+    }
+
+    /// The view of another scene.
+    pub fn with(&self, scene: Scene) -> Self {
+        Self { scene, ..self.clone() }
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> f64 {
+        f64::from(self.size.width) * f64::from(self.size.height)
+    }
+
+    /// Triangles, lights and size, as facts of a report.
+    pub fn facts(&self) -> Row {
+        let facts = Row::default().data("triangles", self.scene.triangle_counts().1);
+        let facts = facts.data("lights", self.scene.lights.len());
+        facts.data("width", self.size.width).data("height", self.size.height)
+    }
+
+    /// The same in words.
+    pub fn text(&self) -> String {
+        let Size { width, height } = self.size;
+        let [triangles, lights] = [self.scene.triangle_counts().1, self.scene.lights.len()].map(|n| grouped(n as u64));
+        format!("{width} x {height} pixels, {triangles} triangles, {lights} lights")
+    }
+
+    /// Display colours of linear radiance as the view shows it.
+    pub fn shown(&self, image: &RgbImage) -> Vec<u8> {
+        image::shown(image, self.look.exposure, self.look.tone_map).0
+    }
+
+    /// The view's reference as [`ground_truths`] traces it.
+    pub fn reference(&self, bench: &Bench, ground_truth: GroundTruth, spp: u64) -> Result<Traced, CliError> {
+        ground_truths::obtain(&bench.folder, ground_truth, &self.subject(spp))
+    }
+
+    /// The view for [`ground_truths`].
+    pub fn subject(&self, spp: u64) -> ground_truths::Subject<'_> {
+        let Self { name, scene, camera, look: settings, size } = self;
+        ground_truths::Subject { name, scene, camera, size: *size, settings, spp }
     }
 }
 
@@ -98,11 +166,11 @@ pub fn load(
     part: &PartArgs,
     shot: Option<&Shot>,
     keeps_transparent: bool,
-    progress: &mut Progress,
+    bench: &Bench,
 ) -> Result<Scene, CliError> {
     let (name, part) = shot.map_or((name, part), |shot| (&shot.args.scene, &shot.args.part));
     let doing = format!("Loading {name}");
-    let mut scene = progress.step("load", &doing, || scene::load_part(name, part))?;
+    let mut scene = bench.step("load", &doing, || scene::load_part(name, part))?;
     if !keeps_transparent {
         leave_out_transparent(&mut scene);
     }

@@ -1,23 +1,15 @@
-//! Writes and compares images.
-
-use std::path::Path;
+//! Conversions and comparisons of images.
 
 use lanternfish::{
     RenderedImage,
     output::display,
     settings::{Exposure, ToneMap},
 };
-use lanternfish_cli::error::CliError;
-use lanternfish_metrics::{ColorType, HdrFlip, MetricsError, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
+use lanternfish_metrics::{HdrFlip, MetricsError, PIXELS_PER_DEGREE, Pair, RgbImage};
 
 /// Display colours without alpha, as RGB bytes.
 pub fn rgb(rendering: &RenderedImage) -> Vec<u8> {
     rendering.display.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()
-}
-
-/// Writes the display colours as a PNG file.
-pub fn write(path: &Path, rendering: &RenderedImage) -> Result<(), CliError> {
-    Ok(write_png(path, rendering.width, rendering.height, ColorType::Rgb, &rgb(rendering))?)
 }
 
 /// Linear radiance of an image.
@@ -67,22 +59,17 @@ pub fn differing(a: &RenderedImage, b: &RenderedImage) -> usize {
     a.radiance.iter().zip(&b.radiance).filter(|(a, b)| bits(a) != bits(b)).count()
 }
 
-/// An image with one row of pixels, for tests.
-#[cfg(test)]
-pub fn rendering(texels: Vec<[f32; 4]>, display: u8) -> RenderedImage {
-    RenderedImage {
+#[test]
+fn every_bit_of_radiance_counts() {
+    let image = |texels: Vec<[f32; 4]>| RenderedImage {
         width: texels.len() as u32,
         height: 1,
-        display: vec![[display; 4]; texels.len()],
+        display: Vec::new(),
         exposure: None,
         radiance: texels,
         report: Default::default(),
-    }
-}
-
-#[test]
-fn every_bit_of_radiance_counts() {
-    let a = rendering(vec![[0.0; 4], [1.0; 4], [f32::NAN; 4]], 0);
-    let b = rendering(vec![[-0.0, 0.0, 0.0, 0.0], [1.0; 4], [f32::NAN; 4]], 0);
+    };
+    let a = image(vec![[0.0; 4], [1.0; 4], [f32::NAN; 4]]);
+    let b = image(vec![[-0.0, 0.0, 0.0, 0.0], [1.0; 4], [f32::NAN; 4]]);
     assert_eq!((differing(&a, &a), differing(&a, &b)), (0, 1));
 }

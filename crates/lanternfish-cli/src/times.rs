@@ -1,74 +1,9 @@
-//! Common parts of all benchmarks: flags, adapter, output folder, timing.
+//! Times and counts of frames: the least, the median, sums of passes.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::time::Instant;
 
-use clap::Args;
-use lanternfish::Report;
-use lanternfish_cli::{
-    args::adapter,
-    error::{self, CliError},
-};
-use lanternfish_gpu::{AdapterChoice, Engine, Gpu, PassTime, driver_warning};
-
-/// Flags of every benchmark.
-#[derive(Debug, Args)]
-pub struct RunArgs {
-    /// Folder of the report and its images, created if missing. Default: bench- and the benchmark's name.
-    #[arg(short, long, alias = "out", value_name = "FOLDER")]
-    pub output: Option<PathBuf>,
-    /// Number of timed runs, after one warm-up run.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub runs: u32,
-    /// Adapter: a part of its name, gpu for a graphics card, cpu for software.
-    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
-    pub adapter: Option<AdapterChoice>,
-}
-
-/// A running benchmark.
-pub struct Run {
-    pub folder: PathBuf,
-    pub gpu: Gpu,
-    /// Shared by all configurations, so that common pipelines are compiled once.
-    pub engine: Engine,
-    pub runs: u32,
-}
-
-impl Run {
-    /// Creates the folder, opens the adapter, and prints a warning about known driver faults. `name` is the name of the benchmark.
-    pub fn start(args: &RunArgs, name: &str) -> Result<Self, CliError> {
-        let folder = args.output.clone().unwrap_or_else(|| format!("bench-{name}").into());
-        make_folder(&folder)?;
-        let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
-        if let Some(warning) = driver_warning(&gpu.device.adapter_info()) {
-            error::say(&format_args!("warning: {warning}"));
-        }
-        let engine = Engine::new(&gpu.device, &gpu.queue);
-        Ok(Self { folder, gpu, engine, runs: args.runs })
-    }
-
-    /// As [`Self::start`], but fails if the adapter has no timestamps.
-    pub fn start_timed(args: &RunArgs, name: &str) -> Result<Self, CliError> {
-        let run = Self::start(args, name)?;
-        if run.gpu.description.timestamps {
-            return Ok(run);
-        }
-        let name = &run.gpu.description.name;
-        Err(CliError::new(
-            format_args!("{name} has no timestamps to time passes"),
-            "choose another adapter with --adapter",
-        ))
-    }
-}
-
-/// Creates a folder and its parents.
-pub fn make_folder(folder: &Path) -> Result<(), CliError> {
-    fs::create_dir_all(folder).map_err(|error| {
-        CliError::new(format_args!("{}: {error}", folder.display()), "choose a folder that can be created")
-    })
-}
+use lanternfish::{RenderedImage, Report};
+use lanternfish_gpu::PassTime;
 
 /// Returns the result of a first run, and of `runs` more runs the one with the least time `ms`.
 pub fn least<T, E>(runs: u32, mut run: impl FnMut() -> Result<T, E>, ms: impl Fn(&T) -> f64) -> Result<(T, T), E> {
@@ -106,6 +41,11 @@ pub fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// The distinct values, in ascending order.
+pub fn distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
+    values.collect::<std::collections::BTreeSet<T>>().into_iter().collect()
+}
+
 /// Value of the counter `name`; 0 if there is none.
 pub fn counter(report: &Report, name: &str) -> u64 {
     report.counters.iter().find(|(counter, _)| counter == name).map_or(0, |(_, count)| *count)
@@ -122,6 +62,15 @@ pub fn frame_ms(passes: &[PassTime]) -> f64 {
     passes.iter().filter(|pass| !pass.name.starts_with("deep_images/")).fold(0.0, |sum, pass| sum + pass.ms)
 }
 
+/// The time of a frame, ms, and the frame: of its passes, or of the host if the adapter has no timestamps.
+pub fn frame_time<E>(frame: impl FnOnce() -> Result<RenderedImage, E>) -> Result<(f64, RenderedImage), E> {
+    let started = Instant::now();
+    let image = frame()?;
+    let host_ms = 1e3 * started.elapsed().as_secs_f64();
+    let passes = &image.report.passes;
+    Ok((if passes.is_empty() { host_ms } else { ms_of(passes, "") }, image))
+}
+
 /// Sums the device times of passes by category, ms. `of` returns the category of a pass and is called in execution order. Passes without a
 /// category are ignored.
 pub fn sorted<const N: usize>(passes: &[PassTime], mut of: impl FnMut(&str) -> Option<usize>) -> [f64; N] {
@@ -129,6 +78,18 @@ pub fn sorted<const N: usize>(passes: &[PassTime], mut of: impl FnMut(&str) -> O
     for pass in passes {
         if let Some(kind) = of(&pass.name) {
             sums[kind] += pass.ms;
+        }
+    }
+    sums
+}
+
+/// Device times of passes by name, ms, in the order of their first appearance. Passes of one name are added up.
+pub fn sums<'p>(passes: impl Iterator<Item = &'p PassTime>) -> Vec<(&'p str, f64)> {
+    let mut sums: Vec<(&str, f64)> = Vec::new();
+    for pass in passes {
+        match sums.iter_mut().find(|(name, _)| *name == pass.name) {
+            Some((_, ms)) => *ms += pass.ms,
+            None => sums.push((&pass.name, pass.ms)),
         }
     }
     sums
