@@ -2,7 +2,7 @@
 
 use crate::{
     command::{cargo, run as step},
-    compiler, shader_stats,
+    compiler, interface, shader_stats,
 };
 
 /// Checks format, lints and documentation, with warnings as errors. Lints run the build scripts, which need a C++ compiler.
@@ -11,5 +11,6 @@ pub fn run(may_install: bool) -> Result<(), String> {
     step(&mut cargo(["fmt", "--all", "--check"]))?;
     step(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     step(cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
+    interface::run(&[])?;
     shader_stats::check()
 }

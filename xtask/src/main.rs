@@ -11,6 +11,7 @@ mod driver;
 mod hardware;
 #[cfg(test)]
 mod imports;
+mod interface;
 #[cfg(test)]
 mod links;
 mod program;
@@ -42,13 +43,19 @@ cargo xtask shader-stats [TEXT | --write]
                            what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
                            that differ from docs/measured/shader-stats-*; --write stores the new ones; with TEXT, prints the
                            variants whose names contain it
-cargo xtask check          sets up a compiler if there is none; format, lints, documentation, and the hot passes of shader-stats
+cargo xtask interface [--write]
+                           fails if the public items of the product's crates differ from docs/interface.txt; --write stores them
+cargo xtask check          sets up a compiler if there is none; format, lints, documentation, the public interface, and the hot passes
+                           of shader-stats
 
 What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one
 is installed, as root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
 ";
 
 fn main() -> ExitCode {
+    if let Some(code) = interface::as_rustdoc() {
+        return code;
+    }
     let mut words: Vec<String> = std::env::args().skip(1).collect();
     let count = words.len();
     words.retain(|word| word != apt::NO_INSTALL);
@@ -62,6 +69,7 @@ fn main() -> ExitCode {
         "test" => test::run(&words, may_install),
         "same" => same::run(&words, may_install),
         "check" => check::run(may_install),
+        "interface" => interface::run(&words),
         "hardware" => hardware::run(may_install),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
