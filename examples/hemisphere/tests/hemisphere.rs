@@ -7,9 +7,7 @@ use std::{
 };
 
 use glam::{Affine3A, Vec3, Vec4};
-use lanternfish::{
-    Renderer, Settings, indirect::Indirect, settings::Materials, shaders, technique::Technique as _, techniques,
-};
+use lanternfish::{Indirect, Renderer, Root, Settings, settings::Materials, technique::Technique as _, techniques};
 use lanternfish_gpu::{check_layout, testing};
 use lanternfish_hemisphere::{Hemisphere, HemisphereParameters};
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
@@ -46,8 +44,7 @@ fn it_is_known_by_name_once_it_is_registered() {
     assert_eq!(chosen.get::<Hemisphere>(), Some(&Hemisphere { ground: 0.7, ..Hemisphere::default() }));
     assert!(chosen.technique_mut().unwrap().set("hemisphere-sky", "bright").is_err());
     assert_ne!(chosen, Indirect::named("hemisphere").unwrap());
-    let roots =
-        techniques::shaders().into_iter().flat_map(|folder| folder.roots).map(|root: &shaders::Root| root.module);
+    let roots = techniques::shaders().into_iter().flat_map(|folder| folder.roots).map(|root: &Root| root.module);
     assert_eq!(roots.filter(|module| *module == "hemisphere/find").count(), 1);
     let shader = Hemisphere::SHADERS.link("hemisphere/find", &[]).unwrap();
     assert_eq!(check_layout::<HemisphereParameters>(&shader), Ok(()));
