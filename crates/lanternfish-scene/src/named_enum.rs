@@ -7,7 +7,7 @@ pub trait Named: Copy + Send + Sync + 'static {
     /// The name of a variant, in flags, files and reports.
     fn name(self) -> &'static str;
     /// One line of help text on a variant; empty if no front end offers it.
-    fn words(self) -> &'static str;
+    fn help(self) -> &'static str;
 }
 
 /// A setting that front ends write and read as text, in flags, shots and reports.
@@ -74,7 +74,7 @@ impl<T: Named> Setting for Option<T> {
         Ok(())
     }
     fn names(&self) -> Vec<(&'static str, &'static str)> {
-        let all = T::all().into_iter().map(|value| (value.name(), value.words()));
+        let all = T::all().into_iter().map(|value| (value.name(), value.help()));
         std::iter::once(("none", "Not set")).chain(all).collect()
     }
 }
@@ -96,11 +96,6 @@ macro_rules! named_enum {
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $text),+ }
             }
-
-            /// One line of help text.
-            pub const fn words(self) -> &'static str {
-                match self { $(Self::$variant => concat!($($meaning)?)),+ }
-            }
         }
 
         impl $crate::Named for $name {
@@ -110,8 +105,8 @@ macro_rules! named_enum {
             fn name(self) -> &'static str {
                 Self::name(self)
             }
-            fn words(self) -> &'static str {
-                Self::words(self)
+            fn help(self) -> &'static str {
+                match self { $(Self::$variant => concat!($($meaning)?)),+ }
             }
         }
 
@@ -131,7 +126,7 @@ macro_rules! named_type_impls {
             fn name(self) -> &'static str {
                 self.name()
             }
-            fn words(self) -> &'static str {
+            fn help(self) -> &'static str {
                 self.words()
             }
         }
@@ -154,7 +149,7 @@ macro_rules! named_enum_impls {
                 Ok(())
             }
             fn names(&self) -> Vec<(&'static str, &'static str)> {
-                <Self as $crate::Named>::all().into_iter().map(|v| (v.name(), $crate::Named::words(v))).collect()
+                <Self as $crate::Named>::all().into_iter().map(|v| (v.name(), $crate::Named::help(v))).collect()
             }
         }
 

@@ -55,7 +55,10 @@
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit,
 //! unless the radiance cache is full (`Sampled::cache_entries`).
 
-#![cfg_attr(not(feature = "unstable"), allow(dead_code, unused_imports, reason = "the feature makes modules public"))]
+#![cfg_attr(
+    not(feature = "unstable"),
+    allow(dead_code, private_bounds, private_interfaces, unused_imports, reason = "the feature makes the rest public")
+)]
 
 #[macro_use]
 mod cfg_if;
@@ -135,6 +138,7 @@ pub use gpu_scene::{GpuScene, Sent};
 pub use lanternfish_gpu::Engine;
 pub use renderer::{Change, FrameId, FrameMemory, FrameReport, RenderedImage, Renderer, Report};
 pub use request::{SurfaceSource, Target, ViewRequest};
+#[cfg(feature = "unstable")]
 pub use resolution_scaling::ResolutionScaling;
 pub use settings::Settings;
 
@@ -143,3 +147,4 @@ pub use indirect::{DemodulatedIrradiance, Indirect, IndirectPasses, IndirectTech
 pub use prepass::Surface;
 pub use rays::Tracer;
 pub use shaders::{Package, Root, Shaders};
+pub use view::ViewBuffer;

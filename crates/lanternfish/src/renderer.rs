@@ -95,7 +95,8 @@ pub struct RenderedImage {
 
 impl RenderedImage {
     /// Memory of a pixel while an image is read back, bytes: its radiance, as halves before, and its display colour.
-    pub const BYTES_PER_PIXEL: u64 = 16 + 8 + 4;
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const BYTES_PER_PIXEL: u64 = 16 + 8 + 4;
 }
 
 impl Renderer {
@@ -160,7 +161,8 @@ impl Renderer {
 
     /// Calls `watcher` before each pass of the frames of [`Self::render`] and its like runs: progress, where a frame takes seconds. The host
     /// then waits for every pass, which costs time on a graphics card. Images do not change.
-    pub fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
         self.profiler.watch(watcher);
     }
 

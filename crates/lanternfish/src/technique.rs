@@ -56,7 +56,8 @@ pub struct ParameterInfo {
 
 impl ParameterInfo {
     /// A parameter without a default in help.
-    pub const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
         Self { name, value, range, help, shows_default: false }
     }
 }
@@ -160,7 +161,8 @@ impl<T: Technique> AnyTechnique for T {
 }
 
 /// A kind of technique: implemented for `dyn` of its trait.
-pub trait Kind: AnyTechnique {
+#[cfg_attr(feature = "unstable", visibility::make(pub))]
+pub(crate) trait Kind: AnyTechnique {
     /// The flag.
     const FLAG: &'static str;
     /// The purpose of the flag: a summary, then paragraphs for long help.
@@ -174,13 +176,14 @@ pub trait Kind: AnyTechnique {
     /// True if the default technique does not depend on other settings.
     const HAS_ONE_DEFAULT: bool = true;
     /// The default technique.
-    fn usual() -> Choice<Self>;
+    fn default_choice() -> Choice<Self>;
     /// The registered techniques of this kind.
     fn registry() -> &'static Registry<Self>;
 }
 
 /// The registered techniques of a kind.
-pub struct Registry<K: ?Sized> {
+#[cfg_attr(feature = "unstable", visibility::make(pub))]
+pub(crate) struct Registry<K: ?Sized> {
     own: fn() -> Vec<Choice<K>>,
     added: RwLock<Vec<Choice<K>>>,
 }
@@ -283,7 +286,7 @@ impl<K: Kind + ?Sized> Choice<K> {
 
 impl<K: Kind + ?Sized> Default for Choice<K> {
     fn default() -> Self {
-        K::usual()
+        K::default_choice()
     }
 }
 

@@ -117,7 +117,8 @@ named_enum! {
 
 impl Quality {
     /// Samples per pixel at edges. Several take a tenth of the frame time; beside draft indirect light they would take a third.
-    pub const fn samples(self) -> Samples {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn samples(self) -> Samples {
         match self {
             Self::Draft => Samples::One,
             Self::Good | Self::Best => Samples::Four,
@@ -127,7 +128,8 @@ impl Quality {
 
 impl Indirect {
     /// The same technique with the parameters of a quality.
-    pub fn of_quality(mut self, quality: Quality) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn of_quality(mut self, quality: Quality) -> Self {
         if let Some(technique) = self.technique_mut() {
             technique.spend(quality);
         }
@@ -135,7 +137,8 @@ impl Indirect {
     }
 
     /// True if the technique includes light from the environment.
-    pub fn sees_environment(&self) -> bool {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn sees_environment(&self) -> bool {
         self.technique().is_some_and(|technique| technique.sees_environment())
     }
 
@@ -191,12 +194,14 @@ impl DemodulatedIrradiance {
     }
 
     /// The same light with the technique's counters.
-    pub fn with_counters(self, counters: Vec<Counters>) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn with_counters(self, counters: Vec<Counters>) -> Self {
         Self { counters, ..self }
     }
 
     /// Bindings under the names that the shaders use.
-    pub fn bindings(&self) -> Bindings<'_> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn bindings(&self) -> Bindings<'_> {
         Bindings::new().texture("indirect_irradiance", &self.layers)
     }
 

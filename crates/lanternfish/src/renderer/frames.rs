@@ -100,7 +100,8 @@ impl Renderer {
     }
 
     /// Makes the next [`Self::refine`] start a new mean, for a change that it does not detect.
-    pub fn reset(&mut self) {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn reset(&mut self) {
         self.passes.progressive.reset();
         self.passes.forget_shown();
     }
