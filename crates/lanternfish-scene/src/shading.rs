@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn names_are_read_back_and_others_are_refused_with_the_list() {
         for attenuation in Attenuation::ALL {
-            assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
+            assert_eq!(attenuation.to_string().parse::<Attenuation>(), Ok(*attenuation));
         }
         assert!("16px".parse::<Materials>().unwrap_err().contains("file, lambert"));
         let coefficients = Coefficients([0.5, 0.0, 2.25]);

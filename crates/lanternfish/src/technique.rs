@@ -104,6 +104,7 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     /// [`Technique::SUMMARY`].
     fn summary(&self) -> &'static str;
     /// [`Technique::SHADERS`].
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn shaders(&self) -> Shaders;
     /// The parameters, each with the names and meanings of its type, if it has names.
     fn parameters(&self) -> Vec<(ParameterInfo, Vec<(&'static str, &'static str)>)>;
@@ -112,10 +113,13 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     /// Sets a parameter from text, or returns the expected values. Does nothing if the technique has no such parameter.
     fn set(&mut self, parameter: &str, text: &str) -> Result<(), String>;
     /// True if the other is the same technique with the same parameters.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn is_same(&self, other: &dyn Any) -> bool;
     /// Access for downcasts.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn as_any(&self) -> &dyn Any;
     /// Mutable access for downcasts.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -252,7 +256,8 @@ impl<K: AnyTechnique + ?Sized> Choice<K> {
 
 impl<K: Kind + ?Sized> Choice<K> {
     /// [`Kind::FLAG`].
-    pub const FLAG: &'static str = K::FLAG;
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const FLAG: &'static str = K::FLAG;
 
     /// The name of the technique, or the kind's name for none.
     pub fn name(&self) -> &'static str {

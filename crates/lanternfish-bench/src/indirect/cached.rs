@@ -66,7 +66,7 @@ impl Bench<'_> {
                     Ok::<_, CliError>(
                         Row::default()
                             .text("tracer", "tracer", case.tracer().name())
-                            .text("hit_light", "hit light", hit_light.name())
+                            .text("hit_light", "hit light", lanternfish_scene::Named::name(hit_light))
                             .text("bounces", "bounces", bounces)
                             .fixed("first_frame_ms", "first frame, ms", 1, frame_ms(&first.report.passes))
                             .fixed("warm_frame_ms", "warm, ms", 1, frame_ms(&warm.report.passes))

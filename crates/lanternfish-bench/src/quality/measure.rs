@@ -84,7 +84,7 @@ impl Bench<'_> {
         ground_truth: &RgbImage,
         first: &mut Option<First>,
     ) -> Result<Row, CliError> {
-        let ground_truth_name = technique.ground_truth.name();
+        let ground_truth_name = lanternfish_scene::Named::name(technique.ground_truth);
         let row = |left_out, figures| Row {
             name: technique.name.clone(),
             ground_truth: ground_truth_name,

@@ -23,7 +23,7 @@ use crate::{
 fn quantities_are_the_shaders() {
     for view in DebugView::ALL {
         let Some(number) = quantity(*view) else { continue };
-        let name = view.name().to_uppercase().replace('-', "_");
+        let name = view.to_string().to_uppercase().replace('-', "_");
         assert_eq!(crate::shaders::constant("debug_views/debug", &name), f64::from(number), "{view}");
     }
 }

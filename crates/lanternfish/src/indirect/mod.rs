@@ -49,9 +49,11 @@ impl<T: Technique + IndirectTechnique> From<T> for Indirect {
 /// A technique for indirect light.
 pub trait IndirectTechnique: AnyTechnique {
     /// Takes the parameters of a quality, if it has any.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn spend(&mut self, _quality: Quality) {}
 
     /// Parts of a scene that it reads, beside those that are rasterized.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn parts(&self) -> Parts {
         Parts::NONE
     }
@@ -77,6 +79,7 @@ pub trait IndirectTechnique: AnyTechnique {
     }
 
     /// Replaces an automatic tracer with the one chosen for the adapter.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn resolve_tracer(&mut self, _automatic: Tracer) {}
 
     /// Takes the parameters for the nearest transparent surfaces, which are smooth and have no deep images.
