@@ -11,6 +11,9 @@ pub fn run(may_install: bool) -> Result<(), String> {
     step(&mut cargo(["fmt", "--all", "--check"]))?;
     step(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     step(cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
+    // What users compile: without the features that the project's other crates require.
+    step(&mut cargo(["check", "--package", "lanternfish", "--examples"]))?;
+    step(&mut cargo(["check", "--package", "lanternfish-hemisphere", "--no-default-features", "--lib"]))?;
     interface::run(&[])?;
     shader_stats::check()
 }

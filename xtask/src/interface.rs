@@ -34,6 +34,9 @@ const CRATES: [&str; 9] = [
     "lanternfish-viewer",
 ];
 
+/// Most items of `lanternfish`, and of all crates.
+const MOST: [usize; 2] = [200, 450];
+
 /// Set by this task for the rustdoc that cargo starts, which is this program: see [`as_rustdoc`].
 const AS_RUSTDOC: &str = "LANTERNFISH_XTASK_AS_RUSTDOC";
 
@@ -51,6 +54,13 @@ pub fn run(words: &[String]) -> Result<(), String> {
             return Ok(());
         }
     };
+    let counts = [listings[0].count(), listings.iter().map(Listing::count).sum()];
+    if counts.iter().zip(MOST).any(|(count, most)| *count > most) {
+        return Err(format!(
+            "{counts:?} public items in lanternfish and in all crates, of {MOST:?}: an item that no user needs should be `pub(crate)`, or be \
+             gated by `unstable`"
+        ));
+    }
     let (path, new) = (workspace().join("docs/interface.txt"), listing::page(&listings));
     if is_stored {
         fs::write(&path, new).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -62,7 +72,7 @@ pub fn run(words: &[String]) -> Result<(), String> {
         lines if lines.is_empty() => Ok(()),
         lines => Err(format!(
             "the public interface differs from docs/interface.txt:\n{}\nIf that is intended, run `cargo xtask interface --write` and \
-             commit the file; an item that nobody outside uses should be `pub(crate)`",
+             commit the file",
             lines.join("\n")
         )),
     }

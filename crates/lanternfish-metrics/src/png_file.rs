@@ -22,7 +22,8 @@ pub enum ColorType {
 
 impl ColorType {
     /// Bytes per pixel.
-    pub const fn bytes(self) -> usize {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn bytes(self) -> usize {
         match self {
             Self::Rgb => 3,
             Self::Rgba => 4,

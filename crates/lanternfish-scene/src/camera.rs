@@ -55,7 +55,8 @@ pub enum Projection {
 impl Projection {
     /// Slopes of the sides (left, right, bottom, top) of an image of aspect ratio `aspect`, width / height; `None` for
     /// orthographic projections.
-    pub fn slopes(&self, aspect: f32) -> Option<[f32; 4]> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn slopes(&self, aspect: f32) -> Option<[f32; 4]> {
         match *self {
             Self::Perspective { fov_y, .. } => {
                 let slope = (0.5 * fov_y).tan();
@@ -99,7 +100,8 @@ impl Projection {
     }
 
     /// Distance of the near plane, m.
-    pub fn near(&self) -> f32 {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn near(&self) -> f32 {
         match *self {
             Self::Perspective { near, .. } | Self::Frustum { near, .. } | Self::Orthographic { near, .. } => near,
         }

@@ -10,11 +10,13 @@ pub(crate) const UNIT_TOLERANCE: f32 = 1e-3;
 impl Scene {
     /// Maximum distance of surfaces, lights and cameras from the origin, along each axis, m. Products of three such lengths,
     /// such as volumes, are finite floats.
-    pub const FARTHEST: f32 = 1e12;
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const FARTHEST: f32 = 1e12;
 
     /// Checks that everything is within [`Scene::FARTHEST`]; the error names the first object that is not. Indices must be in range. Takes
     /// time linear in the vertices.
-    pub fn check_reach(&self) -> Result<(), String> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn check_reach(&self) -> Result<(), String> {
         let within = |p: glam::Vec3| p.abs().max_element() <= Self::FARTHEST && !p.is_nan();
         let fault = |what: &str, i: usize, name: &str, p: glam::Vec3| {
             let farthest = p.abs().max_element();
@@ -155,7 +157,8 @@ fn area_fault(light: &Light) -> Option<&'static str> {
 impl Primitive {
     /// Number of triangles that face away from the mean of their vertex normals: clockwise instead of counter-clockwise.
     /// Zero for generated scenes; imported files may have some.
-    pub fn winding_faults(&self) -> usize {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn winding_faults(&self) -> usize {
         let is_flipped = |t: &&[u32]| {
             let [a, b, c] = [t[0], t[1], t[2]].map(|i| i as usize);
             let p = &self.positions;

@@ -138,8 +138,8 @@ pub use gpu_scene::{GpuScene, Sent};
 pub use lanternfish_gpu::Engine;
 pub use renderer::{Change, FrameId, FrameMemory, FrameReport, RenderedImage, Renderer, Report};
 pub use request::{SurfaceSource, Target, ViewRequest};
-#[cfg(feature = "unstable")]
-pub use resolution_scaling::ResolutionScaling;
+#[cfg_attr(feature = "unstable", visibility::make(pub))]
+use resolution_scaling::ResolutionScaling;
 pub use settings::Settings;
 
 // What a technique of indirect light is made of.
